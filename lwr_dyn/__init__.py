@@ -1,0 +1,34 @@
+"""lwr_dyn: from a robot paper's tables to a URDF, B, C and g you can trust.
+
+    B(q) ddq + C(q, dq) dq + g(q) = tau - tau_friction(dq)
+
+Names are loaded when they are first used, so importing the package loads no engine.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+__version__ = "0.1.0"
+
+if TYPE_CHECKING:
+    from lwr_dyn.front import dynamics_of as dynamics_of
+    from lwr_dyn.front import forward_kinematics as forward_kinematics
+    from lwr_dyn.front import load as load
+    from lwr_dyn.front import readings as readings
+    from lwr_dyn.front import robots as robots
+    from lwr_dyn.front import urdf_text as urdf_text
+
+__all__ = ["dynamics_of", "forward_kinematics", "load", "readings", "robots", "urdf_text"]
+
+
+def __getattr__(name: str) -> Any:
+    if name in __all__:
+        from lwr_dyn import front
+
+        return getattr(front, name)
+    raise AttributeError(f"module 'lwr_dyn' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return [*__all__, "__version__"]

@@ -1,0 +1,140 @@
+"""`Arm`: one robot in SI units and URDF frames, free of any paper's convention; it carries its native chain.
+
+The URDF frame of a link is its moved joint frame: the axis is z, the origin of joint i stands in link i-1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from lwr_dyn.arrays import Array
+from lwr_dyn.chain import Body, Chain
+from lwr_dyn.dh import JointKind
+from lwr_dyn.errors import MissingDataError
+from lwr_dyn.spatial import Pose
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """Where a number comes from: the cell of a data file, the page, and how it became what it is."""
+
+    cell: str
+    where: str
+    kind: str
+    printed: object
+    unit: str
+    conversion: str
+    errata: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class JointLimits:
+    """What is known of a joint: [rad or m], [rad/s or m/s], [N m or N]; None is unknown, never zero."""
+
+    lower: float | None = None
+    upper: float | None = None
+    velocity: float | None = None
+    effort: float | None = None
+    viscous: float | None = None
+    coulomb: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Drawing:
+    """How the arm is drawn: no number of it enters the dynamics."""
+
+    pedestal: float = 0.0
+    radius: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Joint:
+    """A joint in URDF terms: its origin in the link before it; its axis is z of its own frame."""
+
+    name: str
+    kind: JointKind
+    origin: Pose
+    limits: JointLimits
+    armature: float | None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Arm:
+    """A robot: its native chain, its limits, and where each number comes from."""
+
+    name: str
+    reading: str
+    title: str
+    chain: Chain
+    limits: tuple[JointLimits, ...]
+    drawing: Drawing = Drawing()
+    sources: Mapping[str, tuple[Source, ...]] = field(default_factory=dict)
+    """Quantity ("link_3.mass", "joint_2.lower") -> the cells it was made from."""
+    errata: tuple[str, ...] = ()
+    digest: str = ""
+    """SHA-256 of the source file."""
+
+    @property
+    def n(self) -> int:
+        """Number of joints."""
+        return self.chain.n
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Names of the joints from the base outward."""
+        return tuple(link.joint for link in self.chain.links)
+
+    def joints(self) -> tuple[Joint, ...]:
+        """The joints in URDF frames."""
+        out, after = [], Pose.identity()
+        for link, limits in zip(self.chain.links, self.limits, strict=True):
+            armature = None if link.rotor is None else link.rotor.armature
+            out.append(Joint(link.joint, link.kind, after @ link.before, limits, armature))
+            after = link.after
+        return tuple(out)
+
+    def bodies(self) -> tuple[Body | None, ...]:
+        """The links' bodies in URDF frames; None where no inertia is given."""
+        return tuple(None if link.body is None else link.body.seen_from(link.after) for link in self.chain.links)
+
+    def flange(self) -> Pose:
+        """The flange in the URDF frame of the last link."""
+        return self.chain.links[-1].after @ self.chain.flange
+
+    @property
+    def lower(self) -> Array:
+        """Lower position limits (n,) [rad or m], -inf where unknown."""
+        return np.array([-np.inf if x.lower is None else x.lower for x in self.limits])
+
+    @property
+    def upper(self) -> Array:
+        """Upper position limits (n,) [rad or m], inf where unknown."""
+        return np.array([np.inf if x.upper is None else x.upper for x in self.limits])
+
+    @property
+    def velocity(self) -> Array:
+        """Speed limits (n,) [rad/s or m/s], inf where unknown."""
+        return np.array([np.inf if x.velocity is None else x.velocity for x in self.limits])
+
+    @property
+    def effort(self) -> Array:
+        """Torque or force limits (n,) [N m or N], inf where unknown."""
+        return np.array([np.inf if x.effort is None else x.effort for x in self.limits])
+
+    @property
+    def armature(self) -> Array:
+        """Rotor inertia seen at the joints (n,) [kg m^2 or kg], 0 where no rotor is given."""
+        return np.array([0.0 if link.rotor is None else link.rotor.armature for link in self.chain.links])
+
+    def with_chain(self, chain: Chain) -> Arm:
+        """The same arm on a changed chain: a payload or other bodies, the joints unchanged."""
+        return replace(self, chain=chain)
+
+    def require_dynamics(self) -> Chain:
+        """The chain when every link has a body; raises `MissingDataError` otherwise."""
+        if self.chain.bodies is None:
+            raise MissingDataError(self.name, "masses and inertias", "dynamics")
+        return self.chain

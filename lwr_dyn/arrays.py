@@ -1,0 +1,94 @@
+"""The shape gate: what a caller hands in becomes a finite float64 array of the right shape, or one clear error.
+
+It runs at the front door and in the public methods of the dynamics protocol; recursions and loops behind
+it are ungated.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from lwr_dyn.errors import ShapeError
+
+Array = NDArray[np.float64]
+
+
+def joint_array(name: str, value: ArrayLike, n: int) -> Array:
+    """Joint vectors as float64.
+
+    Parameters
+    ----------
+    name : str
+        What the caller calls it, for the message.
+    value : (..., n) array_like
+    n : int
+        Number of joints.
+
+    Returns
+    -------
+    (..., n) float64 array
+
+    Raises
+    ------
+    ShapeError
+        Not numbers, last axis not n, or a value that is not finite.
+
+    >>> joint_array("q", [0, 1], 2)
+    array([0., 1.])
+    """
+    array = real_array(name, value)
+    if array.ndim == 0 or array.shape[-1] != n:
+        raise ShapeError(name, f"shape {array.shape}", f"(..., {n}), one value per joint")
+    return array
+
+
+def fixed_array(name: str, value: ArrayLike, shape: tuple[int, ...]) -> Array:
+    """A finite float64 array of exactly `shape`; raises `ShapeError` otherwise.
+
+    >>> fixed_array("point", (0, 0, 1), (3,))
+    array([0., 0., 1.])
+    """
+    array = real_array(name, value)
+    if array.shape != shape:
+        raise ShapeError(name, f"shape {array.shape}", f"shape {shape}")
+    return array
+
+
+def real_array(name: str, value: ArrayLike) -> Array:
+    """A finite float64 array of any shape; raises `ShapeError` for text, ragged lists, NaN or infinity."""
+    try:
+        array = np.asarray(value, dtype=np.float64)
+    except (TypeError, ValueError) as fault:
+        raise ShapeError(name, "not an array of numbers", "real numbers") from fault
+    finite = np.isfinite(array)
+    if not finite.all():
+        where = tuple(int(i) for i in np.argwhere(~finite)[0])
+        raise ShapeError(name, f"{array[where]} at index {where}", "finite numbers")
+    return array
+
+
+def same_batch(**arrays: Array) -> tuple[int, ...]:
+    """The common leading shape of joint arrays; raises `ShapeError` when they do not broadcast.
+
+    >>> same_batch(q=np.zeros((5, 7)), dq=np.zeros(7))
+    (5,)
+    """
+    try:
+        return np.broadcast_shapes(*(a.shape[:-1] for a in arrays.values()))
+    except ValueError:
+        shapes = ", ".join(f"{name} {a.shape}" for name, a in arrays.items())
+        raise ShapeError(", ".join(arrays), shapes, "leading axes that broadcast together") from None
+
+
+def read_only(value: Any) -> Array:
+    """A float64 copy nobody can write to, for records.
+
+    >>> read_only([1.0]).flags.writeable
+    False
+    """
+    array = np.array(value, dtype=np.float64)
+    array.flags.writeable = False
+    return array

@@ -1,0 +1,142 @@
+"""Paper -> Arm: SI columns become DH rows, bodies, rotors and limits, each number with its cells."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from lwr_dyn.arm import Arm, Drawing, JointLimits, Source
+from lwr_dyn.arrays import Array
+from lwr_dyn.chain import Body, Chain, ChainLink, Rotor
+from lwr_dyn.dh import DHRow
+from lwr_dyn.papers.schema import Column, Paper
+from lwr_dyn.spatial import Pose, from_rpy, steiner
+
+STANDARD_GRAVITY = (0.0, 0.0, -9.81)
+"""Gravity of an arm whose file names none [m/s^2]; marked `assumed`."""
+
+
+def arm_from_paper(paper: Paper) -> Arm:
+    """The arm that a paper describes under its reading.
+
+    Chain frames are the paper's DH frames. Tensors are brought to the centre of mass (Steiner) with the tensor sign
+    of the products; limits move from the printed to the DH coordinate (q = printed + zero).
+    """
+    columns = paper.columns
+    gravity = columns["base.gravity"].si()[0] if "base.gravity" in columns else np.array(STANDARD_GRAVITY)
+    chain = Chain(links=_links(paper), flange=_flange(paper), gravity=gravity)
+    return Arm(
+        name=paper.name, reading=paper.reading.name, title=paper.title, chain=chain, limits=_limits(paper),
+        drawing=_drawing(paper), sources=_sources(paper), errata=paper.reading.errata, digest=paper.digest,
+    )  # fmt: skip
+
+
+def _si(paper: Paper, name: str, default: float) -> Array:
+    return paper.columns[name].si() if name in paper.columns else np.full(paper.n, default)
+
+
+def dh_rows(paper: Paper) -> tuple[DHRow, ...]:
+    """The DH table in SI units."""
+    names = ("dh.alpha", "dh.a", "dh.d", "dh.theta_offset")
+    alpha, a, d, theta = (_si(paper, name, 0.0) for name in names)
+    sign = _si(paper, "dh.sign", 1.0)
+    return tuple(DHRow(alpha[i], a[i], d[i], theta[i], int(sign[i])) for i in range(paper.n))
+
+
+def _links(paper: Paper) -> tuple[ChainLink, ...]:
+    links = []
+    for i, row in enumerate(dh_rows(paper)):
+        before, after = row.fixed_poses(paper.convention)
+        link = f"link_{i + 1}"
+        links.append(ChainLink(paper.joints[i], link, paper.kinds[i], before, after, _body(paper, i), _rotor(paper, i)))
+    return tuple(links)
+
+
+def _body(paper: Paper, i: int) -> Body | None:
+    if "inertial.mass" not in paper.columns:
+        return None
+    mass, com, tensor = (paper.columns[f"inertial.{name}"].si()[i] for name in ("mass", "com", "inertia"))
+    if paper.inertia_products[i] == "integral":
+        tensor = np.where(np.eye(3, dtype=bool), tensor, -tensor)
+    if paper.inertia_about == "origin":
+        tensor = tensor - steiner(float(mass), com)
+    return Body(float(mass), com, tensor)
+
+
+def _rotor(paper: Paper, i: int) -> Rotor | None:
+    if "rotors.inertia" not in paper.columns:
+        return None
+    ratio, inertia = (float(paper.columns[f"rotors.{name}"].si()[i]) for name in ("gear_ratio", "inertia"))
+    return Rotor(ratio, inertia)
+
+
+def _flange(paper: Paper) -> Pose:
+    zero = np.zeros((1, 3))
+    xyz, rpy = (
+        paper.columns[name].si() if name in paper.columns else zero for name in ("flange.xyz", "flange.rpy")
+    )
+    return Pose(from_rpy(rpy[0]), xyz[0])
+
+
+def _limits(paper: Paper) -> tuple[JointLimits, ...]:
+    zero = _si(paper, "limits.zero", 0.0)
+
+    def column(name: str) -> list[float | None]:
+        if name not in paper.columns:
+            return [None] * paper.n
+        return [float(v) for v in paper.columns[name].si()]
+
+    lower = [None if v is None else v + z for v, z in zip(column("limits.lower"), zero, strict=True)]
+    upper = [None if v is None else v + z for v, z in zip(column("limits.upper"), zero, strict=True)]
+    rest = [column(n) for n in ("limits.velocity", "limits.effort", "friction.viscous", "friction.coulomb")]
+    return tuple(JointLimits(*row) for row in zip(lower, upper, *rest, strict=True))
+
+
+def _drawing(paper: Paper) -> Drawing:
+    pedestal = paper.columns.get("drawing.pedestal")
+    radius = paper.columns.get("drawing.radius")
+    return Drawing(
+        pedestal=0.0 if pedestal is None else float(pedestal.si()[0]),
+        radius=() if radius is None else tuple(float(r) for r in radius.si()),
+    )
+
+
+def _sources(paper: Paper) -> dict[str, tuple[Source, ...]]:
+    """Every quantity of the arm with the cells it is made from."""
+
+    def made(*parts: tuple[str, int, str]) -> tuple[Source, ...]:
+        return tuple(_source(paper.columns[c], i, how) for c, i, how in parts if c in paper.columns)
+
+    out: dict[str, tuple[Source, ...]] = {}
+    moved = "moved by q = printed + zero" if "limits.zero" in paper.columns else "to SI"
+    about = "to the centre of mass (Steiner)" if paper.inertia_about == "origin" else "about the centre of mass"
+    for i, joint in enumerate(paper.joints):
+        link = f"link_{i + 1}"
+        row: Callable[..., list[tuple[str, int, str]]] = lambda *names, i=i: [(f"dh.{n}", i, "DH row to pose") for n in names]
+        out[f"{joint}.dh"] = made(*row("alpha", "a", "d", "theta_offset", "sign"))
+        for side in ("lower", "upper"):
+            out[f"{joint}.{side}"] = made((f"limits.{side}", i, moved), ("limits.zero", i, moved))
+        for name in ("velocity", "effort"):
+            out[f"{joint}.{name}"] = made((f"limits.{name}", i, "to SI"))
+        for name in ("viscous", "coulomb"):
+            out[f"{joint}.{name}"] = made((f"friction.{name}", i, "to SI"))
+        out[f"{joint}.armature"] = made(("rotors.gear_ratio", i, "k_r^2 I_m"), ("rotors.inertia", i, "k_r^2 I_m"))
+        out[f"{link}.mass"] = made(("inertial.mass", i, "to SI"))
+        out[f"{link}.com"] = made(("inertial.com", i, "DH frame to URDF frame"))
+        products = paper.inertia_products[i]
+        sign = ", products negated" if products == "integral" else ""
+        tensor = [("inertial.inertia", i, f"{about}{sign}, DH axes to URDF axes")]
+        needs = [("inertial.mass", i, about), ("inertial.com", i, about)] if paper.inertia_about == "origin" else []
+        out[f"{link}.inertia"] = made(*tensor, *needs)
+    out["flange"] = made(("flange.xyz", 0, "to SI"), ("flange.rpy", 0, "to SI"))
+    out["pedestal"] = made(("drawing.pedestal", 0, "drawn only"))
+    return out
+
+
+def _source(column: Column, row: int, conversion: str) -> Source:
+    cell = f"{column.name}.values[{row}]" if len(column.values) > 1 else f"{column.name}.values"
+    return Source(
+        cell=cell, where=column.where, kind=column.kind, printed=column.values[row], unit=column.unit[row],
+        conversion=conversion, errata=column.errata.get(row, ()),
+    )  # fmt: skip

@@ -1,0 +1,100 @@
+"""Road A: the only door to Pinocchio. The model is built from the URDF text; rotors enter as `armature`.
+
+A single state takes the fast way: Pinocchio is called at once and only a refused or non-finite call is diagnosed.
+A value that is not finite always reaches the entry looked at: it runs outward with the motion and back with the force.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import isfinite
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import ArrayLike
+
+from lwr_dyn.arm import Arm
+from lwr_dyn.arrays import Array, joint_array, same_batch
+from lwr_dyn.urdf.writer import urdf_text
+
+PinocchioModel = Any
+"""pinocchio.Model; the wheel ships no types."""
+
+
+def pinocchio_model(arm: Arm) -> PinocchioModel:
+    """The arm's URDF text as a Pinocchio model, with rotor inertia in `armature` and the arm's gravity.
+
+    Raises `MissingDataError` for an arm without inertias.
+    """
+    arm.require_dynamics()
+    model = pin.buildModelFromXML(urdf_text(arm))
+    model.armature = arm.armature
+    model.gravity.linear = np.array(arm.chain.gravity)
+    return model
+
+
+class Pinocchio:
+    """The engine "pinocchio"; implements the `Dynamics` protocol. Not for use by two threads at once."""
+
+    __slots__ = ("_shape", "data", "model", "n")
+
+    def __init__(self, arm: Arm) -> None:
+        self.model = pinocchio_model(arm)
+        self.data = self.model.createData()
+        self.n: int = arm.n
+        self._shape = (arm.n,)
+
+    def mass_matrix(self, q: ArrayLike) -> Array:
+        """B(q), (..., n, n)."""
+        if q.__class__ is np.ndarray and q.shape == self._shape:  # type: ignore[union-attr]
+            B = pin.crba(self.model, self.data, q)
+            if isfinite(B[0, 0] + q[0]):  # type: ignore[index]
+                return B  # type: ignore[no-any-return]
+        return self._each(lambda x: pin.crba(self.model, self.data, x), q=q)
+
+    def coriolis_matrix(self, q: ArrayLike, dq: ArrayLike) -> Array:
+        """C(q, dq), (..., n, n)."""
+        return self._each(lambda x, v: pin.computeCoriolisMatrix(self.model, self.data, x, v), q=q, dq=dq)
+
+    def gravity_vector(self, q: ArrayLike) -> Array:
+        """g(q), (..., n)."""
+        if q.__class__ is np.ndarray and q.shape == self._shape:  # type: ignore[union-attr]
+            g = pin.computeGeneralizedGravity(self.model, self.data, q)
+            if isfinite(g[0]):
+                return g  # type: ignore[no-any-return]
+        return self._each(lambda x: pin.computeGeneralizedGravity(self.model, self.data, x), q=q)
+
+    def bias_torque(self, q: ArrayLike, dq: ArrayLike) -> Array:
+        """C(q, dq) dq + g(q), (..., n)."""
+        return self._each(lambda x, v: pin.nonLinearEffects(self.model, self.data, x, v), q=q, dq=dq)
+
+    def inverse_dynamics(self, q: ArrayLike, dq: ArrayLike, ddq: ArrayLike) -> Array:
+        """tau, (..., n)."""
+        try:
+            if q.shape == dq.shape == ddq.shape == self._shape:  # type: ignore[union-attr]
+                tau = pin.rnea(self.model, self.data, q, dq, ddq)
+                if isfinite(tau[0]):
+                    return tau  # type: ignore[no-any-return]
+        except (AttributeError, TypeError):
+            pass
+        return self._each(lambda x, v, a: pin.rnea(self.model, self.data, x, v, a), q=q, dq=dq, ddq=ddq)
+
+    def forward_dynamics(self, q: ArrayLike, dq: ArrayLike, tau: ArrayLike) -> Array:
+        """ddq, (..., n)."""
+        return self._each(lambda x, v, t: pin.aba(self.model, self.data, x, v, t), q=q, dq=dq, tau=tau)
+
+    def potential_energy(self, q: ArrayLike) -> Array:
+        """U(q), (...)."""
+        return self._each(lambda x: pin.computePotentialEnergy(self.model, self.data, x), q=q)
+
+    def _each(self, call: Callable[..., Any], **arrays: ArrayLike) -> Array:
+        """`call` for every state of a batch, behind the shape gate."""
+        checked = {name: joint_array(name, value, self.n) for name, value in arrays.items()}
+        batch = same_batch(**checked)
+        rows = [np.broadcast_to(a, (*batch, self.n)).reshape(-1, self.n) for a in checked.values()]
+        out = [call(*(np.ascontiguousarray(r) for r in state)) for state in zip(*rows, strict=True)]
+        if not out:
+            probe = np.asarray(call(*(np.zeros(self.n) for _ in rows)))
+            return np.zeros((*batch, *probe.shape))
+        return np.array(out, dtype=np.float64).reshape((*batch, *np.shape(out[0])))

@@ -1,0 +1,96 @@
+"""The error tree: every error of this package is an `LwrDynError` and carries its facts as attributes.
+
+Each leaf also has a built-in parent, so ``except ValueError`` written by somebody who does not know this
+package still works. `exit_code` is what `lwr-dyn` returns when the error ends a command.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+
+
+class LwrDynError(Exception):
+    """Parent of every error this package raises on purpose."""
+
+    exit_code = 2
+
+
+class ShapeError(LwrDynError, ValueError):
+    """An array has the wrong shape, or holds a number that is not finite."""
+
+    def __init__(self, name: str, found: str, allowed: str) -> None:
+        super().__init__(f"{name}: {found}; allowed: {allowed}")
+        self.name, self.found, self.allowed = name, found, allowed
+
+
+class OptionError(LwrDynError, ValueError):
+    """An option or argument has a value outside what is allowed."""
+
+    def __init__(self, name: str, found: object, allowed: str) -> None:
+        super().__init__(f"{name}: {found}; allowed: {allowed}")
+        self.name, self.found, self.allowed = name, found, allowed
+
+
+class UnknownNameError(LwrDynError, LookupError):
+    """A robot, reading, joint, link or engine of that name does not exist."""
+
+    def __init__(self, kind: str, name: str, known: Iterable[str]) -> None:
+        self.kind, self.name, self.known = kind, name, tuple(known)
+        near = get_close_matches(name, self.known, n=1)
+        hint = f" (did you mean {near[0]}?)" if near else ""
+        super().__init__(f"no {kind} named {name!r}{hint}; known: {', '.join(self.known) or 'none'}")
+
+
+class PaperError(LwrDynError, ValueError):
+    """A data file breaks the schema; says which file, which field, and what is allowed."""
+
+    def __init__(self, file: str, field: str, found: str, allowed: str) -> None:
+        super().__init__(f"{file}: {field}: {found}; allowed: {allowed}")
+        self.file, self.field, self.found, self.allowed = file, field, found, allowed
+
+
+class UrdfError(LwrDynError, ValueError):
+    """A URDF cannot be read as a serial chain; says which file, which element, and what is allowed."""
+
+    def __init__(self, file: str, element: str, found: str, allowed: str) -> None:
+        super().__init__(f"{file}: {element}: {found}; allowed: {allowed}")
+        self.file, self.element, self.found, self.allowed = file, element, found, allowed
+
+
+class NotPhysicalError(LwrDynError, ValueError):
+    """An arm has inertias that no body can have, and was asked to move."""
+
+    def __init__(self, arm: str, links: Iterable[str]) -> None:
+        self.arm, self.links = arm, tuple(links)
+        super().__init__(
+            f"{arm}: the inertia of {', '.join(self.links)} is not physical; "
+            "allowed: another reading, or allow_unphysical (--allow-unphysical)"
+        )
+
+
+class MissingDataError(LwrDynError, ValueError):
+    """The data file does not give what was asked for (an exercise without masses has no dynamics)."""
+
+    def __init__(self, arm: str, missing: str, needed_for: str) -> None:
+        super().__init__(f"{arm}: {missing} not given; needed for {needed_for}")
+        self.arm, self.missing, self.needed_for = arm, missing, needed_for
+
+
+class FileAccessError(LwrDynError, OSError):
+    """A file cannot be read or written."""
+
+    def __init__(self, path: str, reason: str, allowed: str) -> None:
+        super().__init__(f"{path}: {reason}; allowed: {allowed}")
+        self.path, self.reason, self.allowed = path, reason, allowed
+
+    def __str__(self) -> str:
+        return str(self.args[0])
+
+
+class MissingPackageError(LwrDynError, ImportError):
+    """An optional package is needed and not installed."""
+
+    def __init__(self, package: str, extra: str) -> None:
+        super().__init__(f"{package} is not installed; install it with: pip install 'lwr_dyn[{extra}]'")
+        self.package, self.extra = package, extra

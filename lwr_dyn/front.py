@@ -1,0 +1,119 @@
+"""The front door: what `import lwr_dyn` offers. Engines are imported when they are asked for."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from numpy.typing import ArrayLike
+
+from lwr_dyn.errors import OptionError, UnknownNameError
+
+if TYPE_CHECKING:
+    from lwr_dyn.arm import Arm
+    from lwr_dyn.arrays import Array
+    from lwr_dyn.dynamics.protocol import Dynamics
+
+ENGINES = ("pinocchio", "newton-euler")
+
+
+def robots() -> tuple[str, ...]:
+    """Names of the robots that come with the package."""
+    from lwr_dyn.papers import catalog
+
+    return catalog.robots()
+
+
+def readings(robot: str) -> tuple[str, ...]:
+    """Readings of a robot or of a `.toml` file, its default first; raises as `load`."""
+    from lwr_dyn.papers import catalog
+
+    return catalog.readings(robot)
+
+
+def load(robot: str | Path, reading: str | None = None, **urdf_options: Any) -> Arm:
+    """A robot by name, from a user's own `.toml`, or from a `.urdf`.
+
+    Parameters
+    ----------
+    robot : str or path
+    reading : str, optional
+        One of `readings(robot)`; the paper's default if not given.
+    **urdf_options
+        For a `.urdf`: `tip` (link name) and `lock` (joint name -> value).
+
+    Raises
+    ------
+    UnknownNameError
+        No robot or reading of that name.
+    FileAccessError, PaperError, UrdfError
+        The file cannot be read, or is not what it should be.
+
+    >>> load("lwr4plus").n
+    7
+    """
+    name = str(robot)
+    if name.endswith(".urdf"):
+        from lwr_dyn.urdf.reader import read_urdf
+
+        if reading is not None:
+            raise UnknownNameError("reading of a URDF", reading, ())
+        return read_urdf(name, **urdf_options)
+    if urdf_options:
+        raise OptionError(", ".join(urdf_options), f"given for {name}", "only with a .urdf file")
+    from lwr_dyn.assembly import arm_from_paper
+    from lwr_dyn.papers.catalog import open_paper
+
+    return arm_from_paper(open_paper(name, reading))
+
+
+def urdf_text(arm: Arm) -> str:
+    """The arm as URDF text."""
+    from lwr_dyn.urdf import writer
+
+    return writer.urdf_text(arm)
+
+
+def dynamics_of(arm: Arm, engine: str = "pinocchio", rotors: str = "armature") -> Dynamics:
+    """The dynamics of an arm by one of the engines.
+
+    Parameters
+    ----------
+    arm : Arm
+    engine : {"pinocchio", "newton-euler"}
+    rotors : {"armature", "full", "none"}
+        "full" adds the paper's spin couplings; only the hand-written recursion has other than "armature".
+
+    Raises
+    ------
+    UnknownNameError
+        No engine of that name.
+    OptionError
+        Rotors the engine does not know.
+    MissingDataError
+        The arm has no inertias.
+    """
+    if rotors not in ("armature", "full", "none"):
+        raise OptionError("rotors", repr(rotors), "armature, full, none")
+    if engine == "newton-euler":
+        from lwr_dyn.dynamics.newton_euler import NewtonEuler
+
+        return NewtonEuler(arm.require_dynamics(), rotors)  # type: ignore[arg-type]
+    if engine == "pinocchio":
+        if rotors != "armature":
+            raise OptionError("rotors", f"{rotors!r} with engine pinocchio", "armature, or engine newton-euler")
+        from lwr_dyn.dynamics.engine import Pinocchio
+
+        return Pinocchio(arm)
+    raise UnknownNameError("engine", engine, ENGINES)
+
+
+def forward_kinematics(arm: Arm, q: ArrayLike) -> Array:
+    """Pose of the flange in the base, (..., 4, 4), for q (..., n) [rad or m]; raises `ShapeError`.
+
+    >>> forward_kinematics(load("lwr4plus"), [0] * 7)[2, 3].round(3)
+    np.float64(0.868)
+    """
+    from lwr_dyn.kinematics import forward
+
+    return forward.forward_kinematics(arm.chain, q)

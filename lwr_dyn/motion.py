@@ -1,0 +1,116 @@
+"""Records of movement: `Motion` is what is asked for, `Run` is what happened; a run file carries what made it."""
+
+from __future__ import annotations
+
+import io
+import json
+import zipfile
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+
+from lwr_dyn.arrays import Array, read_only
+from lwr_dyn.errors import FileAccessError
+from lwr_dyn.files import write_file
+
+RUN_SCHEMA = 1
+_ARRAYS = ("t", "q", "dq", "q_ref", "dq_ref", "tau_command", "tau_applied", "tau_friction", "energy")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Motion:
+    """Joint motion over time: t (k,) [s]; q, dq, ddq (k, n) [rad or m, per s, per s^2], exact derivatives."""
+
+    t: Array
+    q: Array
+    dq: Array
+    ddq: Array
+
+    def __post_init__(self) -> None:
+        for name in ("t", "q", "dq", "ddq"):
+            object.__setattr__(self, name, read_only(getattr(self, name)))
+
+
+class Reference(Protocol):
+    """A movement that can be asked at any time."""
+
+    @property
+    def duration(self) -> float:
+        """[s]"""
+
+    def sample(self, t: Array) -> Motion:
+        """The motion at times t (k,) [s]; before 0 and after `duration` it stands still."""
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """Something that happened at one moment of a run, to one joint (0-based) or to none."""
+
+    t: float
+    kind: str
+    joint: int | None = None
+    value: float | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Run:
+    """A simulated run: arrays over k times, joints last; SI units.
+
+    `energy` is kinetic plus potential [J]; `work` holds what each channel has put in since t = 0 [J], (k,) each.
+    """
+
+    t: Array
+    q: Array
+    dq: Array
+    q_ref: Array
+    dq_ref: Array
+    tau_command: Array
+    tau_applied: Array
+    tau_friction: Array
+    energy: Array
+    work: Mapping[str, Array]
+    events: tuple[Event, ...] = ()
+    meta: Mapping[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for name in _ARRAYS:
+            object.__setattr__(self, name, read_only(getattr(self, name)))
+        object.__setattr__(self, "work", {name: read_only(w) for name, w in self.work.items()})
+
+    @property
+    def n(self) -> int:
+        """Number of joints."""
+        return int(self.q.shape[1])
+
+    def save(self, path: str | Path) -> None:
+        """Write as .npz without pickle; raises `FileAccessError`."""
+        arrays = {name: getattr(self, name) for name in _ARRAYS}
+        arrays |= {f"work_{name}": value for name, value in self.work.items()}
+        events = [[e.t, e.kind, e.joint, e.value] for e in self.events]
+        record = {"schema": RUN_SCHEMA, "events": events, "meta": dict(self.meta)}
+        arrays["record"] = np.frombuffer(json.dumps(record, sort_keys=True).encode(), dtype=np.uint8)
+        buffer = io.BytesIO()
+        np.savez_compressed(buffer, **arrays)
+        write_file(path, buffer.getvalue())
+
+    @classmethod
+    def load(cls, path: str | Path) -> Run:
+        """Read a run file; raises `FileAccessError` when it is missing, truncated, foreign or of another schema."""
+        try:
+            with np.load(path, allow_pickle=False) as stored:
+                arrays = {name: stored[name] for name in stored.files}
+            record = json.loads(arrays.pop("record").tobytes())
+        except FileNotFoundError:
+            raise FileAccessError(str(path), "no such file", "a run file (.npz) of lwr-dyn simulate") from None
+        except (OSError, ValueError, KeyError, EOFError, AttributeError, TypeError, zipfile.BadZipFile):
+            raise FileAccessError(str(path), "not a whole run file", "a run file (.npz) of lwr-dyn simulate") from None
+        schema = record.get("schema") if isinstance(record, dict) else None
+        if schema != RUN_SCHEMA or not set(_ARRAYS) <= set(arrays):
+            raise FileAccessError(str(path), f"run file of schema {schema}", f"schema {RUN_SCHEMA}")
+        work = {name.removeprefix("work_"): value for name, value in arrays.items() if name.startswith("work_")}
+        events = tuple(Event(*row) for row in record["events"])
+        main = {name: arrays[name] for name in _ARRAYS}
+        return cls(**main, work=work, events=events, meta=record["meta"])

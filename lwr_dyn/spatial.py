@@ -1,0 +1,157 @@
+"""Rotations, poses and inertia tensors on NumPy arrays: the 3-vector algebra shared by all rooms.
+
+`T_ab` is the pose of frame b in frame a: ``T_ac = T_ab @ T_bc``.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from lwr_dyn.arrays import Array, read_only
+
+SNAP = 1e-15
+"""An angle within this many radians of a multiple of 90 deg is that multiple: cos(pi/2) is 6e-17 only
+because pi has no float, and exact zeros let a recursion drop the terms."""
+
+
+def cos_sin(angle: float) -> tuple[float, float]:
+    """Cosine and sine of a constant angle [rad], exact at multiples of 90 deg.
+
+    >>> cos_sin(math.pi / 2)
+    (0.0, 1.0)
+    """
+    quarter = round(angle / (math.pi / 2))
+    if abs(angle - quarter * (math.pi / 2)) <= SNAP * max(1, abs(quarter)):
+        return ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))[quarter % 4]
+    return math.cos(angle), math.sin(angle)
+
+
+def rot_x(angle: float) -> Array:
+    """Rotation about x by `angle` [rad], (3, 3)."""
+    c, s = cos_sin(angle)
+    return np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
+
+
+def rot_y(angle: float) -> Array:
+    """Rotation about y by `angle` [rad], (3, 3)."""
+    c, s = cos_sin(angle)
+    return np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
+
+
+def rot_z(angle: float) -> Array:
+    """Rotation about z by `angle` [rad], (3, 3)."""
+    c, s = cos_sin(angle)
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+def from_rpy(rpy: Any) -> Array:
+    """Rotation from URDF roll, pitch, yaw [rad]: R = Rz(yaw) Ry(pitch) Rx(roll).
+
+    >>> from_rpy((0.0, 0.0, math.pi / 2))[:, 0]
+    array([0., 1., 0.])
+    """
+    roll, pitch, yaw = (float(v) for v in rpy)
+    return rot_z(yaw) @ rot_y(pitch) @ rot_x(roll)
+
+
+def to_rpy(rotation: Array) -> tuple[float, float, float]:
+    """Roll, pitch, yaw [rad] of a rotation; at pitch = +-90 deg roll is taken as 0.
+
+    >>> to_rpy(rot_x(-math.pi / 2))
+    (-1.5707963267948966, 0.0, 0.0)
+    """
+    r = rotation
+    cos_pitch = math.hypot(r[0, 0], r[1, 0])
+    pitch = math.atan2(-r[2, 0], cos_pitch)
+    if cos_pitch < 1e-9:
+        return 0.0, pitch, math.atan2(-r[0, 1], r[1, 1])
+    return math.atan2(r[2, 1], r[2, 2]), pitch + 0.0, math.atan2(r[1, 0], r[0, 0])
+
+
+def axis_to_z(axis: Array) -> Array:
+    """A rotation whose third column is the unit vector `axis` (the identity for z itself).
+
+    >>> axis_to_z(np.array([0.0, 0.0, 1.0])).tolist() == np.eye(3).tolist()
+    True
+    """
+    z = axis / np.linalg.norm(axis)
+    start = np.eye(3)[int(np.argmin(np.abs(z)))]
+    x = start - z * (start @ z)
+    x = x / np.linalg.norm(x)
+    return np.column_stack([x, np.cross(z, x), z])
+
+
+def skew(v: Array) -> Array:
+    """The matrix of the cross product: ``skew(v) @ w == np.cross(v, w)``, shape (..., 3, 3).
+
+    >>> skew(np.array([1.0, 2.0, 3.0])) @ np.array([0.0, 0.0, 1.0])
+    array([ 2., -1.,  0.])
+    """
+    x, y, z = v[..., 0], v[..., 1], v[..., 2]
+    o = np.zeros_like(x)
+    rows = [[o, -z, y], [z, o, -x], [-y, x, o]]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pose:
+    """A constant pose: `rotation` (3, 3) and `position` (3,) [m] of a frame in its parent."""
+
+    rotation: Array
+    position: Array
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "rotation", read_only(self.rotation))
+        object.__setattr__(self, "position", read_only(self.position))
+
+    @classmethod
+    def identity(cls) -> Pose:
+        """The pose of a frame in itself."""
+        return cls(np.eye(3), np.zeros(3))
+
+    @classmethod
+    def from_matrix(cls, matrix: Array) -> Pose:
+        """From a homogeneous (4, 4) matrix."""
+        return cls(matrix[:3, :3], matrix[:3, 3])
+
+    def __matmul__(self, other: Pose) -> Pose:
+        """T_ac = T_ab @ T_bc."""
+        return Pose(self.rotation @ other.rotation, self.rotation @ other.position + self.position)
+
+    def inverse(self) -> Pose:
+        """T_ba of T_ab."""
+        return Pose(self.rotation.T, -self.rotation.T @ self.position)
+
+    def matrix(self) -> Array:
+        """The homogeneous (4, 4) matrix."""
+        out = np.eye(4)
+        out[:3, :3], out[:3, 3] = self.rotation, self.position
+        return out
+
+    def is_identity(self) -> bool:
+        """Exactly the identity, so that a recursion may skip it."""
+        return bool((self.rotation == np.eye(3)).all() and (self.position == 0.0).all())
+
+
+def steiner(mass: float, offset: Array) -> Array:
+    """What a point mass at `offset` [m] adds to a tensor: m (c.c E - c c^T), (3, 3) [kg m^2].
+
+    >>> steiner(2.0, np.array([0.0, 0.0, 1.0])).diagonal()
+    array([2., 2., 0.])
+    """
+    out: Array = mass * ((offset @ offset) * np.eye(3) - np.outer(offset, offset))
+    return out
+
+
+def principal_moments(tensor: Array) -> Array:
+    """Principal moments of a symmetric tensor, ascending, (3,) [kg m^2].
+
+    >>> principal_moments(np.diag([3.0, 1.0, 2.0]))
+    array([1., 2., 3.])
+    """
+    out: Array = np.linalg.eigvalsh(tensor)
+    return out
