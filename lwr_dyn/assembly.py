@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 
 from lwr_dyn.arm import Arm, Drawing, JointLimits, Source
@@ -73,9 +71,7 @@ def _rotor(paper: Paper, i: int) -> Rotor | None:
 
 def _flange(paper: Paper) -> Pose:
     zero = np.zeros((1, 3))
-    xyz, rpy = (
-        paper.columns[name].si() if name in paper.columns else zero for name in ("flange.xyz", "flange.rpy")
-    )
+    xyz, rpy = (paper.columns[name].si() if name in paper.columns else zero for name in ("flange.xyz", "flange.rpy"))
     return Pose(from_rpy(rpy[0]), xyz[0])
 
 
@@ -113,8 +109,8 @@ def _sources(paper: Paper) -> dict[str, tuple[Source, ...]]:
     about = "to the centre of mass (Steiner)" if paper.inertia_about == "origin" else "about the centre of mass"
     for i, joint in enumerate(paper.joints):
         link = f"link_{i + 1}"
-        row: Callable[..., list[tuple[str, int, str]]] = lambda *names, i=i: [(f"dh.{n}", i, "DH row to pose") for n in names]
-        out[f"{joint}.dh"] = made(*row("alpha", "a", "d", "theta_offset", "sign"))
+        row = [(f"dh.{name}", i, "DH row to pose") for name in ("alpha", "a", "d", "theta_offset", "sign")]
+        out[f"{joint}.dh"] = made(*row)
         for side in ("lower", "upper"):
             out[f"{joint}.{side}"] = made((f"limits.{side}", i, moved), ("limits.zero", i, moved))
         for name in ("velocity", "effort"):

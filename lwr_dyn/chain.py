@@ -89,7 +89,7 @@ class ChainLink:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Chain:
-    """A serial arm: its links from the base outward, the flange in the last link's frame, gravity in the base [m/s^2]."""
+    """A serial arm: links from the base outward, the flange in the last link's frame, gravity in the base [m/s^2]."""
 
     links: tuple[ChainLink, ...]
     flange: Pose

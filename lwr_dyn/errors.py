@@ -94,3 +94,22 @@ class MissingPackageError(LwrDynError, ImportError):
     def __init__(self, package: str, extra: str) -> None:
         super().__init__(f"{package} is not installed; install it with: pip install 'lwr_dyn[{extra}]'")
         self.package, self.extra = package, extra
+
+
+class PathLimitError(LwrDynError, ValueError):
+    """A movement leaves the reach or the position limits of the arm; says when, where, which joint, by how much."""
+
+    def __init__(
+        self, t: float, where: str, fault: str, allowed: str, joint: str | None = None, excess: float | None = None
+    ) -> None:
+        super().__init__(f"at t = {t:.6g} s, {where}: {fault}; allowed: {allowed}")
+        self.t, self.where, self.fault, self.allowed = t, where, fault, allowed
+        self.joint, self.excess = joint, excess
+
+
+class DivergenceError(LwrDynError, ArithmeticError):
+    """A simulation left what numbers can follow; `run` keeps what was computed up to then."""
+
+    def __init__(self, t: float, joint: str, found: str, allowed: str, run: object = None) -> None:
+        super().__init__(f"the simulation diverges at t = {t:.6g} s: {joint}: {found}; allowed: {allowed}")
+        self.t, self.joint, self.found, self.allowed, self.run = t, joint, found, allowed, run

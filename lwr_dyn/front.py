@@ -68,7 +68,7 @@ def load(robot: str | Path, reading: str | None = None, **urdf_options: Any) -> 
 
 
 def urdf_text(arm: Arm) -> str:
-    """The arm as URDF text."""
+    """The arm as URDF text; the same arm gives the same bytes."""
     from lwr_dyn.urdf import writer
 
     return writer.urdf_text(arm)

@@ -153,5 +153,4 @@ def principal_moments(tensor: Array) -> Array:
     >>> principal_moments(np.diag([3.0, 1.0, 2.0]))
     array([1., 2., 3.])
     """
-    out: Array = np.linalg.eigvalsh(tensor)
-    return out
+    return np.asarray(np.linalg.eigvalsh(tensor), dtype=np.float64)

@@ -37,20 +37,12 @@ def multiply(a: Scalar, b: Scalar) -> Scalar:
     >>> multiply(0.0, "anything")
     0.0
     """
-    if a.__class__ is float:
-        if a == 0.0:
-            return 0.0
-        if a == 1.0:
-            return b
-        if a == -1.0:
-            return -b
-    if b.__class__ is float:
-        if b == 0.0:
-            return 0.0
-        if b == 1.0:
-            return a
-        if b == -1.0:
-            return -a
+    for one, other in ((a, b), (b, a)):
+        if one.__class__ is float:
+            if one == 0.0:
+                return 0.0
+            if one in (1.0, -1.0):
+                return other if one > 0 else -other
     return a * b
 
 

@@ -1,0 +1,1 @@
+"""Laws, agreement of the two roads, feasibility of the links: a verdict each."""

@@ -1,0 +1,1 @@
+"""The command `lwr-dyn`, one file per subcommand."""

@@ -7,6 +7,7 @@ A value that is not finite always reaches the entry looked at: it runs outward w
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from math import isfinite
 from typing import Any
 
@@ -34,16 +35,53 @@ def pinocchio_model(arm: Arm) -> PinocchioModel:
     return model
 
 
+def flange_poses(arm: Arm, q: Array) -> Array:
+    """Pose of the URDF's flange in its base by Pinocchio, (k, 4, 4), for q (k, n); needs no inertias."""
+    model = pin.buildModelFromXML(urdf_text(arm))
+    data, flange = model.createData(), model.getFrameId("flange")
+    poses = []
+    for state in q:
+        pin.forwardKinematics(model, data, np.ascontiguousarray(state))
+        poses.append(np.array(pin.updateFramePlacement(model, data, flange).homogeneous))
+    return np.array(poses)
+
+
+class RawCalls:
+    """Pinocchio's functions bound to one model and its data, nothing checked: for loops."""
+
+    __slots__ = (
+        "bias_torque",
+        "coriolis_matrix",
+        "forward_dynamics",
+        "gravity_vector",
+        "inverse_dynamics",
+        "mass_matrix",
+        "mechanical_energy",
+        "potential_energy",
+    )
+
+    def __init__(self, model: PinocchioModel, data: Any) -> None:
+        self.mass_matrix = partial(pin.crba, model, data)
+        self.coriolis_matrix = partial(pin.computeCoriolisMatrix, model, data)
+        self.gravity_vector = partial(pin.computeGeneralizedGravity, model, data)
+        self.bias_torque = partial(pin.nonLinearEffects, model, data)
+        self.inverse_dynamics = partial(pin.rnea, model, data)
+        self.forward_dynamics = partial(pin.aba, model, data)
+        self.potential_energy = partial(pin.computePotentialEnergy, model, data)
+        self.mechanical_energy = partial(pin.computeMechanicalEnergy, model, data)
+
+
 class Pinocchio:
     """The engine "pinocchio"; implements the `Dynamics` protocol. Not for use by two threads at once."""
 
-    __slots__ = ("_shape", "data", "model", "n")
+    __slots__ = ("_shape", "data", "model", "n", "ungated")
 
     def __init__(self, arm: Arm) -> None:
         self.model = pinocchio_model(arm)
         self.data = self.model.createData()
         self.n: int = arm.n
         self._shape = (arm.n,)
+        self.ungated = RawCalls(self.model, self.data)
 
     def mass_matrix(self, q: ArrayLike) -> Array:
         """B(q), (..., n, n)."""

@@ -37,8 +37,8 @@ class Recursion:
     def _torque(self, gravity: Vector, q: Any, dq: Any, ddq: Any) -> Any:
         n = len(self.links)
         rest = [_REST] * n
-        split = [rest if x is None else [x[..., i] for i in range(n)] for x in (q, dq, ddq)]
-        return _joined(inverse_dynamics(self.links, gravity, *split, rotors=self.rotors))
+        q_i, dq_i, ddq_i = (rest if x is None else [x[..., i] for i in range(n)] for x in (q, dq, ddq))
+        return _joined(inverse_dynamics(self.links, gravity, q_i, dq_i, ddq_i, self.rotors))
 
     def inverse_dynamics(self, q: Any, dq: Any, ddq: Any) -> Any:
         """tau(q, dq, ddq)."""
@@ -60,6 +60,11 @@ class Recursion:
         """B(q): all columns in one batch of unit accelerations."""
         columns = self._torque(ZERO, q[..., None, :], None, np.eye(len(self.links)))
         return np.swapaxes(columns, -1, -2)
+
+    def forward_dynamics(self, q: Any, dq: Any, tau: Any) -> Any:
+        """ddq = B^-1 (tau - C dq - g), for numbers."""
+        rest = tau - self.bias_torque(q, dq)
+        return np.linalg.solve(self.mass_matrix(q), rest[..., None])[..., 0]
 
     def coriolis_matrix(self, q: Any, dq: Any) -> Any:
         """C(q, dq): column j is the polar form of h at (dq, e_j)."""
@@ -128,9 +133,7 @@ class NewtonEuler:
 
     def forward_dynamics(self, q: ArrayLike, dq: ArrayLike, tau: ArrayLike) -> Array:
         """ddq = B^-1 (tau - C dq - g), (..., n)."""
-        q, dq, tau = self._gate(q=q, dq=dq, tau=tau)
-        rest = tau - self.ungated.bias_torque(q, dq)
-        return np.linalg.solve(self.ungated.mass_matrix(q), rest[..., None])[..., 0]
+        return _array(self.ungated.forward_dynamics(*self._gate(q=q, dq=dq, tau=tau)))
 
     def potential_energy(self, q: ArrayLike) -> Array:
         """U(q), (...)."""

@@ -13,7 +13,7 @@ from lwr_dyn.arrays import Array
 class Dynamics(Protocol):
     """B(q) ddq + C(q, dq) dq + g(q) = tau, in SI units; batches are (..., n).
 
-    Every method raises `ShapeError` for a wrong last axis, batches that do not broadcast, or a value that is not finite.
+    Every method raises `ShapeError`: wrong last axis, batches that do not broadcast, a value that is not finite.
     """
 
     @property

@@ -1,0 +1,1 @@
+"""The data room: one TOML file per paper, the strict reader, errata and readings."""

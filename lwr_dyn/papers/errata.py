@@ -29,9 +29,8 @@ def apply_errata(tables: dict[str, Any], errata: tuple[Erratum, ...], file: str)
         for patch in erratum.patches:
             holder, key = _locate(tables, patch.at, f"erratum {erratum.id}", file)
             if holder[key] != patch.printed:
-                raise PaperError(
-                    file, f"erratum {erratum.id}: {patch.at}", f"printed {holder[key]!r}", f"{patch.printed!r} as stated"
-                )
+                field, allowed = f"erratum {erratum.id}: {patch.at}", f"{patch.printed!r} as stated"
+                raise PaperError(file, field, f"printed {holder[key]!r}", allowed)
             holder[key] = patch.read
             column, row = _column_and_row(patch.at)
             for i in [row] if row is not None else range(64):

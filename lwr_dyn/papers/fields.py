@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from lwr_dyn.errors import PaperError
@@ -39,3 +40,11 @@ class Fields:
         """Raise `PaperError` for a field nobody asked for."""
         for key in self._left:
             raise PaperError(self._file, self._name(key), "unknown field", ", ".join(self._taken))
+
+
+def choice(value: Any, allowed: Sequence[str], file: str, field: str) -> str:
+    """`value` when it is one of the allowed words; raises `PaperError` otherwise."""
+    if value not in allowed:
+        found = "missing" if value is None else repr(value)
+        raise PaperError(file, field, found, f"one of {', '.join(allowed)}")
+    return str(value)

@@ -16,6 +16,7 @@ SCHEMA = 1
 KINDS = ("printed", "computed", "datasheet", "fitted", "estimated", "assumed")
 ABOUT = ("com", "origin")
 PRODUCTS = ("tensor", "integral")
+STATUSES = ("proven", "likely", "open")
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,6 +78,8 @@ class Column:
     where: str
     kind: str
     note: str = ""
+    symbols: tuple[str, ...] = ()
+    """The source's own letters for the entries, where it has some."""
     errata: Mapping[int, tuple[str, ...]] = field(default_factory=dict)
     """Row -> ids of the errata that changed it."""
 

@@ -1,0 +1,75 @@
+"""Can a body have this inertia? Positive definite, triangle inequality, radius of gyration against the link's size.
+
+The first two are exact conditions (a density >= 0 exists); the third is a bound on plausibility, since a tensor ten
+times too large passes both: no mass can lie farther from its centre than the link reaches.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from lwr_dyn.arm import Arm
+from lwr_dyn.checks.verdict import Verdict
+from lwr_dyn.spatial import principal_moments
+
+THICKNESS = 0.12
+"""Share of the arm's reach that a link may stand out beyond its joints and centre of mass: half the thickness of a
+heavy link. LWR links stand at 0.4 to 0.65 of the bound so drawn, tensors ten times too large beyond it."""
+ROUNDING = 1e-12
+"""Share of the largest moment by which the triangle inequality may fail: laminas meet it with equality."""
+
+
+@dataclass(frozen=True, slots=True)
+class LinkFeasibility:
+    """What was found about one link: moments [kg m^2], lengths [m]."""
+
+    link: str
+    principal: tuple[float, float, float]
+    triangle: float
+    """I1 + I2 - I3 over I3, not negative for a body."""
+    gyration: float
+    """Largest radius of gyration about the centre of mass."""
+    reach: float
+    """How far the link's mass can lie from its centre."""
+
+    @property
+    def physical(self) -> bool:
+        """Positive definite and the triangle inequality."""
+        return self.principal[0] > 0.0 and self.triangle >= -ROUNDING
+
+
+def links_feasibility(arm: Arm) -> tuple[LinkFeasibility, ...]:
+    """Feasibility of every link with a body."""
+    joints, flange = arm.joints(), arm.flange()
+    ends = [*(j.origin.position for j in joints[1:]), flange.position]
+    total = sum(float(np.linalg.norm(p)) for p in (*(j.origin.position for j in joints), flange.position))
+    found = []
+    for link, body, end in zip(arm.chain.links, arm.bodies(), ends, strict=True):
+        if body is None or body.mass <= 0.0:
+            continue
+        moments = principal_moments(body.inertia_com)
+        spans = [float(np.linalg.norm(body.com - p)) for p in (np.zeros(3), end)]
+        found.append(
+            LinkFeasibility(
+                link=link.link,
+                principal=(float(moments[0]), float(moments[1]), float(moments[2])),
+                triangle=float((moments[0] + moments[1] - moments[2]) / max(abs(moments[2]), 1e-300)),
+                gyration=float(np.sqrt(max(moments[2], 0.0) / body.mass)),
+                reach=max(spans) + THICKNESS * total,
+            )
+        )
+    return tuple(found)
+
+
+def feasibility_verdicts(arm: Arm) -> list[Verdict]:
+    """Three verdicts a link."""
+    rows = []
+    for f in links_feasibility(arm):
+        rows.append(Verdict(f"{f.link}: smallest principal moment", f.principal[0], 0.0, "kg m^2", "above"))
+        rows.append(
+            Verdict(f"{f.link}: triangle inequality, I3 over I1 + I2, less 1", -f.triangle, ROUNDING, "relative")
+        )
+        rows.append(Verdict(f"{f.link}: radius of gyration over the link's reach", f.gyration / f.reach, 1.0, "ratio"))
+    return rows

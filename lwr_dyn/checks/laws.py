@@ -1,0 +1,74 @@
+"""Laws that the equations of motion obey whatever the arm: B, C, g against each other, to machine precision.
+
+Derivatives are complex steps of the hand-written recursion (it takes complex numbers), so they are exact: no
+difference quotient hides behind these tolerances.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from lwr_dyn.arrays import Array
+from lwr_dyn.checks.states import States
+from lwr_dyn.checks.verdict import Verdict
+from lwr_dyn.dynamics.newton_euler import Recursion
+from lwr_dyn.dynamics.protocol import Dynamics
+
+EXACT = 1e-12
+"""Relative: a few hundred roundings of 1e-16 in a recursion over a handful of links."""
+STEP = 1e-30
+"""Complex step: no subtraction takes place, so it may be as small as floats allow."""
+
+
+def mass_matrix_laws(dynamics: Dynamics, states: States) -> list[Verdict]:
+    """B is symmetric and positive definite; its columns are inverse dynamics of unit accelerations."""
+    B = dynamics.mass_matrix(states.q)
+    g = dynamics.gravity_vector(states.q)
+    unit = np.eye(dynamics.n)
+    columns = dynamics.inverse_dynamics(states.q[:, None, :], np.zeros(dynamics.n), unit) - g[:, None, :]
+    return [
+        Verdict("B symmetric", relative(B, np.swapaxes(B, -1, -2)), EXACT, "relative"),
+        Verdict("B smallest eigenvalue", float(np.linalg.eigvalsh(B).min()), 0.0, "kg m^2", "above"),
+        Verdict("B column i = NE(q, 0, e_i) - g", relative(B, np.swapaxes(columns, -1, -2)), EXACT, "relative"),
+    ]
+
+
+def velocity_laws(dynamics: Dynamics, recursion: Recursion, states: States) -> list[Verdict]:
+    """dB/dt = C + C^T, and C dq + g is the bias torque."""
+    C = dynamics.coriolis_matrix(states.q, states.dq)
+    dB = mass_matrix_rate(recursion, states.q, states.dq)
+    bias = np.einsum("kij,kj->ki", C, states.dq) + dynamics.gravity_vector(states.q)
+    return [
+        Verdict("dB/dt - C - C^T", relative(dB, C + np.swapaxes(C, -1, -2)), EXACT, "relative"),
+        Verdict("C dq + g - bias torque", relative(dynamics.bias_torque(states.q, states.dq), bias), EXACT, "relative"),
+    ]
+
+
+def gravity_law(dynamics: Dynamics, recursion: Recursion, states: States) -> Verdict:
+    """g = dU/dq, with U from the positions of the centres of mass."""
+    gradient = potential_gradient(recursion, states.q)
+    return Verdict("g - dU/dq", relative(dynamics.gravity_vector(states.q), gradient), EXACT, "relative")
+
+
+def mass_matrix_rate(recursion: Recursion, q: Array, dq: Array) -> Array:
+    """dB/dt along dq, exact, (..., n, n)."""
+    rate: Any = recursion.mass_matrix(q + 1j * STEP * dq)
+    return np.asarray(rate.imag / STEP, dtype=np.float64)
+
+
+def potential_gradient(recursion: Recursion, q: Array) -> Array:
+    """dU/dq, exact, (..., n)."""
+    steps: Any = q[..., None, :] + 1j * STEP * np.eye(q.shape[-1])
+    return np.asarray(recursion.potential_energy(steps).imag / STEP, dtype=np.float64)
+
+
+def relative(a: Array, b: Array) -> float:
+    """Largest difference over the largest entry of both; 0 when both vanish.
+
+    >>> relative(np.array([1.0, 2.0]), np.array([1.0, 2.5]))
+    0.2
+    """
+    scale = max(float(np.abs(a).max(initial=0.0)), float(np.abs(b).max(initial=0.0)))
+    return 0.0 if scale == 0.0 else float(np.abs(a - b).max()) / scale

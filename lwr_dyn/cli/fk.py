@@ -1,0 +1,108 @@
+"""`lwr-dyn fk`: the pose of the flange, a point on it, and the DH matrices in symbols."""
+
+from __future__ import annotations
+
+import click
+import numpy as np
+from numpy.typing import NDArray
+
+from lwr_dyn.arm import Arm
+from lwr_dyn.arrays import fixed_array, joint_array
+from lwr_dyn.cli.options import NUMBERS, load_robot, print_json, robot_options
+from lwr_dyn.dh import JointKind
+from lwr_dyn.errors import OptionError
+from lwr_dyn.front import forward_kinematics
+from lwr_dyn.spatial import to_rpy
+
+
+@click.command("fk")
+@robot_options
+@click.option("--q", "q_si", type=NUMBERS, help="Joint positions, rad (m for sliding joints).")
+@click.option("--q-deg", "q_deg", type=NUMBERS, help="Joint positions, deg (m for sliding joints).")
+@click.option("--point", type=NUMBERS, default=(0.0, 0.0, 0.0), help="A point in the flange frame, x,y,z in m.")
+@click.option("--symbolic", is_flag=True, help="Print A_1 ... A_n in symbols and the position by two routes.")
+@click.option("--json", "as_json", is_flag=True, help="One JSON object.")
+def command(
+    robot: str,
+    reading: str | None,
+    tip: str | None,
+    locks: tuple[str, ...],
+    q_si: tuple[float, ...] | None,
+    q_deg: tuple[float, ...] | None,
+    point: tuple[float, ...],
+    symbolic: bool,
+    as_json: bool,
+) -> None:
+    """Pose of the flange in the base, at --q or --q-deg."""
+    if symbolic:
+        _print_symbols(robot, reading)
+        return
+    arm = load_robot(robot, reading, tip, locks)
+    q = _positions(arm, q_si, q_deg)
+    pose = forward_kinematics(arm, q)
+    at = pose[:3, :3] @ fixed_array("--point", point, (3,)) + pose[:3, 3]
+    outside = _outside(arm, q)
+    if as_json:
+        record = {"robot": arm.name, "reading": arm.reading, "q": q, "T": pose, "position": pose[:3, 3]}
+        print_json(
+            {**record, "rpy": to_rpy(pose[:3, :3]), "point": list(point), "point_in_base": at, "outside": outside}
+        )
+        return
+    click.echo(f"{arm.name}, reading {arm.reading}: flange in base, metres")
+    for row in pose:
+        click.echo("  " + " ".join(f"{round(x, 8) + 0.0:12.8f}" for x in row))
+    rpy = " ".join(f"{x:.6f}" for x in np.degrees(to_rpy(pose[:3, :3])))
+    click.echo(f"position  {_triple(pose[:3, 3])} m")
+    click.echo(f"rpy       {rpy} deg")
+    if any(point):
+        click.echo(f"point     {_triple(at)} m  (flange {', '.join(f'{x:g}' for x in point)})")
+    for line in outside:
+        click.echo(f"note: {line}")
+
+
+def _positions(arm: Arm, q: tuple[float, ...] | None, q_deg: tuple[float, ...] | None) -> NDArray[np.float64]:
+    if (q is None) == (q_deg is None):
+        raise OptionError("--q, --q-deg", "neither or both given", "one of them")
+    if q is not None:
+        return joint_array("--q", q, arm.n)
+    values = joint_array("--q-deg", q_deg or (), arm.n)
+    turning = [link.kind is JointKind.REVOLUTE for link in arm.chain.links]
+    return np.where(turning, np.radians(values), values)
+
+
+def _outside(arm: Arm, q: NDArray[np.float64]) -> list[str]:
+    """Joints beyond their limits, and by how much."""
+    lines = []
+    for name, x, low, up in zip(arm.joint_names, q, arm.lower, arm.upper, strict=True):
+        beyond = max(low - x, x - up)
+        if beyond > 0.0:
+            lines.append(f"{name} is outside its limits by {beyond:.6g}")
+    return lines
+
+
+def _triple(values: NDArray[np.float64]) -> str:
+    return " ".join(f"{round(x, 9) + 0.0:.9f}" for x in values)
+
+
+def _print_symbols(robot: str, reading: str | None) -> None:
+    import sympy as sp
+
+    from lwr_dyn.kinematics.symbolic import dh_matrices, full_product, vector_route
+    from lwr_dyn.papers.catalog import open_paper
+
+    if robot.endswith(".urdf"):
+        raise OptionError("--symbolic", robot, "a robot with a DH table")
+    matrices = dh_matrices(open_paper(robot, reading))
+    for i, matrix in enumerate(matrices, start=1):
+        click.echo(f"A{i} =\n{sp.pretty(matrix, use_unicode=False)}")
+    origin = sp.Matrix([0, 0, 0, 1])
+    for name, route in (
+        ("full product", full_product(matrices, origin)),
+        ("vector route", vector_route(matrices, origin)),
+    ):
+        click.echo(
+            f"origin of frame {len(matrices)} by {name}: {route.multiplications} products, {route.additions} sums"
+        )
+    value = vector_route(matrices, origin).value
+    for axis, expression in zip("xyz", value, strict=False):
+        click.echo(f"  {axis} = {sp.factor_terms(sp.expand(expression))}")

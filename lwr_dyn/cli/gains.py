@@ -1,0 +1,61 @@
+"""`lwr-dyn gains`: each joint's largest inertia, how it was searched, and the gains of a second-order loop."""
+
+from __future__ import annotations
+
+import math
+
+import click
+import numpy as np
+
+from lwr_dyn.arm import Arm
+from lwr_dyn.cli.options import load_robot, print_json, robot_options, table
+from lwr_dyn.control.gains import second_order_gains
+from lwr_dyn.control.worst_case_inertia import WorstCase, worst_cases
+
+
+@click.command("gains")
+@robot_options
+@click.option("--omega-n", default=50.0, show_default=True, help="Natural frequency, rad/s.")
+@click.option("--xi", default=1.0, show_default=True, help="Damping ratio.")
+@click.option("--json", "as_json", is_flag=True, help="One JSON object.")
+def command(
+    robot: str, reading: str | None, tip: str | None, locks: tuple[str, ...], omega_n: float, xi: float, as_json: bool
+) -> None:
+    """Worst-case inertia of each joint over its limits, and Kp = omega_n^2 b, Kd = 2 xi omega_n b."""
+    second_order_gains([1.0], omega_n, xi)  # refuse bad options before the search
+    arm = load_robot(robot, reading, tip, locks)
+    found = worst_cases(arm)
+    gains = second_order_gains([w.value for w in found], omega_n, xi)
+    if as_json:
+        rows = [
+            {"joint": arm.joint_names[w.joint], "b": w.value, "q": w.q, "free": list(w.free), "search": w.statement()}
+            | {"Kp": gains.Kp[w.joint], "Kd": gains.Kd[w.joint]}
+            for w in found
+        ]
+        print_json({"robot": arm.name, "reading": arm.reading, "omega_n": omega_n, "xi": xi, "joints": rows})
+        return
+    click.echo(
+        f"{arm.name}, reading {arm.reading}: max B_ii over the joint box, omega_n = {omega_n:g} rad/s, xi = {xi:g}"
+    )
+    rows = [
+        (
+            arm.joint_names[w.joint],
+            f"{w.value:.6g}",
+            f"{gains.Kp[w.joint]:.6g}",
+            f"{gains.Kd[w.joint]:.6g}",
+            places(arm, w),
+        )
+        for w in found
+    ]
+    click.echo(table(rows, ("joint", "b [kg m^2]", "Kp [N m/rad]", "Kd [N m s/rad]", "where (deg; * any)")))
+    for w in found:
+        click.echo(f"{arm.joint_names[w.joint]}: {w.statement()}")
+
+
+def places(arm: Arm, worst: WorstCase) -> str:
+    """The maximisers in degrees, free joints as *."""
+    texts = []
+    for q in worst.maximisers[:2]:
+        texts.append("(" + " ".join("*" if math.isnan(x) else f"{np.degrees(x):.0f}" for x in q) + ")")
+    more = worst.distinct - len(texts)
+    return " ".join(texts) + (f" and {more} more" if more > 0 else "")

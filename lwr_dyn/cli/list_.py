@@ -1,0 +1,47 @@
+"""`lwr-dyn list`: the robots, their readings, what their sources give and lack."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from lwr_dyn.cli.options import print_json, table
+from lwr_dyn.papers.catalog import open_paper, readings, robots
+
+
+@click.command("list")
+@click.option("--json", "as_json", is_flag=True, help="One JSON object with every column's page and kind.")
+def command(as_json: bool) -> None:
+    """Robots, readings and where their numbers come from."""
+    entries = [_entry(robot) for robot in robots()]
+    if as_json:
+        print_json({"robots": entries})
+        return
+    rows = []
+    for e in entries:
+        rows.append((e["name"], str(e["joints"]), e["title"], ", ".join(e["readings"])))
+    click.echo(table(rows, ("robot", "joints", "title", "readings (default first)")))
+    for e in entries:
+        click.echo(f"\n{e['name']}: {e['document']['title']} ({e['document']['origin']})")
+        for name, about in e["readings"].items():
+            click.echo(f"  {name}: {about}")
+        for name, column in e["columns"].items():
+            click.echo(f"    {name:<20} {column['kind']:<10} {column['where']}")
+
+
+def _entry(robot: str) -> dict[str, Any]:
+    paper = open_paper(robot)
+    return {
+        "name": paper.name,
+        "title": paper.title,
+        "joints": paper.n,
+        "document": dict(paper.document),
+        "default_reading": paper.reading.name,
+        "readings": {name: paper.readings[name].about for name in readings(robot)},
+        "errata": {e.id: {"where": e.where, "printed": e.printed, "read_as": e.read_as} for e in paper.errata},
+        "columns": {
+            name: {"kind": c.kind, "where": c.where, "unit": sorted(set(c.unit)), "note": c.note}
+            for name, c in paper.columns.items()
+        },
+    }

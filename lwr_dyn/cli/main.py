@@ -1,0 +1,77 @@
+"""`lwr-dyn`: finds the subcommand's module only when it is called, and turns errors into one line and an exit code."""
+
+from __future__ import annotations
+
+import os
+import sys
+from importlib import import_module
+
+import click
+
+from lwr_dyn import __version__
+from lwr_dyn.errors import LwrDynError
+
+COMMANDS = {
+    "list": "Robots, readings and where their numbers come from.",
+    "new": "Write a commented data file for your own arm.",
+    "urdf": "Write a robot as URDF with its sidecars.",
+    "check": "Every law and agreement, with value, tolerance and verdict.",
+    "fk": "Pose of the flange; the DH matrices in symbols.",
+    "gains": "Worst-case inertia of each joint and the gains drawn from it.",
+    "reproduce": "Recompute what a paper prints.",
+}
+"""Subcommand -> its line in the help; the module is lwr_dyn.cli.NAME (list_ for list)."""
+
+
+class LazyGroup(click.Group):
+    """A group that imports a subcommand when it is used, so that `--help` stays quick."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Names in the order of `COMMANDS`."""
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """The subcommand from its module."""
+        if cmd_name not in COMMANDS:
+            return None
+        module = import_module(f"lwr_dyn.cli.{'list_' if cmd_name == 'list' else cmd_name}")
+        command: click.Command = module.command
+        return command
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """The help lines, without importing a subcommand."""
+        with formatter.section("Commands"):
+            formatter.write_dl(list(COMMANDS.items()))
+
+
+@click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
+@click.version_option(__version__, prog_name="lwr-dyn")
+def group() -> None:
+    """From a robot paper's tables to a URDF, B, C and g, controllers and a replay you can trust.
+
+    ROBOT is a name from `lwr-dyn list`, or a path to your own .toml or .urdf file.
+    """
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Run the command: exit 0 done, 1 the checked thing fails, 2 bad input with one line on stderr."""
+    try:
+        code = group.main(args=arguments, prog_name="lwr-dyn", standalone_mode=False)
+    except LwrDynError as error:
+        code = _complain(str(error), error.exit_code)
+    except click.exceptions.NoArgsIsHelpError as error:
+        click.echo(error.ctx.get_help() if error.ctx else "", err=True)
+        code = 2
+    except click.ClickException as error:
+        code = _complain(error.format_message(), 2)
+    except (KeyboardInterrupt, click.Abort):
+        code = _complain("stopped", 130)
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        code = 0
+    sys.exit(code if isinstance(code, int) else 0)
+
+
+def _complain(message: str, code: int) -> int:
+    click.echo(f"lwr-dyn: {' '.join(message.split())}", err=True)
+    return code

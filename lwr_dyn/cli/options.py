@@ -1,0 +1,95 @@
+"""What subcommands share: the ROBOT argument with its options, lists of numbers, JSON output."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import click
+import numpy as np
+
+from lwr_dyn.arm import Arm
+from lwr_dyn.errors import OptionError
+from lwr_dyn.front import load
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+class Numbers(click.ParamType):
+    """Numbers separated by commas: `--q-deg -90,0` and `--q-deg=-90,0` both work."""
+
+    name = "numbers"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[float, ...]:
+        """The numbers as floats."""
+        if isinstance(value, tuple):
+            return value
+        try:
+            return tuple(float(x) for x in str(value).split(","))
+        except ValueError:
+            self.fail(
+                f"{value!r} is not a list of numbers; allowed: numbers separated by commas, such as -90,0", param, ctx
+            )
+
+
+NUMBERS = Numbers()
+
+
+def robot_options(command: F) -> F:
+    """ROBOT, --reading, and for a .urdf --tip and --lock."""
+    for option in (
+        click.option(
+            "--lock", "locks", multiple=True, metavar="JOINT=VALUE", help="Hold a joint (of a .urdf), rad or m."
+        ),
+        click.option("--tip", help="Last link of the chain (of a .urdf)."),
+        click.option("--reading", help="How to read the tables; the paper's default if not given."),
+        click.argument("robot"),
+    ):
+        command = option(command)
+    return command
+
+
+def load_robot(robot: str, reading: str | None, tip: str | None, locks: tuple[str, ...]) -> Arm:
+    """The arm that the options name; raises as `lwr_dyn.load`."""
+    options: dict[str, Any] = {}
+    if tip is not None:
+        options["tip"] = tip
+    if locks:
+        options["lock"] = dict(_lock(text) for text in locks)
+    return load(robot, reading, **options)
+
+
+def _lock(text: str) -> tuple[str, float]:
+    joint, _, value = text.partition("=")
+    try:
+        return joint, float(value)
+    except ValueError:
+        raise OptionError("--lock", repr(text), "JOINT=VALUE, such as finger=0.02") from None
+
+
+def print_json(record: Any) -> None:
+    """One JSON object on stdout; arrays become lists, NaN and infinity null."""
+    click.echo(json.dumps(plain(record), indent=2, sort_keys=False, allow_nan=False))
+
+
+def plain(value: Any) -> Any:
+    """A value as JSON knows it."""
+    if isinstance(value, dict):
+        return {str(k): plain(v) for k, v in value.items()}
+    if isinstance(value, np.ndarray):
+        return plain(value.tolist())
+    if isinstance(value, list | tuple):
+        return [plain(v) for v in value]
+    if isinstance(value, np.generic):
+        return plain(value.item())
+    if isinstance(value, float) and not np.isfinite(value):
+        return None
+    return value
+
+
+def table(rows: list[tuple[str, ...]], head: tuple[str, ...]) -> str:
+    """Rows as aligned text under a heading."""
+    widths = [max(len(r[i]) for r in (head, *rows)) for i in range(len(head))]
+    lines = ["  ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True)).rstrip() for row in (head, *rows)]
+    return "\n".join([lines[0], "  ".join("-" * w for w in widths), *lines[1:]])

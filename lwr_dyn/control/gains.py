@@ -1,0 +1,54 @@
+"""Gains of a second-order loop from its natural frequency and damping, joint by joint."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from lwr_dyn.arrays import Array, read_only, real_array
+from lwr_dyn.errors import OptionError
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Gains:
+    """Diagonal gains: Kp (n,) [N m/rad], Kd (n,) [N m s/rad], and what they were drawn from."""
+
+    Kp: Array
+    Kd: Array
+    omega_n: float
+    xi: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "Kp", read_only(self.Kp))
+        object.__setattr__(self, "Kd", read_only(self.Kd))
+
+
+def second_order_gains(inertia: ArrayLike, omega_n: float = 50.0, xi: float = 1.0) -> Gains:
+    """Kp = omega_n^2 b, Kd = 2 xi omega_n b (LWR 4+ paper, before Table VI; Siciliano eq. 8.22).
+
+    Parameters
+    ----------
+    inertia : (n,) array_like
+        Inertia b of each joint [kg m^2]; ones for inverse dynamics, which sees unit masses.
+    omega_n : float
+        Natural frequency [rad/s].
+    xi : float
+        Damping ratio.
+
+    Raises
+    ------
+    ShapeError
+        Inertias that are not finite numbers.
+    OptionError
+        A value that is not positive.
+
+    >>> second_order_gains([2.0], omega_n=10.0).Kp
+    array([200.])
+    """
+    b = real_array("inertia", inertia)
+    for name, value in (("omega_n", omega_n), ("xi", xi), ("inertia", float(b.min(initial=1.0)))):
+        if not (np.isfinite(value) and value > 0.0):
+            raise OptionError(name, value, "a number above 0")
+    return Gains(omega_n**2 * b, 2 * xi * omega_n * b, float(omega_n), float(xi))

@@ -1,0 +1,73 @@
+"""The columns of a data file: each has as many rows as joints, finite numbers, a unit of its quantity, a page."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from lwr_dyn.errors import PaperError
+from lwr_dyn.papers.fields import Fields, choice
+from lwr_dyn.papers.schema import KINDS, TABLES, Column, ColumnRule
+from lwr_dyn.papers.units import UNITS, units_of
+
+
+def read_columns(
+    tables: dict[str, Any], n: int, touched: dict[str, dict[int, list[str]]], file: str
+) -> dict[str, Column]:
+    """All columns by path ("inertial.mass"); `touched` names the errata per column and row. Raises `PaperError`."""
+    columns = {}
+    for table_name, table in tables.items():
+        fields = Fields(table, file, table_name)
+        for column_name, rule in TABLES[table_name].items():
+            if column_name in table:
+                name = f"{table_name}.{column_name}"
+                column = _column(fields.take(column_name, dict), rule, n, touched.get(name, {}), file, name)
+                columns[name] = column
+            elif rule.required:
+                raise PaperError(file, f"{table_name}.{column_name}", "missing", "a column")
+        fields.done()
+    return columns
+
+
+def _column(
+    table: dict[str, Any], rule: ColumnRule, n: int, touched: dict[int, list[str]], file: str, name: str
+) -> Column:
+    fields = Fields(table, file, name)
+    values = fields.take("values", object)
+    unit = fields.take("unit", object)
+    where, kind = fields.take("where", str), fields.take("kind", str)
+    note = fields.take("note", str, default="")
+    symbols = tuple(str(x) for x in fields.take("symbols", list, default=[]))
+    fields.done()
+    choice(kind, KINDS, file, f"{name}.kind")
+    count = n if rule.per_joint else 1
+    rows = values if rule.per_joint else [values]
+    if not isinstance(rows, list) or len(rows) != count:
+        found = f"{len(rows)} rows" if isinstance(rows, list) else repr(rows)
+        raise PaperError(file, f"{name}.values", found, f"{count} rows, one per joint")
+    if symbols and len(symbols) != count:
+        raise PaperError(file, f"{name}.symbols", f"{len(symbols)} entries", f"{count}, one per joint, or none")
+    units = list(unit) if isinstance(unit, list) else [unit] * count
+    if len(units) != count:
+        raise PaperError(file, f"{name}.unit", f"{len(units)} units", f"one unit, or {count}, one per joint")
+    for u in units:
+        if u not in UNITS or UNITS[u][0] not in rule.quantities:
+            raise PaperError(file, f"{name}.unit", repr(u), ", ".join(units_of(*rule.quantities)))
+    label = f"{name}.values"
+    cells = tuple(_row(r, rule.row, file, f"{label}[{i}]" if rule.per_joint else label) for i, r in enumerate(rows))
+    errata = {row: tuple(ids) for row, ids in touched.items() if row < count}
+    return Column(name, cells, tuple(units), where, kind, note, symbols, errata)
+
+
+def _row(row: Any, shape: tuple[int, ...], file: str, field: str) -> Any:
+    """One row of the right shape with finite numbers, as nested tuples."""
+    if not shape:
+        if isinstance(row, bool) or not isinstance(row, int | float):
+            raise PaperError(file, field, repr(row), "a number")
+        if not math.isfinite(row):
+            raise PaperError(file, field, repr(row), "a finite number")
+        return float(row)
+    if not isinstance(row, list) or len(row) != shape[0]:
+        found = f"{len(row)} entries" if isinstance(row, list) else repr(row)
+        raise PaperError(file, field, found, f"a list of {shape[0]}")
+    return tuple(_row(cell, shape[1:], file, f"{field}[{i}]") for i, cell in enumerate(row))

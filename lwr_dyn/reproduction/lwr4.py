@@ -1,0 +1,58 @@
+"""The LWR-IV exercise recomputed: the seven matrices, the wrist centre by both routes, the tool point."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import sympy as sp
+
+from lwr_dyn.arrays import Array
+from lwr_dyn.assembly import arm_from_paper
+from lwr_dyn.kinematics.forward import forward_kinematics
+from lwr_dyn.kinematics.symbolic import SymbolicRoute, dh_matrices, full_product, vector_route
+from lwr_dyn.papers.catalog import open_paper
+from lwr_dyn.reproduction.printed import printed_tables
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Exercise:
+    """What came out: A_i with whether each is the printed one, both routes to the wrist, the tool point [m]."""
+
+    matrices: tuple[sp.Matrix, ...]
+    identical: tuple[bool, ...]
+    wrist_full: SymbolicRoute
+    wrist_short: SymbolicRoute
+    routes_agree: bool
+    q_deg: tuple[float, ...]
+    tool_in_flange: tuple[float, ...]
+    tool: Array
+
+    @property
+    def holds(self) -> bool:
+        """All matrices are the printed ones and both routes give one wrist."""
+        return all(self.identical) and self.routes_agree
+
+
+def exercise() -> Exercise:
+    """Solve the exercise from its own table."""
+    paper, printed = open_paper("lwr4"), printed_tables("lwr4")
+    matrices = dh_matrices(paper)
+    names = {str(s): s for m in matrices for s in m.free_symbols}
+    tables = [
+        sp.Matrix([[sp.sympify(x, names) for x in row] for row in printed["matrices"][f"A{i + 1}"]]) for i in range(7)
+    ]
+    full = full_product(matrices, sp.Matrix([0, 0, 0, 1]))
+    short = vector_route(matrices[:4], sp.Matrix([0, 0, names["M"], 1]))
+    tool = printed["tool"]
+    pose = forward_kinematics(arm_from_paper(paper).chain, np.radians(tool["q_deg"]))
+    return Exercise(
+        matrices=matrices,
+        identical=tuple(bool(m == t) for m, t in zip(matrices, tables, strict=True)),
+        wrist_full=full,
+        wrist_short=short,
+        routes_agree=bool(sp.expand(full.value - short.value) == sp.zeros(4, 1)),
+        q_deg=tuple(tool["q_deg"]),
+        tool_in_flange=tuple(tool["point"]),
+        tool=pose[:3, :3] @ np.array(tool["point"]) + pose[:3, 3],
+    )

@@ -1,0 +1,38 @@
+"""Numbers as a paper prints them: text with its digits, and whether a computed value agrees to those digits."""
+
+from __future__ import annotations
+
+import tomllib
+from decimal import Decimal
+from importlib import resources
+from typing import Any
+
+TIE = Decimal("1e-9")
+"""Share of the last printed digit allowed beyond half of it: a value that rounds up or down from an exact half."""
+
+
+def printed_tables(paper: str) -> dict[str, Any]:
+    """The printed results of a paper, from the data file beside this module."""
+    text = resources.files("lwr_dyn.reproduction").joinpath(f"{paper}.toml").read_text(encoding="utf-8")
+    return tomllib.loads(text)
+
+
+def last_digit(printed: str) -> Decimal:
+    """The unit of the last printed digit.
+
+    >>> last_digit("0.4903")
+    Decimal('0.0001')
+    """
+    exponent = Decimal(printed).as_tuple().exponent
+    if not isinstance(exponent, int):
+        raise ValueError(printed)
+    return Decimal(1).scaleb(exponent)
+
+
+def agrees(printed: str, value: float) -> bool:
+    """`value` lies within half a unit of the last printed digit.
+
+    >>> agrees("2.924", 2.92437), agrees("2.924", 2.9233)
+    (True, False)
+    """
+    return abs(Decimal(value) - Decimal(printed)) <= last_digit(printed) * (Decimal("0.5") + TIE)
