@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-__version__ = "0.1.0"
+from lwr_dyn.version import VERSION as __version__
 
 if TYPE_CHECKING:
     from lwr_dyn.front import dynamics_of as dynamics_of

@@ -9,6 +9,7 @@ from lwr_dyn.arrays import Array
 from lwr_dyn.chain import Body, Chain, ChainLink, Rotor
 from lwr_dyn.dh import DHRow
 from lwr_dyn.papers.schema import Column, Paper
+from lwr_dyn.papers.units import to_si
 from lwr_dyn.spatial import Pose, from_rpy, steiner
 
 STANDARD_GRAVITY = (0.0, 0.0, -9.81)
@@ -76,17 +77,27 @@ def _flange(paper: Paper) -> Pose:
 
 
 def _limits(paper: Paper) -> tuple[JointLimits, ...]:
-    zero = _si(paper, "limits.zero", 0.0)
-
     def column(name: str) -> list[float | None]:
         if name not in paper.columns:
             return [None] * paper.n
         return [float(v) for v in paper.columns[name].si()]
 
-    lower = [None if v is None else v + z for v, z in zip(column("limits.lower"), zero, strict=True)]
-    upper = [None if v is None else v + z for v, z in zip(column("limits.upper"), zero, strict=True)]
+    lower, upper = _from_printed_zero(paper, "limits.lower"), _from_printed_zero(paper, "limits.upper")
     rest = [column(n) for n in ("limits.velocity", "limits.effort", "friction.viscous", "friction.coulomb")]
     return tuple(JointLimits(*row) for row in zip(lower, upper, *rest, strict=True))
+
+
+def _from_printed_zero(paper: Paper, name: str) -> list[float | None]:
+    """q = printed + zero; added before the conversion where the units allow, so that 210 - 90 deg is 120 deg."""
+    if name not in paper.columns:
+        return [None] * paper.n
+    printed, zero = paper.columns[name], paper.columns.get("limits.zero")
+    if zero is None:
+        return [float(v) for v in printed.si()]
+    if zero.unit == printed.unit:
+        sums = [p + z for p, z in zip(printed.values, zero.values, strict=True)]
+        return [to_si(value, unit) for value, unit in zip(sums, printed.unit, strict=True)]
+    return [float(v) for v in printed.si() + zero.si()]
 
 
 def _drawing(paper: Paper) -> Drawing:

@@ -113,3 +113,33 @@ class DivergenceError(LwrDynError, ArithmeticError):
     def __init__(self, t: float, joint: str, found: str, allowed: str, run: object = None) -> None:
         super().__init__(f"the simulation diverges at t = {t:.6g} s: {joint}: {found}; allowed: {allowed}")
         self.t, self.joint, self.found, self.allowed, self.run = t, joint, found, allowed, run
+
+
+class OutOfReachError(LwrDynError, ValueError):
+    """A pose on a path lies beyond what the arm can reach: at path parameter `at`, by `distance` [m]."""
+
+    def __init__(self, arm: str, at: float, distance: float) -> None:
+        super().__init__(
+            f"the path leaves the reach of {arm} at s = {at:.6g}, by {distance:.6g} m; "
+            "allowed: a path whose wrist centre stays within reach"
+        )
+        self.arm, self.at, self.distance = arm, at, distance
+
+
+class OutsideLimitsError(LwrDynError, ValueError):
+    """No arm angle keeps a path inside the joint limits: worst at `at`, joint `joint`, by `excess` [rad]."""
+
+    def __init__(self, arm: str, at: float, joint: str, excess: float, why: str) -> None:
+        super().__init__(
+            f"the path leaves the limits of {arm} at s = {at:.6g}: {joint} is outside by {excess:.6g} rad ({why}); "
+            "allowed: a path inside the limits"
+        )
+        self.arm, self.at, self.joint, self.excess, self.why = arm, at, joint, excess, why
+
+
+class SingularArmError(LwrDynError, ArithmeticError):
+    """Joint rates are not determined: the arm is singular at row `index` of a path; `why` names the alignment."""
+
+    def __init__(self, index: int, why: str) -> None:
+        super().__init__(f"row {index} of the path: {why}; allowed: poses and arm angles away from singularities")
+        self.index, self.why = index, why

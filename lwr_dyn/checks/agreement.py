@@ -7,10 +7,11 @@ import numpy as np
 from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import Array
 from lwr_dyn.assembly import dh_rows
-from lwr_dyn.checks.laws import EXACT, relative
+from lwr_dyn.checks.laws import EXACT, coriolis_floor, relative, torque_floor
 from lwr_dyn.checks.states import States
 from lwr_dyn.checks.verdict import Verdict
 from lwr_dyn.dh import Convention
+from lwr_dyn.dynamics.newton_euler import NewtonEuler
 from lwr_dyn.dynamics.protocol import Dynamics
 from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.papers.schema import Paper
@@ -19,17 +20,17 @@ METRES = 1e-12
 """Poses [m and entries of R]: the arm is about a metre long, each of its products rounds at 1e-16."""
 
 
-def roads_agree(road_a: Dynamics, road_b: Dynamics, states: States) -> list[Verdict]:
+def roads_agree(road_a: Dynamics, road_b: NewtonEuler, states: States) -> list[Verdict]:
     """B, C, g, inverse and forward dynamics of both roads over the same states."""
     q, dq, ddq = states.q, states.dq, states.ddq
     tau = road_b.inverse_dynamics(q, dq, ddq)
     pairs = {
-        "B": (road_a.mass_matrix(q), road_b.mass_matrix(q)),
-        "C": (road_a.coriolis_matrix(q, dq), road_b.coriolis_matrix(q, dq)),
-        "g": (road_a.gravity_vector(q), road_b.gravity_vector(q)),
-        "inverse dynamics": (road_a.inverse_dynamics(q, dq, ddq), tau),
+        "B": (road_a.mass_matrix(q), road_b.mass_matrix(q), 0.0),
+        "C": (road_a.coriolis_matrix(q, dq), road_b.coriolis_matrix(q, dq), coriolis_floor(road_b.ungated, states)),
+        "g": (road_a.gravity_vector(q), road_b.gravity_vector(q), torque_floor(road_b.ungated, states)),
+        "inverse dynamics": (road_a.inverse_dynamics(q, dq, ddq), tau, 0.0),
     }
-    rows = [Verdict(f"{name}: road A - road B", relative(a, b), EXACT, "relative") for name, (a, b) in pairs.items()]
+    rows = [Verdict(f"{name}: road A - road B", relative(*pair), EXACT, "relative") for name, pair in pairs.items()]
     residual = relative(road_b.inverse_dynamics(q, dq, road_a.forward_dynamics(q, dq, tau)), tau)
     return [*rows, Verdict("forward dynamics: road B of road A's ddq gives tau", residual, EXACT, "relative")]
 

@@ -18,6 +18,9 @@ from lwr_dyn.dynamics.protocol import Dynamics
 
 EXACT = 1e-12
 """Relative: a few hundred roundings of 1e-16 in a recursion over a handful of links."""
+FLOOR = 1e-3
+"""Share of an arm's own torque (or B times its speed) below which g or C counts as this share: an arm may have
+no gravity torque or no Coriolis terms at all, and roundings have no relative size."""
 STEP = 1e-30
 """Complex step: no subtraction takes place, so it may be as small as floats allow."""
 
@@ -39,17 +42,29 @@ def velocity_laws(dynamics: Dynamics, recursion: Recursion, states: States) -> l
     """dB/dt = C + C^T, and C dq + g is the bias torque."""
     C = dynamics.coriolis_matrix(states.q, states.dq)
     dB = mass_matrix_rate(recursion, states.q, states.dq)
+    floor, torque = coriolis_floor(recursion, states), torque_floor(recursion, states)
+    h = dynamics.bias_torque(states.q, states.dq)
     bias = np.einsum("kij,kj->ki", C, states.dq) + dynamics.gravity_vector(states.q)
     return [
-        Verdict("dB/dt - C - C^T", relative(dB, C + np.swapaxes(C, -1, -2)), EXACT, "relative"),
-        Verdict("C dq + g - bias torque", relative(dynamics.bias_torque(states.q, states.dq), bias), EXACT, "relative"),
+        Verdict("dB/dt - C - C^T", relative(dB, C + np.swapaxes(C, -1, -2), floor), EXACT, "relative"),
+        Verdict("C dq + g - bias torque", relative(h, bias, torque), EXACT, "relative"),
     ]
 
 
 def gravity_law(dynamics: Dynamics, recursion: Recursion, states: States) -> Verdict:
     """g = dU/dq, with U from the positions of the centres of mass."""
-    gradient = potential_gradient(recursion, states.q)
-    return Verdict("g - dU/dq", relative(dynamics.gravity_vector(states.q), gradient), EXACT, "relative")
+    g, gradient = dynamics.gravity_vector(states.q), potential_gradient(recursion, states.q)
+    return Verdict("g - dU/dq", relative(g, gradient, torque_floor(recursion, states)), EXACT, "relative")
+
+
+def torque_floor(recursion: Recursion, states: States) -> float:
+    """`FLOOR` of the largest torque of these states [N m]."""
+    return FLOOR * float(np.abs(recursion.inverse_dynamics(states.q, states.dq, states.ddq)).max())
+
+
+def coriolis_floor(recursion: Recursion, states: States) -> float:
+    """`FLOOR` of the largest B times the largest speed [N m s/rad]."""
+    return FLOOR * float(np.abs(recursion.mass_matrix(states.q)).max() * np.abs(states.dq).max())
 
 
 def mass_matrix_rate(recursion: Recursion, q: Array, dq: Array) -> Array:
@@ -64,11 +79,11 @@ def potential_gradient(recursion: Recursion, q: Array) -> Array:
     return np.asarray(recursion.potential_energy(steps).imag / STEP, dtype=np.float64)
 
 
-def relative(a: Array, b: Array) -> float:
-    """Largest difference over the largest entry of both; 0 when both vanish.
+def relative(a: Array, b: Array, floor: float = 0.0) -> float:
+    """Largest difference over the largest entry of both, or over `floor` if that is more; 0 when all vanish.
 
     >>> relative(np.array([1.0, 2.0]), np.array([1.0, 2.5]))
     0.2
     """
-    scale = max(float(np.abs(a).max(initial=0.0)), float(np.abs(b).max(initial=0.0)))
+    scale = max(float(np.abs(a).max(initial=0.0)), float(np.abs(b).max(initial=0.0)), floor)
     return 0.0 if scale == 0.0 else float(np.abs(a - b).max()) / scale

@@ -8,8 +8,8 @@ from importlib import import_module
 
 import click
 
-from lwr_dyn import __version__
 from lwr_dyn.errors import LwrDynError
+from lwr_dyn.version import VERSION
 
 COMMANDS = {
     "list": "Robots, readings and where their numbers come from.",
@@ -45,7 +45,7 @@ class LazyGroup(click.Group):
 
 
 @click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
-@click.version_option(__version__, prog_name="lwr-dyn")
+@click.version_option(VERSION, prog_name="lwr-dyn")
 def group() -> None:
     """From a robot paper's tables to a URDF, B, C and g, controllers and a replay you can trust.
 

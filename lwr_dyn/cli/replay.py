@@ -1,0 +1,73 @@
+"""`lwr-dyn replay`: run files -> one HTML page, or a live meshcat on this machine."""
+
+from __future__ import annotations
+
+import webbrowser
+from pathlib import Path
+
+import click
+
+from lwr_dyn import front
+from lwr_dyn.arm import Arm
+from lwr_dyn.errors import FileAccessError, OptionError
+from lwr_dyn.motion import Run
+
+
+@click.command("replay")
+@click.argument(
+    "run_files", metavar="RUN.npz [OTHER.npz ...]", nargs=-1, required=True, type=click.Path(path_type=Path)
+)
+@click.option(
+    "--html", "html", metavar="FILE", type=click.Path(path_type=Path), help="Write one page that needs no network."
+)
+@click.option("--serve", is_flag=True, help="Serve a live meshcat on 127.0.0.1 until Ctrl-C.")
+@click.option("--port", metavar="N", type=int, help="Port of --serve; 0 takes any free one.  [default: 7000]")
+@click.option("--browser", is_flag=True, help="Open the page of --serve in the browser.")
+@click.option("--label", "labels", multiple=True, metavar="TEXT", help="Name of a run on the page; once per run.")
+@click.option("--beside", is_flag=True, help="Start with the arms side by side instead of overlaid.")
+@click.option("--frames", is_flag=True, help="Start with the frames of the paper shown.")
+@click.option("--title", metavar="TEXT", help="Headline of the page.")
+def replay(
+    run_files: tuple[Path, ...],
+    html: Path | None,
+    serve: bool,
+    port: int | None,
+    browser: bool,
+    labels: tuple[str, ...],
+    beside: bool,
+    frames: bool,
+    title: str | None,
+) -> None:
+    """Replay runs in 3D: the arms, their traces against the reference, the errors."""
+    if (html is None) == (not serve):
+        raise OptionError("replay", "both --html and --serve" if serve else "nothing to do", "--html FILE or --serve")
+    if not serve and (port is not None or browser):
+        raise OptionError("--port, --browser", "given without --serve", "only with --serve")
+    runs = [Run.load(path) for path in run_files]
+    arms = [arm_of(run, path) for run, path in zip(runs, run_files, strict=True)]
+    layout = "beside" if beside else "overlaid"
+    if html is not None:
+        from lwr_dyn.viewer.html import write_replay
+
+        write_replay(html, runs, arms, labels=labels or None, title=title, frames=frames, layout=layout)
+        click.echo(str(html))
+        return
+    from lwr_dyn.viewer import live
+
+    options = {"labels": labels or None, "title": title, "frames": frames, "layout": layout}
+    with live.serve(runs, arms, port=live.DEFAULT_PORT if port is None else port, **options) as server:
+        click.echo(f"{server.url} (Ctrl-C ends it)")
+        if browser and not webbrowser.open(server.url):
+            raise OptionError("--browser", "no browser found", f"a browser; or without --browser open {server.url}")
+        try:
+            server.wait()
+        except KeyboardInterrupt:
+            click.echo("closed", err=True)
+
+
+def arm_of(run: Run, path: Path) -> Arm:
+    """The arm a run file says it is of; raises `FileAccessError` when it does not say, and as `front.load`."""
+    robot, reading = run.meta.get("robot"), run.meta.get("reading")
+    if not isinstance(robot, str) or not isinstance(reading, str | None):
+        raise FileAccessError(str(path), "does not say of which robot it is", "a run file of lwr-dyn simulate")
+    return front.load(robot, None if robot.endswith(".urdf") else reading)

@@ -1,0 +1,37 @@
+"""`lwr-dyn urdf`: the URDF on stdout, or into a file with its sidecars beside it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from lwr_dyn.cli.options import load_robot, robot_options
+from lwr_dyn.errors import FileAccessError
+from lwr_dyn.files import write_folder
+from lwr_dyn.front import urdf_text
+
+
+@click.command("urdf")
+@robot_options
+@click.option("--out", help="A .urdf file; .srdf, .xml (MJCF) and .provenance.json are written beside it.")
+def command(robot: str, reading: str | None, tip: str | None, locks: tuple[str, ...], out: str | None) -> None:
+    """Write ROBOT as URDF: on stdout, or with its sidecars to --out."""
+    arm = load_robot(robot, reading, tip, locks)
+    if out is None:
+        click.echo(urdf_text(arm), nl=False)
+        return
+    from lwr_dyn.urdf.fileset import model_files, model_stem
+
+    target = Path(out)
+    if target.suffix != ".urdf":
+        raise FileAccessError(out, f"ends in {target.suffix or 'nothing'!r}", "a path that ends in .urdf")
+    if not target.parent.is_dir():
+        raise FileAccessError(out, f"no directory {target.parent}", "a file in an existing, writable directory")
+    if target.is_dir():
+        raise FileAccessError(out, "is a directory", "a file in an existing, writable directory")
+    stem = model_stem(arm)
+    files = {target.stem + name.removeprefix(stem): text for name, text in model_files(arm).items()}
+    write_folder(target.parent, files)
+    for name in files:
+        click.echo(f"wrote {target.parent / name}")

@@ -1,0 +1,97 @@
+"""A DH table in symbols: the matrices A_i, and a position by two routes with what each costs.
+
+The second route multiplies matrices into a vector from the tip inward; the first multiplies all matrices and takes the
+last column. Both give the same expression, at very different numbers of operations.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import sympy as sp
+
+from lwr_dyn.dh import Convention, JointKind
+from lwr_dyn.papers.schema import Column, Paper
+
+
+@dataclass(frozen=True, slots=True)
+class SymbolicRoute:
+    """An expression and the scalar operations spent on the way (terms with 0, factors of +-1 cost nothing)."""
+
+    value: sp.Matrix
+    multiplications: int
+    additions: int
+
+
+def dh_matrices(paper: Paper) -> tuple[sp.Matrix, ...]:
+    """A_1 ... A_n of a paper's DH table: joint variables q1 ... qn, non-zero lengths as the paper names them."""
+    out = []
+    for i in range(paper.n):
+        q = sp.Symbol(f"q{i + 1}")
+        theta = _angle(paper.columns.get("dh.theta_offset"), i)
+        a, d = (_length(paper.columns[f"dh.{x}"], x, i) for x in ("a", "d"))
+        alpha = _angle(paper.columns["dh.alpha"], i)
+        sign = int(paper.columns["dh.sign"].values[i]) if "dh.sign" in paper.columns else 1
+        if paper.kinds[i] is JointKind.REVOLUTE:
+            theta = sign * q + theta
+        else:
+            d = sign * q + d
+        out.append(_dh_matrix(paper.convention, theta, d, a, alpha))
+    return tuple(out)
+
+
+def full_product(matrices: Sequence[sp.Matrix], point: sp.Matrix) -> SymbolicRoute:
+    """(A_1 A_2 ... A_n) p: matrix times matrix, then the vector."""
+    product, times, plus = matrices[0], 0, 0
+    for matrix in matrices[1:]:
+        product, more_times, more_plus = _counted(product, matrix)
+        times, plus = times + more_times, plus + more_plus
+    value, more_times, more_plus = _counted(product, point)
+    return SymbolicRoute(value, times + more_times, plus + more_plus)
+
+
+def vector_route(matrices: Sequence[sp.Matrix], point: sp.Matrix) -> SymbolicRoute:
+    """A_1 (A_2 (... (A_n p))): matrix times vector from the tip inward."""
+    value, times, plus = point, 0, 0
+    for matrix in reversed(matrices):
+        value, more_times, more_plus = _counted(matrix, value)
+        times, plus = times + more_times, plus + more_plus
+    return SymbolicRoute(value, times, plus)
+
+
+def _counted(left: sp.Matrix, right: sp.Matrix) -> tuple[sp.Matrix, int, int]:
+    """A product with the operations it takes when zeros and ones are known."""
+    times = plus = 0
+    out = sp.zeros(left.rows, right.cols)
+    for r in range(left.rows):
+        for c in range(right.cols):
+            pairs = [(left[r, k], right[k, c]) for k in range(left.cols)]
+            pairs = [(x, y) for x, y in pairs if x != 0 and y != 0]
+            times += sum(1 for x, y in pairs if abs(x) != 1 and abs(y) != 1)
+            plus += max(len(pairs) - 1, 0)
+            out[r, c] = sum((x * y for x, y in pairs), sp.Integer(0))
+    return out, times, plus
+
+
+def _dh_matrix(convention: Convention, theta: sp.Expr, d: sp.Expr, a: sp.Expr, alpha: sp.Expr) -> sp.Matrix:
+    """Siciliano eq. 2.52, or Craig eq. 3.6."""
+    c, s, ca, sa = sp.cos(theta), sp.sin(theta), sp.cos(alpha), sp.sin(alpha)
+    if convention is Convention.STANDARD:
+        return sp.Matrix([[c, -s * ca, s * sa, a * c], [s, c * ca, -c * sa, a * s], [0, sa, ca, d], [0, 0, 0, 1]])
+    return sp.Matrix([[c, -s, 0, a], [s * ca, c * ca, -sa, -d * sa], [s * sa, c * sa, ca, d * ca], [0, 0, 0, 1]])
+
+
+def _angle(column: Column | None, i: int) -> sp.Expr:
+    """A constant angle, exact in degrees."""
+    if column is None:
+        return sp.Integer(0)
+    value = sp.nsimplify(column.values[i], rational=True)
+    return value * sp.pi / 180 if column.unit[i] == "deg" else value
+
+
+def _length(column: Column, letter: str, i: int) -> sp.Expr:
+    """A symbol for a length that is not zero."""
+    if column.values[i] == 0.0:
+        return sp.Integer(0)
+    return sp.Symbol(column.symbols[i] if column.symbols and column.symbols[i] else f"{letter}{i + 1}")

@@ -1,0 +1,25 @@
+"""Write a robot's URDF and sidecars into a folder: python scripts/generate_urdf.py lwr4plus --reading physical --out out"""
+
+from __future__ import annotations
+
+import argparse
+
+import lwr_dyn
+from lwr_dyn.files import write_folder
+from lwr_dyn.urdf.fileset import model_files
+
+
+def main(arguments: list[str] | None = None) -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("robot", nargs="?", default="lwr4plus", help="a name, a .toml or a .urdf file")
+    parser.add_argument("--reading")
+    parser.add_argument("--out", default="out/models")
+    options = parser.parse_args(arguments)
+    arm = lwr_dyn.load(options.robot, options.reading)
+    files = model_files(arm)
+    write_folder(options.out, files)
+    print(f"{arm.title}, reading {arm.reading}: {', '.join(files)} in {options.out}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,136 @@
+"""The command as a user types it: what it prints, its exit code, and one line for bad input."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+from lwr_dyn.cli.main import main
+
+
+@pytest.fixture
+def lwr_dyn_command(capsys):
+    def run(*arguments):
+        with pytest.raises(SystemExit) as stop:
+            main(list(arguments))
+        out, err = capsys.readouterr()
+        return stop.value.code, out, err
+
+    return run
+
+
+BAD = {
+    "no such robot": (("check", "kuka"), "no robot named 'kuka'"),
+    "no such reading": (("check", "lwr4plus", "--reading", "real"), "no reading of lwr4plus named 'real'"),
+    "missing file": (("check", "none.toml"), "none.toml: no such file"),
+    "missing urdf": (("check", "none.urdf"), "none.urdf"),
+    "no such command": (("chekc",), "No such command 'chekc'"),
+    "no such option": (("check", "lwr4", "--fast"), "No such option"),
+    "too few joints": (("fk", "lwr4", "--q-deg", "-90,0"), "--q-deg: shape (2,); allowed: (..., 7)"),
+    "no number": (("fk", "lwr4", "--q-deg", "a,b"), "not a list of numbers"),
+    "not finite": (("fk", "lwr4", "--q", "nan,0,0,0,0,0,0"), "--q: nan at index (0,); allowed: finite numbers"),
+    "no q": (("fk", "lwr4"), "--q, --q-deg: neither or both given; allowed: one of them"),
+    "point of two": (
+        ("fk", "lwr4", "--q", "0,0,0,0,0,0,0", "--point", "1,2"),
+        "--point: shape (2,); allowed: shape (3,)",
+    ),
+    "gain not positive": (("gains", "lwr4plus", "--omega-n", "-1"), "omega_n: -1.0; allowed: a number above 0"),
+    "no masses": (("gains", "lwr4"), "masses and inertias not given"),
+    "new without .toml": (("new", "arm.yaml"), "ends in '.yaml'; allowed: a path that ends in .toml"),
+    "new in no folder": (("new", "none/arm.toml"), "no such file or directory"),
+    "new with odd joints": (("new", "arm.toml", "--joints", "RX"), "joints: 'RX'; allowed: R or P per joint"),
+    "new in another convention": (
+        ("new", "arm.toml", "--convention", "x"),
+        "convention: 'x'; allowed: standard, modified",
+    ),
+    "urdf into a folder that is not there": (("urdf", "lwr4", "--out", "none/x.urdf"), "none"),
+    "paper nobody reproduces": (("reproduce", "lwr5"), "no paper to reproduce named 'lwr5'"),
+    "lock without a value": (("check", "x.urdf", "--lock", "finger"), "--lock: 'finger'; allowed: JOINT=VALUE"),
+    "tip of a named robot": (("check", "lwr4", "--tip", "x"), "only with a .urdf file"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_bad_input_gets_one_line_and_exit_code_2(name, lwr_dyn_command, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    arguments, message = BAD[name]
+    code, out, err = lwr_dyn_command(*arguments)
+    assert code == 2
+    assert out == ""
+    assert err.count("\n") == 1
+    assert message in err
+    assert "Traceback" not in err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_list_as_json_names_robots_readings_and_pages(lwr_dyn_command):
+    code, out, _ = lwr_dyn_command("list", "--json")
+    robots = {r["name"]: r for r in json.loads(out)["robots"]}
+    assert code == 0
+    assert list(robots["lwr4plus"]["readings"]) == ["computed", "printed", "physical"]
+    assert robots["lwr4plus"]["columns"]["inertial.inertia"]["where"] == "Table I"
+
+
+@pytest.mark.parametrize("form", [("--q-deg", "-90,0,0,0,0,0,0"), ("--q-deg=-90,0,0,0,0,0,0",)])
+def test_lists_that_begin_with_a_minus(lwr_dyn_command, form):
+    code, out, _ = lwr_dyn_command("fk", "lwr4", *form, "--json")
+    assert code == 0
+    assert json.loads(out)["position"] == pytest.approx([0, 0, 0.79])
+
+
+def test_the_exercise_from_the_command_line(lwr_dyn_command):
+    code, out, _ = lwr_dyn_command("fk", "lwr4", "--q-deg", "0,90,90,-90,0,90,0", "--point", "0,0.05,0.1", "--json")
+    assert code == 0
+    assert json.loads(out)["point_in_base"] == pytest.approx([-0.3, -0.39, -0.05])
+
+
+def test_check_passes_and_a_fault_gives_exit_code_1(lwr_dyn_command, tmp_path):
+    code, out, _ = lwr_dyn_command("check", "lwr4plus", "--json")
+    report = json.loads(out)
+    assert code == 0
+    assert report["holds"]
+    assert {"name", "value", "tolerance", "holds"} <= set(report["verdicts"][0])
+    own = tmp_path / "own.toml"
+    assert lwr_dyn_command("new", str(own), "--joints", "RR")[0] == 0
+    text = own.read_text()
+    own.write_text(
+        text.replace("[[0.01, 0, 0], [0, 0.01, 0], [0, 0, 0.004]]", "[[-1, 0, 0], [0, 0.01, 0], [0, 0, 0.004]]", 1)
+    )
+    code, out, _ = lwr_dyn_command("check", str(own))
+    assert code == 1
+    assert "link_1: smallest principal moment" in out
+    assert "FAILS" in out
+
+
+def test_new_never_overwrites(lwr_dyn_command, tmp_path):
+    own = tmp_path / "own.toml"
+    own.write_text("mine")
+    code, _, err = lwr_dyn_command("new", str(own))
+    assert (code, own.read_text()) == (2, "mine")
+    assert "exists already; allowed: a new file" in err
+
+
+@pytest.mark.parametrize("paper", ["lwr4", "lwr4plus"])
+def test_reproduce_as_json(lwr_dyn_command, paper):
+    code, out, _ = lwr_dyn_command("reproduce", paper, "--json")
+    assert code == 0
+    assert json.loads(out)
+
+
+def test_every_command_has_help_and_symbols_print(lwr_dyn_command):
+    from lwr_dyn.cli.main import COMMANDS
+
+    for command in COMMANDS:
+        code, out, _ = lwr_dyn_command(command, "--help")
+        assert code == 0
+        assert out.startswith("Usage: lwr-dyn ")
+    assert "p_W" not in lwr_dyn_command("fk", "lwr4", "--symbolic")[2]
+
+
+def test_the_front_door_is_light():
+    heavy = {"pinocchio", "yourdfpy", "scipy", "sympy", "matplotlib", "meshcat", "mujoco", "casadi"}
+    code = f"import sys, lwr_dyn; lwr_dyn.robots; lwr_dyn.cli; print(sorted({heavy} & set(sys.modules)))"
+    code = code.replace("lwr_dyn.cli; ", "import lwr_dyn.cli.main; ")
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"

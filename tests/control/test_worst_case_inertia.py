@@ -1,0 +1,68 @@
+"""The global search: never beaten by brute force, and it says what it did."""
+
+import numpy as np
+import pytest
+
+import lwr_dyn
+from lwr_dyn.control.gains import second_order_gains
+from lwr_dyn.control.worst_case_inertia import diagonal, worst_case_inertia, worst_cases
+from lwr_dyn.dynamics.newton_euler import Recursion
+from lwr_dyn.errors import MissingDataError, OptionError
+
+
+@pytest.fixture(scope="module")
+def arm():
+    return lwr_dyn.load("lwr4plus")
+
+
+@pytest.fixture(scope="module")
+def found(arm):
+    return worst_cases(arm)
+
+
+def test_diagonal_is_that_of_the_mass_matrix(arm):
+    q = np.random.default_rng(0).uniform(-1, 1, (20, 7))
+    B = lwr_dyn.dynamics_of(arm).mass_matrix(q)
+    for i in range(7):
+        assert np.abs(diagonal(Recursion.of(arm.chain), i, q) - B[:, i, i]).max() < 1e-13
+
+
+def test_brute_force_never_beats_the_search(arm, found):
+    q = np.random.default_rng(1).uniform(arm.lower, arm.upper, (100_000, 7))
+    for w in found:
+        values = diagonal(Recursion.of(arm.chain), w.joint, q)
+        assert values.max() <= w.value * (1 + 1e-12)
+        assert values.max() > 0.97 * w.value  # and comes near: the maximum is not an artefact
+
+
+def test_the_maximiser_gives_the_value_inside_the_limits(arm, found):
+    B = lwr_dyn.dynamics_of(arm).mass_matrix(np.array([w.q for w in found]))
+    for i, w in enumerate(found):
+        assert B[i, i, i] == pytest.approx(w.value, rel=2e-5)  # free joints at their middle
+        assert (w.q >= arm.lower).all()
+        assert (w.q <= arm.upper).all()
+        assert w.free[: i + 1] == (True,) * (i + 1)
+        assert "climbs" in w.statement()
+
+
+def test_the_smallest_is_below_the_largest_and_a_held_joint_stays(arm):
+    held = {3: 0.5}
+    most, least = (worst_case_inertia(arm, 0, held, smallest=s) for s in (False, True))
+    assert least.value < most.value < worst_case_inertia(arm, 0).value
+    assert most.q[3] == 0.5
+
+
+def test_gains_are_the_second_order_formulas_and_refuse_what_is_not_positive():
+    gains = second_order_gains([2.0, 0.5], omega_n=10.0, xi=0.7)
+    assert gains.Kp == pytest.approx([200.0, 50.0])
+    assert gains.Kd == pytest.approx([28.0, 7.0])
+    for bad in ({"omega_n": 0.0}, {"xi": -1.0}, {"omega_n": float("nan")}):
+        with pytest.raises(OptionError, match="allowed: a number above 0"):
+            second_order_gains([1.0], **bad)
+    with pytest.raises(OptionError):
+        second_order_gains([1.0, 0.0])
+
+
+def test_an_arm_without_masses_has_no_inertia():
+    with pytest.raises(MissingDataError):
+        worst_cases(lwr_dyn.load("lwr4"))

@@ -1,0 +1,92 @@
+"""The shape gate of both engines: batches, lists, and one clear error for anything else."""
+
+import numpy as np
+import pytest
+
+import lwr_dyn
+from lwr_dyn.errors import MissingDataError, OptionError, ShapeError, UnknownNameError
+
+METHODS = {
+    "mass_matrix": 1,
+    "gravity_vector": 1,
+    "potential_energy": 1,
+    "coriolis_matrix": 2,
+    "bias_torque": 2,
+    "inverse_dynamics": 3,
+    "forward_dynamics": 3,
+}
+SHAPES = {"mass_matrix": (7, 7), "coriolis_matrix": (7, 7), "potential_energy": ()}
+
+
+@pytest.fixture(scope="module", params=["pinocchio", "newton-euler"])
+def engine(request):
+    return lwr_dyn.dynamics_of(lwr_dyn.load("lwr4plus"), request.param)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("batch", [(), (5,), (2, 3), (0,), (1,)])
+def test_batches_come_back_in_their_shape(engine, method, batch):
+    x = np.random.default_rng(0).uniform(-1, 1, (3, *batch, 7))
+    out = getattr(engine, method)(*x[: METHODS[method]])
+    assert out.shape == (*batch, *SHAPES.get(method, (7,)))
+    assert out.dtype == np.float64
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_batch_is_its_states_one_by_one(engine, method):
+    x = np.random.default_rng(0).uniform(-1, 1, (3, 4, 7))[: METHODS[method]]
+    call = getattr(engine, method)
+    one_by_one = np.array([call(*state) for state in zip(*x, strict=True)])
+    assert np.abs(call(*x) - one_by_one).max() < 1e-13
+    assert np.array_equal(call(*(list(map(float, a[0])) for a in x)), call(*(a[0] for a in x)))
+
+
+def test_leading_axes_broadcast(engine):
+    q, dq = np.zeros((3, 1, 7)), np.ones((1, 4, 7))
+    assert engine.bias_torque(q, dq).shape == (3, 4, 7)
+    with pytest.raises(ShapeError, match="broadcast"):
+        engine.bias_torque(np.zeros((3, 7)), np.zeros((4, 7)))
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+def test_no_value_that_is_not_finite_slips_through(engine, method, bad):
+    for argument in range(METHODS[method]):
+        for joint in range(7):
+            x = np.full((3, 7), 0.3)
+            x[argument, joint] = bad
+            with pytest.raises(ShapeError, match=f"at index \\({joint},\\); allowed: finite"):
+                getattr(engine, method)(*x[: METHODS[method]])
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("shape", [(6,), (7, 1), (8,), ()])
+def test_a_wrong_number_of_joints_is_refused(engine, method, shape):
+    with pytest.raises(ShapeError, match=r"one value per joint"):
+        getattr(engine, method)(*[np.zeros(shape)] * METHODS[method])
+
+
+@pytest.mark.parametrize("junk", ["abc", [[1, 2], [3]], None, object()])
+def test_what_is_no_array_of_numbers_is_refused(engine, junk):
+    with pytest.raises(ShapeError):
+        engine.gravity_vector(junk)
+
+
+def test_results_are_the_callers_own(engine):
+    q = np.full(7, 0.2)
+    B = engine.mass_matrix(q)
+    kept = B.copy()
+    engine.mass_matrix(-q)
+    assert np.array_equal(B, kept)
+
+
+def test_names_and_options_that_do_not_exist():
+    arm = lwr_dyn.load("lwr4plus")
+    with pytest.raises(UnknownNameError, match="pinocchio, newton-euler"):
+        lwr_dyn.dynamics_of(arm, "mujoco")
+    with pytest.raises(OptionError, match="armature, full, none"):
+        lwr_dyn.dynamics_of(arm, "newton-euler", rotors="half")
+    with pytest.raises(OptionError, match="engine newton-euler"):
+        lwr_dyn.dynamics_of(arm, rotors="full")
+    with pytest.raises(MissingDataError, match="masses and inertias not given"):
+        lwr_dyn.dynamics_of(lwr_dyn.load("lwr4"))

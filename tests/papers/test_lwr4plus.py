@@ -1,0 +1,45 @@
+"""The LWR 4+ data file: what its readings claim, recomputed."""
+
+import numpy as np
+import pytest
+
+import lwr_dyn
+from lwr_dyn.papers.catalog import open_paper
+from lwr_dyn.spatial import principal_moments
+
+
+def test_principal_moments_of_the_mirror_image_shells_agree_within_0_6_percent():
+    arm = lwr_dyn.load("lwr4plus", "physical")
+    moments = np.array([principal_moments(b.inertia_com) for b in arm.chain.bodies[:4]])
+    assert np.ptp(moments, axis=0).max() / moments.mean(axis=0).max() < 0.006
+    assert (np.ptp(moments, axis=0) / moments.mean(axis=0)).max() < 0.006
+
+
+@pytest.mark.parametrize("reading", ["printed", "computed"])
+def test_no_other_reading_shows_that_symmetry(reading):
+    arm = lwr_dyn.load("lwr4plus", reading)
+    moments = np.array([principal_moments(b.inertia_com) for b in arm.chain.bodies[:4]])
+    assert (np.ptp(moments, axis=0) / moments.mean(axis=0)).max() > 0.01
+
+
+def test_with_the_printed_signs_kept_link_5_could_not_exist():
+    paper = open_paper("lwr4plus", "physical")
+    assert paper.inertia_products == ("tensor", *["integral"] * 4, *["tensor"] * 2)
+    tensor, mass, c = (paper.columns[f"inertial.{x}"].si()[4] for x in ("inertia", "mass", "com"))
+    kept = tensor - mass * (c @ c * np.eye(3) - np.outer(c, c))
+    assert principal_moments(kept)[0] == pytest.approx(-4.6e-4, abs=1e-5)
+
+
+def test_limits_are_those_of_table_iii_in_the_dh_coordinate():
+    arm = lwr_dyn.load("lwr4plus")
+    assert np.degrees(arm.lower) == pytest.approx([-170, -120, -170, -120, -170, -120, -170])
+    assert np.degrees(arm.upper) == pytest.approx([170, 120, 170, 120, 170, 120, 170])
+    assert arm.effort.tolist() == [176, 176, 100, 100, 100, 38, 38]
+    assert arm.chain.bodies is not None
+    assert sum(b.mass for b in arm.chain.bodies) == pytest.approx(14.4462, abs=1e-4)  # Fig. 1, last row
+
+
+def test_the_rotor_formula_gives_the_power_of_ten_that_physical_takes():
+    assert 0.5 * 0.0106 * 0.05**2 == pytest.approx(1.325e-5)
+    assert lwr_dyn.load("lwr4plus", "physical").chain.links[0].rotor.inertia == 1.325e-5
+    assert lwr_dyn.load("lwr4plus", "computed").chain.links[0].rotor.inertia == 1.325e-7

@@ -1,0 +1,142 @@
+"""The strict reader: what breaks the schema is refused with file, field and what is allowed."""
+
+import pytest
+
+from lwr_dyn.errors import FileAccessError, PaperError, UnknownNameError
+from lwr_dyn.papers.catalog import open_paper
+from lwr_dyn.papers.reader import parse_paper, read_paper
+from lwr_dyn.papers.template import template
+
+GOOD = template("own.toml", "own", "RP", "standard")
+
+FAULTS = {
+    "broken TOML": ("schema = 1", "schema = = 1", "TOML: .*; allowed: valid TOML"),
+    "other schema": ("schema = 1", "schema = 2", "schema: 2; allowed: 1"),
+    "unknown table": ("[flange]", "[flanges]", "flanges: unknown field; allowed: .*"),
+    "unknown column": ("mass = {", "weight = {", r"inertial.mass: missing; allowed: a column"),
+    "unknown column beside the others": ("[inertial]", "[inertial]\nweight = 1", "inertial.weight: unknown field"),
+    "missing DH": ("alpha = {", "# alpha = {", "dh.alpha: missing"),
+    "missing convention": ('convention = "standard"', "", "dh.convention: missing; allowed: one of standard, modified"),
+    "unknown convention": ('"standard"\n', '"craig"\n', "dh.convention: 'craig'; allowed: one of standard, modified"),
+    "missing page": (
+        ', where = "fill in", kind = "assumed" }\na =',
+        ', kind = "assumed" }\na =',
+        "dh.alpha.where: missing",
+    ),
+    "unknown kind": (
+        'kind = "assumed" }\na =',
+        'kind = "guess" }\na =',
+        "dh.alpha.kind: 'guess'; allowed: one of printed",
+    ),
+    "wrong column length": ("values = [2.0, 2.0]", "values = [2.0]", "inertial.mass.values: 1 rows; allowed: 2 rows"),
+    "no list": ("values = [2.0, 2.0]", "values = 2.0", "inertial.mass.values: 2.0; allowed: 2 rows"),
+    "text for a number": (
+        "values = [2.0, 2.0]",
+        'values = [2.0, "x"]',
+        r"inertial.mass.values\[1\]: 'x'; allowed: a number",
+    ),
+    "truth for a number": ("values = [2.0, 2.0]", "values = [2.0, true]", r"mass.values\[1\]: True; allowed: a number"),
+    "NaN": ("values = [2.0, 2.0]", "values = [2.0, nan]", r"inertial.mass.values\[1\]: nan; allowed: a finite number"),
+    "infinity": ("values = [2.0, 2.0]", "values = [inf, 2.0]", r"inertial.mass.values\[0\]: inf; allowed: a finite"),
+    "negative mass": (
+        "values = [2.0, 2.0]",
+        "values = [2.0, -1]",
+        r"mass.values\[1\]: -1.0; allowed: a number above 0",
+    ),
+    "mass of zero": ("values = [2.0, 2.0]", "values = [2.0, 0]", r"mass.values\[1\]: 0.0; allowed: a number above 0"),
+    "unknown unit": ('unit = "kg", where', 'unit = "lb", where', "inertial.mass.unit: 'lb'; allowed: kg, g"),
+    "unit of another quantity": ('unit = "kg", where', 'unit = "m", where', "inertial.mass.unit: 'm'; allowed: kg, g"),
+    "unit of the other kind of joint": (
+        'unit = ["deg", "m"], w',
+        'unit = ["m", "m"], w',
+        "'m' for joint_1; allowed: .* revolute",
+    ),
+    "too few units": ('unit = ["deg", "m"], w', 'unit = ["deg"], w', "limits.lower.unit: 1 units"),
+    "limits exchanged": ("values = [-170, 0]", "values = [171, 0]", r"limits.lower.values\[0\]: 171.0, upper is 170.0"),
+    "one limit only": ("upper = {", "# upper = {", "limits: only one of lower, upper; allowed: both or neither"),
+    "com of two numbers": (
+        "[[0, 0, -0.05], ",
+        "[[0, 0], ",
+        r"inertial.com.values\[0\]: 2 entries; allowed: a list of 3",
+    ),
+    "tensor not symmetric": ("[[0.01, 0, 0]", "[[0.01, 0.002, 0]", r"inertia.values\[0\]\[0\]\[1\]: 0.002 against 0.0"),
+    "point of the tensor not said": ('about = "com", ', "", "inertia.about: missing; allowed: one of com, origin"),
+    "axes not said": ('axes = "frame", ', "", "inertia.axes: missing; allowed: one of frame"),
+    "sign of products not said": ('products = "tensor", ', "", "inertia.products: missing; allowed: one of tensor"),
+    "unknown joint kind": (
+        '"prismatic"]',
+        '"screw"]',
+        r"joints.kinds\[1\]: 'screw'; allowed: one of revolute, prismatic",
+    ),
+    "no joints": ('kinds = ["revolute", "prismatic"]', "kinds = []", "joints.kinds: an empty list"),
+    "same name twice": (
+        '# names = ["A1", "A2"]  ',
+        'names = ["A1", "A1"]  #',
+        "joints.names: .*allowed: 2 different names",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", FAULTS)
+def test_a_breach_is_refused_with_file_field_and_what_is_allowed(name):
+    old, new, message = FAULTS[name]
+    assert old in GOOD, "the fault does not touch the template any more"
+    with pytest.raises(PaperError, match=f"^own.toml: .*{message}" if not message.startswith("^") else message):
+        parse_paper(GOOD.replace(old, new, 1), "own.toml")
+
+
+ERRATUM = """
+[[erratum]]
+id = "mass-2"
+where = "Table 1"
+printed = "2.0"
+read_as = "3.0"
+why = "sum"
+effect = "none"
+status = "proven"
+patch = [{ at = "inertial.mass.values[1]", printed = 2.0, read = 3.0 }]
+[reading.printed]
+about = "as printed"
+[reading.corrected]
+about = "put right"
+errata = ["mass-2"]
+"""
+
+
+def test_an_erratum_changes_only_its_reading_and_says_so():
+    assert parse_paper(GOOD + ERRATUM, "own.toml").columns["inertial.mass"].values == (2.0, 2.0)
+    mended = parse_paper(GOOD + ERRATUM, "own.toml", "corrected").columns["inertial.mass"]
+    assert mended.values == (2.0, 3.0)
+    assert mended.errata == {1: ("mass-2",)}
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("printed = 2.0, read", "printed = 2.1, read", "inertial.mass.values.1.: printed 2.0; allowed: 2.1 as stated"),
+        ("mass.values[1]", "mass.values[7]", "no cell 'inertial.mass.values.7.'"),
+        ("inertial.mass", "inertial.weight", "no cell"),
+        ('errata = ["mass-2"]', 'errata = ["mass-3"]', "reading.corrected.errata: 'mass-3'; allowed: one of mass-2"),
+        ('status = "proven"', 'status = "sure"', r"erratum\[0\].status: 'sure'; allowed: one of proven, likely, open"),
+        ('effect = "none"\n', "", r"erratum\[0\].effect: missing"),
+    ],
+)
+def test_an_erratum_must_find_what_it_says_is_printed(old, new, message):
+    with pytest.raises(PaperError, match=message):
+        parse_paper(GOOD + ERRATUM.replace(old, new, 1), "own.toml", "corrected")
+
+
+def test_names_that_do_not_exist_say_which_do(tmp_path):
+    with pytest.raises(UnknownNameError, match=r"did you mean lwr4plus\?.*known: lwr4, lwr4plus"):
+        open_paper("lwr4pluss")
+    with pytest.raises(
+        UnknownNameError, match="no reading of lwr4plus named 'real'; known: printed, computed, physical"
+    ):
+        open_paper("lwr4plus", "real")
+    with pytest.raises(FileAccessError, match="no such file"):
+        read_paper(tmp_path / "none.toml")
+    with pytest.raises(FileAccessError, match="directory"):
+        read_paper(tmp_path)
+    (tmp_path / "latin.toml").write_bytes(b"\xff\xfe")
+    with pytest.raises(FileAccessError, match="not UTF-8"):
+        read_paper(tmp_path / "latin.toml")

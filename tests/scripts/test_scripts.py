@@ -1,0 +1,35 @@
+"""Every worked example runs as a user runs it and prints what it promises."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+SCRIPTS = Path(__file__).resolve().parents[2] / "scripts"
+
+EXAMPLES = {
+    "generate_urdf.py": (["lwr4plus", "--reading", "physical", "--out", "models"], "lwr4plus_physical.urdf"),
+    "dynamics_two_roads.py": (["--states", "20"], "coriolis_matrix  largest difference"),
+    "own_arm.py": (["--out", "my.toml"], "torque that holds it"),
+    "build_models.py": (["--check"], "fresh: "),
+}
+NOT_EXAMPLES = {"benchmark.py", "soak.py"}
+"""Run by hand; their parts are tested where they live."""
+
+
+@pytest.mark.parametrize("script", EXAMPLES)
+def test_a_worked_example_runs(script, tmp_path):
+    arguments, promise = EXAMPLES[script]
+    command = [sys.executable, "-W", "error", str(SCRIPTS / script), *arguments]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert promise in done.stdout
+    assert done.stderr == ""
+
+
+def test_no_script_is_left_out_and_none_is_long():
+    here = {p.name for p in SCRIPTS.glob("*.py")}
+    assert here == set(EXAMPLES) | (NOT_EXAMPLES & here)
+    for name in EXAMPLES:
+        assert len((SCRIPTS / name).read_text().splitlines()) <= 60
