@@ -9,7 +9,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from lwr_dyn.version import VERSION as __version__
+from lwr_dyn.version import VERSION
+
+__version__ = VERSION
 
 if TYPE_CHECKING:
     from lwr_dyn.front import dynamics_of as dynamics_of

@@ -24,7 +24,8 @@ class Source:
     cell: str
     where: str
     kind: str
-    printed: object
+    value: object
+    """As the reading takes it, in the printed unit; `errata` names what changed it."""
     unit: str
     conversion: str
     errata: tuple[str, ...] = ()
@@ -130,11 +131,15 @@ class Arm:
         return np.array([0.0 if link.rotor is None else link.rotor.armature for link in self.chain.links])
 
     def with_chain(self, chain: Chain) -> Arm:
-        """The same arm on a changed chain: a payload or other bodies, the joints unchanged."""
-        return replace(self, chain=chain)
+        """The same joints on a changed chain (a payload, other bodies): changed bodies lose their sources."""
+        changed = {a.link for a, b in zip(chain.links, self.chain.links, strict=True) if a.body is not b.body}
+        sources = {name: cells for name, cells in self.sources.items() if name.split(".")[0] not in changed}
+        return replace(self, chain=chain, sources=sources)
 
     def require_dynamics(self) -> Chain:
         """The chain when every link has a body; raises `MissingDataError` otherwise."""
         if self.chain.bodies is None:
-            raise MissingDataError(self.name, "masses and inertias", "dynamics")
+            bare = [link.link for link in self.chain.links if link.body is None]
+            which = "" if len(bare) == self.n else f" of {', '.join(bare)}"
+            raise MissingDataError(self.name, f"masses and inertias{which}", "dynamics")
         return self.chain

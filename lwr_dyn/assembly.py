@@ -144,6 +144,6 @@ def _sources(paper: Paper) -> dict[str, tuple[Source, ...]]:
 def _source(column: Column, row: int, conversion: str) -> Source:
     cell = f"{column.name}.values[{row}]" if len(column.values) > 1 else f"{column.name}.values"
     return Source(
-        cell=cell, where=column.where, kind=column.kind, printed=column.values[row], unit=column.unit[row],
+        cell=cell, where=column.where, kind=column.kind, value=column.values[row], unit=column.unit[row],
         conversion=conversion, errata=column.errata.get(row, ()),
     )  # fmt: skip

@@ -116,11 +116,11 @@ class DivergenceError(LwrDynError, ArithmeticError):
 
 
 class OutOfReachError(LwrDynError, ValueError):
-    """A pose on a path lies beyond what the arm can reach: at path parameter `at`, by `distance` [m]."""
+    """A pose on a path lies beyond what the arm can reach: at path parameter (or row) `at`, by `distance` [m]."""
 
-    def __init__(self, arm: str, at: float, distance: float) -> None:
+    def __init__(self, arm: str, at: float, distance: float, parameter: str = "s") -> None:
         super().__init__(
-            f"the path leaves the reach of {arm} at s = {at:.6g}, by {distance:.6g} m; "
+            f"the path leaves the reach of {arm} at {parameter} = {at:.6g}, by {distance:.6g} m; "
             "allowed: a path whose wrist centre stays within reach"
         )
         self.arm, self.at, self.distance = arm, at, distance

@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from lwr_dyn.arrays import Array
     from lwr_dyn.dynamics.protocol import Dynamics
 
-ENGINES = ("pinocchio", "newton-euler")
-
 
 def robots() -> tuple[str, ...]:
     """Names of the robots that come with the package."""
@@ -75,37 +73,13 @@ def urdf_text(arm: Arm) -> str:
 
 
 def dynamics_of(arm: Arm, engine: str = "pinocchio", rotors: str = "armature") -> Dynamics:
-    """The dynamics of an arm by one of the engines.
+    """The dynamics of an arm by one of the engines; see `lwr_dyn.dynamics.selection.dynamics_of`.
 
-    Parameters
-    ----------
-    arm : Arm
-    engine : {"pinocchio", "newton-euler"}
-    rotors : {"armature", "full", "none"}
-        "full" adds the paper's spin couplings; only the hand-written recursion has other than "armature".
-
-    Raises
-    ------
-    UnknownNameError
-        No engine of that name.
-    OptionError
-        Rotors the engine does not know.
-    MissingDataError
-        The arm has no inertias.
+    Raises `UnknownNameError` (no such engine), `OptionError` (rotors it does not know), `MissingDataError` (no masses).
     """
-    if rotors not in ("armature", "full", "none"):
-        raise OptionError("rotors", repr(rotors), "armature, full, none")
-    if engine == "newton-euler":
-        from lwr_dyn.dynamics.newton_euler import NewtonEuler
+    from lwr_dyn.dynamics import selection
 
-        return NewtonEuler(arm.require_dynamics(), rotors)  # type: ignore[arg-type]
-    if engine == "pinocchio":
-        if rotors != "armature":
-            raise OptionError("rotors", f"{rotors!r} with engine pinocchio", "armature, or engine newton-euler")
-        from lwr_dyn.dynamics.engine import Pinocchio
-
-        return Pinocchio(arm)
-    raise UnknownNameError("engine", engine, ENGINES)
+    return selection.dynamics_of(arm, engine, rotors)
 
 
 def forward_kinematics(arm: Arm, q: ArrayLike) -> Array:

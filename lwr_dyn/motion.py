@@ -100,7 +100,7 @@ class Run:
     def load(cls, path: str | Path) -> Run:
         """Read a run file; raises `FileAccessError` when it is missing, truncated, foreign or of another schema."""
         try:
-            with np.load(path, allow_pickle=False) as stored:
+            with open(path, "rb") as stream, np.load(stream, allow_pickle=False) as stored:
                 arrays = {name: stored[name] for name in stored.files}
             record = json.loads(arrays.pop("record").tobytes())
         except FileNotFoundError:

@@ -16,6 +16,8 @@ from lwr_dyn.arrays import Array, read_only
 SNAP = 1e-15
 """An angle within this many radians of a multiple of 90 deg is that multiple: cos(pi/2) is 6e-17 only
 because pi has no float, and exact zeros let a recursion drop the terms."""
+_GIMBAL = 1e-14
+"""Below this cosine of the pitch, yaw and roll turn about one axis and roll is taken as 0."""
 
 
 def cos_sin(angle: float) -> tuple[float, float]:
@@ -59,17 +61,23 @@ def from_rpy(rpy: Any) -> Array:
 
 
 def to_rpy(rotation: Array) -> tuple[float, float, float]:
-    """Roll, pitch, yaw [rad] of a rotation; at pitch = +-90 deg roll is taken as 0.
+    """Roll, pitch, yaw [rad] whose product gives the rotation back to rounding, at every pitch.
 
-    >>> to_rpy(rot_x(-math.pi / 2))
-    (-1.5707963267948966, 0.0, 0.0)
+    Near a pitch of 90 deg roll and yaw are each ill determined and only their combination counts: roll is read from
+    what the yaw already found leaves over, Rz(yaw)^T R = Ry(pitch) Rx(roll).
+
+    >>> near = from_rpy((0.3, 1.570796325, 0.1))
+    >>> bool(abs(from_rpy(to_rpy(near)) - near).max() < 1e-15)
+    True
     """
     r = rotation
     cos_pitch = math.hypot(r[0, 0], r[1, 0])
     pitch = math.atan2(-r[2, 0], cos_pitch)
-    if cos_pitch < 1e-9:
+    if cos_pitch < _GIMBAL:
         return 0.0, pitch, math.atan2(-r[0, 1], r[1, 1])
-    return math.atan2(r[2, 1], r[2, 2]), pitch + 0.0, math.atan2(r[1, 0], r[0, 0])
+    yaw = math.atan2(r[1, 0], r[0, 0])
+    c, s = cos_sin(yaw)
+    return math.atan2(s * r[0, 2] - c * r[1, 2], c * r[1, 1] - s * r[0, 1]), pitch, yaw
 
 
 def axis_to_z(axis: Array) -> Array:

@@ -1,4 +1,4 @@
-"""Write a robot's URDF and sidecars into a folder: python scripts/generate_urdf.py lwr4plus --reading physical --out out"""
+"""Write a robot as URDF with its sidecars: python scripts/generate_urdf.py lwr4plus --reading physical --out out."""
 
 from __future__ import annotations
 

@@ -2,8 +2,8 @@
 
 EXACT = 1e-12
 """Relative, one model by two roads: a few hundred roundings of 1e-16."""
-RANDOM_ARM = 1e-11
-"""Relative, arms with random frames and gravity: rpy text adds a trigonometric round trip per joint."""
+RANDOM_ARM = 1e-12
+"""Relative, arms with random frames, sliding joints and gravity in any direction."""
 FULL_ROTOR = 1e-10
 """[N m], torques of tens of N m against a model with twice the bodies and gear ratios of 110 squared."""
 METRES = 1e-12

@@ -12,13 +12,12 @@ import numpy as np
 
 from lwr_dyn.arm import Arm
 from lwr_dyn.checks.verdict import Verdict
+from lwr_dyn.dynamics.physical import ROUNDING
 from lwr_dyn.spatial import principal_moments
 
 THICKNESS = 0.12
 """Share of the arm's reach that a link may stand out beyond its joints and centre of mass: half the thickness of a
 heavy link. LWR links stand at 0.4 to 0.65 of the bound so drawn, tensors ten times too large beyond it."""
-ROUNDING = 1e-12
-"""Share of the largest moment by which the triangle inequality may fail: laminas meet it with equality."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,11 +32,6 @@ class LinkFeasibility:
     """Largest radius of gyration about the centre of mass."""
     reach: float
     """How far the link's mass can lie from its centre."""
-
-    @property
-    def physical(self) -> bool:
-        """Positive definite and the triangle inequality."""
-        return self.principal[0] > 0.0 and self.triangle >= -ROUNDING
 
 
 def links_feasibility(arm: Arm) -> tuple[LinkFeasibility, ...]:

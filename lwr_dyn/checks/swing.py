@@ -8,6 +8,7 @@ from scipy.integrate import solve_ivp
 from lwr_dyn.arrays import Array
 from lwr_dyn.checks.verdict import Verdict
 from lwr_dyn.dynamics.protocol import Dynamics
+from lwr_dyn.dynamics.ungated import mechanical_energy
 
 SECONDS, RTOL = 2.0, 1e-12
 DRIFT = 1e-8
@@ -24,14 +25,8 @@ def energy_drift(dynamics: Dynamics, q: Array, dq: Array, seconds: float = SECON
     run = solve_ivp(rates, (0.0, seconds), np.concatenate([q, dq]), method="DOP853", rtol=RTOL, atol=RTOL)
     if not run.success:
         return float("nan")
-    energies = total_energy(dynamics, run.y[:n].T, run.y[n:].T)
+    energies = mechanical_energy(dynamics, run.y[:n].T, run.y[n:].T)
     return float(np.abs(energies - energies[0]).max())
-
-
-def total_energy(dynamics: Dynamics, q: Array, dq: Array) -> Array:
-    """1/2 dq^T B dq + U, (...) [J]; the rotors' armature is part of B."""
-    kinetic = 0.5 * np.einsum("...i,...ij,...j->...", dq, dynamics.mass_matrix(q), dq)
-    return kinetic + dynamics.potential_energy(q)
 
 
 def swing_verdict(dynamics: Dynamics, q: Array, dq: Array) -> Verdict:

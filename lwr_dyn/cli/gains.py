@@ -27,12 +27,12 @@ def command(
     found = worst_cases(arm)
     gains = second_order_gains([w.value for w in found], omega_n, xi)
     if as_json:
-        rows = [
+        records = [
             {"joint": arm.joint_names[w.joint], "b": w.value, "q": w.q, "free": list(w.free), "search": w.statement()}
             | {"Kp": gains.Kp[w.joint], "Kd": gains.Kd[w.joint]}
             for w in found
         ]
-        print_json({"robot": arm.name, "reading": arm.reading, "omega_n": omega_n, "xi": xi, "joints": rows})
+        print_json({"robot": arm.name, "reading": arm.reading, "omega_n": omega_n, "xi": xi, "joints": records})
         return
     click.echo(
         f"{arm.name}, reading {arm.reading}: max B_ii over the joint box, omega_n = {omega_n:g} rad/s, xi = {xi:g}"

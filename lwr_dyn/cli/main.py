@@ -18,6 +18,8 @@ COMMANDS = {
     "check": "Every law and agreement, with value, tolerance and verdict.",
     "fk": "Pose of the flange; the DH matrices in symbols.",
     "gains": "Worst-case inertia of each joint and the gains drawn from it.",
+    "ik": "Joint positions that reach a pose: all branches, limits told apart from reach.",
+    "replay": "Runs in the browser: one file without network, or live.",
     "reproduce": "Recompute what a paper prints.",
 }
 """Subcommand -> its line in the help; the module is lwr_dyn.cli.NAME (list_ for list)."""

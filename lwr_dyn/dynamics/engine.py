@@ -1,7 +1,8 @@
 """Road A: the only door to Pinocchio. The model is built from the URDF text; rotors enter as `armature`.
 
-A single state takes the fast way: Pinocchio is called at once and only a refused or non-finite call is diagnosed.
-A value that is not finite always reaches the entry looked at: it runs outward with the motion and back with the force.
+A single state takes the fast way: Pinocchio is called at once, and the gate only diagnoses what it refused or what came
+out not finite. One entry is enough to see that: a value that is not finite runs outward with the motion and back with
+the force, so it reaches the first torque, and the last acceleration.
 """
 
 from __future__ import annotations
@@ -85,46 +86,73 @@ class Pinocchio:
 
     def mass_matrix(self, q: ArrayLike) -> Array:
         """B(q), (..., n, n)."""
-        if q.__class__ is np.ndarray and q.shape == self._shape:  # type: ignore[union-attr]
-            B = pin.crba(self.model, self.data, q)
-            if isfinite(B[0, 0] + q[0]):  # type: ignore[index]
-                return B  # type: ignore[no-any-return]
-        return self._each(lambda x: pin.crba(self.model, self.data, x), q=q)
+        try:
+            if q.shape == self._shape:  # type: ignore[union-attr]
+                out: Array = self.ungated.mass_matrix(q)
+                if isfinite(out.item(0) + q.item(0)):  # type: ignore[union-attr]
+                    return out
+        except (AttributeError, TypeError):
+            pass  # not arrays of numbers: the gate says so
+        return self._each(self.ungated.mass_matrix, q=q)
 
     def coriolis_matrix(self, q: ArrayLike, dq: ArrayLike) -> Array:
         """C(q, dq), (..., n, n)."""
-        return self._each(lambda x, v: pin.computeCoriolisMatrix(self.model, self.data, x, v), q=q, dq=dq)
+        try:
+            if q.shape == dq.shape == self._shape:  # type: ignore[union-attr]
+                out: Array = self.ungated.coriolis_matrix(q, dq)
+                if isfinite(q.dot(q) + dq.dot(dq)):  # type: ignore[union-attr]
+                    return out
+        except (AttributeError, TypeError):
+            pass  # not arrays of numbers: the gate says so
+        return self._each(self.ungated.coriolis_matrix, q=q, dq=dq)
 
     def gravity_vector(self, q: ArrayLike) -> Array:
         """g(q), (..., n)."""
-        if q.__class__ is np.ndarray and q.shape == self._shape:  # type: ignore[union-attr]
-            g = pin.computeGeneralizedGravity(self.model, self.data, q)
-            if isfinite(g[0]):
-                return g  # type: ignore[no-any-return]
-        return self._each(lambda x: pin.computeGeneralizedGravity(self.model, self.data, x), q=q)
+        try:
+            if q.shape == self._shape:  # type: ignore[union-attr]
+                out: Array = self.ungated.gravity_vector(q)
+                if isfinite(out.item(0)):
+                    return out
+        except (AttributeError, TypeError):
+            pass  # not arrays of numbers: the gate says so
+        return self._each(self.ungated.gravity_vector, q=q)
 
     def bias_torque(self, q: ArrayLike, dq: ArrayLike) -> Array:
         """C(q, dq) dq + g(q), (..., n)."""
-        return self._each(lambda x, v: pin.nonLinearEffects(self.model, self.data, x, v), q=q, dq=dq)
+        try:
+            if q.shape == dq.shape == self._shape:  # type: ignore[union-attr]
+                out: Array = self.ungated.bias_torque(q, dq)
+                if isfinite(out.item(0)):
+                    return out
+        except (AttributeError, TypeError):
+            pass  # not arrays of numbers: the gate says so
+        return self._each(self.ungated.bias_torque, q=q, dq=dq)
 
     def inverse_dynamics(self, q: ArrayLike, dq: ArrayLike, ddq: ArrayLike) -> Array:
         """tau, (..., n)."""
         try:
             if q.shape == dq.shape == ddq.shape == self._shape:  # type: ignore[union-attr]
-                tau = pin.rnea(self.model, self.data, q, dq, ddq)
-                if isfinite(tau[0]):
-                    return tau  # type: ignore[no-any-return]
+                out: Array = self.ungated.inverse_dynamics(q, dq, ddq)
+                if isfinite(out.item(0)):
+                    return out
         except (AttributeError, TypeError):
-            pass
-        return self._each(lambda x, v, a: pin.rnea(self.model, self.data, x, v, a), q=q, dq=dq, ddq=ddq)
+            pass  # not arrays of numbers: the gate says so
+        return self._each(self.ungated.inverse_dynamics, q=q, dq=dq, ddq=ddq)
 
     def forward_dynamics(self, q: ArrayLike, dq: ArrayLike, tau: ArrayLike) -> Array:
         """ddq, (..., n)."""
-        return self._each(lambda x, v, t: pin.aba(self.model, self.data, x, v, t), q=q, dq=dq, tau=tau)
+        try:
+            if q.shape == dq.shape == tau.shape == self._shape:  # type: ignore[union-attr]
+                out: Array = self.ungated.forward_dynamics(q, dq, tau)
+                if isfinite(out.item(-1)):
+                    return out
+        except (AttributeError, TypeError):
+            pass  # not arrays of numbers: the gate says so
+        return self._each(self.ungated.forward_dynamics, q=q, dq=dq, tau=tau)
 
     def potential_energy(self, q: ArrayLike) -> Array:
         """U(q), (...)."""
-        return self._each(lambda x: pin.computePotentialEnergy(self.model, self.data, x), q=q)
+        return self._each(self.ungated.potential_energy, q=q)
 
     def _each(self, call: Callable[..., Any], **arrays: ArrayLike) -> Array:
         """`call` for every state of a batch, behind the shape gate."""

@@ -37,5 +37,5 @@ def is_physical(body: Body) -> bool:
 
 
 def unphysical_links(chain: Chain) -> tuple[str, ...]:
-    """Names of the links whose inertia no body can have, from the base outward; links without a body are passed over."""
+    """Names of the links whose inertia no body can have, from the base outward; links without a body do not count."""
     return tuple(link.link for link in chain.links if link.body is not None and not is_physical(link.body))

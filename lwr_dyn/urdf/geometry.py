@@ -1,7 +1,8 @@
 """What an arm looks like when nobody drew it: primitives along its joints that a person recognises as an arm.
 
-A housing (cylinder) lies along the axis of each turning joint, a limb (cylinder) runs from a joint to the next one that
-is elsewhere, a pedestal stands under the base, a disc is the flange. No number of it enters the dynamics.
+A limb (cylinder) runs from a joint to the next one that is elsewhere; a joint across its limb is a housing with an
+axle, one that turns about it a ring; a pedestal stands under the base, a disc is the flange. No number of it enters the
+dynamics.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lwr_dyn.arm import Arm
+from lwr_dyn.arm import Arm, Joint
 from lwr_dyn.arrays import Array
 from lwr_dyn.dh import JointKind
 from lwr_dyn.spatial import Pose, axis_to_z
@@ -34,22 +35,43 @@ class Primitive:
 
 def primitives(arm: Arm) -> tuple[Primitive, ...]:
     """The shapes of all links, base and flange included."""
-    radii = link_radii(arm)
-    joints = arm.joints()
-    ends = [*(joint.origin for joint in joints[1:]), arm.flange()]
+    radii, joints = link_radii(arm), arm.joints()
+    ends = [*(joint.origin.position for joint in joints[1:]), arm.flange().position]
     shapes = _base(arm, radii[0])
     for i, (joint, end) in enumerate(zip(joints, ends, strict=True)):
         link, radius = arm.chain.links[i].link, radii[i]
-        colour = "orange" if i % 2 == 0 else "grey"
-        if joint.kind is JointKind.REVOLUTE and i > 0:
-            shapes.append(Primitive(link, Pose.identity(), radius, 2.4 * radius, "dark"))
-        limb = _limb(link, np.zeros(3), end.position, 0.86 * radius, colour)
+        if i > 0 and joint.kind is JointKind.REVOLUTE:
+            shapes += _collar(link, end, radius) if _along_its_limb(joint, end) else _hinge(link, radius)
+        limb = _limb(link, np.zeros(3), end, 0.86 * radius, "orange")
         if limb is not None:
             shapes.append(limb)
-    tip, disc = arm.flange(), 0.12 * radii[-1]
-    shapes.append(Primitive("flange", Pose(np.eye(3), np.array([0.0, 0.0, -disc / 2])), 0.7 * radii[-1], disc, "dark"))
-    del tip
+    disc = 0.12 * radii[-1]
+    shapes.append(Primitive("flange", _at(0.0, 0.0, -disc / 2), 0.7 * radii[-1], disc, "dark"))
     return tuple(shapes)
+
+
+def _along_its_limb(joint: Joint, end: Array) -> bool:
+    """Whether a joint turns about the limb it stands in: its own, or the one that leads to it when it has none."""
+    span, axis = end, np.array([0.0, 0.0, 1.0])
+    if np.linalg.norm(end) < _MERGED:
+        span, axis = joint.origin.position, joint.origin.rotation[:, 2]
+    length = float(np.linalg.norm(span))
+    return length >= _MERGED and float(np.linalg.norm(np.cross(axis, span))) < 1e-3 * length
+
+
+def _hinge(link: str, radius: float) -> list[Primitive]:
+    """A housing across the limbs, and the axle whose ends stick out of it."""
+    axle = Primitive(link, Pose.identity(), 0.66 * radius, 2.36 * radius, "dark")
+    return [Primitive(link, Pose.identity(), radius, 2.2 * radius, "grey"), axle]
+
+
+def _collar(link: str, end: Array, radius: float) -> list[Primitive]:
+    """A ring about the limb, clear of the hinge it comes from, where there is room."""
+    length = float(np.linalg.norm(end))
+    if length < 1.6 * radius:
+        return []
+    middle = 1.3 * radius / length * end
+    return [Primitive(link, Pose(axis_to_z(end), middle), 0.93 * radius, 0.3 * radius, "dark")]
 
 
 def link_radii(arm: Arm) -> tuple[float, ...]:
@@ -85,4 +107,6 @@ def _limb(link: str, start: Array, end: Array, radius: float, colour: str) -> Pr
     length = float(np.linalg.norm(span))
     if length < _MERGED:
         return None
-    return Primitive(link, Pose(axis_to_z(span), (start + end) / 2), min(radius, max(length, 0.3 * radius)), length, colour)
+    return Primitive(
+        link, Pose(axis_to_z(span), (start + end) / 2), min(radius, max(length, 0.3 * radius)), length, colour
+    )

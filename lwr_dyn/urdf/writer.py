@@ -8,34 +8,60 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from xml.sax.saxutils import escape, quoteattr
+from xml.sax.saxutils import quoteattr
 
 from lwr_dyn.arm import Arm, Joint
-from lwr_dyn.arrays import Array
-from lwr_dyn.chain import Body
-from lwr_dyn.dh import JointKind
+from lwr_dyn.chain import Body, ChainLink
 from lwr_dyn.spatial import Pose, to_rpy
 from lwr_dyn.urdf.geometry import COLOURS, Primitive, primitives
+from lwr_dyn.urdf.text import comment, numbers
 
 UNKNOWN_POSITION = 2 * math.pi
 """Stand-in for an unknown position limit [rad or m]."""
 UNKNOWN_LARGE = 1e9
 """Stand-in for an unknown effort or velocity."""
+STAND_INS = {
+    "lower": -UNKNOWN_POSITION,
+    "upper": UNKNOWN_POSITION,
+    "effort": UNKNOWN_LARGE,
+    "velocity": UNKNOWN_LARGE,
+}
+WRITTEN_BY = "written by lwr_dyn"
+UNKNOWN_LIMITS = "unknown, written as stand-ins: "
+GRAVITY = "gravity in the base frame [m/s^2], which a URDF cannot hold: "
+"""Openings of header lines that `urdf.reader` reads back."""
 DRAKE = "https://drake.mit.edu/"
+
+DRAWN, UNKNOWN, CHOICE = "drawn", "unknown", "by choice"
+"""What is said of a number that no cell gives: a shape, a stand-in, a frame placed where it is convenient."""
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """One numeric attribute: its numbers, and the arm's quantities they are made from or a word in their place."""
+
+    written: tuple[float, ...]
+    quantities: tuple[str, ...] = ()
+    word: str = ""
 
 
 @dataclass(slots=True)
 class Trail:
-    """Attribute path -> the quantity of the arm it writes, or a word in brackets for numbers that are drawn or stand-ins."""
+    """The text of a URDF, and attribute path -> entry for every number in it."""
 
     text: list[str] = field(default_factory=list)
-    quantities: dict[str, str] = field(default_factory=dict)
+    entries: dict[str, Entry] = field(default_factory=dict)
 
-    def line(self, depth: int, xml: str, path: str = "", **attributes: str) -> None:
-        """One line of XML; `attributes` maps attribute names to quantities."""
+    def line(self, depth: int, xml: str) -> None:
+        """A line without numbers."""
         self.text.append("  " * depth + xml)
-        for name, quantity in attributes.items():
-            self.quantities[f"{path}/@{name}"] = quantity
+
+    def numbers(self, depth: int, tag: str, path: str, **attributes: Entry) -> None:
+        """An element that holds nothing but numbers; `path` is its parent's."""
+        text = " ".join(f'{name}="{numbers(entry.written)}"' for name, entry in attributes.items())
+        self.line(depth, f"<{tag} {text}/>")
+        for name, entry in attributes.items():
+            self.entries[f"{path}/{tag}/@{name}"] = entry
 
 
 def urdf_text(arm: Arm) -> str:
@@ -44,7 +70,7 @@ def urdf_text(arm: Arm) -> str:
 
 
 def urdf_trail(arm: Arm) -> Trail:
-    """The lines of the URDF and, for every numeric attribute, the quantity it writes."""
+    """The lines of the URDF and, for every numeric attribute, what it is made from."""
     out = Trail()
     out.line(0, '<?xml version="1.0" encoding="utf-8"?>')
     for line in header(arm):
@@ -52,21 +78,22 @@ def urdf_trail(arm: Arm) -> Trail:
     out.line(0, f'<robot name={quoteattr(arm.name)} xmlns:drake="{DRAKE}">')
     for name, rgba in COLOURS.items():
         out.line(1, f'<material name="{name}">')
-        path = f"/robot/material[@name='{name}']/color"
-        out.line(2, f'<color rgba="{numbers(rgba)}"/>', path, rgba="(drawn)")
+        out.numbers(2, "color", f"/robot/material[@name='{name}']", rgba=Entry(rgba, word=DRAWN))
         out.line(1, "</material>")
     shapes = primitives(arm)
-    _link(out, "base", None, shapes)
-    parent = "base"
-    for link, joint, body in zip(arm.chain.links, arm.joints(), arm.bodies(), strict=True):
-        _link(out, link.link, body, shapes)
-        _joint(out, joint, parent, link.link)
-        _transmission(out, arm, joint)
+    _link(out, "base", shapes)
+    parent, placed = "base", _placed_by(arm)
+    turned = any(not link.after.is_identity() for link in arm.chain.links)
+    for k, (link, joint, body) in enumerate(zip(arm.chain.links, arm.joints(), arm.bodies(), strict=True)):
+        _link(out, link.link, shapes, body, (f"{link.joint}.after",) if turned else ())
+        _joint(out, joint, parent, link.link, placed[k])
+        _transmission(out, link)
         parent = link.link
-    _link(out, "flange", None, shapes)
-    out.line(1, '<joint name="flange_joint" type="fixed">')
-    _origin(out, 2, arm.flange(), "/robot/joint[@name='flange_joint']/origin", f"{arm.joint_names[-1]}.dh+flange")
-    out.line(2, f'<parent link="{parent}"/>')
+    _link(out, "flange", shapes)
+    fixed = "flange_joint" + "_" * (arm.joint_names.count("flange_joint"))
+    out.line(1, f'<joint name="{fixed}" type="fixed">')
+    _origin(out, f"/robot/joint[@name='{fixed}']", arm.flange(), placed[-1])
+    out.line(2, f"<parent link={quoteattr(parent)}/>")
     out.line(2, '<child link="flange"/>')
     out.line(1, "</joint>")
     out.line(0, "</robot>")
@@ -78,59 +105,51 @@ def header(arm: Arm) -> list[str]:
     unknown = [f"{name} {x}" for name, x in unknown_limits(arm)]
     lines = [
         f"{arm.title}; robot {arm.name}, reading {arm.reading}",
-        "written by lwr_dyn; do not edit: change the data file and write again",
+        f"{WRITTEN_BY}; do not edit: change the data file and write again",
         f"errata applied: {', '.join(arm.errata) or 'none'}",
         f"source file sha256: {arm.digest or 'none'}",
+        f"{GRAVITY}{numbers(arm.chain.gravity)}",
         "inertials: about the centre of mass, axes of the link frame; every number's source is in the .provenance.json",
         "rotor inertia: not part of the links' inertials; see the .srdf, the drake: tags and the MJCF .xml",
-        f"unknown, written as stand-ins: {', '.join(unknown) or 'nothing'}",
+        f"{UNKNOWN_LIMITS}{', '.join(unknown) or 'nothing'}",
         "visual and collision shapes: drawn by lwr_dyn, not from the source",
     ]
-    return ["<!--", *(f"  {escape(x).replace('--', '- -')}" for x in lines), "-->"]
+    return ["<!--", *(f"  {comment(x)}" for x in lines), "-->"]
 
 
 def unknown_limits(arm: Arm) -> list[tuple[str, str]]:
     """(joint, limit) pairs that the source does not give and a URDF must have."""
-    found = []
-    for joint in arm.joints():
-        for name in ("lower", "upper", "velocity", "effort"):
-            if getattr(joint.limits, name) is None:
-                found.append((joint.name, name))
-    return found
+    names = ("lower", "upper", "velocity", "effort")
+    return [(joint.name, x) for joint in arm.joints() for x in names if getattr(joint.limits, x) is None]
 
 
-def number(x: float) -> str:
-    """repr without a negative zero.
+def _placed_by(arm: Arm) -> list[tuple[str, ...]]:
+    """For each joint and then the flange, whose DH rows place it: origin_i = after_{i-1} @ before_i.
 
-    >>> number(-0.0), number(0.1)
-    ('0.0', '0.1')
+    In standard DH that is the row before alone, in modified DH parts of both; joint 1 of a standard table stands in the
+    base by choice of frame 0.
     """
-    return repr(float(x) + 0.0)
+    links = arm.chain.links
+    two_sided = any(not link.before.is_identity() for link in links)
+    before = [(f"{link.joint}.before",) if two_sided else () for link in links]
+    after = [(), *((f"{link.joint}.after",) for link in links)]
+    flange = ("flange",) if arm.sources.get("flange") or not arm.chain.flange.is_identity() else ()
+    return [(*a, *b) for a, b in zip(after, [*before, flange], strict=True)]
 
 
-def numbers(values: Array | tuple[float, ...]) -> str:
-    """Numbers separated by blanks."""
-    return " ".join(number(v) for v in values)
+def _origin(out: Trail, path: str, pose: Pose, quantities: tuple[str, ...], word: str = CHOICE, depth: int = 2) -> None:
+    word = "" if quantities else word
+    xyz, rpy = (Entry(tuple(map(float, v)), quantities, word) for v in (pose.position, to_rpy(pose.rotation)))
+    out.numbers(depth, "origin", path, xyz=xyz, rpy=rpy)
 
 
-def _origin(out: Trail, depth: int, pose: Pose, path: str, quantity: str) -> None:
-    xyz, rpy = numbers(pose.position), numbers(to_rpy(pose.rotation))
-    out.line(depth, f'<origin xyz="{xyz}" rpy="{rpy}"/>', path, xyz=quantity, rpy=quantity)
-
-
-def _link(out: Trail, name: str, body: Body | None, shapes: tuple[Primitive, ...]) -> None:
+def _link(
+    out: Trail, name: str, shapes: tuple[Primitive, ...], body: Body | None = None, frame: tuple[str, ...] = ()
+) -> None:
     path = f"/robot/link[@name='{name}']"
-    out.line(1, f'<link name="{name}">')
+    out.line(1, f"<link name={quoteattr(name)}>")
     if body is not None:
-        at = f"{path}/inertial"
-        out.line(2, "<inertial>")
-        com = numbers(body.com)
-        out.line(3, f'<origin xyz="{com}" rpy="0 0 0"/>', f"{at}/origin", xyz=f"{name}.com", rpy="(zero by choice)")
-        out.line(3, f'<mass value="{number(body.mass)}"/>', f"{at}/mass", value=f"{name}.mass")
-        cells = {f"i{'xyz'[r]}{'xyz'[c]}": body.inertia_com[r, c] for r in range(3) for c in range(r, 3)}
-        text = " ".join(f'{key}="{number(value)}"' for key, value in cells.items())
-        out.line(3, f"<inertia {text}/>", f"{at}/inertia", **dict.fromkeys(cells, f"{name}.inertia"))
-        out.line(2, "</inertial>")
+        _inertial(out, f"{path}/inertial", name, body, frame)
     for tag in ("visual", "collision"):
         mine = [s for s in shapes if s.link == name]
         for k, shape in enumerate(mine, start=1):
@@ -138,52 +157,61 @@ def _link(out: Trail, name: str, body: Body | None, shapes: tuple[Primitive, ...
     out.line(1, "</link>")
 
 
+def _inertial(out: Trail, path: str, name: str, body: Body, frame: tuple[str, ...]) -> None:
+    """`frame` is what turns and shifts the paper's frame of the link into the URDF's."""
+    out.line(2, "<inertial>")
+    com = Entry(tuple(map(float, body.com)), (f"{name}.com", *frame))
+    out.numbers(3, "origin", path, xyz=com, rpy=Entry((0.0, 0.0, 0.0), word=CHOICE))
+    out.numbers(3, "mass", path, value=Entry((float(body.mass),), (f"{name}.mass",)))
+    cells = {f"i{'xyz'[r]}{'xyz'[c]}": float(body.inertia_com[r, c]) for r in range(3) for c in range(r, 3)}
+    made_from = (f"{name}.inertia", *frame)
+    out.numbers(3, "inertia", path, **{key: Entry((value,), made_from) for key, value in cells.items()})
+    out.line(2, "</inertial>")
+
+
 def _shape(out: Trail, tag: str, shape: Primitive, path: str) -> None:
     out.line(2, f"<{tag}>")
-    _origin(out, 3, shape.pose, f"{path}/origin", "(drawn)")
-    cylinder = f'<cylinder radius="{number(shape.radius)}" length="{number(shape.length)}"/>'
-    at = f"{path}/geometry/cylinder"
-    out.line(3, f"<geometry>{cylinder}</geometry>", at, radius="(drawn)", length="(drawn)")
+    _origin(out, path, shape.pose, (), DRAWN, depth=3)
+    out.line(3, "<geometry>")
+    sizes = {"radius": Entry((shape.radius,), word=DRAWN), "length": Entry((shape.length,), word=DRAWN)}
+    out.numbers(4, "cylinder", f"{path}/geometry", **sizes)
+    out.line(3, "</geometry>")
     if tag == "visual":
         out.line(3, f'<material name="{shape.colour}"/>')
     out.line(2, f"</{tag}>")
 
 
-def _joint(out: Trail, joint: Joint, parent: str, child: str) -> None:
+def _joint(out: Trail, joint: Joint, parent: str, child: str, placed: tuple[str, ...]) -> None:
     path, limits = f"/robot/joint[@name='{joint.name}']", joint.limits
-    out.line(1, f'<joint name="{joint.name}" type="{joint.kind.value}">')
-    _origin(out, 2, joint.origin, f"{path}/origin", f"{joint.name}.dh")
-    out.line(2, f'<parent link="{parent}"/>')
-    out.line(2, f'<child link="{child}"/>')
-    out.line(2, '<axis xyz="0 0 1"/>', f"{path}/axis", xyz="(z by choice)")
-    stand_ins = {"lower": -UNKNOWN_POSITION, "upper": UNKNOWN_POSITION, "effort": UNKNOWN_LARGE, "velocity": UNKNOWN_LARGE}
-    text, quantities = [], {}
-    for name, stand_in in stand_ins.items():
+    out.line(1, f'<joint name={quoteattr(joint.name)} type="{joint.kind.value}">')
+    _origin(out, path, joint.origin, placed)
+    out.line(2, f"<parent link={quoteattr(parent)}/>")
+    out.line(2, f"<child link={quoteattr(child)}/>")
+    out.numbers(2, "axis", path, xyz=Entry((0.0, 0.0, 1.0), word=CHOICE))
+    cells = {}
+    for name, stand_in in STAND_INS.items():
         value = getattr(limits, name)
-        text.append(f'{name}="{number(stand_in if value is None else value)}"')
-        quantities[name] = "(unknown)" if value is None else f"{joint.name}.{name}"
-    out.line(2, f"<limit {' '.join(text)}/>", f"{path}/limit", **quantities)
-    known = {"damping": ("viscous", limits.viscous), "friction": ("coulomb", limits.coulomb)}
-    given = {tag: (name, value) for tag, (name, value) in known.items() if value is not None}
-    if given:
-        text = [f'{tag}="{number(value)}"' for tag, (_, value) in given.items()]
-        trail = {tag: f"{joint.name}.{name}" for tag, (name, _) in given.items()}
-        out.line(2, f"<dynamics {' '.join(text)}/>", f"{path}/dynamics", **trail)
+        unknown = Entry((stand_in,), word=UNKNOWN)
+        cells[name] = unknown if value is None else Entry((value,), (f"{joint.name}.{name}",))
+    out.numbers(2, "limit", path, **cells)
+    friction = {"damping": ("viscous", limits.viscous), "friction": ("coulomb", limits.coulomb)}
+    known = {tag: Entry((v,), (f"{joint.name}.{name}",)) for tag, (name, v) in friction.items() if v is not None}
+    if known:
+        out.numbers(2, "dynamics", path, **known)
     out.line(1, "</joint>")
 
 
-def _transmission(out: Trail, arm: Arm, joint: Joint) -> None:
+def _transmission(out: Trail, link: ChainLink) -> None:
     """Rotor inertia for Drake, which reads it only here."""
-    rotor = next(link.rotor for link in arm.chain.links if link.joint == joint.name)
-    if rotor is None or joint.kind is not JointKind.REVOLUTE:
+    rotor, joint = link.rotor, link.joint
+    if rotor is None:
         return
-    path = f"/robot/transmission[@name='{joint.name}_transmission']/actuator"
-    quantity = f"{joint.name}.armature"
-    out.line(1, f'<transmission name="{joint.name}_transmission">')
+    path = f"/robot/transmission[@name='{joint}_transmission']/actuator"
+    out.line(1, f"<transmission name={quoteattr(f'{joint}_transmission')}>")
     out.line(2, "<type>transmission_interface/SimpleTransmission</type>")
-    out.line(2, f'<joint name="{joint.name}"/>')
-    out.line(2, f'<actuator name="{joint.name}_motor">')
-    for tag, value in (("gear_ratio", rotor.gear_ratio), ("rotor_inertia", rotor.inertia)):
-        out.line(3, f'<drake:{tag} value="{number(value)}"/>', f"{path}/drake:{tag}", value=quantity)
+    out.line(2, f"<joint name={quoteattr(joint)}/>")
+    out.line(2, f"<actuator name={quoteattr(f'{joint}_motor')}>")
+    out.numbers(3, "drake:gear_ratio", path, value=Entry((rotor.gear_ratio,), (f"{joint}.gear_ratio",)))
+    out.numbers(3, "drake:rotor_inertia", path, value=Entry((rotor.inertia,), (f"{joint}.rotor_inertia",)))
     out.line(2, "</actuator>")
     out.line(1, "</transmission>")

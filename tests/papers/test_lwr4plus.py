@@ -40,6 +40,6 @@ def test_limits_are_those_of_table_iii_in_the_dh_coordinate():
 
 
 def test_the_rotor_formula_gives_the_power_of_ten_that_physical_takes():
-    assert 0.5 * 0.0106 * 0.05**2 == pytest.approx(1.325e-5)
+    assert pytest.approx(1.325e-5) == 0.5 * 0.0106 * 0.05**2
     assert lwr_dyn.load("lwr4plus", "physical").chain.links[0].rotor.inertia == 1.325e-5
     assert lwr_dyn.load("lwr4plus", "computed").chain.links[0].rotor.inertia == 1.325e-7

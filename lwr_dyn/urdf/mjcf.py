@@ -1,0 +1,92 @@
+"""Arm -> MJCF text for MuJoCo: the same frames, bodies, limits and shapes as the URDF, and the armature it cannot hold.
+
+Orientations are `xyaxes` (two columns of the rotation matrix), so no angle is converted. Shapes collide with nothing.
+"""
+
+from __future__ import annotations
+
+from xml.sax.saxutils import quoteattr
+
+from lwr_dyn.arm import Arm, Joint
+from lwr_dyn.chain import Body
+from lwr_dyn.dh import JointKind
+from lwr_dyn.spatial import Pose
+from lwr_dyn.urdf.geometry import COLOURS, Primitive, primitives
+from lwr_dyn.urdf.text import comment, number, numbers
+from lwr_dyn.urdf.writer import header
+
+_TYPES = {JointKind.REVOLUTE: "hinge", JointKind.PRISMATIC: "slide"}
+
+
+def mjcf_text(arm: Arm) -> str:
+    """The arm as MJCF text; raises `MissingDataError` for an arm without inertias, which MuJoCo cannot hold."""
+    arm.require_dynamics()
+    shapes = primitives(arm)
+    lines = ['<?xml version="1.0" encoding="utf-8"?>', *_header(arm), f"<mujoco model={quoteattr(arm.name)}>"]
+    lines.append(
+        '  <compiler angle="radian" autolimits="true" inertiafromgeom="false" boundmass="0" boundinertia="0"/>'
+    )
+    lines.append(f'  <option gravity="{numbers(arm.chain.gravity)}"/>')
+    lines += ["  <default>", '    <geom contype="0" conaffinity="0" group="2"/>', "  </default>", "  <asset>"]
+    lines += [f'    <material name="{name}" rgba="{numbers(rgba)}"/>' for name, rgba in COLOURS.items()]
+    lines += ["  </asset>", "  <worldbody>", '    <body name="base">', *_geoms(shapes, "base", 3)]
+    rows = list(zip(arm.chain.links, arm.joints(), arm.bodies(), strict=True))
+    for depth, (link, joint, body) in enumerate(rows, start=3):
+        pad = "  " * depth
+        lines.append(f"{pad}<body name={quoteattr(link.link)} {_pose(joint.origin)}>")
+        lines += [_inertial(body, depth + 1)] if body is not None else []
+        lines += [_joint(joint, depth + 1), *_geoms(shapes, link.link, depth + 1)]
+    innermost = 3 + len(rows)
+    lines.append(f'{"  " * innermost}<body name="flange" {_pose(arm.flange())}>')
+    lines += _geoms(shapes, "flange", innermost + 1)
+    lines += [f"{'  ' * depth}</body>" for depth in range(innermost, 1, -1)]
+    return "\n".join([*lines, "  </worldbody>", "</mujoco>"]) + "\n"
+
+
+def _header(arm: Arm) -> list[str]:
+    """The URDF's header with what MuJoCo does differently."""
+    first, *rest, last = header(arm)
+    rest = [
+        x for x in rest if not any(word in x for word in ("provenance", "rotor inertia:", "stand-ins", "gravity in"))
+    ]
+    lines = (
+        "the same numbers as in the .urdf, whose .provenance.json names their sources",
+        "armature: k_r^2 I_m; limits that are not known, and speed limits, which MJCF does not have, are left out",
+    )
+    return [first, *rest, *(f"  {comment(x)}" for x in lines), last]
+
+
+def _pose(pose: Pose) -> str:
+    text = f'pos="{numbers(pose.position)}"'
+    if pose.is_identity():
+        return text
+    axes = numbers([*pose.rotation[:, 0], *pose.rotation[:, 1]])
+    return f'{text} xyaxes="{axes}"'
+
+
+def _inertial(body: Body, depth: int) -> str:
+    tensor = body.inertia_com
+    six = [tensor[0, 0], tensor[1, 1], tensor[2, 2], tensor[0, 1], tensor[0, 2], tensor[1, 2]]
+    attributes = f'pos="{numbers(body.com)}" mass="{number(body.mass)}" fullinertia="{numbers(six)}"'
+    return f"{'  ' * depth}<inertial {attributes}/>"
+
+
+def _joint(joint: Joint, depth: int) -> str:
+    limits = joint.limits
+    given = {"armature": joint.armature, "damping": limits.viscous, "frictionloss": limits.coulomb}
+    text = [f'{name}="{number(value)}"' for name, value in given.items() if value is not None]
+    if limits.lower is not None and limits.upper is not None:
+        text.append(f'range="{number(limits.lower)} {number(limits.upper)}"')
+    if limits.effort is not None:
+        text.append(f'actuatorfrcrange="{number(-limits.effort)} {number(limits.effort)}"')
+    words = f'name={quoteattr(joint.name)} type="{_TYPES[joint.kind]}" axis="0 0 1"'
+    return f"{'  ' * depth}<joint {' '.join([words, *text])}/>"
+
+
+def _geoms(shapes: tuple[Primitive, ...], link: str, depth: int) -> list[str]:
+    out = []
+    for shape in shapes:
+        if shape.link == link:
+            size = f'type="cylinder" size="{number(shape.radius)} {number(shape.length / 2)}"'
+            out.append(f'{"  " * depth}<geom {size} {_pose(shape.pose)} material="{shape.colour}"/>')
+    return out

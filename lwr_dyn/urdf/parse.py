@@ -1,0 +1,197 @@
+"""The door to yourdfpy, behind checks of its own: file -> parsed URDF, or one line that names the element at fault.
+
+Shapes and materials are dropped before parsing: dynamics needs none, and so no mesh file is looked for.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import re
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Mapping
+from dataclasses import dataclass
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lwr_dyn.chain import Rotor
+from lwr_dyn.errors import FileAccessError, UrdfError
+from lwr_dyn.urdf.text import comment
+from lwr_dyn.urdf.writer import GRAVITY, UNKNOWN_LIMITS, WRITTEN_BY
+
+_WIDTHS = {"xyz": 3, "rpy": 3}
+_SCALARS = ("value", "ixx", "ixy", "ixz", "iyy", "iyz", "izz", "damping", "friction", "multiplier", "offset")
+_LIMITS = ("lower", "upper", "effort", "velocity")
+_NEEDED = {"link": ("inertial",), "joint": ("parent", "child", "origin", "axis", "limit", "dynamics", "mimic")}
+_ROTOR = ("gear_ratio", "rotor_inertia")
+_DRAKE = ("{https://drake.mit.edu/}", "{http://drake.mit.edu}", "{https://drake.mit.edu}", "{http://drake.mit.edu/}")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class UrdfFile:
+    """A parsed URDF: yourdfpy's links and joints, and what yourdfpy does not read."""
+
+    file: str
+    name: str
+    digest: str
+    links: Mapping[str, Any]
+    joints: Mapping[str, Any]
+    rotors: Mapping[str, Rotor]
+    stand_ins: frozenset[str]
+    """"joint limit" pairs that a header of ours calls unknown."""
+    gravity: tuple[float, ...] | None
+    """What a header of ours says."""
+
+
+def parse_urdf(path: str | Path) -> UrdfFile:
+    """Parse a URDF file.
+
+    Raises
+    ------
+    FileAccessError
+        The file cannot be read.
+    UrdfError
+        Broken XML, a missing name or attribute, a number that is not one, names that are used twice.
+    """
+    import yourdfpy
+
+    try:
+        content = Path(path).read_bytes()
+    except OSError as fault:
+        raise FileAccessError(str(path), (fault.strerror or str(fault)).lower(), "a readable .urdf file") from None
+    file = Path(path).name
+    try:
+        root = ElementTree.fromstring(content)
+    except (ElementTree.ParseError, ValueError, LookupError) as fault:
+        raise UrdfError(file, "XML", str(fault), "a well-formed URDF") from None
+    _check(root, file)
+    rotors = _rotors(root, file)
+    _keep(root, ("link", "joint"))
+    for element in root:
+        _keep(element, _NEEDED[element.tag])
+    parsed = yourdfpy.URDF.load(BytesIO(ElementTree.tostring(root)), build_scene_graph=False, load_meshes=False)
+    lines = _own_header(content.decode("utf-8", errors="replace"))
+    unknown = next((x.removeprefix(UNKNOWN_LIMITS) for x in lines if x.startswith(UNKNOWN_LIMITS)), "")
+    gravity = [_float(v) for x in lines if x.startswith(GRAVITY) for v in x.removeprefix(GRAVITY).split()]
+    return UrdfFile(
+        file=file, name=root.attrib["name"], digest=hashlib.sha256(content).hexdigest(),
+        links={x.name: x for x in parsed.robot.links}, joints={x.name: x for x in parsed.robot.joints},
+        rotors=rotors, stand_ins=frozenset(unknown.split(", ")),
+        gravity=tuple(gravity) if len(gravity) == 3 and np.isfinite(gravity).all() else None,
+    )  # fmt: skip
+
+
+def _keep(parent: ElementTree.Element, tags: tuple[str, ...]) -> None:
+    for child in [c for c in parent if c.tag not in tags]:
+        parent.remove(child)
+
+
+def stand_in_name(joint: str, limit: str) -> str:
+    """How our header names an unknown limit."""
+    return comment(f"{joint} {limit}")
+
+
+def _own_header(text: str) -> list[str]:
+    """The lines of the first comment if this package wrote it."""
+    found = re.search(r"<!--(.*?)-->", text, re.DOTALL)
+    lines = [line.strip() for line in found[1].splitlines()] if found else []
+    return lines if any(line.startswith(WRITTEN_BY) for line in lines) else []
+
+
+def _check(root: ElementTree.Element, file: str) -> None:
+    """What yourdfpy would stumble over or take without a word."""
+    if root.tag != "robot":
+        raise UrdfError(file, f"<{root.tag}>", "the outermost element", "<robot>")
+    if not root.get("name"):
+        raise UrdfError(file, "robot", "no name", "a name")
+    links = _names(root, "link", file)
+    _names(root, "joint", file)
+    for link in root.findall("link"):
+        for inertial in link.findall("inertial"):
+            _numbers(list(inertial), f"link {link.get('name')!r}", file)
+            _inertial(inertial, f"link {link.get('name')!r}", file)
+    for joint in root.findall("joint"):
+        _joint(joint, links, file)
+
+
+def _joint(joint: ElementTree.Element, links: set[str], file: str) -> None:
+    where = f"joint {joint.get('name')!r}"
+    if not joint.get("type"):
+        raise UrdfError(file, where, "no type", "revolute, continuous, prismatic, fixed")
+    for tag in ("parent", "child"):
+        end = joint.find(tag)
+        name = "nothing" if end is None else end.get("link")
+        if name not in links:
+            raise UrdfError(file, f"{where} <{tag}>", repr(name), "the name of a link of the file")
+    _numbers(list(joint), where, file)
+
+
+def _inertial(inertial: ElementTree.Element, where: str, file: str) -> None:
+    """yourdfpy takes a missing moment as 1 kg m^2."""
+    for tag, names in (("mass", ("value",)), ("inertia", ("ixx", "iyy", "izz"))):
+        element = inertial.find(tag)
+        for name in names:
+            if element is None or element.get(name) is None:
+                raise UrdfError(file, f"{where} <{tag}> {name}", "missing", "a number")
+    mass = inertial.find("mass")
+    if mass is not None and float(mass.attrib["value"]) < 0.0:
+        raise UrdfError(file, f"{where} <mass> value", repr(mass.attrib["value"]), "a mass of at least 0")
+
+
+def _names(root: ElementTree.Element, tag: str, file: str) -> set[str]:
+    seen: set[str] = set()
+    for k, element in enumerate(root.findall(tag), start=1):
+        name = element.get("name")
+        if not name or name in seen:
+            raise UrdfError(file, f"{tag} {name or k}", "used twice" if name else "no name", "a name of its own")
+        seen.add(name)
+    return seen
+
+
+def _numbers(elements: list[ElementTree.Element], where: str, file: str) -> None:
+    """Every numeric attribute holds as many finite numbers as it must; limits may be infinite."""
+    for element in elements:
+        for name, text in element.attrib.items():
+            width = _WIDTHS.get(name, 1 if name in (*_SCALARS, *_LIMITS) else 0)
+            if width == 0:
+                continue
+            found = [_float(word) for word in text.split()]
+            bounded = [v for v in found if not (name in _LIMITS and math.isinf(v))]
+            if len(found) != width or not all(math.isfinite(v) for v in bounded):
+                allowed = "a finite number" if width == 1 else f"{width} finite numbers"
+                raise UrdfError(file, f"{where} <{element.tag}> {name}", repr(text), allowed)
+
+
+def _float(word: str) -> float:
+    try:
+        return float(word)
+    except ValueError:
+        return math.nan
+
+
+def _rotors(root: ElementTree.Element, file: str) -> dict[str, Rotor]:
+    """Rotors from Drake's tags; Drake takes a missing gear ratio as 1 and a missing inertia as 0."""
+    out = {}
+    for transmission in root.findall("transmission"):
+        joint, actuator = transmission.find("joint"), transmission.find("actuator")
+        if joint is None or actuator is None:
+            continue
+        name = joint.get("name", "")
+        ratio, inertia = (_drake(actuator, tag, f"transmission of {name!r}", file) for tag in _ROTOR)
+        if ratio is not None or inertia is not None:
+            out[name] = Rotor(1.0 if ratio is None else ratio, 0.0 if inertia is None else inertia)
+    return out
+
+
+def _drake(actuator: ElementTree.Element, tag: str, where: str, file: str) -> float | None:
+    found = [x for space in _DRAKE for x in actuator.findall(space + tag)]
+    if not found:
+        return None
+    text = found[0].get("value", "")
+    value = _float(text)
+    if not (math.isfinite(value) and value >= 0.0):
+        raise UrdfError(file, f"{where} <drake:{tag}> value", repr(text), "a finite number of at least 0")
+    return value

@@ -1,0 +1,100 @@
+"""The sidecar that names the source of every number in a URDF: attribute -> quantities -> cells and conversions."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, replace
+from typing import Any
+
+from lwr_dyn.arm import Arm, Source
+from lwr_dyn.spatial import Pose
+from lwr_dyn.urdf.writer import Entry, urdf_trail
+
+SCHEMA = 1
+UNSOURCED = "no source given"
+"""Said of a quantity of an arm that was put together in code."""
+
+
+def provenance_text(arm: Arm) -> str:
+    """The sidecar of the arm's URDF as JSON text.
+
+    `attributes` maps the path of each numeric attribute to its numbers as `written` and either the `quantities` it is
+    made from or a `word`: drawn, unknown, by choice. `quantities` maps each of these to its cells: `value` as the
+    reading takes it in the printed `unit`, and the `errata` that changed it.
+
+    >>> from lwr_dyn.front import load
+    >>> sidecar = json.loads(provenance_text(load("lwr4plus")))
+    >>> sidecar["attributes"]["/robot/link[@name='link_1']/inertial/mass/@value"]
+    {'written': [2.7782], 'quantities': ['link_1.mass']}
+    >>> sidecar["quantities"]["link_1.mass"][0]["where"]
+    'Fig. 1, column Mass'
+    """
+    entries = urdf_trail(arm).entries
+    used = dict.fromkeys(name for entry in entries.values() for name in entry.quantities)
+    cells = {name: quantity_sources(arm, name) for name in used}
+    top: dict[str, Any] = {
+        "schema": SCHEMA,
+        "robot": arm.name,
+        "reading": arm.reading,
+        "title": arm.title,
+        "errata": list(arm.errata),
+        "source_sha256": arm.digest,
+        "gravity": [float(x) for x in arm.chain.gravity],
+    }
+    head = json.dumps(top, indent=1, ensure_ascii=False).removesuffix("\n}")
+    quantities = _block({name: [_plain(source) for source in found] for name, found in cells.items()})
+    attributes = _block({path: _attribute(entry, cells) for path, entry in entries.items()})
+    return f'{head},\n "quantities": {quantities},\n "attributes": {attributes}\n}}\n'
+
+
+def quantity_sources(arm: Arm, quantity: str) -> tuple[Source, ...]:
+    """The cells of a quantity of the arm: "link_1.mass", "joint_2.lower", "joint_3.after" ...
+
+    A joint's `before` and `after` (the constant poses around its motion) are parts of its DH row: all of a standard row
+    stands after the motion; of a modified row alpha and a stand before it, d and theta after it; a turned joint (sign
+    -1) is turned back and forth, so its sign stands on both sides.
+    """
+    if quantity in arm.sources:
+        return arm.sources[quantity]
+    joint, _, part = quantity.rpartition(".")
+    if part in ("gear_ratio", "rotor_inertia"):
+        column = {"gear_ratio": "rotors.gear_ratio", "rotor_inertia": "rotors.inertia"}[part]
+        found = _of_columns(arm.sources.get(f"{joint}.armature", ()), (column,))
+        return tuple(replace(source, conversion="to SI") for source in found)
+    if part in ("before", "after"):
+        standard = all(_is_half_turn_or_nothing(link.before) for link in arm.chain.links)
+        columns = ("alpha", "a", "d", "theta_offset")
+        split = 0 if standard else 2
+        mine = columns[:split] if part == "before" else columns[split:]
+        return _of_columns(arm.sources.get(f"{joint}.dh", ()), tuple(f"dh.{name}" for name in (*mine, "sign")))
+    return ()
+
+
+def _is_half_turn_or_nothing(pose: Pose) -> bool:
+    diagonal = pose.rotation.diagonal()
+    return not pose.position.any() and diagonal[0] == 1.0 and abs(diagonal[1]) == 1.0
+
+
+def _of_columns(sources: tuple[Source, ...], columns: tuple[str, ...]) -> tuple[Source, ...]:
+    return tuple(s for s in sources if s.cell.partition(".values")[0] in columns)
+
+
+def _attribute(entry: Entry, cells: dict[str, tuple[Source, ...]]) -> dict[str, Any]:
+    out: dict[str, Any] = {"written": list(entry.written)}
+    if entry.quantities:
+        out["quantities"] = list(entry.quantities)
+    word = entry.word
+    if not word and not any(cells[name] for name in entry.quantities):
+        word = UNSOURCED
+    return {**out, "word": word} if word else out
+
+
+def _plain(source: Source) -> dict[str, Any]:
+    out = asdict(source)
+    return {key: value for key, value in out.items() if key != "errata" or value}
+
+
+def _block(items: dict[str, Any]) -> str:
+    """A JSON object, one item a line."""
+    lines = [f"  {json.dumps(k)}: {json.dumps(v, ensure_ascii=False)}" for k, v in items.items()]
+    return "{\n" + ",\n".join(lines) + "\n }"

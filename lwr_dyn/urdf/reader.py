@@ -1,0 +1,196 @@
+"""A URDF nobody here wrote -> Arm: the serial chain from the root to a tip, with everything welded to it merged in.
+
+What the format leaves open is read so: a limit that is missing, infinite, or (effort, velocity) zero is unknown; a
+continuous joint has no position limits; limits that a header of ours calls stand-ins are unknown again. What hangs on
+the root does not move the chain and is left out. A moving link without `<inertial>` is massless, as the format says, if
+mass hangs further out; if none does, it has no body, and the arm no dynamics.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lwr_dyn.arm import Arm, JointLimits, Source
+from lwr_dyn.assembly import STANDARD_GRAVITY
+from lwr_dyn.chain import Body, Chain, ChainLink
+from lwr_dyn.errors import UrdfError
+from lwr_dyn.spatial import Pose
+from lwr_dyn.urdf.parse import UrdfFile, parse_urdf, stand_in_name
+from lwr_dyn.urdf.tree import KINDS, Tree, axis_pose, build_tree, origin_pose, position_limits
+from lwr_dyn.urdf.writer import STAND_INS
+
+READING = "urdf"
+"""The reading of an arm that comes from a URDF."""
+_OWN_LINKS = ("base", "flange")
+"""Link names of our writer; a moving link of that name gets an underscore."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Group:
+    """Links that move as one: the joint that moves them, the links, and the way through them to the next joint."""
+
+    joint: Any
+    link: str
+    parts: tuple[tuple[str, Pose], ...]
+    """Every link of the group with its pose in `link`."""
+    exit: Pose
+    through: tuple[str, ...]
+    """The welds on the way to the next joint or the tip."""
+
+
+def read_urdf(path: str | Path, tip: str | None = None, lock: Mapping[str, float] | None = None) -> Arm:
+    """The serial arm in a URDF file.
+
+    Parameters
+    ----------
+    path : path
+    tip : str, optional
+        Link at which the flange is put; needed when the tree ends in several links.
+    lock : mapping of joint name to value, optional
+        Joints held at a value [rad or m]; a mimic joint follows the locked joint it mimics.
+
+    Returns
+    -------
+    Arm
+        Joints and links keep the file's names; gravity is -9.81 m/s^2 along z of the root link.
+
+    Raises
+    ------
+    FileAccessError
+        The file cannot be read.
+    UrdfError
+        Not a URDF, not a tree, a joint of the chain that is not revolute, continuous, prismatic or fixed, a moving
+        joint off the chain that is not locked, several ends and no tip, a lock outside the joint's limits.
+    UnknownNameError
+        No link named `tip`, no moving joint of a locked name.
+    """
+    urdf = parse_urdf(path)
+    tree = build_tree(urdf, lock or {})
+    base, *groups = _groups(tree, tree.path_to(tree.only_end() if tip is None else tip))
+    names = [_free_name(group.link, urdf.links) for group in groups]
+    bodies = _bodies(urdf, groups)
+    links = []
+    for before, group, name, body in zip([base, *groups], groups, names, bodies, strict=False):
+        joint, turn = group.joint, axis_pose(group.joint)
+        pose = before.exit @ origin_pose(joint.origin) @ turn
+        rotor = urdf.rotors.get(joint.name)
+        links.append(ChainLink(joint.name, name, KINDS[joint.type], pose, turn.inverse(), body, rotor))
+    gravity = np.array(STANDARD_GRAVITY if urdf.gravity is None else urdf.gravity)
+    return Arm(
+        name=urdf.name, reading=READING, title=f"read from {urdf.file}",
+        chain=Chain(links=tuple(links), flange=groups[-1].exit, gravity=gravity),
+        limits=tuple(_limits(urdf, group.joint) for group in groups),
+        sources=_sources(urdf, [base, *groups], names), digest=urdf.digest,
+    )  # fmt: skip
+
+
+def _free_name(link: str, taken: Mapping[str, Any]) -> str:
+    while link in _OWN_LINKS:
+        link += "_"
+        while link in taken:
+            link += "_"
+    return link
+
+
+def _groups(tree: Tree, path: Sequence[Any]) -> list[_Group]:
+    """The root's group, then one for each moving joint of the path."""
+    moving = [joint for joint in path if not tree.is_weld(joint)]
+    for joint in moving:
+        _check_moving(tree.urdf, joint)
+    if not moving:
+        raise UrdfError(tree.urdf.file, "chain", "no moving joint between root and tip", "another tip, or fewer locks")
+    tree.refuse_loose(path)
+    starts = [-1, *(k for k, joint in enumerate(path) if joint in moving), len(path)]
+    out = []
+    for start, end in pairwise(starts):
+        link = tree.root if start < 0 else path[start].child
+        parts = () if start < 0 else tuple(tree.welded_to(link))
+        exit_pose = Pose.identity()
+        for weld in path[start + 1 : end]:
+            exit_pose = exit_pose @ tree.weld(weld)
+        through = tuple(weld.name for weld in path[start + 1 : end])
+        out.append(_Group(None if start < 0 else path[start], link, parts, exit_pose, through))
+    return out
+
+
+def _check_moving(urdf: UrdfFile, joint: Any) -> None:
+    where = f"joint {joint.name!r}"
+    if joint.type not in KINDS:
+        raise UrdfError(urdf.file, where, f"type {joint.type}", "revolute, continuous, prismatic or fixed on the chain")
+    if joint.mimic is not None:
+        found = f"mimics {joint.mimic.joint!r}"
+        raise UrdfError(urdf.file, where, found, f"locked on the chain: --lock {joint.name}=VALUE")
+    if not np.linalg.norm(joint.axis) > 0.0:
+        raise UrdfError(urdf.file, f"{where} <axis> xyz", "0 0 0", "a direction")
+
+
+def _bodies(urdf: UrdfFile, groups: Sequence[_Group]) -> list[Body | None]:
+    """One body per group, from the outermost inward."""
+    out: list[Body | None] = []
+    for group in reversed(groups):
+        body = None
+        for name, pose in group.parts:
+            if urdf.links[name].inertial is not None:
+                part = _body(urdf.links[name].inertial).seen_from(pose)
+                body = part if body is None else body + part
+        outside = any(x is not None and x.mass > 0.0 for x in out)
+        out.append(Body.nothing() if body is None and outside else body)
+    return out[::-1]
+
+
+def _body(inertial: Any) -> Body:
+    return Body(inertial.mass, np.zeros(3), inertial.inertia).seen_from(origin_pose(inertial.origin))
+
+
+def _limits(urdf: UrdfFile, joint: Any) -> JointLimits:
+    lower, upper = position_limits(joint)
+    if lower is not None and upper is not None and lower > upper:
+        raise UrdfError(urdf.file, f"joint {joint.name!r} <limit>", f"lower {lower}, upper {upper}", "lower <= upper")
+    found: dict[str, float | None] = {"lower": lower, "upper": upper}
+    for name in ("velocity", "effort"):
+        value = None if joint.limit is None else getattr(joint.limit, name)
+        found[name] = None if value is None or value == 0.0 or np.isinf(value) else value
+    for tag, name in (("damping", "viscous"), ("friction", "coulomb")):
+        text = None if joint.dynamics is None else getattr(joint.dynamics, tag)
+        found[name] = None if text is None else float(text)
+    for name, value in found.items():
+        if name not in ("lower", "upper") and value is not None and value < 0.0:
+            raise UrdfError(urdf.file, f"joint {joint.name!r} {name}", repr(value), "a number of at least 0")
+        if stand_in_name(joint.name, name) in urdf.stand_ins and value == STAND_INS.get(name):
+            found[name] = None
+    return JointLimits(**found)
+
+
+def _sources(urdf: UrdfFile, groups: Sequence[_Group], names: Sequence[str]) -> dict[str, tuple[Source, ...]]:
+    """Each quantity of the arm with the elements of the file it is made from."""
+
+    def cell(path: str, conversion: str) -> Source:
+        return Source(f"/robot/{path}", urdf.file, "URDF", "as in the file", "SI", conversion)
+
+    def origins(joints: Sequence[str]) -> tuple[Source, ...]:
+        return tuple(cell(f"joint[@name='{j}']/origin", "origins and locked joints multiplied") for j in joints)
+
+    out = {"flange": origins(groups[-1].through)}
+    for before, group, name in zip(groups, groups[1:], names, strict=False):
+        joint = group.joint.name
+        at = f"joint[@name='{joint}']"
+        out[f"{joint}.before"] = origins((*before.through, joint))
+        out[f"{joint}.after"] = (cell(f"{at}/axis", "z turned onto the axis"),)
+        for tag in ("lower", "upper", "velocity", "effort"):
+            out[f"{joint}.{tag}"] = (cell(f"{at}/limit/@{tag}", "as written"),)
+        for tag, quantity in (("damping", "viscous"), ("friction", "coulomb")):
+            out[f"{joint}.{quantity}"] = (cell(f"{at}/dynamics/@{tag}", "as written"),)
+        for tag in ("gear_ratio", "rotor_inertia"):
+            out[f"{joint}.{tag}"] = (cell(f"transmission[joint/@name='{joint}']/actuator/drake:{tag}", "as written"),)
+        welded = [part for part, _ in group.parts if urdf.links[part].inertial is not None]
+        how = "as written" if welded == [group.link] else f"welded to {group.link}"
+        massless = (cell(f"link[@name='{group.link}']", "no <inertial>: massless, by the format"),)
+        for tag in ("mass", "com", "inertia"):
+            out[f"{name}.{tag}"] = tuple(cell(f"link[@name='{x}']/inertial", how) for x in welded) or massless
+    return out

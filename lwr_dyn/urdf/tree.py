@@ -1,0 +1,164 @@
+"""The tree of a URDF: which links hang on which, what is welded, and the way from the root to a tip."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from lwr_dyn.arrays import Array
+from lwr_dyn.chain import joint_motion
+from lwr_dyn.dh import JointKind
+from lwr_dyn.errors import UnknownNameError, UrdfError
+from lwr_dyn.spatial import SNAP, Pose, axis_to_z
+from lwr_dyn.urdf.parse import UrdfFile
+
+KINDS = {
+    "revolute": JointKind.REVOLUTE,
+    "continuous": JointKind.REVOLUTE,
+    "prismatic": JointKind.PRISMATIC,
+}
+"""URDF joint types that move in one way."""
+_LISTED = 12
+"""Names of links in one message."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Tree:
+    """Links from the root outward; `held` are the locked joints, mimics of locked joints included."""
+
+    urdf: UrdfFile
+    root: str
+    out_of: Mapping[str, tuple[Any, ...]]
+    """Link -> the joints that leave it."""
+    into: Mapping[str, Any]
+    """Link -> the joint that carries it."""
+    held: Mapping[str, float]
+
+    def is_weld(self, joint: Any) -> bool:
+        """Fixed or locked."""
+        return joint.type == "fixed" or joint.name in self.held
+
+    def weld(self, joint: Any) -> Pose:
+        """The pose of the child of a fixed or locked joint in its parent."""
+        pose = origin_pose(joint.origin)
+        if joint.name not in self.held:
+            return pose
+        turn = axis_pose(joint)
+        return pose @ turn @ joint_motion(KINDS[joint.type], self.held[joint.name]) @ turn.inverse()
+
+    def path_to(self, tip: str) -> list[Any]:
+        """The joints from the root to a link."""
+        if tip not in self.urdf.links:
+            raise UnknownNameError(f"link of {self.urdf.file}", tip, self.urdf.links)
+        path = []
+        while tip != self.root:
+            path.append(self.into[tip])
+            tip = path[-1].parent
+        return path[::-1]
+
+    def only_end(self) -> str:
+        """The link in which the tree ends, if it is one."""
+        ends = [link for link in self.urdf.links if not self.out_of[link]]
+        if len(ends) > 1:
+            moved = [x for x in ends if not all(self.is_weld(joint) for joint in self.path_to(x))] or ends
+            some = ", ".join(moved[:_LISTED]) + (" ..." if len(moved) > _LISTED else "")
+            raise UrdfError(
+                self.urdf.file, "tip", f"the tree ends in {len(ends)} links", f"a tip (--tip), such as {some}"
+            )
+        return ends[0]
+
+    def welded_to(self, link: str) -> list[tuple[str, Pose]]:
+        """`link` and all that is welded to it, each with its pose in `link`."""
+        parts = [(link, Pose.identity())]
+        for here, pose in parts:
+            parts += [(j.child, pose @ self.weld(j)) for j in self.out_of[here] if self.is_weld(j)]
+        return parts
+
+    def refuse_loose(self, path: Sequence[Any]) -> None:
+        """Raise `UrdfError` when an unlocked joint off the path moves what the path moves; name all of them."""
+        on_path = {joint.name for joint in path}
+        moving = {joint.name for joint in path if not self.is_weld(joint)}
+        free = [x for x in self.urdf.joints.values() if x.name not in on_path and not self.is_weld(x)]
+        loose = [x.name for x in free if moving & {joint.name for joint in self.path_to(x.parent)}]
+        if loose:
+            locks = " ".join(f"--lock {name}=VALUE" for name in loose)
+            found = "moving off the chain and not locked"
+            raise UrdfError(self.urdf.file, f"joint {', '.join(loose)}", found, locks)
+
+
+def build_tree(urdf: UrdfFile, lock: Mapping[str, float]) -> Tree:
+    """The tree of a file with some joints locked.
+
+    Raises
+    ------
+    UrdfError
+        No or several roots, a link carried by two joints, a loop; a lock outside the joint's limits.
+    UnknownNameError
+        No moving joint of a locked name.
+    """
+    into: dict[str, Any] = {}
+    out_of: dict[str, list[Any]] = {link: [] for link in urdf.links}
+    for joint in urdf.joints.values():
+        if joint.child in into:
+            found = f"carried by {into[joint.child].name} and {joint.name}"
+            raise UrdfError(urdf.file, f"link {joint.child!r}", found, "one joint, as in a tree")
+        into[joint.child] = joint
+        out_of[joint.parent].append(joint)
+    roots = [link for link in urdf.links if link not in into]
+    if len(roots) != 1:
+        found = f"{len(roots)} links without a parent: {', '.join(roots) or 'none'}"
+        raise UrdfError(urdf.file, "tree", found, "one root")
+    reached = [roots[0]]
+    for link in reached:
+        reached += [joint.child for joint in out_of[link]]
+    if len(reached) != len(urdf.links):
+        lost = ", ".join(x for x in urdf.links if x not in reached)
+        raise UrdfError(urdf.file, "tree", f"a loop through {lost}", "a tree")
+    return Tree(urdf, roots[0], {k: tuple(v) for k, v in out_of.items()}, into, _held(urdf, lock))
+
+
+def _held(urdf: UrdfFile, lock: Mapping[str, float]) -> dict[str, float]:
+    """The locked joints, checked, and those that mimic one of them."""
+    moving = [name for name, joint in urdf.joints.items() if joint.type in KINDS]
+    held = {}
+    for name, value in lock.items():
+        if name not in moving:
+            raise UnknownNameError(f"moving joint of {urdf.file}", name, moving)
+        low, up = position_limits(urdf.joints[name])
+        low, up = -math.inf if low is None else low, math.inf if up is None else up
+        if not (math.isfinite(value) and low <= value <= up):
+            raise UrdfError(urdf.file, f"lock of joint {name!r}", repr(value), f"a number from {low} to {up}")
+        held[name] = float(value)
+    mimics = [urdf.joints[name] for name in moving if urdf.joints[name].mimic is not None and name not in held]
+    while True:
+        follow = [j for j in mimics if j.name not in held and j.mimic.joint in held]
+        if not follow:
+            return held
+        for joint in follow:
+            held[joint.name] = joint.mimic.multiplier * held[joint.mimic.joint] + joint.mimic.offset
+
+
+def position_limits(joint: Any) -> tuple[float | None, float | None]:
+    """Lower and upper limit of a joint; None where the file gives none or an infinite one."""
+    if joint.limit is None or joint.type == "continuous":
+        return None, None
+    low, up = (None if x is None or math.isinf(x) else float(x) for x in (joint.limit.lower, joint.limit.upper))
+    return low, up
+
+
+def axis_pose(joint: Any) -> Pose:
+    """The turn that brings z onto the joint's axis."""
+    return Pose(axis_to_z(joint.axis), np.zeros(3))
+
+
+def origin_pose(matrix: Array | None) -> Pose:
+    """A parsed `<origin>`; entries within rounding of 0 and +-1 are these numbers, since pi/2 has no float."""
+    if matrix is None:
+        return Pose.identity()
+    rotation = matrix[:3, :3]
+    whole = np.round(rotation)
+    return Pose(np.where(np.abs(rotation - whole) <= SNAP, whole, rotation), matrix[:3, 3])

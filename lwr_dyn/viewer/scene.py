@@ -1,0 +1,97 @@
+"""The arm as meshcat commands: `set_object` and `set_transform` dictionaries that a meshcat viewer takes as they are.
+
+The same commands fill the one-file page and the live server. Names are made from places in the tree, not at random, so
+the same runs give the same bytes. Link k stands at `link_path(run, k)` below link k - 1; its transform is the joint's
+origin times the joint's motion, which the player sets.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from lwr_dyn.arm import Arm
+from lwr_dyn.arrays import Array
+from lwr_dyn.chain import joint_motion
+from lwr_dyn.spatial import Pose, rot_x
+from lwr_dyn.urdf.geometry import COLOURS, Primitive, primitives
+from lwr_dyn.viewer.shown import Shown
+
+Command = Mapping[str, Any]
+
+ROOT = "arms"
+_UPRIGHT = Pose(rot_x(np.pi / 2), np.zeros(3))
+"""A three.js cylinder lies along y, ours along z."""
+_SIDES = 40
+
+
+def run_path(run: int) -> str:
+    """Where the base of run `run` stands in the scene tree."""
+    return f"/{ROOT}/run_{run}"
+
+
+def link_path(run: int, link: int) -> str:
+    """Where link `link` stands: 0 is the base, n + 1 the flange of an arm of n joints."""
+    return "/".join([run_path(run), *(f"link_{i}" for i in range(link + 1))])
+
+
+def arm_commands(shown: Shown, run: int) -> Iterator[Command]:
+    """The shapes of an arm, then its links at the first sample of the run."""
+    links = ["base", *(link.link for link in shown.arm.chain.links), "flange"]
+    for k, shape in enumerate(primitives(shown.arm)):
+        yield cylinder(f"{link_path(run, links.index(shape.link))}/shape_{k}", shape, shown.colour)
+    yield from pose_commands(shown.arm, shown.run.q[0], run)
+
+
+def pose_commands(arm: Arm, q: Array, run: int) -> Iterator[Command]:
+    """The transforms that put the arm at q (n,) [rad or m]."""
+    for i, (joint, value) in enumerate(zip(arm.joints(), q, strict=True), start=1):
+        yield transform(link_path(run, i), joint.origin @ joint_motion(joint.kind, float(value)))
+    yield transform(link_path(run, arm.n + 1), arm.flange())
+
+
+def cylinder(path: str, shape: Primitive, accent: str) -> Command:
+    """A drawn cylinder; the arm's orange parts wear the colour of their run."""
+    r, g, b = (round(255 * c) for c in COLOURS[shape.colour][:3])
+    colour = int(accent[1:], 16) if shape.colour == "orange" else r << 16 | g << 8 | b
+    geometry = {
+        "uuid": f"{path}#geometry",
+        "type": "CylinderGeometry",
+        "radiusTop": shape.radius,
+        "radiusBottom": shape.radius,
+        "height": shape.length,
+        "radialSegments": _SIDES,
+    }
+    material = {
+        "uuid": f"{path}#material",
+        "type": "MeshPhongMaterial",
+        "color": colour,
+        "specular": 0x2A2A2A,
+        "shininess": 35,
+    }
+    mesh = {
+        "uuid": path,
+        "type": "Mesh",
+        "geometry": geometry["uuid"],
+        "material": material["uuid"],
+        "matrix": column_major(shape.pose @ _UPRIGHT),
+    }
+    return _object(path, mesh, geometry, material)
+
+
+def transform(path: str, pose: Pose) -> Command:
+    """Put the node at `path` at `pose` in its parent."""
+    return {"type": "set_transform", "path": path, "matrix": column_major(pose)}
+
+
+def column_major(pose: Pose) -> list[float]:
+    """The 16 numbers of a pose as three.js keeps them, column after column."""
+    return [float(x) for x in pose.matrix().T.ravel()]
+
+
+def _object(path: str, item: Command, geometry: Command, material: Command) -> Command:
+    metadata = {"version": 4.5, "type": "Object"}
+    scene = {"metadata": metadata, "geometries": [geometry], "materials": [material], "object": item}
+    return {"type": "set_object", "path": path, "object": scene}

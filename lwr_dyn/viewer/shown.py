@@ -1,0 +1,95 @@
+"""`Shown`: a run beside its arm, its label and its colour, which is what every picture of this room starts from."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from lwr_dyn.arm import Arm
+from lwr_dyn.arrays import Array, real_array
+from lwr_dyn.errors import OptionError, ShapeError
+from lwr_dyn.kinematics import forward
+from lwr_dyn.motion import Run
+
+RUN_COLOURS = ("#e8590c", "#1c7ed6", "#2b8a3e", "#9c36b5", "#c2255c", "#0c8599")
+"""One per run, told apart by people with a colour deficiency too as long as there are two or three."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Shown:
+    """One run as it is shown; `pose` and `pose_ref` are T_{0,flange} (k, 4, 4) [m] of what happened, what was asked."""
+
+    run: Run
+    arm: Arm
+    label: str
+    colour: str
+    pose: Array
+    pose_ref: Array
+
+    @property
+    def tip_error(self) -> Array:
+        """Distance of the flange from where it should be, (k,) [m]."""
+        return np.asarray(np.linalg.norm(self.pose_ref[:, :3, 3] - self.pose[:, :3, 3], axis=1))
+
+    @property
+    def reference_path(self) -> Array:
+        """Points of the path asked for, (m, 3) [m]: the task's own where the run file carries it."""
+        given = self.run.meta.get("reference_trace")
+        if given is None:
+            return np.asarray(self.pose_ref[:, :3, 3])
+        points = real_array("reference_trace", given)
+        if points.ndim != 2 or points.shape[1] != 3:
+            raise ShapeError("reference_trace", f"shape {points.shape}", "(m, 3), points in the base frame in m")
+        return points
+
+
+def shown_runs(
+    runs: Sequence[Run], arms: Arm | Sequence[Arm], labels: Sequence[str] | None = None
+) -> tuple[Shown, ...]:
+    """Runs with their arms, labels and colours.
+
+    Parameters
+    ----------
+    runs : sequence of Run
+    arms : Arm or sequence of Arm
+        One for all, or one per run.
+    labels : sequence of str, optional
+        One per run; the controller's name if not given, numbered where two are alike.
+
+    Raises
+    ------
+    OptionError
+        No run, or not one arm and one label per run.
+    ShapeError
+        A run that is empty, not finite, or has other joints than its arm.
+    """
+    arm_of = [arms] * len(runs) if isinstance(arms, Arm) else list(arms)
+    names = _labels(runs) if labels is None else [str(label) for label in labels]
+    if not runs:
+        raise OptionError("runs", "none", "one or more")
+    for what, given in (("arms", arm_of), ("labels", names)):
+        if len(given) != len(runs):
+            raise OptionError(what, f"{len(given)} for {len(runs)} runs", "one per run")
+    colours = [RUN_COLOURS[i % len(RUN_COLOURS)] for i in range(len(runs))]
+    return tuple(_shown(*row) for row in zip(runs, arm_of, names, colours, strict=True))
+
+
+def _shown(run: Run, arm: Arm, label: str, colour: str) -> Shown:
+    if run.t.ndim != 1 or run.t.size == 0:
+        raise ShapeError(f"t of {label}", f"shape {run.t.shape}", "(k,) with at least one time")
+    if not (np.diff(run.t) > 0.0).all():
+        raise ShapeError(f"t of {label}", "times that do not grow", "strictly growing times")
+    shape = (run.t.size, arm.n)
+    for name in ("q", "dq", "q_ref", "dq_ref", "tau_applied"):
+        array = real_array(f"{name} of {label}", getattr(run, name))
+        if array.shape != shape:
+            raise ShapeError(f"{name} of {label}", f"shape {array.shape}", f"{shape} for {arm.name}")
+    pose, pose_ref = (forward.forward_kinematics(arm.chain, q) for q in (run.q, run.q_ref))
+    return Shown(run, arm, label, colour, pose, pose_ref)
+
+
+def _labels(runs: Sequence[Run]) -> list[str]:
+    plain = [str(run.meta.get("controller") or "run") for run in runs]
+    return [name if plain.count(name) == 1 else f"{name} {plain[: i + 1].count(name)}" for i, name in enumerate(plain)]

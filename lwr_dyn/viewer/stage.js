@@ -1,0 +1,183 @@
+// The stage: meshcat's viewer with light, floor and camera, the arms of all runs, their paths, targets and frames; z up.
+
+class Stage {
+  constructor(pane, data) {
+    this.viewer = new MeshCat.Viewer(pane);
+    this.data = data;
+    data.scene.forEach((command) => this.viewer.handle_command(command));
+    this.runs = data.runs.map((record, i) => this.#run(record, i));
+    this.#surroundings();
+    this.#camera();
+    window.addEventListener("resize", () => this.frameView());
+  }
+
+  node(path) {
+    return this.viewer.scene_tree.find(path).object;
+  }
+
+  #run(record, i) {
+    const n = record.joints.length, root = ["arms", `run_${i}`], chain = [root.concat("link_0")];
+    for (let k = 1; k <= n + 1; k += 1) chain.push(chain[k - 1].concat(`link_${k}`));
+    const times = unpack(record.trace.t), trace = rowsOf(record.trace.points), reference = rowsOf(record.reference);
+    const parts = {
+      record, root, chain, n, reference, t: unpack(record.t), q: unpack(record.q), qRef: unpack(record.q_ref),
+      tipError: unpack(record.tip_error), traceTube: tube(trace, times, 0.003, record.colour),
+      flange: new THREE.Matrix4().fromArray(record.flange),
+    };
+    if (parts.traceTube) this.viewer.set_object(root.concat("trace"), parts.traceTube);
+    const asked = tube(reference, null, 0.0018, 0x343a40);
+    if (asked) this.viewer.set_object(root.concat("reference"), asked);
+    this.viewer.set_object(root.concat("target"), triad(0.1, 0.0035, null));
+    parts.triads = [chain[0], ...record.native.map((_, k) => chain[k + 1])].map((path, k) => {
+      const at = path.concat("frame");
+      this.viewer.set_object(at, triad(0.13, 0.004, String(k)));
+      if (k > 0) this.viewer.set_transform(at, record.native[k - 1]);
+      return at;
+    });
+    parts.traceTube?.until(-1);
+    return parts;
+  }
+
+  #surroundings() {
+    const viewer = this.viewer, floor = Math.min(...this.data.runs.map((record) => record.floor));
+    viewer.set_property(["Background"], "top_color", [0.97, 0.98, 0.99]);
+    viewer.set_property(["Background"], "bottom_color", [0.8, 0.84, 0.88]);
+    viewer.delete_path(["Axes"]);
+    const grid = new THREE.GridHelper(6, 24, 0x9aa7b3, 0xbfc9d2);
+    grid.rotateX(Math.PI / 2);
+    grid.position.z = floor;
+    viewer.set_object(["Grid"], grid);
+    const shade = new THREE.Mesh(new THREE.PlaneGeometry(6, 6), new THREE.ShadowMaterial({ opacity: 0.2 }));
+    shade.receiveShadow = true;
+    shade.position.z = floor - 0.001;
+    viewer.set_object(["Floor"], shade);
+    const sun = new THREE.DirectionalLight(0xffffff, 0.45);
+    sun.position.set(1.6, -1.2, 3.2);
+    sun.castShadow = true;
+    sun.shadow.mapSize.set(2048, 2048);
+    sun.shadow.bias = -0.0008;
+    Object.assign(sun.shadow.camera, { left: -2, right: 2, top: 2, bottom: -2, near: 0.5, far: 8 });
+    viewer.set_object(["Lights", "Sun"], sun);
+    ["PointLightNegativeX", "PointLightPositiveX"].forEach((name) => viewer.set_property(["Lights", name, "<object>"], "intensity", 0.28));
+    viewer.set_property(["Lights", "AmbientLight", "<object>"], "intensity", 0.55);
+  }
+
+  // The path is looked at from its front when it lies in an upright plane, a little from the side of the path.
+  #camera() {
+    const points = this.runs.flatMap((run) => run.reference), box = new THREE.Box3();
+    points.forEach((p) => box.expandByPoint(new THREE.Vector3(p[0], p[1], p[2])));
+    const size = box.getSize(new THREE.Vector3()), middle = box.getCenter(new THREE.Vector3());
+    const facesY = size.y < 0.25 * size.x && size.y < 0.25 * size.z;
+    this.azimuth = facesY ? -Math.PI / 2 - Math.sign(middle.x || 1) * -0.42 : Math.sign(middle.y || -1) * 0.42;
+    this.elevation = 0.27;
+    const camera = new THREE.PerspectiveCamera(32, 1, 0.02, 60);
+    this.viewer.set_object(["Cameras", "default", "rotated"], camera);
+    this.viewer.set_camera(camera);
+    this.viewer.set_3d_pane_size();
+  }
+
+  setPose(run, q) {
+    run.record.joints.forEach((joint, k) => this.viewer.set_transform(run.chain[k + 1], jointPose(joint, q[k]).elements));
+  }
+
+  setTarget(run, q) {
+    const pose = new THREE.Matrix4();
+    run.record.joints.forEach((joint, k) => pose.multiply(jointPose(joint, q[k])));
+    this.viewer.set_transform(run.root.concat("target"), pose.multiply(run.flange).elements);
+  }
+
+  // The pose of the flange in its own base, read from the objects on the stage: four rows of four.
+  flangePose(index) {
+    const run = this.runs[index], flange = this.node(run.chain[run.n + 1]), base = this.node(run.root);
+    flange.updateWorldMatrix(true, false);
+    const m = base.matrixWorld.clone().invert().multiply(flange.matrixWorld).elements;
+    return [0, 1, 2, 3].map((row) => [m[row], m[row + 4], m[row + 8], m[row + 12]]);
+  }
+
+  show(what, visible) {
+    this.runs.forEach((run) => {
+      const paths = what === "frame" ? run.triads : [run.root.concat(what)];
+      paths.forEach((path) => this.viewer.set_property(path, "visible", visible));
+    });
+    this.viewer.set_dirty();
+  }
+
+  showRun(index, visible) {
+    this.viewer.set_property(this.runs[index].root, "visible", visible);
+    this.viewer.set_dirty();
+  }
+
+  // Side by side the arms stand apart along the picture's horizontal; overlaid all but the first are glassy.
+  setBeside(beside) {
+    this.beside = beside;
+    const gap = 1.0, right = [-Math.sin(this.azimuth), Math.cos(this.azimuth)];
+    this.runs.forEach((run, i) => {
+      const off = beside ? (i - (this.runs.length - 1) / 2) * gap : 0;
+      this.viewer.set_transform(run.root, new THREE.Matrix4().makeTranslation(off * right[0], off * right[1], 0).elements);
+      this.node(run.chain[0]).traverse((part) => {
+        if (!part.isMesh || part.renderOrder > 0) return;
+        part.material.transparent = !beside && i > 0;
+        part.material.opacity = !beside && i > 0 ? 0.3 : 1;
+        part.castShadow = beside || i === 0;
+      });
+    });
+    this.frameView();
+  }
+
+  // Points that the picture must hold: every run's path, foot, and joints at some samples.
+  outline() {
+    const points = [], samples = 12;
+    this.scene().updateMatrixWorld(true);
+    this.runs.forEach((run) => {
+      const away = this.node(run.root).position, add = (x, y, z) => points.push(new THREE.Vector3(x, y, z).add(away));
+      run.reference.forEach((p) => add(p[0], p[1], p[2]));
+      [[-0.1, 0], [0.1, 0], [0, -0.1], [0, 0.1]].forEach(([x, y]) => add(x, y, run.record.floor));
+      for (let s = 0; s <= samples; s += 1) {
+        const k = Math.round((s / samples) * (run.t.length - 1)), pose = new THREE.Matrix4();
+        run.record.joints.forEach((joint, j) => {
+          const at = new THREE.Vector3().setFromMatrixPosition(pose.multiply(jointPose(joint, run.q[k * run.n + j])));
+          add(at.x, at.y, at.z);
+        });
+      }
+    });
+    return points;
+  }
+
+  scene() {
+    return this.viewer.scene;
+  }
+
+  // The camera so that the outline fills what the panels leave free of the window.
+  frameView() {
+    const viewer = this.viewer, camera = viewer.camera, points = this.outline();
+    const width = window.innerWidth, height = window.innerHeight;
+    const side = width > 900 ? document.getElementById("side").offsetWidth + 24 : 0;
+    const bar = document.getElementById("bar").offsetHeight + 20;
+    const out = new THREE.Vector3(
+      Math.cos(this.azimuth) * Math.cos(this.elevation), Math.sin(this.azimuth) * Math.cos(this.elevation), Math.sin(this.elevation));
+    const right = new THREE.Vector3(-Math.sin(this.azimuth), Math.cos(this.azimuth), 0), up = out.clone().cross(right);
+    const tall = Math.tan((camera.fov / 2) * (Math.PI / 180)) * 0.84;
+    const slopes = [[right, (tall * (width - side)) / height], [up, (tall * (height - bar)) / height]];
+    const centre = new THREE.Box3().setFromPoints(points).getCenter(new THREE.Vector3());
+    let distance = 0;
+    // Perspective shifts what lies off the middle, so the centre is found in a few rounds.
+    for (let round = 0; round < 6; round += 1) {
+      const needed = slopes.map(([axis, slope]) => {
+        const reach = (sign) => Math.max(...points.map((p) => {
+          const d = p.clone().sub(centre);
+          return (sign * d.dot(axis)) / slope + d.dot(out);
+        }));
+        const ahead = reach(1), behind = reach(-1);
+        centre.addScaledVector(axis, ((ahead - behind) / 2) * slope);
+        return (ahead + behind) / 2;
+      });
+      distance = Math.max(...needed);
+    }
+    const eye = out.multiplyScalar(distance).add(centre);
+    camera.position.set(eye.x, eye.z, -eye.y); // meshcat's camera lives in a frame whose y is up
+    viewer.controls.target.set(centre.x, centre.z, -centre.y);
+    camera.setViewOffset(width, height, -side / 2, bar / 2, width, height);
+    viewer.controls.update();
+    viewer.set_dirty();
+  }
+}

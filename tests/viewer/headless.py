@@ -1,0 +1,59 @@
+"""Chromium without a screen and without a network."""
+
+import json
+import os
+import shutil
+from pathlib import Path
+
+import pytest
+
+FLAGS = (
+    "--headless=new",
+    "--no-sandbox",
+    "--use-gl=angle",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--disable-dev-shm-usage",
+    "--no-first-run",
+    "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1",
+    "--window-size=1440,900",
+)
+
+
+def browser_programs() -> tuple[str, str]:
+    """Chromium and its driver as installed; absent they fail the run in CI and skip it elsewhere."""
+    found = shutil.which("chromium") or shutil.which("chromium-browser"), shutil.which("chromedriver")
+    if None not in found:
+        return found
+    reason = "chromium and chromedriver are not installed (Debian: chromium, chromium-driver)"
+    if os.environ.get("CI"):
+        pytest.fail(reason)
+    pytest.skip(reason)
+
+
+def opened(browser, address: str) -> None:
+    """Open a page and wait until its player stands; what was logged before is dropped."""
+    from selenium.webdriver.support.ui import WebDriverWait
+
+    browser.get("about:blank")
+    logs(browser)
+    browser.get(address)
+    WebDriverWait(browser, 60).until(lambda w: w.execute_script("return !!(window.lwrReplay && lwrReplay.ready)"))
+
+
+def logs(browser) -> tuple[list[str], list[str]]:
+    """(addresses requested, what the console said) since the last call."""
+    messages = [json.loads(entry["message"])["message"] for entry in browser.get_log("performance")]
+    sent = [m["params"]["request"]["url"] for m in messages if m["method"] == "Network.requestWillBeSent"]
+    sent += [m["params"]["url"] for m in messages if m["method"] == "Network.webSocketCreated"]
+    return sent, [f"{entry['level']}: {entry['message']}" for entry in browser.get_log("browser")]
+
+
+def screenshot(browser, name: str) -> None:
+    """Keep what is on the page for people to look at, where LWR_DYN_SCREENSHOTS says."""
+    folder = os.environ.get("LWR_DYN_SCREENSHOTS")
+    if folder:
+        browser.save_screenshot(str(Path(folder) / name))

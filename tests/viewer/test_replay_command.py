@@ -1,0 +1,82 @@
+"""`lwr-dyn replay`: files in, one page out; every bad input is one error that ends in exit code 2."""
+
+from dataclasses import replace
+
+import pytest
+from click.testing import CliRunner
+
+from lwr_dyn.cli import replay as command
+from lwr_dyn.errors import FileAccessError, LwrDynError, OptionError
+from lwr_dyn.viewer import live
+
+
+@pytest.fixture
+def files(tmp_path, two_runs):
+    paths = [tmp_path / "a.npz", tmp_path / "b.npz"]
+    for run, path in zip(two_runs, paths, strict=True):
+        run.save(path)
+    return [str(path) for path in paths]
+
+
+def invoked(*arguments):
+    return CliRunner().invoke(command.replay, [str(a) for a in arguments])
+
+
+def test_two_files_become_one_page(files, tmp_path):
+    target = tmp_path / "out.html"
+    result = invoked(*files, "--html", target, "--label", "one", "--label", "two", "--beside", "--frames")
+    assert result.exit_code == 0, result.exception
+    assert result.output == f"{target}\n"
+    text = target.read_text(encoding="utf-8")
+    assert '"label":"one"' in text
+    assert '"beside":true' in text
+
+
+def test_serve_answers_until_it_is_interrupted(files, monkeypatch):
+    def interrupted(server):
+        assert server.port > 0
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(live.LiveReplay, "wait", interrupted)
+    result = invoked(files[0], "--serve", "--port", 0)
+    assert result.exit_code == 0, result.exception
+    assert "http://127.0.0.1:" in result.output
+
+
+def test_no_browser_is_told(files, monkeypatch):
+    monkeypatch.setattr(command.webbrowser, "open", lambda url: False)
+    result = invoked(files[0], "--serve", "--port", 0, "--browser")
+    assert isinstance(result.exception, OptionError)
+    assert "no browser found" in str(result.exception)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ((), "nothing to do"),
+        (("--serve", "--html", "x.html"), "both --html and --serve"),
+        (("--html", "x.html", "--port", "1"), "only with --serve"),
+        (("--html", "nowhere/x.html"), "nowhere"),
+    ],
+)
+def test_wrong_options(files, options, message):
+    result = invoked(files[0], *options)
+    assert isinstance(result.exception, LwrDynError)
+    assert result.exception.exit_code == 2
+    assert message in str(result.exception)
+
+
+def test_wrong_run_files(files, tmp_path, two_runs):
+    truncated, nameless = tmp_path / "cut.npz", tmp_path / "nameless.npz"
+    whole = (tmp_path / "a.npz").read_bytes()
+    truncated.write_bytes(whole[: len(whole) // 2])
+    replace(two_runs[0], meta={}).save(nameless)
+    for path, message in (
+        (truncated, "not a whole run file"),
+        (tmp_path / "none.npz", "no such file"),
+        (nameless, "which robot"),
+    ):
+        result = invoked(path, "--html", tmp_path / "x.html")
+        assert isinstance(result.exception, FileAccessError)
+        assert message in str(result.exception)
+        assert not (tmp_path / "x.html").exists()

@@ -1,0 +1,223 @@
+"""The one-file page: what is in it, and what headless Chromium without a network makes of it."""
+
+import base64
+import json
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from headless import logs, opened, screenshot
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from replayed import lagging_run
+
+import lwr_dyn
+from lwr_dyn.errors import FileAccessError, OptionError, ShapeError
+from lwr_dyn.viewer import html
+
+POSE = 1e-6
+"""[m], and the same for rotation entries: the issue's bound between the pose on the page and FK."""
+LARGEST_PAGE = 6_000_000
+"""Bytes: the issue's bound on the HTML."""
+PACKING = 2.4e-10
+"""Half a step of 2^31 - 1 steps, relative to the largest number."""
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory, arm, two_runs):
+    path = tmp_path_factory.mktemp("page") / "replay.html"
+    html.write_replay(path, two_runs, arm)
+    return path
+
+
+@pytest.fixture(scope="module")
+def window(browser, page):
+    opened(browser, page.as_uri())
+    return browser
+
+
+def embedded(text):
+    return json.loads(re.search(r'id="replay-data">(.*?)</script>', text, re.S).group(1))
+
+
+def unpacked(packed):
+    return (np.frombuffer(base64.b64decode(packed["data"]), "<i4") * packed["step"]).reshape(packed["shape"])
+
+
+def test_page_asks_for_nothing_and_says_nothing(window, page):
+    # The module's first look at the page: the logs start before it was opened.
+    sent, said = logs(window)
+    assert [address for address in sent if not address.startswith("data:")] == [page.as_uri()]
+    assert said == []
+
+
+@pytest.mark.parametrize("k", [0, 1234, 3000])
+@pytest.mark.parametrize("run", [0, 1])
+def test_pose_on_the_page_is_forward_kinematics(window, arm, two_runs, run, k):
+    pose = window.execute_script(
+        "lwrReplay.setTime(arguments[0]); return lwrReplay.flangePose(arguments[1])", two_runs[run].t[k], run
+    )
+    np.testing.assert_allclose(pose, lwr_dyn.forward_kinematics(arm, two_runs[run].q[k]), rtol=0, atol=POSE)
+
+
+def test_side_by_side_and_back_leave_the_pose(window, arm, two_runs):
+    poses = window.execute_script(
+        """lwrReplay.setTime(2); const box = document.getElementById("beside"), poses = [];
+        for (let i = 0; i < 2; i += 1) { box.click(); poses.push(lwrReplay.flangePose(1)); }
+        return poses"""
+    )
+    for pose in poses:
+        np.testing.assert_allclose(pose, lwr_dyn.forward_kinematics(arm, two_runs[1].q[1000]), rtol=0, atol=POSE)
+
+
+def test_target_and_triads_stand_where_the_chain_says(window, arm, two_runs):
+    from lwr_dyn.kinematics.forward import frames
+
+    found = window.execute_script(
+        """lwrReplay.setTime(2); const stage = lwrReplay.stage, run = stage.runs[0];
+        const base = stage.node(run.root);
+        return [run.root.concat("target"), ...run.triads].map((path) => {
+          const node = stage.node(path);
+          node.updateWorldMatrix(true, false);
+          return base.matrixWorld.clone().invert().multiply(node.matrixWorld).elements;
+        })"""
+    )
+    target, *triads = (np.array(elements).reshape(4, 4).T for elements in found)
+    np.testing.assert_allclose(target, lwr_dyn.forward_kinematics(arm, two_runs[0].q_ref[1000]), rtol=0, atol=POSE)
+    native = [np.eye(4), *frames(arm.chain, two_runs[0].q[1000])[:-1]]
+    np.testing.assert_allclose(triads, native, rtol=0, atol=POSE)
+
+
+def test_play_moves_time_and_pause_holds_it(window):
+    from selenium.webdriver.support.ui import WebDriverWait
+
+    window.execute_script("lwrReplay.setTime(0); document.getElementById('play').click()")
+    WebDriverWait(window, 20).until(lambda w: w.execute_script("return lwrReplay.time() > 0.1"))
+    window.execute_script("document.getElementById('play').click()")
+    before, after = window.execute_async_script(
+        "const t = lwrReplay.time(); setTimeout(() => arguments[0]([t, lwrReplay.time()]), 200)"
+    )
+    assert before == after > 0.1
+
+
+def test_speed_and_end_of_play(window, two_runs):
+    from selenium.webdriver.support.ui import WebDriverWait
+
+    window.execute_script("document.getElementById('speed').value = '4'; lwrReplay.setTime(5.8); lwrReplay.play()")
+    WebDriverWait(window, 20).until(lambda w: not w.execute_script("return lwrReplay.playing()"))
+    assert window.execute_script("return lwrReplay.time()") == two_runs[0].t[-1]
+
+
+def test_trace_grows_with_time_and_the_readout_is_the_tip_error(window, arm, two_runs):
+    counts, texts = [], []
+    for k in (0, 1500, 3000):
+        count, text = window.execute_script(
+            """lwrReplay.setTime(arguments[0]); const tube = lwrReplay.stage.runs[0].traceTube;
+            return [tube.geometry.drawRange.count, document.querySelector(".numbers b").textContent]""",
+            two_runs[0].t[k],
+        )
+        counts.append(count)
+        texts.append(text)
+    assert counts[0] == 0 < counts[1] < counts[2]
+    shown = html.shown_runs(two_runs, arm)[0]
+    assert float(texts[1].split()[0]) == pytest.approx(1e3 * shown.tip_error[1500], rel=5e-3)  # three digits shown
+
+
+def test_switches_hide_and_show(window):
+    for name, part in (
+        ("reference", "reference"),
+        ("trace", "trace"),
+        ("target", "target"),
+        ("frames", "link_0/frame"),
+    ):
+        states = window.execute_script(
+            """const [id, part] = arguments, path = ["arms", "run_0", ...part.split("/")];
+            const seen = () => { document.getElementById(id).click(); return lwrReplay.stage.node(path).visible; };
+            return [seen(), seen()]""",
+            name,
+            part,
+        )
+        assert sorted(states) == [False, True], name
+
+
+def test_scrub_bar_and_strip_set_the_time(window):
+    window.execute_script(
+        """const bar = document.getElementById("scrub"); bar.value = 3.25; bar.dispatchEvent(new Event("input"))"""
+    )
+    assert window.execute_script("return lwrReplay.time()") == pytest.approx(3.25)
+    assert window.find_element("id", "clock").text == "3.250 / 6.000 s"
+
+
+def test_page_is_whole_at_the_end(window):
+    window.execute_script("lwrReplay.setTime(4.2)")
+    screenshot(window, "overlaid.png")
+    window.execute_script("document.getElementById('beside').click(); document.getElementById('frames').click()")
+    screenshot(window, "beside_frames.png")
+    window.execute_script("document.getElementById('beside').click(); document.getElementById('frames').click()")
+    assert logs(window) == ([], [])
+
+
+def test_page_is_deterministic_and_small(arm, two_runs, page):
+    text = html.replay_html(two_runs, arm)
+    assert text == page.read_text(encoding="utf-8")
+    assert len(text.encode()) < LARGEST_PAGE
+
+
+def test_long_runs_are_thinned_and_say_so(arm, monkeypatch):
+    monkeypatch.setattr(html, "SERIES_BUDGET", 300_000)
+    run = lagging_run(arm, 0.02, "pd-gravity", k=7001)
+    record = embedded(html.replay_html([run], arm))["runs"][0]
+    kept, of = record["samples"]
+    assert kept < of == 7001
+    assert unpacked(record["t"])[[0, -1]].tolist() == pytest.approx([0.0, 6.0])
+    assert len(json.dumps(record["q"])) + len(json.dumps(record["q_ref"])) < 300_000
+
+
+def test_four_runs_of_fourteen_seconds_stay_small(arm):
+    runs = [lagging_run(arm, 0.01 * i, f"controller {i}", k=14001, duration=14.0) for i in range(1, 7)]
+    assert len(html.replay_html(runs, arm).encode()) < LARGEST_PAGE
+
+
+@given(arrays(np.float64, (5, 3), elements=st.floats(-1e6, 1e6)))
+def test_packing_keeps_nine_digits(values):
+    back = unpacked(html.packed(values))
+    assert np.abs(back - values).max() <= PACKING * np.abs(values).max() + 1e-300
+
+
+def test_labels_cannot_break_out_of_the_page(arm, two_runs):
+    wicked = "</script><script>alert(1)</script>"
+    text = html.replay_html(two_runs[:1], arm, labels=[wicked], title=wicked)
+    assert wicked not in text
+    assert embedded(text)["runs"][0]["label"] == wicked
+
+
+def test_like_controllers_are_numbered(arm, two_runs):
+    labels = [record["label"] for record in embedded(html.replay_html([two_runs[0]] * 2, arm))["runs"]]
+    assert labels == ["pd-gravity 1", "pd-gravity 2"]
+
+
+def test_the_tasks_own_path_is_drawn_when_the_run_carries_it(arm, two_runs):
+    run = replace(two_runs[0], meta={**two_runs[0].meta, "reference_trace": [[0, 0, 0], [0, 0, 1]]})
+    assert unpacked(embedded(html.replay_html([run], arm))["runs"][0]["reference"]).tolist() == [[0, 0, 0], [0, 0, 1]]
+
+
+def test_bad_input_is_told(arm, two_runs, tmp_path):
+    run = two_runs[0]
+    with pytest.raises(OptionError, match="runs: none"):
+        html.replay_html([], arm)
+    with pytest.raises(OptionError, match="labels: 1 for 2 runs; allowed: one per run"):
+        html.replay_html(two_runs, arm, labels=["a"])
+    with pytest.raises(OptionError, match="layout: 'stacked'"):
+        html.replay_html(two_runs, arm, layout="stacked")
+    with pytest.raises(ShapeError, match=r"q of pd-gravity: shape \(3001, 6\)"):
+        html.replay_html([replace(run, q=run.q[:, :6])], arm)
+    with pytest.raises(ShapeError, match="nan"):
+        html.replay_html([replace(run, q=np.full_like(run.q, np.nan))], arm)
+    with pytest.raises(ShapeError, match="strictly growing"):
+        html.replay_html([replace(run, t=run.t[::-1])], arm)
+    with pytest.raises(ShapeError, match="reference_trace"):
+        html.replay_html([replace(run, meta={"reference_trace": [1, 2, 3]})], arm)
+    with pytest.raises(FileAccessError):
+        html.write_replay(tmp_path / "none" / "x.html", two_runs, arm)
