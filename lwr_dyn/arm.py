@@ -77,6 +77,8 @@ class Arm:
     errata: tuple[str, ...] = ()
     digest: str = ""
     """SHA-256 of the source file."""
+    file: str = ""
+    """Path of a user's own file, empty for a robot that comes with the package."""
 
     @property
     def n(self) -> int:

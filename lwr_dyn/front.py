@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -56,13 +57,14 @@ def load(robot: str | Path, reading: str | None = None, **urdf_options: Any) -> 
 
         if reading is not None:
             raise UnknownNameError("reading of a URDF", reading, ())
-        return read_urdf(name, **urdf_options)
+        return replace(read_urdf(name, **urdf_options), file=str(Path(name).resolve()))
     if urdf_options:
         raise OptionError(", ".join(urdf_options), f"given for {name}", "only with a .urdf file")
     from lwr_dyn.assembly import arm_from_paper
     from lwr_dyn.papers.catalog import open_paper
 
-    return arm_from_paper(open_paper(name, reading))
+    arm = arm_from_paper(open_paper(name, reading))
+    return replace(arm, file=str(Path(name).resolve())) if name.endswith(".toml") else arm
 
 
 def urdf_text(arm: Arm) -> str:

@@ -27,7 +27,7 @@ from lwr_dyn.motion import Run
 @click.option("--beside", is_flag=True, help="Start with the arms side by side instead of overlaid.")
 @click.option("--frames", is_flag=True, help="Start with the frames of the paper shown.")
 @click.option("--title", metavar="TEXT", help="Headline of the page.")
-def replay(
+def command(
     run_files: tuple[Path, ...],
     html: Path | None,
     serve: bool,

@@ -10,7 +10,8 @@ import yourdfpy
 from tolerances import EXACT, METRES
 
 import lwr_dyn
-from lwr_dyn.checks.feasibility import links_feasibility
+from lwr_dyn.checks.feasibility import feasibility_verdicts
+from lwr_dyn.dynamics.physical import unphysical_links
 from lwr_dyn.errors import UrdfError
 
 ROBOTS = Path(pin.__file__).parents[4] / "share" / "example-robot-data" / "robots"
@@ -155,9 +156,10 @@ def halfway(foreign):
 def test_a_published_arm_that_cannot_exist_is_read_and_marked(name):
     foreign, expected = UNPHYSICAL[name]
     arm = lwr_dyn.load(foreign.path, tip=foreign.tip, lock=halfway(foreign))
-    assert {x.link for x in links_feasibility(arm) if not x.physical} == expected
+    failing = {v.name.split(":")[0] for v in feasibility_verdicts(arm) if not v.holds and "gyration" not in v.name}
+    assert failing == expected
 
 
 @pytest.mark.parametrize("name", ARMS)
 def test_the_arms_used_here_can_exist(name):
-    assert all(x.physical for x in links_feasibility(ARMS[name].load()))
+    assert unphysical_links(ARMS[name].load().chain) == ()

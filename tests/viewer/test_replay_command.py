@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 from click.testing import CliRunner
 
-from lwr_dyn.cli import replay as command
+from lwr_dyn.cli.replay import command
 from lwr_dyn.errors import FileAccessError, LwrDynError, OptionError
 from lwr_dyn.viewer import live
 
@@ -19,7 +19,7 @@ def files(tmp_path, two_runs):
 
 
 def invoked(*arguments):
-    return CliRunner().invoke(command.replay, [str(a) for a in arguments])
+    return CliRunner().invoke(command, [str(a) for a in arguments])
 
 
 def test_two_files_become_one_page(files, tmp_path):
@@ -44,7 +44,7 @@ def test_serve_answers_until_it_is_interrupted(files, monkeypatch):
 
 
 def test_no_browser_is_told(files, monkeypatch):
-    monkeypatch.setattr(command.webbrowser, "open", lambda url: False)
+    monkeypatch.setattr("webbrowser.open", lambda url: False)
     result = invoked(files[0], "--serve", "--port", 0, "--browser")
     assert isinstance(result.exception, OptionError)
     assert "no browser found" in str(result.exception)

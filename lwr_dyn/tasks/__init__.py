@@ -1,0 +1,1 @@
+"""References for the joints: a path, a law and an inverse kinematics put together, or plain joint moves."""

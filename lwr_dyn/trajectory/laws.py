@@ -1,0 +1,204 @@
+"""Laws of motion: a scalar s(t) with its exact derivatives, as polynomials in time from knot to knot.
+
+Every law here is one record, `Law`; functions make it. Before 0 and after its duration a law stands still.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from lwr_dyn.arrays import Array, read_only, real_array
+from lwr_dyn.errors import OptionError
+
+DEGREE = 5
+SHORTEST, LONGEST = 1e-9, 1e9
+"""Amounts (lengths, times, bounds) outside this range are slips of a unit or a sign, and would lose the digits."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LawSample:
+    """A law at k times: s, ds, dds, ddds (k,) [m or rad, per s, per s^2, per s^3]."""
+
+    s: Array
+    ds: Array
+    dds: Array
+    ddds: Array
+
+    def __post_init__(self) -> None:
+        for name in ("s", "ds", "dds", "ddds"):
+            object.__setattr__(self, name, read_only(getattr(self, name)))
+
+
+@dataclass(frozen=True, slots=True)
+class Peaks:
+    """The largest absolute speed, acceleration and jerk of a law between its knots."""
+
+    speed: float
+    acceleration: float
+    jerk: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Law:
+    """A law of motion s(t) = sum_i c_i (t - t_j)^i on [t_j, t_(j+1)], from 0 to `length`.
+
+    `knots` (m + 1,) [s] begins with 0; `coefficients` (m, 6) holds c_0 ... c_5 of each piece.
+    """
+
+    name: str
+    length: float
+    knots: Array
+    coefficients: Array
+
+    def __post_init__(self) -> None:
+        for name in ("knots", "coefficients"):
+            object.__setattr__(self, name, read_only(getattr(self, name)))
+
+    @property
+    def duration(self) -> float:
+        """[s]"""
+        return float(self.knots[-1])
+
+    def at(self, t: ArrayLike) -> LawSample:
+        """The law and its derivatives at times t (k,) [s]; at a knot the piece that begins there counts.
+
+        >>> quintic(1.0, 2.0).at([1.0]).ds
+        array([0.9375])
+        """
+        times = np.atleast_1d(real_array("t", t))
+        moving = (times >= 0.0) & (times <= self.duration)
+        piece = np.clip(np.searchsorted(self.knots, times, side="right") - 1, 0, len(self.coefficients) - 1)
+        local = np.clip(times, 0.0, self.duration) - self.knots[piece]
+        powers = local[:, None] ** np.arange(DEGREE + 1)
+        c, values = self.coefficients[piece], []
+        for _ in range(4):
+            values.append(np.sum(c * powers[:, : c.shape[1]], axis=1))
+            c = _derivative(c)
+        s, *rates = values
+        return LawSample(np.clip(s, 0.0, self.length), *(np.where(moving, rate, 0.0) for rate in rates))
+
+    def peaks(self) -> Peaks:
+        """The exact peaks, from the roots of the derivatives of each piece.
+
+        >>> constant_speed(3.0, 2.0).peaks()
+        Peaks(speed=1.5, acceleration=0.0, jerk=0.0)
+        """
+        found, c = [], self.coefficients
+        for _ in range(3):
+            c = _derivative(c)
+            found.append(max(map(_peak, c, np.diff(self.knots))))
+        return Peaks(*found)
+
+
+def constant_speed(length: float, duration: float) -> Law:
+    """Constant speed, s = length t / duration; the speed jumps from and to zero at the two ends.
+
+    Raises
+    ------
+    OptionError
+        Length or duration not positive.
+    """
+    length, duration = positive("length", length), positive("duration", duration)
+    return Law("constant speed", length, np.array([0.0, duration]), _padded([[0.0, length / duration]]))
+
+
+def quintic(length: float, duration: float) -> Law:
+    """Quintic from rest to rest, s = length (10 x^3 - 15 x^4 + 6 x^5) with x = t / duration.
+
+    Speed and acceleration are zero at both ends; the jerk steps there from and to 60 length / duration^3.
+
+    Raises
+    ------
+    OptionError
+        Length or duration not positive.
+
+    References
+    ----------
+    Biagiotti and Melchiorri, Trajectory Planning for Automatic Machines and Robots, sec. 2.1.
+
+    >>> quintic(1.0, 1.0).peaks().speed
+    1.875
+    """
+    length, duration = positive("length", length), positive("duration", duration)
+    c = [0.0, 0.0, 0.0, 10.0 / duration**3, -15.0 / duration**4, 6.0 / duration**5]
+    return Law("quintic", length, np.array([0.0, duration]), length * np.array([c]))
+
+
+def scaled(law: Law, duration: float) -> Law:
+    """The same law stretched in time to `duration` [s]: speed, acceleration and jerk go with 1/x, 1/x^2, 1/x^3.
+
+    Raises
+    ------
+    OptionError
+        Duration not positive.
+
+    >>> round(scaled(quintic(1.0, 1.0), 3.0).peaks().speed, 12)
+    0.625
+    """
+    duration = positive("duration", duration)
+    stretch = duration / law.duration
+    knots = law.knots * stretch
+    knots[-1] = duration
+    return Law(law.name, law.length, knots, law.coefficients / stretch ** np.arange(DEGREE + 1))
+
+
+def in_sequence(laws: Sequence[Law]) -> Law:
+    """Laws one after the other, each going on where the one before it ended; those that end at rest stop there.
+
+    Raises
+    ------
+    OptionError
+        No law given.
+
+    >>> in_sequence([quintic(1.0, 2.0), quintic(0.5, 1.0)]).at([2.0, 3.0]).s
+    array([1. , 1.5])
+    """
+    if not laws:
+        raise OptionError("laws", "none", "at least one law")
+    knots, coefficients, length = [0.0], [], 0.0
+    for law in laws:
+        begin = knots[-1]
+        knots += [begin + float(t) for t in law.knots[1:]]
+        piece = law.coefficients.copy()
+        piece[:, 0] += length
+        coefficients.append(piece)
+        length += law.length
+    names = dict.fromkeys(law.name for law in laws)
+    return Law(", then ".join(names), length, np.array(knots), np.concatenate(coefficients))
+
+
+def positive(name: str, value: float) -> float:
+    """A positive amount as a float; raises `OptionError` with the allowed range.
+
+    >>> positive("duration", 2)
+    2.0
+    """
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        number = math.nan
+    if not SHORTEST <= number <= LONGEST:
+        raise OptionError(name, repr(value), f"a number from {SHORTEST:g} to {LONGEST:g}")
+    return number
+
+
+def _derivative(coefficients: Array) -> Array:
+    return coefficients[..., 1:] * np.arange(1, coefficients.shape[-1])
+
+
+def _padded(rows: list[list[float]]) -> Array:
+    return np.array([row + [0.0] * (DEGREE + 1 - len(row)) for row in rows])
+
+
+def _peak(c: Array, end: float) -> float:
+    """The largest absolute value on [0, end] of the polynomial with coefficients c, lowest first."""
+    slope = np.trim_zeros(_derivative(c), "b")
+    roots = np.roots(slope[::-1]) if len(slope) > 1 else np.empty(0)
+    inside = [float(r.real) for r in roots if abs(r.imag) < 1e-9 * end and 0.0 < r.real < end]
+    at = np.array([0.0, end, *inside])
+    return float(np.max(np.abs(np.sum(c * at[:, None] ** np.arange(len(c)), axis=1))))

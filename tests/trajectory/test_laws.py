@@ -1,0 +1,135 @@
+"""Laws of motion: derivatives against differences, bounds, ends, and what is refused."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from lwr_dyn.errors import OptionError
+from lwr_dyn.trajectory.double_s import double_s, double_s_in
+from lwr_dyn.trajectory.laws import constant_speed, in_sequence, quintic, scaled
+
+ROUNDING = 1e-11
+"""Relative: cubic and quintic pieces evaluated from coefficients that were themselves summed over seven pieces."""
+STENCIL = np.array([-4, -3, -2, -1, 1, 2, 3, 4])
+WEIGHTS = np.array([1 / 280, -4 / 105, 1 / 5, -4 / 5, 4 / 5, -1 / 5, 4 / 105, -1 / 280])
+"""Eighth-order central difference: exact for these polynomials, so only rounding is left."""
+
+amounts = st.floats(1e-2, 1e2)
+LAWS = {
+    "constant": constant_speed(0.7, 3.0),
+    "quintic": quintic(0.7, 3.0),
+    "double-S, all seven pieces": double_s(0.7, 0.3, 0.6, 2.0),
+    "double-S, acceleration not reached": double_s(0.7, 0.3, 6.0, 2.0),
+    "double-S, speed not reached": double_s(0.7, 30.0, 0.6, 2.0),
+    "double-S, jerk alone": double_s(0.7, 30.0, 60.0, 2.0),
+    "sequence": in_sequence([quintic(0.2, 1.0), double_s(0.5, 0.3, 0.6, 2.0)]),
+    "scaled": scaled(double_s(0.7, 0.3, 0.6, 2.0), 9.0),
+}
+
+
+@pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
+def test_derivatives_are_those_of_s_inside_every_piece(law):
+    h = 1e-2 * float(np.min(np.diff(law.knots)))
+    for begin, end in zip(law.knots, law.knots[1:], strict=False):
+        t = np.linspace(begin + 5 * h, end - 5 * h, 7)
+        around = law.at((t[:, None] + h * STENCIL).ravel())
+        here = law.at(t)
+        for value, rate in (("s", "ds"), ("ds", "dds"), ("dds", "ddds")):
+            difference = getattr(around, value).reshape(len(t), -1) @ WEIGHTS / h
+            scale = 1e-13 / h  # rounding of s divided by the step
+            np.testing.assert_allclose(getattr(here, rate), difference, atol=scale, rtol=1e-9)
+
+
+@pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
+def test_every_law_goes_from_zero_to_its_length_and_stands_still_outside(law):
+    sample = law.at([-1.0, 0.0, law.duration, law.duration + 1.0])
+    np.testing.assert_allclose(sample.s, [0.0, 0.0, law.length, law.length], atol=ROUNDING)
+    assert not np.any([sample.ds[[0, 3]], sample.dds[[0, 3]], sample.ddds[[0, 3]]])
+
+
+@pytest.mark.parametrize("name", [n for n in LAWS if n != "constant"])
+def test_rest_to_rest_laws_have_no_jump_of_s_speed_or_acceleration(name):
+    law = LAWS[name]
+    before = law.at(np.nextafter(law.knots, -np.inf))
+    after = law.at(law.knots)
+    for value in ("s", "ds", "dds"):
+        np.testing.assert_allclose(getattr(before, value), getattr(after, value), atol=ROUNDING)
+
+
+def test_constant_speed_jumps_at_both_ends():
+    law = LAWS["constant"]
+    eps = 1e-9
+    np.testing.assert_allclose(law.at([-eps, 0.0, 3.0, 3.0 + eps]).ds, [0.0, 0.7 / 3.0, 0.7 / 3.0, 0.0])
+
+
+@given(length=amounts, speed=amounts, acceleration=amounts, jerk=amounts)
+@settings(max_examples=60, deadline=None)
+def test_double_s_keeps_its_bounds_and_arrives_at_rest(length, speed, acceleration, jerk):
+    law = double_s(length, speed, acceleration, jerk)
+    peaks = law.peaks()
+    assert peaks.speed <= speed * (1 + ROUNDING)
+    assert peaks.acceleration <= acceleration * (1 + ROUNDING)
+    assert peaks.jerk <= jerk * (1 + ROUNDING)
+    end = law.at([law.duration])
+    assert end.s[0] == pytest.approx(length, rel=ROUNDING)
+    assert abs(end.ds[0]) <= ROUNDING * speed * 10
+    assert abs(end.dds[0]) <= ROUNDING * acceleration * 10
+    assert peaks.jerk == pytest.approx(jerk, rel=ROUNDING)
+    if len(law.coefficients) == 7:  # all stretches are there, so all bounds are reached: no time is wasted
+        assert peaks.speed == pytest.approx(speed, rel=ROUNDING)
+        assert peaks.acceleration == pytest.approx(acceleration, rel=ROUNDING)
+
+
+def test_double_s_total_times_are_those_of_the_book():
+    # T = L/v + v/a + a/j when all bounds are reached; 2 sqrt(L/a + (a/2j)^2) + a/j without cruise; 4 cbrt(L/2j) by jerk
+    assert double_s(1.0, 0.5, 1.0, 10.0).duration == pytest.approx(1 / 0.5 + 0.5 + 0.1, rel=ROUNDING)
+    assert double_s(1.0, 50.0, 1.0, 10.0).duration == pytest.approx(2 * np.sqrt(1 + 0.05**2) + 0.1, rel=ROUNDING)
+    assert double_s(1.0, 50.0, 100.0, 10.0).duration == pytest.approx(4 * np.cbrt(1 / 20), rel=ROUNDING)
+
+
+@given(st.lists(st.floats(0.01, 2.0), min_size=1, max_size=6), st.floats(1.0, 20.0), st.floats(0.1, 5.0))
+@settings(max_examples=30, deadline=None)
+def test_sections_in_a_given_time_stop_at_their_ends_and_keep_the_bounds(lengths, stretch, acceleration):
+    jerk = 8.0 * acceleration
+    shortest = sum(double_s(length, 1e6, acceleration, jerk).duration for length in lengths)
+    law = double_s_in(lengths, stretch * shortest * (1 + 1e-9), acceleration, jerk)
+    assert law.duration == stretch * shortest * (1 + 1e-9)
+    peaks = law.peaks()
+    assert peaks.acceleration <= acceleration * (1 + ROUNDING) + ROUNDING
+    assert peaks.jerk <= jerk * (1 + ROUNDING)
+    at_knots = law.at(law.knots)
+    for stop in np.cumsum(lengths):
+        k = int(np.argmin(np.abs(at_knots.s - stop)))
+        assert at_knots.s[k] == pytest.approx(stop, rel=ROUNDING)
+        assert abs(at_knots.ds[k]) <= 1e-9 * peaks.speed
+        assert abs(at_knots.dds[k]) <= 1e-9 * acceleration
+
+
+def test_a_time_too_short_for_the_bounds_says_the_shortest():
+    with pytest.raises(OptionError, match=r"duration: 0.5 s; allowed: at least 2\.\d+ s with 1 stops"):
+        double_s_in([1.0], 0.5, 1.0, 10.0)
+
+
+@pytest.mark.parametrize("bad", [0.0, -1.0, np.nan, np.inf, "fast", None])
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda x: constant_speed(1.0, x),
+        lambda x: quintic(x, 1.0),
+        lambda x: scaled(quintic(1.0, 1.0), x),
+        lambda x: double_s(1.0, 1.0, x, 1.0),
+        lambda x: double_s(1.0, 1.0, 1.0, x),
+        lambda x: double_s_in([1.0, x], 9.0, 1.0, 1.0),
+    ],
+)
+def test_amounts_that_are_not_positive_are_refused(make, bad):
+    with pytest.raises(OptionError, match="allowed: a number from 1e-09 to 1e"):
+        make(bad)
+
+
+def test_no_sections_are_refused():
+    with pytest.raises(OptionError, match="at least one"):
+        in_sequence([])
+    with pytest.raises(OptionError, match="at least one"):
+        double_s_in([], 1.0, 1.0, 1.0)

@@ -1,0 +1,81 @@
+"""Timed pose paths: spatial velocity and acceleration against differences of the poses."""
+
+import math
+
+import numpy as np
+import pytest
+
+from lwr_dyn.errors import OptionError, ShapeError
+from lwr_dyn.spatial import rot_x, rot_y, rot_z
+from lwr_dyn.trajectory.blends import blended
+from lwr_dyn.trajectory.double_s import double_s_in
+from lwr_dyn.trajectory.laws import quintic
+from lwr_dyn.trajectory.orientations import constant, slerp
+from lwr_dyn.trajectory.path import path_of
+from lwr_dyn.trajectory.poses import timed
+from lwr_dyn.trajectory.segments import arc, line
+
+STENCIL = np.array([-4, -3, -2, -1, 1, 2, 3, 4])
+WEIGHTS = np.array([1 / 280, -4 / 105, 1 / 5, -4 / 5, 4 / 5, -1 / 5, 4 / 105, -1 / 280])
+STEP = 1e-3
+"""[s] Eighth order of motions that last seconds: truncation below rounding, 1e-16 / 1e-3."""
+DIFFERENCE = 1e-11
+START, END = rot_x(0.4) @ rot_y(-1.0), rot_z(2.0) @ rot_x(1.0)
+
+
+def turning_arc():
+    path = path_of([arc((0.3, 0.1, 0), (0.2, 0.1, 0), (1, 0, 5) @ rot_y(math.atan2(1, 5)), 1.3)])
+    return timed(path, slerp(START, END, path.length), quintic(path.length, 2.0))
+
+
+def vee(S):
+    return np.stack([S[:, 2, 1], S[:, 0, 2], S[:, 1, 0]], axis=1)
+
+
+def test_velocity_and_acceleration_are_the_derivatives_of_the_pose():
+    poses = turning_arc()
+    t = np.linspace(0.01, 1.99, 37)
+    here, around = poses.at(t), poses.at((t[:, None] + STEP * STENCIL).ravel())
+    dT = np.einsum("ksij,s->kij", around.T.reshape(len(t), -1, 4, 4), WEIGHTS) / STEP
+    dv = np.einsum("ksi,s->ki", around.velocity.reshape(len(t), -1, 6), WEIGHTS) / STEP
+    np.testing.assert_allclose(here.velocity[:, :3], dT[:, :3, 3], atol=DIFFERENCE)
+    spin = dT[:, :3, :3] @ np.swapaxes(here.T[:, :3, :3], 1, 2)
+    np.testing.assert_allclose(spin, -np.swapaxes(spin, 1, 2), atol=DIFFERENCE)
+    np.testing.assert_allclose(here.velocity[:, 3:], vee(spin), atol=DIFFERENCE)
+    np.testing.assert_allclose(here.acceleration, dv, atol=DIFFERENCE)
+
+
+def test_blended_path_with_a_smooth_law_has_no_jump_of_acceleration_anywhere():
+    path = path_of([line((0, 0, 0.3), (0, 0, 0)), line((0, 0, 0), (0, 0.3, 0))])
+    path = blended(path, corners=0.05)
+    poses = timed(path, constant(np.eye(3)), double_s_in(path.sections(), 3.0, 0.5, 5.0))
+    h = 1e-5
+    a = poses.at(np.arange(0.0, 3.0, h)).acceleration
+    jerk = np.abs(np.diff(a, axis=0)).max() / h
+    assert jerk < 30.0  # bounded: an unblended corner gives 0.2 m/s / h = 2e4
+
+
+def test_slerp_reaches_both_ends_the_short_way_and_stands_still_outside():
+    poses = turning_arc()
+    ends = poses.at([-1.0, 0.0, 2.0, 9.0])
+    np.testing.assert_allclose(ends.T[:2, :3, :3], [START, START], atol=1e-14)
+    np.testing.assert_allclose(ends.T[2:, :3, :3], [END, END], atol=1e-14)
+    assert not ends.velocity[[0, 3]].any()
+    assert poses.orientation.rate * poses.length < math.pi
+    assert slerp(START, START, 1.0).rate == 0.0
+
+
+def test_what_is_no_rotation_or_no_match_is_refused():
+    with pytest.raises(ShapeError, match="R: shape"):
+        constant(np.eye(4))
+    with pytest.raises(OptionError, match="differs from 1"):
+        constant(1.1 * np.eye(3))
+    with pytest.raises(OptionError, match="left-handed"):
+        constant(np.diag([1.0, 1.0, -1.0]))
+    with pytest.raises(OptionError, match="less than 180 deg"):
+        slerp(np.eye(3), rot_z(math.pi), 1.0)
+    path = path_of([line((0, 0, 0), (1, 0, 0))])
+    with pytest.raises(OptionError, match="a length of 2; allowed: the path's length, 1 m"):
+        timed(path, constant(np.eye(3)), quintic(2.0, 1.0))
+    with pytest.raises(ShapeError, match="nan"):
+        turning_arc().at([np.nan])
