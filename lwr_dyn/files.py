@@ -32,6 +32,17 @@ def write_file(path: str | Path, data: str | bytes) -> None:
         raise FileAccessError(str(path), reason, "a file in an existing, writable directory") from None
 
 
+def check_writable(path: str | Path) -> None:
+    """Raise `FileAccessError` now, before long work, when a file could not be written there later."""
+    target = Path(path)
+    if target.is_dir():
+        raise FileAccessError(str(path), "is a directory", "a file in an existing, writable directory")
+    if not (target.parent.is_dir() and os.access(target.parent, os.W_OK | os.X_OK)):
+        raise FileAccessError(
+            str(path), f"cannot write in {target.parent}", "a file in an existing, writable directory"
+        )
+
+
 def write_folder(folder: str | Path, files: Mapping[str, str | bytes]) -> None:
     """Write several files into a folder, made if missing; raises `FileAccessError`."""
     make_folder(folder)

@@ -8,8 +8,9 @@ import click
 
 from lwr_dyn.checks.report import check_arm
 from lwr_dyn.checks.verdict import Report
-from lwr_dyn.cli.options import load_robot, print_json, robot_options, table
+from lwr_dyn.cli.options import load_robot, print_json, robot_options
 from lwr_dyn.papers.catalog import open_paper
+from lwr_dyn.text import table
 
 
 @click.command("check")

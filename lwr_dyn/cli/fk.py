@@ -65,9 +65,14 @@ def _positions(arm: Arm, q: tuple[float, ...] | None, q_deg: tuple[float, ...] |
         raise OptionError("--q, --q-deg", "neither or both given", "one of them")
     if q is not None:
         return joint_array("--q", q, arm.n)
-    values = joint_array("--q-deg", q_deg or (), arm.n)
+    return from_degrees(arm, q_deg or (), "--q-deg")
+
+
+def from_degrees(arm: Arm, values: tuple[float, ...], name: str) -> NDArray[np.float64]:
+    """Joint positions given in deg (m for sliding joints) as rad and m; raises `ShapeError`."""
+    q = joint_array(name, values, arm.n)
     turning = [link.kind is JointKind.REVOLUTE for link in arm.chain.links]
-    return np.where(turning, np.radians(values), values)
+    return np.where(turning, np.radians(q), q)
 
 
 def _outside(arm: Arm, q: NDArray[np.float64]) -> list[str]:

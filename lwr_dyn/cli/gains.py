@@ -8,9 +8,10 @@ import click
 import numpy as np
 
 from lwr_dyn.arm import Arm
-from lwr_dyn.cli.options import load_robot, print_json, robot_options, table
+from lwr_dyn.cli.options import load_robot, print_json, robot_options
 from lwr_dyn.control.gains import second_order_gains
 from lwr_dyn.control.worst_case_inertia import WorstCase, worst_cases
+from lwr_dyn.text import table
 
 
 @click.command("gains")

@@ -11,11 +11,12 @@ from numpy.typing import NDArray
 
 from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import fixed_array
-from lwr_dyn.cli.options import NUMBERS, load_robot, print_json, robot_options, table
+from lwr_dyn.cli.options import NUMBERS, load_robot, print_json, robot_options
 from lwr_dyn.dh import JointKind
 from lwr_dyn.errors import OptionError
 from lwr_dyn.kinematics.inverse import InverseResult, Solution, inverse_kinematics
 from lwr_dyn.spatial import from_rpy
+from lwr_dyn.text import table
 
 
 @click.command("ik")

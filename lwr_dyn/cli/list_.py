@@ -6,8 +6,9 @@ from typing import Any
 
 import click
 
-from lwr_dyn.cli.options import print_json, table
+from lwr_dyn.cli.options import print_json
 from lwr_dyn.papers.catalog import open_paper, readings, robots
+from lwr_dyn.text import table
 
 
 @click.command("list")

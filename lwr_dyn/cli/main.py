@@ -20,6 +20,7 @@ COMMANDS = {
     "gains": "Worst-case inertia of each joint and the gains drawn from it.",
     "ik": "Joint positions that reach a pose: all branches, limits told apart from reach.",
     "replay": "Runs in the browser: one file without network, or live.",
+    "simulate": "A task under a controller: run file, metrics, energy audit.",
     "reproduce": "Recompute what a paper prints.",
 }
 """Subcommand -> its line in the help; the module is lwr_dyn.cli.NAME (list_ for list)."""

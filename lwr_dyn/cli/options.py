@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any, TypeVar
 
 import click
-import numpy as np
 
 from lwr_dyn.arm import Arm
 from lwr_dyn.errors import OptionError
 from lwr_dyn.front import load
+from lwr_dyn.text import json_text
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -69,27 +68,5 @@ def _lock(text: str) -> tuple[str, float]:
 
 
 def print_json(record: Any) -> None:
-    """One JSON object on stdout; arrays become lists, NaN and infinity null."""
-    click.echo(json.dumps(plain(record), indent=2, sort_keys=False, allow_nan=False))
-
-
-def plain(value: Any) -> Any:
-    """A value as JSON knows it."""
-    if isinstance(value, dict):
-        return {str(k): plain(v) for k, v in value.items()}
-    if isinstance(value, np.ndarray):
-        return plain(value.tolist())
-    if isinstance(value, list | tuple):
-        return [plain(v) for v in value]
-    if isinstance(value, np.generic):
-        return plain(value.item())
-    if isinstance(value, float) and not np.isfinite(value):
-        return None
-    return value
-
-
-def table(rows: Sequence[tuple[str, ...]], head: tuple[str, ...]) -> str:
-    """Rows as aligned text under a heading."""
-    widths = [max(len(r[i]) for r in (head, *rows)) for i in range(len(head))]
-    lines = ["  ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True)).rstrip() for row in (head, *rows)]
-    return "\n".join([lines[0], "  ".join("-" * w for w in widths), *lines[1:]])
+    """One JSON object on stdout."""
+    click.echo(json_text(record))

@@ -1,0 +1,1 @@
+"""Controllers, their gains, and the worst-case inertia they are drawn from."""

@@ -112,11 +112,13 @@ class NewtonEuler:
 
     def mass_matrix(self, q: ArrayLike) -> Array:
         """B(q), (..., n, n)."""
-        return _array(self.ungated.mass_matrix(*self._gate(q=q)))
+        (checked,) = self._gate(q=q)
+        return _array(np.broadcast_to(self.ungated.mass_matrix(checked), (*checked.shape, self.n)))
 
     def coriolis_matrix(self, q: ArrayLike, dq: ArrayLike) -> Array:
         """C(q, dq), (..., n, n), Christoffel form."""
-        return _array(self.ungated.coriolis_matrix(*self._gate(q=q, dq=dq)))
+        checked, speed = self._gate(q=q, dq=dq)
+        return _array(np.broadcast_to(self.ungated.coriolis_matrix(checked, speed), (*checked.shape, self.n)))
 
     def gravity_vector(self, q: ArrayLike) -> Array:
         """g(q), (..., n)."""
@@ -125,7 +127,8 @@ class NewtonEuler:
 
     def bias_torque(self, q: ArrayLike, dq: ArrayLike) -> Array:
         """C(q, dq) dq + g(q), (..., n)."""
-        return _array(self.ungated.bias_torque(*self._gate(q=q, dq=dq)))
+        checked, speed = self._gate(q=q, dq=dq)
+        return _array(np.broadcast_to(self.ungated.bias_torque(checked, speed), checked.shape))
 
     def inverse_dynamics(self, q: ArrayLike, dq: ArrayLike, ddq: ArrayLike) -> Array:
         """tau, (..., n)."""

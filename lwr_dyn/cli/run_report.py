@@ -1,0 +1,43 @@
+"""A run as a table for people and a record for programs: errors joint by joint, limits, energy audit."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from lwr_dyn.arm import Arm
+from lwr_dyn.motion import Run
+from lwr_dyn.simulation.metrics import Metrics, metrics
+from lwr_dyn.text import table
+
+
+def run_record(run: Run, arm: Arm) -> dict[str, Any]:
+    """Metrics, audit, events and what made the run."""
+    events = [{"t": e.t, "kind": e.kind, "joint": e.joint, "value": e.value} for e in run.events]
+    return {"metrics": metrics(run, arm).to_json(), "events": events, "meta": dict(run.meta)}
+
+
+def run_text(run: Run, arm: Arm) -> str:
+    """The same as text."""
+    found, audit = metrics(run, arm), run.meta["audit"]
+    controller = run.meta["controller"]["name"]
+    lines = [f"{arm.name}, reading {arm.reading}: {controller}, {run.t[-1]:g} s, {run.t.size} samples"]
+    lines.append(_errors(arm, found))
+    lines.append(f"tip error: largest {found.tip_max_mm:.6g} mm, RMS {found.tip_rms_mm:.6g} mm")
+    kept = "kept" if found.within_limits else "NOT kept"
+    lines.append(f"limits of position, speed and torque: {kept}; {len(run.events)} events")
+    channels = ", ".join(f"{name} {value:.6g}" for name, value in audit["channels"].items())
+    lines.append(
+        f"energy: change {audit['energy_change']:.6g} J; work [J]: {channels}; residual {audit['residual']:.2g}"
+    )
+    return "\n".join(lines)
+
+
+def _errors(arm: Arm, found: Metrics) -> str:
+    p, v = found.position_mrad, found.velocity_mrad_s
+    rows = []
+    for i, name in enumerate(arm.joint_names):
+        errors = [f"{x[i]:.3g}" for x in (p.mean, p.mean_abs, p.max, p.min, p.rms, v.mean_abs, v.max, v.min)]
+        uses = [f"{found.peak_torque[i]:.4g}", f"{found.torque_use[i]:.0%}", f"{found.speed_use[i]:.0%}"]
+        rows.append((name, *errors, *uses, f"{found.saturated_s[i]:.3g}"))
+    head = ("error of", "mean", "mean|e|", "max", "min", "RMS mrad", "mean|de|", "max", "min mrad/s")
+    return table(rows, (*head, "peak N m", "of limit", "speed", "cut s"))

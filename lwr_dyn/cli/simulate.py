@@ -1,0 +1,149 @@
+"""`lwr-dyn simulate`: a robot, a task and a controller become a run file with its metrics and energy audit."""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+import click
+import numpy as np
+
+from lwr_dyn.arm import Arm
+from lwr_dyn.cli.options import NUMBERS, load_robot, print_json, robot_options
+from lwr_dyn.cli.run_report import run_record, run_text
+from lwr_dyn.control.by_name import CONTROLLERS, Tuning, controller_by_name
+from lwr_dyn.errors import DivergenceError, FileAccessError, OptionError
+from lwr_dyn.files import check_writable
+from lwr_dyn.front import load
+from lwr_dyn.motion import Reference, Run
+from lwr_dyn.simulation.plant import loaded, scaled
+from lwr_dyn.simulation.sensors import Encoder
+from lwr_dyn.simulation.simulate import simulate
+from lwr_dyn.tasks.ist import DURATION, TIMINGS, ist_reference
+from lwr_dyn.tasks.point_to_point import hold, point_to_point
+
+TASKS = ("ist", "point-to-point", "hold")
+
+
+def _options(command: Any) -> Any:
+    """The options of the command, grouped by what they are about."""
+    flag = {"is_flag": True}
+    for option in reversed(
+        (
+            click.option("--task", type=click.Choice(TASKS), default="ist", show_default=True),
+            click.option("--timing", type=click.Choice(TIMINGS), default="smooth", show_default=True, help="Of IST."),
+            click.option("--duration", type=float, help="Seconds; 14 for IST, 2 for the others if not given."),
+            click.option("--arm-angle-deg", type=float, help="One arm angle for IST instead of the safest curve."),
+            click.option("--from-deg", type=NUMBERS, help="Start of point-to-point, place of hold (m for sliding)."),
+            click.option("--to-deg", type=NUMBERS, help="End of point-to-point."),
+            click.option("--controller", type=click.Choice(CONTROLLERS), default="pd-gravity", show_default=True),
+            click.option("--omega-n", type=float, default=50.0, show_default=True, help="Natural frequency, rad/s."),
+            click.option("--xi", type=float, default=1.0, show_default=True, help="Damping ratio."),
+            click.option("--ki", type=float, help="Integral gain of the PID; omega_n^3 b/10 if not given."),
+            click.option("--velocity-error", **flag, help="PD, PID: Kd on dq_ref - dq, not the paper's -dq."),
+            click.option("--no-feedforward", **flag, help="Inverse dynamics as the paper has it, ddq_d = 0."),
+            click.option("--no-gravity", **flag, help="Inverse dynamics without g in n; PID without g."),
+            click.option("--plant-reading", help="Simulate another reading than the controller believes in."),
+            click.option("--plant-scale", type=float, default=1.0, help="Factor on all masses of the plant."),
+            click.option("--payload", type=float, default=0.0, help="Point mass at the flange, kg."),
+            click.option("--payload-known", **flag, help="The controller knows of the payload."),
+            click.option("--rate", type=float, default=1000.0, show_default=True, help="Samples a second."),
+            click.option("--method", type=click.Choice(["rk4", "dop853"]), default="rk4", show_default=True),
+            click.option("--substeps", type=int, default=1, show_default=True, help="RK4 steps a sample."),
+            click.option("--continuous", **flag, help="The controller is asked all the time, not at samples."),
+            click.option("--encoder-bits", type=int, help="Counts a turn as a power of two; exact if not given."),
+            click.option("--encoder-noise", type=float, default=0.0, help="Standard deviation, rad."),
+            click.option("--velocity-cutoff", type=float, default=100.0, help="Of the velocity filter, Hz."),
+            click.option("--no-saturation", **flag, help="Do not cut torques at the limits."),
+            click.option("--allow-unphysical", **flag, help="Simulate inertias no body can have."),
+            click.option("--engine", type=click.Choice(["pinocchio", "newton-euler"]), default="pinocchio"),
+            click.option("--seed", type=int, default=0, show_default=True, help="Of the encoder's noise."),
+            click.option("--out", help="The run file, .npz."),
+            click.option("--json", "as_json", **flag, help="One JSON object."),
+        )
+    ):
+        command = option(command)
+    return command
+
+
+@click.command("simulate")
+@robot_options
+@_options
+def command(robot: str, reading: str | None, tip: str | None, locks: tuple[str, ...], **given: Any) -> None:
+    """Simulate ROBOT under a controller on a task; print errors, torques against limits, and the energy audit."""
+    out = given["out"]
+    if out is not None:
+        if not out.endswith(".npz"):
+            raise FileAccessError(out, "does not end in .npz", "a path that ends in .npz")
+        check_writable(out)
+    arm = load_robot(robot, reading, tip, locks)
+    try:
+        run = _simulated(arm, robot, given)
+    except DivergenceError as fault:
+        if out is not None and isinstance(fault.run, Run):
+            fault.run.save(out)
+            click.echo(f"kept what was computed in {out}", err=True)
+        raise
+    if out is not None:
+        run.save(out)
+    if given["as_json"]:
+        print_json(run_record(run, arm))
+        return
+    click.echo(run_text(run, arm))
+    if out is not None:
+        click.echo(f"wrote {out}; see it:  lwr-dyn replay {out} --html {out.removesuffix('.npz')}.html")
+
+
+def _simulated(arm: Arm, robot: str, given: dict[str, Any]) -> Run:
+    payload = given["payload"]
+    believed = loaded(arm, payload) if given["payload_known"] and payload else arm
+    tuning = Tuning(
+        omega_n=given["omega_n"], xi=given["xi"], ki=given["ki"], velocity_error=given["velocity_error"],
+        feedforward=not given["no_feedforward"], gravity=not given["no_gravity"],
+    )  # fmt: skip
+    controller = controller_by_name(given["controller"], believed, tuning, engine=given["engine"])
+    plant = arm if given["plant_reading"] is None else load(robot, given["plant_reading"])
+    if given["plant_scale"] != 1.0:
+        plant = scaled(plant, given["plant_scale"])
+    encoder = _encoder(given["encoder_bits"], given["encoder_noise"], given["velocity_cutoff"])
+    reference = _reference(arm, given)
+    with click.progressbar(length=100, label="simulating", file=sys.stderr, hidden=not sys.stderr.isatty()) as bar:
+
+        def progress(share: float) -> None:
+            bar.update(max(0, int(100 * share) - bar.pos))
+
+        return simulate(
+            arm, controller, reference, plant=plant, payload=payload, encoder=encoder, progress=progress,
+            rate=given["rate"], method=given["method"], substeps=given["substeps"], continuous=given["continuous"],
+            engine=given["engine"], saturate=not given["no_saturation"], seed=given["seed"],
+            allow_unphysical=given["allow_unphysical"], meta={"task": given["task"]},
+        )  # fmt: skip
+
+
+def _encoder(bits: int | None, noise: float, cutoff: float) -> Encoder | None:
+    if bits is not None and not 1 <= bits <= 40:
+        raise OptionError("--encoder-bits", bits, "a whole number from 1 to 40")
+    if bits is None:
+        return Encoder(0.0, noise, cutoff) if noise else None
+    return Encoder.of_bits(bits, noise, cutoff)
+
+
+def _reference(arm: Arm, given: dict[str, Any]) -> Reference:
+    duration = given["duration"]
+    if given["task"] == "ist":
+        angle = given["arm_angle_deg"]
+        fixed = None if angle is None else float(np.radians(angle))
+        return ist_reference(arm, given["timing"], DURATION if duration is None else duration, arm_angle=fixed)
+    start = _joints(arm, given["from_deg"], "--from-deg")
+    seconds = 2.0 if duration is None else duration
+    if given["task"] == "hold":
+        return hold(arm, start, seconds)
+    return point_to_point(arm, np.array([start, _joints(arm, given["to_deg"], "--to-deg")]), [seconds])
+
+
+def _joints(arm: Arm, values: tuple[float, ...] | None, name: str) -> Any:
+    from lwr_dyn.cli.fk import from_degrees
+
+    if values is None:
+        raise OptionError(name, "not given", f"{arm.n} joint positions, deg (m for sliding joints)")
+    return from_degrees(arm, values, name)

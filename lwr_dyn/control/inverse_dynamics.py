@@ -1,0 +1,68 @@
+"""Inverse dynamics, the paper's centralised controller: the model linearises the arm, unit masses remain."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from numpy.typing import ArrayLike
+
+from lwr_dyn.arrays import Array
+from lwr_dyn.control.protocol import positive_gains
+from lwr_dyn.dynamics.protocol import Dynamics
+from lwr_dyn.dynamics.ungated import ungated
+
+
+class InverseDynamics:
+    """tau = B(q) y + n(q, dq), y = Kp (q_ref - q) + Kd (dq_ref - dq) + ddq_ref, n = C dq + g.
+
+    B y + n is one run of the Newton-Euler recursion with y for the acceleration.
+
+    Parameters
+    ----------
+    dynamics : Dynamics
+        The model the controller believes in.
+    Kp, Kd : float or (n,) array_like
+        omega_n^2 and 2 xi omega_n of the error equation [1/s^2], [1/s].
+    feedforward : bool
+        False drops ddq_ref, the paper's form ("it was decided to define ddq_d = 0").
+    gravity : bool
+        False leaves g out of n: the hypothesis under which Table VIII of the paper comes out.
+
+    Raises
+    ------
+    ShapeError, OptionError
+        Gains of the wrong length, or not positive.
+
+    References
+    ----------
+    LWR 4+ paper, "Centralized inverse dynamics controller"; Siciliano et al., eqs. 8.56 to 8.60.
+    """
+
+    __slots__ = ("Kd", "Kp", "_gravity", "_torque", "feedforward", "gravity")
+
+    name = "inverse-dynamics"
+
+    def __init__(
+        self, dynamics: Dynamics, Kp: ArrayLike, Kd: ArrayLike, feedforward: bool = True, gravity: bool = True
+    ) -> None:
+        self.Kp = positive_gains("Kp", Kp, dynamics.n)
+        self.Kd = positive_gains("Kd", Kd, dynamics.n)
+        self.feedforward, self.gravity = feedforward, gravity
+        raw = ungated(dynamics)
+        self._torque: Callable[[Array, Array, Array], Array] = raw.inverse_dynamics
+        self._gravity: Callable[[Array], Array] | None = None if gravity else raw.gravity_vector
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """What makes this controller, as JSON values."""
+        switches = {"feedforward": self.feedforward, "gravity": self.gravity}
+        return {"Kp": self.Kp.tolist(), "Kd": self.Kd.tolist()} | switches
+
+    def __call__(self, t: float, q: Array, dq: Array, q_ref: Array, dq_ref: Array, ddq_ref: Array) -> Array:
+        """Tau (n,) [N m]."""
+        y = self.Kp * (q_ref - q) + self.Kd * (dq_ref - dq)
+        if self.feedforward:
+            y += ddq_ref
+        tau = self._torque(q, dq, y)
+        return tau if self._gravity is None else tau - self._gravity(q)

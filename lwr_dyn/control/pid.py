@@ -1,0 +1,137 @@
+"""PID joint by joint, with back-calculation against wind-up: the integral runs back while the torque is cut."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from lwr_dyn.arrays import Array, read_only
+from lwr_dyn.control.protocol import positive_gains
+from lwr_dyn.dynamics.protocol import Dynamics
+from lwr_dyn.dynamics.ungated import ungated
+from lwr_dyn.errors import OptionError
+
+DEFAULT_OMEGA_N = 50.0
+"""The paper's natural frequency [rad/s]."""
+
+
+def default_integral_gain(Kp: ArrayLike, omega_n: float = DEFAULT_OMEGA_N) -> Array:
+    """Ki = omega_n^3 b / 10 = omega_n Kp / 10, since Kp = omega_n^2 b, [N m/(rad s)].
+
+    A tenth of omega_n^3 b is a twentieth of where the loop of one unit mass with xi = 1 would turn unstable
+    (s^3 + 2 omega_n s^2 + omega_n^2 s + ki: Routh asks ki < 2 omega_n^3). Raises `OptionError` for omega_n <= 0.
+
+    >>> default_integral_gain([2500.0])
+    array([12500.])
+    """
+    if not (np.isfinite(omega_n) and omega_n > 0.0):
+        raise OptionError("omega_n", omega_n, "a number above 0, in rad/s")
+    return np.asarray(omega_n * np.asarray(Kp, dtype=np.float64) / 10)
+
+
+class PID:
+    """tau = Kp e + I - Kd dq, dI/dt = Ki e + (sat(tau) - tau) / T_t, with e = q_ref - q.
+
+    The integral I [N m] starts at zero. Sampled, it moves by explicit Euler from one call to the next; continuously,
+    the integrator of the simulation carries it.
+
+    Parameters
+    ----------
+    Kp, Kd : float or (n,) array_like
+        [N m/rad], [N m s/rad].
+    Ki : float or (n,) array_like, optional
+        [N m/(rad s)]; `default_integral_gain(Kp, omega_n)` if not given.
+    effort : (n,) array_like
+        Torque limits [N m] that the back-calculation knows; inf where there is none.
+    dynamics : Dynamics, optional
+        Adds g(q) of this model; without it the integral has to find the gravity torque.
+    velocity_error : bool
+        Kd (dq_ref - dq) in place of -Kd dq.
+    tracking_time : float or (n,) array_like, optional
+        T_t [s]; sqrt(Kd / Ki) if not given (Astrom and Hagglund's sqrt(T_i T_d)).
+
+    Raises
+    ------
+    ShapeError, OptionError
+        Gains, limits or times of the wrong length, or not positive.
+
+    References
+    ----------
+    Siciliano et al., section 8.3; Astrom, Hagglund, *PID Controllers*, section 3.5.
+    """
+
+    __slots__ = ("Kd", "Ki", "Kp", "_effort", "_floor", "_gravity", "_integral", "_rate", "_t", "tracking_time",
+                 "velocity_error")  # fmt: skip
+
+    name = "pid"
+
+    def __init__(
+        self,
+        Kp: ArrayLike,
+        Kd: ArrayLike,
+        effort: ArrayLike,
+        Ki: ArrayLike | None = None,
+        dynamics: Dynamics | None = None,
+        velocity_error: bool = False,
+        omega_n: float = DEFAULT_OMEGA_N,
+        tracking_time: ArrayLike | None = None,
+    ) -> None:
+        ceiling = np.array(effort, dtype=np.float64)
+        if ceiling.ndim != 1 or not (ceiling > 0.0).all():
+            raise OptionError("effort", ceiling.tolist(), "one torque limit above 0 per joint, inf where there is none")
+        n = ceiling.size
+        self._effort, self._floor = read_only(ceiling), read_only(-ceiling)
+        self.Kp, self.Kd = positive_gains("Kp", Kp, n), positive_gains("Kd", Kd, n)
+        self.Ki = positive_gains("Ki", default_integral_gain(self.Kp, omega_n) if Ki is None else Ki, n)
+        tracking = np.sqrt(self.Kd / self.Ki) if tracking_time is None else tracking_time
+        self.tracking_time = positive_gains("tracking_time", tracking, n)
+        self.velocity_error = velocity_error
+        self._gravity: Callable[[Array], Array] | None = None if dynamics is None else ungated(dynamics).gravity_vector
+        self.reset()
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """What makes this controller, as JSON values."""
+        columns = {name: getattr(self, name).tolist() for name in ("Kp", "Ki", "Kd", "tracking_time")}
+        limits = [float(x) if np.isfinite(x) else None for x in self._effort]
+        gravity = self._gravity is not None
+        return columns | {"effort": limits, "velocity_error": self.velocity_error, "gravity": gravity}
+
+    @property
+    def memory_size(self) -> int:
+        """One integral a joint."""
+        return int(self.Kp.size)
+
+    @property
+    def integral(self) -> Array:
+        """The integral torque I (n,) [N m] as it stands."""
+        return read_only(self._integral)
+
+    def reset(self) -> None:
+        """Forget the past."""
+        self._integral, self._rate = np.zeros(self.memory_size), np.zeros(self.memory_size)
+        self._t: float | None = None
+
+    def law(
+        self, memory: Array, q: Array, dq: Array, q_ref: Array, dq_ref: Array, ddq_ref: Array
+    ) -> tuple[Array, Array]:
+        """Torques (n,) [N m] for an integral `memory`, and how fast the integral moves [N m/s]."""
+        if self.velocity_error:
+            dq = dq - dq_ref
+        error = q_ref - q
+        tau = self.Kp * error + memory - self.Kd * dq
+        if self._gravity is not None:
+            tau = tau + self._gravity(q)
+        cut = np.minimum(np.maximum(tau, self._floor), self._effort)
+        return tau, self.Ki * error + (cut - tau) / self.tracking_time
+
+    def __call__(self, t: float, q: Array, dq: Array, q_ref: Array, dq_ref: Array, ddq_ref: Array) -> Array:
+        """Tau (n,) [N m] at a sample instant; the integral has moved since the call before."""
+        if self._t is not None:
+            self._integral = self._integral + (t - self._t) * self._rate
+        tau, self._rate = self.law(self._integral, q, dq, q_ref, dq_ref, ddq_ref)
+        self._t = t
+        return tau

@@ -1,0 +1,76 @@
+"""What a controller is to a simulation: something that is called with the state and the reference and gives torques.
+
+A plain function `f(t, q, dq, q_ref, dq_ref, ddq_ref) -> tau` is a controller. One that remembers has `reset`; one that
+remembers and may also run continuously gives its memory a derivative (`WithMemory`), so an integrator can carry it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Protocol, runtime_checkable
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from lwr_dyn.arrays import Array, read_only, real_array
+from lwr_dyn.errors import OptionError, ShapeError
+
+
+class Controller(Protocol):
+    """A control law; it may also have `reset()`, `name` and `parameters` (see `describe`)."""
+
+    def __call__(self, t: float, q: Array, dq: Array, q_ref: Array, dq_ref: Array, ddq_ref: Array, /) -> Array:
+        """Torques tau (n,) [N m] at time t [s], from measured q, dq and the reference; the arrays are only lent."""
+
+
+@runtime_checkable
+class WithMemory(Protocol):
+    """A controller whose memory is a vector with a derivative."""
+
+    @property
+    def memory_size(self) -> int:
+        """Length m of the memory; it starts at zero."""
+
+    def law(
+        self, memory: Array, q: Array, dq: Array, q_ref: Array, dq_ref: Array, ddq_ref: Array
+    ) -> tuple[Array, Array]:
+        """Torques (n,) and the derivative of the memory (m,) [per s]."""
+
+
+def reset(controller: Controller) -> None:
+    """Back to the start of a run; nothing happens to a controller without `reset`."""
+    again = getattr(controller, "reset", None)
+    if again is not None:
+        again()
+
+
+def describe(controller: Controller) -> dict[str, Any]:
+    """Name and parameters of a controller, for a run's meta.
+
+    >>> describe(lambda t, q, dq, q_ref, dq_ref, ddq_ref: -dq)
+    {'name': '<lambda>', 'parameters': {}}
+    """
+    own_name = getattr(controller, "__name__", type(controller).__name__)
+    parameters: Mapping[str, Any] = getattr(controller, "parameters", {})
+    return {"name": getattr(controller, "name", own_name), "parameters": dict(parameters)}
+
+
+def positive_gains(name: str, value: ArrayLike, n: int) -> Array:
+    """Gains as a read-only (n,) array; one number stands for all joints.
+
+    Raises
+    ------
+    ShapeError
+        Not one number and not n of them, or not finite.
+    OptionError
+        A gain that is not positive.
+
+    >>> positive_gains("Kp", 2500.0, 2)
+    array([2500., 2500.])
+    """
+    array = real_array(name, value)
+    if array.shape not in ((), (n,)):
+        raise ShapeError(name, f"shape {array.shape}", f"one number, or shape ({n},)")
+    if not (array > 0.0).all():
+        raise OptionError(name, array.tolist(), "numbers above 0")
+    return read_only(np.broadcast_to(array, (n,)))

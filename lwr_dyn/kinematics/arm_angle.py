@@ -1,0 +1,178 @@
+"""One arm angle for a whole path: continuous, twice differentiable, as far from the joint limits as can be.
+
+Inside the corridor of `arm_angle_search`, the curve is the natural cubic spline that bends least,
+
+    minimise  integral of psi''^2 + PULL (psi - middle of the corridor)^2   subject to  low <= psi <= high,
+
+by bounded least squares at a few knots; where it leaves the corridor between knots, a knot is added there.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.interpolate import CubicSpline
+from scipy.optimize import lsq_linear
+
+from lwr_dyn.arm import Arm
+from lwr_dyn.arrays import Array, read_only, real_array
+from lwr_dyn.errors import OptionError, OutOfReachError, OutsideLimitsError, ShapeError
+from lwr_dyn.kinematics.arm_angle_search import Found, largest_margin
+from lwr_dyn.kinematics.corridor import Corridor
+from lwr_dyn.kinematics.poses import pose_array
+from lwr_dyn.kinematics.srs import ON_AXIS, Branch, JointRanges, arm_triangle, joint_ranges
+from lwr_dyn.kinematics.srs_geometry import SrsGeometry, require_srs
+from lwr_dyn.kinematics.srs_limits import margin_problem, margins
+
+PULL = 1e3
+"""Weight of the distance from the corridor's middle, for a path of length 1: bends die out over 1/PULL^(1/4) of it."""
+FIRST_KNOTS = 33
+INSET = 0.05
+"""Part of the corridor's width kept free at each side at the knots, so that between them the curve stays inside."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ArmAngleCurve:
+    """psi(s) along one path, and the smallest joint-limit margin it keeps over the poses it was made for."""
+
+    branch: Branch
+    margin: float
+    """Smallest margin [rad] over all poses and joints."""
+    joint: int
+    """The joint that has it, 0-based."""
+    at: float
+    """The path parameter s where it has it."""
+    bound: float
+    """[rad] No continuous arm angle, on any branch, keeps a larger smallest margin at these poses."""
+    reference: Array
+    """(3,) The direction psi is counted from; hand it on to `follow`."""
+    knots: Array
+    """(m,) s of the spline's knots."""
+    values: Array
+    """(m,) psi at the knots [rad]."""
+
+    def evaluate(self, s: ArrayLike) -> tuple[Array, Array, Array]:
+        """psi [rad], dpsi/ds and d2psi/ds2 at s (k,), each (k,); the second derivative is continuous."""
+        spline, at = CubicSpline(self.knots, self.values, bc_type="natural"), real_array("s", s)
+        return spline(at), spline(at, 1), spline(at, 2)
+
+
+def best_arm_angle(arm: Arm, s: ArrayLike, T: ArrayLike, *, reference: ArrayLike | None = None) -> ArmAngleCurve:
+    """The continuous arm angle that keeps the largest smallest joint-limit margin along a path, of all branches.
+
+    A range of more than a turn, or an unknown one, counts as one turn about its middle, so that no position jumps.
+
+    Parameters
+    ----------
+    arm : Arm
+        An S-R-S arm.
+    s : (k,) array_like
+        Path parameter, increasing, k >= 2; its unit is the caller's.
+    T : (k, 4, 4) array_like
+        Flange poses in the base, sampled so finely that the limits mean nothing else between them.
+    reference : (3,) array_like, optional
+        Direction psi is counted from (see `srs`); the axis of joint 1 if not given.
+
+    Raises
+    ------
+    ShapeError
+        Wrong shapes, s not increasing, T not poses.
+    OptionError
+        Not an S-R-S arm; or the wrist passes the line of `reference`, where psi has no zero: name another direction.
+    OutOfReachError
+        `.at` is the s of the pose furthest out of reach, `.distance` by how much [m].
+    OutsideLimitsError
+        `.at` is the s where the limits are left, `.joint` which, `.excess` by how much at the best arm angle [rad].
+    """
+    geometry, ranges = require_srs(arm, reference), joint_ranges(arm)
+    at, poses = _gate(s, T)
+    triangle = arm_triangle(geometry, poses)
+    if triangle.beyond.any():
+        worst = int(np.argmax(triangle.beyond))
+        raise OutOfReachError(arm.name, float(at[worst]), float(triangle.beyond[worst]))
+    _require_zero(geometry, triangle.u, triangle.up, at)
+    # a joint free to turn on and on still has a seam, half a turn from its middle, where its position would jump
+    one_turn = JointRanges(ranges.middle, np.minimum(ranges.half, np.pi))
+    found = largest_margin(geometry, one_turn, poses)
+    if found.bound < 0.0 or found.passage is None:
+        why = "at the best arm angle" if found.continuous else "at least; no arm angle leads on without a jump"
+        raise OutsideLimitsError(arm.name, float(at[found.index]), arm.joint_names[found.joint], -found.bound, why)
+    knots, values = _smooth(at, found.passage)
+    return _measured(geometry, ranges, at, poses, found, knots, values)
+
+
+def _gate(s: ArrayLike, T: ArrayLike) -> tuple[Array, Array]:
+    at, poses = real_array("s", s), pose_array("T", T)
+    if at.ndim != 1 or len(at) < 2 or poses.shape != (len(at), 4, 4):
+        raise ShapeError("s, T", f"shapes {at.shape}, {poses.shape}", "(k,) and (k, 4, 4), k >= 2")
+    if not (np.diff(at) > 0.0).all():
+        where = int(np.argmin(np.diff(at) > 0.0))
+        raise ShapeError("s", f"{at[where]} then {at[where + 1]}", "increasing values")
+    return at, poses
+
+
+def _require_zero(geometry: SrsGeometry, u: Array, up: Array, at: Array) -> None:
+    sine = np.linalg.norm(np.cross(u, geometry.reference), axis=1)
+    turned = np.append(np.einsum("ki,ki->k", up[1:], up[:-1]) <= 0.0, False)
+    if (bad := (sine < ON_AXIS) | turned).any():
+        where = float(at[int(np.argmax(bad))])
+        found = f"the wrist passes the line of {geometry.reference.tolist()} through the shoulder at s = {where:.6g}"
+        raise OptionError("reference", found, "a direction that the path keeps away from")
+
+
+def _smooth(s: Array, passage: Corridor) -> tuple[Array, Array]:
+    """Knots and values of the spline inside the corridor that bends least."""
+    x = (s - s[0]) / (s[-1] - s[0])
+    middle, room = (passage.low + passage.high) / 2.0, (0.5 - INSET) * (passage.high - passage.low)
+    chosen = np.unique(np.linspace(0, len(x) - 1, min(len(x), FIRST_KNOTS)).round().astype(int))
+    while True:
+        values = _least_bending(x[chosen], middle[chosen], room[chosen])
+        psi = CubicSpline(x[chosen], values, bc_type="natural")(x)
+        outside = np.maximum(passage.low - psi, psi - passage.high)
+        outside[chosen] = 0.0
+        if not (outside > 0.0).any():
+            return s[chosen], values
+        chosen = np.union1d(chosen, _worst_of_each_run(outside))
+
+
+def _worst_of_each_run(outside: Array) -> Array:
+    bad = np.flatnonzero(outside > 0.0)
+    runs = np.split(bad, np.flatnonzero(np.diff(bad) > 1) + 1)
+    return np.array([run[np.argmax(outside[run])] for run in runs])
+
+
+def _least_bending(x: Array, middle: Array, room: Array) -> Array:
+    """Values at the knots x (m,) within middle +- room (m,)."""
+    spline = CubicSpline(x, np.eye(len(x)), bc_type="natural")
+    bend, h = spline(x, 2), np.diff(x)[:, None]
+    # psi'' runs straight from a to b over each span: its square integrates to h [(a + b)^2 / 4 + (b - a)^2 / 12]
+    total, change = np.sqrt(h) / 2.0 * (bend[:-1] + bend[1:]), np.sqrt(h / 12.0) * np.diff(bend, axis=0)
+    pull = np.diag(np.sqrt(PULL * np.gradient(x)))
+    target = np.concatenate([np.zeros(2 * len(h)), pull @ middle])
+    room = np.maximum(room, np.finfo(float).eps * (1.0 + np.abs(middle)) * 4.0)
+    fit = lsq_linear(np.concatenate([total, change, pull]), target, (middle - room, middle + room), method="bvls")
+    values: Array = fit.x
+    return values
+
+
+def _measured(
+    geometry: SrsGeometry, ranges: JointRanges, s: Array, T: Array, found: Found, knots: Array, values: Array
+) -> ArmAngleCurve:
+    """The curve with the margin it really keeps at every pose."""
+    psi = CubicSpline(knots, values, bc_type="natural")(s)
+    signs = np.broadcast_to(found.branch, (len(T), 3))
+    kept = margins(margin_problem(geometry, ranges, T, arm_triangle(geometry, T), signs), psi[:, None])[:, 0]
+    row, joint = (int(i) for i in np.unravel_index(np.argmin(kept), kept.shape))
+    margin = float(kept[row, joint])
+    return ArmAngleCurve(
+        branch=found.branch,
+        margin=margin,
+        joint=joint,
+        at=float(s[row]),
+        bound=max(found.bound, margin),
+        reference=read_only(geometry.reference),
+        knots=read_only(knots),
+        values=read_only(values),
+    )

@@ -1,0 +1,113 @@
+"""Inverse kinematics of any arm by damped least squares inside the joint limits, from many seeded starts.
+
+Each step takes dq = J^T (J J^T + damping)^-1 e over the joints that are not held at a limit they push against; a step
+that does not bring the pose nearer is taken back and damped more (Levenberg 1944, Marquardt 1963; Wampler 1986 for
+robots). All starts run at once. What it finds is right; what it does not find may still exist.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from lwr_dyn.arrays import Array
+from lwr_dyn.chain import Chain
+from lwr_dyn.dh import JointKind
+from lwr_dyn.kinematics.jacobian import jacobian_at, joint_axes
+from lwr_dyn.kinematics.srs import wrap
+
+SOLVED = 1e-11
+"""Largest entry of FK(q) - T that counts as solved [m and dimensionless]."""
+STEPS = 150
+APART = 1e-4
+"""[rad or m] Solutions nearer than this in every joint are one."""
+_DAMPING, _EASE, _STIFFEN, _WEAKEST = 1e-2, 0.2, 4.0, 1e-20
+_OPEN_RANGE = {JointKind.REVOLUTE: np.pi, JointKind.PRISMATIC: 1.0}
+"""Where starts are drawn when a limit is not known [rad, m]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Search:
+    """What the starts led to: distinct solutions q (m, n), and the end that came nearest with its pose error."""
+
+    q: Array
+    nearest: Array
+    """(n,) the end with the smallest pose error."""
+    distance: float
+    """Its position error [m]."""
+
+
+def search(chain: Chain, lower: Array, upper: Array, T: Array, starts: int, seed: int) -> Search:
+    """Joint positions within lower and upper (n,) whose flange pose is T (4, 4); ungated."""
+    kinds = [link.kind for link in chain.links]
+    q = _starts(kinds, lower, upper, starts, seed)
+    ends, residual = _descend(chain, lower, upper, T, q)
+    nearest = int(np.argmin(residual))
+    tip = joint_axes(chain, ends[nearest : nearest + 1]).flange[0, :3, 3]
+    good = ends[residual <= SOLVED]
+    return Search(_distinct(good, kinds), ends[nearest], float(np.linalg.norm(tip - T[:3, 3])))
+
+
+def _starts(kinds: list[JointKind], lower: Array, upper: Array, starts: int, seed: int) -> Array:
+    """The middle of the ranges, then places drawn evenly from them."""
+    wide = np.array([_OPEN_RANGE[kind] for kind in kinds])
+    low = np.where(np.isfinite(lower), lower, np.where(np.isfinite(upper), upper - 2.0 * wide, -wide))
+    high = np.where(np.isfinite(upper), upper, low + 2.0 * wide)
+    places = np.random.default_rng(seed).uniform(size=(starts, len(kinds)))
+    places[0] = 0.5
+    drawn: Array = low + places * (high - low)
+    return drawn
+
+
+def _descend(chain: Chain, lower: Array, upper: Array, T: Array, q: Array) -> tuple[Array, Array]:
+    damping = np.full(len(q), _DAMPING)
+    error, jacobian, residual = _pose_error(chain, T, q)
+    for _ in range(STEPS):
+        if (residual <= SOLVED / 100.0).all():
+            break
+        trial = np.clip(q + _step(jacobian, error, damping, q, lower, upper), lower, upper)
+        new_error, new_jacobian, new_residual = _pose_error(chain, T, trial)
+        nearer = np.einsum("ki,ki->k", new_error, new_error) < np.einsum("ki,ki->k", error, error)
+        q = np.where(nearer[:, None], trial, q)
+        error = np.where(nearer[:, None], new_error, error)
+        jacobian = np.where(nearer[:, None, None], new_jacobian, jacobian)
+        residual = np.where(nearer, new_residual, residual)
+        damping = np.where(nearer, np.maximum(damping * _EASE, _WEAKEST), np.minimum(damping * _STIFFEN, 1e6))
+    return q, residual
+
+
+def _pose_error(chain: Chain, T: Array, q: Array) -> tuple[Array, Array, Array]:
+    """Pose error (k, 6) from the flange to T, the Jacobian (k, 6, n), and the largest entry of FK(q) - T (k,)."""
+    axes = joint_axes(chain, q)
+    flange = axes.flange
+    turn = Rotation.from_matrix(T[:3, :3] @ np.swapaxes(flange[:, :3, :3], 1, 2)).as_rotvec()
+    error = np.concatenate([T[:3, 3] - flange[:, :3, 3], turn], axis=1)
+    return error, jacobian_at(axes, flange[:, :3, 3]), np.abs(flange - T).max(axis=(1, 2))
+
+
+def _step(jacobian: Array, error: Array, damping: Array, q: Array, lower: Array, upper: Array) -> Array:
+    """The damped step with the joints held that would leave their limits; held joints only grow in number."""
+    free = np.ones(q.shape, dtype=bool)
+    step = np.zeros_like(q)
+    for _ in range(q.shape[1]):
+        J = jacobian * free[:, None, :]
+        square = J @ np.swapaxes(J, 1, 2) + damping[:, None, None] * np.eye(6)
+        step = np.einsum("kij,ki->kj", J, np.linalg.solve(square, error[..., None])[..., 0])
+        pushing = ((q <= lower) & (step < 0.0)) | ((q >= upper) & (step > 0.0))
+        if not (pushing & free).any():
+            break
+        free &= ~pushing
+    return step
+
+
+def _distinct(q: Array, kinds: list[JointKind]) -> Array:
+    """One of each group of equal solutions; a whole turn of a revolute joint is no difference."""
+    turning = np.array([kind is JointKind.REVOLUTE for kind in kinds])
+    kept: list[Array] = []
+    for row in q:
+        gaps = (np.where(turning, wrap(row - other), row - other) for other in kept)
+        if all(np.abs(gap).max() > APART for gap in gaps):
+            kept.append(row)
+    return np.array(kept).reshape(-1, len(kinds))

@@ -1,0 +1,216 @@
+"""Closed-form inverse kinematics of an S-R-S arm for a flange pose, an arm angle psi and one of eight branches.
+
+The wrist's distance from the shoulder fixes the elbow; what is left is a turn of the whole arm about the line S-W.
+With u the unit vector from S to W and r the reference direction (axis of joint 1 unless asked otherwise),
+
+    e_up = r - (r . u) u, made unit,      e(psi) = cos(psi) e_up + sin(psi) u x e_up
+
+and psi [rad] is the angle at which e(psi) points from the line S-W to the elbow: 0 is the elbow on the side of r, in
+the plane of r and S-W (whose normal is r x u); positive is right-handed about u, from shoulder to wrist. With the wrist
+on the line of r (within `ON_AXIS`) that plane does not exist, and e_up is taken from the base axis most nearly square
+to r (x for an arm standing on z). With the arm straight there is no elbow circle: psi is then the limit from the bend
+of the branch.
+
+Every entry of the shoulder's and the wrist's rotation is then a cos(psi) + b sin(psi) + c: the forms below.
+(Shimizu, Kakuya, Yoon, Kitagaki, Kosuge, IEEE Trans. Robotics 24, 2008, for the idea; here from axes, not from tables.)
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+
+from lwr_dyn.arm import Arm
+from lwr_dyn.arrays import Array
+from lwr_dyn.kinematics.srs_geometry import Ball, SrsGeometry
+
+ON_AXIS = 1e-9
+"""Sine of the angle to the reference direction below which the wrist counts as standing on it."""
+ALIGNED = 1e-13
+"""Sine of a ball's tilt below which its two rolls turn about one line: only their sum (difference) is determined."""
+REACH_SLACK = 1e-12
+"""[m] A stretched arm's wrist, recomputed from its pose, may stand this far out."""
+
+
+class Branch(NamedTuple):
+    """Which of the eight solutions: the signs of tilt 2, elbow 4 and tilt 6, counted from where rolls or arm align."""
+
+    shoulder: int
+    elbow: int
+    wrist: int
+
+    @property
+    def label(self) -> str:
+        """The three signs.
+
+        >>> Branch(1, -1, 1).label
+        '+-+'
+        """
+        return "".join("+" if sign > 0 else "-" for sign in self)
+
+
+BRANCHES = tuple(Branch(*signs) for signs in product((1, -1), repeat=3))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class JointRanges:
+    """Position limits as middle and half width, (n,) each [rad]; half is infinite where a limit is not known."""
+
+    middle: Array
+    half: Array
+
+
+def joint_ranges(arm: Arm) -> JointRanges:
+    """The arm's limits; a joint with one known limit may make a whole turn from it."""
+    lower, upper = arm.lower, arm.upper
+    both, low, up = np.isfinite(lower) & np.isfinite(upper), np.isfinite(lower), np.isfinite(upper)
+    lower, upper = np.where(low, lower, 0.0), np.where(up, upper, 0.0)
+    one_sided = np.where(low, lower + np.pi, np.where(up, upper - np.pi, 0.0))
+    half = np.where(both, (upper - lower) / 2.0, np.where(low | up, np.pi, np.inf))
+    return JointRanges(np.where(both, (lower + upper) / 2.0, one_sided), half)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ArmTriangle:
+    """Shoulder, elbow and wrist for k poses: what does not depend on psi."""
+
+    u: Array
+    """(k, 3) unit vector from shoulder to wrist."""
+    up: Array
+    """(k, 3) the elbow's direction at psi = 0."""
+    distance: Array
+    """(k,) from shoulder to wrist [m]."""
+    beyond: Array
+    """(k,) by how much the wrist is out of reach [m], 0 within."""
+    bend: Array
+    """(k,) how far the elbow is from straight, 0 to pi [rad]."""
+
+
+def wrap(angle: Array) -> Array:
+    """The angle [rad] within -pi (excluded) and pi.
+
+    >>> wrap(np.array([-np.pi, 4.0])).round(4)
+    array([ 3.1416, -2.2832])
+    """
+    turned: Array = np.pi - np.mod(np.pi - angle, 2.0 * np.pi)
+    return turned
+
+
+def arm_triangle(geometry: SrsGeometry, T: Array) -> ArmTriangle:
+    """The arm's triangle for flange poses T (k, 4, 4); out of reach the elbow is straight (or folded)."""
+    to_wrist = T[:, :3, 3] + T[:, :3, :3] @ geometry.wrist_in_flange - geometry.shoulder
+    distance = np.linalg.norm(to_wrist, axis=1)
+    first, second = geometry.lengths
+    longest, shortest = first + second, abs(first - second)
+    beyond = np.maximum(np.maximum(distance - longest, shortest - distance), 0.0)
+    short, long = np.maximum(longest - distance, 0.0), np.maximum(distance - shortest, 0.0)
+    bend = 2.0 * np.arctan2(np.sqrt(short * (longest + distance)), np.sqrt(long * (distance + shortest)))
+    u = np.where(distance[:, None] > ON_AXIS, to_wrist / np.maximum(distance, ON_AXIS)[:, None], geometry.reference)
+    return ArmTriangle(u, _upward(geometry, u), distance, np.where(beyond > REACH_SLACK, beyond, 0.0), bend)
+
+
+def _upward(geometry: SrsGeometry, u: Array) -> Array:
+    r = geometry.reference
+    up = r - (u @ r)[:, None] * u
+    length = np.linalg.norm(up, axis=1, keepdims=True)
+    if (length > ON_AXIS).all():
+        return np.asarray(up / length)
+    spare = np.eye(3)[int(np.argmin(np.abs(r)))]
+    side = spare - (u @ spare)[:, None] * u
+    side = side / np.maximum(np.linalg.norm(side, axis=1, keepdims=True), ON_AXIS)
+    return np.asarray(np.where(length > ON_AXIS, up / np.maximum(length, ON_AXIS), side))
+
+
+def elbow_angle(geometry: SrsGeometry, triangle: ArmTriangle, elbow: Array) -> Array:
+    """q4 (k,) [rad] for elbow signs (k,)."""
+    q4: Array = geometry.straight + elbow * triangle.bend
+    return q4
+
+
+def turn_about(axis: Array, angle: Array) -> Array:
+    """Rotations (k, 3, 3) about one unit axis by angles (k,) [rad] (Rodrigues)."""
+    x, y, z = axis
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    s, c = np.sin(angle)[:, None, None], np.cos(angle)[:, None, None]
+    turned: Array = np.eye(3) + s * cross + (1.0 - c) * (cross @ cross)
+    return turned
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BallForms:
+    """Rotations of the two balls over psi: (k, 3, 3, 3) each, coefficients of cos psi, sin psi, 1 by row and column.
+
+    Each is M = Rz(q_roll) Ry(q_tilt + offset) Rz(q_roll').
+    """
+
+    first: Array
+    last: Array
+
+
+def ball_forms(geometry: SrsGeometry, T: Array, triangle: ArmTriangle, elbow: Array) -> BallForms:
+    """The forms for poses T (k, 4, 4) and elbow signs (k,)."""
+    g = geometry
+    bent = turn_about(g.elbow_axis, elbow_angle(g, triangle, elbow))
+    reach = g.upper + bent @ g.fore
+    u_home = reach / np.maximum(np.linalg.norm(reach, axis=1, keepdims=True), ON_AXIS)
+    n_home = np.broadcast_to(g.elbow_axis, u_home.shape)
+    side_home = np.cross(u_home, n_home)
+    u, up = triangle.u, triangle.up
+    across, sign = np.cross(u, up), elbow[:, None, None]
+    # the elbow stands at sign (u x n), so n = sign (sin(psi) up - cos(psi) across); R_shoulder takes home to there
+    cosine = sign * (_outer(up, side_home) - _outer(across, n_home))
+    sine = sign * (_outer(up, n_home) + _outer(across, side_home))
+    shoulder = np.stack([cosine, sine, _outer(u, u_home)], axis=1)
+    target = T[:, :3, :3] @ g.home_rotation.T @ g.last.back
+    wrist = np.swapaxes(shoulder @ (bent @ g.last.basis)[:, None], -1, -2) @ target[:, None]
+    return BallForms(g.first.basis.T @ shoulder @ g.first.back, wrist)
+
+
+def _outer(a: Array, b: Array) -> Array:
+    outer: Array = a[:, :, None] * b[:, None, :]
+    return outer
+
+
+def closed_form(geometry: SrsGeometry, ranges: JointRanges, T: Array, psi: Array, branch: Branch | Array) -> Array:
+    """q (k, 7) [rad], within half a turn of the middle of each joint's range; ungated.
+
+    Parameters
+    ----------
+    T : (k, 4, 4) array
+        Flange poses within reach.
+    psi : (k,) array
+        [rad]
+    branch : Branch or (k, 3) array
+        One for all, or the three signs row by row.
+    """
+    signs = np.broadcast_to(np.asarray(branch, dtype=np.float64), (len(T), 3))
+    triangle = arm_triangle(geometry, T)
+    forms = ball_forms(geometry, T, triangle, signs[:, 1])
+    weights = np.stack([np.cos(psi), np.sin(psi), np.ones_like(psi)], axis=1)
+    q = np.empty((len(T), 7))
+    q[:, 3] = elbow_angle(geometry, triangle, signs[:, 1])
+    for form, ball, at, sign in (
+        (forms.first, geometry.first, slice(0, 3), signs[:, 0]),
+        (forms.last, geometry.last, slice(4, 7), signs[:, 2]),
+    ):
+        q[:, at] = _ball_angles(np.einsum("kc,kcij->kij", weights, form), ball, sign, ranges.middle[at])
+    return ranges.middle + wrap(q - ranges.middle)
+
+
+def _ball_angles(M: Array, ball: Ball, sign: Array, middle: Array) -> Array:
+    """Roll, tilt, roll (k, 3) of M (k, 3, 3); the tilt has the sign asked for.
+
+    The second roll is read off Rz(-q1) M, which stays accurate where the tilt goes to zero. Aligned rolls share their
+    sum evenly between their ranges.
+    """
+    aligned = np.hypot(M[:, 0, 2], M[:, 1, 2]) < ALIGNED
+    side = np.where(M[:, 2, 2] > 0.0, 1.0, -1.0)
+    together = wrap(np.arctan2(-M[:, 0, 1], M[:, 1, 1]) - middle[0] - side * middle[2])
+    roll = np.where(aligned, middle[0] + together / 2.0, np.arctan2(sign * M[:, 1, 2], sign * M[:, 0, 2]))
+    c, s = np.cos(roll), np.sin(roll)
+    tilt = np.arctan2(c * M[:, 0, 2] + s * M[:, 1, 2], M[:, 2, 2])
+    second = np.arctan2(c * M[:, 1, 0] - s * M[:, 0, 0], c * M[:, 1, 1] - s * M[:, 0, 1])
+    return np.stack([roll, tilt - ball.offset, second], axis=1)

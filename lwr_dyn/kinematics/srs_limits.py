@@ -1,0 +1,217 @@
+"""Joint-limit margins of an S-R-S arm over the arm angle, and the arm angles at which a margin is kept, in closed form.
+
+The margin of a joint is half its range less its distance from the middle: positive inside the limits, negative outside,
+by as much. Along psi each roll is atan2 of two forms a cos(psi) + b sin(psi) + c and each tilt the arc cosine of one,
+so a roll reaches a given angle L where y cos L - x sin L = 0 and a tilt where z - cos L = 0: at most two psi each, by
+one arc cosine. Between neighbouring such psi nothing changes sides; one look per piece decides it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lwr_dyn.arrays import Array
+from lwr_dyn.kinematics.srs import (
+    ALIGNED,
+    ArmTriangle,
+    BallForms,
+    JointRanges,
+    ball_forms,
+    elbow_angle,
+    wrap,
+)
+from lwr_dyn.kinematics.srs_geometry import SrsGeometry
+
+TOUCH = 1e-12
+"""[rad] A margin this little below the level keeps it: the ends of an interval lie on the limit."""
+SQUARE_TOUCH = 1e-14
+"""A cosine this near to +-1 at its extreme reaches it: there the ball aligns and its rolls jump by half a turn."""
+UNLIMITED = 1e9
+"""[rad] Half width of a range that is not known, as a number that sines still take."""
+_X, _Y, _X2, _Y2, _Z, _YA, _XA = range(7)
+_ENTRIES = ((0, 2), (1, 2), (2, 0), (2, 1), (2, 2), (0, 1), (1, 1))
+"""Entries of a ball's matrix behind roll, second roll, tilt, and the sum of the rolls when aligned."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MarginProblem:
+    """r rows, each one pose and one branch: everything that decides its margins over psi."""
+
+    forms: Array
+    """(r, 2, 7, 3): shoulder and wrist, seven forms each, coefficients of cos psi, sin psi, 1."""
+    middle: Array
+    """(2, 3) middles of roll, tilt (with its offset), roll."""
+    half: Array
+    """(2, 3) half widths of their ranges."""
+    elbow_margin: Array
+    """(r,) the elbow's margin, the same at every psi."""
+
+    def rows(self, index: NDArray[np.intp]) -> MarginProblem:
+        """Some of the rows."""
+        return MarginProblem(self.forms[index], self.middle, self.half, self.elbow_margin[index])
+
+
+def margin_problem(
+    geometry: SrsGeometry, ranges: JointRanges, T: Array, triangle: ArmTriangle, branch: Array
+) -> MarginProblem:
+    """The problem of poses T (r, 4, 4) on branches (r, 3)."""
+    signs = np.asarray(branch, dtype=np.float64)
+    balls: BallForms = ball_forms(geometry, T, triangle, signs[:, 1])
+    rows, columns = np.array(_ENTRIES).T
+    forms = np.stack([np.moveaxis(f[:, :, rows, columns], 1, 2) for f in (balls.first, balls.last)], axis=1)
+    turn = signs[:, [0, 2], None]
+    forms[:, :, _X] *= turn
+    forms[:, :, _Y] *= turn
+    forms[:, :, _X2] *= -turn
+    forms[:, :, _Y2] *= turn
+    forms[:, :, _YA] *= -1.0
+    middle = np.stack([ranges.middle[0:3], ranges.middle[4:7]])
+    middle[:, 1] += geometry.first.offset, geometry.last.offset
+    half = np.minimum(np.stack([ranges.half[0:3], ranges.half[4:7]]), UNLIMITED)
+    q4 = elbow_angle(geometry, triangle, signs[:, 1])
+    elbow = np.minimum(ranges.half[3], UNLIMITED) - np.abs(wrap(q4 - ranges.middle[3]))
+    return MarginProblem(_with_sign(forms, signs), middle, half, elbow)
+
+
+def _with_sign(forms: Array, signs: Array) -> Array:
+    """The tilt's sign rides along as an eighth, constant form."""
+    sign = np.zeros((*forms.shape[:2], 1, 3))
+    sign[:, :, 0, 2] = signs[:, [0, 2]]
+    return np.concatenate([forms, sign], axis=2)
+
+
+def margins(problem: MarginProblem, psi: Array) -> Array:
+    """Margins (r, m, 7) [rad] of all joints at psi (r, m); aligned rolls share their sum evenly."""
+    weights = np.stack([np.cos(psi), np.sin(psi), np.ones_like(psi)], axis=1)
+    values = problem.forms.reshape(len(psi), 16, 3) @ weights
+    x, y, x2, y2, z, ya, xa, sign = np.moveaxis(values.reshape(len(psi), 2, 8, -1), 2, 0)
+    tilt = np.hypot(x, y)
+    aligned = tilt < ALIGNED
+    centre, half = problem.middle[:, :, None], problem.half[:, :, None]
+    out = np.empty((len(psi), 7, psi.shape[1]))
+    rolls = [_away(x, y, centre[:, 0]), _away(x2, y2, centre[:, 2])]
+    if aligned.any():
+        both = centre[:, 0] + np.where(z > 0.0, 1.0, -1.0) * centre[:, 2]
+        shared = np.abs(wrap(np.arctan2(ya, xa) - both)) / 2.0
+        rolls = [np.where(aligned, shared, roll) for roll in rolls]
+    away = (rolls[0], _away(z, sign * tilt, centre[:, 1]), rolls[1])
+    for i in range(3):
+        out[:, [i, i + 4]] = half[:, i] - away[i]
+    out[:, 3] = problem.elbow_margin[:, None]
+    return np.swapaxes(out, 1, 2)
+
+
+def _away(x: Array, y: Array, centre: Array) -> Array:
+    """|atan2(y, x) - centre|, wrapped, without losing digits near the centre."""
+    c, s = np.cos(centre), np.sin(centre)
+    away: Array = np.arctan2(np.abs(y * c - x * s), x * c + y * s)
+    return away
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Arcs:
+    """Closed intervals of psi [rad] for r rows: `start` in [-pi, pi], `end` >= start (beyond pi where it wraps).
+
+    Shaped (r, a) with NaN behind the last of a row; a whole circle is [-pi, pi]. Within an interval the joints move
+    without a jump: it is cut where a ball aligns and its rolls would change sides.
+    """
+
+    start: Array
+    end: Array
+
+    def of(self, row: int) -> tuple[tuple[float, float], ...]:
+        """The intervals of one row."""
+        found = zip(self.start[row].tolist(), self.end[row].tolist(), strict=True)
+        return tuple((a, b) for a, b in found if a == a)
+
+    @property
+    def empty(self) -> NDArray[np.bool_]:
+        """(r,) rows without any."""
+        none: NDArray[np.bool_] = np.isnan(self.start[:, 0])
+        return none
+
+
+def arcs_at_level(problem: MarginProblem, level: Array) -> Arcs:
+    """Where all seven margins are at least `level` (r,) [rad]: exact, by the crossings of each joint with its bound."""
+    soft, hard = _crossings(problem, level), _alignments(problem.forms)
+    seam = np.full((len(soft), 1), -np.pi)
+    cuts = np.concatenate([seam, soft, hard], axis=1)
+    order = np.argsort(cuts, axis=1, kind="stable")
+    cuts = np.take_along_axis(cuts, order, axis=1)
+    is_hard = (order >= 1 + soft.shape[1]) & (cuts > -np.pi)
+    ends = np.concatenate([cuts[:, 1:], np.full((len(cuts), 1), np.pi)], axis=1)
+    smallest = margins(problem, (cuts + ends) / 2.0).min(axis=2)
+    return _joined(cuts, ends, smallest >= level[:, None] - TOUCH, is_hard)
+
+
+def _joined(starts: Array, ends: Array, inside: NDArray[np.bool_], hard: NDArray[np.bool_]) -> Arcs:
+    """Neighbouring pieces that are inside, joined round the circle unless a hard cut lies between."""
+    opens = inside & (~np.roll(inside, 1, axis=1) | hard)
+    closes = inside & (~np.roll(inside, -1, axis=1) | np.roll(hard, -1, axis=1))
+    whole = inside.all(axis=1) & ~opens.any(axis=1)
+    opens[whole, 0], closes[whole, -1] = True, True
+    count = opens.sum(axis=1)
+    wide = max(int(count.max(initial=0)), 1)
+    start, end = np.full((len(starts), wide), np.nan), np.full((len(starts), wide), np.nan)
+    row, column = np.nonzero(opens)
+    place = (np.cumsum(opens, axis=1) - 1)[row, column]
+    start[row, place] = starts[row, column]
+    row, column = np.nonzero(closes)
+    rank = (np.cumsum(closes, axis=1) - 1)[row, column]
+    # where the first piece to close opened before the seam, every end moves one place back and that one turns over
+    turned = np.argmax(closes, axis=1) < np.argmax(opens, axis=1)
+    shift = rank - turned[row]
+    over = shift < 0
+    end[row, np.where(over, count[row] - 1, shift)] = ends[row, column] + 2.0 * np.pi * over
+    return Arcs(start, end)
+
+
+def _crossings(problem: MarginProblem, level: Array) -> Array:
+    """psi (r, 24) at which a joint crosses its bound; -pi where there is none."""
+    forms = problem.forms
+    steady = (np.abs(forms[:, :, [_X, _Y]]).sum(axis=(2, 3)) < ALIGNED)[..., None]
+    side = np.where(forms[:, :, _Z].sum(axis=2) > 0.0, 1.0, -1.0)
+    room = problem.half - level[:, None, None]
+    found = []
+    for joint, (x, y) in ((0, (_X, _Y)), (2, (_X2, _Y2))):
+        # a ball that stays aligned at every psi: the two rolls share one angle, half each
+        fx = np.where(steady, forms[:, :, _XA], forms[:, :, x])
+        fy = np.where(steady, forms[:, :, _YA], forms[:, :, y])
+        shared = problem.middle[:, 0] + side * problem.middle[:, 2]
+        centre = np.where(steady[..., 0], shared, problem.middle[:, joint])
+        reach = room[:, :, joint] * np.where(steady[..., 0], 2.0, 1.0)
+        for bound in (centre - reach, centre + reach):
+            c, s = np.cos(bound)[..., None], np.sin(bound)[..., None]
+            found.append(np.where((reach < np.pi)[..., None], _roots(fy * c - fx * s), np.nan))
+    reach = room[:, :, 1]
+    for bound in (problem.middle[:, 1] - reach, problem.middle[:, 1] + reach):
+        form = forms[:, :, _Z].copy()
+        form[..., 2] -= np.cos(bound)
+        found.append(np.where((reach < np.pi)[..., None], _roots(form), np.nan))
+    cuts = np.concatenate(found, axis=2).reshape(len(forms), -1)
+    return np.where(np.isnan(cuts), -np.pi, cuts)
+
+
+def _roots(form: Array) -> Array:
+    """psi (..., 2) in [-pi, pi) where a cos(psi) + b sin(psi) + c = 0; NaN where it never is; a touch counts."""
+    size = np.hypot(form[..., 0], form[..., 1])
+    level = -form[..., 2] / np.where(size > ALIGNED, size, np.nan)
+    near = np.where(np.abs(level) <= 1.0 + TOUCH, np.clip(level, -1.0, 1.0), np.nan)
+    middle, spread = np.arctan2(form[..., 1], form[..., 0]), np.arccos(near)
+    both = np.stack([middle - spread, middle + spread], axis=-1)
+    roots: Array = np.mod(both + np.pi, 2.0 * np.pi) - np.pi
+    return roots
+
+
+def _alignments(forms: Array) -> Array:
+    """psi (r, 4) at which the tilt of a ball passes 0 or half a turn, -pi where it does not."""
+    z = forms[:, :, _Z]
+    size, top = np.hypot(z[..., 0], z[..., 1]), np.arctan2(z[..., 1], z[..., 0])
+    out = np.full((len(forms), 2, 2), -np.pi)
+    moving = size > ALIGNED
+    out[..., 0] = np.where(moving & (z[..., 2] + size >= 1.0 - SQUARE_TOUCH), wrap(top), -np.pi)
+    out[..., 1] = np.where(moving & (z[..., 2] - size <= -1.0 + SQUARE_TOUCH), wrap(top + np.pi), -np.pi)
+    return out.reshape(len(forms), 4)

@@ -1,0 +1,49 @@
+"""The runs behind the report: both controllers on IST, and how the controllers rank when the model is wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from lwr_dyn.arm import Arm
+from lwr_dyn.control.by_name import CONTROLLERS, Tuning, controller_by_name
+from lwr_dyn.control.worst_case_inertia import worst_cases
+from lwr_dyn.motion import Reference, Run
+from lwr_dyn.simulation.metrics import Metrics, metrics
+from lwr_dyn.simulation.plant import loaded, scaled
+from lwr_dyn.simulation.simulate import simulate
+
+PLANTS = ("as modelled", "10 % heavier", "3 kg at the flange")
+"""What is really moved; the controllers always believe in the arm as modelled."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trial:
+    """One controller on one plant."""
+
+    controller: str
+    plant: str
+    run: Run
+    metrics: Metrics
+
+
+def plants(arm: Arm) -> dict[str, Arm]:
+    """The plants by name."""
+    return dict(zip(PLANTS, (arm, scaled(arm, 1.1), loaded(arm, 3.0)), strict=True))
+
+
+def trials(arm: Arm, reference: Reference) -> tuple[Trial, ...]:
+    """Every controller on every plant: PD in the paper's form, PID, inverse dynamics with feed-forward."""
+    inertia = [w.value for w in worst_cases(arm)]
+    out = []
+    for plant_name, plant in plants(arm).items():
+        for name in CONTROLLERS:
+            controller = controller_by_name(name, arm, Tuning(), inertia)
+            run = simulate(arm, controller, reference, plant=plant, meta={"task": "ist", "plant": plant_name})
+            out.append(Trial(name, plant_name, run, metrics(run, arm)))
+    return tuple(out)
+
+
+def ranking(found: Sequence[Trial], plant: str) -> tuple[Trial, ...]:
+    """The trials on a plant, smallest RMS error of the tip first."""
+    return tuple(sorted((t for t in found if t.plant == plant), key=lambda t: t.metrics.tip_rms_mm))

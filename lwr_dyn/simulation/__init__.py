@@ -1,0 +1,1 @@
+"""Closed loops in time: plant, sensors, integrators, position stops, the energy audit, and figures of merit."""

@@ -1,0 +1,126 @@
+"""Figures of merit of a run: errors joint by joint, error of the tip, torques and speeds against their limits."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+
+from lwr_dyn.arm import Arm
+from lwr_dyn.arrays import Array, read_only
+from lwr_dyn.errors import ShapeError
+from lwr_dyn.kinematics.forward import forward_kinematics
+from lwr_dyn.motion import Run
+
+MILLI = 1e3
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ErrorFigures:
+    """Of an error ref - actual over the samples, joint by joint (n,)."""
+
+    mean: Array
+    """Signed."""
+    mean_abs: Array
+    max: Array
+    min: Array
+    rms: Array
+
+    @classmethod
+    def of(cls, error: Array) -> ErrorFigures:
+        """Of errors (k, n), in their unit."""
+        size = np.abs(error)
+        rms = np.sqrt((error**2).mean(axis=0))
+        figures = (error.mean(axis=0), size.mean(axis=0), error.max(axis=0), error.min(axis=0), rms)
+        return cls(*(read_only(f) for f in figures))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Metrics:
+    """Position errors in mrad (mm for a sliding joint), velocity errors in mrad/s, the tip's in mm.
+
+    A use is a peak over its limit, NaN where the limit is unknown.
+    """
+
+    position_mrad: ErrorFigures
+    velocity_mrad_s: ErrorFigures
+    tip_max_mm: float
+    tip_rms_mm: float
+    peak_torque: Array
+    """Largest |tau_applied| [N m]."""
+    peak_command: Array
+    """Largest |tau_command| [N m]."""
+    torque_use: Array
+    peak_speed: Array
+    """[rad/s]"""
+    speed_use: Array
+    limit_margin: Array
+    """Least distance from the position limits [rad]; below 0 beyond one."""
+    saturated_s: Array
+    """Time in which the command was beyond the torque limit [s]."""
+
+    @property
+    def within_limits(self) -> bool:
+        """Whether torque, speed and position kept to every known limit, with no torque cut."""
+        uses = np.concatenate([self.torque_use, self.speed_use])
+        cut = bool((self.saturated_s > 0.0).any())
+        return bool((uses[~np.isnan(uses)] <= 1.0).all() and (self.limit_margin >= 0.0).all() and not cut)
+
+    def to_json(self) -> dict[str, Any]:
+        """The figures as JSON values; None for NaN and infinity."""
+        return {name: _json(value) for name, value in _items(self)} | {"within_limits": self.within_limits}
+
+
+def metrics(run: Run, arm: Arm) -> Metrics:
+    """Figures of merit of a run of `arm`: its limits and its kinematics are the measure.
+
+    Parameters
+    ----------
+    run : Run
+    arm : Arm
+
+    Raises
+    ------
+    ShapeError
+        The run is of an arm with another number of joints.
+    """
+    if run.n != arm.n:
+        raise ShapeError("run", f"{run.n} joints", f"{arm.n} joints, as {arm.name}")
+    command, effort = np.abs(run.tau_command), arm.effort
+    steps = np.diff(run.t, append=run.t[-1])  # the last torque is held for no time
+    tip = MILLI * np.linalg.norm(_tip(arm, run.q_ref) - _tip(arm, run.q), axis=-1)
+    peak_torque, peak_speed = np.abs(run.tau_applied).max(axis=0), np.abs(run.dq).max(axis=0)
+    return Metrics(
+        position_mrad=ErrorFigures.of(MILLI * (run.q_ref - run.q)),
+        velocity_mrad_s=ErrorFigures.of(MILLI * (run.dq_ref - run.dq)),
+        tip_max_mm=float(tip.max()),
+        tip_rms_mm=float(np.sqrt((tip**2).mean())),
+        peak_torque=read_only(peak_torque),
+        peak_command=read_only(command.max(axis=0)),
+        torque_use=_use(peak_torque, effort),
+        peak_speed=read_only(peak_speed),
+        speed_use=_use(peak_speed, arm.velocity),
+        limit_margin=read_only(np.minimum(run.q - arm.lower, arm.upper - run.q).min(axis=0)),
+        saturated_s=read_only(steps @ (command > effort)),
+    )
+
+
+def _tip(arm: Arm, q: Array) -> Array:
+    return forward_kinematics(arm.chain, q)[..., :3, 3]
+
+
+def _use(peak: Array, limit: Array) -> Array:
+    return read_only(np.where(np.isfinite(limit), peak / limit, np.nan))
+
+
+def _items(record: Metrics | ErrorFigures) -> list[tuple[str, Any]]:
+    return [(f.name, getattr(record, f.name)) for f in fields(record)]
+
+
+def _json(value: Any) -> Any:
+    if isinstance(value, ErrorFigures):
+        return {name: _json(inner) for name, inner in _items(value)}
+    if isinstance(value, np.ndarray):
+        return [_json(float(x)) for x in value]
+    return value if np.isfinite(value) else None

@@ -1,0 +1,112 @@
+"""The arm that is moved, which need not be the one the controller believes in."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from lwr_dyn.arm import Arm
+from lwr_dyn.arrays import Array
+from lwr_dyn.chain import Body, with_bodies, with_payload
+from lwr_dyn.dynamics.physical import unphysical_links
+from lwr_dyn.dynamics.protocol import Dynamics
+from lwr_dyn.dynamics.ungated import UngatedDynamics, ungated
+from lwr_dyn.errors import NotPhysicalError, OptionError
+
+FrictionLaw = Callable[[Array], Array]
+"""tau_friction(dq), (n,) -> (n,) [N m], smooth in dq; it opposes the motion: B ddq + C dq + g = tau - tau_friction."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Plant:
+    """An arm with its dynamics, friction and limits; a limit that is off or unknown is infinite."""
+
+    arm: Arm
+    dynamics: Dynamics
+    friction: FrictionLaw | None
+    lower: Array
+    upper: Array
+    effort: Array
+
+    @property
+    def n(self) -> int:
+        """Number of joints."""
+        return self.arm.n
+
+    @property
+    def raw(self) -> UngatedDynamics:
+        """The engine without the shape gate."""
+        return ungated(self.dynamics)
+
+    def at_limit(self, q: Array) -> Array:
+        """+1 at or above an upper limit, -1 at or below a lower one, else 0, (n,)."""
+        return (q >= self.upper).astype(np.float64) - (q <= self.lower)
+
+    def beyond(self, q: Array) -> NDArray[np.bool_]:
+        """Whether a joint is past a limit, (n,)."""
+        return np.asarray((q > self.upper) | (q < self.lower))
+
+    def cut(self, tau: Array) -> Array:
+        """The torque the motors can give, (n,)."""
+        return np.minimum(np.maximum(tau, -self.effort), self.effort)
+
+
+def plant_of(
+    arm: Arm,
+    dynamics: Dynamics,
+    friction: FrictionLaw | None = None,
+    saturate: bool = True,
+    position_limits: bool = True,
+    allow_unphysical: bool = False,
+) -> Plant:
+    """The plant of an arm.
+
+    Raises
+    ------
+    MissingDataError
+        The arm has no inertias.
+    NotPhysicalError
+        An inertia that no body can have, unless `allow_unphysical`.
+    """
+    bad = unphysical_links(arm.require_dynamics())
+    if bad and not allow_unphysical:
+        raise NotPhysicalError(f"{arm.name} ({arm.reading})", bad)
+    free = np.full(arm.n, np.inf)
+    return Plant(
+        arm, dynamics, friction,
+        lower=arm.lower if position_limits else -free,
+        upper=arm.upper if position_limits else free,
+        effort=arm.effort if saturate else free,
+    )  # fmt: skip
+
+
+def viscous_friction(arm: Arm) -> FrictionLaw | None:
+    """tau_friction = F_v dq from the viscous coefficients the arm's file gives; None where it gives none.
+
+    A joint without a coefficient has no friction here; dry friction is not part of this law.
+    """
+    if all(limit.viscous is None for limit in arm.limits):
+        return None
+    coefficients = np.array([0.0 if limit.viscous is None else limit.viscous for limit in arm.limits])
+    return lambda dq: coefficients * dq
+
+
+def loaded(arm: Arm, mass: float, com: ArrayLike = (0.0, 0.0, 0.0), inertia_com: Any = None) -> Arm:
+    """The arm with a payload welded to its flange: mass [kg], com (3,) [m] and inertia in the flange frame.
+
+    Give it to the plant alone and the payload is unknown to the controller; build the controller's dynamics on it
+    too and it is known. Raises `OptionError` for a negative mass, `ShapeError` for other shapes.
+    """
+    return arm.with_chain(with_payload(arm.chain, mass, com, inertia_com))
+
+
+def scaled(arm: Arm, factor: float) -> Arm:
+    """The arm with every mass and inertia multiplied by `factor`; raises `OptionError` unless it is above 0."""
+    if not (np.isfinite(factor) and factor > 0.0):
+        raise OptionError("mass factor", factor, "a number above 0")
+    bodies = [Body(factor * b.mass, b.com, factor * b.inertia_com) for b in arm.require_dynamics().bodies or ()]
+    return replace(arm, chain=with_bodies(arm.chain, bodies))

@@ -1,0 +1,154 @@
+"""`simulate`: an arm, a controller and a reference become a `Run` that says how it was made and audits itself."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from lwr_dyn.arm import Arm
+from lwr_dyn.control.protocol import Controller, describe, reset
+from lwr_dyn.dynamics.protocol import Dynamics
+from lwr_dyn.dynamics.selection import dynamics_of
+from lwr_dyn.errors import ShapeError
+from lwr_dyn.motion import Reference, Run
+from lwr_dyn.simulation.flow import Flow
+from lwr_dyn.simulation.log import Log
+from lwr_dyn.simulation.loops import Blowup, Progress, Sampling, run_continuous, run_sampled
+from lwr_dyn.simulation.plant import FrictionLaw, Plant, loaded, plant_of, viscous_friction
+from lwr_dyn.simulation.record import divergence, origin, run_of, versions
+from lwr_dyn.simulation.sensors import Encoder
+from lwr_dyn.simulation.settings import Settings, check_continuous, sampled_reference, start_state
+
+
+def simulate(
+    arm: Arm,
+    controller: Controller,
+    reference: Reference,
+    *,
+    rate: float = 1000.0,
+    method: str = "rk4",
+    substeps: int = 1,
+    rtol: float = 1e-12,
+    continuous: bool = False,
+    engine: str | Dynamics = "pinocchio",
+    plant: Arm | None = None,
+    payload: float = 0.0,
+    payload_com: ArrayLike = (0.0, 0.0, 0.0),
+    payload_inertia: ArrayLike | None = None,
+    friction: FrictionLaw | None = None,
+    encoder: Encoder | None = None,
+    saturate: bool = True,
+    position_limits: bool = True,
+    allow_unphysical: bool = False,
+    seed: int = 0,
+    duration: float | None = None,
+    q0: ArrayLike | None = None,
+    dq0: ArrayLike | None = None,
+    progress: Progress | None = None,
+    meta: Mapping[str, Any] | None = None,
+) -> Run:
+    """The closed loop over time: B ddq + C dq + g = sat(tau) - tau_friction, tau = controller(t, state, reference).
+
+    Parameters
+    ----------
+    arm : Arm
+        The robot as its controller knows it; also the plant unless `plant` is given.
+    controller : Controller
+        A function or object `f(t, q, dq, q_ref, dq_ref, ddq_ref) -> tau`.
+    reference : Reference
+    rate : float
+        Samples a second [Hz]: the controller is asked at them and its torque held between them.
+    method : {"rk4", "dop853"}
+        RK4 with `substeps` equal steps a sample, or adaptive with relative tolerance `rtol`.
+    continuous : bool
+        Ask the controller at every moment the integrator looks at; `rate` then only sets the samples of the run.
+    engine : str or Dynamics
+        The plant's engine: a name, or one already built for exactly this plant with its payload.
+    plant : Arm, optional
+        What is really moved: another reading, other masses.
+    payload, payload_com, payload_inertia
+        Mass [kg], centre (3,) [m] and inertia about it (3, 3) [kg m^2] of a load in the plant's flange frame. The
+        controller knows of it only if its own dynamics were built on `loaded(arm, ...)`.
+    friction : FrictionLaw, optional
+        The viscous coefficients of the plant's file, where it gives any, if not given.
+    encoder : Encoder, optional
+        What the controller sees; the true state if not given.
+    saturate, position_limits : bool
+        Cut torques at the effort limits; stop joints at their position limits, without bounce.
+    seed : int
+        Of the encoder's noise.
+    duration : float, optional
+        [s]; the reference's if not given.
+    q0, dq0 : (n,) array_like, optional
+        Where the run begins; on the reference if not given.
+    progress : callable, optional
+        Called with the share that is done.
+    meta : mapping, optional
+        JSON values that travel along in `run.meta["note"]`.
+
+    Returns
+    -------
+    Run
+        Samples from 0 to the duration; `run.meta["audit"]` holds the energy audit.
+
+    Raises
+    ------
+    OptionError, ShapeError
+        An option outside what is allowed, an array of the wrong shape, a start outside the limits.
+    MissingDataError, NotPhysicalError, UnknownNameError
+        An arm that cannot be simulated, an engine that does not exist.
+    DivergenceError
+        The motion cannot be followed; its `run` holds what was computed.
+    """
+    settings = Settings(rate, method, substeps, rtol, continuous, saturate, position_limits, allow_unphysical, seed)
+    moved = arm if plant is None else plant
+    if payload != 0.0:
+        moved = loaded(moved, payload, payload_com, payload_inertia)
+    body = _plant(moved, engine, friction, settings)
+    if continuous:
+        check_continuous(controller, encoder)
+    motion = sampled_reference(reference, settings.times(reference.duration if duration is None else duration), body.n)
+    start = start_state(body, motion, q0, dq0)
+    sensor = None if encoder is None else encoder.sensor(start[0], start[1], motion.t.size, rate, seed)
+    log, flow = Log.blank(motion, start, continuous), Flow(body, settings.integrator())
+    story = {
+        **origin(arm), "plant": origin(moved), "payload": _payload(payload, payload_com, payload_inertia),
+        "controller": describe(controller), "engine": engine if isinstance(engine, str) else type(engine).__name__,
+        "reference": {
+            "name": type(reference).__name__, "duration": float(reference.duration),
+            "about": dict(getattr(reference, "about", {})),
+        },
+        "options": asdict(settings), "encoder": None if encoder is None else asdict(encoder),
+        "friction": body.friction is not None, "seed": seed, "versions": versions(), "note": dict(meta or {}),
+    }  # fmt: skip
+    reset(controller)
+    try:
+        with np.errstate(over="ignore", invalid="ignore"):
+            if continuous:
+                run_continuous(flow, controller, reference, log, progress)
+            else:
+                fast = method == "rk4" and body.friction is None
+                run_sampled(flow, controller, log, Sampling(1 / rate, substeps, fast, sensor, progress))
+    except Blowup as end:
+        raise divergence(end.k, end.command, body, log, flow, story) from None
+    return run_of(body, log, flow, story)
+
+
+def _plant(arm: Arm, engine: str | Dynamics, friction: FrictionLaw | None, settings: Settings) -> Plant:
+    arm.require_dynamics()
+    dynamics = dynamics_of(arm, engine) if isinstance(engine, str) else engine
+    if dynamics.n != arm.n:
+        raise ShapeError("engine", f"{dynamics.n} joints", f"{arm.n} joints, as the plant has")
+    law = viscous_friction(arm) if friction is None else friction
+    return plant_of(arm, dynamics, law, settings.saturate, settings.position_limits, settings.allow_unphysical)
+
+
+def _payload(mass: float, com: ArrayLike, inertia: ArrayLike | None) -> dict[str, Any] | None:
+    if mass == 0.0:
+        return None
+    tensor = None if inertia is None else np.asarray(inertia, dtype=np.float64).tolist()
+    return {"mass": float(mass), "com": np.asarray(com, dtype=np.float64).tolist(), "inertia": tensor}

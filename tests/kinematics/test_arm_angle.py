@@ -1,0 +1,197 @@
+import time
+
+import numpy as np
+import pytest
+from kinematics.srs_arms import random_srs_arm
+from scipy.interpolate import CubicSpline
+
+import lwr_dyn
+from lwr_dyn.errors import OptionError, OutOfReachError, OutsideLimitsError, ShapeError
+from lwr_dyn.kinematics.arm_angle import FIRST_KNOTS, _smooth, best_arm_angle
+from lwr_dyn.kinematics.arm_angle_search import RESOLUTION, SLACK
+from lwr_dyn.kinematics.corridor import Break, Corridor, corridor, overlap
+from lwr_dyn.kinematics.srs import BRANCHES, arm_triangle, closed_form, joint_ranges
+from lwr_dyn.kinematics.srs_geometry import srs_geometry
+from lwr_dyn.kinematics.srs_limits import Arcs, margin_problem, margins
+from lwr_dyn.spatial import rot_z
+
+LWR = lwr_dyn.load("lwr4plus")
+TOOL = np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])
+IST_SECONDS = 1.0
+"""[s] Of the issue, for 1401 poses; measured about 0.1."""
+
+
+def ist(count=1401, rotation=TOOL):
+    """The paper's letters, written here once more: points of Table V, two semicircles of 0.075 m."""
+    x, p = -0.05, []
+    angle = np.linspace(0, np.pi, 200)
+    p += [(-0.45, 0.55), (-0.45, 0.25), (-0.35, 0.25)]
+    p += [(-0.35 + 0.075 * np.sin(a), 0.325 - 0.075 * np.cos(a)) for a in angle]
+    p += [(-0.35 - 0.075 * np.sin(a), 0.475 - 0.075 * np.cos(a)) for a in angle[1:]]
+    p += [(-0.2, 0.55), (-0.25, 0.55), (-0.25, 0.25)]
+    p = np.array(p)
+    length = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(p, axis=0), axis=1))])
+    keep = np.concatenate([[True], np.diff(length) > 0])
+    s = np.linspace(0, length[-1], count)
+    T = np.tile(np.eye(4), (count, 1, 1))
+    T[:, :3, :3] = rotation
+    T[:, 0, 3] = x
+    for column, values in ((1, p[:, 0]), (2, p[:, 1])):
+        T[:, column, 3] = np.interp(s, length[keep], values[keep])
+    return s, T
+
+
+def spinning(seed, turn, count=201):
+    """A flange that stays where it is and turns about its own axis."""
+    q = np.random.default_rng(seed).uniform(LWR.lower, LWR.upper) * 0.6
+    s = np.linspace(0, 1, count)
+    T = np.tile(lwr_dyn.forward_kinematics(LWR, q), (count, 1, 1))
+    T[:, :3, :3] = T[:, :3, :3] @ np.array([rot_z(x * turn) for x in s])
+    return s, T
+
+
+def kept(curve, s, T):
+    q = closed_form(srs_geometry(LWR.chain), joint_ranges(LWR), T, curve.evaluate(s)[0], curve.branch)
+    return q, np.minimum(q - LWR.lower, LWR.upper - q)
+
+
+def test_ist_keeps_1_2_degrees_at_joint_6_at_its_first_point():
+    s, T = ist()
+    best_arm_angle(LWR, s[:5], T[:5])
+    start = time.perf_counter()
+    curve = best_arm_angle(LWR, s, T)
+    assert time.perf_counter() - start < IST_SECONDS
+    assert np.degrees(curve.margin) == pytest.approx(1.2, abs=0.05)
+    assert (curve.joint, curve.at) == (5, 0.0)
+    assert curve.bound - SLACK - RESOLUTION <= curve.margin <= curve.bound
+    q, room = kept(curve, s, T)
+    assert room.min() == pytest.approx(curve.margin, abs=1e-12)
+    assert np.abs(np.diff(q, axis=0)).max() < 0.02  # 1 mm of path between
+
+
+@pytest.mark.parametrize(
+    ("axis", "degrees"),
+    [((1, 0, 0), 3.2), ((-1, 0, 0), 6.7), ((0, 0, -1), 12.6), ((0, -1, 0), 14.2), ((0, 0, 1), 14.2)],
+)
+def test_other_tool_directions_leave_the_limits_by_what_the_facts_say(axis, degrees):
+    z = np.array(axis, dtype=float)
+    rotation = np.column_stack([np.roll(z, 1), np.cross(z, np.roll(z, 1)), z])
+    s, T = ist(301, rotation)
+    with pytest.raises(OutsideLimitsError, match=r"leaves the limits of lwr4plus at s = .* joint_[46]") as caught:
+        best_arm_angle(LWR, s, T)
+    assert np.degrees(caught.value.excess) == pytest.approx(degrees, abs=0.1)
+
+
+@pytest.mark.parametrize(("seed", "turn"), [(3, 4.0), (5, 6.2)])
+def test_no_path_over_a_grid_of_arm_angles_does_better(seed, turn):
+    """Brute force: the widest path over a 1 deg grid on every branch, a step of 12 deg allowed between poses."""
+    s, T = spinning(seed, turn)
+    curve = best_arm_angle(LWR, s, T)
+    grid = np.broadcast_to(np.radians(np.arange(360.0)), (len(T), 360))
+    geometry, ranges, best = srs_geometry(LWR.chain), joint_ranges(LWR), -np.inf
+    for branch in BRANCHES:
+        signs = np.broadcast_to(branch, (len(T), 3))
+        margin = margins(margin_problem(geometry, ranges, T, arm_triangle(geometry, T), signs), grid).min(axis=2)
+        widest = margin[0]
+        for row in margin[1:]:
+            widest = np.minimum(row, np.max([np.roll(widest, i) for i in range(-12, 13)], axis=0))
+        best = max(best, widest.max())
+    assert curve.margin >= best - SLACK - RESOLUTION
+    assert curve.margin <= best + np.radians(1.0)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_curve_is_twice_differentiable_and_its_joints_do_not_jump(seed):
+    s, T = spinning(seed, 3.0)
+    curve = best_arm_angle(LWR, s, T)
+    fine = np.linspace(0, 1, 20001)
+    psi, slope, bend = curve.evaluate(fine)
+    h = fine[1]
+    assert np.abs(np.gradient(psi, h) - slope)[1:-1].max() < 1e-4 * (1 + np.abs(bend).max())
+    assert np.abs(np.diff(bend)).max() < 0.02 * (1 + np.abs(bend).max())
+    q, room = kept(curve, s, T)
+    assert room.min() >= 0
+    assert np.abs(np.diff(q, axis=0)).max() < 0.5
+    assert np.abs(np.diff(kept(best_arm_angle(LWR, s, T), s, T)[0] - q, axis=0)).max() == 0.0
+
+
+def test_a_turn_no_wrist_can_follow_is_told_apart_from_a_pose_outside():
+    s, T = spinning(0, 8.0)
+    with pytest.raises(OutsideLimitsError, match="without a jump") as caught:
+        best_arm_angle(LWR, s, T)
+    assert 0 < caught.value.at < 1
+    assert caught.value.excess > 0
+
+
+def test_out_of_reach_says_where_and_by_how_much():
+    s, T = ist(101)
+    T[60, 0, 3] = -3.0
+    with pytest.raises(OutOfReachError, match=r"s = 0\.82") as caught:
+        best_arm_angle(LWR, s, T)
+    assert caught.value.at == s[60]
+    w = T[60, :3, 3] - 0.078 * T[60, :3, 2]
+    assert caught.value.distance == pytest.approx(np.linalg.norm(w) - 0.79)
+
+
+def test_a_wrist_that_passes_the_axis_needs_another_reference():
+    s = np.linspace(-0.2, 0.2, 81)
+    T = np.tile(np.eye(4), (81, 1, 1))
+    T[:, 0, 3], T[:, 2, 3] = s, 0.7
+    with pytest.raises(OptionError, match="passes the line"):
+        best_arm_angle(LWR, s, T)
+    curve = best_arm_angle(LWR, s, T, reference=[0, 1, 0])
+    assert curve.margin > 0.5
+    assert curve.reference == pytest.approx([0, 1, 0])
+
+
+def test_bad_paths_are_named():
+    s, T = ist(11)
+    with pytest.raises(ShapeError, match="increasing"):
+        best_arm_angle(LWR, s[::-1], T)
+    with pytest.raises(ShapeError, match="k >= 2"):
+        best_arm_angle(LWR, s[:3], T)
+    with pytest.raises(OptionError, match="rotation"):
+        best_arm_angle(LWR, s, 2 * T - np.diag([0, 0, 0, 1.0]))
+
+
+def test_a_tight_place_between_the_poses_of_the_first_look_is_found():
+    s = np.arange(1401.0)
+    q = np.tile([0.3, 0.7, 0.2, -1.0, 0.4, 0.9, 0.1], (1401, 1))
+    q[:, 3] -= 1.05 * np.exp(-(((s - 10) / 3) ** 2))
+    curve = best_arm_angle(LWR, s, lwr_dyn.forward_kinematics(LWR, q))
+    assert (curve.at, curve.joint) == (10.0, 3)
+    assert curve.margin == pytest.approx(np.radians(120) - 2.05)
+    assert curve.bound == pytest.approx(curve.margin)
+
+
+def test_the_curve_stays_inside_a_corridor_that_winds_between_its_first_knots():
+    s = np.linspace(0, 2, 1401)
+    middle = np.sin(60 * s)
+    knots, values = _smooth(s, Corridor(middle - 0.01, middle + 0.01))
+    psi = CubicSpline(knots, values, bc_type="natural")(s)
+    assert np.abs(psi - middle).max() <= 0.01
+    assert len(knots) > FIRST_KNOTS
+
+
+def test_works_on_any_s_r_s_arm():
+    arm = random_srs_arm(11, (2.0, 3.0))
+    ranges = joint_ranges(arm)
+    q = ranges.middle + 0.3 * np.sin(np.linspace(0, 3, 101)[:, None] + np.arange(7))
+    s, T = np.linspace(0, 3, 101), lwr_dyn.forward_kinematics(arm, q)
+    assert best_arm_angle(arm, s, T).margin > 1.0
+
+
+def test_corridors_across_the_seam_are_unwrapped():
+    arcs = Arcs(np.array([[3.0], [-3.2], [-3.1]]), np.array([[3.3], [-2.8], [-2.5]]))
+    found = corridor(arcs)
+    assert isinstance(found, Corridor)
+    assert found.low == pytest.approx([3.0, 2 * np.pi - 3.2, 2 * np.pi - 3.1])
+
+
+def test_a_chain_that_ends_is_found():
+    nan = np.nan
+    arcs = Arcs(np.array([[0.0, 2.0], [0.1, nan], [2.0, nan]]), np.array([[1.0, 3.0], [0.9, nan], [3.0, nan]]))
+    assert corridor(arcs) == Break(2)
+    assert corridor(Arcs(np.array([[nan]]), np.array([[nan]]))) == Break(0)
+    assert overlap((0.0, 1.0), (2.0, 3.0))[0] == pytest.approx(-1.0)
+    assert overlap((-np.pi, np.pi), (3.0, 3.5))[0] == pytest.approx(0.5)

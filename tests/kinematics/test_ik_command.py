@@ -1,0 +1,63 @@
+import json
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import lwr_dyn
+from lwr_dyn.cli.ik import command
+
+POINT_1 = ["--rpy-deg", "-90,0,0"]
+
+
+def run(*arguments):
+    return CliRunner().invoke(command, ["lwr4plus", *arguments])
+
+
+@pytest.mark.parametrize("xyz", [["--xyz", "-0.05,-0.45,0.55"], ["--xyz=-0.05,-0.45,0.55"]])
+def test_all_branches_are_printed(xyz):
+    done = run(*xyz, *POINT_1)
+    assert done.exit_code == 0
+    assert "1.2027  joint_6  inside" in done.stdout
+    assert sum(line.startswith("arm angle inside limits") for line in done.stdout.splitlines()) == 8
+
+
+def test_json_is_one_object_whose_joints_meet_the_pose():
+    found = json.loads(run("--xyz", "-0.05,-0.45,0.55", "--rpy", "-1.5707963267948966,0,0", "--json").stdout)
+    assert (found["status"], found["complete"]) == ("solved", True)
+    for solution in found["solutions"]:
+        T = lwr_dyn.forward_kinematics(lwr_dyn.load("lwr4plus"), solution["q"])
+        assert np.abs(T - found["T"]).max() < 1e-12
+
+
+def test_out_of_reach_exits_1_with_one_line():
+    done = run("--xyz", "0,0,2", "--rpy", "0,0,0")
+    assert done.exit_code == 1
+    assert done.stderr == "lwr-dyn: lwr4plus: out of reach by 1.132 m\n"
+    assert done.stdout == ""
+
+
+def test_outside_limits_exits_1_and_names_the_joint():
+    done = run("--xyz", "-0.05,-0.25,0.25", "--rpy-deg", "90,0,0", "--json")
+    assert done.exit_code == 1
+    assert "joint_4 by 0.247839 rad (14.2001 deg) at any arm angle" in done.stderr
+    assert json.loads(done.stdout)["status"] == "outside limits"
+    done = run("--xyz", "-0.05,-0.45,0.55", *POINT_1, "--arm-angle-deg", "0")
+    assert done.exit_code == 1
+    assert "at this arm angle; at another it is inside" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--xyz", "0,0,1"], "neither given"),
+        (["--xyz", "0,0,1", "--rpy", "0,0,0", "--rpy-deg", "0,0,0"], "both given"),
+        (["--xyz", "0,0", "--rpy", "0,0,0"], "--xyz"),
+        (["--xyz", "0,0,nan", "--rpy", "0,0,0"], "--xyz"),
+        (["--xyz", "0,0,1", "--rpy", "0,0,0", "--arm-angle-deg", "nan"], "arm_angle"),
+    ],
+)
+def test_bad_input_is_an_error_of_this_package(arguments, said):
+    done = run(*arguments)
+    assert isinstance(done.exception, lwr_dyn.errors.LwrDynError)
+    assert said in str(done.exception)

@@ -1,0 +1,150 @@
+import numpy as np
+import pytest
+from arms import random_arm
+from hypothesis import given
+from hypothesis import strategies as st
+from kinematics.srs_arms import random_srs_arm
+
+import lwr_dyn
+from lwr_dyn.chain import link_frames
+from lwr_dyn.errors import OptionError, ShapeError
+from lwr_dyn.kinematics.srs import BRANCHES, _ball_angles, arm_triangle, closed_form, joint_ranges, wrap
+from lwr_dyn.kinematics.srs_best import best_angles
+from lwr_dyn.kinematics.srs_geometry import require_srs, srs_geometry
+from lwr_dyn.kinematics.srs_limits import margin_problem
+from lwr_dyn.spatial import rot_y, rot_z
+
+RESIDUAL = 1e-12
+"""Largest entry of FK(q) - T, as the issue asks."""
+LWR = lwr_dyn.load("lwr4plus")
+G, RANGES = srs_geometry(LWR.chain), joint_ranges(LWR)
+
+
+def fk(arm, q):
+    *_, pose = link_frames(arm.chain, q)
+    return pose
+
+
+def each_branch(T):
+    return np.repeat(T, 8, axis=0), np.tile(np.array(BRANCHES), (len(T), 1))
+
+
+def test_constants_are_read_off_the_chain():
+    assert G.lengths == pytest.approx((0.40, 0.39))
+    assert G.wrist_in_flange == pytest.approx([0, 0, -0.078])
+    assert (G.straight, G.first.offset, G.last.offset) == (0, 0, 0)
+
+
+def test_1000_random_poses_inside_the_limits_are_all_solved():
+    q = np.random.default_rng(7).uniform(LWR.lower, LWR.upper, (1000, 7))
+    T, signs = each_branch(fk(LWR, q))
+    best = best_angles(margin_problem(G, RANGES, T, arm_triangle(G, T), signs))
+    found = closed_form(G, RANGES, T, best.psi, signs)
+    assert np.abs(fk(LWR, found) - T).max() <= RESIDUAL
+    inside = ((found >= LWR.lower) & (found <= LWR.upper)).all(axis=1).reshape(1000, 8)
+    assert inside.any(axis=1).all()
+
+
+@given(st.integers(0, 10**6))
+def test_every_branch_of_any_such_arm_at_any_arm_angle_meets_the_pose(seed):
+    arm, rng = random_srs_arm(seed), np.random.default_rng(seed)
+    geometry, ranges = srs_geometry(arm.chain), joint_ranges(arm)
+    T, signs = each_branch(fk(arm, rng.uniform(-3, 3, (20, 7))))
+    psi = rng.uniform(-np.pi, np.pi, len(T))
+    q = closed_form(geometry, ranges, T, psi, signs)
+    assert np.abs(fk(arm, q) - T).max() <= RESIDUAL
+    tilts = np.stack(
+        [q[:, 1] + geometry.first.offset, q[:, 3] - geometry.straight, q[:, 5] + geometry.last.offset], axis=1
+    )
+    assert (np.sign(np.sin(tilts)) == signs).all()
+    assert (np.abs(q - ranges.middle) <= np.pi).all()
+
+
+def test_one_branch_and_arm_angle_give_back_the_positions_the_pose_came_from():
+    q = np.random.default_rng(3).uniform(LWR.lower, LWR.upper, (500, 7))
+    T = fk(LWR, q)
+    triangle = arm_triangle(G, T)
+    elbow = np.stack(list(link_frames(LWR.chain, q)))[2, :, :3, 3]
+    psi = np.arctan2(
+        np.einsum("ki,ki->k", elbow, np.cross(triangle.u, triangle.up)), np.einsum("ki,ki->k", elbow, triangle.up)
+    )
+    again = closed_form(G, RANGES, T, psi, np.sign(q[:, [1, 3, 5]]))
+    # the elbow direction of a nearly straight arm is read off short lengths
+    assert np.abs(wrap(again - q)).max() < 1e-9
+
+
+def test_zero_of_the_arm_angle_is_the_elbow_above_the_line_from_shoulder_to_wrist():
+    T = fk(LWR, np.array([[0.3, 0.9, 0.2, -1.2, 0.1, 0.7, 0.0]]))
+    up, side = (closed_form(G, RANGES, T, np.array([psi]), BRANCHES[0]) for psi in (0.0, np.pi / 2))
+    w = T[0, :3, 3] + T[0, :3, :3] @ G.wrist_in_flange
+    for q, direction in ((up, [0, 0, 1]), (side, np.cross(w, [0, 0, 1]))):
+        elbow = list(link_frames(LWR.chain, q))[2][0, :3, 3]
+        off = elbow - (elbow @ w) / (w @ w) * w
+        square = np.array(direction) - (np.array(direction) @ w) / (w @ w) * w
+        assert off @ square == pytest.approx(np.linalg.norm(off) * np.linalg.norm(square))
+
+
+@pytest.mark.parametrize("zero", [(1, 3, 5), (1,), (3,), (5,), (1, 3), (3, 5), (1, 5), range(7)])
+def test_aligned_joints_are_solved(zero):
+    q = np.random.default_rng(1).uniform(LWR.lower, LWR.upper, (50, 7))
+    q[:, list(zero)] = 0.0
+    T, signs = each_branch(fk(LWR, q))
+    for psi in (-2.0, 0.0, 1.0):
+        found = closed_form(G, RANGES, T, np.full(len(T), psi), signs)
+        assert np.abs(fk(LWR, found) - T).max() <= RESIDUAL
+
+
+@pytest.mark.parametrize("tilt", [1e-5, 1e-8, 1e-11, 1e-14])
+def test_nearly_aligned_joints_keep_the_residual(tilt):
+    q = np.random.default_rng(1).uniform(LWR.lower, LWR.upper, (50, 7))
+    q[:, [1, 5]] = tilt
+    T, signs = each_branch(fk(LWR, q))
+    found = closed_form(G, RANGES, T, np.full(len(T), 0.4), signs)
+    assert np.abs(fk(LWR, found) - T).max() <= RESIDUAL
+
+
+@pytest.mark.parametrize("tilt", [0.0, np.pi])
+@pytest.mark.parametrize("seed", range(5))
+def test_aligned_rolls_share_their_sum_evenly_between_their_ranges(tilt, seed):
+    a, c, *middle = np.random.default_rng(seed).uniform(-1, 1, 5)
+    M = rot_z(a) @ rot_y(tilt) @ rot_z(c)
+    roll, found_tilt, second = _ball_angles(M[None], G.first, np.ones(1), np.array(middle))[0]
+    assert rot_z(roll) @ rot_y(found_tilt) @ rot_z(second) == pytest.approx(M, abs=1e-12)
+    assert abs(wrap(roll - middle[0])) == pytest.approx(abs(wrap(second - middle[2])))
+
+
+def test_wrist_on_the_axis_of_joint_1_counts_from_x():
+    T = fk(LWR, np.array([[0.0, 0.6, 0.0, -1.2, 0.0, 0.3, 0.0]]))
+    w = T[0, :3, 3] + T[0, :3, :3] @ G.wrist_in_flange
+    T[0, :2, 3] -= w[:2]
+    triangle = arm_triangle(G, T)
+    assert triangle.up[0] == pytest.approx([1, 0, 0])
+    q = closed_form(G, RANGES, T, np.array([0.0]), BRANCHES[2])
+    elbow = list(link_frames(LWR.chain, q))[2][0, :3, 3]
+    assert elbow[0] > 0.1
+    assert abs(elbow[1]) < RESIDUAL
+    assert np.abs(fk(LWR, q) - T).max() <= RESIDUAL
+
+
+def test_another_reference_turns_the_zero_only():
+    T = fk(LWR, np.array([[0.3, 0.9, 0.2, -1.2, 0.1, 0.7, 0.0]]))
+    other = require_srs(LWR, [2.0, 0.0, 0.0])
+    up = arm_triangle(other, T).up[0]
+    old = arm_triangle(G, T)
+    psi = np.arctan2(up @ np.cross(old.u[0], old.up[0]), up @ old.up[0])
+    a = closed_form(other, RANGES, T, np.array([0.5]), BRANCHES[3])
+    b = closed_form(G, RANGES, T, np.array([0.5 + psi]), BRANCHES[3])
+    assert a == pytest.approx(b)
+
+
+def test_other_arms_are_refused():
+    with pytest.raises(OptionError, match="seven-joint"):
+        require_srs(random_arm(2, "RRRRRRR"))
+    assert srs_geometry(random_srs_arm(5).chain) is not None
+    assert srs_geometry(random_srs_arm(5, wrist_off_plane=0.01).chain) is None
+    assert srs_geometry(random_arm(2, "RRRRRR").chain) is None
+    assert srs_geometry(random_arm(2, "RRRPRRR").chain) is None
+    with pytest.raises(OptionError, match="not zero"):
+        require_srs(LWR, [0, 0, 0])
+    with pytest.raises(ShapeError):
+        require_srs(LWR, [0, 0])

@@ -1,0 +1,123 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from kinematics.srs_arms import random_srs_arm
+
+import lwr_dyn
+from lwr_dyn.arm import JointLimits
+from lwr_dyn.chain import link_frames
+from lwr_dyn.kinematics.srs import BRANCHES, arm_triangle, closed_form, joint_ranges, wrap
+from lwr_dyn.kinematics.srs_best import CERTAIN, best_angles
+from lwr_dyn.kinematics.srs_geometry import srs_geometry
+from lwr_dyn.kinematics.srs_limits import arcs_at_level, margin_problem, margins
+
+ROUNDING = 1e-9
+"""[rad] Margins by two routes; near an alignment a roll is worth fewer digits than 1e-15."""
+ON_THE_LIMIT = 1e-7
+"""[rad] At the end of an interval; where a joint only just touches its limit the crossing is a double root."""
+LWR = lwr_dyn.load("lwr4plus")
+
+
+def fk(arm, q):
+    *_, pose = link_frames(arm.chain, q)
+    return pose
+
+
+def problem_of(arm, q):
+    geometry, ranges = srs_geometry(arm.chain), joint_ranges(arm)
+    T = np.repeat(fk(arm, q), 8, axis=0)
+    signs = np.tile(np.array(BRANCHES), (len(q), 1))
+    return margin_problem(geometry, ranges, T, arm_triangle(geometry, T), signs), geometry, ranges, T, signs
+
+
+def inside(arcs, psi):
+    """Which psi (m,) lie in the intervals of each row."""
+    start, end = (np.nan_to_num(side, nan=np.inf)[:, None] for side in (arcs.start, arcs.end))
+    within = [(psi[:, None] + turn >= start) & (psi[:, None] + turn <= end) for turn in (0.0, 2 * np.pi)]
+    return (within[0] | within[1]).any(axis=2)
+
+
+@given(st.integers(0, 10**6))
+def test_margins_are_those_of_the_closed_form(seed):
+    arm, rng = random_srs_arm(seed), np.random.default_rng(seed)
+    problem, geometry, ranges, T, signs = problem_of(arm, rng.uniform(arm.lower, arm.upper, (5, 7)))
+    psi = rng.uniform(-np.pi, np.pi, len(T))
+    q = closed_form(geometry, ranges, T, psi, signs)
+    expected = ranges.half - np.abs(wrap(q - ranges.middle))
+    assert np.abs(margins(problem, psi[:, None])[:, 0] - expected).max() < ROUNDING
+
+
+@given(st.integers(0, 10**6), st.sampled_from([0.0, 0.3, -0.4]))
+def test_intervals_hold_exactly_the_arm_angles_that_keep_the_margin(seed, level):
+    arm, rng = random_srs_arm(seed), np.random.default_rng(seed)
+    problem, *_ = problem_of(arm, rng.uniform(arm.lower, arm.upper, (5, 7)))
+    psi = np.linspace(-np.pi, np.pi, 361)
+    smallest = margins(problem, np.broadcast_to(psi, (40, 361))).min(axis=2)
+    clear = np.abs(smallest - level) > ROUNDING
+    found = inside(arcs_at_level(problem, np.full(40, level)), psi)
+    assert (found == (smallest >= level))[clear].all()
+
+
+def test_ends_of_intervals_lie_on_a_limit_or_where_rolls_jump():
+    q = np.random.default_rng(5).uniform(LWR.lower, LWR.upper, (100, 7))
+    problem, *_ = problem_of(LWR, q)
+    arcs = arcs_at_level(problem, np.zeros(800))
+    for row in range(800):
+        for start, end in arcs.of(row):
+            assert end >= start
+            if end - start < 2 * np.pi:
+                at = margins(problem.rows(np.array([row])), np.array([[start, end]]))[0].min(axis=1)
+                assert np.abs(at).max() < ON_THE_LIMIT
+
+
+@pytest.mark.parametrize("half", [0.2, 0.8, 1.3])
+def test_stretched_arm_has_the_intervals_of_its_shared_rolls(half):
+    """Arm straight along the axis of joint 1: psi turns rolls 1 and 3 together, each takes half."""
+    narrow = JointLimits(-half, half)
+    arm = replace(LWR, limits=(narrow, *LWR.limits[1:2], narrow, *LWR.limits[3:]))
+    problem, geometry, ranges, T, signs = problem_of(arm, np.array([[0.1, 0, 0.05, 0, 0, 0.4, 0.3]]))
+    psi = np.linspace(-np.pi, np.pi, 400)
+    arcs = arcs_at_level(problem, np.zeros(8))
+    kept = []
+    for x in psi:
+        q = closed_form(geometry, ranges, T, np.full(8, x), signs)
+        kept.append((ranges.half - np.abs(wrap(q - ranges.middle))).min(axis=1) >= 0)
+    assert (inside(arcs, psi) == np.array(kept).T).all()
+    assert 0 < inside(arcs, psi).mean() < 1
+
+
+def test_an_interval_is_cut_where_a_ball_aligns():
+    """Wrist such that the shoulder's tilt passes zero at one psi: roll 1 jumps by half a turn there."""
+    free = replace(LWR, limits=(JointLimits(-3.1415, 3.1415),) * 7)
+    q = np.array([[0.4, 0.0, 0.3, -1.1, 0.2, 0.6, 0.1]])
+    problem, geometry, ranges, T, _ = problem_of(free, q)
+    arcs = arcs_at_level(problem, np.zeros(8))
+    ends = [e for b in range(8) for arc in arcs.of(b) for e in arc]
+    elbow = np.array(list(link_frames(free.chain, q)))[2, 0, :3, 3]
+    triangle = arm_triangle(geometry, T)
+    at = np.arctan2(elbow @ np.cross(triangle.u[0], triangle.up[0]), elbow @ triangle.up[0])
+    near = [abs((e - at + np.pi) % (2 * np.pi) - np.pi) for e in ends]
+    assert min(near) < ON_THE_LIMIT
+    jump = [closed_form(geometry, ranges, T[:1], np.array([at + d]), BRANCHES[0])[0, 0] for d in (-1e-4, 1e-4)]
+    assert abs(wrap(np.array(jump[1] - jump[0]))) == pytest.approx(np.pi, abs=1e-3)
+
+
+@given(st.integers(0, 10**6))
+def test_best_arm_angle_is_the_best_of_all(seed):
+    arm, rng = random_srs_arm(seed, (0.3, 2.0)), np.random.default_rng(seed)
+    problem, *_ = problem_of(arm, rng.uniform(-3, 3, (3, 7)))
+    best = best_angles(problem)
+    psi = np.linspace(-np.pi, np.pi, 721)
+    smallest = margins(problem, np.broadcast_to(psi, (24, 721))).min(axis=2).max(axis=1)
+    assert (best.margin >= smallest - CERTAIN).all()
+    assert arcs_at_level(problem, best.margin + 10 * CERTAIN).empty.all()
+    assert not arcs_at_level(problem, best.margin - 10 * CERTAIN).empty.any()
+
+
+def test_unknown_limits_and_ranges_of_more_than_a_turn_restrict_nothing():
+    free = replace(LWR, limits=(JointLimits(), JointLimits(-7.0, 7.0), JointLimits(lower=0.0)) + (JointLimits(),) * 4)
+    problem, *_ = problem_of(free, np.array([[0.4, 0.5, 0.3, -1.1, 0.2, 0.6, 0.1]]))
+    assert arcs_at_level(problem, np.zeros(8)).of(0) == ((-np.pi, np.pi),)

@@ -1,0 +1,153 @@
+"""What cannot be simulated is refused before anything moves, in one line that says what is allowed."""
+
+import numpy as np
+import pytest
+from sample_runs import controllers, joint_waves, lwr, lwr_dynamics, one_joint
+
+import lwr_dyn
+from lwr_dyn.chain import Body, with_bodies
+from lwr_dyn.errors import (
+    DivergenceError,
+    LwrDynError,
+    MissingDataError,
+    NotPhysicalError,
+    OptionError,
+    ShapeError,
+    UnknownNameError,
+)
+from lwr_dyn.motion import Run
+from lwr_dyn.simulation.plant import scaled
+from lwr_dyn.simulation.sensors import Encoder
+from lwr_dyn.simulation.simulate import simulate
+from lwr_dyn.simulation.swing import Rest, no_torque, swing
+
+OPTIONS = [
+    ("rate", 0.0), ("rate", -1.0), ("rate", np.nan), ("rate", np.inf), ("rate", "fast"), ("substeps", 0),
+    ("substeps", 1.5), ("rtol", 0.0), ("method", "euler"), ("duration", 0.0), ("duration", -1.0), ("duration", np.inf),
+    ("payload", -1.0), ("payload", np.nan), ("seed", -1), ("q0", np.full(7, 3.0)), ("q0", np.full(7, -3.0)),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "value"), OPTIONS)
+def test_an_option_outside_what_is_allowed(name, value):
+    with pytest.raises(OptionError, match=f"{name}.*allowed: ") as told:
+        simulate(lwr(), no_torque, joint_waves(), **{name: value})
+    assert "\n" not in str(told.value)
+
+
+@pytest.mark.parametrize(
+    "options",
+    [{"q0": np.zeros(6)}, {"dq0": [np.nan] * 7}, {"payload": 1.0, "payload_com": [0, 0]}, {"engine": "two joints"}],
+)
+def test_another_shape(options):
+    if "engine" in options:
+        options = {"engine": lwr_dyn.dynamics_of(one_joint())}
+    with pytest.raises(ShapeError):
+        simulate(lwr(), no_torque, joint_waves(), **options)
+
+
+def test_a_reference_for_another_arm():
+    with pytest.raises(ShapeError, match="reference"):
+        simulate(lwr(), no_torque, Rest(np.zeros(3), 1.0))
+
+
+@pytest.mark.parametrize("torque", [np.zeros(6), 0.0, np.zeros((1, 7)), "none", [[1.0], [2.0, 3.0]]])
+@pytest.mark.parametrize("continuous", [False, True])
+def test_a_controller_that_gives_something_else(torque, continuous):
+    with pytest.raises(ShapeError, match="torque of the controller"):
+        simulate(lwr(), lambda *state: torque, joint_waves(), duration=0.01, continuous=continuous)
+
+
+def test_a_list_of_numbers_is_a_torque():
+    run = simulate(lwr(), lambda *state: [1.0] * 7, joint_waves(), duration=0.01)
+    assert (run.tau_command == 1.0).all()
+
+
+def test_an_engine_that_does_not_exist():
+    with pytest.raises(UnknownNameError, match="pinocchio"):
+        simulate(lwr(), no_torque, joint_waves(), engine="ode")
+
+
+def test_an_arm_without_masses():
+    arm = lwr_dyn.load("lwr4")
+    with pytest.raises(MissingDataError, match="masses"):
+        simulate(arm, no_torque, Rest(np.zeros(arm.n), 1.0))
+
+
+def test_an_arm_that_cannot_be_is_refused_unless_asked_for():
+    bodies = list(lwr().chain.bodies)
+    bodies[2] = Body(1.0, np.zeros(3), np.diag([1.0, 1.0, 2.5]))
+    arm = lwr().with_chain(with_bodies(lwr().chain, bodies))
+    with pytest.raises(NotPhysicalError, match="link_3"):
+        swing(arm, duration=0.01, engine="newton-euler")
+    assert swing(arm, duration=0.01, engine="newton-euler", allow_unphysical=True).t.size == 11
+
+
+@pytest.mark.parametrize("option", [{"resolution": -1.0}, {"noise": -1.0}, {"noise": np.nan}])
+def test_an_encoder_that_cannot_be(option):
+    with pytest.raises(OptionError, match="encoder"):
+        Encoder(**option)
+
+
+def test_an_encoder_too_slow_for_the_loop():
+    with pytest.raises(OptionError, match="cut-off"):
+        simulate(lwr(), no_torque, joint_waves(), rate=100.0, encoder=Encoder(cutoff_hz=80.0))
+
+
+def test_continuous_needs_the_true_state_and_no_hidden_memory():
+    with pytest.raises(OptionError, match="encoder"):
+        simulate(lwr(), no_torque, joint_waves(), continuous=True, encoder=Encoder())
+
+    class Counting:
+        def reset(self): ...
+
+        def __call__(self, t, q, *reference):
+            return np.zeros_like(q)
+
+    with pytest.raises(OptionError, match="continuous"):
+        simulate(lwr(), Counting(), joint_waves(), continuous=True)
+
+
+@pytest.mark.parametrize("factor", [0.0, -1.0, np.nan])
+def test_masses_cannot_be_scaled_away(factor):
+    with pytest.raises(OptionError, match="mass factor"):
+        scaled(lwr(), factor)
+
+
+class TestDivergence:
+    @pytest.mark.parametrize("method", ["rk4", "dop853"])
+    @pytest.mark.parametrize("position_limits", [False, True])
+    def test_it_says_when_and_which_joint_and_keeps_what_there_was(self, method, position_limits):
+        def push_joint_6(t, q, dq, *reference):
+            return lwr_dynamics().gravity_vector(q) + np.where(np.arange(7) == 5, 1e3 * np.sign(dq) * (1 + dq**2), 0.0)
+
+        start = np.where(np.arange(7) == 5, 0.1, 0.0)
+        with pytest.raises(DivergenceError, match=r"t = 0\.\d+ s: joint_6") as told:
+            simulate(
+                lwr(), push_joint_6, joint_waves(), dq0=start, saturate=False, duration=1.0, method=method,
+                position_limits=position_limits, rtol=1e-6,
+            )  # fmt: skip
+        run = told.value.run
+        assert isinstance(run, Run)
+        assert run.t[-1] == told.value.t < 1.0
+        assert np.isfinite(run.q).all()
+        assert run.meta["diverged"]["joint"] == told.value.joint == "joint_6"
+        assert all(np.shape(w) == run.t.shape for w in run.work.values())
+
+    @pytest.mark.parametrize("continuous", [False, True])
+    @pytest.mark.parametrize("at", [0.0, 0.005, 0.02])
+    def test_a_torque_that_is_not_a_number(self, continuous, at):
+        def fails(t, q, *state):
+            return np.where((np.arange(7) == 2) & (t >= at), np.nan, 0.0)
+
+        with pytest.raises(DivergenceError, match="joint_3: torque command nan") as told:
+            simulate(lwr(), fails, joint_waves(), duration=0.02, continuous=continuous, method="rk4")
+        assert told.value.t == pytest.approx(at, abs=0.0011)
+        assert told.value.run.t[-1] == told.value.t
+        assert isinstance(told.value, LwrDynError)
+
+    def test_unstable_gains(self):
+        law = controllers()["inverse-dynamics"]
+        law.Kd = np.full(7, 5000.0)
+        with pytest.raises(DivergenceError, match="higher rate or lower gains"):
+            simulate(lwr(), law, joint_waves(), saturate=False, q0=joint_waves().middle + 0.01)

@@ -1,0 +1,67 @@
+"""Every run closes its books: 14 s of every controller, any arm, stops and friction included."""
+
+import numpy as np
+import pytest
+from arms import arms
+from hypothesis import given, settings
+from sample_runs import MIDDLE, Sinusoids, controllers, joint_waves, lwr, lwr_dynamics, with_limits
+
+import lwr_dyn
+from lwr_dyn.simulation.audit import TOLERANCE, audit
+from lwr_dyn.simulation.simulate import simulate
+from lwr_dyn.simulation.swing import swing
+
+
+@pytest.mark.parametrize("name", controllers())
+def test_fourteen_seconds_at_1_khz_with_rk4(name):
+    run = simulate(lwr(), controllers()[name], joint_waves())
+    found = audit(run, lwr_dynamics("newton-euler"))
+    assert len(run.t) == 14001
+    assert found.residual <= TOLERANCE
+    assert found.closes()
+    assert np.ptp(run.energy) > 1.0  # the arm was lifted and lowered
+    assert run.meta["audit"]["residual"] == found.residual
+
+
+@settings(max_examples=10)
+@given(arms)
+def test_any_arm_swings_freely(arm):
+    run = swing(arm, "speed", duration=0.05, rate=100.0)
+    assert audit(run, lwr_dyn.dynamics_of(arm, "newton-euler")).worst <= 1e-8 * max(1.0, np.abs(run.energy).max())
+
+
+@pytest.mark.parametrize("method", ["rk4", "dop853"])
+@pytest.mark.parametrize("continuous", [False, True])
+def test_with_friction_and_stops(method, continuous):
+    law = controllers()["inverse-dynamics"]
+    wave = joint_waves(0.3)
+    fast = Sinusoids(MIDDLE, 2 * wave.amplitude, 20 * wave.w, 0.3)
+    coefficients = np.array([2.0, 2.0, 0.5, 0.5, 0.02, 0.02, 0.01])
+    run = simulate(
+        lwr(), law, fast, plant=with_limits(lwr(), lower=-1.6, upper=1.35), friction=lambda dq: coefficients * dq,
+        rate=2000.0, method=method, continuous=continuous, rtol=1e-10, substeps=2,
+    )  # fmt: skip
+    assert {event.kind for event in run.events} >= {"stop", "release"}
+    assert run.work["friction"][-1] < -0.01
+    assert run.work["stop"][-1] < -1e-3
+    assert (np.diff(run.work["friction"]) <= 0).all()
+    assert (np.diff(run.work["stop"]) <= 0).all()
+    assert audit(run).residual <= 1e-8 * np.abs(run.work["actuator"]).max()
+    np.testing.assert_allclose(run.tau_friction, coefficients * run.dq)
+
+
+def test_viscous_coefficients_of_the_file_are_used():
+    arm = with_limits(lwr(), viscous=0.5)
+    run = simulate(arm, controllers()["inverse-dynamics"], joint_waves(0.1))
+    np.testing.assert_allclose(run.tau_friction, 0.5 * run.dq)
+    assert run.work["friction"][-1] < 0
+    assert run.meta["friction"] is True
+
+
+def test_the_arm_held_at_rest_stays_still():
+    law, wave = controllers()["pd-gravity"], joint_waves(1.0)
+    still = Sinusoids(MIDDLE, 0 * wave.amplitude, wave.w, 1.0)
+    run = simulate(lwr(), law, still)
+    assert np.abs(run.q - MIDDLE).max() <= 1e-14  # g of one algorithm against another's: 1e-15 N m
+    assert np.abs(run.dq).max() <= 1e-13
+    assert audit(run).worst <= 1e-12

@@ -1,0 +1,153 @@
+"""What a run holds: what made it, saturation, mismatch, payload, sensors, progress."""
+
+import json
+
+import numpy as np
+import pytest
+from sample_runs import MIDDLE, WORST_CASE, Sinusoids, controllers, joint_waves, lwr, lwr_dynamics, with_limits
+
+import lwr_dyn
+from lwr_dyn.control.inverse_dynamics import InverseDynamics
+from lwr_dyn.control.pid import PID
+from lwr_dyn.motion import Run
+from lwr_dyn.simulation.audit import audit
+from lwr_dyn.simulation.metrics import metrics
+from lwr_dyn.simulation.plant import loaded, scaled
+from lwr_dyn.simulation.sensors import Encoder
+from lwr_dyn.simulation.simulate import simulate
+
+
+def test_saturation_is_kept_and_logged():
+    arm = with_limits(lwr(), effort=20.0)
+    run = simulate(arm, controllers()["pd-gravity"], joint_waves(0.5), q0=MIDDLE + 0.05)
+    assert (np.abs(run.tau_command) > 20.0).any()
+    np.testing.assert_array_equal(run.tau_applied, np.clip(run.tau_command, -20.0, 20.0))
+    free = simulate(arm, controllers()["pd-gravity"], joint_waves(0.5), q0=MIDDLE + 0.05, saturate=False)
+    np.testing.assert_array_equal(free.tau_applied, free.tau_command)
+    assert not np.allclose(free.q, run.q)
+
+
+def test_anti_windup_shortens_the_overshoot():
+    """A step too large for the motors: with the limits known to the controller the integral does not run away."""
+    arm = with_limits(lwr(), effort=30.0, lower=-9.0, upper=9.0)
+    still = Sinusoids(MIDDLE, np.zeros(7), np.ones(7), 3.0)
+    Kp, Kd = 2500 * WORST_CASE, 100 * WORST_CASE
+    knowing, blind = (PID(Kp, Kd, limit, dynamics=lwr_dynamics()) for limit in (arm.effort, np.full(7, np.inf)))
+    start = MIDDLE - 0.4 * np.eye(7)[0]
+    overshoot = [simulate(arm, law, still, q0=start).q[:, 0].max() for law in (knowing, blind)]
+    assert overshoot[0] < 0.5 * overshoot[1]
+
+
+def test_feed_forward_on_the_exact_model_tracks():
+    run = simulate(lwr(), controllers()["inverse-dynamics"], joint_waves(), duration=3.0)
+    assert metrics(run, lwr()).tip_max_mm < 0.01
+
+
+def test_a_heavier_plant_and_a_payload_are_felt():
+    law, wave = controllers()["inverse-dynamics"], joint_waves(2.0)
+    exact, heavy, unknown = (
+        metrics(simulate(lwr(), law, wave, **options), lwr()).tip_max_mm
+        for options in ({}, {"plant": scaled(lwr(), 1.1)}, {"payload": 3.0, "payload_com": (0.0, 0.0, 0.05)})
+    )
+    carrying = loaded(lwr(), 3.0, (0.0, 0.0, 0.05))
+    told = InverseDynamics(lwr_dyn.dynamics_of(carrying), 2500, 100)
+    known = simulate(lwr(), told, wave, payload=3.0, payload_com=(0.0, 0.0, 0.05))
+    assert 100 * exact < heavy < unknown
+    assert metrics(known, lwr()).tip_max_mm == pytest.approx(exact, rel=0.2)
+    assert audit(known, lwr_dyn.dynamics_of(carrying, "newton-euler")).closes()
+
+
+def test_the_run_file_says_what_made_it(tmp_path):
+    other = lwr_dyn.load("lwr4plus", "physical")
+    made = simulate(
+        lwr(), controllers()["pid"], joint_waves(0.05), plant=other, payload=1.5, encoder=Encoder.of_bits(16), seed=7,
+        meta={"task": "waves"}, rate=500.0,
+    )  # fmt: skip
+    made.save(tmp_path / "run.npz")
+    run = Run.load(tmp_path / "run.npz")
+    told = run.meta
+    assert json.loads(json.dumps(told)) == told
+    assert (told["robot"], told["reading"], told["digest"]) == ("lwr4plus", "computed", lwr().digest)
+    assert told["plant"]["reading"] == "physical"
+    assert told["payload"] == {"mass": 1.5, "com": [0.0, 0.0, 0.0], "inertia": None}
+    assert told["controller"]["name"] == "pid"
+    assert len(told["controller"]["parameters"]["Ki"]) == 7
+    assert told["options"]["rate"] == 500.0
+    assert told["encoder"]["resolution"] == pytest.approx(2 * np.pi / 65536)
+    assert told["seed"] == 7
+    assert set(told["versions"]) == {"lwr_dyn", "numpy", "scipy", "pin"}
+    assert told["note"] == {"task": "waves"}
+    assert told["audit"]["residual"] <= 1e-9
+    np.testing.assert_array_equal(run.q, made.q)
+
+
+def test_samples_are_on_the_grid_and_the_last_torque_is_there():
+    run = simulate(lwr(), controllers()["pd-gravity"], joint_waves(0.0105), rate=1000.0)
+    np.testing.assert_array_equal(run.t, np.arange(12) / 1000)
+    law, asked = controllers()["pd-gravity"], joint_waves().sample(run.t)
+    for k in (0, 5, 11):
+        tau = law(run.t[k], run.q[k], run.dq[k], asked.q[k], asked.dq[k], asked.ddq[k])
+        np.testing.assert_allclose(run.tau_command[k], tau, rtol=0, atol=1e-12)
+
+
+def test_runs_repeat_bit_by_bit_and_controllers_start_afresh():
+    law = controllers()["pid"]
+    a, b = (simulate(lwr(), law, joint_waves(0.1), encoder=Encoder(1e-5, 1e-5), seed=3) for _ in range(2))
+    c = simulate(lwr(), law, joint_waves(0.1), encoder=Encoder(1e-5, 1e-5), seed=4)
+    np.testing.assert_array_equal(a.q, b.q)
+    assert (a.q != c.q).any()
+
+
+def test_substeps_bring_the_integrator_nearer_to_the_reference():
+    law, wave = controllers()["pd-gravity"], joint_waves(0.1)
+    options = {"dq0": np.full(7, 0.5)}
+    best = simulate(lwr(), law, wave, method="dop853", **options).q
+    gaps = [np.abs(simulate(lwr(), law, wave, substeps=m, **options).q - best).max() for m in (1, 2)]
+    assert gaps[1] < gaps[0] / 8
+
+
+def test_progress_goes_from_little_to_all():
+    shares = []
+    simulate(lwr(), controllers()["pd-gravity"], joint_waves(0.5), progress=shares.append)
+    assert len(shares) == 100
+    assert shares == sorted(shares)
+    assert shares[-1] == 1.0
+
+
+class TestEncoder:
+    def measured(self, encoder, seed=0):
+        seen = []
+
+        def watch(t, q, dq, *reference):
+            seen.append((q.copy(), dq.copy()))
+            return lwr_dynamics().gravity_vector(q)
+
+        run = simulate(lwr(), watch, joint_waves(0.3), dq0=np.full(7, 0.2), encoder=encoder, seed=seed)
+        q, dq = np.array(seen).transpose(1, 0, 2)
+        return run, q, dq
+
+    def test_counts(self):
+        run, q, _ = self.measured(Encoder(resolution=1e-3))
+        np.testing.assert_allclose(q / 1e-3, np.round(q / 1e-3), atol=1e-9)
+        assert 0.4e-3 < np.abs(q - run.q).max() <= 0.5e-3 + 1e-12
+
+    def test_noise_has_its_deviation_and_its_seed(self):
+        run, q, _ = self.measured(Encoder(noise=1e-3), seed=5)
+        assert (q - run.q).std() == pytest.approx(1e-3, rel=0.05)
+        assert np.abs((q - run.q).mean()) < 1e-4
+        np.testing.assert_array_equal(self.measured(Encoder(noise=1e-3), seed=5)[1], q)
+
+    def test_velocity_is_the_filtered_difference(self):
+        run, q, dq = self.measured(Encoder(cutoff_hz=100.0))
+        np.testing.assert_array_equal(q, run.q)
+        pole, v = np.exp(-2 * np.pi * 0.1), run.dq[0]
+        for k in range(1, len(q)):
+            v = pole * v + (1 - pole) * (q[k] - q[k - 1]) * 1000.0
+            np.testing.assert_allclose(dq[k], v, rtol=0, atol=1e-10)
+        assert np.abs(dq - run.dq).max() > 1e-4  # it lags
+
+    def test_a_loop_closed_through_an_encoder_still_closes_its_books(self):
+        law = controllers()["inverse-dynamics"]
+        run = simulate(lwr(), law, joint_waves(0.5), encoder=Encoder.of_bits(20, 1e-6), seed=1)
+        assert audit(run).closes()
+        assert np.abs(run.q - run.q_ref).max() < 1e-3
