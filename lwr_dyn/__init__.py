@@ -16,15 +16,34 @@ __version__ = VERSION
 if TYPE_CHECKING:
     from lwr_dyn.front import dynamics_of as dynamics_of
     from lwr_dyn.front import forward_kinematics as forward_kinematics
+    from lwr_dyn.front import inverse_kinematics as inverse_kinematics
     from lwr_dyn.front import load as load
     from lwr_dyn.front import readings as readings
+    from lwr_dyn.front import replay as replay
     from lwr_dyn.front import robots as robots
+    from lwr_dyn.front import simulate as simulate
     from lwr_dyn.front import urdf_text as urdf_text
+    from lwr_dyn.motion import Run as Run
 
-__all__ = ["dynamics_of", "forward_kinematics", "load", "readings", "robots", "urdf_text"]
+__all__ = [
+    "Run",
+    "dynamics_of",
+    "forward_kinematics",
+    "inverse_kinematics",
+    "load",
+    "readings",
+    "replay",
+    "robots",
+    "simulate",
+    "urdf_text",
+]
 
 
 def __getattr__(name: str) -> Any:
+    if name == "Run":
+        from lwr_dyn import motion
+
+        return motion.Run
     if name in __all__:
         from lwr_dyn import front
 

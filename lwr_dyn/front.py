@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,7 +14,10 @@ from lwr_dyn.errors import OptionError, UnknownNameError
 if TYPE_CHECKING:
     from lwr_dyn.arm import Arm
     from lwr_dyn.arrays import Array
+    from lwr_dyn.control.protocol import Controller
     from lwr_dyn.dynamics.protocol import Dynamics
+    from lwr_dyn.kinematics.inverse import InverseResult
+    from lwr_dyn.motion import Reference, Run
 
 
 def robots() -> tuple[str, ...]:
@@ -93,3 +97,44 @@ def forward_kinematics(arm: Arm, q: ArrayLike) -> Array:
     from lwr_dyn.kinematics import forward
 
     return forward.forward_kinematics(arm.chain, q)
+
+
+def inverse_kinematics(arm: Arm, T: ArrayLike, **options: Any) -> InverseResult:
+    """Joint positions for a pose T (4, 4) of the flange: all branches, limits told apart from reach.
+
+    Options and errors are those of `lwr_dyn.kinematics.inverse.inverse_kinematics`.
+
+    >>> arm = load("lwr4plus")
+    >>> inverse_kinematics(arm, forward_kinematics(arm, [0.1, 0.5, 0.0, -1.0, 0.2, 0.4, 0.0])).status
+    'solved'
+    """
+    from lwr_dyn.kinematics import inverse
+
+    return inverse.inverse_kinematics(arm, T, **options)
+
+
+def simulate(arm: Arm, controller: Controller, reference: Reference, **options: Any) -> Run:
+    """The closed loop over time as a `Run`; options and errors are those of `lwr_dyn.simulation.simulate.simulate`."""
+    from lwr_dyn.simulation.simulate import simulate as run_simulation
+
+    return run_simulation(arm, controller, reference, **options)
+
+
+def replay(runs: Run | Sequence[Run], path: str | Path, **options: Any) -> None:
+    """One HTML page, no network, that replays runs in 3D; options are those of `lwr_dyn.viewer.html.replay_html`.
+
+    The arms are those that the runs name. Raises `FileAccessError`, `UnknownNameError` (a run of an unknown robot).
+    """
+    from lwr_dyn.motion import Run
+    from lwr_dyn.viewer.html import write_replay
+
+    several = [runs] if isinstance(runs, Run) else list(runs)
+    write_replay(path, several, [arm_of(run) for run in several], **options)
+
+
+def arm_of(run: Run) -> Arm:
+    """The arm a run was made with, from its record; raises as `load`, and `OptionError` when the run names none."""
+    robot, reading = run.meta.get("file") or run.meta.get("robot"), run.meta.get("reading")
+    if not isinstance(robot, str):
+        raise OptionError("run", "does not say of which robot it is", "a run made by simulate")
+    return load(robot, None if robot.endswith(".urdf") else reading)

@@ -28,6 +28,11 @@ class Verdict:
         """
         return self.value <= self.tolerance if self.bound == "at most" else self.value > self.tolerance
 
+    @property
+    def word(self) -> str:
+        """The verdict in a word."""
+        return "holds" if self.holds else "FAILS"
+
 
 @dataclass(frozen=True, slots=True)
 class Report:

@@ -37,10 +37,7 @@ def _print_json(report: Report) -> None:
 
 
 def _print_table(report: Report) -> None:
-    rows = [
-        (v.name, f"{v.value:.3g}", f"{v.bound} {v.tolerance:.3g}", v.unit, "holds" if v.holds else "FAILS")
-        for v in report.verdicts
-    ]
+    rows = [(v.name, f"{v.value:.3g}", f"{v.bound} {v.tolerance:.3g}", v.unit, v.word) for v in report.verdicts]
     click.echo(f"{report.robot}, reading {report.reading}")
     click.echo(table(rows, ("check", "value", "allowed", "unit", "verdict")))
     for note in report.notes:

@@ -44,7 +44,7 @@ def command(
     if not serve and (port is not None or browser):
         raise OptionError("--port, --browser", "given without --serve", "only with --serve")
     runs = [Run.load(path) for path in run_files]
-    arms = [arm_of(run, path) for run, path in zip(runs, run_files, strict=True)]
+    arms = [_arm_of(run, path) for run, path in zip(runs, run_files, strict=True)]
     layout = "beside" if beside else "overlaid"
     if html is not None:
         from lwr_dyn.viewer.html import write_replay
@@ -65,9 +65,9 @@ def command(
             click.echo("closed", err=True)
 
 
-def arm_of(run: Run, path: Path) -> Arm:
-    """The arm a run file says it is of; raises `FileAccessError` when it does not say, and as `front.load`."""
-    robot, reading = run.meta.get("robot"), run.meta.get("reading")
-    if not isinstance(robot, str) or not isinstance(reading, str | None):
-        raise FileAccessError(str(path), "does not say of which robot it is", "a run file of lwr-dyn simulate")
-    return front.load(robot, None if robot.endswith(".urdf") else reading)
+def _arm_of(run: Run, path: Path) -> Arm:
+    try:
+        return front.arm_of(run)
+    except OptionError:
+        fault, allowed = "does not say of which robot it is", "a run file of lwr-dyn simulate"
+        raise FileAccessError(str(path), fault, allowed) from None

@@ -27,7 +27,7 @@ TASKS = ("ist", "point-to-point", "hold")
 
 def _options(command: Any) -> Any:
     """The options of the command, grouped by what they are about."""
-    flag = {"is_flag": True}
+    flag: dict[str, Any] = {"is_flag": True}
     for option in reversed(
         (
             click.option("--task", type=click.Choice(TASKS), default="ist", show_default=True),

@@ -148,7 +148,7 @@ def _best_on_line(
     if kind is JointKind.PRISMATIC:
         middle = np.array([low, (low + up) / 2, up])
         values = sign * diagonal(recursion, i, _moved(q, j, middle))
-        return middle[np.argmax(values, axis=-1)]
+        return np.asarray(middle[np.argmax(values, axis=-1)])
     nodes = 2 * np.pi * np.arange(5) / 5
     samples = sign * diagonal(recursion, i, _moved(q, j, nodes))
     wave = np.array([np.ones(5), np.cos(nodes), np.sin(nodes), np.cos(2 * nodes), np.sin(2 * nodes)])

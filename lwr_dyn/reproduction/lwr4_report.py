@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 from lwr_dyn.assembly import arm_from_paper
 from lwr_dyn.files import make_folder, write_folder
@@ -21,7 +22,7 @@ def reproduce(folder: str | Path) -> Outcome:
         for name, route in (("full_product", e.wrist_full), ("vector_route", e.wrist_short))
     }
     matrices = {f"A{i + 1}": str(m.tolist()) for i, m in enumerate(e.matrices)}
-    record = {"matrices": matrices, "identical_to_printed": list(e.identical), "wrist": routes}
+    record: dict[str, Any] = {"matrices": matrices, "identical_to_printed": list(e.identical), "wrist": routes}
     record |= {"routes_agree": e.routes_agree, "tool": e.tool, "holds": e.holds}
     text = _text(e)
     files = model_files(arm_from_paper(open_paper("lwr4")))

@@ -13,9 +13,15 @@ from lwr_dyn.errors import OptionError
 from lwr_dyn.files import make_folder, write_file, write_folder
 from lwr_dyn.papers.catalog import open_paper, readings
 from lwr_dyn.reproduction.lwr4plus import GainCell, InertiaRow, errata_that_matter, table_iv, table_vi
-from lwr_dyn.reproduction.lwr4plus_errors import TIMINGS, ErrorTable, error_table, fit_arm_angle
+from lwr_dyn.reproduction.lwr4plus_errors import TIMINGS, ErrorTable, error_table, fit_arm_angle, velocity_rows
 from lwr_dyn.reproduction.lwr4plus_runs import Trial, trials
-from lwr_dyn.reproduction.lwr4plus_text import error_tables_text, ranking_text, table_iv_text, table_vi_text
+from lwr_dyn.reproduction.lwr4plus_text import (
+    error_tables_text,
+    ranking_text,
+    table_iv_text,
+    table_vi_text,
+    velocity_rows_text,
+)
 from lwr_dyn.reproduction.outcome import Outcome
 from lwr_dyn.tasks.ist import ist_reference
 from lwr_dyn.text import json_text, table
@@ -68,6 +74,7 @@ def reproduce(folder: str | Path, timing: str = "smooth", fit: bool = False, say
         name: [error_table(arm, name, t, angle) for angle in angles for t in TIMINGS]
         for name in ("table_vii", "table_viii")
     }
+    velocity = velocity_rows(min(errors["table_viii"], key=lambda t: t.distance), arm)
     say("controllers on three plants")
     found = trials(arm, ist_reference(arm, timing))
     say("plots and replay")
@@ -78,12 +85,13 @@ def reproduce(folder: str | Path, timing: str = "smooth", fit: bool = False, say
             table_iv_text(inertias),
             table_vi_text(gains),
             *(error_tables_text(tables) for tables in errors.values()),
+            velocity_rows_text(velocity),
             ranking_text(found),
         ]
     )
     holds = all(r.holds for r in reports) and all(r.reproduced("computed") for r in inertias)
     holds = holds and all(g.reproduced or g.fits for g in gains)
-    record = _record(reports, inertias, gains, errors, found) | {"holds": holds}
+    record = _record(reports, inertias, gains, errors, found) | {"velocity_rows": velocity, "holds": holds}
     write_folder(place, {"tables.txt": text + "\n", "results.json": json_text(record) + "\n"})
     return Outcome(holds, text, record)
 
@@ -95,13 +103,9 @@ def _models_and_checks(place: Path) -> list[Report]:
         arm = arm_from_paper(paper)
         write_folder(place / "models", model_files(arm))
         report = check_arm(arm, paper)
-        rows = [
-            (v.name, f"{v.value:.3g}", f"{v.tolerance:.3g}", v.unit, "holds" if v.holds else "FAILS")
-            for v in report.verdicts
-        ]
-        lines.append(
-            f"{arm.name}, reading {reading}\n{table(rows, ('check', 'value', 'tolerance', 'unit', 'verdict'))}"
-        )
+        rows = [(v.name, f"{v.value:.3g}", f"{v.tolerance:.3g}", v.unit, v.word) for v in report.verdicts]
+        text = table(rows, ("check", "value", "tolerance", "unit", "verdict"))
+        lines.append(f"{arm.name}, reading {reading}\n{text}")
         reports.append(report)
     write_file(place / "checks.txt", "\n\n".join(lines) + "\n")
     return reports
@@ -110,9 +114,8 @@ def _models_and_checks(place: Path) -> list[Report]:
 def _check_line(report: Report) -> str:
     failed = [v.name for v in report.verdicts if not v.holds]
     kept = len(report.verdicts) - len(failed)
-    return f"check {report.robot}, reading {report.reading}: {kept} hold" + (
-        f", FAIL: {', '.join(failed)}" if failed else ""
-    )
+    faults = f", FAIL: {', '.join(failed)}" if failed else ""
+    return f"check {report.robot}, reading {report.reading}: {kept} hold{faults}"
 
 
 def _pictures(place: Path, found: tuple[Trial, ...]) -> None:

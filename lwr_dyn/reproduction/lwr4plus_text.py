@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from lwr_dyn.control.worst_case_inertia import WorstCase
 from lwr_dyn.reproduction.lwr4plus import GainCell, InertiaRow, errata_that_matter, in_paper_angles
@@ -60,6 +60,13 @@ def error_tables_text(found: Sequence[ErrorTable]) -> str:
     ]
     lines.append(table(cells, ("cell", "printed", "recomputed", "of row range", "verdict")))
     return "\n".join(lines)
+
+
+def velocity_rows_text(distances: Mapping[str, float]) -> str:
+    """How the velocity block of Table VIII is to be read."""
+    words = ", ".join(f"{name} {x:.2f}" for name, x in distances.items())
+    nearest = min(distances, key=lambda name: distances[name])
+    return f"Table VIII, velocity maxima and minima, RMS miss over row range: {words}; nearer: {nearest}"
 
 
 def ranking_text(found: Sequence[Trial]) -> str:

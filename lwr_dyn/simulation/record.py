@@ -25,7 +25,8 @@ PACKAGES = ("lwr_dyn", "numpy", "scipy", "pin")
 
 def origin(arm: Arm) -> dict[str, Any]:
     """Which robot, as JSON values."""
-    return {"robot": arm.name, "reading": arm.reading, "digest": arm.digest, "errata": list(arm.errata)}
+    about = {"robot": arm.name, "reading": arm.reading, "digest": arm.digest, "errata": list(arm.errata)}
+    return {**about, "file": arm.file or None}
 
 
 def versions() -> dict[str, str]:
