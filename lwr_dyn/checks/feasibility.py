@@ -12,7 +12,7 @@ import numpy as np
 
 from lwr_dyn.arm import Arm
 from lwr_dyn.checks.verdict import Verdict
-from lwr_dyn.dynamics.physical import ROUNDING
+from lwr_dyn.physical import ROUNDING
 from lwr_dyn.spatial import principal_moments
 
 THICKNESS = 0.12

@@ -12,10 +12,10 @@ from numpy.typing import ArrayLike, NDArray
 from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import Array
 from lwr_dyn.chain import Body, with_bodies, with_payload
-from lwr_dyn.dynamics.physical import unphysical_links
 from lwr_dyn.dynamics.protocol import Dynamics
 from lwr_dyn.dynamics.ungated import UngatedDynamics, ungated
 from lwr_dyn.errors import NotPhysicalError, OptionError
+from lwr_dyn.physical import unphysical_links
 
 FrictionLaw = Callable[[Array], Array]
 """tau_friction(dq), (n,) -> (n,) [N m], smooth in dq; it opposes the motion: B ddq + C dq + g = tau - tau_friction."""

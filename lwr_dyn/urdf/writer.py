@@ -12,6 +12,7 @@ from xml.sax.saxutils import quoteattr
 
 from lwr_dyn.arm import Arm, Joint
 from lwr_dyn.chain import Body, ChainLink
+from lwr_dyn.physical import unphysical_links
 from lwr_dyn.spatial import Pose, to_rpy
 from lwr_dyn.urdf.geometry import COLOURS, Primitive, primitives
 from lwr_dyn.urdf.text import comment, numbers
@@ -110,6 +111,7 @@ def header(arm: Arm) -> list[str]:
         f"source file sha256: {arm.digest or 'none'}",
         f"{GRAVITY}{numbers(arm.chain.gravity)}",
         "inertials: about the centre of mass, axes of the link frame; every number's source is in the .provenance.json",
+        f"inertias that no body can have: {', '.join(unphysical_links(arm.chain)) or 'none'}",
         "rotor inertia: not part of the links' inertials; see the .srdf, the drake: tags and the MJCF .xml",
         f"{UNKNOWN_LIMITS}{', '.join(unknown) or 'nothing'}",
         "visual and collision shapes: drawn by lwr_dyn, not from the source",

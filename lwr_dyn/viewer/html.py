@@ -24,7 +24,7 @@ from lwr_dyn.files import write_file
 from lwr_dyn.motion import Run
 from lwr_dyn.version import VERSION
 from lwr_dyn.viewer import scene
-from lwr_dyn.viewer.shown import Shown, shown_runs
+from lwr_dyn.viewer.shown import Shown, facts, shown_runs
 
 SERIES_BUDGET = 4_300_000
 """Bytes the series of all runs may take in the page; beyond, samples are left out, and the page says so."""
@@ -114,7 +114,7 @@ def run_record(shown: Shown, stride: int = 1) -> dict[str, Any]:
     return {
         "label": shown.label,
         "colour": shown.colour,
-        "facts": [[key, str(run.meta[key])] for key in ("robot", "reading", "controller", "task") if run.meta.get(key)],
+        "facts": [[name, value] for name, value in facts(run).items()],
         "joints": [
             {"name": j.name, "kind": j.kind.value, "origin": scene.column_major(j.origin)} for j in arm.joints()
         ],

@@ -79,7 +79,8 @@ def torque_figure(runs: Sequence[Run], arms: Arm | Sequence[Arm], labels: Sequen
         panel.set_visible(False)
     for panel in grid[max(0, arm.n - 2) : arm.n]:
         panel.tick_params(labelbottom=True)
-    figure.supxlabel("time [s]", fontsize=9)
+    for panel in grid[max(0, arm.n - 2) : arm.n]:
+        panel.set_xlabel("time [s]", fontsize=9)
     figure.suptitle("applied torque and its limits")
     figure.legend(*grid[0].get_legend_handles_labels(), loc="outside lower center", ncols=len(shown), frameon=False)
     return figure

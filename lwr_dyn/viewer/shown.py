@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -91,5 +91,15 @@ def _shown(run: Run, arm: Arm, label: str, colour: str) -> Shown:
 
 
 def _labels(runs: Sequence[Run]) -> list[str]:
-    plain = [str(run.meta.get("controller") or "run") for run in runs]
+    plain = [facts(run).get("controller", "run") for run in runs]
     return [name if plain.count(name) == 1 else f"{name} {plain[: i + 1].count(name)}" for i, name in enumerate(plain)]
+
+
+def facts(run: Run) -> dict[str, str]:
+    """What a page says of a run: robot, reading, the controller's name, the task, the plant where it is named."""
+    meta, note = run.meta, run.meta.get("note") or {}
+    controller = meta.get("controller")
+    name = controller.get("name") if isinstance(controller, Mapping) else controller
+    found = {"robot": meta.get("robot"), "reading": meta.get("reading"), "controller": name}
+    found |= {key: note.get(key, meta.get(key)) for key in ("task", "plant")}
+    return {key: value for key, value in found.items() if isinstance(value, str) and value}

@@ -11,8 +11,8 @@ from tolerances import EXACT, METRES
 
 import lwr_dyn
 from lwr_dyn.checks.feasibility import feasibility_verdicts
-from lwr_dyn.dynamics.physical import unphysical_links
 from lwr_dyn.errors import UrdfError
+from lwr_dyn.physical import unphysical_links
 
 ROBOTS = Path(pin.__file__).parents[4] / "share" / "example-robot-data" / "robots"
 STATES = 100

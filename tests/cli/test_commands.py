@@ -6,20 +6,6 @@ import sys
 
 import pytest
 
-from lwr_dyn.cli.main import main
-
-
-@pytest.fixture
-def lwr_dyn_command(capsys):
-    def run(*arguments):
-        with pytest.raises(SystemExit) as stop:
-            main(list(arguments))
-        out, err = capsys.readouterr()
-        return stop.value.code, out, err
-
-    return run
-
-
 BAD = {
     "no such robot": (("check", "kuka"), "no robot named 'kuka'"),
     "no such reading": (("check", "lwr4plus", "--reading", "real"), "no reading of lwr4plus named 'real'"),
@@ -111,11 +97,11 @@ def test_new_never_overwrites(lwr_dyn_command, tmp_path):
     assert "exists already; allowed: a new file" in err
 
 
-@pytest.mark.parametrize("paper", ["lwr4", "lwr4plus"])
-def test_reproduce_as_json(lwr_dyn_command, paper):
-    code, out, _ = lwr_dyn_command("reproduce", paper, "--json")
+def test_reproduce_the_exercise(lwr_dyn_command, tmp_path):
+    code, out, _ = lwr_dyn_command("reproduce", "lwr4", "--out", str(tmp_path / "o"), "--json")
     assert code == 0
-    assert json.loads(out)
+    assert json.loads(out)["tool"] == pytest.approx([-0.3, -0.39, -0.05])
+    assert {p.name for p in (tmp_path / "o").iterdir()} >= {"exercise.txt", "results.json", "lwr4.urdf"}
 
 
 def test_every_command_has_help_and_symbols_print(lwr_dyn_command):

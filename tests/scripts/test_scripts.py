@@ -13,6 +13,10 @@ EXAMPLES = {
     "dynamics_two_roads.py": (["--states", "20"], "coriolis_matrix  largest difference"),
     "own_arm.py": (["--out", "my.toml"], "torque that holds it"),
     "build_models.py": (["--check"], "fresh: "),
+    "own_controller.py": ([], "tip error at most 0.00"),
+    "compare_controllers.py": ([], "3 kg payload    1. pid"),
+    "swing.py": (["--seconds", "0.5"], "upright at rest: an equilibrium, the arm should stay: an equilibrium"),
+    "replay_ist.py": (["--out", "ist.html"], "wrote ist.html"),
 }
 NOT_EXAMPLES = {"benchmark.py", "soak.py"}
 """Run by hand; their parts are tested where they live."""

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 import lwr_dyn
 from lwr_dyn.chain import Body, with_bodies, with_payload
-from lwr_dyn.dynamics.physical import is_physical, unphysical_links
+from lwr_dyn.physical import is_physical, unphysical_links
 from lwr_dyn.spatial import from_rpy
 
 TENSORS = {

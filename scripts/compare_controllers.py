@@ -1,0 +1,41 @@
+"""Controllers on IST, on the arm they believe in and on two they do not: ranked by the RMS error of the tip."""
+
+from __future__ import annotations
+
+import argparse
+
+import lwr_dyn
+from lwr_dyn.control.by_name import CONTROLLERS, controller_by_name
+from lwr_dyn.simulation.metrics import metrics
+from lwr_dyn.simulation.plant import loaded, scaled
+from lwr_dyn.tasks.ist import ist_reference
+
+
+def main(arguments: list[str] | None = None) -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--timing", default="smooth", help="constant, quintic, smooth or smooth-blended")
+    parser.add_argument("--payload", type=float, default=3.0, help="kg at the flange, unknown to the controllers")
+    parser.add_argument("--heavier", type=float, default=1.1, help="factor on all masses, unknown to the controllers")
+    options = parser.parse_args(arguments)
+
+    arm = lwr_dyn.load("lwr4plus")
+    reference = ist_reference(arm, options.timing)
+    controllers = {name: controller_by_name(name, arm) for name in CONTROLLERS}
+    plants = {
+        "as modelled": arm,
+        f"{options.heavier:g} x heavier": scaled(arm, options.heavier),
+        f"{options.payload:g} kg payload": loaded(arm, options.payload),
+    }
+    for plant_name, plant in plants.items():
+        found = []
+        for name, controller in controllers.items():
+            run = lwr_dyn.simulate(arm, controller, reference, plant=plant)
+            found.append((metrics(run, arm), name, run.meta["audit"]["residual"]))
+        for place, (m, name, audit) in enumerate(sorted(found, key=lambda x: x[0].tip_rms_mm), start=1):
+            kept = "limits kept" if m.within_limits else "LIMITS NOT KEPT"
+            errors = f"tip RMS {m.tip_rms_mm:8.4f} mm, max {m.tip_max_mm:8.4f} mm"
+            print(f"{plant_name:15s} {place}. {name:17s} {errors}, {kept}, audit {audit:.0e} J")
+
+
+if __name__ == "__main__":
+    main()

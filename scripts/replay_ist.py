@@ -1,0 +1,27 @@
+"""Two controllers draw IST; one page replays both, without a network: python scripts/replay_ist.py --out ist.html."""
+
+from __future__ import annotations
+
+import argparse
+
+import lwr_dyn
+from lwr_dyn.control.by_name import controller_by_name
+from lwr_dyn.tasks.ist import ist_reference
+
+
+def main(arguments: list[str] | None = None) -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--controllers", nargs="+", default=["pd-gravity", "inverse-dynamics"])
+    parser.add_argument("--reading", help="of the plant and of the controllers' model")
+    parser.add_argument("--out", default="ist.html")
+    options = parser.parse_args(arguments)
+
+    arm = lwr_dyn.load("lwr4plus", options.reading)
+    reference = ist_reference(arm)
+    runs = [lwr_dyn.simulate(arm, controller_by_name(name, arm), reference) for name in options.controllers]
+    lwr_dyn.replay(runs, options.out, title="KUKA LWR 4+ draws IST")
+    print(f"wrote {options.out}: open it in a browser, no network needed")
+
+
+if __name__ == "__main__":
+    main()

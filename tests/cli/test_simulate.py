@@ -1,0 +1,103 @@
+"""`lwr-dyn simulate` and `reproduce`: what they write, and one line for every bad input, nothing half-written."""
+
+import json
+
+import pytest
+
+from lwr_dyn.motion import Run
+from lwr_dyn.papers.template import template
+
+SHORT = ("--task", "hold", "--from-deg", "0,30,0,-60,0,30,0", "--duration", "0.05")
+
+BAD = {
+    "rate": (("--rate", "0"), "rate: 0.0; allowed: a number above 0"),
+    "substeps": (("--substeps", "0"), "substeps: 0; allowed: a whole number from 1 on"),
+    "gains": (("--omega-n", "-5"), "omega_n: -5.0; allowed: a number above 0"),
+    "integral gain": (("--controller", "pid", "--ki", "-1"), "Ki"),
+    "payload": (("--payload", "-3"), "payload mass: -3.0; allowed: a number >= 0"),
+    "mass factor": (("--plant-scale", "0"), "mass factor: 0.0; allowed: a number above 0"),
+    "duration": (("--duration", "-1"), "durations: -1.0; allowed: a number from 1e-09"),
+    "encoder": (("--encoder-bits", "99"), "--encoder-bits: 99; allowed: a whole number from 1 to 40"),
+    "velocity filter": (("--encoder-bits", "12", "--velocity-cutoff", "900"), "below 500 Hz"),
+    "seed": (("--seed", "-1"), "seed: -1; allowed: a whole number from 0 on"),
+    "controller": (("--controller", "fuzzy"), "'fuzzy' is not one of 'pd-gravity', 'pid', 'inverse-dynamics'"),
+    "plant": (("--plant-reading", "real"), "no reading of lwr4plus named 'real'"),
+    "folder that is not there": (("--out", "none/run.npz"), "none/run.npz: cannot write in none"),
+    "other ending": (("--out", "run.txt"), "run.txt: does not end in .npz; allowed: a path that ends in .npz"),
+    "outside the limits": (("--from-deg", "0,130,0,0,0,0,0"), "joint_2"),
+    "no start": (("--task", "point-to-point"), "--from-deg: not given"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_bad_options_get_one_line(name, lwr_dyn_command, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    options, message = BAD[name]
+    start = ("--task", "point-to-point") if name == "no start" else SHORT
+    code, out, err = lwr_dyn_command("simulate", "lwr4plus", *start, *options)
+    assert (code, out) == (2, "")
+    assert err.count("\n") == 1
+    assert message in err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_path_that_leaves_the_limits_says_where(lwr_dyn_command):
+    code, _, err = lwr_dyn_command("simulate", "lwr4plus", "--arm-angle-deg", "0")
+    assert code == 2
+    assert "at t = " in err
+    assert "point (" in err
+    assert "joint_6" in err
+
+
+def test_a_run_file_carries_what_made_it_and_loads(lwr_dyn_command, tmp_path):
+    target = tmp_path / "run.npz"
+    options = ("--controller", "pid", "--payload", "2", "--encoder-bits", "16", "--seed", "3", "--out", str(target))
+    code, out, _ = lwr_dyn_command("simulate", "lwr4plus", *SHORT, *options, "--json")
+    assert code == 0
+    record = json.loads(out)
+    assert {"mean", "mean_abs", "max", "min", "rms"} <= set(record["metrics"]["position_mrad"])
+    run = Run.load(target)
+    meta = run.meta
+    assert (meta["robot"], meta["reading"], meta["seed"]) == ("lwr4plus", "computed", 3)
+    assert meta["controller"]["name"] == "pid"
+    assert meta["payload"]["mass"] == 2.0
+    assert meta["options"]["rate"] == 1000.0
+    assert len(meta["digest"]) == 64
+    assert {"lwr_dyn", "numpy", "pin"} <= set(meta["versions"])
+    assert abs(meta["audit"]["residual"]) < 1e-9
+
+
+def test_a_diverging_run_says_when_and_keeps_what_there_was(lwr_dyn_command, tmp_path):
+    target = tmp_path / "run.npz"
+    options = ("--omega-n", "3000", "--no-saturation", "--controller", "inverse-dynamics", "--encoder-noise", "1e-3")
+    # a loop far faster than its samples cannot be held
+    code, _, err = lwr_dyn_command("simulate", "lwr4plus", *SHORT[:-1], "1", *options, "--out", str(target))
+    assert code == 2
+    assert "the simulation diverges at t = " in err
+    assert "joint_" in err
+    kept = Run.load(target)
+    assert 1 < kept.t.size < 1001
+
+
+def test_an_arm_that_cannot_exist_is_refused_unless_asked_for(lwr_dyn_command, tmp_path):
+    own = tmp_path / "own.toml"
+    text = template("own.toml", "own", "RR").replace("[0, 0, 0.004]]", "[0, 0, 0.03]]")
+    own.write_text(text)
+    move = ("--task", "point-to-point", "--from-deg", "0,0", "--to-deg", "20,-10", "--duration", "0.1")
+    move = (*move, "--controller", "inverse-dynamics")
+    code, _, err = lwr_dyn_command("simulate", str(own), *move)
+    assert code == 2
+    assert "own (printed): the inertia of link_1, link_2 is not physical" in err
+    assert lwr_dyn_command("simulate", str(own), *move, "--allow-unphysical")[0] == 0
+    assert "inertias that no body can have: link_1, link_2" in lwr_dyn_command("urdf", str(own))[1]
+
+
+def test_reproduce_into_a_folder_that_cannot_be_made(lwr_dyn_command, tmp_path):
+    (tmp_path / "file").write_text("mine")
+    code, _, err = lwr_dyn_command("reproduce", "lwr4", "--out", str(tmp_path / "file" / "x"))
+    assert code == 2
+    assert err.count("\n") == 1
+    assert "allowed: a directory that can be made and written" in err
+    code, _, err = lwr_dyn_command("reproduce", "lwr4plus", "--timing", "slow", "--out", str(tmp_path / "x"))
+    assert "timing: 'slow'; allowed: constant, quintic, smooth" in err
+    assert [p.name for p in tmp_path.iterdir()] == ["file"]
