@@ -1,0 +1,93 @@
+"""The full counts of what the tests only sample: prints a table; exit 1 when a line fails. Takes some minutes."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+import lwr_dyn
+from lwr_dyn.checks.report import check_arm
+from lwr_dyn.kinematics.inverse import inverse_kinematics
+from lwr_dyn.papers.catalog import open_paper
+from lwr_dyn.tasks.ist import TIMINGS, ist_reference
+
+ROOT = Path(__file__).resolve().parent.parent
+EXACT, METRES = 1e-12, 1e-12
+
+Line = Callable[[], tuple[str, bool]]
+
+
+def properties() -> tuple[str, bool]:
+    """Every hypothesis property, 2000 examples each."""
+    environment = os.environ | {"LWR_DYN_HYPOTHESIS": "soak"}
+    command = [sys.executable, "-m", "pytest", "-q", "-m", "hypothesis", "tests"]
+    done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True)
+    return done.stdout.strip().splitlines()[-1], done.returncode == 0
+
+
+def checks() -> tuple[str, bool]:
+    """Every robot and reading over 100 000 states."""
+    failed, worst = [], 0.0
+    for robot in lwr_dyn.robots():
+        for reading in lwr_dyn.readings(robot):
+            report = check_arm(lwr_dyn.load(robot, reading), open_paper(robot, reading), states=100_000, seed=1)
+            failed += [f"{robot} {reading}: {v.name}" for v in report.verdicts if not v.holds]
+            worst = max([worst, *(v.value for v in report.verdicts if "road A - road B" in v.name)])
+    return f"roads differ by {worst:.1e} relative at most; failed: {', '.join(failed) or 'none'}", not failed
+
+
+def poses() -> tuple[str, bool]:
+    """Closed-form inverse kinematics of the LWR over 20 000 random poses inside the limits."""
+    arm, rng = lwr_dyn.load("lwr4plus"), np.random.default_rng(5)
+    solved, residual = 0, 0.0
+    for q in rng.uniform(arm.lower, arm.upper, (20_000, arm.n)):
+        T = lwr_dyn.forward_kinematics(arm, q)
+        found = inverse_kinematics(arm, T)
+        solved += found.status == "solved"
+        back = [np.abs(lwr_dyn.forward_kinematics(arm, s.q) - T).max() for s in found.solutions]
+        residual = max([residual, *map(float, back)])
+    return f"{solved} of 20000 solved, residual {residual:.1e}", solved == 20_000 and residual <= METRES
+
+
+def runs() -> tuple[str, bool]:
+    """The energy audit of every controller, timing and reading on IST."""
+    from lwr_dyn.control.by_name import CONTROLLERS, controller_by_name
+
+    worst, count = 0.0, 0
+    for reading in lwr_dyn.readings("lwr4plus"):
+        arm = lwr_dyn.load("lwr4plus", reading)
+        for timing in TIMINGS:
+            reference = ist_reference(arm, timing)
+            for name in CONTROLLERS:
+                run = lwr_dyn.simulate(arm, controller_by_name(name, arm), reference)
+                worst, count = max(worst, run.meta["audit"]["residual"]), count + 1
+    return f"{count} runs of 14 s, audit residual {worst:.1e} J at most", worst <= 1e-9
+
+
+LINES: dict[str, Line] = {"properties": properties, "checks": checks, "poses": poses, "runs": runs}
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("lines", nargs="*", help=f"which to run: {', '.join(LINES)} (all if not given)")
+    options = parser.parse_args()
+    good = True
+    print("| what | result | verdict | s |\n|---|---|---|---|")
+    for name in options.lines or LINES:
+        start = time.perf_counter()
+        result, holds = LINES[name]()
+        good = good and holds
+        seconds = time.perf_counter() - start
+        print(f"| {LINES[name].__doc__} | {result} | {'holds' if holds else 'FAILS'} | {seconds:.0f} |", flush=True)
+    return 0 if good else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
