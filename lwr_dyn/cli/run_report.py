@@ -4,7 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from lwr_dyn.arm import Arm
+from lwr_dyn.control.sampled_damping import UNSTABLE, sampled_damping
+from lwr_dyn.dynamics.selection import dynamics_of
 from lwr_dyn.motion import Run
 from lwr_dyn.simulation.metrics import Metrics, metrics
 from lwr_dyn.text import table
@@ -29,7 +33,21 @@ def run_text(run: Run, arm: Arm) -> str:
     lines.append(
         f"energy: change {audit['energy_change']:.6g} J; work [J]: {channels}; residual {audit['residual']:.2g}"
     )
+    lines += _chatter(run, arm)
     return "\n".join(lines)
+
+
+def _chatter(run: Run, arm: Arm) -> list[str]:
+    """A note where a torque damping is too strong for the sampling."""
+    parameters, options = run.meta["controller"].get("parameters", {}), run.meta["options"]
+    if run.meta["controller"]["name"] not in ("pd-gravity", "pid") or options["continuous"]:
+        return []
+    found = sampled_damping(dynamics_of(arm), np.array(parameters["Kd"]), run.q, options["rate"])
+    if found <= UNSTABLE:
+        return []
+    need = options["rate"] * found / UNSTABLE
+    fault = f"Kd is too strong for {options['rate']:g} samples a second here, the loop chatters"
+    return [f"note: {fault}; a --rate above {need:.0f} would hold it"]
 
 
 def _errors(arm: Arm, found: Metrics) -> str:

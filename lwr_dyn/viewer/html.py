@@ -132,6 +132,10 @@ def run_record(shown: Shown, stride: int = 1) -> dict[str, Any]:
     }
 
 
+NOTHING = 1e-290
+"""Numbers below this are drawn as zero: their step would not be a normal float."""
+
+
 def packed(values: Array) -> dict[str, Any]:
     """Numbers as 32-bit integers times a step, in base64: half the size of float64, error <= 2.4e-10 of the largest.
 
@@ -139,7 +143,7 @@ def packed(values: Array) -> dict[str, Any]:
     [2]
     """
     largest = float(np.abs(values).max(initial=0.0))
-    step = largest / _LARGEST if largest > 0.0 else 1.0
+    step = largest / _LARGEST if largest > NOTHING else 1.0
     integers = np.rint(values / step).astype("<i4")
     return {"shape": list(values.shape), "step": step, "data": base64.b64encode(integers.tobytes()).decode("ascii")}
 
