@@ -7,12 +7,15 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from lwr_dyn.arm import Arm
 from lwr_dyn.assembly import arm_from_paper
 from lwr_dyn.control.gains import second_order_gains
 from lwr_dyn.control.worst_case_inertia import WorstCase, worst_case_inertia, worst_cases
 from lwr_dyn.papers.catalog import open_paper, readings
 from lwr_dyn.reproduction.printed import agrees, printed_tables
+from lwr_dyn.spatial import principal_moments
 
 PAPER_ZERO = (0.0, 90.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 """Printed angle minus DH angle [deg]: the paper counts joint 2 from the horizontal."""
@@ -91,6 +94,12 @@ def inertia_at(arm: Arm, joint: int, printed_q: Sequence[str]) -> tuple[float, f
         most = max(most, worst_case_inertia(arm, joint, fixed).value)
         least = min(least, worst_case_inertia(arm, joint, fixed, smallest=True).value)
     return least, most
+
+
+def shell_spread(arm: Arm) -> float:
+    """How far the principal moments of the four mirror-image shells (links 1 to 4) lie apart, over their mean."""
+    moments = np.array([principal_moments(body.inertia_com) for body in (arm.chain.bodies or ())[:4]])
+    return float((np.ptp(moments, axis=0) / moments.mean(axis=0)).max())
 
 
 def in_paper_angles(worst: WorstCase) -> list[tuple[str, ...]]:

@@ -12,12 +12,21 @@ from lwr_dyn.checks.verdict import Report
 from lwr_dyn.errors import OptionError
 from lwr_dyn.files import make_folder, write_file, write_folder
 from lwr_dyn.papers.catalog import open_paper, readings
-from lwr_dyn.reproduction.lwr4plus import GainCell, InertiaRow, errata_that_matter, table_iv, table_vi
+from lwr_dyn.reproduction.lwr4plus import (
+    GainCell,
+    InertiaRow,
+    arms,
+    errata_that_matter,
+    shell_spread,
+    table_iv,
+    table_vi,
+)
 from lwr_dyn.reproduction.lwr4plus_errors import TIMINGS, ErrorTable, error_table, fit_arm_angle, velocity_rows
 from lwr_dyn.reproduction.lwr4plus_runs import Trial, trials
 from lwr_dyn.reproduction.lwr4plus_text import (
     error_tables_text,
     ranking_text,
+    shells_text,
     table_iv_text,
     table_vi_text,
     velocity_rows_text,
@@ -68,6 +77,7 @@ def reproduce(folder: str | Path, timing: str = "smooth", fit: bool = False, say
     say("Tables IV and VI")
     inertias, gains = table_iv(), table_vi()
     arm = arm_from_paper(open_paper("lwr4plus"))
+    spreads = {name: shell_spread(a) for name, a in arms().items()}
     say("Tables VII and VIII")
     angles = [None, *([fit_arm_angle(arm)] if fit else [])]
     errors = {
@@ -83,6 +93,7 @@ def reproduce(folder: str | Path, timing: str = "smooth", fit: bool = False, say
         [
             *map(_check_line, reports),
             table_iv_text(inertias),
+            shells_text(spreads),
             table_vi_text(gains),
             *(error_tables_text(tables) for tables in errors.values()),
             velocity_rows_text(velocity),
@@ -91,7 +102,11 @@ def reproduce(folder: str | Path, timing: str = "smooth", fit: bool = False, say
     )
     holds = all(r.holds for r in reports) and all(r.reproduced("computed") for r in inertias)
     holds = holds and all(g.reproduced or g.fits for g in gains)
-    record = _record(reports, inertias, gains, errors, found) | {"velocity_rows": velocity, "holds": holds}
+    record = _record(reports, inertias, gains, errors, found) | {
+        "shell_spread": spreads,
+        "velocity_rows": velocity,
+        "holds": holds,
+    }
     write_folder(place, {"tables.txt": text + "\n", "results.json": json_text(record) + "\n"})
     return Outcome(holds, text, record)
 

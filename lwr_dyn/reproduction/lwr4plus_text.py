@@ -35,6 +35,12 @@ def _at(worst: WorstCase) -> str:
     return " | ".join(" ".join(q) for q in shown) + (f" | and {more} more" if more > 0 else "")
 
 
+def shells_text(spreads: Mapping[str, float]) -> str:
+    """Whether links 1 to 4, four shells of two mirror-image forms, come out alike under each reading."""
+    words = ", ".join(f"{name} {x:.1%}" for name, x in spreads.items())
+    return f"Principal moments of the mirror-image links 1 to 4, largest spread over mean: {words}"
+
+
 def table_vi_text(cells: Sequence[GainCell]) -> str:
     """Table VI; an exchanged cell names the cell whose value is printed there."""
     rows = []
