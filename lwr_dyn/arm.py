@@ -7,13 +7,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.chain import Body, Chain
+from lwr_dyn.chain import Body, Chain, lock_joint
 from lwr_dyn.dh import JointKind
-from lwr_dyn.errors import MissingDataError
+from lwr_dyn.errors import MissingDataError, OptionError, UnknownNameError
 from lwr_dyn.spatial import Pose
 
 
@@ -79,6 +80,8 @@ class Arm:
     """SHA-256 of the source file."""
     file: str = ""
     """Path of a user's own file, empty for a robot that comes with the package."""
+    loaded_with: Mapping[str, Any] = field(default_factory=dict)
+    """The tip and the locked joints it was loaded with, as JSON values."""
 
     @property
     def n(self) -> int:
@@ -137,6 +140,27 @@ class Arm:
         changed = {a.link for a, b in zip(chain.links, self.chain.links, strict=True) if a.body is not b.body}
         sources = {name: cells for name, cells in self.sources.items() if name.split(".")[0] not in changed}
         return replace(self, chain=chain, sources=sources)
+
+    def with_locked_joint(self, joint: str, value: float) -> Arm:
+        """The arm with one joint held at `value` [rad or m] and one joint less.
+
+        Raises `UnknownNameError` for a joint that does not exist, `OptionError` for a value outside its limits, or
+        when no joint would be left.
+        """
+        if joint not in self.joint_names:
+            raise UnknownNameError(f"joint of {self.name}", joint, self.joint_names)
+        index = self.joint_names.index(joint)
+        if not self.lower[index] <= value <= self.upper[index]:
+            raise OptionError(f"lock of {joint}", value, f"{self.lower[index]:g} to {self.upper[index]:g}")
+        if self.n == 1:
+            raise OptionError(f"lock of {joint}", "the last joint", "at least one joint that moves")
+        limits = (*self.limits[:index], *self.limits[index + 1 :])
+        welded = {self.chain.links[index].link, joint} | ({self.chain.links[index - 1].link} if index else set())
+        sources = {name: cells for name, cells in self.sources.items() if name.split(".")[0] not in welded}
+        chain = lock_joint(self.chain, index, value)
+        radius = self.drawing.radius
+        drawing = replace(self.drawing, radius=(*radius[:index], *radius[index + 1 :])) if radius else self.drawing
+        return replace(self, chain=chain, limits=limits, sources=sources, drawing=drawing)
 
     def require_dynamics(self) -> Chain:
         """The chain when every link has a body; raises `MissingDataError` otherwise."""

@@ -37,10 +37,6 @@ class Body:
         """No body: mass zero."""
         return cls(0.0, np.zeros(3), np.zeros((3, 3)))
 
-    def inertia_origin(self) -> Array:
-        """The tensor about the origin of the link's frame, (3, 3) [kg m^2]."""
-        return self.inertia_com + steiner(self.mass, self.com)
-
     def seen_from(self, pose: Pose) -> Body:
         """The same body in the parent of `pose`."""
         r = pose.rotation

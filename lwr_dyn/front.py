@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -34,7 +34,9 @@ def readings(robot: str) -> tuple[str, ...]:
     return catalog.readings(robot)
 
 
-def load(robot: str | Path, reading: str | None = None, **urdf_options: Any) -> Arm:
+def load(
+    robot: str | Path, reading: str | None = None, *, tip: str | None = None, lock: Mapping[str, float] | None = None
+) -> Arm:
     """A robot by name, from a user's own `.toml`, or from a `.urdf`.
 
     Parameters
@@ -42,33 +44,41 @@ def load(robot: str | Path, reading: str | None = None, **urdf_options: Any) -> 
     robot : str or path
     reading : str, optional
         One of `readings(robot)`; the paper's default if not given.
-    **urdf_options
-        For a `.urdf`: `tip` (link name) and `lock` (joint name -> value).
+    tip : str, optional
+        Last link of the chain, for a `.urdf` whose tree branches.
+    lock : mapping, optional
+        Joint name -> value [rad or m] at which it is held.
 
     Raises
     ------
     UnknownNameError
-        No robot or reading of that name.
+        No robot, reading, tip or joint of that name.
     FileAccessError, PaperError, UrdfError
         The file cannot be read, or is not what it should be.
+    OptionError
+        A tip for a robot that is no `.urdf`, a lock outside the joint's limits.
 
-    >>> load("lwr4plus").n
-    7
+    >>> load("lwr4plus").n, load("lwr4plus", lock={"joint_3": 0.0}).n
+    (7, 6)
     """
     name = str(robot)
+    asked = ({"tip": tip} if tip else {}) | ({"lock": dict(lock)} if lock else {})
     if name.endswith(".urdf"):
         from lwr_dyn.urdf.reader import read_urdf
 
         if reading is not None:
             raise UnknownNameError("reading of a URDF", reading, ())
-        return replace(read_urdf(name, **urdf_options), file=str(Path(name).resolve()))
-    if urdf_options:
-        raise OptionError(", ".join(urdf_options), f"given for {name}", "only with a .urdf file")
+        return replace(read_urdf(name, tip=tip, lock=lock), file=str(Path(name).resolve()), loaded_with=asked)
+    if tip is not None:
+        raise OptionError("tip", f"given for {name}", "only with a .urdf file")
     from lwr_dyn.assembly import arm_from_paper
     from lwr_dyn.papers.catalog import open_paper
 
     arm = arm_from_paper(open_paper(name, reading))
-    return replace(arm, file=str(Path(name).resolve())) if name.endswith(".toml") else arm
+    for joint, value in (lock or {}).items():
+        arm = arm.with_locked_joint(joint, value)
+    file = str(Path(name).resolve()) if name.endswith(".toml") else ""
+    return replace(arm, file=file, loaded_with=asked)
 
 
 def urdf_text(arm: Arm) -> str:
@@ -137,4 +147,4 @@ def arm_of(run: Run) -> Arm:
     robot, reading = run.meta.get("file") or run.meta.get("robot"), run.meta.get("reading")
     if not isinstance(robot, str):
         raise OptionError("run", "does not say of which robot it is", "a run made by simulate")
-    return load(robot, None if robot.endswith(".urdf") else reading)
+    return load(robot, None if robot.endswith(".urdf") else reading, **run.meta.get("loaded_with", {}))

@@ -17,7 +17,6 @@ class Verdict:
     tolerance: float
     unit: str
     bound: Bound = "at most"
-    detail: str = ""
 
     @property
     def holds(self) -> bool:

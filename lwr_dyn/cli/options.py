@@ -38,9 +38,7 @@ NUMBERS = Numbers()
 def robot_options(command: F) -> F:
     """ROBOT, --reading, and for a .urdf --tip and --lock."""
     for option in (
-        click.option(
-            "--lock", "locks", multiple=True, metavar="JOINT=VALUE", help="Hold a joint (of a .urdf), rad or m."
-        ),
+        click.option("--lock", "locks", multiple=True, metavar="JOINT=VALUE", help="Hold a joint, rad or m."),
         click.option("--tip", help="Last link of the chain (of a .urdf)."),
         click.option("--reading", help="How to read the tables; the paper's default if not given."),
         click.argument("robot"),
@@ -51,12 +49,7 @@ def robot_options(command: F) -> F:
 
 def load_robot(robot: str, reading: str | None, tip: str | None, locks: tuple[str, ...]) -> Arm:
     """The arm that the options name; raises as `lwr_dyn.load`."""
-    options: dict[str, Any] = {}
-    if tip is not None:
-        options["tip"] = tip
-    if locks:
-        options["lock"] = dict(_lock(text) for text in locks)
-    return load(robot, reading, **options)
+    return load(robot, reading, tip=tip, lock=dict(_lock(text) for text in locks))
 
 
 def _lock(text: str) -> tuple[str, float]:

@@ -26,7 +26,7 @@ PACKAGES = ("lwr_dyn", "numpy", "scipy", "pin")
 def origin(arm: Arm) -> dict[str, Any]:
     """Which robot, as JSON values."""
     about = {"robot": arm.name, "reading": arm.reading, "digest": arm.digest, "errata": list(arm.errata)}
-    return {**about, "file": arm.file or None}
+    return {**about, "file": arm.file or None, "loaded_with": dict(arm.loaded_with)}
 
 
 def versions() -> dict[str, str]:

@@ -92,6 +92,20 @@ def test_an_arm_that_cannot_exist_is_refused_unless_asked_for(lwr_dyn_command, t
     assert "inertias that no body can have: link_1, link_2" in lwr_dyn_command("urdf", str(own))[1]
 
 
+def test_a_run_of_an_own_or_locked_arm_can_be_replayed(lwr_dyn_command, tmp_path):
+    own, run, page = (str(tmp_path / name) for name in ("own.toml", "run.npz", "page.html"))
+    lwr_dyn_command("new", own, "--joints", "RPR")
+    move = ("--task", "hold", "--from-deg", "10,20", "--duration", "0.05", "--controller", "inverse-dynamics")
+    assert lwr_dyn_command("simulate", own, "--lock", "joint_2=0.2", *move, "--out", run)[0] == 0
+    assert Run.load(run).n == 2
+    assert lwr_dyn_command("replay", run, "--html", page)[0] == 0
+    assert lwr_dyn_command("simulate", own, "--lock", "joint_2=0.9", *move)[2].startswith(
+        "lwr-dyn: lock of joint_2: 0.9"
+    )
+    assert "no joint of own named 'joint_9'" in lwr_dyn_command("check", own, "--lock", "joint_9=0")[2]
+    assert lwr_dyn_command("check", own, "--lock", "joint_2=0.2")[0] == 0
+
+
 def test_reproduce_into_a_folder_that_cannot_be_made(lwr_dyn_command, tmp_path):
     (tmp_path / "file").write_text("mine")
     code, _, err = lwr_dyn_command("reproduce", "lwr4", "--out", str(tmp_path / "file" / "x"))
