@@ -146,9 +146,7 @@ def _best_on_line(
     """The q_j in its range that makes sign B_ii largest, all else held, for every row of q."""
     low, up = span
     if kind is JointKind.PRISMATIC:
-        middle = np.array([low, (low + up) / 2, up])
-        values = sign * diagonal(recursion, i, _moved(q, j, middle))
-        return np.asarray(middle[np.argmax(values, axis=-1)])
+        return _best_on_parabola(recursion, i, q, j, span, sign)
     nodes = 2 * np.pi * np.arange(5) / 5
     samples = sign * diagonal(recursion, i, _moved(q, j, nodes))
     wave = np.array([np.ones(5), np.cos(nodes), np.sin(nodes), np.cos(2 * nodes), np.sin(2 * nodes)])
@@ -164,6 +162,20 @@ def _best_on_line(
         step = np.where(curve < 0.0, -slope / np.where(curve < 0.0, curve, -1.0), 0.0)
         best = np.clip(best + np.clip(step, -0.05, 0.05), low, up)
     flat = np.ptp(samples, axis=-1) <= 1e-13 * np.abs(a0)
+    return np.where(flat, q[:, j], best)
+
+
+def _best_on_parabola(recursion: Recursion, i: int, q: Array, j: int, span: tuple[float, float], sign: float) -> Array:
+    """The same along a sliding joint: three values give the parabola; its ends or its vertex are best."""
+    low, up = span
+    half = (up - low) / 2
+    left, middle, right = (sign * diagonal(recursion, i, _moved(q, j, np.array([low, low + half, up])))).T
+    bend, slope = left - 2 * middle + right, (right - left) / 2
+    vertex = np.where(bend < 0.0, -slope / np.where(bend < 0.0, bend, -1.0), np.where(right > left, 1.0, -1.0))
+    places = np.stack([np.full(len(q), -1.0), np.clip(vertex, -1.0, 1.0), np.full(len(q), 1.0)], axis=-1)
+    values = middle[:, None] + slope[:, None] * places + bend[:, None] / 2 * places**2
+    best = low + half * (1.0 + places[np.arange(len(q)), np.argmax(values, axis=-1)])
+    flat = np.abs(bend) + np.abs(slope) <= 1e-13 * np.abs(middle)
     return np.where(flat, q[:, j], best)
 
 

@@ -1,9 +1,13 @@
 """The global search: never beaten by brute force, and it says what it did."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from arms import random_arm
 
 import lwr_dyn
+from lwr_dyn.arm import JointLimits
 from lwr_dyn.control.gains import second_order_gains
 from lwr_dyn.control.worst_case_inertia import diagonal, worst_case_inertia, worst_cases
 from lwr_dyn.dynamics.newton_euler import Recursion
@@ -50,6 +54,18 @@ def test_the_smallest_is_below_the_largest_and_a_held_joint_stays(arm):
     most, least = (worst_case_inertia(arm, 0, held, smallest=s) for s in (False, True))
     assert least.value < most.value < worst_case_inertia(arm, 0).value
     assert most.q[3] == 0.5
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2, 3])
+def test_sliding_joints_are_searched_to_their_ends_and_to_their_vertex(seed):
+    loose = random_arm(seed, "RRPRP")
+    box = JointLimits(lower=-0.6, upper=0.9)
+    sliding = replace(loose, limits=tuple(box for _ in loose.limits))
+    q = np.random.default_rng(seed).uniform(-0.6, 0.9, (50_000, 5))
+    values = diagonal(Recursion.of(sliding.chain), 0, q)
+    most, least = (worst_case_inertia(sliding, 0, smallest=s).value for s in (False, True))
+    assert least * (1 - 1e-12) <= values.min() < 1.2 * least
+    assert 0.8 * most < values.max() <= most * (1 + 1e-12)
 
 
 def test_gains_are_the_second_order_formulas_and_refuse_what_is_not_positive():
