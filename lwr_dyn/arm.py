@@ -14,6 +14,7 @@ from lwr_dyn.arrays import Array
 from lwr_dyn.chain import Body, Chain
 from lwr_dyn.dh import JointKind
 from lwr_dyn.errors import MissingDataError
+from lwr_dyn.friction.models import JointFriction
 from lwr_dyn.spatial import Pose
 
 
@@ -79,6 +80,9 @@ class Arm:
     """SHA-256 of the source file."""
     file: str = ""
     """Path of a user's own file, empty for a robot that comes with the package."""
+    friction: tuple[JointFriction | None, ...] = ()
+    """Friction per joint and direction, empty where the source gives none beyond the pair in `limits`; read it
+    through `lwr_dyn.friction.models.friction_of`."""
 
     @property
     def n(self) -> int:
