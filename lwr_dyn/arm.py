@@ -16,6 +16,7 @@ from lwr_dyn.dh import JointKind
 from lwr_dyn.errors import MissingDataError
 from lwr_dyn.friction.models import JointFriction
 from lwr_dyn.spatial import Pose
+from lwr_dyn.transmission import Transmission
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,6 +54,20 @@ class Drawing:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class JointGains:
+    """Gains of the joint controller that a source gives, (n,) each.
+
+    Kp [N m/rad], Kd [N m s/rad], Ki [N m/(rad s)], and the torques [N m] at which that controller cuts; None where not
+    given (N/m and so on for sliding joints).
+    """
+
+    Kp: Array
+    Kd: Array
+    Ki: Array | None = None
+    effort: Array | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Joint:
     """A joint in URDF terms: its origin in the link before it; its axis is z of its own frame."""
 
@@ -83,6 +98,10 @@ class Arm:
     friction: tuple[JointFriction | None, ...] = ()
     """Friction per joint and direction, empty where the source gives none beyond the pair in `limits`; read it
     through `lwr_dyn.friction.models.friction_of`."""
+    transmission: Transmission | None = None
+    """The motor map, where the source gives one."""
+    gains: JointGains | None = None
+    """The gains of the arm's own joint controller, where the source gives them."""
 
     @property
     def n(self) -> int:

@@ -63,6 +63,8 @@ class Rotor:
     gear_ratio: float
     inertia: float
     """Moment of inertia about its own axis [kg m^2]."""
+    reflected: bool = False
+    """`inertia` is given as the joint feels it and `gear_ratio` is 1 in place of an unknown one: no spin couplings."""
 
     @property
     def armature(self) -> float:

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
-from lwr_dyn.errors import OptionError, ShapeError
+from lwr_dyn.arrays import Array, joint_array
+from lwr_dyn.errors import OptionError
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -95,10 +95,14 @@ class JointFriction:
     positive: Direction
     negative: Direction
     offset: float = 0.0
+    covered: float | None = None
+    """The largest speed at which it was measured [rad/s or m/s]; None is unknown."""
 
     def __post_init__(self) -> None:
         if not math.isfinite(self.offset):
             raise OptionError("friction offset", self.offset, "a finite number")
+        if self.covered is not None and not (math.isfinite(self.covered) and self.covered > 0.0):
+            raise OptionError("friction covered", self.covered, "a speed above 0, or none")
 
     def torque(self, dq: ArrayLike) -> Array:
         """Slip torque, offset + sign(dq) magnitude(|dq|) of that direction.
@@ -158,9 +162,7 @@ def friction_torque(models: tuple[JointFriction | None, ...], dq: ArrayLike) -> 
     Raises
     ------
     ShapeError
-        `dq` has not one column per joint.
+        `dq` has not one column per joint, or is not finite.
     """
-    v = np.asarray(dq, dtype=float)
-    if v.ndim == 0 or v.shape[-1] != len(models):
-        raise ShapeError("dq", f"shape {v.shape}", f"(..., {len(models)})")
+    v = joint_array("dq", dq, len(models))
     return np.stack([(m or FRICTIONLESS).torque(v[..., i]) for i, m in enumerate(models)], axis=-1)
