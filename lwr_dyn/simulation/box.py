@@ -1,4 +1,4 @@
-"""Complementarity between two bounds: what resists a joint takes any value between them, at a bound the joint gives way.
+"""Complementarity between bounds: what resists a joint takes any value between them; at a bound the joint gives way.
 
     lo <= f <= hi,   w = b - M f,   f < hi => w <= 0,   f > lo => w >= 0
 

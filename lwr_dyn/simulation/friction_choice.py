@@ -12,7 +12,8 @@ import numpy as np
 from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import Array
 from lwr_dyn.errors import OptionError, ShapeError
-from lwr_dyn.friction.models import FRICTIONLESS, JointFriction, friction_of
+from lwr_dyn.friction.models import JointFriction, friction_of
+from lwr_dyn.friction.smooth import smooth_friction
 from lwr_dyn.simulation.dry_friction import DryFriction
 from lwr_dyn.simulation.plant import FrictionLaw, Plant
 from lwr_dyn.simulation.settings import Settings
@@ -73,29 +74,13 @@ def chosen_friction(arm: Arm, option: FrictionOption = None) -> Choice:
         return Choice("none", None, None, none)
     dry = DryFriction.of(models)
     if option == "smooth":
-        return Choice("smooth", smooth_friction(models), None, dry.viscous.max(axis=0) + _step(dry) / SMOOTH_SPEED)
+        return Choice(
+            "smooth", smooth_friction(models, SMOOTH_SPEED), None, dry.viscous.max(axis=0) + _step(dry) / SMOOTH_SPEED
+        )
     if not (dry.coulomb.any() or dry.lowest.any() or dry.highest.any() or np.ptp(dry.viscous, axis=0).any()):
         coefficients = dry.viscous[0]
         return Choice("viscous", lambda dq: coefficients * dq, None, np.maximum(coefficients, 0.0))
     return Choice("set-valued", None, dry, np.maximum(dry.viscous.max(axis=0), 0.0))
-
-
-def smooth_friction(models: Sequence[JointFriction | None], speed: float = SMOOTH_SPEED) -> FrictionLaw:
-    """The slip torques with tanh(dq / speed) in place of the sign of what does not vanish at rest.
-
-    A joint at rest under load creeps, and the law is stiff: use it where smoothness is needed, not for stick.
-    """
-    dry = DryFriction.of([model or FRICTIONLESS for model in models])
-
-    def law(dq: Array) -> Array:
-        way = np.where(dq < 0.0, 1, 0)[None]
-        level, slope, fall, sharpness = (
-            np.take_along_axis(table, way, axis=0)[0] for table in (dry.coulomb, dry.viscous, dry.fall, dry.sharpness)
-        )
-        dry_part = (level + fall * np.exp(-sharpness * dq * dq)) * np.tanh(dq / speed)
-        return np.asarray(dry.offset + dry_part + slope * dq)
-
-    return law
 
 
 def _step(dry: DryFriction) -> Array:

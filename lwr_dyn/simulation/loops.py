@@ -82,7 +82,7 @@ def run_sampled(flow: Advancing, controller: Controller, log: Log, sampling: Sam
     effort, negative = plant.effort, -plant.effort
     minimum, maximum = np.minimum, np.maximum
     sensor, shape, reference = sampling.sensor, (n,), log.reference
-    careful = not sampling.fast or bool(plant.at_limit(log.states[0, 0]).any())
+    careful = not sampling.fast or isinstance(flow, StickFlow) or bool(plant.at_limit(log.states[0, 0]).any())
     for first, last in _spans(len(log.t) - 1, sampling.progress):
         part = slice(first, last)
         rows = zip(

@@ -16,8 +16,8 @@ from lwr_dyn.errors import DivergenceError
 from lwr_dyn.motion import Event, Run
 from lwr_dyn.simulation.audit import audit
 from lwr_dyn.simulation.events import TURN
-from lwr_dyn.simulation.loops import Advancing
 from lwr_dyn.simulation.log import Log
+from lwr_dyn.simulation.loops import Advancing
 from lwr_dyn.simulation.plant import Plant
 
 PACKAGES = ("lwr_dyn", "numpy", "scipy", "pin")
@@ -77,7 +77,9 @@ def fed_by_friction(t: Array, dq: Array, tau_friction: Array) -> list[Event]:
     return out
 
 
-def divergence(k: int, command: Array, plant: Plant, log: Log, flow: Advancing, meta: Mapping[str, Any]) -> DivergenceError:
+def divergence(
+    k: int, command: Array, plant: Plant, log: Log, flow: Advancing, meta: Mapping[str, Any]
+) -> DivergenceError:
     """The error of a run that cannot go on after sample k: when, which joint, and the run until then."""
     speed = np.abs(log.states[k, 1])
     cap = TURN / float(log.t[1] - log.t[0])

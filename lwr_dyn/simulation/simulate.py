@@ -16,9 +16,9 @@ from lwr_dyn.dynamics.selection import dynamics_of
 from lwr_dyn.errors import ShapeError
 from lwr_dyn.motion import Reference, Run
 from lwr_dyn.simulation.flow import Flow
+from lwr_dyn.simulation.friction_choice import Choice, FrictionOption, check_rate, chosen_friction
 from lwr_dyn.simulation.log import Log
 from lwr_dyn.simulation.loops import Blowup, Progress, Sampling, run_continuous, run_sampled
-from lwr_dyn.simulation.friction_choice import Choice, FrictionOption, check_rate, chosen_friction
 from lwr_dyn.simulation.plant import Plant, loaded, plant_of
 from lwr_dyn.simulation.record import divergence, origin, run_of, versions
 from lwr_dyn.simulation.sensors import Encoder
@@ -129,7 +129,8 @@ def simulate(
             "about": dict(getattr(reference, "about", {})),
         },
         "options": asdict(settings), "encoder": None if encoder is None else asdict(encoder),
-        "friction": choice.form != "none", "friction_law": {**choice.about(), "rate": friction_rate}, "seed": seed, "versions": versions(), "note": dict(meta or {}),
+        "friction": choice.form != "none", "friction_law": {**choice.about(), "rate": friction_rate}, "seed": seed,
+        "versions": versions(), "note": dict(meta or {}),
     }  # fmt: skip
     reset(controller)
     try:

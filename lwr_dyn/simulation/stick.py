@@ -1,9 +1,9 @@
 """Which joints stick and which slip, and how the arm accelerates with the former at rest.
 
 The rule where static friction exceeds Coulomb's, since several answers may then be right: a joint at rest stays at rest
-if it can. First every joint at rest is held by its static level; those that even this cannot hold give way and from then
-on resist with Coulomb's level only; what remains at rest is judged again, until nobody else gives way. Where static
-friction equals Coulomb's there is one answer, and this is it.
+if it can. First every joint at rest is held by its static level; those that even this cannot hold give way and from
+then on resist with Coulomb's level only; what remains at rest is judged again, until nobody else gives way. Where
+static friction equals Coulomb's there is one answer, and this is it.
 """
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ class Regime:
 def regime(plant: Plant, dry: DryFriction, q: Array, sides: Sides) -> Regime:
     """The regime in which joints move to these sides (n,), 0 for those at rest."""
     resting = sides == 0
-    low, high = _bounds(plant, q, dry.lowest, dry.highest)
+    low, high = _bounds(plant.at_limit(q), dry.lowest, dry.highest)
     return Regime(
         plant, sides, dry.slip(sides), resting, np.where(resting, high, np.inf), np.where(resting, low, -np.inf)
     )
@@ -85,13 +85,13 @@ def settled(plant: Plant, dry: DryFriction, q: Array, dq: Array, tau: Array, giv
         return sides
     B_inv = np.linalg.inv(plant.raw.mass_matrix(q))
     free = B_inv @ (tau - dry.slip(sides)(dq) - plant.raw.bias_torque(q, dq))
-    M, weak, start = B_inv[np.ix_(at, at)], given_way[at] != 0, given_way[at]
+    M, weak, start, limit = B_inv[np.ix_(at, at)], given_way[at] != 0, given_way[at], plant.at_limit(q)[at]
     while True:
         low, high = (
             np.where(weak, slip, hold)
             for slip, hold in ((dry.lowest_slip[at], dry.lowest[at]), (dry.highest_slip[at], dry.highest[at]))
         )
-        low, high = _bounds(plant, q, low, high, at)
+        low, high = _bounds(limit, low, high)
         start = between_bounds(M, free[at], low, high, start).sides
         others = (start != 0) & ~weak
         if not others.any():
@@ -101,7 +101,6 @@ def settled(plant: Plant, dry: DryFriction, q: Array, dq: Array, tau: Array, giv
     return sides
 
 
-def _bounds(plant: Plant, q: Array, low: Array, high: Array, at: object = slice(None)) -> tuple[Array, Array]:
-    """A stop resists without bound: below at a lower limit, above at an upper one."""
-    limit = plant.at_limit(q)[at]  # type: ignore[index]
+def _bounds(limit: Array, low: Array, high: Array) -> tuple[Array, Array]:
+    """A stop resists without bound: below at a lower limit (-1), above at an upper one (+1)."""
     return np.where(limit < 0, -np.inf, low), np.where(limit > 0, np.inf, high)

@@ -25,7 +25,7 @@ class Happening:
 
 @dataclass(frozen=True, slots=True)
 class Watch:
-    """A happening, with a function of the time since the start [s] that is positive at `until` if it has come by then."""
+    """A happening; its function of the time since the start [s] is positive at `until` if it has come by then."""
 
     f: Callable[[float], float]
     until: float
