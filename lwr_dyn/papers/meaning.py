@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+import numpy as np
+
 from lwr_dyn.dh import JointKind
 from lwr_dyn.errors import PaperError
 from lwr_dyn.papers.schema import SIDES, Column
@@ -79,6 +81,9 @@ def _symmetry(columns: Mapping[str, Column], file: str) -> None:
 
 def _rotors(columns: Mapping[str, Column], file: str) -> None:
     """Gear ratio and inertia together, or the reflected inertia alone; a motor map that can be inverted."""
+    signs = columns.get("transmission.signs")
+    if signs is not None and np.linalg.matrix_rank(signs.si()) < len(signs.values):
+        raise PaperError(file, "transmission.signs", "a singular matrix", "as many independent motors as joints")
     given = {name for name in ("gear_ratio", "inertia", "armature") if f"rotors.{name}" in columns}
     if given not in (set(), {"gear_ratio", "inertia"}, {"armature"}):
         raise PaperError(file, "rotors", " and ".join(sorted(given)), "gear_ratio and inertia, or armature alone")
