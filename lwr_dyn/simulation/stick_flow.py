@@ -65,7 +65,8 @@ class StickFlow:
             t, y = t + first.after, self._meet(t + first.after, self._at(what, interval, first.after))
             if first.after > 0.0:
                 barred[:] = False
-            barred[what.joint] = what.kind == "rest"
+            elif what.kind == "rest":  # it had just given way, by rounding: it may not do so again at the same moment
+                barred[what.joint] = True
             given_way = np.zeros(n, dtype=int)
             given_way[what.joint] = what.side * (what.kind == "slip")
             self._settle(t, y, self._torque(drive, t, y), given_way)
