@@ -31,13 +31,13 @@ class Transmission:
 
     References
     ----------
-    Siciliano et al., eq. 7.26 (gears); De Luca, Book, Springer Handbook of Robotics, on coupled transmissions.
+    WAM Arm User's Manual (2008), section 9.2.3, Equations 6 to 9; torques follow from equal power.
 
     >>> pair = Transmission([[28.25, -16.8155], [-28.25, -16.8155]])
     >>> pair.motor_velocity([1.0, 0.0]).tolist()
     [28.25, -28.25]
-    >>> pair.reflected_inertia([1e-4, 1e-4]).round(4).tolist()
-    [[0.1596, 0.0], [0.0, 0.0566]]
+    >>> pair.reflected_inertia([1e-4, 1e-4]).diagonal().round(4).tolist()
+    [0.1596, 0.0566]
     """
 
     matrix: Array
@@ -91,7 +91,7 @@ class Transmission:
         if (J < 0.0).any():
             raise OptionError("rotor_inertia", float(J.min()), "0 or more, in kg m^2")
         half = np.sqrt(J)[:, None] * self.matrix  # half^T half is symmetric to the last bit
-        return half.T @ half
+        return np.asarray(half.T @ half)
 
     def reflected_friction(self, motors: tuple[JointFriction | None, ...], dq: ArrayLike) -> Array:
         """T^T f(T dq), (..., n) [N m]: slip friction of the motors as the joints feel it, at dq (..., n) [rad/s].

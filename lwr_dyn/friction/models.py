@@ -46,7 +46,7 @@ class Direction:
 
     References
     ----------
-    Olsson et al., Friction models and friction compensation (1998), eqs. (2) to (5).
+    WAM paper, eq. (6), for Coulomb and viscous; Olsson et al., Friction models and friction compensation (1998).
     """
 
     coulomb: float
