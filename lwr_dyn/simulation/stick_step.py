@@ -23,8 +23,8 @@ class StickStep:
     """
 
     __slots__ = (
-        "_accelerate", "_ceiling", "_d", "_floor", "_flow", "_high", "_low", "_regime", "_stage", "_substeps", "_table",
-        "_tables", "friction", "work",
+        "_accelerate", "_ceiling", "_d", "_floor", "_flow", "_high", "_least", "_low", "_most", "_regime", "_stage",
+        "_substeps", "_table", "_tables", "friction", "work",
     )  # fmt: skip
 
     def __init__(self, flow: StickFlow, h: float, substeps: int) -> None:
@@ -41,7 +41,7 @@ class StickStep:
         self._table, self._stage = np.zeros((6, n)), np.zeros((2, n))
         self._regime: Regime | None = None
         self._accelerate: Callable[[Array, Array, Array], Array] = plant.raw.forward_dynamics
-        self._high = self._low = self.friction = np.zeros(n)
+        self._high = self._low = self._most = self._least = self.friction = np.zeros(n)
         self.work = 0.0
 
     def take(self, now: Array, tau: Array, after: Array) -> bool:
@@ -64,6 +64,8 @@ class StickStep:
     def _adopt(self, regime: Regime) -> None:
         self._regime, self._accelerate = regime, regime.accelerator()
         self._high, self._low = regime.highest + PUSH, regime.lowest - PUSH
+        dry = self._flow.dry
+        self._most, self._least = (np.where(regime.resting, x, 0.0) for x in (dry.highest, dry.lowest))
 
     def _held(self, regime: Regime, state: Array, tau: Array) -> bool:
         """Whether joints at rest stay so under tau; also keeps the friction torque."""
@@ -72,7 +74,7 @@ class StickStep:
         net = tau - drag
         push = regime.push(q, dq, net, self._accelerate(q, dq, net))
         self._flow.evaluations += 1
-        self.friction = drag + push
+        self.friction = drag + np.minimum(np.maximum(push, self._least), self._most)  # the rest is a stop's
         return bool(((push <= self._high) & (push >= self._low)).all())
 
     def _runge_kutta(self, regime: Regime, now: Array, tau: Array, after: Array) -> float:

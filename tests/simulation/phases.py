@@ -1,4 +1,4 @@
-"""The motion of two joints with friction, phase by phase with scipy's DOP853: a reference that shares no code with ours.
+"""The motion of two joints with friction, phase by phase with scipy's DOP853: a reference of its own code.
 
 A phase is a pair of signs; it ends where a speed passes zero or a joint at rest needs more than its static level. It is
 written for joints that start and stop one at a time.
