@@ -73,7 +73,7 @@ def find_cruises(t: Array, q: Array, rule: CruiseRule = USUAL_RULE) -> tuple[Cru
 
     >>> t = np.arange(300) / 100
     >>> [(c.first, c.last) for c in find_cruises(t, 0.2 * np.clip(t, 0.5, 2.5))]
-    [(70, 230)]
+    [(67, 233)]
     """
     found: list[Cruise] = []
     for piece in recordings(t):

@@ -41,6 +41,8 @@ def read_head(path: Path) -> Head:
             for count, line in enumerate(stream, 1):
                 if line.strip() and not line.startswith("#"):
                     return Head(tuple(name.strip().strip('"') for name in line.split(",")), count)
+    except FileAccessError:
+        raise
     except UnicodeDecodeError:
         raise LogError(str(path), "head", "not text", "a CSV file in UTF-8") from None
     except OSError as fault:

@@ -12,6 +12,7 @@ EXAMPLES = {
     "generate_urdf.py": (["lwr4plus", "--reading", "physical", "--out", "models"], "lwr4plus_physical.urdf"),
     "dynamics_two_roads.py": (["--states", "20"], "coriolis_matrix  largest difference"),
     "own_arm.py": (["--out", "my.toml"], "torque that holds it"),
+    "friction_wam.py": (["--out", "maps", "--speeds", "0.1", "0.18", "0.25"], "wrote 3 logs and maps"),
     "build_models.py": (["--check"], "fresh: "),
 }
 NOT_EXAMPLES = {"benchmark.py", "soak.py"}
