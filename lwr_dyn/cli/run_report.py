@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from lwr_dyn.arm import Arm
+from lwr_dyn.cli.friction import friction_lines
 from lwr_dyn.motion import Run
 from lwr_dyn.simulation.metrics import Metrics, metrics
 from lwr_dyn.text import table
@@ -29,7 +30,7 @@ def run_text(run: Run, arm: Arm) -> str:
     lines.append(
         f"energy: change {audit['energy_change']:.6g} J; work [J]: {channels}; residual {audit['residual']:.2g}"
     )
-    return "\n".join(lines)
+    return "\n".join(lines + friction_lines(run, arm))
 
 
 def _errors(arm: Arm, found: Metrics) -> str:
