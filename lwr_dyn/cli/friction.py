@@ -41,5 +41,5 @@ def friction_lines(run: Run, arm: Arm) -> list[str]:
         lines.append(f"passive refit of {c['joint']}, {c['side']}: {before} -> {after}; {cost}")
     for joint, name in enumerate(arm.joint_names):
         for e in (e for e in run.events if e.kind == FEEDS and e.joint == joint):
-            lines.append(f"warning: friction of {name} feeds energy in from t = {e.t:g} s, at {e.value:.4g} rad/s (m/s)")
+            lines.append(f"warning: friction of {name} feeds energy in from {e.t:g} s on, at {e.value:.4g} rad/s (m/s)")
     return lines
