@@ -5,7 +5,7 @@ The URDF frame of a link is its moved joint frame: the axis is z, the origin of 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -15,7 +15,9 @@ from lwr_dyn.arrays import Array
 from lwr_dyn.chain import Body, Chain, lock_joint
 from lwr_dyn.dh import JointKind
 from lwr_dyn.errors import MissingDataError, OptionError, UnknownNameError
+from lwr_dyn.friction.models import JointFriction
 from lwr_dyn.spatial import Pose
+from lwr_dyn.transmission import Transmission
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,6 +55,26 @@ class Drawing:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class JointGains:
+    """Gains of the joint controller that a source gives, (n,) each.
+
+    Kp [N m/rad], Kd [N m s/rad], Ki [N m/(rad s)], and the torques [N m] at which that controller cuts; None where not
+    given (N/m and so on for sliding joints).
+    """
+
+    Kp: Array
+    Kd: Array
+    Ki: Array | None = None
+    effort: Array | None = None
+
+    def of_joints(self, joints: Sequence[int]) -> JointGains:
+        """The gains of some joints (0-based)."""
+        kept = list(joints)
+        columns = [None if x is None else x[kept] for x in (self.Ki, self.effort)]
+        return JointGains(self.Kp[kept], self.Kd[kept], *columns)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Joint:
     """A joint in URDF terms: its origin in the link before it; its axis is z of its own frame."""
 
@@ -82,6 +104,13 @@ class Arm:
     """Path of a user's own file, empty for a robot that comes with the package."""
     loaded_with: Mapping[str, Any] = field(default_factory=dict)
     """The tip and the locked joints it was loaded with, as JSON values."""
+    friction: tuple[JointFriction | None, ...] = ()
+    """Friction per joint and direction, empty where the source gives none beyond the pair in `limits`; read it
+    through `lwr_dyn.friction.models.friction_of`."""
+    transmission: Transmission | None = None
+    """The motor map, where the source gives one."""
+    gains: JointGains | None = None
+    """The gains of the arm's own joint controller, where the source gives them."""
 
     @property
     def n(self) -> int:
@@ -154,13 +183,16 @@ class Arm:
             raise OptionError(f"lock of {joint}", value, f"{self.lower[index]:g} to {self.upper[index]:g}")
         if self.n == 1:
             raise OptionError(f"lock of {joint}", "the last joint", "at least one joint that moves")
-        limits = (*self.limits[:index], *self.limits[index + 1 :])
         welded = {self.chain.links[index].link, joint} | ({self.chain.links[index - 1].link} if index else set())
         sources = {name: cells for name, cells in self.sources.items() if name.split(".")[0] not in welded}
         chain = lock_joint(self.chain, index, value)
-        radius = self.drawing.radius
-        drawing = replace(self.drawing, radius=(*radius[:index], *radius[index + 1 :])) if radius else self.drawing
-        return replace(self, chain=chain, limits=limits, sources=sources, drawing=drawing)
+        left = [i for i in range(self.n) if i != index]
+        return replace(
+            self, chain=chain, sources=sources, limits=tuple(self.limits[i] for i in left),
+            friction=tuple(self.friction[i] for i in left) if self.friction else (),
+            gains=None if self.gains is None else self.gains.of_joints(left), transmission=None,
+            drawing=replace(self.drawing, radius=tuple(self.drawing.radius[i] for i in left if self.drawing.radius)),
+        )  # fmt: skip
 
     def require_dynamics(self) -> Chain:
         """The chain when every link has a body; raises `MissingDataError` otherwise."""

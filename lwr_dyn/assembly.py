@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from lwr_dyn.actuation import actuation_parts, friction_per_direction, gains_of, rotor_of, transmission_of
 from lwr_dyn.arm import Arm, Drawing, JointLimits, Source
 from lwr_dyn.arrays import Array
-from lwr_dyn.chain import Body, Chain, ChainLink, Rotor
+from lwr_dyn.chain import Body, Chain, ChainLink
 from lwr_dyn.dh import DHRow
 from lwr_dyn.papers.schema import Column, Paper
 from lwr_dyn.papers.units import to_si
@@ -28,6 +29,7 @@ def arm_from_paper(paper: Paper) -> Arm:
     return Arm(
         name=paper.name, reading=paper.reading.name, title=paper.title, chain=chain, limits=_limits(paper),
         drawing=_drawing(paper), sources=_sources(paper), errata=paper.reading.errata, digest=paper.digest,
+        friction=friction_per_direction(paper), transmission=transmission_of(paper), gains=gains_of(paper),
     )  # fmt: skip
 
 
@@ -48,7 +50,9 @@ def _links(paper: Paper) -> tuple[ChainLink, ...]:
     for i, row in enumerate(dh_rows(paper)):
         before, after = row.fixed_poses(paper.convention)
         link = f"link_{i + 1}"
-        links.append(ChainLink(paper.joints[i], link, paper.kinds[i], before, after, _body(paper, i), _rotor(paper, i)))
+        links.append(
+            ChainLink(paper.joints[i], link, paper.kinds[i], before, after, _body(paper, i), rotor_of(paper, i))
+        )
     return tuple(links)
 
 
@@ -61,13 +65,6 @@ def _body(paper: Paper, i: int) -> Body | None:
     if paper.inertia_about == "origin":
         tensor = tensor - steiner(float(mass), com)
     return Body(float(mass), com, tensor)
-
-
-def _rotor(paper: Paper, i: int) -> Rotor | None:
-    if "rotors.inertia" not in paper.columns:
-        return None
-    ratio, inertia = (float(paper.columns[f"rotors.{name}"].si()[i]) for name in ("gear_ratio", "inertia"))
-    return Rotor(ratio, inertia)
 
 
 def _flange(paper: Paper) -> Pose:
@@ -126,9 +123,6 @@ def _sources(paper: Paper) -> dict[str, tuple[Source, ...]]:
             out[f"{joint}.{side}"] = made((f"limits.{side}", i, moved), ("limits.zero", i, moved))
         for name in ("velocity", "effort"):
             out[f"{joint}.{name}"] = made((f"limits.{name}", i, "to SI"))
-        for name in ("viscous", "coulomb"):
-            out[f"{joint}.{name}"] = made((f"friction.{name}", i, "to SI"))
-        out[f"{joint}.armature"] = made(("rotors.gear_ratio", i, "k_r^2 I_m"), ("rotors.inertia", i, "k_r^2 I_m"))
         out[f"{link}.mass"] = made(("inertial.mass", i, "to SI"))
         out[f"{link}.com"] = made(("inertial.com", i, "DH frame to URDF frame"))
         products = paper.inertia_products[i]
@@ -136,6 +130,7 @@ def _sources(paper: Paper) -> dict[str, tuple[Source, ...]]:
         tensor = [("inertial.inertia", i, f"{about}{sign}, DH axes to URDF axes")]
         needs = [("inertial.mass", i, about), ("inertial.com", i, about)] if paper.inertia_about == "origin" else []
         out[f"{link}.inertia"] = made(*tensor, *needs)
+    out |= {name: found for name, parts in actuation_parts(paper) if (found := made(*parts))}
     out["flange"] = made(("flange.xyz", 0, "to SI"), ("flange.rpy", 0, "to SI"))
     out["pedestal"] = made(("drawing.pedestal", 0, "drawn only"))
     return out

@@ -37,6 +37,10 @@ class Body:
         """No body: mass zero."""
         return cls(0.0, np.zeros(3), np.zeros((3, 3)))
 
+    def inertia_origin(self) -> Array:
+        """The tensor about the origin of the link's frame, (3, 3) [kg m^2]."""
+        return self.inertia_com + steiner(self.mass, self.com)
+
     def seen_from(self, pose: Pose) -> Body:
         """The same body in the parent of `pose`."""
         r = pose.rotation
@@ -59,6 +63,8 @@ class Rotor:
     gear_ratio: float
     inertia: float
     """Moment of inertia about its own axis [kg m^2]."""
+    reflected: bool = False
+    """`inertia` is given as the joint feels it and `gear_ratio` is 1 in place of an unknown one: no spin couplings."""
 
     @property
     def armature(self) -> float:

@@ -143,3 +143,11 @@ class SingularArmError(LwrDynError, ArithmeticError):
     def __init__(self, index: int, why: str) -> None:
         super().__init__(f"row {index} of the path: {why}; allowed: poses and arm angles away from singularities")
         self.index, self.why = index, why
+
+
+class LogError(LwrDynError, ValueError):
+    """A log cannot be used for identification; says which file, which row or column, and what is needed."""
+
+    def __init__(self, file: str, where: str, found: str, needed: str) -> None:
+        super().__init__(f"{file}: {where}: {found}; needed: {needed}")
+        self.file, self.where, self.found, self.needed = file, where, found, needed

@@ -48,6 +48,8 @@ def check_arm(arm: Arm, paper: Paper | None = None, states: int = STATES, seed: 
 def _notes(arm: Arm, road_b: NewtonEuler, x: States) -> tuple[str, ...]:
     if all(link.rotor is None for link in arm.chain.links):
         return ("no rotor inertia is given",)
+    if all(link.rotor is None or link.rotor.reflected for link in arm.chain.links):
+        return ("rotor inertia is given at the joints, without gear ratios: no spin couplings to compute",)
     full = NewtonEuler(arm.chain, rotors="full")
     more = abs(full.inverse_dynamics(x.q, x.dq, x.ddq) - road_b.inverse_dynamics(x.q, x.dq, x.ddq)).max()
     return (f"rotors' spin couplings, which engines drop: at most {more:.2g} N m over these states",)

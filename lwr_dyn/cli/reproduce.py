@@ -13,7 +13,7 @@ from lwr_dyn.errors import UnknownNameError
 if TYPE_CHECKING:
     from lwr_dyn.reproduction.outcome import Outcome
 
-PAPERS = ("lwr4", "lwr4plus")
+PAPERS = ("lwr4", "lwr4plus", "wam7")
 
 
 @click.command("reproduce")
@@ -23,11 +23,14 @@ PAPERS = ("lwr4", "lwr4plus")
 @click.option("--fit-arm-angle", is_flag=True, help="Also fit the arm angle to Table VIII (named as fitted).")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object instead of the tables.")
 def command(paper: str, out: str | None, timing: str, fit_arm_angle: bool, as_json: bool) -> None:
-    """Recompute what PAPER (lwr4, lwr4plus) prints; exit 1 when a number has neither match nor explanation."""
+    """Recompute what PAPER (lwr4, lwr4plus, wam7) prints; exit 1 when a number has neither match nor explanation."""
     if paper not in PAPERS:
         raise UnknownNameError("paper to reproduce", paper, PAPERS)
     folder = out or f"out/{paper}"
-    outcome = _exercise(folder) if paper == "lwr4" else _lwr4plus(folder, timing, fit_arm_angle)
+    if paper == "lwr4plus":
+        outcome = _lwr4plus(folder, timing, fit_arm_angle)
+    else:
+        outcome = _exercise(folder) if paper == "lwr4" else _wam7(folder)
     if as_json:
         print_json(outcome.record)
     else:
@@ -45,5 +48,15 @@ def _exercise(folder: str) -> Outcome:
 def _lwr4plus(folder: str, timing: str, fit: bool) -> Outcome:
     from lwr_dyn.reproduction.lwr4plus_report import reproduce
 
-    quiet = not sys.stderr.isatty()
-    return reproduce(folder, timing, fit, say=lambda step: None if quiet else click.echo(f"... {step}", err=True))
+    return reproduce(folder, timing, fit, say=_say)
+
+
+def _wam7(folder: str) -> Outcome:
+    from lwr_dyn.reproduction.wam7_report import reproduce
+
+    return reproduce(folder, say=_say)
+
+
+def _say(step: str) -> None:
+    if sys.stderr.isatty():
+        click.echo(f"... {step}", err=True)

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from lwr_dyn.arm import Arm
+from lwr_dyn.cli.friction import friction_lines
 from lwr_dyn.control.sampled_damping import UNSTABLE, sampled_damping
 from lwr_dyn.dynamics.selection import dynamics_of
 from lwr_dyn.motion import Run
@@ -33,8 +34,7 @@ def run_text(run: Run, arm: Arm) -> str:
     lines.append(
         f"energy: change {audit['energy_change']:.6g} J; work [J]: {channels}; residual {audit['residual']:.2g}"
     )
-    lines += _chatter(run, arm)
-    return "\n".join(lines)
+    return "\n".join([*lines, *_chatter(run, arm), *friction_lines(run, arm)])
 
 
 def _chatter(run: Run, arm: Arm) -> list[str]:

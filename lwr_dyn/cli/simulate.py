@@ -9,20 +9,26 @@ import click
 import numpy as np
 
 from lwr_dyn.arm import Arm
+from lwr_dyn.cli.friction import chosen_friction_of
 from lwr_dyn.cli.options import NUMBERS, load_robot, print_json, robot_options
 from lwr_dyn.cli.run_report import run_record, run_text
 from lwr_dyn.control.by_name import CONTROLLERS, Tuning, controller_by_name
-from lwr_dyn.errors import DivergenceError, FileAccessError, OptionError
+from lwr_dyn.control.pd_gravity import PDGravity
+from lwr_dyn.control.protocol import Controller
+from lwr_dyn.dynamics.selection import dynamics_of
+from lwr_dyn.errors import DivergenceError, FileAccessError, MissingDataError, OptionError
 from lwr_dyn.files import check_writable
 from lwr_dyn.front import load
 from lwr_dyn.motion import Reference, Run
+from lwr_dyn.simulation.friction_choice import FORMS
 from lwr_dyn.simulation.plant import loaded, scaled
 from lwr_dyn.simulation.sensors import Encoder
 from lwr_dyn.simulation.simulate import simulate
 from lwr_dyn.tasks.ist import DURATION, TIMINGS, ist_reference
+from lwr_dyn.tasks.lspb_move import lspb_move
 from lwr_dyn.tasks.point_to_point import hold, point_to_point
 
-TASKS = ("ist", "point-to-point", "hold")
+TASKS = ("ist", "point-to-point", "lspb", "hold")
 
 
 def _options(command: Any) -> Any:
@@ -32,14 +38,16 @@ def _options(command: Any) -> Any:
         (
             click.option("--task", type=click.Choice(TASKS), default="ist", show_default=True),
             click.option("--timing", type=click.Choice(TIMINGS), default="smooth", show_default=True, help="Of IST."),
-            click.option("--duration", type=float, help="Seconds; 14 for IST, 2 for the others if not given."),
+            click.option("--duration", type=float, help="Seconds; 14 for IST, 7 for LSPB, else 2."),
             click.option("--arm-angle-deg", type=float, help="One arm angle for IST instead of the safest curve."),
-            click.option("--from-deg", type=NUMBERS, help="Start of point-to-point, place of hold (m for sliding)."),
-            click.option("--to-deg", type=NUMBERS, help="End of point-to-point."),
+            click.option("--from-deg", type=NUMBERS, help="Start of a move, place of hold (m for sliding)."),
+            click.option("--to-deg", type=NUMBERS, help="End of point-to-point and of LSPB."),
+            click.option("--blend", type=float, default=1.0, show_default=True, help="Of LSPB, s."),
             click.option("--controller", type=click.Choice(CONTROLLERS), default="pd-gravity", show_default=True),
             click.option("--omega-n", type=float, default=50.0, show_default=True, help="Natural frequency, rad/s."),
             click.option("--xi", type=float, default=1.0, show_default=True, help="Damping ratio."),
             click.option("--ki", type=float, help="Integral gain of the PID; omega_n^3 b/10 if not given."),
+            click.option("--own-gains", **flag, help="PD with the gains of the arm's file."),
             click.option("--velocity-error", **flag, help="PD, PID: Kd on dq_ref - dq, not the paper's -dq."),
             click.option("--no-feedforward", **flag, help="Inverse dynamics as the paper has it, ddq_d = 0."),
             click.option("--no-gravity", **flag, help="Inverse dynamics without g in n; PID without g."),
@@ -47,6 +55,10 @@ def _options(command: Any) -> Any:
             click.option("--plant-scale", type=float, default=1.0, help="Factor on all masses of the plant."),
             click.option("--payload", type=float, default=0.0, help="Point mass at the flange, kg."),
             click.option("--payload-known", **flag, help="The controller knows of the payload."),
+            click.option(
+                "--friction", type=click.Choice(FORMS), default=FORMS[0], show_default=True, help="Of the plant."
+            ),
+            click.option("--passive-refit", **flag, help="The nearest friction that feeds no energy in."),
             click.option("--rate", type=float, default=1000.0, show_default=True, help="Samples a second."),
             click.option("--method", type=click.Choice(["rk4", "dop853"]), default="rk4", show_default=True),
             click.option("--substeps", type=int, default=1, show_default=True, help="RK4 steps a sample."),
@@ -101,10 +113,15 @@ def _simulated(arm: Arm, robot: str, given: dict[str, Any]) -> Run:
         omega_n=given["omega_n"], xi=given["xi"], ki=given["ki"], velocity_error=given["velocity_error"],
         feedforward=not given["no_feedforward"], gravity=not given["no_gravity"],
     )  # fmt: skip
-    controller = controller_by_name(given["controller"], believed, tuning, engine=given["engine"])
+    controller: Controller
+    if given["own_gains"]:
+        controller = _own_pd(believed, given)
+    else:
+        controller = controller_by_name(given["controller"], believed, tuning, engine=given["engine"])
     plant = arm if given["plant_reading"] is None else load(robot, given["plant_reading"])
     if given["plant_scale"] != 1.0:
         plant = scaled(plant, given["plant_scale"])
+    friction, note = chosen_friction_of(plant, given["friction"], given["passive_refit"])
     encoder = _encoder(given["encoder_bits"], given["encoder_noise"], given["velocity_cutoff"])
     reference = _reference(arm, given)
     with click.progressbar(length=100, label="simulating", file=sys.stderr, hidden=not sys.stderr.isatty()) as bar:
@@ -116,8 +133,17 @@ def _simulated(arm: Arm, robot: str, given: dict[str, Any]) -> Run:
             arm, controller, reference, plant=plant, payload=payload, encoder=encoder, progress=progress,
             rate=given["rate"], method=given["method"], substeps=given["substeps"], continuous=given["continuous"],
             engine=given["engine"], saturate=not given["no_saturation"], seed=given["seed"],
-            allow_unphysical=given["allow_unphysical"], meta={"task": given["task"]},
+            allow_unphysical=given["allow_unphysical"], friction=friction, meta={"task": given["task"], **note},
         )  # fmt: skip
+
+
+def _own_pd(believed: Arm, given: dict[str, Any]) -> PDGravity:
+    if given["controller"] != "pd-gravity":
+        raise OptionError("--own-gains", f"with --controller {given['controller']}", "with pd-gravity")
+    if believed.gains is None:
+        raise MissingDataError(believed.name, "controller gains", "--own-gains")
+    gains, dynamics = believed.gains, dynamics_of(believed, given["engine"])
+    return PDGravity(dynamics, gains.Kp, gains.Kd, given["velocity_error"])
 
 
 def _encoder(bits: int | None, noise: float, cutoff: float) -> Encoder | None:
@@ -138,7 +164,10 @@ def _reference(arm: Arm, given: dict[str, Any]) -> Reference:
     seconds = 2.0 if duration is None else duration
     if given["task"] == "hold":
         return hold(arm, start, seconds)
-    return point_to_point(arm, np.array([start, _joints(arm, given["to_deg"], "--to-deg")]), [seconds])
+    end = _joints(arm, given["to_deg"], "--to-deg")
+    if given["task"] == "lspb":
+        return lspb_move(arm, start, end, duration=7.0 if duration is None else duration, blend=given["blend"])
+    return point_to_point(arm, np.array([start, end]), [seconds])
 
 
 def _joints(arm: Arm, values: tuple[float, ...] | None, name: str) -> Any:

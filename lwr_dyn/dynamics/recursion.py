@@ -41,6 +41,8 @@ class LinkConstants:
     inertia: Matrix
     gear_ratio: Scalar
     rotor_inertia: Scalar
+    reflected: bool
+    """The rotor's inertia is known at the joint alone, so that "full" can only take it as armature."""
 
 
 def link_constants(chain: Chain) -> tuple[LinkConstants, ...]:
@@ -61,6 +63,7 @@ def link_constants(chain: Chain) -> tuple[LinkConstants, ...]:
                 inertia=Matrix(ZERO, ZERO, ZERO) if body is None else Matrix.of(body.inertia_com),
                 gear_ratio=0.0 if rotor is None else float(rotor.gear_ratio),
                 rotor_inertia=0.0 if rotor is None else float(rotor.inertia),
+                reflected=rotor is not None and rotor.reflected,
             )
         )
     return tuple(out)
@@ -166,7 +169,7 @@ def _backward(
         f, mu = m.R @ f, m.R @ mu  # into the joint frame
         tau[i] = mu.z if link.revolute else f.z
         kr, Im = link.gear_ratio, link.rotor_inertia
-        if rotors == "armature":
+        if rotors == "armature" or (rotors == "full" and link.reflected):
             tau[i] = add(tau[i], multiply(multiply(kr * kr, Im), ddq[i]))
         elif rotors == "full":
             spin, dspin = multiply(kr, dq[i]), multiply(kr, ddq[i])

@@ -7,7 +7,7 @@ from typing import Any
 
 from lwr_dyn.errors import PaperError
 from lwr_dyn.papers.fields import Fields, choice
-from lwr_dyn.papers.schema import KINDS, TABLES, Column, ColumnRule
+from lwr_dyn.papers.schema import KINDS, PER_JOINT, TABLES, Column, ColumnRule
 from lwr_dyn.papers.units import UNITS, units_of
 
 
@@ -54,7 +54,8 @@ def _column(
         if u not in UNITS or UNITS[u][0] not in rule.quantities:
             raise PaperError(file, f"{name}.unit", repr(u), ", ".join(units_of(*rule.quantities)))
     label = f"{name}.values"
-    cells = tuple(_row(r, rule.row, file, f"{label}[{i}]" if rule.per_joint else label) for i, r in enumerate(rows))
+    shape = tuple(n if size == PER_JOINT else size for size in rule.row)
+    cells = tuple(_row(r, shape, file, f"{label}[{i}]" if rule.per_joint else label) for i, r in enumerate(rows))
     errata = {row: tuple(ids) for row, ids in touched.items() if row < count}
     return Column(name, cells, tuple(units), where, kind, note, symbols, errata)
 

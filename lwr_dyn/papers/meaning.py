@@ -4,15 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+import numpy as np
+
 from lwr_dyn.dh import JointKind
 from lwr_dyn.errors import PaperError
-from lwr_dyn.papers.schema import Column
+from lwr_dyn.papers.schema import SIDES, Column
 from lwr_dyn.papers.units import UNITS
 
-_LIMITS = ("limits.zero", "limits.lower", "limits.upper", "limits.velocity", "limits.effort")
-_LINEAR = {"length", "velocity", "force"}
-_ABOVE_ZERO = ("inertial.mass", "limits.velocity", "limits.effort", "rotors.gear_ratio", "drawing.radius")
-_AT_LEAST_ZERO = ("rotors.inertia", "friction.viscous", "friction.coulomb", "drawing.pedestal")
+_OF_THE_JOINT = ("limits.", "friction.", "gains.")
+"""Tables whose units tell a turning joint from a sliding one."""
+_LINEAR = {"length", "velocity", "force", "damping", "stiffness", "integral gain"}
+_ABOVE_ZERO = (
+    "inertial.mass", "limits.velocity", "limits.effort", "rotors.gear_ratio", "drawing.radius", "transmission.ratio",
+    "transmission.stage", "gains.kp", "gains.effort", "friction.covered",
+    *(f"friction.{side}_stribeck_velocity" for side in SIDES),
+)  # fmt: skip
+_AT_LEAST_ZERO = (
+    "rotors.inertia", "rotors.armature", "friction.viscous", "friction.coulomb", "drawing.pedestal", "gains.ki",
+    "gains.kd", *(f"friction.{side}_{name}" for side in SIDES for name in ("coulomb", "static")),
+)  # fmt: skip
+_DIRECTED = tuple(f"friction.{side}_{name}" for side in SIDES for name in ("coulomb", "viscous"))
 
 
 def check_meaning(columns: Mapping[str, Column], joints: Sequence[str], kinds: Sequence[JointKind], file: str) -> None:
@@ -21,10 +32,12 @@ def check_meaning(columns: Mapping[str, Column], joints: Sequence[str], kinds: S
     _signs(columns, file)
     _limits(columns, file)
     _symmetry(columns, file)
+    _rotors(columns, file)
+    _friction(columns, file)
 
 
 def _units(columns: Mapping[str, Column], joints: Sequence[str], kinds: Sequence[JointKind], file: str) -> None:
-    for name in (x for x in _LIMITS if x in columns):
+    for name in (x for x in columns if x.startswith(_OF_THE_JOINT)):
         for i, unit in enumerate(columns[name].unit):
             if (UNITS[unit][0] in _LINEAR) != (kinds[i] is JointKind.PRISMATIC):
                 allowed = f"a unit of a {kinds[i].value} joint"
@@ -41,6 +54,9 @@ def _signs(columns: Mapping[str, Column], file: str) -> None:
     for i, value in enumerate(columns["dh.sign"].values if "dh.sign" in columns else ()):
         if value not in (1.0, -1.0):
             raise PaperError(file, f"dh.sign.values[{i}]", str(value), "1 or -1")
+    for i, row in enumerate(columns["transmission.signs"].values if "transmission.signs" in columns else ()):
+        if any(value not in (1.0, 0.0, -1.0) for value in row):
+            raise PaperError(file, f"transmission.signs.values[{i}]", str(list(row)), "1, 0 or -1 for each joint")
 
 
 def _limits(columns: Mapping[str, Column], file: str) -> None:
@@ -61,3 +77,33 @@ def _symmetry(columns: Mapping[str, Column], file: str) -> None:
             if tensor[r][c] != tensor[c][r]:
                 field = f"inertial.inertia.values[{i}][{r}][{c}]"
                 raise PaperError(file, field, f"{tensor[r][c]} against {tensor[c][r]}", "a symmetric tensor")
+
+
+def _rotors(columns: Mapping[str, Column], file: str) -> None:
+    """Gear ratio and inertia together, or the reflected inertia alone; a motor map that can be inverted."""
+    signs = columns.get("transmission.signs")
+    if signs is not None and np.linalg.matrix_rank(signs.si()) < len(signs.values):
+        raise PaperError(file, "transmission.signs", "a singular matrix", "as many independent motors as joints")
+    given = {name for name in ("gear_ratio", "inertia", "armature") if f"rotors.{name}" in columns}
+    if given not in (set(), {"gear_ratio", "inertia"}, {"armature"}):
+        raise PaperError(file, "rotors", " and ".join(sorted(given)), "gear_ratio and inertia, or armature alone")
+
+
+def _friction(columns: Mapping[str, Column], file: str) -> None:
+    """One pair both ways, or both directions in full; what holds at rest is not below what slips."""
+    directed = [name for name in columns if name.startswith("friction.") and name.count("_")]
+    both_ways = [name for name in ("friction.viscous", "friction.coulomb") if name in columns]
+    if directed and both_ways:
+        raise PaperError(
+            file, both_ways[0], f"beside {directed[0]}", "either one pair both ways or columns per direction"
+        )
+    if directed or any(f"friction.{name}" in columns for name in ("offset", "covered")):
+        for name in (x for x in _DIRECTED if x not in columns):
+            raise PaperError(file, name, "missing", "Coulomb and viscous columns of both directions")
+    for side in (s for s in SIDES if f"friction.{s}_static" in columns):
+        static, coulomb = (columns[f"friction.{side}_{name}"].si() for name in ("static", "coulomb"))
+        for i, (held, slipping) in enumerate(zip(static, coulomb, strict=True)):
+            if held < slipping:
+                raise PaperError(
+                    file, f"friction.{side}_static.values[{i}]", f"{held:g}", f"at least Coulomb, {slipping:g}"
+                )

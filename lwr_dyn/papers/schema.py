@@ -19,6 +19,12 @@ PRODUCTS = ("tensor", "integral")
 STATUSES = ("proven", "likely", "open")
 
 
+PER_JOINT = 0
+"""In the shape of a row: as many entries as there are joints."""
+SIDES = ("positive", "negative")
+"""Directions of motion for which friction may be given apart."""
+
+
 @dataclass(frozen=True, slots=True)
 class ColumnRule:
     """What a column may hold: the shape of one row, its quantities, whether the table needs it."""
@@ -28,6 +34,14 @@ class ColumnRule:
     per_joint: bool = True
     required: bool = False
 
+
+_DAMPING, _FORCE, _SPEED = (
+    ("angular damping", "damping"),
+    ("torque", "force"),
+    ("angular velocity", "velocity"),
+)
+FRICTION_OF_A_SIDE = {"coulomb": _FORCE, "viscous": _DAMPING, "static": _FORCE, "stribeck_velocity": _SPEED}
+"""Column of one direction ("positive_coulomb") -> quantities."""
 
 TABLES: dict[str, dict[str, ColumnRule]] = {
     "base": {"gravity": ColumnRule((3,), ("acceleration",), per_joint=False)},
@@ -56,16 +70,36 @@ TABLES: dict[str, dict[str, ColumnRule]] = {
         "inertia": ColumnRule((3, 3), ("inertia",), required=True),
     },
     "rotors": {
-        "gear_ratio": ColumnRule((), ("number",), required=True),
-        "inertia": ColumnRule((), ("inertia",), required=True),
+        "gear_ratio": ColumnRule((), ("number",)),
+        "inertia": ColumnRule((), ("inertia",)),
+        "armature": ColumnRule((), ("inertia",)),
+    },
+    "transmission": {
+        "ratio": ColumnRule((), ("number",), required=True),
+        "stage": ColumnRule((), ("number",)),
+        "signs": ColumnRule((PER_JOINT,), ("number",), required=True),
+    },
+    "gains": {
+        "kp": ColumnRule((), ("angular stiffness", "stiffness"), required=True),
+        "ki": ColumnRule((), ("angular integral gain", "integral gain")),
+        "kd": ColumnRule((), _DAMPING, required=True),
+        "effort": ColumnRule((), _FORCE),
     },
     "friction": {
-        "viscous": ColumnRule((), ("angular damping", "damping")),
-        "coulomb": ColumnRule((), ("torque", "force")),
+        "viscous": ColumnRule((), _DAMPING),
+        "coulomb": ColumnRule((), _FORCE),
+        **{f"{s}_{name}": ColumnRule((), quantities) for s in SIDES for name, quantities in FRICTION_OF_A_SIDE.items()},
+        "offset": ColumnRule((), _FORCE),
+        "covered": ColumnRule((), _SPEED),
     },
     "drawing": {"pedestal": ColumnRule((), ("length",), per_joint=False), "radius": ColumnRule((), ("length",))},
 }
-"""Table -> column -> rule. `limits.zero` is the DH coordinate at which the printed coordinate reads zero."""
+"""Table -> column -> rule. `limits.zero` is the DH coordinate at which the printed coordinate reads zero.
+
+`rotors` gives gear ratio and inertia of the rotor, or `armature`, its inertia as the joint feels it. The motor map is
+dq_m = T dq with T_ij = signs_ij ratio_j / stage_j. `friction` is one pair both ways, or columns per direction, up to
+the speed `covered` that they were identified at.
+"""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

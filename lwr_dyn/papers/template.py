@@ -61,10 +61,21 @@ inertia = {{ values = [
 # [rotors]                        # seen at the joint as gear_ratio^2 * inertia
 # gear_ratio = {{ values = {ones}, unit = "1", where = "", kind = "assumed" }}
 # inertia = {{ values = {zeros}, unit = "kg m^2", where = "", kind = "assumed" }}
+# or, where the source gives it as the joint feels it:  armature = {{ ... unit = "kg m^2" ... }}
+
+# [transmission]                  # motors turn by dq_m = T dq, T_ij = signs_ij ratio_j / stage_j
+# ratio = {{ values = {ones}, unit = "1", where = "", kind = "assumed" }}
+# signs = {{ values = [[1, 0, ...], ...], unit = "1", where = "", kind = "assumed" }}
 
 # [friction]
 # viscous = {{ values = {zeros}, unit = "N m s/rad", where = "", kind = "assumed" }}
 # coulomb = {{ values = {zeros}, unit = "N m", where = "", kind = "assumed" }}
+# or per direction: positive_coulomb, positive_viscous, negative_coulomb, negative_viscous, and optionally
+# ..._static, ..._stribeck_velocity, offset, covered (the speed up to which it was measured)
+
+# [gains]                         # of the arm's own joint controller: kp, kd, and optionally ki, effort
+# kp = {{ values = {ones}, unit = "N m/rad", where = "", kind = "assumed" }}
+# kd = {{ values = {ones}, unit = "N m s/rad", where = "", kind = "assumed" }}
 
 # A slip in the source is not edited above but written here, and a reading lists the errata it applies:
 # [[erratum]]

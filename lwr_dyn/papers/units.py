@@ -24,7 +24,11 @@ UNITS: dict[str, tuple[str, float]] = {
     "mm/s": ("velocity", 1e-3),
     "m/s^2": ("acceleration", 1.0),
     "N m s/rad": ("angular damping", 1.0),
+    "N m/rad": ("angular stiffness", 1.0),
+    "N m/(rad s)": ("angular integral gain", 1.0),
     "N s/m": ("damping", 1.0),
+    "N/m": ("stiffness", 1.0),
+    "N/(m s)": ("integral gain", 1.0),
     "1": ("number", 1.0),
 }
 """Unit -> (quantity, factor to SI)."""

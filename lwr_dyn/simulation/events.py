@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -82,11 +82,25 @@ def first_event(
     beyond = np.flatnonzero(plant.beyond(after[:n]) & ~held)
     watched = [(passed(j, side), j, side) for j, side in _sides(plant, after, beyond)]
     watched += [(pulled(j, side), j, 0.0) for j, side in _sides(plant, interval.y, np.flatnonzero(held & ~forced))]
-    first: Found | None = None
-    for f, joint, side in watched:
-        until = interval.h if first is None else first.after
+    first = earliest((f, interval.h) for f, _, _ in watched)
+    return None if first is None else Found(first.after, *watched[first.index][1:])
+
+
+@dataclass(frozen=True, slots=True)
+class First:
+    """Which of several comes first, and when [s]."""
+
+    after: float
+    index: int
+
+
+def earliest(watched: Iterable[tuple[Callable[[float], float], float]]) -> First | None:
+    """Of functions f, each positive at its time `until` once what it watches has happened: the first to turn so."""
+    first: First | None = None
+    for index, (f, latest) in enumerate(watched):
+        until = latest if first is None else min(latest, first.after)
         if f(until) > 0.0:
-            first = Found(crossing(f, until), joint, side)
+            first = First(crossing(f, until), index)
     return first
 
 

@@ -31,6 +31,7 @@ class Flow:
     plant: Plant
     integrate: Integrator
     stop_work: float = 0.0
+    evaluations: int = 0
     events: list[Event] = field(default_factory=list)
     _held: Mask = field(init=False)
 
@@ -68,6 +69,7 @@ class Flow:
         anything_held, none = bool(held.any()), np.zeros(n)
 
         def rates(t: float, y: Array) -> Array:
+            self.evaluations += 1
             q, dq = y[:n], y[n : 2 * n]
             tau, memory_rate = drive(t, q, dq, y[2 * n + 2 :])
             drag = none if friction is None else friction(dq)
@@ -88,17 +90,12 @@ class Flow:
         return y
 
     def _meet_stops(self, t: float, y: Array) -> Array:
-        """Impacts of joints that stand at a limit with outward speed."""
-        n = self.plant.n
-        q, dq = y[:n], y[n : 2 * n]
-        meeting = self.plant.at_limit(q) * dq > 0.0
-        if not meeting.any():
+        met = meet_stops(self.plant, t, y)
+        if met is None:
             return y
-        hit = impact(self.plant, q, dq)
-        self.stop_work += float(hit.work.sum())
-        for joint in np.flatnonzero(hit.stopped & (dq != 0.0)):
-            self.events.append(Event(t, "stop", int(joint), float(-hit.work[joint])))
-        return np.concatenate([q, hit.dq, y[2 * n :]])
+        self.stop_work += met.work
+        self.events += met.events
+        return met.y
 
     def _held_now(self, t: float, y: Array, tau: Array, forced: Mask, barred: Mask) -> Mask:
         """Which joints rest against a stop from here on; those that no longer do are written down."""
@@ -109,3 +106,24 @@ class Flow:
             self.events.append(Event(t, "release", int(joint)))
         self._held = held
         return held
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Met:
+    """What an impact left: the state, the work of the stops [J], and its events."""
+
+    y: Array
+    work: float
+    events: list[Event]
+
+
+def meet_stops(plant: Plant, t: float, y: Array) -> Met | None:
+    """Impacts of joints that stand at a limit with outward speed; None where there is none."""
+    n = plant.n
+    q, dq = y[:n], y[n : 2 * n]
+    if not (plant.at_limit(q) * dq > 0.0).any():
+        return None
+    hit = impact(plant, q, dq)
+    struck = np.flatnonzero(hit.stopped & (dq != 0.0))
+    events = [Event(t, "stop", int(joint), float(-hit.work[joint])) for joint in struck]
+    return Met(np.concatenate([q, hit.dq, y[2 * n :]]), float(hit.work.sum()), events)

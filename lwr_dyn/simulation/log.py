@@ -18,6 +18,8 @@ class Log:
     states: Array
     command: Array
     applied: Array
+    friction: Array | None
+    """tau_friction (k + 1, n) where it depends on more than the speeds (joints at rest); else None."""
     friction_work: Array
     stop_work: Array
     actuator_work: Array
@@ -27,14 +29,15 @@ class Log:
     """Samples that are whole: state and torque."""
 
     @classmethod
-    def blank(cls, reference: Motion, start: Array, continuous: bool) -> Log:
+    def blank(cls, reference: Motion, start: Array, continuous: bool, sticks: bool = False) -> Log:
         """A log for the times of a reference, with the first state (2, n) in it."""
         samples, n = reference.q.shape
         states = np.zeros((samples, 2, n))
         states[0] = start
         command, applied = np.zeros((2, samples, n))
-        friction, stop, actuator = np.zeros((3, samples))
-        return cls(reference, states, command, applied, friction, stop, actuator, continuous)
+        work, stop, actuator = np.zeros((3, samples))
+        held = np.zeros((samples, n)) if sticks else None
+        return cls(reference, states, command, applied, held, work, stop, actuator, continuous)
 
     @property
     def t(self) -> Array:

@@ -14,14 +14,17 @@ from lwr_dyn.arrays import Array
 from lwr_dyn.control.protocol import Controller, WithMemory
 from lwr_dyn.errors import ShapeError
 from lwr_dyn.motion import Reference
-from lwr_dyn.simulation.events import TURN, followable
+from lwr_dyn.simulation.events import followable
 from lwr_dyn.simulation.flow import Drive, Flow
-from lwr_dyn.simulation.integrators import held_rk4
 from lwr_dyn.simulation.log import Log
+from lwr_dyn.simulation.quick import quick_step
 from lwr_dyn.simulation.sensors import Sensor
+from lwr_dyn.simulation.stick_flow import StickFlow
 
 Progress = Callable[[float], None]
 """Called with the share that is done, about a hundred times."""
+Advancing = Flow | StickFlow
+"""What takes a state over an interval, events included."""
 REPORTS = 100
 _EMPTY = np.zeros(0)
 
@@ -69,23 +72,17 @@ def _spans(steps: int, progress: Progress | None) -> Iterator[tuple[int, int]]:
             progress(last / steps)
 
 
-def run_sampled(flow: Flow, controller: Controller, log: Log, sampling: Sampling) -> None:
+def run_sampled(flow: Advancing, controller: Controller, log: Log, sampling: Sampling) -> None:
     """Torques held from sample to sample.
 
-    On the fast way one comparison of the new state with its bounds finds a limit that is passed, a speed that cannot
-    be followed and a NaN; such a step is thrown away and goes through `flow`.
+    A step that the fast way does not vouch for is thrown away and goes through `flow`.
     """
     plant, n, h = flow.plant, flow.plant.n, sampling.step
-    step = held_rk4(plant.raw.forward_dynamics, n, h / sampling.substeps)
-    cap = np.full(n, TURN / h)
-    ceiling, floor = np.array([plant.upper, cap]), np.array([plant.lower, -cap])
-    inside = np.zeros((2, 2, n), dtype=bool)
-    below, above = inside
-    all_inside = np.ones_like(inside).tobytes()
+    quick = quick_step(flow, log, sampling.step, sampling.substeps)
     effort, negative = plant.effort, -plant.effort
-    less_equal, greater_equal, minimum, maximum = np.less_equal, np.greater_equal, np.minimum, np.maximum
-    more, sensor, shape, reference = range(sampling.substeps - 1), sampling.sensor, (n,), log.reference
-    careful = not sampling.fast or bool(plant.at_limit(log.states[0, 0]).any())
+    minimum, maximum = np.minimum, np.maximum
+    sensor, shape, reference = sampling.sensor, (n,), log.reference
+    careful = not sampling.fast or isinstance(flow, StickFlow) or bool(plant.at_limit(log.states[0, 0]).any())
     for first, last in _spans(len(log.t) - 1, sampling.progress):
         part = slice(first, last)
         rows = zip(
@@ -104,19 +101,13 @@ def run_sampled(flow: Flow, controller: Controller, log: Log, sampling: Sampling
             minimum(tau, effort, out=applied)
             maximum(applied, negative, out=applied)
             log.done = k + 1
-            if not careful:
-                step(now, applied, after)
-                for _ in more:
-                    step(after, applied, after)
-                less_equal(after, ceiling, out=below)
-                greater_equal(after, floor, out=above)
-                if inside.tobytes() == all_inside:
-                    continue
+            if not careful and quick(k, now, applied, after):
+                continue
             careful = _careful_step(flow, log, k, h) or not sampling.fast
     _last_sample(flow, controller, log, sensor)
 
 
-def _last_sample(flow: Flow, controller: Controller, log: Log, sensor: Sensor | None) -> None:
+def _last_sample(flow: Advancing, controller: Controller, log: Log, sensor: Sensor | None) -> None:
     """The torque at the end of the run, which moves nothing any more."""
     k = len(log.t) - 1
     q, dq = log.states[k]
@@ -125,9 +116,23 @@ def _last_sample(flow: Flow, controller: Controller, log: Log, sensor: Sensor | 
     asked = log.reference
     tau = controller(float(asked.t[k]), q, dq, asked.q[k], asked.dq[k], asked.ddq[k])
     _write_torque(flow, log, k, tau)
+    _last_friction(flow, log, _holding(log.applied[k]), np.concatenate([log.states[k].ravel(), (0.0, 0.0)]))
 
 
-def _write_torque(flow: Flow, log: Log, k: int, tau: object) -> None:
+def _last_friction(flow: Advancing, log: Log, drive: Drive, y: Array) -> None:
+    """The friction at the end of the run, for those at rest under the torque asked for there."""
+    if isinstance(flow, StickFlow) and log.friction is not None:
+        k = len(log.t) - 1
+        flow.begin(drive, float(log.t[k]), y)
+        log.friction[k] = flow.friction
+
+
+def _holding(tau: Array) -> Drive:
+    """A torque that stays as it is."""
+    return lambda t, q, dq, memory: (tau, _EMPTY)
+
+
+def _write_torque(flow: Advancing, log: Log, k: int, tau: object) -> None:
     log.command[k] = joint_torque(tau, flow.plant.n, k)
     log.applied[k] = flow.plant.cut(log.command[k])
     log.done = k + 1
@@ -135,23 +140,21 @@ def _write_torque(flow: Flow, log: Log, k: int, tau: object) -> None:
         raise Blowup(k, log.command[k])
 
 
-def _careful_step(flow: Flow, log: Log, k: int, h: float) -> bool:
-    """Step k with its events; says whether a joint stands at a limit after it."""
-    n, applied = flow.plant.n, log.applied[k]
-
-    def hold(t: float, q: Array, dq: Array, memory: Array) -> tuple[Array, Array]:
-        return applied, _EMPTY
-
-    _advance(flow, hold, log, k, h, np.concatenate([log.states[k].ravel(), (0.0, 0.0)]))
-    return bool(flow.plant.at_limit(log.states[k + 1].reshape(2, n)[0]).any())
+def _careful_step(flow: Advancing, log: Log, k: int, h: float) -> bool:
+    """Step k with its events; says whether a joint stands at a limit after it, where `quick` does not know of that."""
+    n = flow.plant.n
+    _advance(flow, _holding(log.applied[k]), log, k, h, np.concatenate([log.states[k].ravel(), (0.0, 0.0)]))
+    return not isinstance(flow, StickFlow) and bool(flow.plant.at_limit(log.states[k + 1].reshape(2, n)[0]).any())
 
 
-def _advance(flow: Flow, drive: Drive, log: Log, k: int, h: float, y: Array) -> Array:
+def _advance(flow: Advancing, drive: Drive, log: Log, k: int, h: float, y: Array) -> Array:
     """State k + 1 and what the channels did meanwhile; raises `Blowup` when it cannot be followed."""
     n, before = flow.plant.n, flow.stop_work
     if not np.isfinite(log.applied[k]).all():
         raise Blowup(k, log.command[k])
     y1 = flow.advance(drive, float(log.t[k]), y, h)
+    if isinstance(flow, StickFlow) and log.friction is not None:
+        log.friction[k] = flow.friction
     if not followable(y1, n, h):
         raise Blowup(k, log.command[k])
     log.states[k + 1] = y1[: 2 * n].reshape(2, n)
@@ -161,7 +164,7 @@ def _advance(flow: Flow, drive: Drive, log: Log, k: int, h: float, y: Array) -> 
 
 
 def run_continuous(
-    flow: Flow, controller: Controller, reference: Reference, log: Log, progress: Progress | None
+    flow: Advancing, controller: Controller, reference: Reference, log: Log, progress: Progress | None
 ) -> None:
     """The controller asked at every moment the integrator looks at; its memory and the works ride along as states."""
     n, h = flow.plant.n, float(log.t[1] - log.t[0])
@@ -184,6 +187,7 @@ def run_continuous(
             log.actuator_work[k + 1] = after[2 * n] - y[2 * n]
             y = after
     _write_torque(flow, log, len(log.t) - 1, ask(len(log.t) - 1, y))
+    _last_friction(flow, log, drive, y)
 
 
 def _continuous_law(controller: Controller, reference: Reference, n: int) -> tuple[Drive, int]:

@@ -16,6 +16,7 @@ from lwr_dyn.dynamics.protocol import Dynamics
 from lwr_dyn.dynamics.ungated import UngatedDynamics, ungated
 from lwr_dyn.errors import NotPhysicalError, OptionError
 from lwr_dyn.physical import unphysical_links
+from lwr_dyn.simulation.dry_friction import DryFriction
 
 FrictionLaw = Callable[[Array], Array]
 """tau_friction(dq), (n,) -> (n,) [N m], smooth in dq; it opposes the motion: B ddq + C dq + g = tau - tau_friction."""
@@ -31,6 +32,8 @@ class Plant:
     lower: Array
     upper: Array
     effort: Array
+    dry: DryFriction | None = None
+    """Set-valued friction, in place of `friction`."""
 
     @property
     def n(self) -> int:
@@ -62,8 +65,9 @@ def plant_of(
     saturate: bool = True,
     position_limits: bool = True,
     allow_unphysical: bool = False,
+    dry: DryFriction | None = None,
 ) -> Plant:
-    """The plant of an arm.
+    """The plant of an arm; with `dry`, for a `StickFlow`.
 
     Raises
     ------
@@ -81,18 +85,8 @@ def plant_of(
         lower=arm.lower if position_limits else -free,
         upper=arm.upper if position_limits else free,
         effort=arm.effort if saturate else free,
+        dry=dry,
     )  # fmt: skip
-
-
-def viscous_friction(arm: Arm) -> FrictionLaw | None:
-    """tau_friction = F_v dq from the viscous coefficients the arm's file gives; None where it gives none.
-
-    A joint without a coefficient has no friction here; dry friction is not part of this law.
-    """
-    if all(limit.viscous is None for limit in arm.limits):
-        return None
-    coefficients = np.array([0.0 if limit.viscous is None else limit.viscous for limit in arm.limits])
-    return lambda dq: coefficients * dq
 
 
 def loaded(arm: Arm, mass: float, com: ArrayLike = (0.0, 0.0, 0.0), inertia_com: Any = None) -> Arm:

@@ -16,12 +16,14 @@ from lwr_dyn.dynamics.selection import dynamics_of
 from lwr_dyn.errors import ShapeError
 from lwr_dyn.motion import Reference, Run
 from lwr_dyn.simulation.flow import Flow
+from lwr_dyn.simulation.friction_choice import Choice, FrictionOption, check_rate, chosen_friction
 from lwr_dyn.simulation.log import Log
 from lwr_dyn.simulation.loops import Blowup, Progress, Sampling, run_continuous, run_sampled
-from lwr_dyn.simulation.plant import FrictionLaw, Plant, loaded, plant_of, viscous_friction
+from lwr_dyn.simulation.plant import Plant, loaded, plant_of
 from lwr_dyn.simulation.record import divergence, origin, run_of, versions
 from lwr_dyn.simulation.sensors import Encoder
 from lwr_dyn.simulation.settings import Settings, check_continuous, sampled_reference, start_state
+from lwr_dyn.simulation.stick_flow import StickFlow
 
 
 def simulate(
@@ -39,7 +41,7 @@ def simulate(
     payload: float = 0.0,
     payload_com: ArrayLike = (0.0, 0.0, 0.0),
     payload_inertia: ArrayLike | None = None,
-    friction: FrictionLaw | None = None,
+    friction: FrictionOption = "set-valued",
     encoder: Encoder | None = None,
     saturate: bool = True,
     position_limits: bool = True,
@@ -73,8 +75,9 @@ def simulate(
     payload, payload_com, payload_inertia
         Mass [kg], centre (3,) [m] and inertia about it (3, 3) [kg m^2] of a load in the plant's flange frame. The
         controller knows of it only if its own dynamics were built on `loaded(arm, ...)`.
-    friction : FrictionLaw, optional
-        The viscous coefficients of the plant's file, where it gives any, if not given.
+    friction : {"set-valued", "smooth", "none"}, sequence of JointFriction, or FrictionLaw
+        The plant's own friction, where its file gives any, with true stick; its tanh form (stiff: see `substeps`); or
+        none. Friction of one's own, joint by joint, is set-valued; a function tau_friction(dq) must be smooth.
     encoder : Encoder, optional
         What the controller sees; the true state if not given.
     saturate, position_limits : bool
@@ -93,7 +96,8 @@ def simulate(
     Returns
     -------
     Run
-        Samples from 0 to the duration; `run.meta["audit"]` holds the energy audit.
+        Samples from 0 to the duration; `run.meta["audit"]` holds the energy audit, `run.meta["evaluations"]` how often
+        the accelerations were computed. An event "friction feeds energy in" warns of friction that drives.
 
     Raises
     ------
@@ -108,13 +112,15 @@ def simulate(
     moved = arm if plant is None else plant
     if payload != 0.0:
         moved = loaded(moved, payload, payload_com, payload_inertia)
-    body = _plant(moved, engine, friction, settings)
+    choice = chosen_friction(moved, friction)
+    body = _plant(moved, engine, choice, settings)
     if continuous:
         check_continuous(controller, encoder)
     motion = sampled_reference(reference, settings.times(reference.duration if duration is None else duration), body.n)
     start = start_state(body, motion, q0, dq0)
+    friction_rate = check_rate(body, choice, start[0], settings)
     sensor = None if encoder is None else encoder.sensor(start[0], start[1], motion.t.size, rate, seed)
-    log, flow = Log.blank(motion, start, continuous), Flow(body, settings.integrator())
+    log, flow = Log.blank(motion, start, continuous, sticks=body.dry is not None), _flow(body, settings)
     story = {
         **origin(arm), "plant": origin(moved), "payload": _payload(payload, payload_com, payload_inertia),
         "controller": describe(controller), "engine": engine if isinstance(engine, str) else type(engine).__name__,
@@ -123,7 +129,8 @@ def simulate(
             "about": dict(getattr(reference, "about", {})),
         },
         "options": asdict(settings), "encoder": None if encoder is None else asdict(encoder),
-        "friction": body.friction is not None, "seed": seed, "versions": versions(), "note": dict(meta or {}),
+        "friction": choice.form != "none", "friction_law": {**choice.about(), "rate": friction_rate}, "seed": seed,
+        "versions": versions(), "note": dict(meta or {}),
     }  # fmt: skip
     reset(controller)
     try:
@@ -138,13 +145,20 @@ def simulate(
     return run_of(body, log, flow, story)
 
 
-def _plant(arm: Arm, engine: str | Dynamics, friction: FrictionLaw | None, settings: Settings) -> Plant:
+def _plant(arm: Arm, engine: str | Dynamics, choice: Choice, settings: Settings) -> Plant:
     arm.require_dynamics()
     dynamics = dynamics_of(arm, engine) if isinstance(engine, str) else engine
     if dynamics.n != arm.n:
         raise ShapeError("engine", f"{dynamics.n} joints", f"{arm.n} joints, as the plant has")
-    law = viscous_friction(arm) if friction is None else friction
-    return plant_of(arm, dynamics, law, settings.saturate, settings.position_limits, settings.allow_unphysical)
+    return plant_of(
+        arm, dynamics, choice.law, settings.saturate, settings.position_limits, settings.allow_unphysical, choice.dry
+    )
+
+
+def _flow(body: Plant, settings: Settings) -> Flow | StickFlow:
+    if body.dry is not None:
+        return StickFlow(body, settings.integrator(), body.dry)
+    return Flow(body, settings.integrator())
 
 
 def _payload(mass: float, com: ArrayLike, inertia: ArrayLike | None) -> dict[str, Any] | None:

@@ -20,7 +20,7 @@ import numpy as np
 from lwr_dyn.chain import Rotor
 from lwr_dyn.errors import FileAccessError, UrdfError
 from lwr_dyn.urdf.text import comment
-from lwr_dyn.urdf.writer import GRAVITY, UNKNOWN_LIMITS, WRITTEN_BY
+from lwr_dyn.urdf.writer import GRAVITY, REFLECTED, UNKNOWN_LIMITS, WRITTEN_BY
 
 _WIDTHS = {"xyz": 3, "rpy": 3}
 _SCALARS = ("value", "ixx", "ixy", "ixz", "iyy", "iyz", "izz", "damping", "friction", "multiplier", "offset")
@@ -68,20 +68,25 @@ def parse_urdf(path: str | Path) -> UrdfFile:
     except (ElementTree.ParseError, ValueError, LookupError) as fault:
         raise UrdfError(file, "XML", str(fault), "a well-formed URDF") from None
     _check(root, file)
-    rotors = _rotors(root, file)
+    lines = _own_header(content.decode("utf-8", errors="replace"))
+    rotors = _rotors(root, _named(lines, REFLECTED), file)
     _keep(root, ("link", "joint"))
     for element in root:
         _keep(element, _NEEDED[element.tag])
     parsed = yourdfpy.URDF.load(BytesIO(ElementTree.tostring(root)), build_scene_graph=False, load_meshes=False)
-    lines = _own_header(content.decode("utf-8", errors="replace"))
-    unknown = next((x.removeprefix(UNKNOWN_LIMITS) for x in lines if x.startswith(UNKNOWN_LIMITS)), "")
     gravity = [_float(v) for x in lines if x.startswith(GRAVITY) for v in x.removeprefix(GRAVITY).split()]
     return UrdfFile(
         file=file, name=root.attrib["name"], digest=hashlib.sha256(content).hexdigest(),
         links={x.name: x for x in parsed.robot.links}, joints={x.name: x for x in parsed.robot.joints},
-        rotors=rotors, stand_ins=frozenset(unknown.split(", ")),
+        rotors=rotors, stand_ins=_named(lines, UNKNOWN_LIMITS),
         gravity=tuple(gravity) if len(gravity) == 3 and np.isfinite(gravity).all() else None,
     )  # fmt: skip
+
+
+def _named(lines: list[str], opening: str) -> frozenset[str]:
+    """The names that a header line of ours lists."""
+    found = next((x.removeprefix(opening) for x in lines if x.startswith(opening)), "")
+    return frozenset(found.split(", "))
 
 
 def _keep(parent: ElementTree.Element, tags: tuple[str, ...]) -> None:
@@ -172,7 +177,7 @@ def _float(word: str) -> float:
         return math.nan
 
 
-def _rotors(root: ElementTree.Element, file: str) -> dict[str, Rotor]:
+def _rotors(root: ElementTree.Element, reflected: frozenset[str], file: str) -> dict[str, Rotor]:
     """Rotors from Drake's tags; Drake takes a missing gear ratio as 1 and a missing inertia as 0."""
     out = {}
     for transmission in root.findall("transmission"):
@@ -182,7 +187,8 @@ def _rotors(root: ElementTree.Element, file: str) -> dict[str, Rotor]:
         name = joint.get("name", "")
         ratio, inertia = (_drake(actuator, tag, f"transmission of {name!r}", file) for tag in _ROTOR)
         if ratio is not None or inertia is not None:
-            out[name] = Rotor(1.0 if ratio is None else ratio, 0.0 if inertia is None else inertia)
+            at_joint = comment(name) in reflected and ratio == 1.0
+            out[name] = Rotor(1.0 if ratio is None else ratio, 0.0 if inertia is None else inertia, at_joint)
     return out
 
 

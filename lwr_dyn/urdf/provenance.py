@@ -8,6 +8,7 @@ from typing import Any
 
 from lwr_dyn.arm import Arm, Source
 from lwr_dyn.spatial import Pose
+from lwr_dyn.urdf.beyond import left_out, left_out_quantities
 from lwr_dyn.urdf.writer import Entry, urdf_trail
 
 SCHEMA = 1
@@ -20,7 +21,8 @@ def provenance_text(arm: Arm) -> str:
 
     `attributes` maps the path of each numeric attribute to its numbers as `written` and either the `quantities` it is
     made from or a `word`: drawn, unknown, by choice. `quantities` maps each of these to its cells: `value` as the
-    reading takes it in the printed `unit`, and the `errata` that changed it.
+    reading takes it in the printed `unit`, and the `errata` that changed it. What a URDF cannot hold (friction per
+    direction, motor map, gains) stands in blocks of its own, in SI.
 
     >>> from lwr_dyn.front import load
     >>> sidecar = json.loads(provenance_text(load("lwr4plus")))
@@ -31,6 +33,7 @@ def provenance_text(arm: Arm) -> str:
     """
     entries = urdf_trail(arm).entries
     used = dict.fromkeys(name for entry in entries.values() for name in entry.quantities)
+    used |= dict.fromkeys(left_out_quantities(arm))
     cells = {name: quantity_sources(arm, name) for name in used}
     top: dict[str, Any] = {
         "schema": SCHEMA,
@@ -41,6 +44,7 @@ def provenance_text(arm: Arm) -> str:
         "source_sha256": arm.digest,
         "gravity": [float(x) for x in arm.chain.gravity],
     }
+    top |= left_out(arm)
     head = json.dumps(top, indent=1, ensure_ascii=False).removesuffix("\n}")
     quantities = _block({name: [_plain(source) for source in found] for name, found in cells.items()})
     attributes = _block({path: _attribute(entry, cells) for path, entry in entries.items()})
@@ -58,8 +62,8 @@ def quantity_sources(arm: Arm, quantity: str) -> tuple[Source, ...]:
         return arm.sources[quantity]
     joint, _, part = quantity.rpartition(".")
     if part in ("gear_ratio", "rotor_inertia"):
-        column = {"gear_ratio": "rotors.gear_ratio", "rotor_inertia": "rotors.inertia"}[part]
-        found = _of_columns(arm.sources.get(f"{joint}.armature", ()), (column,))
+        columns = {"gear_ratio": ("rotors.gear_ratio",), "rotor_inertia": ("rotors.inertia", "rotors.armature")}[part]
+        found = _of_columns(arm.sources.get(f"{joint}.armature", ()), columns)
         return tuple(replace(source, conversion="to SI") for source in found)
     if part in ("before", "after"):
         standard = all(_is_half_turn_or_nothing(link.before) for link in arm.chain.links)

@@ -14,6 +14,7 @@ from lwr_dyn.arm import Arm, Joint
 from lwr_dyn.chain import Body, ChainLink
 from lwr_dyn.physical import unphysical_links
 from lwr_dyn.spatial import Pose, to_rpy
+from lwr_dyn.urdf.beyond import ONE_SIDED
 from lwr_dyn.urdf.geometry import COLOURS, Primitive, primitives
 from lwr_dyn.urdf.text import comment, numbers
 
@@ -30,6 +31,7 @@ STAND_INS = {
 WRITTEN_BY = "written by lwr_dyn"
 UNKNOWN_LIMITS = "unknown, written as stand-ins: "
 GRAVITY = "gravity in the base frame [m/s^2], which a URDF cannot hold: "
+REFLECTED = "rotor inertia as the joint feels it; gear ratios are stand-ins of 1: "
 """Openings of header lines that `urdf.reader` reads back."""
 DRAKE = "https://drake.mit.edu/"
 
@@ -116,6 +118,11 @@ def header(arm: Arm) -> list[str]:
         f"{UNKNOWN_LIMITS}{', '.join(unknown) or 'nothing'}",
         "visual and collision shapes: drawn by lwr_dyn, not from the source",
     ]
+    reflected = [link.joint for link in arm.chain.links if link.rotor is not None and link.rotor.reflected]
+    if reflected:
+        lines.insert(-1, f"{REFLECTED}{', '.join(reflected)}")
+    if arm.friction:
+        lines.insert(-1, ONE_SIDED)
     return ["<!--", *(f"  {comment(x)}" for x in lines), "-->"]
 
 
@@ -213,7 +220,11 @@ def _transmission(out: Trail, link: ChainLink) -> None:
     out.line(2, "<type>transmission_interface/SimpleTransmission</type>")
     out.line(2, f"<joint name={quoteattr(joint)}/>")
     out.line(2, f"<actuator name={quoteattr(f'{joint}_motor')}>")
-    out.numbers(3, "drake:gear_ratio", path, value=Entry((rotor.gear_ratio,), (f"{joint}.gear_ratio",)))
+    ratio = (f"{joint}.gear_ratio",), ""
+    stand_in = (), UNKNOWN
+    out.numbers(
+        3, "drake:gear_ratio", path, value=Entry((rotor.gear_ratio,), *(stand_in if rotor.reflected else ratio))
+    )
     out.numbers(3, "drake:rotor_inertia", path, value=Entry((rotor.inertia,), (f"{joint}.rotor_inertia",)))
     out.line(2, "</actuator>")
     out.line(1, "</transmission>")

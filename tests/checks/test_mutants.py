@@ -36,7 +36,7 @@ RECURSION_FAULTS = {
         "- m.omega.cross(link.inertia @ m.omega)",
     ),
     "moment not carried to the parent": ("f, mu = m.R @ f, m.R @ mu", "f, mu = m.R @ f, mu"),
-    "armature lost": ('if rotors == "armature":', 'if rotors == "":'),
+    "armature lost": ('if rotors == "armature" or', 'if rotors == "" or'),
     "armature with k_r instead of its square": ("multiply(kr * kr, Im)", "multiply(kr, Im)"),
     "rotor of the wrong joint": ("links[i], moving[i]", "links[max(i - 1, 0)], moving[i]"),
     "potential energy reversed": ("multiply(-link.mass, gravity.dot", "multiply(link.mass, gravity.dot"),

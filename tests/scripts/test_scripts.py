@@ -12,6 +12,8 @@ EXAMPLES = {
     "generate_urdf.py": (["lwr4plus", "--reading", "physical", "--out", "models"], "lwr4plus_physical.urdf"),
     "dynamics_two_roads.py": (["--states", "20"], "coriolis_matrix  largest difference"),
     "own_arm.py": (["--out", "my.toml"], "torque that holds it"),
+    "friction_wam.py": (["--out", "maps", "--speeds", "0.1", "0.18", "0.25"], "wrote 3 logs and maps"),
+    "stick_slip.py": (["--out", "figures"], "99% of break-away for 1 s: moves by 0 m"),
     "build_models.py": (["--check"], "fresh: "),
     "own_controller.py": ([], "tip error at most 0.00"),
     "compare_controllers.py": ([], "3 kg payload    1. pid"),

@@ -12,7 +12,7 @@ import lwr_dyn
 from lwr_dyn.arm import Arm
 from lwr_dyn.control.inverse_dynamics import InverseDynamics
 from lwr_dyn.dynamics.ungated import mechanical_energy
-from lwr_dyn.simulation import loops
+from lwr_dyn.simulation import quick
 from lwr_dyn.simulation.audit import audit
 from lwr_dyn.simulation.plant import loaded, scaled
 from lwr_dyn.simulation.simulate import simulate
@@ -176,7 +176,7 @@ LOOP_FAULTS = {
         dq=np.where(plant.at_limit(q) * dq > 0, 0.0, dq), stopped=plant.at_limit(q) * dq > 0, work=np.zeros(7))),
     "bounce": ("lwr_dyn.simulation.flow.impact", lambda plant, q, dq: SimpleNamespace(
         dq=np.where(plant.at_limit(q) * dq > 0, -0.5 * dq, dq), stopped=plant.at_limit(q) * dq > 0, work=np.zeros(7))),
-    "euler": ("lwr_dyn.simulation.loops.held_rk4", lambda forward, n, h: lambda now, tau, after: np.copyto(
+    "euler": ("lwr_dyn.simulation.quick.held_rk4", lambda forward, n, h: lambda now, tau, after: np.copyto(
         after, now + h * np.array([now[1], forward(now[0], now[1], tau)]))),
 }  # fmt: skip
 
@@ -191,7 +191,7 @@ def test_a_fault_in_the_loop(fault, monkeypatch):
 
 
 def test_a_torque_that_is_not_the_one_written_down(monkeypatch):
-    true = loops.held_rk4
+    true = quick.held_rk4
 
     def stale(forward, n, h):
         step, last = true(forward, n, h), np.zeros(n)
@@ -202,5 +202,5 @@ def test_a_torque_that_is_not_the_one_written_down(monkeypatch):
 
         return late
 
-    monkeypatch.setattr(loops, "held_rk4", stale)
+    monkeypatch.setattr(quick, "held_rk4", stale)
     assert audit(sound()).residual > GAP

@@ -1,0 +1,45 @@
+"""`--friction` and `--passive-refit`: the friction of a simulated plant, and what is said of it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from lwr_dyn.arm import Arm
+from lwr_dyn.errors import OptionError
+from lwr_dyn.friction.models import friction_of
+from lwr_dyn.friction.refit import Change, passive_refit
+from lwr_dyn.motion import Run
+from lwr_dyn.simulation.friction_choice import FORMS, FrictionOption
+from lwr_dyn.simulation.record import FEEDS
+
+
+def chosen_friction_of(plant: Arm, form: str, refit: bool) -> tuple[FrictionOption, dict[str, Any]]:
+    """What `simulate` takes as friction, and a note of what a refit changed; raises as `passive_refit`."""
+    if not refit:
+        return form, {}
+    if form != FORMS[0]:
+        raise OptionError("--passive-refit", f"with --friction {form}", f"with --friction {FORMS[0]}")
+    made = passive_refit(friction_of(plant))
+    return made.models, {"passive_refit": [_change(plant, c) for c in made.changes]}
+
+
+def _change(plant: Arm, c: Change) -> dict[str, Any]:
+    told: dict[str, Any] = {"joint": plant.joint_names[c.joint], "side": c.side, "rms": c.rms, "speed": c.speed}
+    told["before"] = {"coulomb": c.before.coulomb, "viscous": c.before.viscous}
+    return told | {"after": {"coulomb": c.after.coulomb, "viscous": c.after.viscous}}
+
+
+def friction_lines(run: Run, arm: Arm) -> list[str]:
+    """The friction of a run in words: its form, what a refit cost, and where it drove instead of braking."""
+    law = run.meta["friction_law"]
+    if law["form"] == "none":
+        return []
+    lines = [f"friction: {law['form']}; accelerations computed {run.meta['evaluations']} times"]
+    for c in run.meta["note"].get("passive_refit", ()):
+        before, after = (f"F_c {x['coulomb']:.4f}, sigma {x['viscous']:.4f}" for x in (c["before"], c["after"]))
+        cost = f"RMS {c['rms']:.3g} N m up to {c['speed']:g} rad/s"
+        lines.append(f"passive refit of {c['joint']}, {c['side']}: {before} -> {after}; {cost}")
+    for joint, name in enumerate(arm.joint_names):
+        for e in (e for e in run.events if e.kind == FEEDS and e.joint == joint):
+            lines.append(f"warning: friction of {name} feeds energy in from {e.t:g} s on, at {e.value:.4g} rad/s (m/s)")
+    return lines

@@ -1,0 +1,135 @@
+"""The columns of a log: what they are called, which units they may declare, and how they become SI.
+
+    time, q1 .. qn, tau1 .. taun, optionally dq1 .. dqn
+
+A column may say its unit in brackets, `q1 [deg]`; one that does not is in the unit declared for its quantity, or in SI.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import pi
+
+from lwr_dyn.dh import JointKind
+from lwr_dyn.errors import LogError, OptionError
+
+_TURN = {"rad": 1.0, "deg": pi / 180}
+_SHIFT = {"m": 1.0, "mm": 1e-3}
+UNITS: Mapping[str, Mapping[str, float]] = {
+    "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9},
+    "q": {**_TURN, **_SHIFT},
+    "dq": {f"{unit}/s": factor for unit, factor in {**_TURN, **_SHIFT}.items()},
+    "tau": {"N m": 1.0, "Nm": 1.0, "mN m": 1e-3, "N": 1.0},
+}
+"""Quantity -> the units it may be in, and their factor to SI."""
+SI: Mapping[str, str] = {"time": "s", "q": "rad", "dq": "rad/s", "tau": "N m"}
+"""The unit of a column that declares none (m, m/s and N for a sliding joint)."""
+_COLUMN = re.compile(r"^(time|dq|q|tau)(\d*)\s*(?:\[([^\]]*)\])?$")
+
+
+@dataclass(frozen=True, slots=True)
+class Column:
+    """One column as the file has it: `index` counts from 0, `joint` from 1 (0 for time), `unit` is the declared one."""
+
+    index: int
+    quantity: str
+    joint: int
+    unit: str
+
+    @property
+    def factor(self) -> float:
+        """What turns its numbers into SI."""
+        return UNITS[self.quantity][self.unit]
+
+    @property
+    def name(self) -> str:
+        """`time`, `q1`, `tau1`, `dq1`."""
+        return self.quantity if self.quantity == "time" else f"{self.quantity}{self.joint}"
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """The columns of a log that count: time, and per joint q, tau and, where the log has it, dq."""
+
+    joints: tuple[int, ...]
+    columns: Mapping[str, Column]
+
+    @property
+    def has_speed(self) -> bool:
+        """Whether every joint has a dq."""
+        return all(f"dq{j}" in self.columns for j in self.joints)
+
+
+def declared_units(text: str | None) -> dict[str, str]:
+    """Units from `time=ms,q=deg`; raises `OptionError` for another quantity or unit.
+
+    >>> declared_units("time=ms,q=deg")
+    {'time': 'ms', 'q': 'deg'}
+    """
+    found: dict[str, str] = {}
+    for part in (text or "").split(",") if text else ():
+        quantity, _, unit = (x.strip() for x in part.partition("="))
+        if quantity not in UNITS:
+            raise OptionError("units", repr(part), f"QUANTITY=UNIT with {', '.join(UNITS)}")
+        if unit not in UNITS[quantity]:
+            raise OptionError(f"units of {quantity}", repr(unit), ", ".join(UNITS[quantity]))
+        found[quantity] = unit
+    return found
+
+
+def layout_of(file: str, names: Sequence[str], units: Mapping[str, str] | None = None) -> Layout:
+    """The columns that count among `names`; others are passed over.
+
+    Raises
+    ------
+    LogError
+        A column is missing or stands twice, or declares a unit its quantity cannot have, or another than `units` says.
+
+    >>> layout_of("run.csv", ["time [ms]", "q1 [deg]", "tau1", "note"]).columns["q1"].unit
+    'deg'
+    """
+    columns: dict[str, Column] = {}
+    for index, name in enumerate(names):
+        column = _column(file, index, name.strip(), units or {})
+        if column is None:
+            continue
+        if column.name in columns:
+            raise LogError(file, f"column {column.name}", "stands twice", "each column once")
+        columns[column.name] = column
+    joints = tuple(sorted({c.joint for c in columns.values() if c.joint}))
+    wanted = ["time", *(f"{quantity}{j}" for quantity in ("q", "tau") for j in joints or (1,))]
+    missing = [name for name in wanted if name not in columns]
+    if missing:
+        found = f"{', '.join(missing)} missing; the file has {', '.join(names) or 'no columns'}"
+        raise LogError(file, "columns", found, "time, q1.., tau1.. (and dq1.. if measured)")
+    return Layout(joints, columns)
+
+
+def _column(file: str, index: int, name: str, units: Mapping[str, str]) -> Column | None:
+    match = _COLUMN.match(name)
+    if match is None or (match[1] == "time") != (match[2] == "") or match[2] in ("0", "00"):
+        return None
+    quantity, joint, unit = match[1], int(match[2] or 0), match[3]
+    said = units.get(quantity)
+    if unit is None:
+        return Column(index, quantity, joint, said or SI[quantity])
+    unit = " ".join(unit.split())
+    if unit not in UNITS[quantity]:
+        raise LogError(file, f"column {name}", f"unit [{unit}]", f"one of {', '.join(UNITS[quantity])}")
+    if said is not None and UNITS[quantity][said] != UNITS[quantity][unit]:
+        raise LogError(file, f"column {name}", f"[{unit}] in the file, {said} declared", "one unit, or none declared")
+    return Column(index, quantity, joint, unit)
+
+
+def check_kinds(file: str, layout: Layout, kinds: Sequence[JointKind]) -> None:
+    """Turning joints in rad or deg, sliding ones in m or mm; raises `LogError`. A unit nobody wrote fits both."""
+    for column in layout.columns.values():
+        if column.quantity not in ("q", "dq", "tau") or column.unit == SI[column.quantity]:
+            continue
+        slides = column.unit.split("/")[0] in (*_SHIFT, "N")
+        if slides != (kinds[column.joint - 1] is JointKind.PRISMATIC):
+            moves = "turns" if slides else "slides"
+            needed = "rad, deg, N m for a turning joint; m, mm, N for a sliding one"
+            raise LogError(file, f"column {column.name}", f"[{column.unit}], but the joint {moves}", needed)

@@ -1,0 +1,137 @@
+"""Friction of an arm from recordings of constant-velocity runs, as the WAM paper identifies it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from lwr_dyn.arm import Arm
+from lwr_dyn.errors import LogError, LwrDynError
+from lwr_dyn.friction.models import JointFriction
+from lwr_dyn.identification.cruise import USUAL_RULE, CruiseRule
+from lwr_dyn.identification.direction_fit import DirectionFit, Model, fit_direction
+from lwr_dyn.identification.friction_map import MapPoint, map_points, points_of
+from lwr_dyn.identification.logs import JointLog, read_log
+from lwr_dyn.identification.torque_model import ModelTorque, Subtract
+
+
+@dataclass(frozen=True, slots=True)
+class How:
+    """How a friction map is fitted and what is taken out of the torques before."""
+
+    model: Model = "viscous+coulomb"
+    robust: bool = False
+    equal_weights: bool = False
+    rule: CruiseRule = USUAL_RULE
+
+
+USUAL = How()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FrictionIdentification:
+    """The map, a fit for every joint and direction that the logs determine, an error for everything they do not."""
+
+    points: tuple[MapPoint, ...]
+    fits: tuple[DirectionFit, ...]
+    faults: tuple[LwrDynError, ...] = ()
+
+    @property
+    def joints(self) -> tuple[int, ...]:
+        """Numbers (from 1) of the joints that have points."""
+        return tuple(sorted({p.joint for p in self.points}))
+
+    def fit(self, joint: int, sign: int) -> DirectionFit | None:
+        """The fit of a joint (from 1) in direction +1 or -1, None where the logs do not determine it."""
+        return next((f for f in self.fits if f.joint == joint and f.sign == sign), None)
+
+    def friction(self) -> dict[int, JointFriction]:
+        """Friction models of the joints fitted both ways; raises `OptionError` for levels no friction can have."""
+        pairs = {joint: (self.fit(joint, 1), self.fit(joint, -1)) for joint in self.joints}
+        return {
+            j: JointFriction(a.direction(), b.direction(), covered=min(a.fastest, b.fastest))
+            for j, (a, b) in pairs.items()
+            if a and b
+        }
+
+
+def identify_friction(
+    logs: Iterable[JointLog], arm: Arm | None = None, subtract: Subtract = "gravity", how: How = USUAL
+) -> FrictionIdentification:
+    """The friction map of all logs together and its fits.
+
+    Parameters
+    ----------
+    logs : iterable of JointLog
+    arm : Arm, optional
+        Its model is taken out of the torques; without it the torques count as friction as they are.
+    subtract : {"none", "gravity", "inertia", "all"}
+        What the model takes out: g(q), B ddq + C dq, or both.
+    how : How
+        The friction model, the loss and the rule for cruises.
+
+    Returns
+    -------
+    FrictionIdentification
+        A log without a cruise, and a direction that cannot be fitted, are among its `faults`.
+
+    Raises
+    ------
+    OptionError, MissingDataError
+        Another model or word; an arm without inertias.
+    """
+    model = None if arm is None else ModelTorque(arm, subtract)
+    points: list[MapPoint] = []
+    faults: list[LwrDynError] = []
+    for log in logs:
+        try:
+            points += map_points(log, model, how.rule)
+        except LogError as fault:
+            faults.append(fault)
+    fits, misses = _fits(points, how, subtract in ("none", "gravity"))
+    return FrictionIdentification(tuple(points), fits, (*faults, *misses))
+
+
+def identify_friction_files(
+    paths: Sequence[str | Path], units: Mapping[str, str] | None = None, arm: Arm | None = None,
+    subtract: Subtract = "gravity", how: How = USUAL,
+) -> FrictionIdentification:  # fmt: skip
+    """The same from files, one in memory at a time; a file that cannot be used is a fault, the others still count.
+
+    Raises as `identify_friction`.
+    """
+    faults: list[LwrDynError] = []
+
+    def readable() -> Iterable[JointLog]:
+        for path in paths:
+            try:
+                yield read_log(path, units, arm)
+            except LwrDynError as fault:
+                faults.append(fault)
+
+    found = identify_friction(readable(), arm, subtract, how)
+    return FrictionIdentification(found.points, found.fits, (*faults, *found.faults))
+
+
+def _fits(
+    points: Sequence[MapPoint], how: How, inertia_left_in: bool
+) -> tuple[tuple[DirectionFit, ...], list[LogError]]:
+    fits: list[DirectionFit] = []
+    misses: list[LogError] = []
+    for joint in sorted({p.joint for p in points}):
+        for sign, way in ((1, "positive"), (-1, "negative")):
+            chosen = points_of(points, joint, sign)
+            try:
+                if not chosen:
+                    raise _one_way(points, joint, way)
+                fits.append(fit_direction(chosen, how.model, how.robust, how.equal_weights, inertia_left_in))
+            except LogError as fault:
+                misses.append(fault)
+    return tuple(fits), misses
+
+
+def _one_way(points: Sequence[MapPoint], joint: int, way: str) -> LogError:
+    files = ", ".join(dict.fromkeys(p.source for p in points if p.joint == joint))
+    found = f"no cruise in the {way} direction"
+    return LogError(files, f"column q{joint}", found, "cruises at two or more speeds in either direction")

@@ -1,0 +1,178 @@
+"""The WAM paper's eight simulations: 0.5 rad in 7 s on an LSPB, each joint alone, then all together, with its friction.
+
+PD with the manufacturer's gains (the paper prints none), once with gravity assumed zero as in the paper, once with real
+gravity and its compensation. In a steady cruise at v the error is what the friction needs: e = tau_friction(v) / kp.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from lwr_dyn.arm import Arm
+from lwr_dyn.arrays import Array
+from lwr_dyn.control.pd_gravity import PDGravity
+from lwr_dyn.dynamics.selection import dynamics_of
+from lwr_dyn.errors import MissingDataError
+from lwr_dyn.friction.models import FRICTIONLESS, JointFriction, friction_of
+from lwr_dyn.friction.passivity import SidePassivity, certificate
+from lwr_dyn.motion import Run
+from lwr_dyn.simulation.simulate import simulate
+from lwr_dyn.tasks.lspb_move import lspb_move
+from lwr_dyn.tasks.point_to_point import JointReference
+
+START = (0.0, -2.0, 0.0, 1.6, 0.0, 0.0, 0.0)
+TRAVEL, DURATION, BLEND = 0.5, 7.0, 1.0
+"""[rad], [s], [s]; the cruise is at 0.5/6 rad/s."""
+SETTLED = 3.5
+"""[s] from which a cruise counts as steady: the slowest loop, joint 4 down, has forgotten its start to 1e-3 by then."""
+SUBSTEPS = 2
+"""Friction brakes joint 7 at 2000 1/s: two RK4 steps a millisecond leave 1e-10 J in the audit."""
+AGREES = 0.005
+"""Share by which a steady cruise error may miss tau_friction(v) / kp."""
+GRAVITIES = ("zero gravity", "real gravity, compensated")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Experiment:
+    """One simulation: which joint moves (None: all) to which side, under which gravity, with friction or without."""
+
+    joint: int | None
+    side: int
+    gravity: str
+    friction: bool
+    run: Run
+
+    @property
+    def name(self) -> str:
+        """For files and tables."""
+        moved = "all joints" if self.joint is None else f"joint {self.joint + 1} {'+' if self.side > 0 else '-'}"
+        return f"{moved}, {self.gravity}{'' if self.friction else ', no friction'}"
+
+
+@dataclass(frozen=True, slots=True)
+class Cruise:
+    """The second half of a cruise of one joint: errors q_ref - q [rad] and speeds [rad/s] from least to most."""
+
+    joint: int
+    side: int
+    gravity: str
+    predicted: float
+    """tau_friction(v) / kp."""
+    mean: float
+    least: float
+    most: float
+    slowest: float
+    fastest: float
+    net_damping: float
+    """kd + sigma [N m s/rad]."""
+    sticks: int
+    """How often the joint came to rest in it."""
+
+    @property
+    def stable(self) -> bool:
+        """Whether a cruise can be steady."""
+        return self.net_damping > 0.0
+
+    @property
+    def miss(self) -> float:
+        """Mean over predicted error, less 1."""
+        return self.mean / self.predicted - 1.0
+
+    @property
+    def holds(self) -> bool:
+        """Whether it settles on the predicted error; nothing is claimed of a loop without damping."""
+        return abs(self.miss) <= AGREES or not self.stable
+
+
+def weightless(arm: Arm) -> Arm:
+    """The arm with gravity zero, as the paper's simulations assume it."""
+    return replace(arm, chain=replace(arm.chain, gravity=np.zeros(3)))
+
+
+def under(arm: Arm, gravity: str) -> Arm:
+    """The arm under one of `GRAVITIES`."""
+    return weightless(arm) if gravity == GRAVITIES[0] else arm
+
+
+def manufacturers_pd(arm: Arm) -> PDGravity:
+    """tau = Kp (q_ref - q) + Kd (dq_ref - dq) + g with the gains of the arm's file, eq. (1) of the paper.
+
+    Raises `MissingDataError` for an arm without gains.
+    """
+    if arm.gains is None:
+        raise MissingDataError(arm.name, "controller gains", "the manufacturer's PD")
+    return PDGravity(dynamics_of(arm), arm.gains.Kp, arm.gains.Kd, velocity_error=True)
+
+
+def move(arm: Arm, joint: int | None, side: int = 1) -> JointReference:
+    """0.5 rad in 7 s with 1 s blends, of one joint or of all, from `START` up, or down to it."""
+    travel = np.zeros(arm.n)
+    travel[slice(None) if joint is None else joint] = TRAVEL
+    ends = [np.array(START), np.array(START) + travel]
+    return lspb_move(arm, *ends[:: 1 if side > 0 else -1], duration=DURATION, blend=BLEND)
+
+
+def experiment(
+    arm: Arm,
+    joint: int | None,
+    side: int = 1,
+    gravity: str = GRAVITIES[0],
+    friction: bool = True,
+    substeps: int = SUBSTEPS,
+) -> Experiment:
+    """One of the simulations at 1 kHz."""
+    moved = under(arm, gravity)
+    run = simulate(
+        moved, manufacturers_pd(moved), move(moved, joint, side), substeps=substeps,
+        friction="set-valued" if friction else "none",
+        meta={"task": "lspb", "joint": None if joint is None else joint + 1, "side": side, "gravity": gravity},
+    )  # fmt: skip
+    return Experiment(joint, side, gravity, friction, run)
+
+
+def experiments(arm: Arm, say: Callable[[str], None] = lambda _: None) -> tuple[Experiment, ...]:
+    """The eight simulations under both gravities, the first also without friction, and each joint's way back."""
+    moves = [*range(arm.n), None]
+    cases = [(joint, 1, gravity, True) for gravity in GRAVITIES for joint in moves]
+    cases += [(joint, 1, GRAVITIES[0], False) for joint in moves]
+    cases += [(joint, -1, gravity, True) for gravity in GRAVITIES for joint in range(arm.n)]
+    out = []
+    for joint, side, gravity, friction in cases:
+        out.append(experiment(arm, joint, side, gravity, friction))
+        say(out[-1].name)
+    return tuple(out)
+
+
+def sides_of(arm: Arm) -> dict[tuple[int, int], SidePassivity]:
+    """The passivity certificate by joint and side, +1 or -1."""
+    return {(s.joint, 1 if s.side == "positive" else -1): s for s in certificate(friction_of(arm))}
+
+
+def cruise(arm: Arm, made: Experiment) -> Cruise:
+    """What an experiment of one joint shows in the second half of its cruise."""
+    joint, run, gains = made.joint, made.run, arm.gains
+    if joint is None or gains is None:
+        raise MissingDataError(arm.name, "gains, or an experiment of one joint", "a cruise error")
+    window = steady(run.t)
+    error, speed = (run.q_ref - run.q)[window, joint], run.dq[window, joint]
+    velocity = made.side * TRAVEL / (DURATION - BLEND)
+    model: JointFriction = friction_of(arm)[joint] or FRICTIONLESS
+    stuck = [e for e in run.events if e.kind == "stick" and e.joint == joint and SETTLED <= e.t <= DURATION - BLEND]
+    return Cruise(
+        joint, made.side, made.gravity, float(model.torque(velocity) / gains.Kp[joint]), float(error.mean()),
+        float(error.min()), float(error.max()), float(speed.min()), float(speed.max()),
+        sides_of(arm)[joint, made.side].net_damping(float(gains.Kd[joint])), len(stuck),
+    )  # fmt: skip
+
+
+def cruises(arm: Arm, made: tuple[Experiment, ...]) -> tuple[Cruise, ...]:
+    """Of all experiments of one joint with friction."""
+    return tuple(cruise(arm, one) for one in made if one.joint is not None and one.friction)
+
+
+def steady(t: Array) -> Array:
+    """Which samples lie in the steady part of a cruise."""
+    return np.asarray((t >= SETTLED) & (t <= DURATION - BLEND))

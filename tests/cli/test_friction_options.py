@@ -1,0 +1,72 @@
+"""Friction on the command line: its form, the passive refit, the warning, and bad combinations."""
+
+import json
+
+import pytest
+
+from lwr_dyn.cli.main import main
+
+MOVE = ("simulate", "wam7", "--task", "lspb", "--from-deg", "0,-60,0,90,0,0,0", "--own-gains", "--velocity-error")
+FAST = (*MOVE, "--to-deg", "0,-60,0,130,0,0,0", "--duration", "1.0", "--blend", "0.3")
+
+
+@pytest.fixture
+def command(capsys):
+    def run(*arguments):
+        with pytest.raises(SystemExit) as stop:
+            main(list(arguments))
+        out, err = capsys.readouterr()
+        return stop.value.code, out, err
+
+    return run
+
+
+def test_friction_that_drives_is_warned_of(command):
+    code, out, _ = command(*FAST)
+    assert code == 0
+    assert "friction: set-valued; accelerations computed" in out
+    assert "warning: friction of joint_4 feeds energy in from" in out
+
+
+def test_a_passive_refit_is_told_with_its_cost_and_drives_no_more(command):
+    code, out, _ = command(*FAST, "--passive-refit", "--json")
+    record = json.loads(out)
+    assert code == 0
+    assert "friction feeds energy in" not in [event["kind"] for event in record["events"]]
+    changes = record["meta"]["note"]["passive_refit"]
+    assert [(c["joint"], c["side"]) for c in changes] == [
+        ("joint_2", "negative"), ("joint_4", "positive"), ("joint_4", "negative"), ("joint_5", "positive"),
+    ]  # fmt: skip
+    assert changes[1]["rms"] == pytest.approx(0.312, abs=1e-3)
+    assert record["meta"]["friction_law"]["viscous"][0][3] == 0.0
+    assert "passive refit of joint_4, positive: F_c 1.5414" in command(*FAST, "--passive-refit")[1]
+
+
+def test_without_friction(command):
+    code, out, _ = command(*FAST, "--friction", "none")
+    assert code == 0
+    assert "friction:" not in out
+
+
+BAD = {
+    "refit of nothing": (("--passive-refit", "--friction", "none"), "--passive-refit: with --friction none; allowed:"),
+    "too stiff": (("--friction", "smooth"), "allowed: substeps from"),
+    "own gains of another controller": (("--controller", "pid"), "--own-gains: with --controller pid; allowed:"),
+    "no such form": (("--friction", "dry"), "'dry' is not one of"),
+    "blend too long": (("--blend", "0.7"), "blend"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_input_is_one_line(command, case):
+    arguments, said = BAD[case]
+    code, out, err = command(*FAST, *arguments)
+    assert (code, out) == (2, "")
+    assert said in err
+    assert err.count("\n") == 1
+
+
+def test_an_arm_without_gains_says_so(command):
+    code, _, err = command("simulate", "lwr4plus", "--task", "hold", "--from-deg", "0,0,0,0,0,0,0", "--own-gains")
+    assert code == 2
+    assert "lwr4plus: controller gains not given; needed for --own-gains" in err

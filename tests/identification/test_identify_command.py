@@ -1,0 +1,135 @@
+"""`lwr-dyn identify` as a user types it."""
+
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from pyarrow import csv, table
+
+from lwr_dyn.cli.main import main
+from lwr_dyn.identification.generator import ideal_cruise
+from lwr_dyn.identification.logs import write_log
+
+ROWS = 200_000
+CPU_SECONDS, MEGABYTES = 10.0, 1000.0
+"""For a million rows; the test takes a fifth of the rows and of both, beside what starting Python and imports take."""
+
+
+@pytest.fixture
+def lwr_dyn_command(capsys):
+    def run(*arguments):
+        with pytest.raises(SystemExit) as stop:
+            main([str(a) for a in arguments])
+        out, err = capsys.readouterr()
+        return stop.value.code, out, err
+
+    return run
+
+
+@pytest.fixture
+def logs(tmp_path, one_joint_at_a_time):
+    paths = [tmp_path / f"{i:02d}.csv" for i in range(len(one_joint_at_a_time))]
+    for path, log in zip(paths, one_joint_at_a_time, strict=True):
+        write_log(path, log)
+    return paths
+
+
+def test_friction_as_json_and_as_a_plot(lwr_dyn_command, logs, tmp_path):
+    out_file = tmp_path / "map"
+    code, out, err = lwr_dyn_command("identify", "friction", *logs, "--robot", "wam7", "--json", "--plot", out_file)
+    found = json.loads(out)
+    assert (code, err) == (0, "")
+    assert len(found["fits"]) == 14
+    assert len(found["map"]) == 56
+    first = found["fits"][0]
+    assert first["parameters"]["coulomb"]["value"] == pytest.approx(4.4748)
+    assert {"standard_error", "three_sigma", "bias_of_averaging"} <= set(first["parameters"]["viscous"])
+    assert first["speeds"] == pytest.approx([0.05, 0.3])
+    assert first["residual_rms"] < 1e-9
+    assert out_file.with_suffix(".png").read_bytes()[:4] == b"\x89PNG"
+    assert b"<svg" in out_file.with_suffix(".svg").read_bytes()
+
+
+def test_the_table_says_what_was_taken_out(lwr_dyn_command, logs):
+    code, out, _ = lwr_dyn_command("identify", "friction", *logs, "--robot", "wam7", "--robust")
+    assert code == 0
+    assert "56 cruises in 56 files, Huber's loss, taken out of the torques: g" in out
+    assert "--subtract all takes it out" in out
+    assert out.count("0.05 to 0.3") == 14
+
+
+def test_good_files_are_reported_and_every_bad_one_gets_a_line(lwr_dyn_command, logs, tmp_path):
+    bad = tmp_path / "bad.csv"
+    bad.write_text("time,q1\n0,0\n")
+    code, out, err = lwr_dyn_command("identify", "friction", bad, *logs, tmp_path / "none.csv", "--robot", "wam7")
+    assert code == 2
+    assert out.count("0.05 to 0.3") == 14
+    assert err.splitlines() == [
+        f"lwr-dyn: {bad}: columns: tau1 missing; the file has time, q1; "
+        "needed: time, q1.., tau1.. (and dq1.. if measured)",
+        f"lwr-dyn: {tmp_path / 'none.csv'}: no such file or directory; allowed: a log (.csv or .parquet)",
+    ]
+
+
+def test_nothing_but_bad_files_prints_no_report(lwr_dyn_command, tmp_path):
+    code, out, err = lwr_dyn_command("identify", "friction", tmp_path / "none.csv", "--json")
+    assert (code, out) == (2, "")
+    assert err.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("friction",), "Missing argument 'LOG...'"),
+        (("friction", "x.csv", "--robot", "kuka"), "no robot named 'kuka'"),
+        (("friction", "x.csv", "--units", "q=turns"), "units of q: 'turns'; allowed: rad, deg"),
+        (("friction", "x.csv", "--model", "lugre"), "'lugre' is not one of"),
+        (("friction", "x.csv", "--shortest", "0"), "cruise shortest: 0.0; allowed: a number above 0"),
+        (("friction", "x.csv", "--plot", "none/map"), "none"),
+        (("motion", "x.csv"), "Missing option '--robot'"),
+        (("motion", "x.csv", "--robot", "wam7", "--held-out", "2"), "held out share: 2.0"),
+    ],
+)
+def test_bad_input_gets_one_line(lwr_dyn_command, arguments, message, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    code, out, err = lwr_dyn_command("identify", *arguments)
+    assert (code, out) == (2, "")
+    assert message in err
+    assert err.count("\n") == 1
+
+
+def test_motion_from_the_command_line(lwr_dyn_command, wam, fourier, tmp_path):
+    write_log(tmp_path / "log.parquet", fourier(wam, wam.friction))
+    code, out, _ = lwr_dyn_command("identify", "motion", tmp_path / "log.parquet", "--robot", "wam7", "--json")
+    found = json.loads(out)
+    assert code == 0
+    assert found["validation"][0]["held_out"] < 0.02 * found["validation"][0]["model"]
+    code, out, _ = lwr_dyn_command("identify", "motion", tmp_path / "log.parquet", "--robot", "wam7")
+    assert code == 0
+    assert "left, held-out time" in out
+
+
+def test_a_long_log_is_quick_and_small(tmp_path, wam):
+    """Forth and back at four speeds, over and over: 15 columns with noise."""
+    once = [ideal_cruise(wam.friction, np.full(7, v), wam) for v in (0.1, -0.1, 0.2, -0.2)]
+    turn = np.vstack([np.hstack([log.q, log.tau]) for log in once])
+    rows = np.tile(turn, (-(-ROWS // len(turn)), 1))[:ROWS] + np.random.default_rng(0).normal(0, 1e-6, (ROWS, 14))
+    names = ["time", *(f"{x}{j}" for x in ("q", "tau") for j in range(1, 8))]
+    columns = [np.arange(ROWS) / 100, *rows.T]
+    csv.write_csv(table(dict(zip(names, columns, strict=True))), tmp_path / "long.csv")
+    code = (
+        "import resource, sys\nfrom lwr_dyn.cli.main import main\n"
+        "def used(): r = resource.getrusage(resource.RUSAGE_SELF); return r.ru_utime + r.ru_stime, r.ru_maxrss / 1e3\n"
+        "import lwr_dyn.cli.identify\nstart = used()\n"
+        "try: main(['identify', 'friction', sys.argv[1], '--robot', 'wam7', '--subtract', 'all'])\n"
+        "finally: end = used(); print(end[0] - start[0], end[1] - start[1], file=sys.stderr)\n"
+    )
+    command = [sys.executable, "-c", code, str(tmp_path / "long.csv")]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    seconds, megabytes = map(float, done.stderr.split())
+    assert "4.4748" in done.stdout
+    share = ROWS / 1e6
+    assert seconds < share * CPU_SECONDS
+    assert megabytes < share * MEGABYTES

@@ -1,0 +1,49 @@
+"""The WAM is an S-R-S arm with its elbow off the line: the closed form solves it, every branch, at rounding."""
+
+import numpy as np
+import pytest
+from tolerances import METRES
+
+import lwr_dyn
+from lwr_dyn.checks.states import random_states
+from lwr_dyn.kinematics.srs_geometry import srs_geometry
+
+
+def test_its_lengths_are_the_hypotenuses_over_the_elbow_offset():
+    geometry = srs_geometry(lwr_dyn.load("wam7").chain)
+    assert geometry.lengths == pytest.approx((np.hypot(0.55, 0.045), np.hypot(0.3, 0.045)), rel=1e-14)
+    assert geometry.straight == pytest.approx(np.arctan2(0.045, 0.55) + np.arctan2(0.045, 0.3), rel=1e-14)
+
+
+def test_a_thousand_poses_inside_the_limits_are_solved_inside_the_limits():
+    arm = lwr_dyn.load("wam7")
+    poses = lwr_dyn.forward_kinematics(arm, random_states(arm, 1000, 20240607).q)
+    for pose in poses:
+        found = lwr_dyn.inverse_kinematics(arm, pose)
+        assert found.status == "solved"
+        assert found.complete
+        for solution in found.solutions:
+            assert solution.residual <= METRES
+            assert (solution.q >= arm.lower - 1e-12).all()
+            assert (solution.q <= arm.upper + 1e-12).all()
+
+
+def test_the_given_joints_are_among_the_branches_at_their_own_arm_angle():
+    arm = lwr_dyn.load("wam7")
+    q = np.array([0.3, -0.7, 0.4, 1.6, -0.5, 0.6, 0.2])
+    pose = lwr_dyn.forward_kinematics(arm, q)
+    angles = np.linspace(-np.pi, np.pi, 181)
+    nearest = min(
+        min(np.abs(s.q - q).max() for s in lwr_dyn.inverse_kinematics(arm, pose, arm_angle=a, limits=False).solutions)
+        for a in angles
+    )
+    assert nearest < np.radians(3.0)  # the angles stand 2 degrees apart
+
+
+def test_out_of_reach_is_told_apart():
+    pose = np.eye(4)
+    pose[:3, 3] = 0.0, 0.0, 0.95
+    reach = np.hypot(0.55, 0.045) + np.hypot(0.3, 0.045)
+    found = lwr_dyn.inverse_kinematics(lwr_dyn.load("wam7"), pose)
+    assert found.status == "out of reach"
+    assert found.distance == pytest.approx(0.89 - reach, rel=1e-12)
