@@ -53,7 +53,13 @@ TABLES: dict[str, dict[str, ColumnRule]] = {
         "velocity": ColumnRule((), ("angular velocity", "velocity")),
         "effort": ColumnRule((), ("torque", "force")),
     },
-    "poses": {"mastering": ColumnRule((), ("angle", "length"))},
+    "poses": {
+        "mastering": ColumnRule((), ("angle", "length")),
+        "mastering_wrist": ColumnRule((3,), ("length",), per_joint=False),
+        "zero_flange": ColumnRule((3,), ("length",), per_joint=False),
+        "flange_rpy": ColumnRule((3,), ("angle",), per_joint=False),
+        "axis": ColumnRule((3,), ("number",)),
+    },
     "ratings": {
         "payload": ColumnRule((), ("mass",), per_joint=False),
         "mass": ColumnRule((), ("mass",), per_joint=False),
@@ -75,8 +81,10 @@ TABLES: dict[str, dict[str, ColumnRule]] = {
     },
     "drawing": {"pedestal": ColumnRule((), ("length",), per_joint=False), "radius": ColumnRule((), ("length",))},
 }
-"""Table -> column -> rule. `limits.zero` is the DH coordinate at which the printed coordinate reads zero; `poses` are
-joint positions that a maker names; `ratings` is what a data sheet says of the whole arm (`mass` with its base)."""
+"""Table -> column -> rule. `limits.zero` is the DH coordinate at which the printed coordinate reads zero; `poses` is a
+second statement of the kinematics: joint positions of the mastering pose, where the wrist centre then stands, where the
+flange stands at zero, how it is turned in both, and each joint's axis at zero, all in the base. `ratings` is what a data
+sheet says of the whole arm (`mass` with its base)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
