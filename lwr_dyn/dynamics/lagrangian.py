@@ -24,9 +24,9 @@ class EquationsOfMotion:
 
     variables: Variables
     motions: tuple[LinkMotion, ...]
-    kinetic_of_links: tuple[sp.Expr, ...]
-    """K_i, one per link (K_rotors, where there are some, stands last)."""
-    potential_of_links: tuple[sp.Expr, ...]
+    kinetic_of_links: Mapping[str, sp.Expr]
+    """K_i by the link's number; "a" holds that of the rotors, where there are some."""
+    potential_of_links: Mapping[str, sp.Expr]
     B: sp.Matrix
     C: sp.Matrix
     g: sp.Matrix
@@ -40,12 +40,22 @@ class EquationsOfMotion:
     @property
     def kinetic(self) -> sp.Expr:
         """K(q, dq) [J]."""
-        return sp.Add(*self.kinetic_of_links)
+        return sp.Add(*self.kinetic_of_links.values())
 
     @property
     def potential(self) -> sp.Expr:
         """U(q) [J], zero for masses at the base origin."""
-        return sp.Add(*self.potential_of_links)
+        return sp.Add(*self.potential_of_links.values())
+
+    @property
+    def rates(self) -> tuple[sp.Symbol, ...]:
+        """Joint accelerations and speeds, the order in which terms are shown."""
+        return (*self.variables.ddq, *self.variables.dq)
+
+    @property
+    def weights(self) -> tuple[sp.Symbol, ...]:
+        """Masses, moments, products and rotor inertias: everything is linear in them."""
+        return tuple(s for s in self.parameters if s.name[0] in "mI")
 
     @property
     def lagrangian(self) -> sp.Expr:
@@ -89,7 +99,7 @@ def euler_lagrange(links: Sequence[SymbolicLink], gravity: sp.Matrix) -> Equatio
     >>> q, l, m, g0 = sp.symbols("q l m g0")
     >>> turn = sp.Matrix([[sp.cos(q), -sp.sin(q), 0, 0], [sp.sin(q), sp.cos(q), 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
     >>> bob = SymbolicBody(m, sp.Matrix([l, 0, 0]), sp.zeros(3, 3))
-    >>> euler_lagrange([link_of_matrix(turn, q, bob)], sp.Matrix([0, -g0, 0])).tau
+    >>> euler_lagrange([link_of_matrix(1, turn, q, bob)], sp.Matrix([0, -g0, 0])).tau
     Matrix([[ddq*l**2*m + g0*l*m*cos(q)]])
     """
     x = Variables.of([link.joint for link in links if link.joint is not None])
@@ -97,7 +107,7 @@ def euler_lagrange(links: Sequence[SymbolicLink], gravity: sp.Matrix) -> Equatio
         raise OptionError("links", "none with a joint", "at least one joint")
     motions = link_motions(links, x)
     kinetic, potential = _energies(links, motions, gravity, x)
-    K, U = sp.Add(*kinetic), sp.Add(*potential)
+    K, U = sp.Add(*kinetic.values()), sp.Add(*potential.values())
     B = normal_form(sp.hessian(K, x.dq), x.q)
     C = normal_form(_christoffel(B, x), x.q)
     g = normal_form(sp.Matrix([U.diff(q) for q in x.q]), x.q)
@@ -144,20 +154,21 @@ def sub_chain(
 
 def _energies(
     links: Sequence[SymbolicLink], motions: Sequence[LinkMotion], gravity: sp.Matrix, x: Variables
-) -> tuple[tuple[sp.Expr, ...], tuple[sp.Expr, ...]]:
-    """K_i = (m v_C^2 + omega.I omega) / 2 in the link's frame, U_i = -m g . p_C; the rotors' K stands last."""
-    kinetic, potential = [], []
+) -> tuple[dict[str, sp.Expr], dict[str, sp.Expr]]:
+    """K_i = (m v_C^2 + omega.I omega) / 2 in the link's frame, U_i = -m g . p_C; K_a = sum Ia dq^2 / 2."""
+    kinetic, potential = {}, {}
     for link, motion in zip(links, motions, strict=True):
         if link.body is None:
             continue
         v, omega = motion.velocity, motion.omega
         K = (link.body.mass * v.dot(v) + omega.dot(link.body.inertia_com * omega)) / 2
-        kinetic.append(normal_form(K, x.q))
-        potential.append(normal_form(-link.body.mass * gravity.dot(motion.position_in_base()), x.q))
+        kinetic[str(link.number)] = normal_form(K, x.q)
+        U = -link.body.mass * gravity.dot(motion.position_in_base())
+        potential[str(link.number)] = normal_form(U, x.q)
     spins = [(link.armature, link.joint) for link in links if link.joint is not None]
     rates = dict(zip(x.q, x.dq, strict=True))
     rotors = sum((inertia * rates[q] ** 2 / 2 for inertia, q in spins), sp.Integer(0))
-    return tuple([*kinetic, *([rotors] if rotors != 0 else [])]), tuple(potential)
+    return kinetic | ({"a": rotors} if rotors != 0 else {}), potential
 
 
 def _christoffel(B: sp.Matrix, x: Variables) -> sp.Matrix:

@@ -1,8 +1,8 @@
 """Velocities and accelerations of the links in symbols, from their matrices T_{i-1,i}(q_i), frame by frame.
 
-    omega_i = R^T omega_{i-1} + axis_i dq_i
-    v_i     = R^T (v_{i-1} + omega_{i-1} x p + dp/dq_i dq_i)        v_Ci = v_i + omega_i x c_i
-    domega_i = d(omega_i)/dt        a_Ci = d(v_Ci)/dt + omega_i x v_Ci
+omega_i = R^T omega_{i-1} + axis_i dq_i
+v_i     = R^T (v_{i-1} + omega_{i-1} x p + dp/dq_i dq_i)        v_Ci = v_i + omega_i x c_i
+domega_i = d(omega_i)/dt        a_Ci = d(v_Ci)/dt + omega_i x v_Ci
 """
 
 from __future__ import annotations
@@ -27,16 +27,17 @@ class SymbolicBody:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SymbolicLink:
-    """T_{i-1,i}(q_i) with what it carries; `joint` is None for a link that is welded to the one before.
+    """Link `number` of its arm (from 1): T_{i-1,i}(q_i) with what it carries; `joint` is None for a welded link.
 
     `axis` (3, 1) is the direction about which a turning joint turns, in the link's own frame; zero for a sliding one.
     """
 
+    number: int
     pose: sp.Matrix
     joint: sp.Symbol | None
     axis: sp.Matrix
     body: SymbolicBody | None = None
-    armature: sp.Expr = sp.Integer(0)
+    armature: sp.Expr = sp.S.Zero
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -58,7 +59,7 @@ class Variables:
 
         >>> x = Variables.of([sp.Symbol("q")])
         >>> x.derivative(x.q[0] ** 2 * x.dq[0])
-        2*dq**2*q + ddq*q**2
+        ddq*q**2 + 2*dq**2*q
         """
         both = (*zip(self.q, self.dq, strict=True), *zip(self.dq, self.ddq, strict=True))
         zero = expression * 0
@@ -72,6 +73,7 @@ class LinkMotion:
     `velocity` and `acceleration` are those of the centre of mass (of the frame's origin where there is no body).
     """
 
+    number: int
     pose: sp.Matrix
     com: sp.Matrix
     omega: sp.Matrix
@@ -89,12 +91,12 @@ class LinkMotion:
 
 
 def link_of_matrix(
-    pose: sp.Matrix, joint: sp.Symbol, body: SymbolicBody | None = None, armature: sp.Expr = sp.Integer(0)
+    number: int, pose: sp.Matrix, joint: sp.Symbol, body: SymbolicBody | None = None, armature: Any = sp.S.Zero
 ) -> SymbolicLink:
     """A link from its matrix alone: the axis is read from the skew matrix R^T dR/dq."""
     R = pose[:3, :3]
     turn = normal_form(R.T * R.diff(joint), [joint])
-    return SymbolicLink(pose, joint, sp.Matrix([turn[2, 1], turn[0, 2], turn[1, 0]]), body, armature)
+    return SymbolicLink(number, pose, joint, sp.Matrix([turn[2, 1], turn[0, 2], turn[1, 0]]), body, armature)
 
 
 def link_motions(links: Sequence[SymbolicLink], variables: Variables) -> tuple[LinkMotion, ...]:
@@ -114,5 +116,5 @@ def link_motions(links: Sequence[SymbolicLink], variables: Variables) -> tuple[L
         velocity = normal_form(v + omega.cross(com), q)
         acceleration = normal_form(variables.derivative(velocity) + omega.cross(velocity), q)
         domega = normal_form(variables.derivative(omega), q)
-        out.append(LinkMotion(pose, com, omega, domega, velocity, acceleration))
+        out.append(LinkMotion(link.number, pose, com, omega, domega, velocity, acceleration))
     return tuple(out)
