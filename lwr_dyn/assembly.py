@@ -27,7 +27,8 @@ def arm_from_paper(paper: Paper) -> Arm:
     chain = Chain(links=_links(paper), flange=_flange(paper), gravity=gravity)
     return Arm(
         name=paper.name, reading=paper.reading.name, title=paper.title, chain=chain, limits=_limits(paper),
-        drawing=_drawing(paper, chain), ratings=_ratings(paper), mastering=_mastering(paper), sources=_sources(paper), errata=paper.reading.errata, digest=paper.digest,
+        drawing=_drawing(paper, chain), ratings=_ratings(paper), mastering=_mastering(paper),
+        sources=_sources(paper), errata=paper.reading.errata, digest=paper.digest,
     )  # fmt: skip
 
 

@@ -83,8 +83,8 @@ TABLES: dict[str, dict[str, ColumnRule]] = {
 }
 """Table -> column -> rule. `limits.zero` is the DH coordinate at which the printed coordinate reads zero; `poses` is a
 second statement of the kinematics: joint positions of the mastering pose, where the wrist centre then stands, where the
-flange stands at zero, how it is turned in both, and each joint's axis at zero, all in the base. `ratings` is what a data
-sheet says of the whole arm (`mass` with its base)."""
+flange stands at zero, how it is turned in both, and each joint's axis at zero, all in the base. `ratings` is what a
+data sheet says of the whole arm (`mass` with its base)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,7 +1,7 @@
 """The solids of a drawn arm, and the bodies that follow from them when a source gives nothing but a total mass.
 
-A file's `drawing.solids` lists cylinders per link, in the frame of that link's DH row (the base: frame 0). They are what
-the viewer shows, and where a paper has no masses they carry the estimate:
+A file's `drawing.solids` lists cylinders per link, in the frame of that link's DH row (the base: frame 0). They are
+what the viewer shows, and where a paper has no masses they carry the estimate:
 
     mass_i = total V_i / sum V,    com_i and tensor_i those of link i's cylinders at that one density
 
@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np

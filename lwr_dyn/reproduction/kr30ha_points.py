@@ -1,4 +1,4 @@
-"""The report's points recomputed: its own simplified solution digit by digit, what is right beside it, the misses in mm.
+"""The report's points recomputed: its own simplified solution digit by digit, what is right beside it, misses in mm.
 
 The report drives a planar two-link arm (995 and 820 mm) to Point 1, Point 2 and home, after taking the shoulder's
 offset off x; the true arm is solved for the flange with A = B = C = 0, as the report's own program asks, and from
@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -19,7 +19,7 @@ from lwr_dyn.arrays import Array
 from lwr_dyn.assembly import arm_from_paper
 from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.kinematics.inverse import inverse_kinematics
-from lwr_dyn.kinematics.kuka_pose import KukaPose, status, turn
+from lwr_dyn.kinematics.kuka_pose import KukaPose, pose_of_matrix, status, turn
 from lwr_dyn.kinematics.solution import Solution, axis_travel, least_travel
 from lwr_dyn.kinematics.wrist_geometry import require_wrist_arm
 from lwr_dyn.papers.catalog import open_paper
@@ -79,7 +79,7 @@ class RightPoint:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Miss:
-    """The paper's angles (Table 5) put through the true arm, wrist straight: where it goes and by how much it misses."""
+    """The paper's angles (Table 5) put through the true arm, wrist straight: where it goes, by how much it misses."""
 
     name: str
     reading: str
@@ -152,22 +152,22 @@ def _cells(point: Mapping[str, Any], tables: Mapping[str, Any]) -> list[PointCel
 
 
 def right_points(arm: Arm) -> tuple[RightPoint, ...]:
-    """Mastering -> Point 1 -> Point 2 -> mastering for the flange, each by the least axis travel from the one before."""
+    """Mastering -> Point 1 -> Point 2 -> mastering for the flange, each by the least axis travel from where it is."""
     mastering = np.array(arm.mastering)
     here, out = mastering, []
     for point in printed_tables("kr30ha")["point"]:
         if point["name"] == "home":
             pose = forward_kinematics(arm.chain, mastering)
-            target = KukaPose(*(1e3 * pose[:3, 3]).tolist(), 0.0, 90.0, 0.0)
+            target = pose_of_matrix(pose)
             found = inverse_kinematics(arm, pose)
             q, travel = mastering, float(np.abs(mastering - here).sum())
         else:
-            target = KukaPose(*point["xyz"], 0.0, 0.0, 0.0)
+            x, y, z = (float(v) for v in point["xyz"])
+            target = KukaPose(x, y, z, 0.0, 0.0, 0.0)
             found = inverse_kinematics(arm, target.matrix())
             best: Solution = least_travel(found.solutions, here)
             q, travel = best.q, axis_travel(best, here)
-        x, y, z, a, b, c = target.x_mm, target.y_mm, target.z_mm, target.a_deg, target.b_deg, target.c_deg
-        stated = KukaPose(x, y, z, a, b, c, status(arm, q), turn(q))
+        stated = replace(target, s=status(arm, q), t=turn(q))
         count = len(found.solutions), len(found.solutions) + len(found.outside)
         out.append(RightPoint(point["name"], stated, q, math.degrees(travel), *count, wrist_centre_mm(arm, q)))
         here = q
