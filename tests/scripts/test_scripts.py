@@ -13,6 +13,8 @@ EXAMPLES = {
     "dynamics_two_roads.py": (["--states", "20"], "coriolis_matrix  largest difference"),
     "own_arm.py": (["--out", "my.toml"], "torque that holds it"),
     "build_models.py": (["--check"], "fresh: "),
+    "kr30ha_envelope.py": (["--out", "envelope"], "reach 2032.72 mm, data sheet 2033"),
+    "kr30ha_equations_of_motion.py": (["--latex", "equations.tex"], "tau is Pinocchio's to "),
 }
 NOT_EXAMPLES = {"benchmark.py", "soak.py"}
 """Run by hand; their parts are tested where they live."""
