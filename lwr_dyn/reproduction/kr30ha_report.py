@@ -35,6 +35,7 @@ from lwr_dyn.viewer.plots import save_figure, torque_figure
 
 Say = Callable[[str], None]
 SYMMETRIC = "First two joints of the arm, links symmetric about its plane (as estimated); vectors in the base frame"
+TITLE, LABEL = "KUKA KR 30 HA: mastering, Point 1, Point 2, mastering", ["inverse dynamics"]
 GENERAL = "First two joints of the arm, any links: ten letters a link"
 
 
@@ -96,9 +97,9 @@ def _pictures(place: Path, arm: Arm, right: tuple[RightPoint, ...], found: Cycle
     plots, runs = make_folder(place / "plots"), make_folder(place / "runs")
     wrists = {f"{point.name}, wrist centre": point.wrist_mm / 1e3 for point in right}
     save_figure(envelope_figure(arm, wrists), plots / "envelope.png")
-    save_figure(torque_figure([found.run], arm), plots / "torque.png")
+    save_figure(torque_figure([found.run], arm, LABEL), plots / "torque.png")
     found.run.save(runs / "mastering_p1_p2_mastering.npz")
-    write_replay(place / "replay.html", [found.run], arm, title="KUKA KR 30 HA: mastering, Point 1, Point 2, mastering")
+    write_replay(place / "replay.html", [found.run], arm, labels=LABEL, title=TITLE)
 
 
 def _record(
