@@ -41,7 +41,7 @@ def test_every_check_holds_for_every_reading(robot, reading):
 def test_every_check_holds_for_a_new_arm(joints, convention):
     paper = parse_paper(template("own.toml", "own", joints, convention), "own.toml")
     report = check_arm(arm_from_paper(paper), paper, states=50)
-    assert {v.name for v in report.verdicts if not v.holds} == CONTRADICTED.get((robot, reading), set())
+    assert [v for v in report.verdicts if not v.holds] == []
     assert len(report.verdicts) > 14
 
 
