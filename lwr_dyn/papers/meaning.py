@@ -14,14 +14,15 @@ from lwr_dyn.papers.units import UNITS
 _OF_THE_JOINT = ("limits.", "friction.", "gains.")
 """Tables whose units tell a turning joint from a sliding one."""
 _LINEAR = {"length", "velocity", "force", "damping", "stiffness", "integral gain"}
+_RATINGS = ("ratings.mass", "ratings.reach", "ratings.envelope_volume")
 _ABOVE_ZERO = (
     "inertial.mass", "limits.velocity", "limits.effort", "rotors.gear_ratio", "drawing.radius", "transmission.ratio",
-    "transmission.stage", "gains.kp", "gains.effort", "friction.covered",
+    "transmission.stage", "gains.kp", "gains.effort", "friction.covered", *_RATINGS,
     *(f"friction.{side}_stribeck_velocity" for side in SIDES),
 )  # fmt: skip
 _AT_LEAST_ZERO = (
     "rotors.inertia", "rotors.armature", "friction.viscous", "friction.coulomb", "drawing.pedestal", "gains.ki",
-    "gains.kd", *(f"friction.{side}_{name}" for side in SIDES for name in ("coulomb", "static")),
+    "gains.kd", "base.mass", *(f"friction.{side}_{name}" for side in SIDES for name in ("coulomb", "static")),
 )  # fmt: skip
 _DIRECTED = tuple(f"friction.{side}_{name}" for side in SIDES for name in ("coulomb", "viscous"))
 
@@ -37,7 +38,7 @@ def check_meaning(columns: Mapping[str, Column], joints: Sequence[str], kinds: S
 
 
 def _units(columns: Mapping[str, Column], joints: Sequence[str], kinds: Sequence[JointKind], file: str) -> None:
-    for name in (x for x in columns if x.startswith(_OF_THE_JOINT)):
+    for name in (x for x in columns if x.startswith(_OF_THE_JOINT) or x == "poses.mastering"):
         for i, unit in enumerate(columns[name].unit):
             if (UNITS[unit][0] in _LINEAR) != (kinds[i] is JointKind.PRISMATIC):
                 allowed = f"a unit of a {kinds[i].value} joint"
