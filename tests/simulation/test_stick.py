@@ -154,6 +154,18 @@ class TestOneJoint:
         for torque, moves in ((1.49, False), (1.51, True), (-0.49, False), (-0.51, True)):
             run = simulate(one_joint(), constant(torque), Rest(np.zeros(1), 0.1), friction=[model])
             assert (run.q[-1, 0] != 0.0) == moves
+        for torque, ddq in ((2.0, 0.5 / 2), (-2.0, -1.5 / 2)):
+            run = simulate(one_joint(), constant(torque), Rest(np.zeros(1), 0.1), friction=[model])
+            assert run.q[-1, 0] == pytest.approx(ddq * 0.1**2 / 2, abs=1e-14)
+
+    def test_a_motor_cut_below_break_away_moves_nothing(self):
+        run = simulate(one_joint(effort=3.9), constant(100.0), Rest(np.zeros(1), 0.1), friction=[ASYMMETRIC])
+        assert (run.q == 0.0).all()
+        assert (run.tau_friction == 3.9).all()
+        free = simulate(
+            one_joint(effort=3.9), constant(100.0), Rest(np.zeros(1), 0.1), friction=[ASYMMETRIC], saturate=False
+        )
+        assert free.q[-1, 0] > 0.1
 
 
 class TestStops:
