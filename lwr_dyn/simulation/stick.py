@@ -32,11 +32,8 @@ class Regime:
     highest: Array
     """Most that can resist a joint at rest, (n,) [N m]; infinite at a stop, and for joints that move."""
     lowest: Array
-
-    @property
-    def anybody_rests(self) -> bool:
-        """Whether a joint is at rest."""
-        return bool(self.resting.any())
+    anybody_rests: bool
+    everybody_rests: bool
 
     def accelerator(self) -> Callable[[Array, Array, Array], Array]:
         """(q, dq, tau - friction of the moving joints) -> ddq (n,), exactly 0 for joints at rest."""
@@ -44,7 +41,7 @@ class Regime:
         if not self.anybody_rests:
             forward: Callable[[Array, Array, Array], Array] = raw.forward_dynamics
             return forward
-        if self.resting.all():
+        if self.everybody_rests:
             still = np.zeros(self.plant.n)
             return lambda q, dq, net: still
         free = (~self.resting).astype(np.float64)
@@ -70,8 +67,9 @@ def regime(plant: Plant, dry: DryFriction, q: Array, sides: Sides) -> Regime:
     resting = sides == 0
     low, high = _bounds(plant.at_limit(q), dry.lowest, dry.highest)
     return Regime(
-        plant, sides, dry.slip(sides), resting, np.where(resting, high, np.inf), np.where(resting, low, -np.inf)
-    )
+        plant, sides, dry.slip(sides), resting, np.where(resting, high, np.inf), np.where(resting, low, -np.inf),
+        anybody_rests=bool(resting.any()), everybody_rests=bool(resting.all()),
+    )  # fmt: skip
 
 
 def settled(plant: Plant, dry: DryFriction, q: Array, dq: Array, tau: Array, given_way: Sides) -> Sides:

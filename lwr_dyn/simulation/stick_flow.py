@@ -140,7 +140,7 @@ class StickFlow:
             return known[s]
 
         watched = giving_way(now, interval, barred, push) if now.anybody_rests else []
-        if not now.resting.all():
+        if not now.everybody_rests:
             watched += passing(now, interval, after) + coming_to_rest(now, interval, after)
         return watched
 

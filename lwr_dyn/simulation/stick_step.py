@@ -51,7 +51,7 @@ class StickStep:
             self._adopt(regime)
         if regime.anybody_rests and not self._held(regime, now, tau):
             return False
-        if regime.resting.all():
+        if regime.everybody_rests:
             after[:] = now
             self.work = 0.0
             return True

@@ -154,6 +154,18 @@ class TestOneJoint:
         for torque, moves in ((1.49, False), (1.51, True), (-0.49, False), (-0.51, True)):
             run = simulate(one_joint(), constant(torque), Rest(np.zeros(1), 0.1), friction=[model])
             assert (run.q[-1, 0] != 0.0) == moves
+        for torque, ddq in ((2.0, 0.5 / 2), (-2.0, -1.5 / 2)):
+            run = simulate(one_joint(), constant(torque), Rest(np.zeros(1), 0.1), friction=[model])
+            assert run.q[-1, 0] == pytest.approx(ddq * 0.1**2 / 2, abs=1e-14)
+
+    def test_a_motor_cut_below_break_away_moves_nothing(self):
+        run = simulate(one_joint(effort=3.9), constant(100.0), Rest(np.zeros(1), 0.1), friction=[ASYMMETRIC])
+        assert (run.q == 0.0).all()
+        assert (run.tau_friction == 3.9).all()
+        free = simulate(
+            one_joint(effort=3.9), constant(100.0), Rest(np.zeros(1), 0.1), friction=[ASYMMETRIC], saturate=False
+        )
+        assert free.q[-1, 0] > 0.1
 
 
 class TestStops:
@@ -227,6 +239,18 @@ class TestTwoJoints:
         back = np.array([(load[0] + friction[0]) / SLIDING[0, 0], 0.0])
         assert run.tau_friction[-1, 1] == pytest.approx(load[1] - SLIDING[1, 0] * back[0], abs=1e-12)
         np.testing.assert_allclose(run.q[-1], speed * t_stop / 2 + back * s**2 / 2, rtol=0, atol=1e-11)
+
+    def test_the_rule_where_static_friction_exceeds_coulombs(self):
+        """5 N frees joint 1; while it resisted with 4 N joint 2 could stay, with its Coulomb level of 1 N it cannot."""
+        models = [JointFriction(Direction(c, 0.0, s), Direction(c, 0.0, s)) for c, s in ((1.0, 4.0), (0.5, 1.0))]
+        reaction = [1.5 * (5.0 - f) / 3.5 for f in (4.0, 1.0)]  # on joint 2 at rest
+        assert reaction[0] < 1.0 < reaction[1]
+        run = simulate(sliders(), constant(5.0, 0.0), Rest(np.zeros(2), 0.3), friction=models)
+        ddq = np.linalg.solve(SLIDING, [5.0 - 1.0, 0.5])
+        assert ddq[0] > 0 > ddq[1]
+        np.testing.assert_allclose(run.q[-1], ddq * 0.3**2 / 2, rtol=0, atol=1e-12)
+        held = simulate(sliders(), constant(3.9, 0.9), Rest(np.zeros(2), 0.3), friction=models)
+        assert (held.q == 0.0).all()
 
     @pytest.mark.parametrize("options", [{}, {"substeps": 2}, {"method": "dop853"}])
     def test_a_joint_at_rest_is_pushed_by_the_other_ones_motion(self, options):
