@@ -53,9 +53,9 @@ class Phases:
         low, high = self.models[i].breakaway
         return int(needed > high) - int(needed < low)
 
-    def follow(self, start, duration):
-        """Events (kind, joint, t) and the positions at the end, from rest at `start`."""
-        t, y, signs, out = 0.0, np.concatenate([start, np.zeros(2)]), (0, 0), []
+    def follow(self, start, duration, signs=(0, 0)):
+        """Events (kind, joint, t) and the positions at the end, from rest at `start` into a phase."""
+        t, y, out = 0.0, np.concatenate([start, np.zeros(2)]), []
         while True:
             watched = [(i, f, side) for i in (0, 1) for f, side in self.watch(i, signs)]
             for _, f, _ in watched:

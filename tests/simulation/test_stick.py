@@ -267,6 +267,18 @@ class TestTwoJoints:
         np.testing.assert_allclose([e.t for e in run.events], [t for *_, t in events], rtol=0, atol=INSTANT)
         np.testing.assert_allclose(run.q[-1], q_end, rtol=0, atol=REFERENCE)
 
+    @pytest.mark.parametrize("options", [{}, {"substeps": 2}, {"method": "dop853"}])
+    def test_it_is_pushed_off_between_two_samples_of_a_held_torque(self, options):
+        """A constant torque on joint 1: its growing speed throws joint 2 outward at a moment of its own."""
+        models = [symmetric(0.5, 0.1), JointFriction(Direction(0.4, 0.2, 0.6), Direction(0.5, 0.2, 0.7))]
+        start, torque = np.array([0.0, 1.2]), np.array([2.0, 0.0])
+        run = simulate(plane_arm(), constant(*torque), Rest(start, 1.2), friction=models, **options)
+        reference = Phases(lwr_dyn.dynamics_of(plane_arm(), "newton-euler"), models, lambda t: torque)
+        events, q_end = reference.follow(start, 1.2, signs=(1, 0))
+        assert [(e.kind, e.joint) for e in run.events] == [event[:2] for event in events] == [("slip", 1)]
+        assert run.events[0].t == pytest.approx(events[0][2], abs=INSTANT)
+        np.testing.assert_allclose(run.q[-1], q_end, rtol=0, atol=REFERENCE)
+
 
 SLIDING = np.array([[3.5, 1.5], [1.5, 1.5]])
 
