@@ -94,7 +94,7 @@ def command(robot: str, reading: str | None, tip: str | None, locks: tuple[str, 
     except DivergenceError as fault:
         if out is not None and isinstance(fault.run, Run):
             fault.run.save(out)
-            click.echo(f"kept what was computed in {out}", err=True)
+            click.echo(f"kept what was computed in {out}")
         raise
     if out is not None:
         run.save(out)
@@ -118,7 +118,7 @@ def _simulated(arm: Arm, robot: str, given: dict[str, Any]) -> Run:
         controller = _own_pd(believed, given)
     else:
         controller = controller_by_name(given["controller"], believed, tuning, engine=given["engine"])
-    plant = arm if given["plant_reading"] is None else load(robot, given["plant_reading"])
+    plant = arm if given["plant_reading"] is None else load(robot, given["plant_reading"], **arm.loaded_with)
     if given["plant_scale"] != 1.0:
         plant = scaled(plant, given["plant_scale"])
     friction, note = chosen_friction_of(plant, given["friction"], given["passive_refit"])

@@ -71,8 +71,10 @@ def test_a_diverging_run_says_when_and_keeps_what_there_was(lwr_dyn_command, tmp
     target = tmp_path / "run.npz"
     options = ("--omega-n", "3000", "--no-saturation", "--controller", "inverse-dynamics", "--encoder-noise", "1e-3")
     # a loop far faster than its samples cannot be held
-    code, _, err = lwr_dyn_command("simulate", "lwr4plus", *SHORT[:-1], "1", *options, "--out", str(target))
+    code, out, err = lwr_dyn_command("simulate", "lwr4plus", *SHORT[:-1], "1", *options, "--out", str(target))
     assert code == 2
+    assert "kept what was computed" in out
+    assert err.count("\n") == 1
     assert "the simulation diverges at t = " in err
     assert "joint_" in err
     kept = Run.load(target)
