@@ -55,7 +55,12 @@ def _errors(arm: Arm, found: Metrics) -> str:
     rows = []
     for i, name in enumerate(arm.joint_names):
         errors = [f"{x[i]:.3g}" for x in (p.mean, p.mean_abs, p.max, p.min, p.rms, v.mean_abs, v.max, v.min)]
-        uses = [f"{found.peak_torque[i]:.4g}", f"{found.torque_use[i]:.0%}", f"{found.speed_use[i]:.0%}"]
+        uses = [f"{found.peak_torque[i]:.4g}", _share(found.torque_use[i]), _share(found.speed_use[i])]
         rows.append((name, *errors, *uses, f"{found.saturated_s[i]:.3g}"))
     head = ("error of", "mean", "mean|e|", "max", "min", "RMS mrad", "mean|de|", "max", "min mrad/s")
     return table(rows, (*head, "peak N m", "of limit", "speed", "cut s"))
+
+
+def _share(use: float) -> str:
+    """A use of a limit; a question mark where the limit is not known."""
+    return "?" if np.isnan(use) else f"{use:.0%}"
