@@ -20,9 +20,10 @@ from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import Array, read_only, real_array
 from lwr_dyn.errors import OptionError, OutOfReachError, OutsideLimitsError, ShapeError
 from lwr_dyn.kinematics.arm_angle_search import Found, largest_margin
+from lwr_dyn.kinematics.branches import Branch
 from lwr_dyn.kinematics.corridor import Corridor
 from lwr_dyn.kinematics.poses import pose_array
-from lwr_dyn.kinematics.srs import ON_AXIS, Branch, JointRanges, arm_triangle, joint_ranges
+from lwr_dyn.kinematics.srs import ON_AXIS, JointRanges, arm_triangle, joint_ranges
 from lwr_dyn.kinematics.srs_geometry import SrsGeometry, require_srs
 from lwr_dyn.kinematics.srs_limits import margin_problem, margins
 

@@ -11,8 +11,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from lwr_dyn.arrays import Array
+from lwr_dyn.kinematics.branches import BRANCHES, Branch
 from lwr_dyn.kinematics.corridor import Break, Corridor, corridor
-from lwr_dyn.kinematics.srs import BRANCHES, Branch, JointRanges, arm_triangle
+from lwr_dyn.kinematics.srs import JointRanges, arm_triangle
 from lwr_dyn.kinematics.srs_best import best_angles
 from lwr_dyn.kinematics.srs_geometry import SrsGeometry
 from lwr_dyn.kinematics.srs_limits import MarginProblem, arcs_at_level, margin_problem, margins

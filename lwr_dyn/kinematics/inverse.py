@@ -12,19 +12,12 @@ from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import Array, fixed_array
 from lwr_dyn.dh import JointKind
 from lwr_dyn.errors import OptionError
+from lwr_dyn.kinematics.branches import BRANCHES
 from lwr_dyn.kinematics.numeric import Search, search
 from lwr_dyn.kinematics.poses import pose_array
 from lwr_dyn.kinematics.six_axis import solve_pose
 from lwr_dyn.kinematics.solution import InverseResult, Solution, judged_result, judged_solution
-from lwr_dyn.kinematics.srs import (
-    BRANCHES,
-    ArmTriangle,
-    JointRanges,
-    arm_triangle,
-    closed_form,
-    joint_ranges,
-    wrap,
-)
+from lwr_dyn.kinematics.srs import ArmTriangle, JointRanges, arm_triangle, closed_form, joint_ranges, wrap
 from lwr_dyn.kinematics.srs_best import best_angles
 from lwr_dyn.kinematics.srs_geometry import SrsGeometry, srs_geometry
 from lwr_dyn.kinematics.srs_limits import arcs_at_level, margin_problem

@@ -18,9 +18,10 @@ from numpy.typing import ArrayLike, NDArray
 from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import Array, fixed_array
 from lwr_dyn.errors import OutOfReachError, ShapeError, SingularArmError
+from lwr_dyn.kinematics.branches import Branch
 from lwr_dyn.kinematics.jacobian import JointAxes, jacobian_at, joint_axes, velocity_product_at
 from lwr_dyn.kinematics.poses import pose_array
-from lwr_dyn.kinematics.srs import Branch, arm_triangle, closed_form, joint_ranges
+from lwr_dyn.kinematics.srs import arm_triangle, closed_form, joint_ranges
 from lwr_dyn.kinematics.srs_geometry import SrsGeometry, require_srs
 
 SINGULAR = 1e-7

@@ -10,8 +10,9 @@ import numpy as np
 
 from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import Array
+from lwr_dyn.kinematics.branches import BRANCHES
 from lwr_dyn.kinematics.solution import InverseResult, Solution, judged_result, judged_solution
-from lwr_dyn.kinematics.spherical_wrist import BRANCHES, NEAR_SINGULAR, SINGULARITIES, WristSolutions, closed_form
+from lwr_dyn.kinematics.spherical_wrist import NEAR_SINGULAR, SINGULARITIES, WristSolutions, closed_form
 from lwr_dyn.kinematics.srs import joint_ranges
 from lwr_dyn.kinematics.srs_limits import TOUCH
 from lwr_dyn.kinematics.wrist_geometry import WristArmGeometry, require_wrist_arm

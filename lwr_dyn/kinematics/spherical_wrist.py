@@ -13,8 +13,6 @@ folded: two branches meet) and the wrist (axes 4 and 6 in line: only q4 +- q6 is
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import product
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,26 +26,6 @@ REACH_SLACK = 1e-12
 NEAR_SINGULAR = 1e-5
 """[m] (shoulder) and [rad] (elbow, wrist): poses nearer than this to a singularity are named so."""
 SINGULARITIES = ("shoulder", "elbow", "wrist")
-
-
-class Branch(NamedTuple):
-    """One of the eight solutions: shoulder +1 with W ahead of axis 1, elbow and wrist the signs of bend and tilt."""
-
-    shoulder: int
-    elbow: int
-    wrist: int
-
-    @property
-    def label(self) -> str:
-        """The three signs.
-
-        >>> Branch(1, -1, 1).label
-        '+-+'
-        """
-        return "".join("+" if sign > 0 else "-" for sign in self)
-
-
-BRANCHES = tuple(Branch(*signs) for signs in product((1, -1), repeat=3))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

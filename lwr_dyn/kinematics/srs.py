@@ -18,13 +18,12 @@ Every entry of the shoulder's and the wrist's rotation is then a cos(psi) + b si
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import product
-from typing import NamedTuple
 
 import numpy as np
 
 from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import Array
+from lwr_dyn.kinematics.branches import Branch
 from lwr_dyn.kinematics.srs_geometry import Ball, SrsGeometry
 
 ON_AXIS = 1e-9
@@ -33,26 +32,6 @@ ALIGNED = 1e-13
 """Sine of a ball's tilt below which its two rolls turn about one line: only their sum (difference) is determined."""
 REACH_SLACK = 1e-12
 """[m] A stretched arm's wrist, recomputed from its pose, may stand this far out."""
-
-
-class Branch(NamedTuple):
-    """Which of the eight solutions: the signs of tilt 2, elbow 4 and tilt 6, counted from where rolls or arm align."""
-
-    shoulder: int
-    elbow: int
-    wrist: int
-
-    @property
-    def label(self) -> str:
-        """The three signs.
-
-        >>> Branch(1, -1, 1).label
-        '+-+'
-        """
-        return "".join("+" if sign > 0 else "-" for sign in self)
-
-
-BRANCHES = tuple(Branch(*signs) for signs in product((1, -1), repeat=3))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

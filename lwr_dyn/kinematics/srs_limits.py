@@ -14,15 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.kinematics.srs import (
-    ALIGNED,
-    ArmTriangle,
-    BallForms,
-    JointRanges,
-    ball_forms,
-    elbow_angle,
-    wrap,
-)
+from lwr_dyn.kinematics.srs import ALIGNED, ArmTriangle, BallForms, JointRanges, ball_forms, elbow_angle, wrap
 from lwr_dyn.kinematics.srs_geometry import SrsGeometry
 
 TOUCH = 1e-12

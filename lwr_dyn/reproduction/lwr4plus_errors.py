@@ -17,7 +17,8 @@ from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import Array
 from lwr_dyn.control.by_name import Tuning, controller_by_name
 from lwr_dyn.dynamics.newton_euler import Recursion
-from lwr_dyn.kinematics.srs import BRANCHES, closed_form, joint_ranges
+from lwr_dyn.kinematics.branches import BRANCHES
+from lwr_dyn.kinematics.srs import closed_form, joint_ranges
 from lwr_dyn.kinematics.srs_geometry import require_srs
 from lwr_dyn.motion import Run
 from lwr_dyn.reproduction.printed import agrees, printed_tables

@@ -12,7 +12,8 @@ import numpy as np
 from lwr_dyn.arrays import Array
 from lwr_dyn.errors import OptionError, OutOfReachError, OutsideLimitsError, PathLimitError
 from lwr_dyn.kinematics.arm_angle import best_arm_angle
-from lwr_dyn.kinematics.srs import BRANCHES, Branch, arm_triangle, closed_form, joint_ranges
+from lwr_dyn.kinematics.branches import BRANCHES, Branch
+from lwr_dyn.kinematics.srs import arm_triangle, closed_form, joint_ranges
 from lwr_dyn.kinematics.srs_geometry import require_srs
 from lwr_dyn.tasks.limits import tightest
 

@@ -1,35 +1,22 @@
-"""Friction on the command line: its form, the passive refit, the warning, and bad combinations."""
+"""Friction on the lwr_dyn_command line: its form, the passive refit, the warning, and bad combinations."""
 
 import json
 
 import pytest
 
-from lwr_dyn.cli.main import main
-
 MOVE = ("simulate", "wam7", "--task", "lspb", "--from-deg", "0,-60,0,90,0,0,0", "--own-gains", "--velocity-error")
 FAST = (*MOVE, "--to-deg", "0,-60,0,130,0,0,0", "--duration", "1.0", "--blend", "0.3")
 
 
-@pytest.fixture
-def command(capsys):
-    def run(*arguments):
-        with pytest.raises(SystemExit) as stop:
-            main(list(arguments))
-        out, err = capsys.readouterr()
-        return stop.value.code, out, err
-
-    return run
-
-
-def test_friction_that_drives_is_warned_of(command):
-    code, out, _ = command(*FAST)
+def test_friction_that_drives_is_warned_of(lwr_dyn_command):
+    code, out, _ = lwr_dyn_command(*FAST)
     assert code == 0
     assert "friction: set-valued; accelerations computed" in out
     assert "warning: friction of joint_4 feeds energy in from" in out
 
 
-def test_a_passive_refit_is_told_with_its_cost_and_drives_no_more(command):
-    code, out, _ = command(*FAST, "--passive-refit", "--json")
+def test_a_passive_refit_is_told_with_its_cost_and_drives_no_more(lwr_dyn_command):
+    code, out, _ = lwr_dyn_command(*FAST, "--passive-refit", "--json")
     record = json.loads(out)
     assert code == 0
     assert "friction feeds energy in" not in [event["kind"] for event in record["events"]]
@@ -39,11 +26,11 @@ def test_a_passive_refit_is_told_with_its_cost_and_drives_no_more(command):
     ]  # fmt: skip
     assert changes[1]["rms"] == pytest.approx(0.312, abs=1e-3)
     assert record["meta"]["friction_law"]["viscous"][0][3] == 0.0
-    assert "passive refit of joint_4, positive: F_c 1.5414" in command(*FAST, "--passive-refit")[1]
+    assert "passive refit of joint_4, positive: F_c 1.5414" in lwr_dyn_command(*FAST, "--passive-refit")[1]
 
 
-def test_without_friction(command):
-    code, out, _ = command(*FAST, "--friction", "none")
+def test_without_friction(lwr_dyn_command):
+    code, out, _ = lwr_dyn_command(*FAST, "--friction", "none")
     assert code == 0
     assert "friction:" not in out
 
@@ -58,15 +45,17 @@ BAD = {
 
 
 @pytest.mark.parametrize("case", BAD)
-def test_bad_input_is_one_line(command, case):
+def test_bad_input_is_one_line(lwr_dyn_command, case):
     arguments, said = BAD[case]
-    code, out, err = command(*FAST, *arguments)
+    code, out, err = lwr_dyn_command(*FAST, *arguments)
     assert (code, out) == (2, "")
     assert said in err
     assert err.count("\n") == 1
 
 
-def test_an_arm_without_gains_says_so(command):
-    code, _, err = command("simulate", "lwr4plus", "--task", "hold", "--from-deg", "0,0,0,0,0,0,0", "--own-gains")
+def test_an_arm_without_gains_says_so(lwr_dyn_command):
+    code, _, err = lwr_dyn_command(
+        "simulate", "lwr4plus", "--task", "hold", "--from-deg", "0,0,0,0,0,0,0", "--own-gains"
+    )
     assert code == 2
     assert "lwr4plus: controller gains not given; needed for --own-gains" in err

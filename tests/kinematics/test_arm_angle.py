@@ -7,8 +7,9 @@ import lwr_dyn
 from lwr_dyn.errors import OptionError, OutOfReachError, OutsideLimitsError, ShapeError
 from lwr_dyn.kinematics.arm_angle import FIRST_KNOTS, _smooth, best_arm_angle
 from lwr_dyn.kinematics.arm_angle_search import RESOLUTION, SLACK
+from lwr_dyn.kinematics.branches import BRANCHES
 from lwr_dyn.kinematics.corridor import Break, Corridor, corridor, overlap
-from lwr_dyn.kinematics.srs import BRANCHES, arm_triangle, closed_form, joint_ranges
+from lwr_dyn.kinematics.srs import arm_triangle, closed_form, joint_ranges
 from lwr_dyn.kinematics.srs_geometry import srs_geometry
 from lwr_dyn.kinematics.srs_limits import Arcs, margin_problem, margins
 from lwr_dyn.spatial import rot_z

@@ -6,9 +6,9 @@ from scipy.spatial.transform import Rotation
 import lwr_dyn
 from lwr_dyn.chain import link_frames
 from lwr_dyn.errors import OptionError, OutOfReachError, ShapeError, SingularArmError
+from lwr_dyn.kinematics.branches import BRANCHES
 from lwr_dyn.kinematics.jacobian import jacobian, velocity_product
 from lwr_dyn.kinematics.path_following import follow
-from lwr_dyn.kinematics.srs import BRANCHES
 from lwr_dyn.kinematics.srs_geometry import srs_geometry
 
 LWR = lwr_dyn.load("lwr4plus")

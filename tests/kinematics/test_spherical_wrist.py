@@ -8,9 +8,10 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.errors import OptionError
+from lwr_dyn.kinematics.branches import BRANCHES
 from lwr_dyn.kinematics.six_axis import branches_of, solve_pose, whole_turns
 from lwr_dyn.kinematics.solution import axis_travel, least_travel
-from lwr_dyn.kinematics.spherical_wrist import BRANCHES, NEAR_SINGULAR, closed_form
+from lwr_dyn.kinematics.spherical_wrist import NEAR_SINGULAR, closed_form
 from lwr_dyn.kinematics.srs import joint_ranges, wrap
 from lwr_dyn.kinematics.wrist_geometry import require_wrist_arm, wrist_arm_geometry
 

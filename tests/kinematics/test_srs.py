@@ -8,7 +8,8 @@ from kinematics.srs_arms import random_srs_arm
 import lwr_dyn
 from lwr_dyn.chain import link_frames
 from lwr_dyn.errors import OptionError, ShapeError
-from lwr_dyn.kinematics.srs import BRANCHES, _ball_angles, arm_triangle, closed_form, joint_ranges, wrap
+from lwr_dyn.kinematics.branches import BRANCHES
+from lwr_dyn.kinematics.srs import _ball_angles, arm_triangle, closed_form, joint_ranges, wrap
 from lwr_dyn.kinematics.srs_best import best_angles
 from lwr_dyn.kinematics.srs_geometry import require_srs, srs_geometry
 from lwr_dyn.kinematics.srs_limits import margin_problem

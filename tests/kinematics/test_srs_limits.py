@@ -9,7 +9,8 @@ from kinematics.srs_arms import random_srs_arm
 import lwr_dyn
 from lwr_dyn.arm import JointLimits
 from lwr_dyn.chain import link_frames
-from lwr_dyn.kinematics.srs import BRANCHES, arm_triangle, closed_form, joint_ranges, wrap
+from lwr_dyn.kinematics.branches import BRANCHES
+from lwr_dyn.kinematics.srs import arm_triangle, closed_form, joint_ranges, wrap
 from lwr_dyn.kinematics.srs_best import CERTAIN, best_angles
 from lwr_dyn.kinematics.srs_geometry import srs_geometry
 from lwr_dyn.kinematics.srs_limits import arcs_at_level, margin_problem, margins

@@ -7,7 +7,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.errors import OptionError, PathLimitError, ShapeError, SingularArmError
-from lwr_dyn.kinematics.srs import Branch
+from lwr_dyn.kinematics.branches import Branch
 from lwr_dyn.spatial import rot_x
 from lwr_dyn.tasks.arm_angles import FixedArmAngle
 from lwr_dyn.tasks.ist import TIMINGS, TOOL, Smoothness, ist_reference, timed_ist
