@@ -60,9 +60,12 @@ def fixed_array(name: str, value: ArrayLike, shape: tuple[int, ...]) -> Array:
 def real_array(name: str, value: ArrayLike) -> Array:
     """A finite float64 array of any shape; raises `ShapeError` for text, ragged lists, NaN or infinity."""
     try:
-        array = np.asarray(value, dtype=np.float64)
+        given = np.asarray(value)
+        array = np.asarray(given.real if given.dtype.kind == "c" else given, dtype=np.float64)
     except (TypeError, ValueError) as fault:
         raise ShapeError(name, "not an array of numbers", "real numbers") from fault
+    if given.dtype.kind == "c":
+        raise ShapeError(name, "complex numbers", "real numbers")
     finite = np.isfinite(array)
     if not finite.all():
         where = tuple(int(i) for i in np.argwhere(~finite)[0])

@@ -12,24 +12,38 @@ from lwr_dyn.errors import FileAccessError
 
 def write_file(path: str | Path, data: str | bytes) -> None:
     """Write text (UTF-8) or bytes, whole or not at all; raises `FileAccessError` when the place cannot be written."""
-    target = Path(path)
-    content = data.encode("utf-8") if isinstance(data, str) else data
-    temporary = None
+    write_files({Path(path): data})
+
+
+def write_files(files: Mapping[Path, str | bytes]) -> None:
+    """Write several files, all staged before the first is renamed; raises `FileAccessError` with none of them there."""
+    staged: list[tuple[str, Path]] = []
+    target = Path()
     try:
-        if target.is_dir():
-            raise IsADirectoryError(21, "is a directory")
-        handle, temporary = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
-        with os.fdopen(handle, "wb") as stream:
-            stream.write(content)
-        mask = os.umask(0)
-        os.umask(mask)
-        os.chmod(temporary, 0o666 & ~mask)
-        os.replace(temporary, target)
+        for target, data in files.items():
+            if target.is_dir():
+                raise IsADirectoryError(21, "is a directory")
+            handle, temporary = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
+            staged.append((temporary, target))
+            with os.fdopen(handle, "wb") as stream:
+                stream.write(data.encode("utf-8") if isinstance(data, str) else data)
+            os.chmod(temporary, 0o666 & ~_umask())
+        while staged:
+            temporary, target = staged[0]
+            os.replace(temporary, target)
+            staged.pop(0)
     except OSError as fault:
-        if temporary is not None:
-            Path(temporary).unlink(missing_ok=True)
         reason = (fault.strerror or str(fault)).lower()
-        raise FileAccessError(str(path), reason, "a file in an existing, writable directory") from None
+        raise FileAccessError(str(target), reason, "a file in an existing, writable directory") from None
+    finally:
+        for temporary, _ in staged:
+            Path(temporary).unlink(missing_ok=True)
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask
 
 
 def check_writable(path: str | Path) -> None:
@@ -45,9 +59,8 @@ def check_writable(path: str | Path) -> None:
 
 def write_folder(folder: str | Path, files: Mapping[str, str | bytes]) -> None:
     """Write several files into a folder, made if missing; raises `FileAccessError`."""
-    make_folder(folder)
-    for name, data in files.items():
-        write_file(Path(folder) / name, data)
+    place = make_folder(folder)
+    write_files({place / name: data for name, data in files.items()})
 
 
 def make_folder(folder: str | Path) -> Path:

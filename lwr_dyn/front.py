@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
-from lwr_dyn.errors import OptionError, UnknownNameError
+from lwr_dyn.errors import FileAccessError, OptionError, UnknownNameError
 
 if TYPE_CHECKING:
     from lwr_dyn.arm import Arm
@@ -147,4 +147,7 @@ def arm_of(run: Run) -> Arm:
     robot, reading = run.meta.get("file") or run.meta.get("robot"), run.meta.get("reading")
     if not isinstance(robot, str):
         raise OptionError("run", "does not say of which robot it is", "a run made by simulate")
-    return load(robot, None if robot.endswith(".urdf") else reading, **run.meta.get("loaded_with", {}))
+    arm = load(robot, None if robot.endswith(".urdf") else reading, **run.meta.get("loaded_with", {}))
+    if arm.file and run.meta.get("digest") not in (arm.digest, None):
+        raise FileAccessError(arm.file, "has changed since the run was made", "the file as it was then")
+    return arm

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import json
-import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,7 +11,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from lwr_dyn.arrays import Array, read_only
+from lwr_dyn.arrays import Array, fixed_array, read_only, real_array
 from lwr_dyn.errors import FileAccessError
 from lwr_dyn.files import write_file
 
@@ -99,18 +98,34 @@ class Run:
     @classmethod
     def load(cls, path: str | Path) -> Run:
         """Read a run file; raises `FileAccessError` when it is missing, truncated, foreign or of another schema."""
+        allowed = "a run file (.npz) of lwr-dyn simulate"
         try:
             with open(path, "rb") as stream, np.load(stream, allow_pickle=False) as stored:
                 arrays = {name: stored[name] for name in stored.files}
             record = json.loads(arrays.pop("record").tobytes())
+            if record["schema"] != RUN_SCHEMA:
+                raise FileAccessError(str(path), f"run file of schema {record['schema']}", f"schema {RUN_SCHEMA}")
+            events = tuple(Event(float(t), str(kind), joint, value) for t, kind, joint, value in record["events"])
+            meta = dict(record["meta"])
+            run = cls(
+                **{name: real_array(name, arrays[name]) for name in _ARRAYS},
+                work={name.removeprefix("work_"): x for name, x in arrays.items() if name.startswith("work_")},
+                events=events, meta=meta,
+            )  # fmt: skip
+            run._check_shapes()
         except FileNotFoundError:
-            raise FileAccessError(str(path), "no such file", "a run file (.npz) of lwr-dyn simulate") from None
-        except (OSError, ValueError, KeyError, EOFError, AttributeError, TypeError, zipfile.BadZipFile):
-            raise FileAccessError(str(path), "not a whole run file", "a run file (.npz) of lwr-dyn simulate") from None
-        schema = record.get("schema") if isinstance(record, dict) else None
-        if schema != RUN_SCHEMA or not set(_ARRAYS) <= set(arrays):
-            raise FileAccessError(str(path), f"run file of schema {schema}", f"schema {RUN_SCHEMA}")
-        work = {name.removeprefix("work_"): value for name, value in arrays.items() if name.startswith("work_")}
-        events = tuple(Event(*row) for row in record["events"])
-        main = {name: arrays[name] for name in _ARRAYS}
-        return cls(**main, work=work, events=events, meta=record["meta"])
+            raise FileAccessError(str(path), "no such file", allowed) from None
+        except FileAccessError:
+            raise
+        except Exception:
+            raise FileAccessError(str(path), "not a whole run file", allowed) from None
+        return run
+
+    def _check_shapes(self) -> None:
+        """Raise `ShapeError` unless all arrays are over the same times and joints."""
+        k, n = self.q.shape
+        wanted = {"t": (k,), "energy": (k,)} | {name: (k, n) for name in _ARRAYS if name not in ("t", "energy")}
+        for name, shape in wanted.items():
+            fixed_array(name, getattr(self, name), shape)
+        for name, work in self.work.items():
+            fixed_array(f"work of {name}", work, (k,))

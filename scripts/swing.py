@@ -26,9 +26,11 @@ def main(arguments: list[str] | None = None) -> None:
         run.save(options.out / f"{name}.npz")
         runs.append(run)
         state = "an equilibrium" if run.meta["note"]["equilibrium"] else "no equilibrium"
+        pull = run.meta["note"]["acceleration_at_rest"]
         drift = np.abs(run.energy - run.energy[0]).max()
         moved = np.degrees(np.abs(run.q - run.q[0]).max())
-        print(f"{case.title}: {state}; moved {moved:.4g} deg, energy drift {drift:.1e} J")
+        print(f"{case.title}: {state} (let go it pulls at {pull:.1e} rad/s^2);", end=" ")
+        print(f"moved {moved:.4g} deg, energy drift {drift:.1e} J")
     page = options.out / "swing.html"
     lwr_dyn.replay(runs, page, labels=list(CASES), title=f"{arm.title}: torque-free swing")
     print(f"wrote {page}")

@@ -38,6 +38,8 @@ def command(
     as_json: bool,
 ) -> None:
     """Pose of the flange in the base, at --q, --q-deg or --axes-deg; for a KUKA arm in its units as well."""
+    if symbolic and (as_json or q_si or q_deg):
+        raise OptionError("--symbolic", "with --json, --q or --q-deg", "--symbolic alone: it prints symbols as text")
     if symbolic:
         _print_symbols(robot, reading)
         return

@@ -11,7 +11,11 @@ from lwr_dyn.arm import Arm
 from lwr_dyn.cli.options import load_robot, print_json, robot_options
 from lwr_dyn.control.gains import second_order_gains
 from lwr_dyn.control.worst_case_inertia import WorstCase, worst_cases
+from lwr_dyn.dh import JointKind
 from lwr_dyn.text import table
+
+HEAD = ("joint", "b [kg m^2]", "Kp [N m/rad]", "Kd [N m s/rad]", "where (deg; * any)")
+"""Units of turning joints; sliding ones are in kg, N/m, N s/m and m."""
 
 
 @click.command("gains")
@@ -48,15 +52,22 @@ def command(
         )
         for w in found
     ]
-    click.echo(table(rows, ("joint", "b [kg m^2]", "Kp [N m/rad]", "Kd [N m s/rad]", "where (deg; * any)")))
+    click.echo(table(rows, HEAD))
     for w in found:
         click.echo(f"{arm.joint_names[w.joint]}: {w.statement()}")
 
 
 def places(arm: Arm, worst: WorstCase) -> str:
-    """The maximisers in degrees, free joints as *."""
+    """The maximisers in degrees (metres for sliding joints), free joints as *."""
     texts = []
     for q in worst.maximisers[:2]:
-        texts.append("(" + " ".join("*" if math.isnan(x) else f"{np.degrees(x):.0f}" for x in q) + ")")
+        shown = [_shown(x, link.kind) for x, link in zip(q, arm.chain.links, strict=True)]
+        texts.append(f"({' '.join(shown)})")
     more = worst.distinct - len(texts)
     return " ".join(texts) + (f" and {more} more" if more > 0 else "")
+
+
+def _shown(x: float, kind: JointKind) -> str:
+    if math.isnan(x):
+        return "*"
+    return f"{np.degrees(x):.0f}" if kind is JointKind.REVOLUTE else f"{x:.3g}"

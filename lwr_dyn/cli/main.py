@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 import warnings
 from collections.abc import Callable
@@ -27,6 +26,10 @@ COMMANDS = {
     "reproduce": "Recompute what a paper prints.",
 }
 """Subcommand -> its line in the help; the module is lwr_dyn.cli.NAME (list_ for list)."""
+
+
+PIPE_CLOSED = 141
+"""Exit code of a command whose output nobody reads any more, as a shell has it (128 + SIGPIPE)."""
 
 
 class LazyGroup(click.Group):
@@ -75,9 +78,11 @@ def main(arguments: list[str] | None = None) -> None:
         code = _complain(error.format_message(), 2)
     except (KeyboardInterrupt, click.Abort):
         code = _complain("stopped", 130)
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        code = 0
+    except SystemExit as stop:
+        # click ends with 1 when the reader of a pipe has gone, which here means "the checked thing fails"
+        code = PIPE_CLOSED if type(sys.stdout).__name__.endswith("PacifyFlushWrapper") else stop.code
+    except OSError as error:
+        code = _complain(f"stdout: {(error.strerror or str(error)).lower()}; allowed: an output that can be written", 2)
     sys.exit(code if isinstance(code, int) else 0)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import click
@@ -22,6 +23,8 @@ def command(file: str, joints: str, convention: str) -> None:
     path = Path(file)
     if path.suffix != ".toml":
         raise FileAccessError(file, f"ends in {path.suffix or 'nothing'!r}", "a path that ends in .toml")
+    if not re.fullmatch(r"[\w.-]+", path.stem):
+        raise FileAccessError(file, "a name with other characters", "letters, digits, '.', '_' and '-'")
     if path.exists():
         raise FileAccessError(file, "exists already", "a new file")
     write_file(path, template(file, path.stem, joints.upper(), convention))

@@ -9,6 +9,7 @@ import numpy as np
 from lwr_dyn.arm import Arm
 from lwr_dyn.cli.friction import friction_lines
 from lwr_dyn.control.sampled_damping import UNSTABLE, sampled_damping
+from lwr_dyn.dh import JointKind
 from lwr_dyn.dynamics.selection import dynamics_of
 from lwr_dyn.motion import Run
 from lwr_dyn.simulation.metrics import Metrics, metrics
@@ -29,6 +30,9 @@ def run_text(run: Run, arm: Arm) -> str:
     lines.append(_errors(arm, found))
     lines.append(f"tip error: largest {found.tip_max_mm:.6g} mm, RMS {found.tip_rms_mm:.6g} mm")
     kept = "kept" if found.within_limits else "NOT kept"
+    stopped = sorted({arm.joint_names[e.joint] for e in run.events if e.kind == "stop" and e.joint is not None})
+    if stopped:
+        kept += f", {', '.join(stopped)} only by its stop"
     lines.append(f"limits of position, speed and torque: {kept}; {len(run.events)} events")
     channels = ", ".join(f"{name} {value:.6g}" for name, value in audit["channels"].items())
     lines.append(
@@ -56,11 +60,15 @@ def _errors(arm: Arm, found: Metrics) -> str:
     for i, name in enumerate(arm.joint_names):
         errors = [f"{x[i]:.3g}" for x in (p.mean, p.mean_abs, p.max, p.min, p.rms, v.mean_abs, v.max, v.min)]
         uses = [f"{found.peak_torque[i]:.4g}", _share(found.torque_use[i]), _share(found.speed_use[i])]
-        rows.append((name, *errors, *uses, f"{found.saturated_s[i]:.3g}"))
-    head = ("error of", "mean", "mean|e|", "max", "min", "RMS mrad", "mean|de|", "max", "min mrad/s")
-    return table(rows, (*head, "peak N m", "of limit", "speed", "cut s"))
+        rows.append((name, _unit(arm, i), *errors, *uses, f"{found.saturated_s[i]:.3g}"))
+    head = ("error of", "in", "mean", "mean|e|", "max", "min", "RMS", "mean|de|", "max", "min per s")
+    return table(rows, (*head, "peak N m (N)", "of limit", "speed", "cut s"))
 
 
 def _share(use: float) -> str:
     """A use of a limit; a question mark where the limit is not known."""
     return "?" if np.isnan(use) else f"{use:.0%}"
+
+
+def _unit(arm: Arm, i: int) -> str:
+    return "mrad" if arm.chain.links[i].kind is JointKind.REVOLUTE else "mm"

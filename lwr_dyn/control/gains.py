@@ -10,6 +10,9 @@ from numpy.typing import ArrayLike
 from lwr_dyn.arrays import Array, read_only, real_array
 from lwr_dyn.errors import OptionError
 
+LARGEST = 1e9
+"""[rad/s] No joint moves faster; beyond it gains overflow."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Gains:
@@ -51,4 +54,6 @@ def second_order_gains(inertia: ArrayLike, omega_n: float = 50.0, xi: float = 1.
     for name, value in (("omega_n", omega_n), ("xi", xi), ("inertia", float(b.min(initial=1.0)))):
         if not (np.isfinite(value) and value > 0.0):
             raise OptionError(name, value, "a number above 0")
+    if max(omega_n, xi) > LARGEST:
+        raise OptionError("omega_n, xi", max(omega_n, xi), f"at most {LARGEST:g}")
     return Gains(omega_n**2 * b, 2 * xi * omega_n * b, float(omega_n), float(xi))

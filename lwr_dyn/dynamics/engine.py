@@ -39,7 +39,7 @@ def pinocchio_model(arm: Arm) -> PinocchioModel:
 def flange_poses(arm: Arm, q: Array) -> Array:
     """Pose of the URDF's flange in its base by Pinocchio, (k, 4, 4), for q (k, n); needs no inertias."""
     model = pin.buildModelFromXML(urdf_text(arm))
-    data, flange = model.createData(), model.getFrameId("flange")
+    data, flange = model.createData(), model.getFrameId("flange", pin.FrameType.BODY)
     poses = []
     for state in q:
         pin.forwardKinematics(model, data, np.ascontiguousarray(state))

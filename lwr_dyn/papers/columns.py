@@ -10,6 +10,9 @@ from lwr_dyn.papers.fields import Fields, choice
 from lwr_dyn.papers.schema import KINDS, PER_JOINT, TABLES, Column, ColumnRule
 from lwr_dyn.papers.units import UNITS, units_of
 
+LARGEST = 1e30
+"""No quantity of a robot is larger in any unit; beyond it products of a few numbers overflow."""
+
 
 def read_columns(
     tables: dict[str, Any], n: int, touched: dict[str, dict[int, list[str]]], file: str
@@ -51,7 +54,7 @@ def _column(
     if len(units) != count:
         raise PaperError(file, f"{name}.unit", f"{len(units)} units", f"one unit, or {count}, one per joint")
     for u in units:
-        if u not in UNITS or UNITS[u][0] not in rule.quantities:
+        if not isinstance(u, str) or u not in UNITS or UNITS[u][0] not in rule.quantities:
             raise PaperError(file, f"{name}.unit", repr(u), ", ".join(units_of(*rule.quantities)))
     label = f"{name}.values"
     shape = tuple(n if size == PER_JOINT else size for size in rule.row)
@@ -65,9 +68,15 @@ def _row(row: Any, shape: tuple[int, ...], file: str, field: str) -> Any:
     if not shape:
         if isinstance(row, bool) or not isinstance(row, int | float):
             raise PaperError(file, field, repr(row), "a number")
-        if not math.isfinite(row):
+        try:
+            number = float(row)
+        except OverflowError:
+            raise PaperError(file, field, "a number of too many digits", f"a number below {LARGEST:g}") from None
+        if not math.isfinite(number):
             raise PaperError(file, field, repr(row), "a finite number")
-        return float(row)
+        if abs(number) > LARGEST:
+            raise PaperError(file, field, repr(row), f"a number below {LARGEST:g}")
+        return number
     if not isinstance(row, list) or len(row) != shape[0]:
         found = f"{len(row)} entries" if isinstance(row, list) else repr(row)
         raise PaperError(file, field, found, f"a list of {shape[0]}")

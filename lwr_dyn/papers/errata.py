@@ -9,6 +9,7 @@ from lwr_dyn.errors import PaperError
 from lwr_dyn.papers.schema import Erratum
 
 _STEP = re.compile(r"\.?([a-z_0-9]+)|\[(\d+)\]")
+_PATH = re.compile(r"[a-z_0-9]+(\.[a-z_0-9]+|\[\d+\])+")
 
 
 def apply_errata(tables: dict[str, Any], errata: tuple[Erratum, ...], file: str) -> dict[str, dict[int, list[str]]]:
@@ -44,6 +45,8 @@ def _steps(path: str) -> list[str | int]:
 
 def _locate(tables: dict[str, Any], path: str, field: str, file: str) -> tuple[Any, Any]:
     """The container and the key of the cell that `path` names."""
+    if not _PATH.fullmatch(path):
+        raise PaperError(file, field, f"no cell {path!r}", "a path such as inertial.mass.values[2]")
     holder: Any = tables
     steps = _steps(path)
     for step in steps[:-1]:

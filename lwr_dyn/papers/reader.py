@@ -51,14 +51,18 @@ def parse_paper(text: str, file: str, reading: str | None = None) -> Paper:
     """`read_paper` on text; `file` is the name used in messages. Raises as `read_paper`."""
     try:
         raw = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as fault:
+    except (tomllib.TOMLDecodeError, RecursionError) as fault:
         raise PaperError(file, "TOML", str(fault), "valid TOML 1.0") from None
     top = Fields(raw, file, "")
     if top.take("schema", int) != SCHEMA:
         raise PaperError(file, "schema", str(raw["schema"]), str(SCHEMA))
     name, title = top.take("name", str), top.take("title", str)
+    _printable({"name": name, "title": title}, file)
     document = {k: str(v) for k, v in top.take("document", dict).items()}
     errata = tuple(_erratum(e, file, i) for i, e in enumerate(top.take("erratum", list, default=[])))
+    ids = [e.id for e in errata]
+    for repeated in {x for x in ids if ids.count(x) > 1}:
+        raise PaperError(file, "erratum.id", f"{repeated!r} twice", "each id once")
     readings = _readings(top.take("reading", dict, default={"printed": {"about": "as printed"}}), errata, file)
     default = top.take("default_reading", str, default="printed")
     for wanted in {default, reading or default} - set(readings):
@@ -93,9 +97,16 @@ def _joints(table: dict[str, Any], file: str) -> tuple[tuple[str, ...], tuple[Jo
         choice(kind, [k.value for k in JointKind], file, f"joints.kinds[{i}]")
     names = fields.take("names", list, default=[f"joint_{i + 1}" for i in range(len(kinds))])
     fields.done()
-    if len(names) != len(kinds) or len(set(names)) != len(names) or not all(isinstance(x, str) for x in names):
+    if not all(isinstance(x, str) for x in names) or len(names) != len(kinds) or len(set(names)) != len(names):
         raise PaperError(file, "joints.names", f"{names}", f"{len(kinds)} different names")
+    _printable({f"joints.names[{i}]": name for i, name in enumerate(names)}, file)
     return tuple(names), tuple(JointKind(k) for k in kinds)
+
+
+def _printable(names: dict[str, str], file: str) -> None:
+    for field, name in names.items():
+        if not name.strip() or not name.isprintable():
+            raise PaperError(file, field, repr(name), "text of printable characters")
 
 
 def _erratum(table: Any, file: str, index: int) -> Erratum:

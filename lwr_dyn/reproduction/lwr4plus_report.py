@@ -71,6 +71,8 @@ def reproduce(folder: str | Path, timing: str = "smooth", fit: bool = False, say
     if timing not in TIMINGS:
         raise OptionError("timing", repr(timing), ", ".join(TIMINGS))
     place = make_folder(folder)
+    for name in ("models", "runs", "plots"):
+        make_folder(place / name)
     say("models and checks")
     reports = models_and_checks(place, "lwr4plus")
     say("Tables IV and VI")

@@ -15,6 +15,8 @@ from lwr_dyn.motion import Motion, Reference
 from lwr_dyn.simulation.integrators import Integrator, dop853, rk4
 from lwr_dyn.simulation.plant import Plant
 
+MOST_SAMPLES = 1e7
+"""A run of more does not fit a common memory: 7 joints take 0.5 kB a sample."""
 METHODS = ("rk4", "dop853")
 GRID = 1e-9
 """Share of a step by which a duration may miss the grid of samples."""
@@ -54,6 +56,9 @@ class Settings:
         """Samples from 0 to the first one not before `duration` [s]; raises `OptionError` unless it is above 0."""
         if not (isfinite(duration) and duration > 0.0):
             raise OptionError("duration", duration, "a number above 0, in s")
+        if duration * self.rate > MOST_SAMPLES:
+            found = f"{self.rate:g} samples a second over {duration:g} s"
+            raise OptionError("rate, duration", found, f"at most {MOST_SAMPLES:.0e} samples in all")
         steps = max(1, int(np.ceil(duration * self.rate - GRID)))
         return np.arange(steps + 1) / self.rate
 

@@ -53,7 +53,7 @@ class SwingCase:
 
 CASES: Mapping[str, SwingCase] = MappingProxyType(
     {
-        "rest": SwingCase(0.0, 0.0, "upright at rest: an equilibrium, the arm should stay"),
+        "rest": SwingCase(0.0, 0.0, "upright at rest: an equilibrium to the printed digits"),
         "speed": SwingCase(0.0, SPEED, "upright with initial velocities"),
         "offset": SwingCase(OFFSET, 0.0, "upright, every joint offset by 1e-3 rad: the equilibrium is unstable"),
     }
