@@ -5,7 +5,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.reproduction.lwr4plus_errors import NEAR, TIMINGS, ErrorCell, error_table, fit_arm_angle, velocity_rows
-from lwr_dyn.reproduction.lwr4plus_runs import PLANTS, ranking, trials
+from lwr_dyn.reproduction.lwr4plus_runs import PLANTS, plants, ranking, trials
 from lwr_dyn.tasks.ist import ist_reference
 
 
@@ -66,3 +66,19 @@ def test_controllers_keep_the_limits_and_rank_as_reported(arm):
     assert order["3 kg at the flange"][0] == "pid"
     exact = ranking(found, "as modelled")[0]
     assert exact.metrics.tip_max_mm < 0.01
+
+
+def test_plants_are_what_their_names_say(arm):
+    found = plants(arm)
+    mass = {name: sum(b.mass for b in plant.chain.bodies) for name, plant in found.items()}
+    assert mass["10 % heavier"] == pytest.approx(1.1 * mass["as modelled"])
+    assert mass["3 kg at the flange"] == pytest.approx(mass["as modelled"] + 3.0)
+
+
+def test_the_columns_are_the_metrics_they_name(arm, fitted):
+    from lwr_dyn.simulation.metrics import metrics
+
+    figures = metrics(fitted.run, arm).position_mrad
+    for cell in fitted.cells:
+        expected = {"average": figures.mean_abs, "maximum": figures.max, "minimum": figures.min}[cell.column]
+        assert cell.value == expected[cell.joint]

@@ -1,0 +1,92 @@
+"""Every verdict can fail on its own: one fault each, and the name of the verdict that must see it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import lwr_dyn
+from lwr_dyn.checks import report
+from lwr_dyn.checks.agreement import tabulated_frames
+from lwr_dyn.checks.laws import gravity_law, mass_matrix_laws, velocity_laws
+from lwr_dyn.checks.states import random_states
+from lwr_dyn.checks.swing import energy_drift
+from lwr_dyn.dynamics.newton_euler import NewtonEuler
+from lwr_dyn.papers.catalog import open_paper
+
+SMALL = 1e-6
+"""A relative fault far above 1e-12 and far below what a person would see in a plot."""
+NAMES = [
+    "FK(URDF) - FK(DH)", "r_{i-1,i} as tabulated - DH rows", "B symmetric", "B smallest eigenvalue",
+    "B column i = NE(q, 0, e_i) - g", "dB/dt - C - C^T", "C dq + g - bias torque", "g - dU/dq", "B: road A - road B",
+    "C: road A - road B", "g: road A - road B", "inverse dynamics: road A - road B",
+    "forward dynamics: road B of road A's ddq gives tau", "energy drift of a free swing, 2 s",
+]  # fmt: skip
+
+
+class Faulty:
+    """Road B with one of its answers changed."""
+
+    def __init__(self, chain, **changes):
+        self.right, self.changes = NewtonEuler(chain), changes
+        self.n = chain.n
+
+    def __getattr__(self, name):
+        method = getattr(self.right, name)
+        return (lambda *x: self.changes[name](method(*x))) if name in self.changes else method
+
+
+@pytest.fixture(scope="module")
+def arm():
+    return lwr_dyn.load("lwr4plus")
+
+
+@pytest.fixture(scope="module")
+def states(arm):
+    return random_states(arm, 20, seed=4)
+
+
+def failing(verdicts):
+    return [v.name for v in verdicts if not v.holds]
+
+
+def test_the_report_has_every_law(arm):
+    found = [v.name for v in report.check_arm(arm, open_paper("lwr4plus"), states=5).verdicts]
+    assert [name for name in found if not name.startswith("link_")] == NAMES
+    assert len(found) == len(NAMES) + 3 * 7
+
+
+def test_mass_matrix_laws(arm, states):
+    twisted = Faulty(arm.chain, mass_matrix=lambda B: B + SMALL * np.eye(7, k=1))
+    assert failing(mass_matrix_laws(twisted, states)) == ["B symmetric", "B column i = NE(q, 0, e_i) - g"]
+    negative = Faulty(arm.chain, mass_matrix=lambda B: B - 0.01 * np.eye(7))
+    assert "B smallest eigenvalue" in failing(mass_matrix_laws(negative, states))
+
+
+@pytest.mark.parametrize("name", ["coriolis_matrix", "bias_torque"])
+def test_velocity_laws(arm, states, name):
+    wrong = Faulty(arm.chain, **{name: lambda x: x * (1 + SMALL)})
+    found = failing(velocity_laws(wrong, NewtonEuler(arm.chain).ungated, states))
+    assert "C dq + g - bias torque" in found
+    assert ("dB/dt - C - C^T" in found) is (name == "coriolis_matrix")
+
+
+def test_gravity_law(arm, states):
+    wrong = Faulty(arm.chain, gravity_vector=lambda g: g + SMALL)
+    assert not gravity_law(wrong, NewtonEuler(arm.chain).ungated, states).holds
+
+
+def test_energy_drift_sees_a_brake(arm):
+    brake = Faulty(arm.chain, forward_dynamics=lambda ddq: ddq * (1 - 1e-3))
+    q, dq = np.full(7, 0.3), np.full(7, 0.2)
+    assert energy_drift(brake, q, dq, seconds=0.2) > 1e-6 > energy_drift(NewtonEuler(arm.chain), q, dq, seconds=0.2)
+
+
+def test_tabulated_frames_see_the_rows_as_printed():
+    paper = open_paper("lwr4plus")
+    origin = paper.columns["frames.origin"]
+    rows = list(origin.values)
+    rows[1], rows[2] = rows[2], rows[1]
+    shifted = replace(paper, columns=paper.columns | {"frames.origin": replace(origin, values=tuple(rows))})
+    assert failing(tabulated_frames(shifted)) == ["r_{i-1,i} as tabulated - DH rows"]
+    assert failing(tabulated_frames(paper)) == []
