@@ -134,7 +134,7 @@ def _sources(paper: Paper) -> dict[str, tuple[Source, ...]]:
     """Every quantity of the arm with the cells it is made from."""
 
     def made(*parts: tuple[str, int, str]) -> tuple[Source, ...]:
-        return tuple(_source(paper.columns[c], i, how) for c, i, how in parts if c in paper.columns)
+        return tuple(_source(paper, paper.columns[c], i, how) for c, i, how in parts if c in paper.columns)
 
     out: dict[str, tuple[Source, ...]] = {}
     moved = "moved by q = printed + zero" if "limits.zero" in paper.columns else "to SI"
@@ -160,9 +160,13 @@ def _sources(paper: Paper) -> dict[str, tuple[Source, ...]]:
     return out
 
 
-def _source(column: Column, row: int, conversion: str) -> Source:
+def _source(paper: Paper, column: Column, row: int, conversion: str) -> Source:
+    """A row of a column; an erratum's patch may say that what is read there is of another kind than the column."""
+    errata = column.errata.get(row, ())
+    patches = [p for e in paper.errata if e.id in errata for p in e.patches]
+    kinds = [p.kind for p in patches if p.kind and p.at.startswith(f"{column.name}.values[{row}]")]
     cell = f"{column.name}.values[{row}]" if len(column.values) > 1 else f"{column.name}.values"
     return Source(
-        cell=cell, where=column.where, kind=column.kind, value=column.values[row], unit=column.unit[row],
-        conversion=conversion, errata=column.errata.get(row, ()),
+        cell=cell, where=column.where, kind=[column.kind, *kinds][-1], value=column.values[row], unit=column.unit[row],
+        conversion=conversion, errata=errata,
     )  # fmt: skip

@@ -14,7 +14,19 @@ from lwr_dyn.papers.columns import read_columns
 from lwr_dyn.papers.errata import apply_errata
 from lwr_dyn.papers.fields import Fields, choice
 from lwr_dyn.papers.meaning import check_meaning
-from lwr_dyn.papers.schema import ABOUT, PRODUCTS, SCHEMA, STATUSES, TABLES, Erratum, Paper, Patch, Reading, Solids
+from lwr_dyn.papers.schema import (
+    ABOUT,
+    KINDS,
+    PRODUCTS,
+    SCHEMA,
+    STATUSES,
+    TABLES,
+    Erratum,
+    Paper,
+    Patch,
+    Reading,
+    Solids,
+)
 from lwr_dyn.papers.solids import read_solids
 
 
@@ -116,7 +128,10 @@ def _erratum(table: Any, file: str, index: int) -> Erratum:
     patches = []
     for j, entry in enumerate(fields.take("patch", list, default=[])):
         patch = Fields(entry, file, f"erratum[{index}].patch[{j}]")
-        patches.append(Patch(patch.take("at", str), patch.take("printed", object), patch.take("read", object)))
+        kind = patch.take("kind", str, default="")
+        if kind:
+            choice(kind, KINDS, file, f"erratum[{index}].patch[{j}].kind")
+        patches.append(Patch(patch.take("at", str), patch.take("printed", object), patch.take("read", object), kind))
         patch.done()
     fields.done()
     return Erratum(**words, patches=tuple(patches))

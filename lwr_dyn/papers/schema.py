@@ -171,6 +171,8 @@ class Patch:
     at: str
     printed: Any
     read: Any
+    kind: str = ""
+    """What the value read is, where that is not what the column is ("fitted")."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -39,3 +39,10 @@ def test_the_rotor_formula_gives_the_power_of_ten_that_physical_takes():
     assert pytest.approx(1.325e-5) == 0.5 * 0.0106 * 0.05**2
     assert lwr_dyn.load("lwr4plus", "physical").chain.links[0].rotor.inertia == 1.325e-5
     assert lwr_dyn.load("lwr4plus", "computed").chain.links[0].rotor.inertia == 1.325e-7
+
+
+def test_the_sidecar_calls_the_fitted_cell_fitted():
+    sources = lwr_dyn.load("lwr4plus").sources
+    assert [x.kind for x in sources["link_5.com"]] == ["fitted"]
+    assert [x.kind for x in sources["link_6.com"]] == ["printed"]
+    assert [x.kind for x in lwr_dyn.load("lwr4plus", "printed").sources["link_5.com"]] == ["printed"]
