@@ -44,11 +44,36 @@ class JointLimits:
 
 
 @dataclass(frozen=True, slots=True)
+class DrawnCylinder:
+    """A cylinder of a link's drawing, in the link's URDF frame: ends and radius [m]."""
+
+    link: str
+    start: tuple[float, float, float]
+    end: tuple[float, float, float]
+    radius: float
+    colour: str
+
+
+@dataclass(frozen=True, slots=True)
 class Drawing:
     """How the arm is drawn: no number of it enters the dynamics."""
 
     pedestal: float = 0.0
     radius: tuple[float, ...] = ()
+    cylinders: tuple[DrawnCylinder, ...] = ()
+    """The file's own shapes; drawn from the joints' places when there are none."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ratings:
+    """What a data sheet says of the whole arm: [kg], [m], [m^3]; None is unknown."""
+
+    payload: float | None = None
+    mass: float | None = None
+    """With its base."""
+    base_mass: float | None = None
+    reach: float | None = None
+    envelope_volume: float | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -72,6 +97,9 @@ class Arm:
     chain: Chain
     limits: tuple[JointLimits, ...]
     drawing: Drawing = Drawing()
+    ratings: Ratings = Ratings()
+    mastering: tuple[float, ...] = ()
+    """Joint positions at which the maker masters the arm [rad or m]; empty when not given."""
     sources: Mapping[str, tuple[Source, ...]] = field(default_factory=dict)
     """Quantity ("link_3.mass", "joint_2.lower") -> the cells it was made from."""
     errata: tuple[str, ...] = ()

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from lwr_dyn.arm import Arm, Drawing, JointLimits, Source
+from lwr_dyn.arm import Arm, Drawing, DrawnCylinder, JointLimits, Ratings, Source
 from lwr_dyn.arrays import Array
 from lwr_dyn.chain import Body, Chain, ChainLink, Rotor
 from lwr_dyn.dh import DHRow
-from lwr_dyn.papers.schema import Column, Paper
+from lwr_dyn.papers.schema import Column, Paper, Solid
 from lwr_dyn.papers.units import to_si
 from lwr_dyn.spatial import Pose, from_rpy, steiner
 
@@ -27,7 +27,8 @@ def arm_from_paper(paper: Paper) -> Arm:
     chain = Chain(links=_links(paper), flange=_flange(paper), gravity=gravity)
     return Arm(
         name=paper.name, reading=paper.reading.name, title=paper.title, chain=chain, limits=_limits(paper),
-        drawing=_drawing(paper), sources=_sources(paper), errata=paper.reading.errata, digest=paper.digest,
+        drawing=_drawing(paper, chain), ratings=_ratings(paper), mastering=_mastering(paper),
+        sources=_sources(paper), errata=paper.reading.errata, digest=paper.digest,
     )  # fmt: skip
 
 
@@ -100,13 +101,36 @@ def _from_printed_zero(paper: Paper, name: str) -> list[float | None]:
     return [float(v) for v in printed.si() + zero.si()]
 
 
-def _drawing(paper: Paper) -> Drawing:
+def _ratings(paper: Paper) -> Ratings:
+    def one(name: str) -> float | None:
+        return float(paper.columns[name].si()[0]) if name in paper.columns else None
+
+    names = ("ratings.payload", "ratings.mass", "base.mass", "ratings.reach", "ratings.envelope_volume")
+    return Ratings(*(one(name) for name in names))
+
+
+def _mastering(paper: Paper) -> tuple[float, ...]:
+    given = paper.columns.get("poses.mastering")
+    return () if given is None else tuple(float(x) for x in given.si())
+
+
+def _drawing(paper: Paper, chain: Chain) -> Drawing:
     pedestal = paper.columns.get("drawing.pedestal")
     radius = paper.columns.get("drawing.radius")
     return Drawing(
         pedestal=0.0 if pedestal is None else float(pedestal.si()[0]),
         radius=() if radius is None else tuple(float(r) for r in radius.si()),
+        cylinders=() if paper.solids is None else tuple(_drawn(solid, chain) for solid in paper.solids.cylinders),
     )
+
+
+def _drawn(solid: Solid, chain: Chain) -> DrawnCylinder:
+    """A solid moved from its DH frame to the URDF frame of its link."""
+    frame = {"base": Pose.identity()} | {link.link: link.after for link in chain.links}
+    turn, shift = frame[solid.link].rotation, frame[solid.link].position
+    ends = [tuple(float(x) for x in turn @ np.array(end) + shift) for end in (solid.start, solid.end)]
+    (x0, y0, z0), (x1, y1, z1) = ends
+    return DrawnCylinder(solid.link, (x0, y0, z0), (x1, y1, z1), solid.radius, solid.colour)
 
 
 def _sources(paper: Paper) -> dict[str, tuple[Source, ...]]:

@@ -186,3 +186,8 @@ def lock_joint(chain: Chain, index: int, value: float) -> Chain:
         flange = weld @ flange
     del links[index]
     return replace(chain, links=tuple(links), flange=flange)
+
+
+def cut_after(chain: Chain, count: int) -> Chain:
+    """The first `count` links alone; the flange is then the frame of the last of them."""
+    return replace(chain, links=chain.links[:count], flange=Pose.identity()) if count < chain.n else chain

@@ -16,6 +16,10 @@ class LwrDynError(Exception):
     exit_code = 2
 
 
+class RatingWarning(UserWarning):
+    """Something is asked of an arm that its maker does not rate it for."""
+
+
 class ShapeError(LwrDynError, ValueError):
     """An array has the wrong shape, or holds a number that is not finite."""
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from lwr_dyn.arm import Arm
 from lwr_dyn.checks.agreement import frames_agree, roads_agree, tabulated_frames
+from lwr_dyn.checks.envelope import datasheet_verdicts
 from lwr_dyn.checks.feasibility import feasibility_verdicts
 from lwr_dyn.checks.laws import gravity_law, mass_matrix_laws, velocity_laws
 from lwr_dyn.checks.states import States, random_states
@@ -31,7 +32,7 @@ def check_arm(arm: Arm, paper: Paper | None = None, states: int = STATES, seed: 
     """
     x = random_states(arm, states, seed)
     verdicts = [frames_agree(arm, flange_poses(arm, x.q), x)]
-    verdicts += [] if paper is None else tabulated_frames(paper)
+    verdicts += [] if paper is None else [*tabulated_frames(paper), *datasheet_verdicts(arm, paper)]
     if arm.chain.bodies is None:
         notes = ("masses and inertias are not given: no dynamics to check",)
         return Report(arm.name, arm.reading, tuple(verdicts), notes)

@@ -8,10 +8,12 @@ from numpy.typing import NDArray
 
 from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import fixed_array, joint_array
+from lwr_dyn.cli.kuka_units import NAMED_AXES, degenerate_note, kuka_record, pose_line, positions_of_named
 from lwr_dyn.cli.options import NUMBERS, load_robot, print_json, robot_options
 from lwr_dyn.dh import JointKind
 from lwr_dyn.errors import OptionError
 from lwr_dyn.front import forward_kinematics
+from lwr_dyn.kinematics.kuka_pose import has_kuka_axes, kuka_pose
 from lwr_dyn.spatial import to_rpy
 
 
@@ -19,6 +21,7 @@ from lwr_dyn.spatial import to_rpy
 @robot_options
 @click.option("--q", "q_si", type=NUMBERS, help="Joint positions, rad (m for sliding joints).")
 @click.option("--q-deg", "q_deg", type=NUMBERS, help="Joint positions, deg (m for sliding joints).")
+@click.option("--axes-deg", type=NAMED_AXES, help="Joint positions by name, A1=0,A2=-90 in deg; 0 if not named.")
 @click.option("--point", type=NUMBERS, default=(0.0, 0.0, 0.0), help="A point in the flange frame, x,y,z in m.")
 @click.option("--symbolic", is_flag=True, help="Print A_1 ... A_n in symbols and the position by two routes.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object.")
@@ -29,24 +32,24 @@ def command(
     locks: tuple[str, ...],
     q_si: tuple[float, ...] | None,
     q_deg: tuple[float, ...] | None,
+    axes_deg: dict[str, float] | None,
     point: tuple[float, ...],
     symbolic: bool,
     as_json: bool,
 ) -> None:
-    """Pose of the flange in the base, at --q or --q-deg."""
+    """Pose of the flange in the base, at --q, --q-deg or --axes-deg; for a KUKA arm in its units as well."""
     if symbolic:
         _print_symbols(robot, reading)
         return
     arm = load_robot(robot, reading, tip, locks)
-    q = _positions(arm, q_si, q_deg)
+    q = _positions(arm, q_si, q_deg, axes_deg)
     pose = forward_kinematics(arm, q)
     at = pose[:3, :3] @ fixed_array("--point", point, (3,)) + pose[:3, 3]
     outside = _outside(arm, q)
     if as_json:
         record = {"robot": arm.name, "reading": arm.reading, "q": q, "T": pose, "position": pose[:3, 3]}
-        print_json(
-            {**record, "rpy": to_rpy(pose[:3, :3]), "point": list(point), "point_in_base": at, "outside": outside}
-        )
+        record |= {"rpy": to_rpy(pose[:3, :3]), "point": list(point), "point_in_base": at, "outside": outside}
+        print_json(record | {"kuka": kuka_record(arm, q)})
         return
     click.echo(f"{arm.name}, reading {arm.reading}: flange in base, metres")
     for row in pose:
@@ -56,13 +59,19 @@ def command(
     click.echo(f"rpy       {rpy} deg")
     if any(point):
         click.echo(f"point     {_triple(at)} m  (flange {', '.join(f'{x:g}' for x in point)})")
-    for line in outside:
+    if has_kuka_axes(arm):
+        click.echo(f"KUKA      {pose_line(kuka_pose(arm, q))}  (mm, deg)")
+    for line in (*outside, *filter(None, [degenerate_note(pose[:3, :3]) if has_kuka_axes(arm) else None])):
         click.echo(f"note: {line}")
 
 
-def _positions(arm: Arm, q: tuple[float, ...] | None, q_deg: tuple[float, ...] | None) -> NDArray[np.float64]:
-    if (q is None) == (q_deg is None):
-        raise OptionError("--q, --q-deg", "neither or both given", "one of them")
+def _positions(
+    arm: Arm, q: tuple[float, ...] | None, q_deg: tuple[float, ...] | None, axes_deg: dict[str, float] | None
+) -> NDArray[np.float64]:
+    if sum(given is not None for given in (q, q_deg, axes_deg)) != 1:
+        raise OptionError("--q, --q-deg, --axes-deg", "none or several given", "one of them")
+    if axes_deg is not None:
+        return positions_of_named(arm, axes_deg)
     if q is not None:
         return joint_array("--q", q, arm.n)
     return from_degrees(arm, q_deg or (), "--q-deg")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from typing import Any
 
 import click
@@ -11,19 +12,26 @@ from numpy.typing import NDArray
 
 from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import fixed_array
+from lwr_dyn.cli.kuka_units import chosen, degenerate_note, kuka_record, pose_record, status_and_turn
 from lwr_dyn.cli.options import NUMBERS, load_robot, print_json, robot_options
 from lwr_dyn.dh import JointKind
 from lwr_dyn.errors import OptionError
 from lwr_dyn.kinematics.inverse import InverseResult, Solution, inverse_kinematics
+from lwr_dyn.kinematics.kuka_pose import has_kuka_axes, pose_of_matrix, rotation_of_abc
 from lwr_dyn.spatial import from_rpy
 from lwr_dyn.text import table
 
 
 @click.command("ik")
 @robot_options
-@click.option("--xyz", type=NUMBERS, required=True, help="Position of the flange in the base, x,y,z in m.")
+@click.option("--xyz", type=NUMBERS, help="Position of the flange in the base, x,y,z in m.")
 @click.option("--rpy", "rpy_si", type=NUMBERS, help="Roll, pitch, yaw: R = Rz(yaw) Ry(pitch) Rx(roll), rad.")
 @click.option("--rpy-deg", type=NUMBERS, help="The same in deg.")
+@click.option("--xyz-mm", type=NUMBERS, help="Position in KUKA's units, X,Y,Z in mm.")
+@click.option("--abc-deg", type=NUMBERS, help="A,B,C: R = Rz(A) Ry(B) Rx(C), deg.")
+@click.option("--status", type=int, help="Only solutions with this Status S (KUKA).")
+@click.option("--turn", type=int, help="Only solutions with this Turn T (KUKA).")
+@click.option("--from-deg", type=NUMBERS, help="Only the solution with the least axis travel from here, deg.")
 @click.option("--arm-angle-deg", type=float, help="Arm angle of an S-R-S arm; the safest on each branch if not given.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object.")
 def command(
@@ -31,40 +39,50 @@ def command(
     reading: str | None,
     tip: str | None,
     locks: tuple[str, ...],
-    xyz: tuple[float, ...],
-    rpy_si: tuple[float, ...] | None,
-    rpy_deg: tuple[float, ...] | None,
     arm_angle_deg: float | None,
     as_json: bool,
+    **given: Any,
 ) -> None:
     """Joint positions for a pose of the flange, every branch; exit 1 when out of reach or outside the limits."""
     arm = load_robot(robot, reading, tip, locks)
-    pose = _pose(xyz, rpy_si, rpy_deg)
+    pose = _pose(given)
     angle = None if arm_angle_deg is None else float(np.radians(arm_angle_deg))
     found = inverse_kinematics(arm, pose, arm_angle=angle)
+    kept = chosen(arm, found.solutions, given["status"], given["turn"], given["from_deg"])
+    found = replace(found, solutions=kept, outside=found.outside if kept == found.solutions else ())
     if as_json:
         print_json(_record(arm, pose, found))
     elif found.solutions or found.outside:
-        _print_branches(arm, found)
+        _print_branches(arm, pose, found)
     if found.status != "solved":
         click.echo(f"lwr-dyn: {_verdict(arm, found, angle)}", err=True)
         sys.exit(1)
 
 
-def _pose(
-    xyz: tuple[float, ...], rpy: tuple[float, ...] | None, rpy_deg: tuple[float, ...] | None
-) -> NDArray[np.float64]:
-    if rpy is not None and rpy_deg is not None:
-        raise OptionError("--rpy, --rpy-deg", "both given", "one of them")
+def _pose(given: dict[str, Any]) -> NDArray[np.float64]:
+    place = _one_of(given, "--xyz", "--xyz-mm")
+    turned = _one_of(given, "--rpy", "--rpy-deg", "--abc-deg")
     pose = np.eye(4)
-    pose[:3, 3] = fixed_array("--xyz", xyz, (3,))
-    if rpy is not None:
-        pose[:3, :3] = from_rpy(fixed_array("--rpy", rpy, (3,)))
-    elif rpy_deg is not None:
-        pose[:3, :3] = from_rpy(np.radians(fixed_array("--rpy-deg", rpy_deg, (3,))))
+    pose[:3, 3] = fixed_array(place, given[_key(place)], (3,)) / (1e3 if place == "--xyz-mm" else 1.0)
+    angles = fixed_array(turned, given[_key(turned)], (3,))
+    if turned == "--abc-deg":
+        pose[:3, :3] = rotation_of_abc(angles.tolist())
     else:
-        raise OptionError("--rpy, --rpy-deg", "neither given", "one of them")
+        pose[:3, :3] = from_rpy(angles if turned == "--rpy" else np.radians(angles))
     return pose
+
+
+def _one_of(given: dict[str, Any], *options: str) -> str:
+    """Which one of the options is given; raises `OptionError` unless exactly one is."""
+    there = [option for option in options if given[_key(option)] is not None]
+    if len(there) != 1:
+        found = {0: "neither given", 2: "both given"}.get(len(there), "several given")
+        raise OptionError(", ".join(options), found, "one of them")
+    return there[0]
+
+
+def _key(option: str) -> str:
+    return {"--rpy": "rpy_si"}.get(option, option[2:].replace("-", "_"))
 
 
 def _verdict(arm: Arm, found: InverseResult, angle: float | None) -> str:
@@ -74,14 +92,14 @@ def _verdict(arm: Arm, found: InverseResult, angle: float | None) -> str:
         return f"{arm.name}: out of reach by {found.distance:.6g} m{sure}"
     where = "any" if angle is None else "this"
     other = "; at another it is inside" if any(found.arm_angle_intervals.values()) else ""
-    at = f" at {where} arm angle{other}" if found.complete else sure
+    at = sure if not found.complete else f" at {where} arm angle{other}" if found.arm_angle_intervals else ", at best"
     excess = found.excess or 0.0
     if arm.chain.links[arm.joint_names.index(found.joint or "")].kind is JointKind.PRISMATIC:
         return f"{arm.name}: outside limits: {found.joint} by {excess:.6g} m{at}"
     return f"{arm.name}: outside limits: {found.joint} by {excess:.6g} rad ({np.degrees(excess):.6g} deg){at}"
 
 
-def _print_branches(arm: Arm, found: InverseResult) -> None:
+def _print_branches(arm: Arm, pose: NDArray[np.float64], found: InverseResult) -> None:
     turning = np.array([link.kind is JointKind.REVOLUTE for link in arm.chain.links])
     how = "all branches" if found.complete else "found numerically, not complete"
     units = "deg" if turning.all() else "deg (m for sliding joints)"
@@ -91,17 +109,30 @@ def _print_branches(arm: Arm, found: InverseResult) -> None:
         rows.append(
             (
                 solution.branch or "-",
-                "-" if solution.arm_angle is None else f"{np.degrees(solution.arm_angle):.4f}",
+                _told_apart_by(arm, solution),
                 " ".join(f"{x:9.4f}" for x in np.where(turning, np.degrees(solution.q), solution.q) + 0.0),
                 f"{_shown(arm, solution):.4f}",
                 solution.joint,
                 "inside" if solution.inside_limits else "OUTSIDE",
+                f"singular: {', '.join(solution.singular)}" if solution.singular else "",
             )
         )
-    click.echo(table(rows, ("branch", "arm angle", " ".join(f"{n:>9}" for n in arm.joint_names), "margin", "at", "")))
+    apart = "S, T" if has_kuka_axes(arm) else "arm angle"
+    click.echo(table(rows, ("branch", apart, " ".join(f"{n:>9}" for n in arm.joint_names), "margin", "at", "", "")))
+    note = degenerate_note(pose[:3, :3]) if has_kuka_axes(arm) else None
+    if note is not None:
+        click.echo(f"note: {note}")
     for branch, intervals in found.arm_angle_intervals.items():
         said = ", ".join(f"{np.degrees(a):.4f} to {np.degrees(b):.4f}" for a, b in intervals)
         click.echo(f"arm angle inside limits, {branch}: {said or 'none'}")
+
+
+def _told_apart_by(arm: Arm, solution: Solution) -> str:
+    """The arm angle, or Status and Turn."""
+    bits = status_and_turn(arm, solution)
+    if bits is not None:
+        return f"{bits[0]}, {bits[1]}"
+    return "-" if solution.arm_angle is None else f"{np.degrees(solution.arm_angle):.4f}"
 
 
 def _shown(arm: Arm, solution: Solution) -> float:
@@ -119,13 +150,15 @@ def _record(arm: Arm, pose: NDArray[np.float64], found: InverseResult) -> dict[s
         "joint": found.joint,
         "excess": found.excess,
         "distance": found.distance,
-        "solutions": [_row(s) for s in found.solutions],
-        "outside": [_row(s) for s in found.outside],
+        "singular": list(found.singular),
+        "kuka": pose_record(pose_of_matrix(pose)) if has_kuka_axes(arm) else None,
+        "solutions": [_row(arm, s) for s in found.solutions],
+        "outside": [_row(arm, s) for s in found.outside],
         "arm_angle_intervals": dict(found.arm_angle_intervals),
     }
 
 
-def _row(solution: Solution) -> dict[str, Any]:
+def _row(arm: Arm, solution: Solution) -> dict[str, Any]:
     return {
         "q": solution.q,
         "branch": solution.branch or None,
@@ -134,4 +167,6 @@ def _row(solution: Solution) -> dict[str, Any]:
         "joint": solution.joint,
         "inside_limits": solution.inside_limits,
         "residual": solution.residual,
+        "singular": list(solution.singular),
+        "kuka": kuka_record(arm, solution.q),
     }

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import os
 import sys
+import warnings
 from importlib import import_module
 
 import click
 
-from lwr_dyn.errors import LwrDynError
+from lwr_dyn.errors import LwrDynError, RatingWarning
 from lwr_dyn.version import VERSION
 
 COMMANDS = {
@@ -59,7 +60,10 @@ def group() -> None:
 def main(arguments: list[str] | None = None) -> None:
     """Run the command: exit 0 done, 1 the checked thing fails, 2 bad input with one line on stderr."""
     try:
-        code = group.main(args=arguments, prog_name="lwr-dyn", standalone_mode=False)
+        with warnings.catch_warnings():
+            warnings.simplefilter("once", RatingWarning)
+            warnings.showwarning = _warn
+            code = group.main(args=arguments, prog_name="lwr-dyn", standalone_mode=False)
     except LwrDynError as error:
         code = _complain(str(error), error.exit_code)
     except click.exceptions.NoArgsIsHelpError as error:
@@ -73,6 +77,10 @@ def main(arguments: list[str] | None = None) -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         code = 0
     sys.exit(code if isinstance(code, int) else 0)
+
+
+def _warn(message: Warning | str, *_: object, **__: object) -> None:
+    click.echo(f"lwr-dyn: warning: {' '.join(str(message).split())}", err=True)
 
 
 def _complain(message: str, code: int) -> int:

@@ -97,8 +97,8 @@ def _read_off(chain: Chain) -> SrsGeometry | None:
         return None
     axes = joint_axes(chain, np.zeros(7))
     z, p, flange = axes.z, axes.p, axes.flange
-    shoulder, wrist = _meeting(z[:3], p[:3]), _meeting(z[4:], p[4:])
-    first, last = _ball(z[:3]), _ball(z[4:])
+    shoulder, wrist = meeting_point(z[:3], p[:3]), meeting_point(z[4:], p[4:])
+    first, last = ball_of(z[:3]), ball_of(z[4:])
     if shoulder is None or wrist is None or first is None or last is None:
         return None
     w4 = z[3]
@@ -120,7 +120,7 @@ def _read_off(chain: Chain) -> SrsGeometry | None:
     )
 
 
-def _meeting(z: Array, p: Array) -> Array | None:
+def meeting_point(z: Array, p: Array) -> Array | None:
     """The point where three lines meet, or None."""
     across = np.eye(3) - z[:, :, None] * z[:, None, :]
     point = np.linalg.lstsq(across.reshape(9, 3), np.einsum("nij,nj->ni", across, p).reshape(9), rcond=None)[0]
@@ -128,7 +128,7 @@ def _meeting(z: Array, p: Array) -> Array | None:
     return point if np.linalg.norm(away, axis=1).max() < MEETING else None
 
 
-def _ball(z: Array) -> Ball | None:
+def ball_of(z: Array) -> Ball | None:
     """The ball of three axis directions, or None where neighbours are not square."""
     w1, w2, w3 = z
     if max(abs(w1 @ w2), abs(w2 @ w3)) > MEETING:

@@ -9,10 +9,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
 import sympy as sp
 
 from lwr_dyn.dh import Convention, JointKind
 from lwr_dyn.papers.schema import Column, Paper
+from lwr_dyn.spatial import SNAP
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +41,31 @@ def dh_matrices(paper: Paper) -> tuple[sp.Matrix, ...]:
             d = sign * q + d
         out.append(_dh_matrix(paper.convention, theta, d, a, alpha))
     return tuple(out)
+
+
+def length_letters(paper: Paper) -> dict[str, tuple[sp.Expr, ...]]:
+    """The letters that `dh_matrices` uses for the columns a and d, one per row, 0 where the length is 0."""
+    columns = {x: paper.columns[f"dh.{x}"] for x in ("a", "d")}
+    return {x: tuple(_length(column, x, i) for i in range(paper.n)) for x, column in columns.items()}
+
+
+def length_values(paper: Paper) -> dict[str, float]:
+    """The numbers of those letters [m]."""
+    letters = length_letters(paper)
+    pairs = [pair for x in letters for pair in zip(letters[x], paper.columns[f"dh.{x}"].si(), strict=True)]
+    return {letter.name: float(value) for letter, value in pairs if letter != 0}
+
+
+def exact_angle(radians: float) -> sp.Expr:
+    """A constant angle [rad]: exactly a multiple of 90 deg where it is one to rounding, else its decimal text.
+
+    >>> exact_angle(np.pi / 2), exact_angle(0.3)
+    (pi/2, 3/10)
+    """
+    quarter = round(radians / (np.pi / 2))
+    if abs(radians - quarter * (np.pi / 2)) <= SNAP * max(1, abs(quarter)):
+        return quarter * sp.pi / 2
+    return sp.Rational(repr(float(radians)))
 
 
 def full_product(matrices: Sequence[sp.Matrix], point: sp.Matrix) -> SymbolicRoute:

@@ -9,10 +9,11 @@ from lwr_dyn.errors import PaperError
 from lwr_dyn.papers.schema import Column
 from lwr_dyn.papers.units import UNITS
 
-_LIMITS = ("limits.zero", "limits.lower", "limits.upper", "limits.velocity", "limits.effort")
+_LIMITS = ("limits.zero", "limits.lower", "limits.upper", "limits.velocity", "limits.effort", "poses.mastering")
 _LINEAR = {"length", "velocity", "force"}
-_ABOVE_ZERO = ("inertial.mass", "limits.velocity", "limits.effort", "rotors.gear_ratio", "drawing.radius")
-_AT_LEAST_ZERO = ("rotors.inertia", "friction.viscous", "friction.coulomb", "drawing.pedestal")
+_RATINGS = ("ratings.mass", "ratings.reach", "ratings.envelope_volume")
+_ABOVE_ZERO = ("inertial.mass", "limits.velocity", "limits.effort", "rotors.gear_ratio", "drawing.radius", *_RATINGS)
+_AT_LEAST_ZERO = ("rotors.inertia", "friction.viscous", "friction.coulomb", "drawing.pedestal", "base.mass")
 
 
 def check_meaning(columns: Mapping[str, Column], joints: Sequence[str], kinds: Sequence[JointKind], file: str) -> None:

@@ -14,7 +14,8 @@ from lwr_dyn.papers.columns import read_columns
 from lwr_dyn.papers.errata import apply_errata
 from lwr_dyn.papers.fields import Fields, choice
 from lwr_dyn.papers.meaning import check_meaning
-from lwr_dyn.papers.schema import ABOUT, PRODUCTS, SCHEMA, STATUSES, TABLES, Erratum, Paper, Patch, Reading
+from lwr_dyn.papers.schema import ABOUT, PRODUCTS, SCHEMA, STATUSES, TABLES, Erratum, Paper, Patch, Reading, Solids
+from lwr_dyn.papers.solids import read_solids
 
 
 def read_paper(path: str | Path, reading: str | None = None) -> Paper:
@@ -72,12 +73,14 @@ def parse_paper(text: str, file: str, reading: str | None = None) -> Paper:
     touched = apply_errata(tables, tuple(e for e in errata if e.id in chosen.errata), file)
     convention = choice(tables["dh"].pop("convention", None), [c.value for c in Convention], file, "dh.convention")
     about, products = _inertia_words(tables, len(joints), file)
+    solids = _solids(tables, len(joints), file)
     columns = read_columns(tables, len(joints), touched, file)
     check_meaning(columns, joints, kinds, file)
     return Paper(
         name=name, title=title, file=file, document=document, reading=chosen, readings=readings, errata=errata,
         joints=joints, kinds=kinds, convention=Convention(convention), columns=columns,
         inertia_about=about, inertia_products=products, digest=hashlib.sha256(text.encode()).hexdigest(),
+        solids=solids,
     )  # fmt: skip
 
 
@@ -134,3 +137,11 @@ def _inertia_words(tables: dict[str, Any], n: int, file: str) -> tuple[str, tupl
     if len(signs) != n:
         raise PaperError(file, f"{field}.products", f"{len(signs)} entries", f"one word, or {n}, one per joint")
     return about, tuple(choice(s, PRODUCTS, file, f"{field}.products") for s in signs)
+
+
+def _solids(tables: dict[str, Any], n: int, file: str) -> Solids | None:
+    """The drawn cylinders, taken out of the table of columns."""
+    drawing = tables.get("drawing")
+    if not isinstance(drawing, dict) or "solids" not in drawing:
+        return None
+    return read_solids(drawing.pop("solids"), ("base", *(f"link_{i + 1}" for i in range(n))), file)

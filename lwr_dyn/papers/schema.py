@@ -30,7 +30,10 @@ class ColumnRule:
 
 
 TABLES: dict[str, dict[str, ColumnRule]] = {
-    "base": {"gravity": ColumnRule((3,), ("acceleration",), per_joint=False)},
+    "base": {
+        "gravity": ColumnRule((3,), ("acceleration",), per_joint=False),
+        "mass": ColumnRule((), ("mass",), per_joint=False),
+    },
     "dh": {
         "alpha": ColumnRule((), ("angle",), required=True),
         "a": ColumnRule((), ("length",), required=True),
@@ -50,6 +53,19 @@ TABLES: dict[str, dict[str, ColumnRule]] = {
         "velocity": ColumnRule((), ("angular velocity", "velocity")),
         "effort": ColumnRule((), ("torque", "force")),
     },
+    "poses": {
+        "mastering": ColumnRule((), ("angle", "length")),
+        "mastering_wrist": ColumnRule((3,), ("length",), per_joint=False),
+        "zero_flange": ColumnRule((3,), ("length",), per_joint=False),
+        "flange_rpy": ColumnRule((3,), ("angle",), per_joint=False),
+        "axis": ColumnRule((3,), ("number",)),
+    },
+    "ratings": {
+        "payload": ColumnRule((), ("mass",), per_joint=False),
+        "mass": ColumnRule((), ("mass",), per_joint=False),
+        "reach": ColumnRule((), ("length",), per_joint=False),
+        "envelope_volume": ColumnRule((), ("volume",), per_joint=False),
+    },
     "inertial": {
         "mass": ColumnRule((), ("mass",), required=True),
         "com": ColumnRule((3,), ("length",), required=True),
@@ -65,7 +81,10 @@ TABLES: dict[str, dict[str, ColumnRule]] = {
     },
     "drawing": {"pedestal": ColumnRule((), ("length",), per_joint=False), "radius": ColumnRule((), ("length",))},
 }
-"""Table -> column -> rule. `limits.zero` is the DH coordinate at which the printed coordinate reads zero."""
+"""Table -> column -> rule. `limits.zero` is the DH coordinate at which the printed coordinate reads zero; `poses` is a
+second statement of the kinematics: joint positions of the mastering pose, where the wrist centre then stands, where the
+flange stands at zero, how it is turned in both, and each joint's axis at zero, all in the base. `ratings` is what a
+data sheet says of the whole arm (`mass` with its base)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -90,6 +109,26 @@ class Column:
 
 def _row_si(row: Any, unit: str) -> Any:
     return [_row_si(cell, unit) for cell in row] if isinstance(row, tuple) else to_si(row, unit)
+
+
+@dataclass(frozen=True, slots=True)
+class Solid:
+    """A drawn cylinder of a link, in the frame of its DH row: ends and radius [m]."""
+
+    link: str
+    start: tuple[float, float, float]
+    end: tuple[float, float, float]
+    radius: float
+    colour: str
+
+
+@dataclass(frozen=True, slots=True)
+class Solids:
+    """The cylinders of an arm, where their sizes come from, and how sure they are."""
+
+    cylinders: tuple[Solid, ...]
+    where: str
+    kind: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,6 +182,8 @@ class Paper:
     inertia_products: tuple[str, ...]
     digest: str
     """SHA-256 of the file's text."""
+    solids: Solids | None = None
+    """What `drawing.solids` lists."""
 
     @property
     def n(self) -> int:

@@ -9,6 +9,7 @@ UNITS: dict[str, tuple[str, float]] = {
     "deg": ("angle", math.pi / 180.0),
     "m": ("length", 1.0),
     "mm": ("length", 1e-3),
+    "m^3": ("volume", 1.0),
     "kg": ("mass", 1.0),
     "g": ("mass", 1e-3),
     "kg m^2": ("inertia", 1.0),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
@@ -14,7 +15,7 @@ from lwr_dyn.arrays import Array
 from lwr_dyn.chain import Body, with_bodies, with_payload
 from lwr_dyn.dynamics.protocol import Dynamics
 from lwr_dyn.dynamics.ungated import UngatedDynamics, ungated
-from lwr_dyn.errors import NotPhysicalError, OptionError
+from lwr_dyn.errors import NotPhysicalError, OptionError, RatingWarning
 from lwr_dyn.physical import unphysical_links
 
 FrictionLaw = Callable[[Array], Array]
@@ -99,8 +100,14 @@ def loaded(arm: Arm, mass: float, com: ArrayLike = (0.0, 0.0, 0.0), inertia_com:
     """The arm with a payload welded to its flange: mass [kg], com (3,) [m] and inertia in the flange frame.
 
     Give it to the plant alone and the payload is unknown to the controller; build the controller's dynamics on it
-    too and it is known. Raises `OptionError` for a negative mass, `ShapeError` for other shapes.
+    too and it is known. Raises `OptionError` for a negative mass, `ShapeError` for other shapes; warns with
+    `RatingWarning` of a mass over the rated payload.
     """
+    rated = arm.ratings.payload
+    if rated is not None and mass > rated:
+        warnings.warn(
+            f"{arm.name}: a payload of {mass:g} kg is over the rated {rated:g} kg", RatingWarning, stacklevel=2
+        )
     return arm.with_chain(with_payload(arm.chain, mass, com, inertia_com))
 
 

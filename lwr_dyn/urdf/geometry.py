@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lwr_dyn.arm import Arm, Joint
+from lwr_dyn.arm import Arm, DrawnCylinder, Joint
 from lwr_dyn.arrays import Array
 from lwr_dyn.dh import JointKind
 from lwr_dyn.spatial import Pose, axis_to_z
@@ -34,7 +34,9 @@ class Primitive:
 
 
 def primitives(arm: Arm) -> tuple[Primitive, ...]:
-    """The shapes of all links, base and flange included."""
+    """The shapes of all links, base and flange included: the file's own cylinders where it lists them."""
+    if arm.drawing.cylinders:
+        return tuple(_as_listed(cylinder) for cylinder in arm.drawing.cylinders)
     radii, joints = link_radii(arm), arm.joints()
     ends = [*(joint.origin.position for joint in joints[1:]), arm.flange().position]
     shapes = _base(arm, radii[0])
@@ -48,6 +50,12 @@ def primitives(arm: Arm) -> tuple[Primitive, ...]:
     disc = 0.12 * radii[-1]
     shapes.append(Primitive("flange", _at(0.0, 0.0, -disc / 2), 0.7 * radii[-1], disc, "dark"))
     return tuple(shapes)
+
+
+def _as_listed(cylinder: DrawnCylinder) -> Primitive:
+    start, end = np.array(cylinder.start), np.array(cylinder.end)
+    pose = Pose(axis_to_z(end - start), (start + end) / 2)
+    return Primitive(cylinder.link, pose, cylinder.radius, float(np.linalg.norm(end - start)), cylinder.colour)
 
 
 def _along_its_limb(joint: Joint, end: Array) -> bool:

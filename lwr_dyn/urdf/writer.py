@@ -29,6 +29,7 @@ STAND_INS = {
 }
 WRITTEN_BY = "written by lwr_dyn"
 UNKNOWN_LIMITS = "unknown, written as stand-ins: "
+ESTIMATED = "estimated, not measured: "
 GRAVITY = "gravity in the base frame [m/s^2], which a URDF cannot hold: "
 """Openings of header lines that `urdf.reader` reads back."""
 DRAKE = "https://drake.mit.edu/"
@@ -112,11 +113,26 @@ def header(arm: Arm) -> list[str]:
         f"{GRAVITY}{numbers(arm.chain.gravity)}",
         "inertials: about the centre of mass, axes of the link frame; every number's source is in the .provenance.json",
         f"inertias that no body can have: {', '.join(unphysical_links(arm.chain)) or 'none'}",
+        *(f"{ESTIMATED}{line}" for line in estimates(arm)),
         "rotor inertia: not part of the links' inertials; see the .srdf, the drake: tags and the MJCF .xml",
         f"{UNKNOWN_LIMITS}{', '.join(unknown) or 'nothing'}",
         "visual and collision shapes: drawn by lwr_dyn, not from the source",
     ]
     return ["<!--", *(f"  {comment(x)}" for x in lines), "-->"]
+
+
+def estimates(arm: Arm) -> list[str]:
+    """What of the links' inertials the source does not give and was estimated, and how: one line per method."""
+    found: dict[str, dict[str, list[str]]] = {}
+    for quantity, cells in arm.sources.items():
+        link, _, part = quantity.rpartition(".")
+        for cell in cells:
+            if cell.kind == "estimated" and link:
+                found.setdefault(cell.where, {}).setdefault(part, []).append(link)
+    return [
+        "; ".join(f"{part} of {', '.join(links)}" for part, links in parts.items()) + f" (how: {where})"
+        for where, parts in found.items()
+    ]
 
 
 def unknown_limits(arm: Arm) -> list[tuple[str, str]]:

@@ -127,7 +127,7 @@ def test_an_erratum_must_find_what_it_says_is_printed(old, new, message):
 
 
 def test_names_that_do_not_exist_say_which_do(tmp_path):
-    with pytest.raises(UnknownNameError, match=r"did you mean lwr4plus\?.*known: lwr4, lwr4plus"):
+    with pytest.raises(UnknownNameError, match=r"did you mean lwr4plus\?.*known: kr30ha, lwr4, lwr4plus"):
         open_paper("lwr4pluss")
     with pytest.raises(
         UnknownNameError, match="no reading of lwr4plus named 'real'; known: printed, computed, physical"

@@ -1,0 +1,99 @@
+"""A data sheet as a check of everything at once: poses, axes, ranges, reach and envelope volume against the DH table.
+
+A DH table and its limits stand in one place; what a maker says of the whole arm stands in another. A length that is
+1 cm off or an angle that is 90 deg off breaks at least one of these.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from lwr_dyn.arm import Arm
+from lwr_dyn.arrays import Array
+from lwr_dyn.checks.verdict import Verdict
+from lwr_dyn.errors import LwrDynError
+from lwr_dyn.kinematics.envelope import working_envelope
+from lwr_dyn.kinematics.forward import forward_kinematics
+from lwr_dyn.kinematics.jacobian import joint_axes
+from lwr_dyn.kinematics.wrist_geometry import wrist_arm_geometry
+from lwr_dyn.papers.schema import Paper
+from lwr_dyn.spatial import from_rpy
+
+HALF_MILLIMETRE = 0.5e-3
+"""[m] Lengths are printed in whole millimetres."""
+VOLUME = 0.02
+"""[m^3] The volume is printed to 0.01; geometry in whole millimetres moves it by as much again."""
+RIGHT_ANGLES = 1e-9
+"""Entries of rotations whose angles are whole quarter turns."""
+
+
+def datasheet_verdicts(arm: Arm, paper: Paper) -> list[Verdict]:
+    """What the paper's `poses` and `ratings` allow to be checked; nothing when it has none."""
+    return [*_poses(arm, paper), *_ranges(arm), *_envelope(arm), *_mass(arm)]
+
+
+def _poses(arm: Arm, paper: Paper) -> Iterator[Verdict]:
+    given = {name: paper.columns[f"poses.{name}"].si() for name in _POSES if f"poses.{name}" in paper.columns}
+    zero = forward_kinematics(arm.chain, np.zeros(arm.n))
+    if "axis" in given:
+        miss = float(np.abs(joint_axes(arm.chain, np.zeros(arm.n)).z - given["axis"]).max())
+        yield Verdict("axes at zero - the maker's", miss, RIGHT_ANGLES, "1")
+    if "zero_flange" in given:
+        miss = float(np.linalg.norm(zero[:3, 3] - given["zero_flange"][0]))
+        yield Verdict("flange at zero - as printed", miss, HALF_MILLIMETRE, "m")
+    if "flange_rpy" in given:
+        yield _turned("flange at zero: rotation - the maker's", zero, given["flange_rpy"][0])
+    if not arm.mastering:
+        return
+    mastered = forward_kinematics(arm.chain, np.array(arm.mastering))
+    if "flange_rpy" in given:
+        yield _turned("flange at mastering: rotation - the maker's", mastered, given["flange_rpy"][0])
+    if "mastering_wrist" in given:
+        geometry = wrist_arm_geometry(arm.chain)
+        wrist = np.full(3, np.nan) if geometry is None else mastered[:3, :3] @ geometry.wrist_in_flange
+        miss = float(np.linalg.norm(mastered[:3, 3] + wrist - given["mastering_wrist"][0]))
+        yield Verdict("wrist centre at mastering - as printed", miss, HALF_MILLIMETRE, "m")
+
+
+_POSES = ("axis", "zero_flange", "flange_rpy", "mastering_wrist")
+
+
+def _turned(name: str, pose: Array, rpy: Array) -> Verdict:
+    return Verdict(name, float(np.abs(pose[:3, :3] - from_rpy(rpy)).max()), RIGHT_ANGLES, "1")
+
+
+def _ranges(arm: Arm) -> Iterator[Verdict]:
+    """An arm that is its own mirror image turns as far one way as the other about what the mirror reverses.
+
+    The mirror is the arm's plane at zero: it reverses axes 1, 4 and 6, which lie in it; a straight wrist lets 5 follow.
+    """
+    if arm.ratings.envelope_volume is None or wrist_arm_geometry(arm.chain) is None:
+        return
+    for i in (0, 3, 4, 5):
+        lopsided = abs(float(arm.upper[i] + arm.lower[i]))
+        yield Verdict(f"{arm.joint_names[i]}: range as wide either way", lopsided, RIGHT_ANGLES, "rad")
+
+
+def _envelope(arm: Arm) -> Iterator[Verdict]:
+    reach, volume = arm.ratings.reach, arm.ratings.envelope_volume
+    if reach is None and volume is None:
+        return
+    try:
+        found = working_envelope(arm)
+        farthest, holds = found.reach, found.volume
+    except LwrDynError:
+        farthest = holds = math.nan
+    if reach is not None:
+        yield Verdict("reach - data sheet", abs(farthest - reach), HALF_MILLIMETRE, "m")
+    if volume is not None:
+        yield Verdict("envelope volume - data sheet", abs(holds - volume), VOLUME, "m^3")
+
+
+def _mass(arm: Arm) -> Iterator[Verdict]:
+    bodies, base, total = arm.chain.bodies, arm.ratings.base_mass, arm.ratings.mass
+    if bodies is not None and base is not None and total is not None:
+        difference = abs(base + sum(body.mass for body in bodies) - total)
+        yield Verdict("mass of base and links - data sheet", difference, 1e-6, "kg")

@@ -1,0 +1,219 @@
+"""Where the wrist centre of a six-joint arm can stand: the section of its working envelope, reach and volume, exactly.
+
+In the plane of the arm the wrist centre is shoulder + Rot(q2) (upper + Rot(q3) fore), q2 and q3 within their limits.
+Its outline is made of circular arcs only: joint 3 at a limit or the elbow straight (about the shoulder), joint 2 at a
+limit (about the elbow). All arcs are cut where they meet; a piece is outline when one side of it can be reached and the
+other cannot. Revolved about axis 1, of the section with r >= 0,
+
+    V = range_1 / (2 pi) * pi * sum over the outline of  integral r^2 dz        (Green, Pappus)
+
+in closed form on each arc. Lengths [m]; r is counted from axis 1, positive ahead; z along it, from the base upward.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from lwr_dyn.arm import Arm
+from lwr_dyn.arrays import Array
+from lwr_dyn.errors import MissingDataError
+from lwr_dyn.kinematics.wrist_geometry import WristArmGeometry, require_wrist_arm
+
+BESIDE = 1e-7
+"""[m] How far beside a piece of arc its two sides are looked at."""
+MEET = 1e-9
+"""[m] Circles that miss each other by this touch; pieces shorter than this are points."""
+
+
+@dataclass(frozen=True, slots=True)
+class Arc:
+    """Points (r, z) = centre + radius (cos phi, sin phi), phi from `start` to `end` [rad], either way round."""
+
+    centre: tuple[float, float]
+    radius: float
+    start: float
+    end: float
+
+    def point(self, phi: float) -> tuple[float, float]:
+        """(r, z) at phi."""
+        return self.centre[0] + self.radius * math.cos(phi), self.centre[1] + self.radius * math.sin(phi)
+
+    def points(self, count: int = 61) -> Array:
+        """`count` points along it, (count, 2), for drawing."""
+        phi = np.linspace(self.start, self.end, count)
+        return np.array(self.centre) + self.radius * np.column_stack([np.cos(phi), np.sin(phi)])
+
+    def moment(self) -> float:
+        """integral r^2 dz along it [m^3], with r = c + R cos(phi), dz = R cos(phi) dphi."""
+        return self._moment_to(self.end) - self._moment_to(self.start)
+
+    def _moment_to(self, phi: float) -> float:
+        c, R, s = self.centre[0], self.radius, math.sin(phi)
+        return R * (c**2 * s + c * R * (phi + s * math.cos(phi)) + R**2 * (s - s**3 / 3.0))
+
+
+@dataclass(frozen=True, slots=True)
+class Envelope:
+    """The section (r >= 0) as arcs with the reachable side on their left, its reach [m] and volume [m^3]."""
+
+    outline: tuple[Arc, ...]
+    reach: float
+    """Largest distance of the wrist centre from axis 1."""
+    volume: float
+
+
+def working_envelope(arm: Arm) -> Envelope:
+    """The envelope of the wrist centre within the position limits.
+
+    Raises
+    ------
+    OptionError
+        Not a six-joint arm with a spherical wrist.
+    MissingDataError
+        A limit of joints 1 to 3 is not known.
+
+    >>> import lwr_dyn
+    >>> found = working_envelope(lwr_dyn.load("kr30ha"))
+    >>> round(found.reach, 4), round(found.volume, 3)
+    (2.0327, 27.243)
+    """
+    section = _Section.of(arm)
+    outline = tuple(
+        piece
+        for arc in section.arcs()
+        for part in _pieces(arc, section.arcs())
+        if (piece := section.facing_in(part)) is not None
+    )
+    share = min(float(arm.upper[0] - arm.lower[0]) / (2.0 * math.pi), 1.0)
+    volume = share * math.pi * sum(arc.moment() for arc in outline)
+    reach = max((_farthest(arc) for arc in outline), default=math.nan)
+    return Envelope(outline, math.hypot(reach, section.geometry.lateral), volume)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Section:
+    """Joints 2 and 3 with their limits, and how the arm's plane lies in (r, z)."""
+
+    geometry: WristArmGeometry
+    lower: Array
+    upper: Array
+    up: float
+    """+1 when axis 1 points up the base's z, else -1."""
+    height: float
+    """z of the geometry's origin."""
+
+    @classmethod
+    def of(cls, arm: Arm) -> _Section:
+        geometry = require_wrist_arm(arm)
+        if not np.isfinite([arm.lower[:3], arm.upper[:3]]).all():
+            raise MissingDataError(arm.name, "limits of joints 1 to 3", "the working envelope")
+        w1 = geometry.frame[:, 2]
+        up = 1.0 if w1[int(np.argmax(np.abs(w1)))] > 0.0 else -1.0
+        return cls(geometry, arm.lower[1:3], arm.upper[1:3], up, up * float(w1 @ geometry.origin))
+
+    def arcs(self) -> tuple[Arc, ...]:
+        """What the outline can be made of."""
+        g, (low2, low3), (up2, up3) = self.geometry, self.lower, self.upper
+        straight = [g.straight + k * math.pi for k in range(-3, 4)]
+        found = []
+        for q3 in [low3, up3, *(x for x in straight if low3 < x < up3)]:
+            arm = g.upper + _turned(g.fore, g.elbow_sign * q3)
+            found.append(self._arc(g.shoulder, arm, low2, up2))
+        for q2 in (low2, up2):
+            elbow, fore = g.shoulder + _turned(g.upper, q2), _turned(g.fore, q2)
+            found.append(self._arc(elbow, fore, g.elbow_sign * low3, g.elbow_sign * up3))
+        return tuple(found)
+
+    def _arc(self, centre: Array, spoke: Array, first: float, last: float) -> Arc:
+        """The arc that `spoke` (along, out) draws when it turns about `centre` from `first` to `last`."""
+        r, z = self.in_section(centre)
+        sr, sz = self.geometry.front * spoke[1], self.up * spoke[0]
+        # a turn takes `along` towards `out`: in (r, z) that is clockwise unless one of the two axes is reversed
+        way = -1.0 if self.up * self.geometry.front > 0.0 else 1.0
+        start = math.atan2(sz, sr)
+        return Arc((r, z), math.hypot(sr, sz), start + way * first, start + way * last)
+
+    def in_section(self, point: Array) -> tuple[float, float]:
+        """(r, z) of a point (along, out) of the arm's plane."""
+        return float(self.geometry.front * point[1]), float(self.up * point[0] + self.height)
+
+    def reachable(self, r: float, z: float) -> bool:
+        """Whether some q2, q3 within the limits bring the wrist centre to (r, z)."""
+        g = self.geometry
+        along, out = self.up * (z - self.height) - g.shoulder[0], g.front * r - g.shoulder[1]
+        first, second = g.lengths
+        cosine = (along**2 + out**2 - first**2 - second**2) / (2.0 * first * second)
+        if abs(cosine) > 1.0:
+            return False
+        for bend in (math.acos(cosine), -math.acos(cosine)):
+            q3 = g.straight + g.elbow_sign * bend
+            reach = g.upper + _turned(g.fore, g.elbow_sign * q3)
+            q2 = math.atan2(out, along) - math.atan2(reach[1], reach[0])
+            if _within(q2, self.lower[0], self.upper[0]) and _within(q3, self.lower[1], self.upper[1]):
+                return True
+        return False
+
+    def facing_in(self, arc: Arc) -> Arc | None:
+        """The piece run with the reachable side on its left, or None when it is no outline of the section r >= 0."""
+        phi = (arc.start + arc.end) / 2.0
+        if arc.point(phi)[0] < 0.0:
+            return None
+        inner, outer = (
+            Arc(arc.centre, arc.radius + side * BESIDE, arc.start, arc.end).point(phi) for side in (-1.0, 1.0)
+        )
+        inside, outside = self.reachable(*inner), self.reachable(*outer)
+        if inside == outside:
+            return None
+        forward = (arc.end > arc.start) == inside
+        return arc if forward else Arc(arc.centre, arc.radius, arc.end, arc.start)
+
+
+def _turned(v: Array, angle: float) -> Array:
+    c, s = math.cos(angle), math.sin(angle)
+    return np.array([c * v[0] - s * v[1], s * v[0] + c * v[1]])
+
+
+def _within(angle: float, low: float, up: float) -> bool:
+    """Whether the angle or one a whole turn away lies between."""
+    return low + (angle - low) % (2.0 * math.pi) <= up
+
+
+def _pieces(arc: Arc, others: tuple[Arc, ...]) -> list[Arc]:
+    """The arc cut where it meets the circles of the others and the axis r = 0."""
+    low, high = min(arc.start, arc.end), max(arc.start, arc.end)
+    cuts = {low, high}
+    for angle in [*_on_axis(arc), *(phi for other in others if other != arc for phi in _meetings(arc, other))]:
+        first = low + (angle - low) % (2.0 * math.pi)
+        cuts.update(np.arange(first, high, 2.0 * math.pi).tolist())
+    ends = sorted(cuts)
+    return [Arc(arc.centre, arc.radius, a, b) for a, b in pairwise(ends) if (b - a) * arc.radius > MEET]
+
+
+def _on_axis(arc: Arc) -> list[float]:
+    if abs(arc.centre[0]) > arc.radius:
+        return []
+    phi = math.acos(-arc.centre[0] / arc.radius)
+    return [phi, -phi]
+
+
+def _meetings(arc: Arc, other: Arc) -> list[float]:
+    """phi on `arc` where its circle meets the circle of `other`."""
+    dr, dz = other.centre[0] - arc.centre[0], other.centre[1] - arc.centre[1]
+    apart = math.hypot(dr, dz)
+    if apart < MEET or apart > arc.radius + other.radius + MEET or apart < abs(arc.radius - other.radius) - MEET:
+        return []
+    cosine = (arc.radius**2 + apart**2 - other.radius**2) / (2.0 * arc.radius * apart)
+    half, towards = math.acos(max(-1.0, min(1.0, cosine))), math.atan2(dz, dr)
+    return [towards - half, towards + half]
+
+
+def _farthest(arc: Arc) -> float:
+    """Largest r on the arc."""
+    low, high = min(arc.start, arc.end), max(arc.start, arc.end)
+    ahead = low + (-low) % (2.0 * math.pi)
+    ends = (arc.point(arc.start)[0], arc.point(arc.end)[0])
+    return max(*ends, arc.centre[0] + arc.radius if ahead <= high else -math.inf)

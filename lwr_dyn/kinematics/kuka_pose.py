@@ -1,0 +1,146 @@
+"""A pose as a KUKA controller states it: X, Y, Z in mm, A, B, C in deg, Status and Turn that tell solutions apart.
+
+    R = Rz(A) Ry(B) Rx(C)
+
+At B = +-90 deg only C -+ A counts, and A is taken as 0. Status S: bit 0 the wrist centre is behind axis 1 (overhead),
+bit 1 A3 is at or past the angle at which axis 2, axis 3 and the wrist centre lie in line, bit 2 A5 < 0. Turn T: bit
+i - 1 is set where A_i < 0. Bit 1's angle follows from the arm's geometry; bit 2 has the sign that public pairs of
+poses and axes show, not one page of a manual.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from lwr_dyn.arm import Arm
+from lwr_dyn.arrays import Array, fixed_array
+from lwr_dyn.errors import OptionError
+from lwr_dyn.kinematics.forward import forward_kinematics
+from lwr_dyn.kinematics.jacobian import joint_axes
+from lwr_dyn.kinematics.solution import Solution
+from lwr_dyn.kinematics.wrist_geometry import require_wrist_arm, wrist_arm_geometry
+from lwr_dyn.spatial import from_rpy, rot_z
+
+DEGENERATE = 1e-12
+"""Cosine of B below which A and C turn about one axis."""
+ZERO = 1e-12
+"""[rad, m] An axis or a distance this near to zero is zero: its sign is rounding."""
+_AXES = np.array([[0, 0, -1], [0, 1, 0], [0, 1, 0], [-1, 0, 0], [0, 1, 0], [-1, 0, 0]], dtype=float)
+"""What A1 to A6 turn about when the arm is stretched out, A = 0."""
+
+
+@dataclass(frozen=True, slots=True)
+class KukaPose:
+    """X, Y, Z [mm], A, B, C [deg], and where they are known Status and Turn."""
+
+    x_mm: float
+    y_mm: float
+    z_mm: float
+    a_deg: float
+    b_deg: float
+    c_deg: float
+    s: int | None = None
+    t: int | None = None
+
+    def matrix(self) -> Array:
+        """The pose as a homogeneous (4, 4) matrix [m]."""
+        out = np.eye(4)
+        out[:3, :3] = rotation_of_abc((self.a_deg, self.b_deg, self.c_deg))
+        out[:3, 3] = np.array([self.x_mm, self.y_mm, self.z_mm]) / 1e3
+        return out
+
+
+def has_kuka_axes(arm: Arm) -> bool:
+    """Whether the joints are A1 to A6 with KUKA's zero and directions: then Status and Turn mean something."""
+    if wrist_arm_geometry(arm.chain) is None:
+        return False
+    return bool(np.abs(joint_axes(arm.chain, np.zeros(arm.n)).z - _AXES).max() < 1e-9)
+
+
+def kuka_pose(arm: Arm, q: Array) -> KukaPose:
+    """The flange at q (6,) [rad] with Status and Turn; ungated. Raises `OptionError` for another kind of arm."""
+    placed = pose_of_matrix(forward_kinematics(arm.chain, q))
+    return KukaPose(*_six(placed), status(arm, q), turn(q))
+
+
+def pose_of_matrix(T: Array) -> KukaPose:
+    """X, Y, Z, A, B, C of a pose (4, 4) [m], Status and Turn unknown."""
+    x, y, z = (float(v) * 1e3 + 0.0 for v in T[:3, 3])
+    return KukaPose(x, y, z, *abc_of_rotation(T[:3, :3]))
+
+
+def _six(pose: KukaPose) -> tuple[float, float, float, float, float, float]:
+    return pose.x_mm, pose.y_mm, pose.z_mm, pose.a_deg, pose.b_deg, pose.c_deg
+
+
+def abc_of_rotation(R: Array) -> tuple[float, float, float]:
+    """A, B, C [deg] of a rotation (3, 3); A = 0 at B = +-90 deg.
+
+    >>> abc_of_rotation(rotation_of_abc((0.0, 90.0, 30.0)))
+    (0.0, 90.0, 30.000000000000004)
+    """
+    cos_b = math.hypot(R[0, 0], R[1, 0])
+    b = math.atan2(-R[2, 0], cos_b)
+    a = 0.0 if cos_b < DEGENERATE else math.atan2(R[1, 0], R[0, 0])
+    # what A leaves over is Ry(B) Rx(C), whose second row is (0, cos C, -sin C)
+    rest = rot_z(a)[:, 1] @ R
+    c = math.atan2(-rest[2], rest[1])
+    a_deg, b_deg, c_deg = (math.degrees(x) + 0.0 for x in (a, b, c))
+    return a_deg, b_deg, c_deg
+
+
+def rotation_of_abc(abc_deg: Sequence[float]) -> Array:
+    """Rz(A) Ry(B) Rx(C) of A, B, C [deg], (3, 3); raises `ShapeError`."""
+    a, b, c = np.radians(fixed_array("A, B, C", list(abc_deg), (3,)))
+    return from_rpy((c, b, a))
+
+
+def degenerate_abc(abc_deg: Sequence[float]) -> bool:
+    """Whether B is +-90 deg: A and C turn about one axis.
+
+    >>> degenerate_abc((10.0, -90.0, 0.0))
+    True
+    """
+    return abs(math.cos(math.radians(abc_deg[1]))) < DEGENERATE
+
+
+def status(arm: Arm, q: Array) -> int:
+    """Status S at q (6,) [rad]; raises `OptionError` for an arm without a spherical wrist."""
+    g = require_wrist_arm(arm)
+    flange = forward_kinematics(arm.chain, q)
+    wrist = (flange[:3, 3] + flange[:3, :3] @ g.wrist_in_flange - g.origin) @ g.frame
+    ahead = g.front * float(math.cos(q[0]) * wrist[0] + math.sin(q[0]) * wrist[1])
+    bits = (ahead < -ZERO, q[2] >= g.straight - ZERO, q[4] < -ZERO)
+    return sum(1 << i for i, bit in enumerate(bits) if bit)
+
+
+def turn(q: Array) -> int:
+    """Turn T at q (6,) [rad].
+
+    >>> turn(np.radians([0, -90, 90, 0, 0, 0]))
+    2
+    """
+    return sum(1 << i for i, x in enumerate(q) if x < -ZERO)
+
+
+def with_status_and_turn(
+    arm: Arm, solutions: Sequence[Solution], s: int | None = None, t: int | None = None
+) -> tuple[Solution, ...]:
+    """The solutions that have Status `s` and Turn `t`; None takes any.
+
+    Raises
+    ------
+    OptionError
+        No solution has them; says which pairs there are.
+    """
+    pairs = [(status(arm, x.q), turn(x.q)) for x in solutions]
+    chosen = tuple(x for x, (S, T) in zip(solutions, pairs, strict=True) if s in (None, S) and t in (None, T))
+    if not chosen:
+        asked = ", ".join(f"{name} {value}" for name, value in (("S", s), ("T", t)) if value is not None)
+        there = ", ".join(f"S {S} T {T}" for S, T in sorted(set(pairs))) or "none: the pose has no solution"
+        raise OptionError("Status, Turn", f"no solution has {asked}", there)
+    return chosen

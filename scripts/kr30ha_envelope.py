@@ -1,0 +1,29 @@
+"""Reach, envelope volume and the section with the report's points: python scripts/kr30ha_envelope.py --out envelope."""
+
+from __future__ import annotations
+
+import argparse
+
+import lwr_dyn
+from lwr_dyn.kinematics.envelope import working_envelope
+from lwr_dyn.reproduction.kr30ha_points import right_points
+from lwr_dyn.viewer.envelope_plot import envelope_figure
+from lwr_dyn.viewer.plots import save_figure
+
+
+def main(arguments: list[str] | None = None) -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--out", default="kr30ha_envelope", help="the figure, without .png and .svg")
+    options = parser.parse_args(arguments)
+    arm = lwr_dyn.load("kr30ha")
+    found, rated = working_envelope(arm), arm.ratings
+    print(f"reach {1e3 * found.reach:.2f} mm, data sheet {1e3 * (rated.reach or 0.0):.0f}")
+    print(f"envelope volume {found.volume:.4f} m^3, data sheet {rated.envelope_volume}")
+    print(f"outline: {len(found.outline)} arcs")
+    points = {f"{point.name}, wrist centre": point.wrist_mm / 1e3 for point in right_points(arm)}
+    files = save_figure(envelope_figure(arm, points), options.out)
+    print(f"wrote {', '.join(str(file) for file in files)}")
+
+
+if __name__ == "__main__":
+    main()

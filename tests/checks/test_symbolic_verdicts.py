@@ -1,0 +1,52 @@
+"""Symbols against Pinocchio at 100 random arms and states; a wrong equation is seen."""
+
+import time
+from dataclasses import replace
+
+import pytest
+import sympy as sp
+
+import lwr_dyn
+from lwr_dyn.checks import lagrangian
+from lwr_dyn.checks.lagrangian import SYMBOLIC, symbolic_verdicts
+from lwr_dyn.papers.catalog import open_paper
+
+CASES = {
+    "first two": ("kr30ha", ("A1", "A2"), None),
+    "first three": ("kr30ha", ("A1", "A2", "A3"), None),
+    "shoulder and wrist": ("kr30ha", ("A2", "A5"), {"A1": 0.0, "A3": 1.0, "A4": 0.0}),
+    "the LWR's first two": ("lwr4plus", ("joint_1", "joint_2"), None),
+}
+DERIVATION = 20.0
+"""[s] What issue 5 allows for the first two joints."""
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_symbols_equal_pinocchio_to_1e_10_at_100_random_states_and_parameters(case):
+    robot, joints, held = CASES[case]
+    verdicts = symbolic_verdicts(lwr_dyn.load(robot), open_paper(robot), joints, held, count=100)
+    assert len(verdicts) == 5
+    assert [v.name for v in verdicts if not v.holds] == []
+    assert verdicts[0].tolerance == SYMBOLIC == 1e-10
+
+
+def test_a_lost_term_is_seen(monkeypatch):
+    right = lagrangian.equations_of_motion
+
+    def without_product_terms(*arguments):
+        part = right(*arguments)
+        C = part.equations.C.copy()
+        C[0, 1] = sp.Integer(0)
+        return replace(part, equations=replace(part.equations, C=C))
+
+    monkeypatch.setattr(lagrangian, "equations_of_motion", without_product_terms)
+    verdicts = symbolic_verdicts(lwr_dyn.load("kr30ha"), open_paper("kr30ha"), ("A1", "A2"), count=2)
+    assert [v.holds for v in verdicts] == [True, False, True, True, False]
+
+
+def test_the_derivation_is_quick():
+    from lwr_dyn.kinematics.equations import equations_of_motion
+
+    begin = time.perf_counter()
+    equations_of_motion(lwr_dyn.load("kr30ha"), ("A1", "A2"), paper=open_paper("kr30ha"))
+    assert time.perf_counter() - begin < DERIVATION
