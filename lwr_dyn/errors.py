@@ -147,3 +147,11 @@ class SingularArmError(LwrDynError, ArithmeticError):
     def __init__(self, index: int, why: str) -> None:
         super().__init__(f"row {index} of the path: {why}; allowed: poses and arm angles away from singularities")
         self.index, self.why = index, why
+
+
+class ProgramError(LwrDynError, RuntimeError):
+    """A KRL program cannot go on (or cannot begin): where, a code, what, and what helps."""
+
+    def __init__(self, place: str, code: str, message: str, hint: str) -> None:
+        super().__init__(f"{place}: {message}" + (f"; {hint}" if hint else ""))
+        self.place, self.code, self.message, self.hint = place, code, message, hint

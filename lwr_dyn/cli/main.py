@@ -22,6 +22,7 @@ COMMANDS = {
     "ik": "Joint positions that reach a pose: all branches, limits told apart from reach.",
     "replay": "Runs in the browser: one file without network, or live.",
     "simulate": "A task under a controller: run file, metrics, energy audit.",
+    "krl": "KUKA programs: write, check and run them on a robot's model.",
     "reproduce": "Recompute what a paper prints.",
 }
 """Subcommand -> its line in the help; the module is lwr_dyn.cli.NAME (list_ for list)."""

@@ -16,6 +16,7 @@ EXAMPLES = {
     "own_controller.py": ([], "tip error at most 0.00"),
     "compare_controllers.py": ([], "3 kg payload    1. pid"),
     "swing.py": (["--seconds", "0.5"], "upright at rest: an equilibrium, the arm should stay: an equilibrium"),
+    "krl_two_points.py": ([], "check: nothing to say"),
     "replay_ist.py": (["--out", "ist.html"], "wrote ist.html"),
 }
 NOT_EXAMPLES = {"benchmark.py", "soak.py"}
