@@ -43,7 +43,7 @@ def check_program(
 
     >>> from lwr_dyn.krl.program import parse_program
     >>> for d in check_program(parse_program("DEF a( )\\nWAIT SEC x\\nEND\\n", name="a")): print(d)
-    a.src:2:10: error undeclared: x is not declared (declare it in the .dat or with DECL; there is no .dat beside the .src)
+    a.src:2:10: error undeclared: x is not declared (declare it in the .dat or with DECL; no .dat is there)
     """
     found = [*program.found, *static_diagnoses(program)]
     broken = any(d.severity == "error" and d.code in UNREADABLE for d in found)

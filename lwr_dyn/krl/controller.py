@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -16,7 +16,7 @@ from lwr_dyn.krl.planner import Blend, Speeds, tool_pose
 from lwr_dyn.krl.settings import Settings
 from lwr_dyn.krl.types import UNKNOWN
 from lwr_dyn.krl.values import (
-    Halt,
+    HaltError,
     Many,
     Slot,
     Struct,
@@ -36,7 +36,7 @@ AXES_SET, CP_SET = frozenset({"$VEL_AXIS"}), frozenset({"$VEL"})
 
 @dataclass(slots=True, eq=False)
 class Controller:
-    """System variables, where the arm stands (q (n,) [rad], None before the first motion), and inputs that are given."""
+    """System variables, where the arm stands (q (n,) [rad], None before the first motion), inputs that are given."""
 
     arm: Arm
     settings: Settings
@@ -97,13 +97,13 @@ class Controller:
         return Slot(kind)
 
     def home(self) -> Array:
-        """The mastering position (n,) [rad], which a fresh `$config.dat` has as home; raises `Halt` when not known."""
+        """The mastering position (n,) [rad], which a fresh `$config.dat` has as home; raises `HaltError`."""
         if not self.arm.mastering:
-            raise Halt("no-value", "the home position is not known", "give XHOME a value")
+            raise HaltError("no-value", "the home position is not known", "give XHOME a value")
         return np.array(self.arm.mastering)
 
     def element(self, name: str, index: tuple[int, ...]) -> Value | None:
-        """An input's element, a flag's default; None for what is an ordinary variable; raises `Halt` when unknown."""
+        """An input's element, a flag's default; None for an ordinary variable; raises `HaltError` when unknown."""
         key = name.upper()
         text = f"{key}[{','.join(map(str, index))}]"
         if text in self.given:
@@ -113,7 +113,7 @@ class Controller:
         if key == "$IN" and index == (1026,):
             return False
         if key in INPUTS:
-            raise Halt("unknown-input", f"the input {text} has no value", f"give one: --set '{text}=TRUE'")
+            raise HaltError("unknown-input", f"the input {text} has no value", f"give one: --set '{text}=TRUE'")
         if key in ("$OUT", "$FLAG", "$CYCFLAG", "$TIMER_STOP", "$TIMER", "$ANOUT"):
             slot = self.slot(key)
             known = slot.value.items.get(index) if slot is not None and isinstance(slot.value, Many) else None
@@ -141,7 +141,7 @@ class Controller:
         return pose_matrix(self.slots["$TOOL"].value, "$TOOL")
 
     def speeds(self) -> Speeds:
-        """What holds now; raises `Halt` for speeds that are not positive."""
+        """What holds now; raises `HaltError` for speeds that are not positive."""
         vel, acc = self._percents("$VEL_AXIS"), self._percents("$ACC_AXIS")
         override = self._between("$OV_PRO", self.slots["$OV_PRO"].value, 100.0) / 100.0
         rated = self.arm.velocity
@@ -163,7 +163,7 @@ class Controller:
     @staticmethod
     def _between(what: str, value: Value | None, most: float) -> float:
         if isinstance(value, bool) or not isinstance(value, int | float) or not 1e-6 <= value <= most:
-            raise Halt("speed-range", f"{what} = {value}", f"more than 0, at most {most:g}")
+            raise HaltError("speed-range", f"{what} = {value}", f"more than 0, at most {most:g}")
         return float(value)
 
     def blend(self, kinds: tuple[str, ...]) -> Blend | None:
@@ -186,10 +186,10 @@ class Controller:
             self.speed_set.add("CP")
 
     def bas(self, command: str, value: float) -> None:
-        """BAS(#command, value); raises `Halt` for a value it cannot take."""
+        """BAS(#command, value); raises `HaltError` for a value it cannot take."""
         act = _BAS.get(command)
         if act is None:
-            raise Halt("not-modelled", f"BAS(#{command}) is not modelled", f"modelled: {', '.join(_BAS)}")
+            raise HaltError("not-modelled", f"BAS(#{command}) is not modelled", f"modelled: {', '.join(_BAS)}")
         act(self, value)
 
     def set_axes(self, name: str, percent: float) -> None:
@@ -214,7 +214,7 @@ class Controller:
         frame = data.items.get((int(number),)) if isinstance(data, Many) else None
         if not isinstance(frame, Struct):
             hint = f"assign {table}[{int(number)}], or lend it with --with '$config.dat'"
-            raise Halt("no-value", f"{table}[{int(number)}] has no value", hint)
+            raise HaltError("no-value", f"{table}[{int(number)}] has no value", hint)
         self.slots[name].value = Struct("FRAME", dict(frame.parts))
 
     def act_part(self, name: str, part: str, default: float) -> float:
@@ -249,7 +249,7 @@ def _cp_params(c: Controller, value: float) -> None:
     _frames(c)
 
 
-_BAS = {
+_BAS: dict[str, Callable[[Controller, float], None]] = {
     "INITMOV": _initmov,
     "VEL_PTP": lambda c, v: c.set_axes("$VEL_AXIS", v),
     "ACC_PTP": lambda c, v: c.set_axes("$ACC_AXIS", v),
@@ -277,7 +277,7 @@ def given_values(texts: Sequence[str]) -> dict[str, Value]:
 
 def _given(text: str) -> tuple[str, Value]:
     from lwr_dyn.krl.evaluate import value_of
-    from lwr_dyn.krl.lexer import LineFault
+    from lwr_dyn.krl.lexer import LineError
     from lwr_dyn.krl.line_parser import parse_line
     from lwr_dyn.krl.statements import Assign
 
@@ -285,7 +285,7 @@ def _given(text: str) -> tuple[str, Value]:
     try:
         statement, _ = parse_line(text)
         if not isinstance(statement, Assign):
-            raise Halt("", "")
+            raise HaltError("", "")
         return name.replace(" ", "").upper(), value_of(None, statement.value)  # type: ignore[arg-type]
-    except (LineFault, Halt, AttributeError):
+    except (LineError, HaltError, AttributeError):
         raise OptionError("--set", repr(text), "NAME=VALUE with a constant, such as $IN[3]=TRUE") from None

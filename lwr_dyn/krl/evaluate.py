@@ -14,7 +14,7 @@ from lwr_dyn.krl.types import STRUCTURES, Type
 from lwr_dyn.krl.values import (
     LARGEST,
     Constant,
-    Halt,
+    HaltError,
     Many,
     Slot,
     Struct,
@@ -32,41 +32,41 @@ class Environment(Protocol):
     """Where names are looked up, and functions of the program are called."""
 
     def slot(self, name: str) -> Slot:
-        """The variable; raises `Halt`."""
+        """The variable; raises `HaltError`."""
 
     def element(self, name: str, index: tuple[int, ...]) -> Value | None:
-        """An input that the world sets (`$IN[3]`), or None for an ordinary variable; raises `Halt` without a value."""
+        """An input that the world sets (`$IN[3]`), None for an ordinary variable; raises `HaltError` without one."""
 
     def call(self, x: e.Call) -> Value:
-        """What a function returns; raises `Halt`."""
+        """What a function returns; raises `HaltError`."""
 
     def component_type(self, struct: str, name: str) -> Type:
         """The type of a component."""
 
 
 def value_of(env: Environment, x: e.Expression) -> Value:
-    """The value of an expression; raises `Halt`."""
+    """The value of an expression; raises `HaltError`."""
     return _VALUES[type(x)](env, x)
 
 
 def number_of(env: Environment, x: e.Expression, what: str) -> float:
-    """A finite number; raises `Halt`."""
+    """A finite number; raises `HaltError`."""
     value = value_of(env, x)
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise Halt("type", f"{what} is {said(value)}", "a number")
+        raise HaltError("type", f"{what} is {said(value)}", "a number")
     return float(value)
 
 
 def truth_of(env: Environment, x: e.Expression, what: str) -> bool:
-    """TRUE or FALSE; raises `Halt`."""
+    """TRUE or FALSE; raises `HaltError`."""
     value = value_of(env, x)
     if not isinstance(value, bool):
-        raise Halt("type", f"{what} is {said(value)}", "TRUE or FALSE")
+        raise HaltError("type", f"{what} is {said(value)}", "TRUE or FALSE")
     return value
 
 
 def target_of(env: Environment, x: e.Reference) -> Target:
-    """The place that a reference names; raises `Halt`."""
+    """The place that a reference names; raises `HaltError`."""
     if isinstance(x, e.Name):
         slot = env.slot(x.name)
         return Target(lambda: slot.value, lambda value: setattr(slot, "value", converted(value, slot.type)), slot.type)
@@ -85,8 +85,12 @@ def _element(env: Environment, x: e.Index) -> Target:
             value = Many(of.type.name, ())
             of.write(value)
             value = of.read()
+        if isinstance(value, str):
+            value = Many("CHAR", (), {(i + 1,): letter for i, letter in enumerate(value)})
+            of.write(value)
+            value = of.read()
         if not isinstance(value, Many):
-            raise Halt("no-array", f"{_text(x.of)} is no array", "declare it with brackets")
+            raise HaltError("no-array", f"{_text(x.of)} is no array", "declare it with brackets")
         return value
 
     def checked() -> Many:
@@ -94,7 +98,7 @@ def _element(env: Environment, x: e.Index) -> Target:
         sizes = many.sizes or (LARGEST,) * len(at)
         if len(sizes) != len(at) or any(not 1 <= i <= size for i, size in zip(at, sizes, strict=False)):
             allowed = ", ".join(f"1 to {size}" for size in sizes)
-            raise Halt("index-range", f"the index {', '.join(map(str, at))} of {_text(x.of)}", allowed)
+            raise HaltError("index-range", f"the index {', '.join(map(str, at))} of {_text(x.of)}", allowed)
         return many
 
     element = of.type.element
@@ -112,7 +116,7 @@ def _component(env: Environment, x: e.Component) -> Target:
             of.write(Struct(of.type.name))
             value = of.read()
         if not isinstance(value, Struct):
-            raise Halt("no-component", f"{_text(x.of)} has no component {x.name}", "a structure")
+            raise HaltError("no-component", f"{_text(x.of)} has no component {x.name}", "a structure")
         return value
 
     kind = env.component_type(of.type.name, name)
@@ -127,9 +131,9 @@ def _read(env: Environment, x: e.Reference) -> Value:
         outside = env.element(x.of.name, at)
         if outside is not None:
             return outside
-    value = target_of(env, x).read()
+    value: Value | None = target_of(env, x).read()
     if value is None:
-        raise Halt("no-value", f"{_text(x)} has no value", "assign it first, or give it in the .dat")
+        raise HaltError("no-value", f"{_text(x)} has no value", "assign it first, or give it in the .dat")
     return value
 
 
@@ -166,7 +170,7 @@ def _unary(env: Environment, x: e.Unary) -> Value:
         if x.operator == "B_NOT":
             return ~int(value)
         return _ranged(-value if x.operator == "-" else value)
-    raise Halt("type", f"{x.operator} on {said(value)}", "TRUE or FALSE" if x.operator == "NOT" else "a number")
+    raise HaltError("type", f"{x.operator} on {said(value)}", "TRUE or FALSE" if x.operator == "NOT" else "a number")
 
 
 def _binary(env: Environment, x: e.Binary) -> Value:
@@ -175,10 +179,10 @@ def _binary(env: Environment, x: e.Binary) -> Value:
         return _composed(left, right)
     if x.operator in _LOGIC:
         if not (isinstance(left, bool) and isinstance(right, bool)):
-            raise Halt("type", f"{said(left)} {x.operator} {said(right)}", "TRUE or FALSE on both sides")
+            raise HaltError("type", f"{said(left)} {x.operator} {said(right)}", "TRUE or FALSE on both sides")
         return bool(_LOGIC[x.operator](left, right))
     if x.operator in ("==", "<>"):
-        return (_plain(left) == _plain(right)) == (x.operator == "==")
+        return bool(_plain(left) == _plain(right)) == (x.operator == "==")
     return _arithmetic(x.operator, _plain(left), _plain(right))
 
 
@@ -189,18 +193,18 @@ def _plain(value: Value) -> Any:
 def _arithmetic(sign: str, left: Any, right: Any) -> Value:
     for side in (left, right):
         if isinstance(side, bool) or not isinstance(side, int | float):
-            raise Halt("type", f"{said(left)} {sign} {said(right)}", "numbers on both sides")
+            raise HaltError("type", f"{said(left)} {sign} {said(right)}", "numbers on both sides")
     if sign == "/":
         return _quotient(left, right)
     if sign in _BITS:
         return int(_BITS[sign](int(left), int(right)))
-    result = _NUMBERS[sign](left, right)
+    result: int | float = _NUMBERS[sign](left, right)
     return result if isinstance(result, bool) else _ranged(result)
 
 
 def _quotient(left: int | float, right: int | float) -> Value:
     if right == 0:
-        raise Halt("division-by-zero", f"{left} / {right}", "test the divisor first")
+        raise HaltError("division-by-zero", f"{left} / {right}", "test the divisor first")
     if isinstance(left, int) and isinstance(right, int):
         return _ranged(abs(left) // abs(right) * (1 if (left < 0) == (right < 0) else -1))
     return _ranged(left / right)
@@ -209,7 +213,9 @@ def _quotient(left: int | float, right: int | float) -> Value:
 def _ranged(value: int | float) -> int | float:
     largest = LARGEST + 1 if isinstance(value, int) else 3.5e38
     if not abs(value) <= largest:
-        raise Halt("number-range", f"{value} is beyond what {'INT' if isinstance(value, int) else 'REAL'} holds", "")
+        raise HaltError(
+            "number-range", f"{value} is beyond what {'INT' if isinstance(value, int) else 'REAL'} holds", ""
+        )
     return value
 
 
@@ -262,7 +268,9 @@ def function_value(env: Environment, x: e.Call) -> Value | None:
         value = value_of(env, arguments[0])
         return abs(value) if isinstance(value, int | float) else number_of(env, arguments[0], "ABS")
     if name == "INV_POS" and len(arguments) == 1:
-        return pose_value(np.linalg.inv(pose_matrix(value_of(env, arguments[0]), "the argument of INV_POS")))
+        return pose_value(
+            np.asarray(np.linalg.inv(pose_matrix(value_of(env, arguments[0]), "INV_POS")), dtype=np.float64)
+        )
     function = MATHEMATICS.get(name)
     if function is None:
         return None
@@ -271,4 +279,4 @@ def function_value(env: Environment, x: e.Call) -> Value | None:
         return _ranged(function(*numbers))
     except (ValueError, TypeError):
         hint = "from -1 to 1" if name == "ACOS" else "not negative" if name == "SQRT" else "the right arguments"
-        raise Halt("number-range", f"{name} of {', '.join(map(str, numbers))}", hint) from None
+        raise HaltError("number-range", f"{name} of {', '.join(map(str, numbers))}", hint) from None

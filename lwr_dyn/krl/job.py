@@ -14,13 +14,13 @@ import numpy as np
 from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import Array
 from lwr_dyn.errors import FileAccessError, OptionError
+from lwr_dyn.kinematics.kuka_pose import status, turn
 from lwr_dyn.krl import expressions as e
 from lwr_dyn.krl import statements as s
 from lwr_dyn.krl.program import Program, program_of
 from lwr_dyn.krl.source import Line, SourceFile, lines_of
 from lwr_dyn.krl.targets import Where, axes_of_point
 from lwr_dyn.krl.values import Struct, pose_matrix
-from lwr_dyn.kinematics.kuka_pose import status, turn
 
 KINDS = ("PTP", "LIN")
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,23}")
@@ -201,10 +201,14 @@ def _name(where: str, value: object) -> str:
 
 
 def _numbers(where: str, value: object, count: int) -> tuple[float, ...]:
-    fine = isinstance(value, list | tuple) and len(value) == count
-    if not fine or not all(isinstance(x, int | float) and not isinstance(x, bool) and np.isfinite(x) for x in value):  # type: ignore[union-attr]
+    row = list(value) if isinstance(value, list | tuple) else []
+    if len(row) != count or not all(_is_number(x) for x in row):
         raise OptionError(where, repr(value), f"{count} finite numbers")
-    return tuple(float(x) for x in value)  # type: ignore[union-attr]
+    return tuple(float(x) for x in row)
+
+
+def _is_number(x: object) -> bool:
+    return isinstance(x, int | float) and not isinstance(x, bool) and bool(np.isfinite(x))
 
 
 def _between(where: str, value: object, least: float, most: float) -> float:

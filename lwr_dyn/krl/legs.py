@@ -16,7 +16,7 @@ from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import Array
 from lwr_dyn.kinematics.jacobian import jacobian_at, joint_axes, velocity_product_at
 from lwr_dyn.kinematics.six_axis import branches_of
-from lwr_dyn.krl.values import Halt
+from lwr_dyn.krl.values import HaltError
 from lwr_dyn.spatial import skew
 from lwr_dyn.trajectory.laws import Law
 from lwr_dyn.trajectory.segments import Arc, Line
@@ -124,12 +124,12 @@ class PoseLeg:
     @property
     def start(self) -> Array:
         """Axes where it begins (n,)."""
-        return self.table[0]
+        return np.asarray(self.table[0])
 
     @property
     def end(self) -> Array:
         """Axes where it ends (n,)."""
-        return self.table[-1]
+        return np.asarray(self.table[-1])
 
     def poses(self, t: Array) -> Poses:
         """The tool centre point at times t (k,) [s]."""
@@ -150,29 +150,29 @@ Leg: TypeAlias = JointLeg | PoseLeg
 def axes_of_poses(arm: Arm, tool: Array, branch: int, poses: Poses, near: Array) -> Axes:
     """Axes of poses of the tool centre point on one branch, each joint within half a turn of `near` (k, n).
 
-    Raises `Halt` where the Jacobian has no inverse, or a pose is out of reach.
+    Raises `HaltError` where the Jacobian has no inverse, or a pose is out of reach.
     """
     T = np.zeros((len(poses.p), 4, 4))
     T[:, :3, :3], T[:, :3, 3], T[:, 3, 3] = poses.R, poses.p, 1.0
     q = branches_of(arm, T @ np.linalg.inv(tool)).q[:, branch]
     if np.isnan(q).any():
-        raise Halt("out-of-reach", "the path leaves the reach of the arm", "")
+        raise HaltError("out-of-reach", "the path leaves the reach of the arm", "")
     q = q + TURN * np.round((near - q) / TURN)
     axes = joint_axes(arm.chain, q)
     J = jacobian_at(axes, poses.p)
     try:
-        dq = np.linalg.solve(J, np.hstack([poses.v, poses.w])[..., None])[..., 0]
+        dq: Array = np.linalg.solve(J, np.hstack([poses.v, poses.w])[..., None])[..., 0].astype(np.float64)
         rest = np.hstack([poses.a, poses.dw]) - velocity_product_at(axes, poses.p, dq)
-        ddq = np.linalg.solve(J, rest[..., None])[..., 0]
+        ddq: Array = np.linalg.solve(J, rest[..., None])[..., 0].astype(np.float64)
     except np.linalg.LinAlgError:
-        raise Halt("singularity", "the path meets a singularity", "move it, or go there by PTP") from None
+        raise HaltError("singularity", "the path meets a singularity", "move it, or go there by PTP") from None
     return Axes(q, dq, ddq)
 
 
 def track_between(start: Array, end: Array, through: Array | None = None, angle: float | None = None) -> Track:
     """From one pose (4, 4) straight to another, or round through a third on an arc; `angle` [rad] is CIRC's CA.
 
-    Raises `Halt`: half a turn of the orientation, three points of an arc in line.
+    Raises `HaltError`: half a turn of the orientation, three points of an arc in line.
     """
     axis, turn = turn_between(start[:3, :3], end[:3, :3])
     if through is not None:
@@ -185,13 +185,15 @@ def track_between(start: Array, end: Array, through: Array | None = None, angle:
 
 
 def turn_between(start: Array, end: Array) -> tuple[Array, float]:
-    """The axis (3,) and angle [rad] of the shortest turn from one rotation to another, in base axes; raises `Halt`."""
+    """The axis (3,) and angle [rad] of the shortest turn between rotations, in base axes; raises `HaltError`."""
     D = end @ start.T
     twice = np.array([D[2, 1] - D[1, 2], D[0, 2] - D[2, 0], D[1, 0] - D[0, 1]])
     sine = float(np.linalg.norm(twice))
     angle = math.atan2(sine, float(np.trace(D)) - 1.0)
     if angle > math.pi - 1e-6:
-        raise Halt("half-turn", "the orientation turns by 180 deg", "put a point in between: either way is as short")
+        raise HaltError(
+            "half-turn", "the orientation turns by 180 deg", "put a point in between: either way is as short"
+        )
     return (twice / sine if sine > 0.0 else np.array([0.0, 0.0, 1.0])), (angle if angle > 1e-12 else 0.0)
 
 
@@ -200,7 +202,7 @@ def _arc(a: Array, b: Array, c: Array, angle: float | None) -> Arc:
     normal = np.cross(u, v)
     area = float(normal @ normal)
     if area < 1e-12 * max(float(u @ u), 1e-12) * max(float(v @ v), 1e-12):
-        raise Halt("no-arc", "start, auxiliary point and end lie in line", "three points that make a circle")
+        raise HaltError("no-arc", "start, auxiliary point and end lie in line", "three points that make a circle")
     centre = a + (np.cross(normal, u) * (v @ v) + np.cross(v, normal) * (u @ u)) / (2.0 * area)
     radius = float(np.linalg.norm(a - centre))
     x, z = (a - centre) / radius, normal / math.sqrt(area)
@@ -210,7 +212,7 @@ def _arc(a: Array, b: Array, c: Array, angle: float | None) -> Arc:
         whole = abs(angle)
         y = math.copysign(1.0, angle) * y
     if whole * radius < 1e-9:
-        raise Halt("no-arc", "the arc has no length", "an angle CA that is not 0")
+        raise HaltError("no-arc", "the arc has no length", "an angle CA that is not 0")
     return Arc(centre, radius, x, y, radius * whole)
 
 

@@ -11,8 +11,8 @@ DEEPEST = 100
 """Operators and opening brackets on one line: what follows may recurse over them."""
 
 _WORDS = (
-    "GLOBAL DEF DEFFCT DEFDAT PUBLIC IN OUT INOUT DECL CONST ENUM STRUC SIGNAL TO EXT EXTFCT CA WITH ENDSPLINE WAIT SEC "
-    "FOR IF THEN WHILE UNTIL SWITCH CASE STEP GOTO RETURN INTERRUPT WHEN DO ON OFF ENABLE DISABLE TRIGGER DISTANCE "
+    "GLOBAL DEF DEFFCT DEFDAT PUBLIC IN OUT INOUT DECL CONST ENUM STRUC SIGNAL TO EXT EXTFCT CA WITH ENDSPLINE WAIT "
+    "SEC FOR IF THEN WHILE UNTIL SWITCH CASE STEP GOTO RETURN INTERRUPT WHEN DO ON OFF ENABLE DISABLE TRIGGER DISTANCE "
     "PATH ONSTART DELAY PRIO MINIMUM MAXIMUM"
 )
 _GROUPS = {
@@ -39,7 +39,9 @@ _MARKS = {
     "=": "_EQUALS", ".": "_DOT", "+": "PLUSMINUS", "-": "PLUSMINUS", "*": "TIMES", "/": "TIMES", "==": "COMPARE",
     "<>": "COMPARE", "<=": "COMPARE", ">=": "COMPARE", "<": "COMPARE", ">": "COMPARE",
 }  # fmt: skip
-_NESTING = frozenset("PLUSMINUS TIMES NOT AND OR EXOR COMPARE _COLON _DOT _LPAR _LSQB BRACE".split())
+_NESTING = frozenset(
+    ["PLUSMINUS", "TIMES", "NOT", "AND", "OR", "EXOR", "COMPARE", "_COLON", "_DOT", "_LPAR", "_LSQB", "BRACE"]
+)
 _TOKEN = re.compile(
     r"""[ \t]+
     |(?P<NAME>[A-Za-z_$][A-Za-z0-9_$]*)
@@ -63,7 +65,7 @@ class Word:
     column: int
 
 
-class LineFault(Exception):
+class LineError(Exception):
     """A line that cannot be read: where (column from 1), a code, what, and a hint. Never leaves this room."""
 
     def __init__(self, column: int, code: str, message: str, hint: str) -> None:
@@ -72,7 +74,7 @@ class LineFault(Exception):
 
 
 def tokens_of(text: str) -> tuple[list[Word], int | None]:
-    """The tokens of a line, and the index where its comment begins; raises `LineFault`.
+    """The tokens of a line, and the index where its comment begins; raises `LineError`.
 
     >>> [token.text for token in tokens_of("PTP P1 C_PTP ; go")[0]], tokens_of("PTP P1 C_PTP ; go")[1]
     (['PTP', 'P1', 'C_PTP'], 13)
@@ -106,19 +108,19 @@ def _token(kind: str, text: str, at: int) -> Word:
 def _checked(tokens: list[Word], length: int) -> list[Word]:
     if length > LONGEST:
         hint = f"at most {LONGEST} characters before the comment"
-        raise LineFault(LONGEST + 1, "long-line", f"the line has {length} characters of code", hint)
+        raise LineError(LONGEST + 1, "long-line", f"the line has {length} characters of code", hint)
     deep = [token for token in tokens if token.kind in _NESTING]
     if len(deep) > DEEPEST:
         hint = f"at most {DEEPEST} operators and brackets; use intermediate variables"
-        raise LineFault(deep[DEEPEST].column, "long-line", f"the line has {len(deep)} operators and brackets", hint)
+        raise LineError(deep[DEEPEST].column, "long-line", f"the line has {len(deep)} operators and brackets", hint)
     return tokens
 
 
-def _fault(text: str, at: int) -> LineFault:
+def _fault(text: str, at: int) -> LineError:
     sign = text[at]
     if sign == '"':
-        return LineFault(at + 1, "open-string", "a string is not closed", 'close it with "')
+        return LineError(at + 1, "open-string", "a string is not closed", 'close it with "')
     if sign == "'":
-        return LineFault(at + 1, "bad-literal", "not a binary or hexadecimal number", "write 'B0101' or 'H1F'")
+        return LineError(at + 1, "bad-literal", "not a binary or hexadecimal number", "write 'B0101' or 'H1F'")
     what = repr(sign) if sign.isprintable() else f"the character U+{ord(sign):04X}"
-    return LineFault(at + 1, "bad-character", f"{what} has no place in code", "ASCII only outside comments and strings")
+    return LineError(at + 1, "bad-character", f"{what} has no place in code", "ASCII only outside comments and strings")

@@ -6,6 +6,7 @@ follow only put their own words in.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Sequence
 from difflib import get_close_matches
 from functools import lru_cache
@@ -16,7 +17,7 @@ from lark import Lark, Token, Tree
 from lark.exceptions import UnexpectedToken
 from lark.lexer import Lexer
 
-from lwr_dyn.krl.lexer import KEYWORDS, LineFault, Word, tokens_of
+from lwr_dyn.krl.lexer import KEYWORDS, LineError, Word, tokens_of
 from lwr_dyn.krl.line_tree import LineTree
 from lwr_dyn.krl.statements import Header, Statement
 
@@ -31,15 +32,17 @@ _MARKS = {
     "BLEND": "C_PTP, C_DIS ...",
 }  # fmt: skip
 _CLOSERS = {"_LPAR": "_RPAR", "_LSQB": "_RSQB", "BRACE": "_RBRACE"}
-_NEVER_FIRST = frozenset("IN OUT INOUT TO CA WITH SEC THEN STEP WHEN DO ON OFF TRUE FALSE AND OR NOT".split())
-_FIRST_WORDS = [word for word in KEYWORDS if word not in _NEVER_FIRST]
-_MAYBE_NAMES = frozenset("SEC STEP CA DISTANCE PATH ONSTART DELAY PRIO ENABLE DISABLE MINIMUM MAXIMUM PUBLIC".split())
+_NEVER_FIRST = "IN OUT INOUT TO CA WITH SEC THEN STEP WHEN DO ON OFF TRUE FALSE AND OR NOT"
+_FIRST_WORDS = [word for word in KEYWORDS if word not in _NEVER_FIRST.split(" ")]
+_MAYBE_NAMES = frozenset(
+    re.findall(r"\w+", "SEC STEP CA DISTANCE PATH ONSTART DELAY PRIO ENABLE DISABLE MINIMUM MAXIMUM PUBLIC")
+)
 
 
 def parse_line(text: str) -> tuple[Statement | None, str | None]:
     """What a line says (None for an empty one), and its comment after the semicolon (None without one).
 
-    Raises `LineFault`.
+    Raises `LineError`.
 
     >>> parse_line("HALT ; wait here")
     (Plain(keyword='HALT', column=1), ' wait here')
@@ -60,12 +63,12 @@ def parse_line(text: str) -> tuple[Statement | None, str | None]:
 
 def _carried_out(plan: Plan, words: Sequence[Word]) -> Any:
     call, parts = plan
-    return call([words[p] if type(p) is int else p if p is None else _carried_out(p, words) for p in parts])  # type: ignore[arg-type]
+    return call([p if p is None else words[p] if isinstance(p, int) else _carried_out(p, words) for p in parts])
 
 
 @lru_cache(maxsize=SHAPES)
 def _plan(shape: tuple[str, ...]) -> Plan:
-    tree = _parser().parse(shape)  # type: ignore[arg-type]
+    tree = _parser().parse(shape)
     return _planned(tree)
 
 
@@ -94,19 +97,19 @@ def _parser() -> Lark:
     return Lark(grammar, parser="lalr", lexer=_Shape, start="line", maybe_placeholders=True)
 
 
-def _syntax_fault(words: list[Word], fault: UnexpectedToken) -> LineFault:
+def _syntax_fault(words: list[Word], fault: UnexpectedToken) -> LineError:
     ended = fault.token.type == "$END"
     at = len(words) if ended else int(fault.token)
     column = words[-1].column + len(words[-1].text) if ended else words[at].column
     still_open = _open_bracket(words[:at])
     if ended and still_open is not None:
         sign, close = _MARKS[still_open.kind], _MARKS[_CLOSERS[still_open.kind]]
-        return LineFault(still_open.column, "open-bracket", f"{sign} is not closed", f"close it with {close}")
+        return LineError(still_open.column, "open-bracket", f"{sign} is not closed", f"close it with {close}")
     near = _near_keyword(words[0])
     if near is not None and at <= 2:
-        return LineFault(words[0].column, "unknown-keyword", f"{words[0].text} is no keyword", f"did you mean {near}?")
+        return LineError(words[0].column, "unknown-keyword", f"{words[0].text} is no keyword", f"did you mean {near}?")
     found = "the line ends too early" if ended else f"{words[at].text!r} does not belong here"
-    return LineFault(column, "syntax", found, _allowed(fault))
+    return LineError(column, "syntax", found, _allowed(fault))
 
 
 def _open_bracket(words: list[Word]) -> Word | None:

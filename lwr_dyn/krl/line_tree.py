@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
-
-from lwr_dyn.krl.lexer import Word
 
 from lwr_dyn.krl import expressions as e
 from lwr_dyn.krl import statements as s
+from lwr_dyn.krl.lexer import Word
 
 Nodes = list[Any]
 
@@ -85,7 +85,7 @@ class LineTree:
         return len(c) - 1
 
     def mode(self, c: Nodes) -> str:  # noqa: D102
-        return c[0].text.upper()
+        return str(c[0].text.upper())
 
     # --- declarations
     def typed(self, c: Nodes) -> s.Declaration:  # noqa: D102
@@ -101,7 +101,7 @@ class LineTree:
         return s.Declaration(c[0].text, tuple(c[1:]), False, column=c[0].column)
 
     def type(self, c: Nodes) -> str:  # noqa: D102
-        return c[0].text.upper() if c[0].kind == "SIMPLE" else c[0].text
+        return str(c[0].text.upper() if c[0].kind == "SIMPLE" else c[0].text)
 
     def declarator(self, c: Nodes) -> s.Declarator:  # noqa: D102
         return s.Declarator(c[0].text, c[1], c[2], c[0].column)
@@ -138,7 +138,7 @@ class LineTree:
 
     def ext_type(self, c: Nodes) -> str:  # noqa: D102
         brackets = "" if c[1] is None else f"[{',' * (c[1] - 1)}]"
-        return c[0] + brackets + ("" if c[2] is None else f":{c[2]}")
+        return str(c[0]) + brackets + ("" if c[2] is None else f":{c[2]}")
 
     # --- statements
     def assign(self, c: Nodes) -> s.Assign:  # noqa: D102
@@ -224,7 +224,7 @@ def _bits(token: Word) -> e.Integer:
     return e.Integer(int(digits, base), base, len(digits), token.column)
 
 
-_LITERALS = {
+_LITERALS: dict[str, Callable[[Word], e.Literal]] = {
     "INTEGER": _integer,
     "BITS": _bits,
     "DECIMAL": lambda token: e.Real(float(token.text), token.column),

@@ -6,7 +6,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-
 from lwr_dyn.arm import Arm
 from lwr_dyn.krl import expressions as e
 from lwr_dyn.krl import statements as s
@@ -27,7 +26,7 @@ from lwr_dyn.krl.statics import scope_of
 from lwr_dyn.krl.structure import Block, Routine
 from lwr_dyn.krl.types import UNKNOWN, Type
 from lwr_dyn.krl.typing import shape_of
-from lwr_dyn.krl.values import Halt, Many, Slot, Value, converted, copied
+from lwr_dyn.krl.values import HaltError, Many, Slot, Struct, Value, converted, copied
 
 DEEPEST = 40
 """Calls inside one another: a recursion ends here."""
@@ -46,7 +45,7 @@ class Call:
     """FOR line -> last value, step."""
 
 
-class Stopped(Exception):
+class StoppedError(Exception):
     """A bound is reached, or the program ended by itself: why."""
 
     def __init__(self, diagnosis: Diagnosis | None) -> None:
@@ -55,7 +54,7 @@ class Stopped(Exception):
 
 
 class Machine:
-    """One run of one program. Faults go to `say`; with `tolerant` a faulty statement is left out and the run goes on."""
+    """One run of one program. With `tolerant` a faulty statement is left out and the run goes on."""
 
     def __init__(
         self, program: Program, arm: Arm, settings: Settings, given: Mapping[str, Value], tolerant: bool = False
@@ -79,7 +78,7 @@ class Machine:
                 return slots[key]
         found = self.controller.slot(key)
         if found is None:
-            raise Halt("undeclared", f"{name} is not declared", "declare it in the .dat or with DECL")
+            raise HaltError("undeclared", f"{name} is not declared", "declare it in the .dat or with DECL")
         return found
 
     def element(self, name: str, index: tuple[int, ...]) -> Value | None:
@@ -102,7 +101,7 @@ class Machine:
         if routine is None:
             value = function_value(self, x)
             if value is None:
-                raise Halt("not-modelled", f"the function {x.name} is not modelled", "define it in the program")
+                raise HaltError("not-modelled", f"the function {x.name} is not modelled", "define it in the program")
             return value
         depth = len(self.calls)
         self._enter(routine, x)
@@ -110,7 +109,7 @@ class Machine:
         while len(self.calls) > depth:
             self._step(result)
         if not result:
-            raise Halt("no-value", f"{x.name} ended without RETURN", "RETURN a value on every way")
+            raise HaltError("no-value", f"{x.name} ended without RETURN", "RETURN a value on every way")
         return result[-1]
 
     # --- the run
@@ -123,7 +122,7 @@ class Machine:
             self._enter(self.program.routines[0], None)
             while self.calls:
                 self._step(None)
-        except Stopped as stop:
+        except StoppedError as stop:
             if stop.diagnosis is not None:
                 self.found.append(stop.diagnosis)
         except RecursionError:
@@ -137,11 +136,11 @@ class Machine:
     def _report(self, severity: Severity, code: str, message: str, hint: str) -> None:
         found = Diagnosis(self.place, severity, code, message, hint)
         if severity == "error" and not self.tolerant:
-            raise Stopped(found)
+            raise StoppedError(found)
         self.found.append(found)
 
     def _stop(self, severity: Severity, code: str, message: str, hint: str) -> None:
-        raise Stopped(Diagnosis(self.place, severity, code, message, hint))
+        raise StoppedError(Diagnosis(self.place, severity, code, message, hint))
 
     def _step(self, result: list[Value] | None) -> None:
         now = self.calls[-1]
@@ -160,7 +159,7 @@ class Machine:
                 self._return(line.statement, result)
             else:
                 self._carry_out(line.statement, now, at)
-        except Halt as fault:
+        except HaltError as fault:
             self._halted(fault)
 
     def _count(self) -> None:
@@ -176,7 +175,7 @@ class Machine:
                     "note", "bound", f"stopped here after {what}", "an endless loop is cut; the bound is an option"
                 )
 
-    def _halted(self, fault: Halt) -> None:
+    def _halted(self, fault: HaltError) -> None:
         # while checking, what a value is missing for has been said, or ends the run there
         if self.tolerant and fault.code in ("unknown-input", "not-modelled"):
             self._stop("note", fault.code, f"not looked at from here: {fault.message}", fault.hint)
@@ -184,15 +183,15 @@ class Machine:
             return
         self._report("error", fault.code, fault.message, fault.hint)
         if fault.code in ("recursion", "waits-forever"):
-            raise Stopped(None)
+            raise StoppedError(None)
 
     def _enter(self, routine: Routine, x: e.Call | None) -> None:
         if len(self.calls) >= DEEPEST:
             diagnosis = Diagnosis(
-                self.place, "error", "recursion", f"{DEEPEST} calls inside one another: {routine.head.name} calls itself?",
+                self.place, "error", "recursion", f"{DEEPEST} calls inside one another, at {routine.head.name}",
                 "use a loop",
             )  # fmt: skip
-            raise Stopped(diagnosis)
+            raise StoppedError(diagnosis)
         slots: dict[str, Slot] = {}
         kinds = self._variables(routine)
         arguments = () if x is None else x.arguments
@@ -203,7 +202,7 @@ class Machine:
         self.calls.append(Call(routine, routine.first, slots))
         for name, variable in kinds.items():
             if name not in slots:
-                slots[name] = self._fresh(variable)
+                slots[name] = self._fresh_or_empty(variable)
 
     def _argument(self, x: e.Expression | None, p: s.Parameter, kind: Type) -> Slot:
         """By value for IN; by reference for OUT: the slot itself where the argument is a plain variable."""
@@ -221,6 +220,15 @@ class Machine:
             self._types[key] = scope_of(self.program, routine, []).own.variables
         return self._types[key]
 
+    def _fresh_or_empty(self, variable: Variable) -> Slot:
+        """The variable as it is declared; without a value where the declaration has a fault, which is said."""
+        try:
+            return self._fresh(variable)
+        except HaltError as fault:
+            self.place = variable.place
+            self._halted(fault)
+            return Slot(variable.type)
+
     def _fresh(self, variable: Variable) -> Slot:
         d, kind = variable.declarator, variable.type
         if d is None:
@@ -237,7 +245,9 @@ class Machine:
     def _array(self, d: s.Declarator, kind: Type) -> Value | None:
         sizes = tuple(int(number_of(self, x, "a size")) for x in d.sizes or ())
         if any(not 1 <= n <= OPEN_ARRAY for n in sizes):
-            raise Halt("index-range", f"{d.name} has the size {', '.join(map(str, sizes))}", f"from 1 to {OPEN_ARRAY}")
+            raise HaltError(
+                "index-range", f"{d.name} has the size {', '.join(map(str, sizes))}", f"from 1 to {OPEN_ARRAY}"
+            )
         if isinstance(d.value, e.Text):
             return d.value.value
         return Many(kind.name, sizes)
@@ -250,12 +260,7 @@ class Machine:
     def _declare_globals(self) -> None:
         data = self.program.data
         for name, variable in self.program.names.variables.items():
-            self.place = variable.place
-            try:
-                self.globals[name] = self._fresh(variable)
-            except Halt as fault:
-                self.globals[name] = Slot(variable.type)
-                self._halted(fault)
+            self.globals[name] = self._fresh_or_empty(variable)
         files = [*self.program.lent, *([data] if data is not None else [])]
         for file in files:
             for i, x in self.program.structures[file.name].data if file.is_data else ():
@@ -263,7 +268,7 @@ class Machine:
                     self.place = file.place(i, x.column)
                     try:
                         self._assign(x)
-                    except Halt as fault:
+                    except HaltError as fault:
                         self._halted(fault)
 
     # --- statements
@@ -281,9 +286,9 @@ class Machine:
         )
         name = _root(x.target)
         before = target.read()
-        if isinstance(x.value, e.Aggregate) and hasattr(before, "parts") and hasattr(value, "parts"):
+        if isinstance(x.value, e.Aggregate) and isinstance(before, Struct) and isinstance(value, Struct):
             # an aggregate sets the components it names, the others stay
-            value.parts = {**copied(before).parts, **value.parts}  # type: ignore[union-attr]
+            value = Struct(value.type, {**{k: copied(v) for k, v in before.parts.items()}, **value.parts})
         target.write(value)
         self.controller.written(name)
         if name.upper() in ("$OUT", "$ANOUT"):
@@ -302,7 +307,7 @@ class Machine:
     def _bas(self, x: e.Call) -> None:
         arguments = [a for a in x.arguments if a is not None]
         if not arguments or not isinstance(arguments[0], e.EnumConstant):
-            raise Halt("type", "BAS without a command", "BAS(#INITMOV, 0)")
+            raise HaltError("type", "BAS without a command", "BAS(#INITMOV, 0)")
         value = number_of(self, arguments[1], "the value of BAS") if len(arguments) > 1 else 0.0
         self.controller.bas(arguments[0].name.upper(), value)
 
@@ -315,7 +320,9 @@ class Machine:
         if x.kind == "SEC":
             self.motions.wait(number_of(self, x.value, "WAIT SEC"), self.place)
         elif not truth_of(self, x.value, "WAIT FOR"):
-            raise Halt("waits-forever", "the condition is FALSE and nothing here can change it", "set its input: --set")
+            raise HaltError(
+                "waits-forever", "the condition is FALSE and nothing here can change it", "set its input: --set"
+            )
         else:
             self.motions.stop_advance()
 
@@ -364,7 +371,7 @@ class Machine:
         first, last = (round(number_of(self, v, "FOR")) for v in (x.first, x.last))
         step = 1 if x.step is None else round(number_of(self, x.step, "STEP"))
         if step == 0:
-            raise Halt("endless", "STEP 0 never ends", "a step that is not 0")
+            raise HaltError("endless", "STEP 0 never ends", "a step that is not 0")
         target_of(self, x.variable).write(first)
         now.loops[at] = (last, step)
         if (first - last) * step > 0:
@@ -378,14 +385,14 @@ class Machine:
         target = target_of(self, x.variable)
         value = target.read()
         if not isinstance(value, int):
-            raise Halt("no-value", "the variable of FOR has lost its value", "do not assign it in the loop")
+            raise HaltError("no-value", "the variable of FOR has lost its value", "do not assign it in the loop")
         if (value + step - last) * step <= 0:
             target.write(value + step)
             now.at = block.first + 1
 
     def _goto(self, x: s.Jump, now: Call) -> None:
         if x.label.upper() not in now.routine.labels:
-            raise Halt("undeclared", f"there is no label {x.label}", "")
+            raise HaltError("undeclared", f"there is no label {x.label}", "")
         now.at = now.routine.labels[x.label.upper()]
 
     def _return(self, x: s.Return, result: list[Value] | None) -> None:
@@ -405,7 +412,7 @@ class Machine:
             self.motions.advance = advance
 
     def _spline(self, x: s.SplineBlock, now: Call, at: int) -> None:
-        raise Halt("not-modelled", f"{x.kind} ... ENDSPLINE is not modelled", "single SPTP, SLIN, SCIRC are")
+        raise HaltError("not-modelled", f"{x.kind} ... ENDSPLINE is not modelled", "single SPTP, SLIN, SCIRC are")
 
 
 def _root(target: e.Reference) -> str:

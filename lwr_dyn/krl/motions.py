@@ -17,7 +17,7 @@ from lwr_dyn.krl.legs import Leg, track_between
 from lwr_dyn.krl.planner import Blend, appended, joint_leg, pose_leg, ptp_flip, tool_pose
 from lwr_dyn.krl.targets import Where, axes_of_point, point_in_world
 from lwr_dyn.krl.timeline import Rest, Timeline
-from lwr_dyn.krl.values import Halt, Struct, Value, is_axes, pose_matrix, pose_value
+from lwr_dyn.krl.values import HaltError, Struct, Value, is_axes, pose_matrix, pose_value
 
 LONGEST_WAIT = 1e7
 """[s]"""
@@ -54,13 +54,13 @@ class Motions:
         self.timeline = Timeline(self.controller.arm)
 
     def move(self, env: Environment, x: s.Move, place: Place) -> None:
-        """Plan one motion; raises `Halt`."""
+        """Plan one motion; raises `HaltError`."""
         first = self.count == 0
         self.count += 1
         self._speed_set(x, first)
         kind = x.kind.removeprefix("S").removesuffix("_REL")
         if kind not in ("PTP", "LIN", "CIRC"):
-            raise Halt("not-modelled", f"{x.kind} is not modelled", "PTP, LIN, CIRC, SPTP, SLIN, SCIRC are")
+            raise HaltError("not-modelled", f"{x.kind} is not modelled", "PTP, LIN, CIRC, SPTP, SLIN, SCIRC are")
         point = self._point(env, x.target, x)
         if kind == "PTP":
             leg, q = self._ptp(point, first)
@@ -72,10 +72,10 @@ class Motions:
             self._put(x, place, leg, q)
 
     def wait(self, seconds: float, place: Place) -> None:
-        """Stand still; raises `Halt` for a time that makes no sense."""
+        """Stand still; raises `HaltError` for a time that makes no sense."""
         self.stop_advance()
         if not seconds <= LONGEST_WAIT:
-            raise Halt("number-range", f"WAIT SEC {seconds:g}", f"at most {LONGEST_WAIT:g} s")
+            raise HaltError("number-range", f"WAIT SEC {seconds:g}", f"at most {LONGEST_WAIT:g} s")
         q = self.controller.q
         if seconds > 0.0 and q is not None:
             entry = self.timeline.add(Rest(q, seconds))
@@ -105,7 +105,7 @@ class Motions:
         """The absolute point of a relative one: axes and components add to where the arm stands, #TOOL composes."""
         now = self._now(axes=isinstance(value, Struct) and is_axes(value))
         if not isinstance(value, Struct):
-            raise Halt("type", "a relative motion to what is no structure", "{X 10} or {A1 10}")
+            raise HaltError("type", "a relative motion to what is no structure", "{X 10} or {A1 10}")
         if not is_axes(value) and x.frame is not None and x.frame.upper() == "TOOL":
             step = Struct("FRAME", {**dict.fromkeys("XYZABC", 0.0), **value.parts})
             return pose_value(pose_matrix(now, "where the arm stands") @ pose_matrix(step, "the step"), "FRAME")
@@ -121,7 +121,7 @@ class Motions:
     def _now(self, axes: bool) -> Struct:
         found = self.controller.position("$AXIS_ACT" if axes else "$POS_ACT")
         if not isinstance(found, Struct):
-            raise Halt("first-motion", "a relative motion before the arm stands anywhere", "begin with a full PTP")
+            raise HaltError("first-motion", "a relative motion before the arm stands anywhere", "begin with a full PTP")
         return found
 
     def _where(self) -> Where:
@@ -147,16 +147,16 @@ class Motions:
         if first:
             self.say("error", "first-motion", "the first motion is not a PTP", "begin with PTP to a full position")
         if not isinstance(point, Struct) or (through is not None and not isinstance(through, Struct)):
-            raise Halt("type", "the target is no structure", "a FRAME, POS or E6POS")
+            raise HaltError("type", "the target is no structure", "a FRAME, POS or E6POS")
         if is_axes(point):
-            raise Halt("type", "LIN and CIRC go to poses, not to axes", "a FRAME, POS or E6POS")
+            raise HaltError("type", "LIN and CIRC go to poses, not to axes", "a FRAME, POS or E6POS")
         where = self._where()
         if c.q is None:
             # where the path begins is not known; whether its end can be reached is
             axes_of_point(where, Struct("FRAME", dict(point.parts)), False, self._only_errors)
             return None, None
         self._status(point)
-        via = None if through is None else point_in_world(where, through)  # type: ignore[arg-type]
+        via = None if through is None else point_in_world(where, through)
         track = track_between(tool_pose(c.arm, c.q, c.tool), point_in_world(where, point), via, angle)
         leg = pose_leg(c.arm, c.q, c.tool, track, c.speeds(), self.say)
         if leg is None:

@@ -134,6 +134,11 @@ def known_structure(names: Names, name: str) -> Mapping[str, Type] | None:
 def _enter(names: Names, variable: Variable, found: list[Diagnosis]) -> None:
     key = variable.name.upper()
     before = names.variables.get(key)
+    if before is not None and before.declarator is None and before.type.name == "?":
+        # a parameter: DECL gives it its type
+        kind = Type(variable.type.name, max(before.type.dimensions, variable.type.dimensions))
+        names.variables[key] = Variable(before.name, kind, before.place)
+        return
     if before is not None and before.place.file == variable.place.file:
         message = f"{variable.name} is declared twice, before in line {before.place.line}"
         found.append(Diagnosis(variable.place, "error", "duplicate-name", message, "rename or remove one"))

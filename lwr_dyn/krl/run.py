@@ -1,4 +1,4 @@
-"""A program's run on the model: a movement with times, the table of its motions, speeds and torques, a Run to replay."""
+"""A program's run on the model: a movement with times, a table of its motions, speeds, torques, a Run to replay."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import Array
 from lwr_dyn.dynamics.selection import dynamics_of
-from lwr_dyn.dynamics.ungated import mechanical_energy, ungated
+from lwr_dyn.dynamics.ungated import mechanical_energy
 from lwr_dyn.errors import ProgramError
 from lwr_dyn.kinematics.kuka_pose import KukaPose, kuka_pose
 from lwr_dyn.krl.diagnosis import Diagnosis
@@ -21,7 +21,7 @@ from lwr_dyn.krl.program import Program
 from lwr_dyn.krl.settings import INTERPOLATION, Settings
 from lwr_dyn.krl.statics import static_diagnoses
 from lwr_dyn.krl.timeline import Timeline
-from lwr_dyn.krl.values import Halt, Value
+from lwr_dyn.krl.values import HaltError, Value
 from lwr_dyn.motion import Event, Motion, Run
 from lwr_dyn.simulation.record import origin
 
@@ -64,7 +64,7 @@ class ProgramRun:
         """As a run that `lwr-dyn replay` shows: the axes are where the program puts them."""
         m, arm = self.motion, self.arm
         zero = np.zeros_like(m.q)
-        energy = mechanical_energy(ungated(dynamics_of(arm)), m.q, m.dq)
+        energy = mechanical_energy(dynamics_of(arm), m.q, m.dq)
         power = np.sum(self.torque * m.dq, axis=1)
         work = np.concatenate([[0.0], np.cumsum(0.5 * (power[1:] + power[:-1]) * np.diff(m.t))])
         meta: dict[str, Any] = {
@@ -112,7 +112,7 @@ def run_program(
         raise ProgramError(str(machine.place), "no-motion", "the program moves nothing", hint)
     try:
         motion = timeline.sample(_times(timeline))
-    except Halt as fault:
+    except HaltError as fault:
         raise ProgramError(str(machine.place), fault.code, fault.message, fault.hint) from None
     model = dynamics_of(arm)
     return ProgramRun(

@@ -15,7 +15,7 @@ from lwr_dyn.errors import FileAccessError, OptionError
 from lwr_dyn.files import write_file
 from lwr_dyn.krl.diagnosis import Diagnosis, Place
 from lwr_dyn.krl.emit import statement_text
-from lwr_dyn.krl.lexer import LineFault
+from lwr_dyn.krl.lexer import LineError
 from lwr_dyn.krl.line_parser import parse_line
 from lwr_dyn.krl.statements import Statement
 
@@ -103,7 +103,7 @@ def parse_text(text: str, name: str = "program.src") -> tuple[SourceFile, tuple[
         try:
             statement, comment = parse_line(raw)
             lines.append(Line(statement, comment, raw, end))
-        except LineFault as fault:
+        except LineError as fault:
             lines.append(Line(None, None, raw, end, readable=False))
             found.append(Diagnosis(Place(name, i + 1, fault.column), "error", fault.code, fault.message, fault.hint))
     return SourceFile(name, tuple(lines)), tuple(found)
@@ -142,7 +142,7 @@ def read_source(path: str | Path) -> tuple[SourceFile, tuple[Diagnosis, ...]]:
 def _says(layout: str, line: Line) -> bool:
     try:
         return parse_line(layout) == (line.statement, line.comment)
-    except LineFault:
+    except LineError:
         return False
 
 

@@ -139,7 +139,7 @@ class Invoke:
 
 @dataclass(frozen=True, slots=True)
 class Move:
-    """A motion: PTP, LIN, CIRC, their _REL and spline forms; CIRC has an auxiliary point and maybe an angle CA [deg]."""
+    """A motion: PTP, LIN, CIRC, their _REL and spline forms; CIRC has an auxiliary point perhaps an angle CA [deg]."""
 
     kind: str
     target: Expression

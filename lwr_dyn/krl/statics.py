@@ -35,19 +35,8 @@ def scope_of(program: Program, routine: Routine, found: list[Diagnosis]) -> Scop
         own.variables[p.name.upper()] = Variable(
             p.name, Type("?", p.dimensions), routine.file.place(routine.first - 1, p.column)
         )
-    kinds = set()
     for i, x in routine.lines():
         declare(own, x, routine.file, i, found)
-        if isinstance(x, s.Declaration):
-            kinds |= {(d.name.upper(), x.type) for d in x.names}
-    for name, kind in kinds:
-        # DECL also gives a parameter its type: that is no second declaration
-        parameter = next((p for p in routine.head.parameters if p.name.upper() == name), None)
-        if parameter is not None:
-            found[:] = [d for d in found if not (d.code == "duplicate-name" and d.message.startswith(parameter.name))]
-            own.variables[name] = Variable(
-                parameter.name, Type((kind or "?").upper(), parameter.dimensions), own.variables[name].place
-            )
     return Scope(program, own, routine.file, found)
 
 
@@ -175,6 +164,11 @@ def _trigger(scope: Scope, x: s.Trigger) -> None:
     _CHECKS[type(x.action)](scope, x.action)
 
 
+def _spline(scope: Scope, x: s.SplineBlock) -> None:
+    for setting in x.settings:
+        _assign(scope, setting)
+
+
 def _values(values: Sequence[e.Expression | None]) -> Callable[[Scope, Any], None]:
     def check(scope: Scope, _: Any) -> None:
         for value in values:
@@ -204,5 +198,5 @@ _CHECKS: dict[type, Callable[[Scope, Any], None]] = {
     s.InterruptSwitch: lambda scope, x: _values([x.priority])(scope, x),
     s.Trigger: _trigger,
     s.Analog: lambda scope, x: _values([x.target, x.value])(scope, x),
-    s.SplineBlock: lambda scope, x: [_assign(scope, y) for y in x.settings] and None,
+    s.SplineBlock: _spline,
 }

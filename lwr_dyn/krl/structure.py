@@ -91,16 +91,13 @@ class _Reader:
         self.out.found.append(Diagnosis(self.file.place(i, column), severity, code, message, hint))
 
     def data(self) -> Structure:
-        inside, ended = False, False
-        for i, line in enumerate(self.file.lines):
-            x = line.statement
-            if isinstance(x, s.DefDat):
-                inside = True
-            elif isinstance(x, s.Plain) and x.keyword == "ENDDAT":
-                ended = True
-            elif isinstance(x, (*DECLARATIONS, s.Assign)):
+        said = [line.statement for line in self.file.lines]
+        inside = any(isinstance(x, s.DefDat) for x in said)
+        ended = any(isinstance(x, s.Plain) and x.keyword == "ENDDAT" for x in said)
+        for i, x in enumerate(said):
+            if isinstance(x, (*DECLARATIONS, s.Assign)):
                 self.out.data.append((i, x))
-            elif x is not None and not isinstance(x, s.Header):
+            elif x is not None and not isinstance(x, s.Header | s.DefDat) and keyword_of(x) != "ENDDAT":
                 self.say(i, "statement-in-dat", "a .dat holds declarations only", "move it into the .src")
         if self._unread():
             return self.out

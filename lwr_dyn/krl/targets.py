@@ -12,7 +12,7 @@ from lwr_dyn.arrays import Array
 from lwr_dyn.kinematics.inverse import inverse_kinematics
 from lwr_dyn.kinematics.kuka_pose import status, turn
 from lwr_dyn.kinematics.solution import InverseResult, Solution, least_travel
-from lwr_dyn.krl.values import AXIS_NAMES, PLACE_NAMES, Halt, Struct, Value, is_axes, is_pose, pose_matrix, said
+from lwr_dyn.krl.values import AXIS_NAMES, PLACE_NAMES, HaltError, Struct, Value, is_axes, is_pose, pose_matrix, said
 
 TOUCH = 1e-9
 """[rad] A limit is kept to rounding."""
@@ -22,7 +22,7 @@ Say = Callable[[str, str, str, str], None]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Where:
-    """Where the arm stands, and in which frames: q (n,) [rad] or None before the first motion; base, tool (4, 4) [m]."""
+    """Where the arm stands: q (n,) [rad], None before the first motion; base and tool (4, 4) [m]."""
 
     arm: Arm
     q: Array | None
@@ -35,12 +35,12 @@ class Where:
 def axes_of_point(where: Where, point: Value, first: bool, say: Say) -> Array | None:
     """The axes (n,) [rad] of a PTP's point; None where it cannot be reached, which is said."""
     if not isinstance(point, Struct):
-        raise Halt("type", f"the target is {said(point)}", "a POS, E6POS, AXIS or E6AXIS")
+        raise HaltError("type", f"the target is {said(point)}", "a POS, E6POS, AXIS or E6AXIS")
     _external_axes(point, say)
     if is_axes(point):
         return _axes(where, point, first, say)
     if not is_pose(point):
-        raise Halt("type", f"the target is {said(point)}", "a POS, E6POS, AXIS or E6AXIS")
+        raise HaltError("type", f"the target is {said(point)}", "a POS, E6POS, AXIS or E6AXIS")
     s, t = _whole(point, "S"), _whole(point, "T")
     _completeness(point, first, s, t, say)
     return _posed(where, flange_of_point(where, point), s, t, say)

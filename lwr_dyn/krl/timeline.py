@@ -96,8 +96,7 @@ class Timeline:
             return _nothing(self.arm.n)
         a, b = before.part, after.part
         ta, tb = t - before.begin, t - after.begin
-        if _one_space(a, b):
-            assert isinstance(a, PoseLeg) and isinstance(b, PoseLeg)
+        if isinstance(a, PoseLeg) and isinstance(b, PoseLeg) and _one_space(a, b):
             return _blend_in_space(a, b, ta, tb)
         x, y = a.axes(np.clip(ta, 0.0, a.duration)), b.axes(np.clip(tb, 0.0, b.duration))
         corner = y.q * 0.0 + (b.start if not isinstance(b, Rest) else b.q)
@@ -108,10 +107,8 @@ def _nothing(n: int) -> Axes:
     return Axes(np.zeros((0, n)), np.zeros((0, n)), np.zeros((0, n)))
 
 
-def _one_space(a: Part, b: Part) -> bool:
+def _one_space(a: PoseLeg, b: PoseLeg) -> bool:
     """Whether both are tracks of one tool on one branch, so that they add up in space."""
-    if not (isinstance(a, PoseLeg) and isinstance(b, PoseLeg)):
-        return False
     return a.branch == b.branch and bool(np.array_equal(a.tool, b.tool))
 
 

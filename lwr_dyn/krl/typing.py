@@ -60,7 +60,7 @@ class Scope:
         near = get_close_matches(name, sorted(known), n=1, cutoff=0.5)
         if near:
             return f"did you mean {near[0]}?"
-        where = "" if self.program.data is not None else "; there is no .dat beside the .src"
+        where = "" if self.program.data is not None else "; no .dat is there"
         return f"declare it in the .dat or with DECL{where}"
 
 
@@ -125,7 +125,7 @@ def _component(scope: Scope, x: e.Component) -> Type:
     if of.name == "?":
         return UNKNOWN
     known = scope.structure(of.name)
-    found = None if known is None or of.dimensions else known.get(x.name.upper())
+    found: Type | None = None if known is None or of.dimensions else known.get(x.name.upper())
     if found is None:
         allowed = ", ".join(known) if known and not of.dimensions else "a structure before the point"
         scope.say(x.column, "no-component", f"{of} has no component {x.name}", allowed)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 
@@ -18,7 +18,7 @@ AXIS_NAMES = ("A1", "A2", "A3", "A4", "A5", "A6")
 PLACE_NAMES = ("X", "Y", "Z", "A", "B", "C")
 
 
-class Halt(Exception):
+class HaltError(Exception):
     """The program cannot go on: a code, what, and a hint. Never leaves this room."""
 
     def __init__(self, code: str, message: str, hint: str = "") -> None:
@@ -80,13 +80,13 @@ def copied(value: Value) -> Value:
 
 
 def converted(value: Value, to: Type) -> Value:
-    """A value as it goes into a variable: REAL to INT rounds, INT to REAL widens; raises `Halt`."""
+    """A value as it goes into a variable: REAL to INT rounds, INT to REAL widens; raises `HaltError`."""
     if to.name == "?":
         return copied(value)
     if to.name in ("INT", "REAL") and not to.dimensions:
         return _number(value, to.name)
     if to.name == "BOOL" and not isinstance(value, bool) and not to.dimensions:
-        raise Halt("type", f"BOOL is given {said(value)}", "TRUE or FALSE")
+        raise HaltError("type", f"BOOL is given {said(value)}", "TRUE or FALSE")
     out = copied(value)
     if isinstance(out, Struct) and not to.dimensions:
         out.type = to.name
@@ -97,14 +97,14 @@ def _number(value: Value, name: str) -> int | float:
     if isinstance(value, str) and len(value) == 1:
         value = ord(value)
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise Halt("type", f"{name} is given {said(value)}", "a number")
+        raise HaltError("type", f"{name} is given {said(value)}", "a number")
     if not math.isfinite(value):
-        raise Halt("number-range", f"the value {value} is no number", "")
+        raise HaltError("number-range", f"the value {value} is no number", "")
     if name == "REAL":
         return float(value)
     rounded = math.floor(value + 0.5)
     if abs(rounded) > LARGEST + 1:
-        raise Halt("number-range", f"{rounded} is no INT", f"from {-LARGEST - 1} to {LARGEST}")
+        raise HaltError("number-range", f"{rounded} is no INT", f"from {-LARGEST - 1} to {LARGEST}")
     return rounded
 
 
@@ -132,13 +132,13 @@ def is_pose(value: Struct) -> bool:
 
 
 def pose_matrix(value: Value | None, what: str) -> Array:
-    """The pose (4, 4) [m] of X, Y, Z, A, B, C; raises `Halt` where one of them is missing."""
+    """The pose (4, 4) [m] of X, Y, Z, A, B, C; raises `HaltError` where one of them is missing."""
     if not isinstance(value, Struct) or not is_pose(value):
-        raise Halt("type", f"{what} is {said(value)}", "a FRAME, POS or E6POS")
+        raise HaltError("type", f"{what} is {said(value)}", "a FRAME, POS or E6POS")
     numbers = [value.parts.get(name) for name in PLACE_NAMES]
     missing = [name for name, x in zip(PLACE_NAMES, numbers, strict=True) if not isinstance(x, int | float)]
     if missing:
-        raise Halt("no-value", f"{what} has no {', '.join(missing)}", "a pose needs X, Y, Z, A, B, C")
+        raise HaltError("no-value", f"{what} has no {', '.join(missing)}", "a pose needs X, Y, Z, A, B, C")
     return KukaPose(*(float(x) for x in numbers)).matrix()  # type: ignore[arg-type]
 
 
@@ -162,7 +162,7 @@ def struct(type_name: str, **parts: Value) -> Struct:
 
 def filled(type_name: str, values: Iterable[Value]) -> Many:
     """An array of one dimension."""
-    items = {(i + 1,): v for i, v in enumerate(values)}
+    items: dict[tuple[int, ...], Value] = {(i + 1,): v for i, v in enumerate(values)}
     return Many(type_name, (len(items),), items)
 
 
