@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 import warnings
+from collections.abc import Callable
 from importlib import import_module
 
 import click
@@ -62,8 +63,8 @@ def main(arguments: list[str] | None = None) -> None:
     """Run the command: exit 0 done, 1 the checked thing fails, 2 bad input with one line on stderr."""
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("once", RatingWarning)
-            warnings.showwarning = _warn
+            warnings.simplefilter("always", RatingWarning)
+            warnings.showwarning = _warner()
             code = group.main(args=arguments, prog_name="lwr-dyn", standalone_mode=False)
     except LwrDynError as error:
         code = _complain(str(error), error.exit_code)
@@ -80,8 +81,17 @@ def main(arguments: list[str] | None = None) -> None:
     sys.exit(code if isinstance(code, int) else 0)
 
 
-def _warn(message: Warning | str, *_: object, **__: object) -> None:
-    click.echo(f"lwr-dyn: warning: {' '.join(str(message).split())}", err=True)
+def _warner() -> Callable[..., None]:
+    """Says each warning once, in one line."""
+    said: set[str] = set()
+
+    def warn(message: Warning | str, *_: object, **__: object) -> None:
+        line = " ".join(str(message).split())
+        if line not in said:
+            click.echo(f"lwr-dyn: warning: {line}", err=True)
+        said.add(line)
+
+    return warn
 
 
 def _complain(message: str, code: int) -> int:

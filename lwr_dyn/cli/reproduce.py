@@ -13,21 +13,24 @@ from lwr_dyn.errors import UnknownNameError
 if TYPE_CHECKING:
     from lwr_dyn.reproduction.outcome import Outcome
 
-PAPERS = ("lwr4", "lwr4plus")
+PAPERS = ("lwr4", "lwr4plus", "kr30ha")
 
 
 @click.command("reproduce")
 @click.argument("paper")
 @click.option("--out", help="The folder to write; out/PAPER if not given.")
-@click.option("--timing", default="smooth", show_default=True, help="Of the runs shown: constant, quintic or smooth.")
-@click.option("--fit-arm-angle", is_flag=True, help="Also fit the arm angle to Table VIII (named as fitted).")
+@click.option("--timing", default="smooth", show_default=True, help="lwr4plus: constant, quintic or smooth.")
+@click.option("--fit-arm-angle", is_flag=True, help="lwr4plus: also fit the arm angle to Table VIII.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object instead of the tables.")
 def command(paper: str, out: str | None, timing: str, fit_arm_angle: bool, as_json: bool) -> None:
-    """Recompute what PAPER (lwr4, lwr4plus) prints; exit 1 when a number has neither match nor explanation."""
+    """Recompute what PAPER (lwr4, lwr4plus, kr30ha) prints; exit 1 when a number has neither match nor explanation."""
     if paper not in PAPERS:
         raise UnknownNameError("paper to reproduce", paper, PAPERS)
     folder = out or f"out/{paper}"
-    outcome = _exercise(folder) if paper == "lwr4" else _lwr4plus(folder, timing, fit_arm_angle)
+    if paper == "lwr4plus":
+        outcome = _lwr4plus(folder, timing, fit_arm_angle)
+    else:
+        outcome = _exercise(folder) if paper == "lwr4" else _kr30ha(folder)
     if as_json:
         print_json(outcome.record)
     else:
@@ -42,8 +45,19 @@ def _exercise(folder: str) -> Outcome:
     return reproduce(folder)
 
 
+def _kr30ha(folder: str) -> Outcome:
+    from lwr_dyn.reproduction.kr30ha_report import reproduce
+
+    return reproduce(folder, _say)
+
+
 def _lwr4plus(folder: str, timing: str, fit: bool) -> Outcome:
     from lwr_dyn.reproduction.lwr4plus_report import reproduce
 
-    quiet = not sys.stderr.isatty()
-    return reproduce(folder, timing, fit, say=lambda step: None if quiet else click.echo(f"... {step}", err=True))
+    return reproduce(folder, timing, fit, _say)
+
+
+def _say(step: str) -> None:
+    """What is being done, on a terminal; quiet in a pipe."""
+    if sys.stderr.isatty():
+        click.echo(f"... {step}", err=True)

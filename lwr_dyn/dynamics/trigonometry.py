@@ -63,22 +63,19 @@ def terms_of(expression: sp.Expr, rates: Sequence[sp.Symbol], weights: Iterable[
     """The terms of `readable`: one per product of rates, each with its whole coefficient."""
     moving = [s for s in rates if expression.has(s)]
     if not moving:
-        return [_by_weight(expression, weights)]
+        return [_by_weight(expression, tuple(weights))]
     polynomial = sp.Poly(expression, *moving)
-    return [_times(sp.Mul(*map(sp.Pow, moving, powers)), _by_weight(c, weights)) for powers, c in polynomial.terms()]
+    products = [(sp.Mul(*map(sp.Pow, moving, powers)), c) for powers, c in polynomial.terms()]
+    return [sp.Mul(product, _by_weight(c, tuple(weights))) for product, c in products]
 
 
-def _by_weight(expression: sp.Expr, weights: Iterable[sp.Symbol]) -> sp.Expr:
+@lru_cache(maxsize=4096)
+def _by_weight(expression: sp.Expr, weights: tuple[sp.Symbol, ...]) -> sp.Expr:
     symbols = [s for s in weights if expression.has(s)]
     parts = sp.collect(sp.expand(expression), symbols, evaluate=False)
-    terms = [_times(symbol, _shortest(factor)) for symbol, factor in parts.items()]
+    terms = [sp.Mul(symbol, _shortest(factor)) for symbol, factor in parts.items()]
     together = _shortest(expression)
     return min([sp.Add(*terms), together], key=_length)
-
-
-def _times(factor: sp.Expr, rest: sp.Expr) -> sp.Expr:
-    """A product whose number, if there is one, stays outside a sum: x (a + b) / 2."""
-    return sp.Mul(factor, rest) if factor == 1 else sp.Mul(*sp.Mul.make_args(rest), factor)
 
 
 @lru_cache(maxsize=4096)

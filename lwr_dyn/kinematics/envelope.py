@@ -135,7 +135,7 @@ class _Section:
         # a turn takes `along` towards `out`: in (r, z) that is clockwise unless one of the two axes is reversed
         way = -1.0 if self.up * self.geometry.front > 0.0 else 1.0
         start = math.atan2(sz, sr)
-        return Arc((r, z), math.hypot(sr, sz), start + way * first, start + way * last)
+        return Arc((r, z), math.hypot(sr, sz), start + way * float(first), start + way * float(last))
 
     def in_section(self, point: Array) -> tuple[float, float]:
         """(r, z) of a point (along, out) of the arm's plane."""

@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from lwr_dyn.assembly import arm_from_paper
-from lwr_dyn.checks.report import check_arm
 from lwr_dyn.checks.verdict import Report
 from lwr_dyn.errors import OptionError
+<<<<<<< HEAD
 from lwr_dyn.files import make_folder, write_file, write_folder
 from lwr_dyn.papers.catalog import open_paper, readings
 from lwr_dyn.reproduction.lwr4plus import (
@@ -21,6 +21,12 @@ from lwr_dyn.reproduction.lwr4plus import (
     table_iv,
     table_vi,
 )
+=======
+from lwr_dyn.files import make_folder, write_folder
+from lwr_dyn.papers.catalog import open_paper
+from lwr_dyn.reproduction.checked_models import check_line, check_record, models_and_checks
+from lwr_dyn.reproduction.lwr4plus import GainCell, InertiaRow, errata_that_matter, table_iv, table_vi
+>>>>>>> issue5
 from lwr_dyn.reproduction.lwr4plus_errors import TIMINGS, ErrorTable, error_table, fit_arm_angle, velocity_rows
 from lwr_dyn.reproduction.lwr4plus_runs import Trial, trials
 from lwr_dyn.reproduction.lwr4plus_text import (
@@ -33,8 +39,7 @@ from lwr_dyn.reproduction.lwr4plus_text import (
 )
 from lwr_dyn.reproduction.outcome import Outcome
 from lwr_dyn.tasks.ist import ist_reference
-from lwr_dyn.text import json_text, table
-from lwr_dyn.urdf.fileset import model_files
+from lwr_dyn.text import json_text
 from lwr_dyn.viewer.html import write_replay
 from lwr_dyn.viewer.plots import (
     path_figure,
@@ -73,7 +78,7 @@ def reproduce(folder: str | Path, timing: str = "smooth", fit: bool = False, say
         raise OptionError("timing", repr(timing), ", ".join(TIMINGS))
     place = make_folder(folder)
     say("models and checks")
-    reports = _models_and_checks(place)
+    reports = models_and_checks(place, "lwr4plus")
     say("Tables IV and VI")
     inertias, gains = table_iv(), table_vi()
     arm = arm_from_paper(open_paper("lwr4plus"))
@@ -91,7 +96,7 @@ def reproduce(folder: str | Path, timing: str = "smooth", fit: bool = False, say
     _pictures(place, found)
     text = "\n\n".join(
         [
-            *map(_check_line, reports),
+            *map(check_line, reports),
             table_iv_text(inertias),
             shells_text(spreads),
             table_vi_text(gains),
@@ -109,28 +114,6 @@ def reproduce(folder: str | Path, timing: str = "smooth", fit: bool = False, say
     }
     write_folder(place, {"tables.txt": text + "\n", "results.json": json_text(record) + "\n"})
     return Outcome(holds, text, record)
-
-
-def _models_and_checks(place: Path) -> list[Report]:
-    reports, lines = [], []
-    for reading in readings("lwr4plus"):
-        paper = open_paper("lwr4plus", reading)
-        arm = arm_from_paper(paper)
-        write_folder(place / "models", model_files(arm))
-        report = check_arm(arm, paper)
-        rows = [(v.name, f"{v.value:.3g}", f"{v.tolerance:.3g}", v.unit, v.word) for v in report.verdicts]
-        text = table(rows, ("check", "value", "tolerance", "unit", "verdict"))
-        lines.append(f"{arm.name}, reading {reading}\n{text}")
-        reports.append(report)
-    write_file(place / "checks.txt", "\n\n".join(lines) + "\n")
-    return reports
-
-
-def _check_line(report: Report) -> str:
-    failed = [v.name for v in report.verdicts if not v.holds]
-    kept = len(report.verdicts) - len(failed)
-    faults = f", FAIL: {', '.join(failed)}" if failed else ""
-    return f"check {report.robot}, reading {report.reading}: {kept} hold{faults}"
 
 
 def _pictures(place: Path, found: tuple[Trial, ...]) -> None:
@@ -168,7 +151,7 @@ def _record(
     found: tuple[Trial, ...],
 ) -> dict[str, Any]:
     return {
-        "checks": {r.reading: {v.name: {"value": v.value, "holds": v.holds} for v in r.verdicts} for r in reports},
+        "checks": check_record(reports),
         "table_iv": [
             {"joint": r.joint + 1, "printed": r.printed, "values": dict(r.values), "search": r.worst.statement()}
             | {"reproduced": {name: r.reproduced(name) for name in r.values}, "at_printed_q": list(r.at_printed)}

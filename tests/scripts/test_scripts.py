@@ -18,6 +18,8 @@ EXAMPLES = {
     "swing.py": (["--seconds", "0.5"], "upright at rest: an equilibrium, the arm should stay: an equilibrium"),
     "krl_two_points.py": ([], "check: nothing to say"),
     "replay_ist.py": (["--out", "ist.html"], "wrote ist.html"),
+    "kr30ha_envelope.py": (["--out", "envelope"], "reach 2032.72 mm, data sheet 2033"),
+    "kr30ha_equations_of_motion.py": (["--latex", "equations.tex"], "tau is Pinocchio's to "),
 }
 NOT_EXAMPLES = {"benchmark.py", "soak.py"}
 """Run by hand; their parts are tested where they live."""

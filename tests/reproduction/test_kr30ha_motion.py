@@ -1,0 +1,82 @@
+"""The report's dynamic analysis: each expression against the right one, each slip named, nothing left over."""
+
+from dataclasses import replace
+
+import pytest
+import sympy as sp
+
+from lwr_dyn.dynamics.trigonometry import normal_form
+from lwr_dyn.papers.catalog import open_paper
+from lwr_dyn.reproduction.kr30ha_motion import motion_report
+from lwr_dyn.reproduction.kr30ha_planar import finished
+
+RIGHT = {"v_1", "P_1", "P_2"}
+OTHER_MODEL = {"planar-model", "unfinished", "lagrangian-label"}
+"""Errata of the dynamic analysis that no single expression shows."""
+
+
+@pytest.fixture(scope="module")
+def report():
+    return motion_report()
+
+
+def test_every_difference_is_the_sum_of_its_named_slips(report):
+    assert report.holds
+    assert {c.name for c in report.comparisons if c.agrees} == RIGHT
+    assert all(c.explained for c in report.comparisons)
+
+
+def test_a_slip_without_a_name_or_a_name_without_a_slip_is_seen(report):
+    by_name = {c.name: c for c in report.comparisons}
+    assert not replace(by_name["K_1"], slips={}).explained
+    assert not replace(by_name["K_2"], printed=by_name["K_2"].printed * 2).explained
+    assert not replace(by_name["P_1"], slips={"k1-half": sp.zeros(1, 1)}).explained
+
+
+def test_every_slip_is_in_the_errata_ledger_and_every_erratum_of_the_analysis_is_met(report):
+    ledger = {e.id for e in open_paper("kr30ha").errata}
+    met = {erratum for c in report.comparisons for erratum in c.slips}
+    assert met | OTHER_MODEL <= ledger
+    assert met == {
+        "v2-sign", "v2-product", "k1-rate", "k1-half", "inertia-point-mass", "product-term", "k-total-half",
+    }  # fmt: skip
+
+
+def test_the_planar_model_done_right_is_the_textbooks(report):
+    # Siciliano et al., section 7.3.2, two-link planar arm: centres half-way, no motors, gravity along -x
+    l1, l2, m1, m2, I1, I2, q2 = sp.symbols("l1 l2 m1 m2 I1 I2 q2")
+    b11 = I1 + m1 * l1**2 / 4 + I2 + m2 * (l1**2 + l2**2 / 4 + l1 * l2 * sp.cos(q2))
+    b12 = I2 + m2 * (l2**2 / 4 + l1 * l2 / 2 * sp.cos(q2))
+    wanted = sp.Matrix([[b11, b12], [b12, I2 + m2 * l2**2 / 4]])
+    assert sp.expand(report.planar.B - wanted) == sp.zeros(2, 2)
+
+
+def test_terms_show_where_printed_and_right_part(report):
+    by_name = {c.name: c for c in report.comparisons}
+    K2 = {rates: (printed, right) for rates, printed, right in by_name["K_2"].terms()}
+    assert K2["dq1**2"][0] == K2["dq1**2"][1]
+    assert K2["dq1*dq2"][0] == sp.Symbol("I2") != K2["dq1*dq2"][1]
+
+
+def test_the_reports_own_lagrangian_finished_lacks_the_coupling_and_a_centrifugal_term(report):
+    q, dq2, ddq2 = sp.symbols("q1 q2"), sp.Symbol("dq2"), sp.Symbol("ddq2")
+    missing = normal_form(report.planar.tau - report.printed_torques, q)[0]
+    m2, l1, l2 = sp.symbols("m2 l1 l2")
+    assert sp.expand(missing.coeff(ddq2) - m2 * (l2**2 / 4 + l1 * l2 / 2 * sp.cos(q[1]))) == 0
+    assert missing.coeff(dq2**2) == -m2 * l1 * l2 * sp.sin(q[1]) / 2
+    assert normal_form(finished(report.planar.lagrangian) - report.planar.tau, q) == sp.zeros(2, 1)
+
+
+def test_of_the_planar_model_only_what_the_ledger_says_is_the_arms(report):
+    same = {c.name for c in report.counterparts if not c.why}
+    assert same == {"B_22", "C_22"}
+    arm = {c.name: c.arm for c in report.counterparts}
+    assert (arm["B_12"], arm["g_1"]) == (0, 0)
+    assert "only B_22 and C_22" in next(e.effect for e in open_paper("kr30ha").errata if e.id == "planar-model")
+
+
+def test_the_general_equations_become_the_symmetric_ones_without_their_letters(report):
+    general, symmetric = report.general.equations, report.symmetric.equations
+    zeros = {s: 0 for s in general.parameters if s not in symmetric.parameters}
+    assert {s.name for s in zeros} == {"c1z", "c2y", "c2z", "I2xy", "I2xz", "I2yz"}
+    assert normal_form(general.tau.subs(zeros) - symmetric.tau, symmetric.variables.q) == sp.zeros(2, 1)
