@@ -155,3 +155,11 @@ class LogError(LwrDynError, ValueError):
     def __init__(self, file: str, where: str, found: str, needed: str) -> None:
         super().__init__(f"{file}: {where}: {found}; needed: {needed}")
         self.file, self.where, self.found, self.needed = file, where, found, needed
+
+
+class ProgramError(LwrDynError, RuntimeError):
+    """A KRL program cannot go on (or cannot begin): where, a code, what, and what helps."""
+
+    def __init__(self, place: str, code: str, message: str, hint: str) -> None:
+        super().__init__(f"{place}: {message}" + (f"; {hint}" if hint else ""))
+        self.place, self.code, self.message, self.hint = place, code, message, hint

@@ -23,6 +23,7 @@ COMMANDS = {
     "replay": "Runs in the browser: one file without network, or live.",
     "simulate": "A task under a controller: run file, metrics, energy audit.",
     "identify": "Friction, or friction and inertia, from logs of an arm that moved.",
+    "krl": "KUKA programs: write, check and run them on a robot's model.",
     "reproduce": "Recompute what a paper prints.",
 }
 """Subcommand -> its line in the help; the module is lwr_dyn.cli.NAME (list_ for list)."""

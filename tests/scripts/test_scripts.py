@@ -18,6 +18,7 @@ EXAMPLES = {
     "own_controller.py": ([], "tip error at most 0.00"),
     "compare_controllers.py": ([], "3 kg payload    1. pid"),
     "swing.py": (["--seconds", "0.5"], "upright at rest: an equilibrium to the printed digits"),
+    "krl_two_points.py": ([], "check: nothing to say"),
     "replay_ist.py": (["--out", "ist.html"], "wrote ist.html"),
     "kr30ha_envelope.py": (["--out", "envelope"], "reach 2032.72 mm, data sheet 2033"),
     "kr30ha_equations_of_motion.py": (["--latex", "equations.tex"], "tau is Pinocchio's to "),

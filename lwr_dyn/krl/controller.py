@@ -1,0 +1,291 @@
+"""The controller's own variables while a program runs: frames, speeds, blends, inputs; and what BAS sets."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from lwr_dyn.arm import Arm
+from lwr_dyn.arrays import Array
+from lwr_dyn.errors import MissingDataError, OptionError
+from lwr_dyn.kinematics.kuka_pose import has_kuka_axes, status, turn
+from lwr_dyn.krl.known import CONFIG, SYSTEM
+from lwr_dyn.krl.planner import Blend, Speeds, tool_pose
+from lwr_dyn.krl.settings import Settings
+from lwr_dyn.krl.types import UNKNOWN
+from lwr_dyn.krl.values import (
+    HaltError,
+    Many,
+    Slot,
+    Struct,
+    Value,
+    axes_value,
+    filled,
+    null_frame,
+    pose_matrix,
+    pose_value,
+    struct,
+)
+
+INPUTS = ("$IN", "$ANIN", "$DIGIN1", "$DIGIN2", "$DIGIN3", "$DIGIN4", "$DIGIN5", "$DIGIN6", "$STOPMESS")
+"""What the world sets: unknown unless given."""
+AXES_SET, CP_SET = frozenset({"$VEL_AXIS"}), frozenset({"$VEL"})
+
+
+@dataclass(slots=True, eq=False)
+class Controller:
+    """System variables, where the arm stands (q (n,) [rad], None before the first motion), inputs that are given."""
+
+    arm: Arm
+    settings: Settings
+    given: Mapping[str, Value] = field(default_factory=dict)
+    """`$IN[3]` -> value; names in capitals without spaces."""
+    slots: dict[str, Slot] = field(default_factory=dict)
+    q: Array | None = None
+    speed_set: set[str] = field(default_factory=set)
+    """Which speeds the program has set: "PTP", "CP"."""
+
+    def __post_init__(self) -> None:
+        if not has_kuka_axes(self.arm):
+            raise OptionError("robot", self.arm.name, "an arm with KUKA's axes A1 to A6 (kr30ha)")
+        if not np.isfinite(self.arm.velocity).all():
+            raise MissingDataError(self.arm.name, "axis speeds", "the timing of motions")
+        self.initialise()
+
+    def initialise(self) -> None:
+        """What the machine data say, which BAS(#INITMOV, 0) restores."""
+        s = self.settings
+        values: dict[str, Value] = {
+            "$BASE": null_frame(), "$TOOL": null_frame(), "$NULLFRAME": null_frame(), "$WORLD": null_frame(),
+            "$ROBROOT": null_frame(),
+            "$VEL": struct("CP", CP=s.vel_cp, ORI1=s.vel_ori, ORI2=s.vel_ori),
+            "$ACC": struct("CP", CP=s.acc_cp, ORI1=s.acc_ori, ORI2=s.acc_ori),
+            "$VEL_AXIS": filled("INT", [100] * 6), "$ACC_AXIS": filled("INT", [100] * 6),
+            "$APO": struct("APO_T", CDIS=0.0, CORI=0.0, CPTP=0.0, CVEL=0.0),
+            "$OV_PRO": 100, "$ADVANCE": 3,
+        }  # fmt: skip
+        for name, value in values.items():
+            self.slots[name] = Slot(SYSTEM[name], value)
+
+    def slot(self, name: str) -> Slot | None:
+        """A system variable or one of the standard `$config.dat`; None for another name."""
+        key = name.upper()
+        if key in ("$POS_ACT", "$POS_INT", "$POS_ACT_MES", "$AXIS_ACT", "$AXIS_INT", "$AXIS_ACT_MES"):
+            return Slot(SYSTEM[key], self.position(key))
+        if key not in self.slots and key in self.given:
+            self.slots[key] = Slot(SYSTEM.get(key, UNKNOWN), self.given[key])
+        if key not in self.slots and (key.startswith("$") or key in CONFIG):
+            self.slots[key] = self._fresh(key)
+        return self.slots.get(key)
+
+    def _fresh(self, key: str) -> Slot:
+        kind = SYSTEM.get(key) or CONFIG.get(key) or UNKNOWN
+        if key.startswith("XHOME") or key == "$H_POS":
+            return Slot(kind, axes_value(self.home()))
+        if key in ("$FLAG", "$CYCFLAG", "$OUT", "$TIMER", "$TIMER_STOP"):
+            return Slot(kind, Many(kind.name, ()))
+        if key in ("$TRUE", "$FALSE"):
+            return Slot(kind, key == "$TRUE")
+        if key in ("PDAT_ACT", "PDEFAULT"):
+            return Slot(kind, struct("PDAT", VEL=100.0, ACC=100.0, APO_DIST=100.0))
+        if key in ("LDAT_ACT", "LDEFAULT"):
+            return Slot(kind, struct("LDAT", VEL=2.0, ACC=100.0, APO_DIST=100.0))
+        if key == "FDAT_ACT" or key.startswith("FHOME"):
+            return Slot(kind, struct("FDAT", TOOL_NO=0, BASE_NO=0))
+        return Slot(kind)
+
+    def home(self) -> Array:
+        """The mastering position (n,) [rad], which a fresh `$config.dat` has as home; raises `HaltError`."""
+        if not self.arm.mastering:
+            raise HaltError("no-value", "the home position is not known", "give XHOME a value")
+        return np.array(self.arm.mastering)
+
+    def element(self, name: str, index: tuple[int, ...]) -> Value | None:
+        """An input's element, a flag's default; None for an ordinary variable; raises `HaltError` when unknown."""
+        key = name.upper()
+        text = f"{key}[{','.join(map(str, index))}]"
+        if text in self.given:
+            return self.given[text]
+        if key == "$IN" and index == (1025,):
+            return True
+        if key == "$IN" and index == (1026,):
+            return False
+        if key in INPUTS:
+            raise HaltError("unknown-input", f"the input {text} has no value", f"give one: --set '{text}=TRUE'")
+        if key in ("$OUT", "$FLAG", "$CYCFLAG", "$TIMER_STOP", "$TIMER", "$ANOUT"):
+            slot = self.slot(key)
+            known = slot.value.items.get(index) if slot is not None and isinstance(slot.value, Many) else None
+            default: Value = 0 if key in ("$TIMER", "$ANOUT") else False
+            return default if known is None else known
+        return None
+
+    def position(self, key: str) -> Value | None:
+        """`$POS_ACT` or `$AXIS_ACT`; None before the first motion."""
+        if self.q is None:
+            return None
+        if key.startswith("$AXIS"):
+            return axes_value(self.q)
+        T = np.linalg.inv(self.base) @ tool_pose(self.arm, self.q, self.tool)
+        return pose_value(T, "E6POS", {"S": status(self.arm, self.q), "T": turn(self.q)})
+
+    @property
+    def base(self) -> Array:
+        """(4, 4) [m]"""
+        return pose_matrix(self.slots["$BASE"].value, "$BASE")
+
+    @property
+    def tool(self) -> Array:
+        """(4, 4) [m]"""
+        return pose_matrix(self.slots["$TOOL"].value, "$TOOL")
+
+    def speeds(self) -> Speeds:
+        """What holds now; raises `HaltError` for speeds that are not positive."""
+        vel, acc = self._percents("$VEL_AXIS"), self._percents("$ACC_AXIS")
+        override = self._between("$OV_PRO", self.slots["$OV_PRO"].value, 100.0) / 100.0
+        rated = self.arm.velocity
+        cp, ori = self._part("$VEL", "CP", 100.0), np.radians(self._part("$VEL", "ORI1", 1e5))
+        cp_ramp, ori_ramp = self._part("$ACC", "CP", 1e3), np.radians(self._part("$ACC", "ORI1", 1e6))
+        return Speeds(
+            rated * vel * override, rated / self.settings.ramp * acc, cp * override, cp_ramp, ori * override, ori_ramp
+        )
+
+    def _percents(self, name: str) -> Array:
+        values = self.slots[name].value
+        assert isinstance(values, Many)
+        return np.array([self._between(f"{name}[{i}]", values.items.get((i,)), 100.0) for i in range(1, 7)]) / 100.0
+
+    def _part(self, name: str, part: str, most: float) -> float:
+        whole = self.slots[name].value
+        return self._between(f"{name}.{part}", whole.parts.get(part) if isinstance(whole, Struct) else None, most)
+
+    @staticmethod
+    def _between(what: str, value: Value | None, most: float) -> float:
+        if isinstance(value, bool) or not isinstance(value, int | float) or not 1e-6 <= value <= most:
+            raise HaltError("speed-range", f"{what} = {value}", f"more than 0, at most {most:g}")
+        return float(value)
+
+    def blend(self, kinds: tuple[str, ...]) -> Blend | None:
+        """How a point may be passed with what `$APO` holds now; None without a word of it."""
+        if not kinds:
+            return None
+        apo = self.slots["$APO"].value
+        parts = apo.parts if isinstance(apo, Struct) else {}
+        values = [
+            float(x) if isinstance(x, int | float) else 0.0 for x in map(parts.get, ("CDIS", "CPTP", "CORI", "CVEL"))
+        ]
+        cdis, cptp, cori, cvel = (max(x, 0.0) for x in values)
+        return Blend(kinds, cdis / 1e3, cptp, float(np.radians(cori)), cvel)
+
+    def written(self, name: str) -> None:
+        """Remember that a speed was set."""
+        if name.upper() in AXES_SET:
+            self.speed_set.add("PTP")
+        if name.upper() in CP_SET:
+            self.speed_set.add("CP")
+
+    def bas(self, command: str, value: float) -> None:
+        """BAS(#command, value); raises `HaltError` for a value it cannot take."""
+        act = _BAS.get(command)
+        if act is None:
+            raise HaltError("not-modelled", f"BAS(#{command}) is not modelled", f"modelled: {', '.join(_BAS)}")
+        act(self, value)
+
+    def set_axes(self, name: str, percent: float) -> None:
+        """All six axes of `$VEL_AXIS` or `$ACC_AXIS` [%]."""
+        self.slots[name].value = filled("INT", [round(percent)] * 6)
+        self.written(name)
+
+    def set_part(self, name: str, part: str, value: float) -> None:
+        """A component of `$VEL`, `$ACC` or `$APO`."""
+        whole = self.slots[name].value
+        assert isinstance(whole, Struct)
+        whole.parts[part] = float(value)
+        self.written(name)
+
+    def set_frame(self, name: str, table: str, number: float) -> None:
+        """`$TOOL` or `$BASE` from TOOL_DATA or BASE_DATA; number 0 is the null frame."""
+        if int(number) == 0:
+            self.slots[name].value = null_frame()
+            return
+        slot = self.slot(table)
+        data = slot.value if slot is not None else None
+        frame = data.items.get((int(number),)) if isinstance(data, Many) else None
+        if not isinstance(frame, Struct):
+            hint = f"assign {table}[{int(number)}], or lend it with --with '$config.dat'"
+            raise HaltError("no-value", f"{table}[{int(number)}] has no value", hint)
+        self.slots[name].value = Struct("FRAME", dict(frame.parts))
+
+    def act_part(self, name: str, part: str, default: float) -> float:
+        """A number of PDAT_ACT, LDAT_ACT or FDAT_ACT."""
+        slot = self.slot(name)
+        whole = slot.value if slot is not None else None
+        value = whole.parts.get(part) if isinstance(whole, Struct) else None
+        return float(value) if isinstance(value, int | float) else default
+
+
+def _initmov(c: Controller, _: float) -> None:
+    c.initialise()
+
+
+def _frames(c: Controller, _: float = 0.0) -> None:
+    c.set_frame("$TOOL", "TOOL_DATA", c.act_part("FDAT_ACT", "TOOL_NO", 0.0))
+    c.set_frame("$BASE", "BASE_DATA", c.act_part("FDAT_ACT", "BASE_NO", 0.0))
+
+
+def _ptp_params(c: Controller, value: float) -> None:
+    c.set_axes("$VEL_AXIS", value)
+    c.set_axes("$ACC_AXIS", c.act_part("PDAT_ACT", "ACC", 100.0))
+    c.set_part("$APO", "CPTP", min(c.act_part("PDAT_ACT", "APO_DIST", 0.0), 100.0))
+    c.set_part("$APO", "CDIS", c.act_part("PDAT_ACT", "APO_DIST", 0.0))
+    _frames(c)
+
+
+def _cp_params(c: Controller, value: float) -> None:
+    c.set_part("$VEL", "CP", value)
+    c.set_part("$ACC", "CP", c.settings.acc_cp * c.act_part("LDAT_ACT", "ACC", 100.0) / 100.0)
+    c.set_part("$APO", "CDIS", c.act_part("LDAT_ACT", "APO_DIST", 0.0))
+    _frames(c)
+
+
+_BAS: dict[str, Callable[[Controller, float], None]] = {
+    "INITMOV": _initmov,
+    "VEL_PTP": lambda c, v: c.set_axes("$VEL_AXIS", v),
+    "ACC_PTP": lambda c, v: c.set_axes("$ACC_AXIS", v),
+    "VEL_CP": lambda c, v: c.set_part("$VEL", "CP", v),
+    "ACC_CP": lambda c, v: c.set_part("$ACC", "CP", v),
+    "TOOL": lambda c, v: c.set_frame("$TOOL", "TOOL_DATA", v),
+    "BASE": lambda c, v: c.set_frame("$BASE", "BASE_DATA", v),
+    "PTP_PARAMS": _ptp_params,
+    "CP_PARAMS": _cp_params,
+    "FRAMES": _frames,
+    "PTP_DAT": lambda c, v: _ptp_params(c, c.act_part("PDAT_ACT", "VEL", 100.0)),
+    "CP_DAT": lambda c, v: _cp_params(c, c.act_part("LDAT_ACT", "VEL", c.settings.vel_cp)),
+    "EX_BASE": lambda c, v: None,
+}
+
+
+def given_values(texts: Sequence[str]) -> dict[str, Value]:
+    """`$IN[3]=TRUE` ... as values by name; raises `OptionError`.
+
+    >>> given_values(["$IN[3]=TRUE", "n=2"])
+    {'$IN[3]': True, 'N': 2}
+    """
+    return dict(_given(text) for text in texts)
+
+
+def _given(text: str) -> tuple[str, Value]:
+    from lwr_dyn.krl.evaluate import value_of
+    from lwr_dyn.krl.lexer import LineError
+    from lwr_dyn.krl.line_parser import parse_line
+    from lwr_dyn.krl.statements import Assign
+
+    name, _, _ = text.partition("=")
+    try:
+        statement, _ = parse_line(text)
+        if not isinstance(statement, Assign):
+            raise HaltError("", "")
+        return name.replace(" ", "").upper(), value_of(None, statement.value)  # type: ignore[arg-type]
+    except (LineError, HaltError, AttributeError):
+        raise OptionError("--set", repr(text), "NAME=VALUE with a constant, such as $IN[3]=TRUE") from None

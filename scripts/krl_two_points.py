@@ -1,0 +1,52 @@
+"""A KUKA program from two points: written with Status and Turn, checked like a commissioner, run on the KR 30 HA."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+
+import lwr_dyn
+from lwr_dyn.krl.check import check_program
+from lwr_dyn.krl.diagnosis import summary
+from lwr_dyn.krl.job import job_of, job_program
+from lwr_dyn.krl.run import run_program
+
+TASK = {
+    "name": "TwoPoints",
+    "wait": 2.0,
+    "point": [
+        {"name": "Point1", "xyz": [91, -1139, 1392], "abc": [0, 0, 0], "wait": 2.0},
+        {"name": "Point2", "xyz": [91, -1117, 1447], "abc": [0, 0, 0], "wait": 2.0},
+    ],
+}
+
+
+def main(arguments: list[str] | None = None) -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--out", default=".", help="folder for TwoPoints.src, .dat and .npz")
+    options = parser.parse_args(arguments)
+
+    arm = lwr_dyn.load("kr30ha")
+    program = job_program(job_of(TASK, arm), arm)
+    print(program.source.text().replace("\r\n", "\n"))
+    print(f"check: {summary(check_program(program, arm))}")
+
+    done = run_program(program, arm)
+    for motion, pose in zip(done.done, done.poses(), strict=True):
+        place = f"({pose.x_mm:.3f}, {pose.y_mm:.3f}, {pose.z_mm:.3f}) mm"
+        print(f"{motion.begin:7.3f} s to {motion.end:7.3f} s  {motion.kind:12} {place}")
+    peak = ", ".join(f"{x:.0f}" for x in np.abs(done.torque).max(axis=0))
+    print(f"cycle {done.cycle_time:.3f} s; largest torques {peak} N m (masses estimated)")
+
+    folder = Path(options.out)
+    program.source.save(folder / program.source.name)
+    if program.data is not None:
+        program.data.save(folder / program.data.name)
+    done.to_run().save(folder / "TwoPoints.npz")
+    print(f"wrote {folder / 'TwoPoints.npz'}; see it:  lwr-dyn replay TwoPoints.npz --html two_points.html")
+
+
+if __name__ == "__main__":
+    main()

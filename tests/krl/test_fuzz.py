@@ -1,0 +1,51 @@
+"""Broken programs end in a diagnosis or a program, never in another exception, never in a hang."""
+
+import os
+import random
+import time
+
+import pytest
+from mutations import SOURCES, mutated
+
+import lwr_dyn
+from lwr_dyn.krl.check import check_program
+from lwr_dyn.krl.diagnosis import Diagnosis
+from lwr_dyn.krl.program import parse_program
+from lwr_dyn.krl.settings import Settings
+
+COUNT = int(os.environ.get("LWR_DYN_KRL_FUZZ", "400"))
+"""The full 100 000 are in scripts/soak.py."""
+PATIENCE = 20.0
+"""[s] A hang is longer than this; the bounds below end a program long before."""
+BOUNDS = Settings(steps=2000, motions=25)
+
+
+@pytest.fixture(scope="module")
+def arm():
+    return lwr_dyn.load("kr30ha")
+
+
+def test_mutated_programs_are_diagnosed(arm):
+    rng = random.Random(20240521)
+    seeds = [
+        (path.read_bytes(), dat.read_bytes() if (dat := path.with_suffix(".dat")).exists() else None)
+        for path in SOURCES
+    ]
+    said = clean = 0
+    for i in range(COUNT):
+        source, data = seeds[i % len(seeds)]
+        if data is not None and rng.random() < 0.3:
+            data = mutated(data, rng)
+        source = mutated(source, rng)
+        start = time.perf_counter()
+        try:
+            program = parse_program(source, data, "fuzz")
+            assert program.source.to_bytes() == source
+            # every fifth is also moved
+            found = check_program(program, arm if i % 5 == 0 else None, BOUNDS, {"$IN[1]": True})
+        except Exception as fault:
+            raise AssertionError(f"input {i}: {source!r}, {data!r}") from fault
+        assert time.perf_counter() - start < PATIENCE, source
+        assert all(isinstance(d, Diagnosis) and d.message and d.place.line >= 1 for d in found)
+        said, clean = said + bool(found), clean + (not found)
+    assert said > COUNT / 2
