@@ -71,7 +71,15 @@ def runs() -> tuple[str, bool]:
     return f"{count} runs of 14 s, audit residual {worst:.1e} J at most", worst <= 1e-9
 
 
-LINES: dict[str, Line] = {"properties": properties, "checks": checks, "poses": poses, "runs": runs}
+def krl() -> tuple[str, bool]:
+    """100 000 mutated KRL programs end in a diagnosis or a program."""
+    environment = os.environ | {"LWR_DYN_KRL_FUZZ": "100000"}
+    command = [sys.executable, "-m", "pytest", "-q", "tests/krl/test_fuzz.py"]
+    done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True)
+    return done.stdout.strip().splitlines()[-1], done.returncode == 0
+
+
+LINES: dict[str, Line] = {"krl": krl, "properties": properties, "checks": checks, "poses": poses, "runs": runs}
 
 
 def main() -> int:

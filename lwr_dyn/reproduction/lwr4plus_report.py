@@ -9,9 +9,9 @@ from typing import Any
 from lwr_dyn.assembly import arm_from_paper
 from lwr_dyn.checks.verdict import Report
 from lwr_dyn.errors import OptionError
-<<<<<<< HEAD
-from lwr_dyn.files import make_folder, write_file, write_folder
-from lwr_dyn.papers.catalog import open_paper, readings
+from lwr_dyn.files import make_folder, write_folder
+from lwr_dyn.papers.catalog import open_paper
+from lwr_dyn.reproduction.checked_models import check_line, check_record, models_and_checks
 from lwr_dyn.reproduction.lwr4plus import (
     GainCell,
     InertiaRow,
@@ -21,12 +21,6 @@ from lwr_dyn.reproduction.lwr4plus import (
     table_iv,
     table_vi,
 )
-=======
-from lwr_dyn.files import make_folder, write_folder
-from lwr_dyn.papers.catalog import open_paper
-from lwr_dyn.reproduction.checked_models import check_line, check_record, models_and_checks
-from lwr_dyn.reproduction.lwr4plus import GainCell, InertiaRow, errata_that_matter, table_iv, table_vi
->>>>>>> issue5
 from lwr_dyn.reproduction.lwr4plus_errors import TIMINGS, ErrorTable, error_table, fit_arm_angle, velocity_rows
 from lwr_dyn.reproduction.lwr4plus_runs import Trial, trials
 from lwr_dyn.reproduction.lwr4plus_text import (

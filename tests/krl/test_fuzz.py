@@ -27,7 +27,10 @@ def arm():
 
 def test_mutated_programs_are_diagnosed(arm):
     rng = random.Random(20240521)
-    seeds = [(path.read_bytes(), dat.read_bytes() if (dat := path.with_suffix(".dat")).exists() else None) for path in SOURCES]
+    seeds = [
+        (path.read_bytes(), dat.read_bytes() if (dat := path.with_suffix(".dat")).exists() else None)
+        for path in SOURCES
+    ]
     said = clean = 0
     for i in range(COUNT):
         source, data = seeds[i % len(seeds)]
