@@ -111,6 +111,14 @@ def long_log() -> tuple[str, bool]:
     return f"{seconds:.1f} s, {gigabytes:.2f} GB (largest child of this run)", good
 
 
+def krl() -> tuple[str, bool]:
+    """100 000 mutated KRL programs end in a diagnosis or a program."""
+    environment = os.environ | {"LWR_DYN_KRL_FUZZ": "100000"}
+    command = [sys.executable, "-m", "pytest", "-q", "tests/krl/test_fuzz.py"]
+    done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True)
+    return done.stdout.strip().splitlines()[-1], done.returncode == 0
+
+
 LINES: dict[str, Line] = {
     "properties": properties,
     "checks": checks,
@@ -118,6 +126,7 @@ LINES: dict[str, Line] = {
     "runs": runs,
     "coverage": coverage,
     "long_log": long_log,
+    "krl": krl,
 }
 
 

@@ -34,6 +34,7 @@ _MARKS = {
 _CLOSERS = {"_LPAR": "_RPAR", "_LSQB": "_RSQB", "BRACE": "_RBRACE"}
 _NEVER_FIRST = "IN OUT INOUT TO CA WITH SEC THEN STEP WHEN DO ON OFF TRUE FALSE AND OR NOT"
 _FIRST_WORDS = [word for word in KEYWORDS if word not in _NEVER_FIRST.split(" ")]
+_AFTER_NAMES = ("_EQUALS", "_LPAR", "_LSQB", "_DOT", "_COLON")
 _MAYBE_NAMES = frozenset(
     re.findall(r"\w+", "SEC STEP CA DISTANCE PATH ONSTART DELAY PRIO ENABLE DISABLE MINIMUM MAXIMUM PUBLIC")
 )
@@ -106,7 +107,7 @@ def _syntax_fault(words: list[Word], fault: UnexpectedToken) -> LineError:
         sign, close = _MARKS[still_open.kind], _MARKS[_CLOSERS[still_open.kind]]
         return LineError(still_open.column, "open-bracket", f"{sign} is not closed", f"close it with {close}")
     near = _near_keyword(words[0])
-    if near is not None and at <= 2:
+    if near is not None and (len(words) < 2 or words[1].kind not in _AFTER_NAMES):
         return LineError(words[0].column, "unknown-keyword", f"{words[0].text} is no keyword", f"did you mean {near}?")
     found = "the line ends too early" if ended else f"{words[at].text!r} does not belong here"
     return LineError(column, "syntax", found, _allowed(fault))
@@ -126,7 +127,7 @@ def _near_keyword(first: Word) -> str | None:
     if first.kind != "NAME":
         return None
     upper = first.text.upper()
-    near = get_close_matches(upper, [word for word in _FIRST_WORDS if word[0] == upper[0]], n=1, cutoff=0.7)
+    near = get_close_matches(upper, [word for word in _FIRST_WORDS if word[0] == upper[0]], n=1, cutoff=0.66)
     return near[0] if near else None
 
 

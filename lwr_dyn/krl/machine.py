@@ -276,6 +276,8 @@ class Machine:
         act = _ACTS.get(type(x))
         if act is not None:
             act(self, x, now, at)
+        if not (isinstance(x, s.Plain) and x.keyword == "CONTINUE"):
+            self.motions.kept = False
 
     def _assign(self, x: s.Assign) -> None:
         target = target_of(self, x.target)

@@ -85,10 +85,9 @@ class Motions:
         """The program looks at the world: what is moving ends first, unless CONTINUE stands before."""
         if not self.kept:
             self.advance = False
-        self.kept = False
 
     def keep_advance(self) -> None:
-        """CONTINUE: the next look at the world does not stop the advance run."""
+        """CONTINUE: the next statement does not stop the advance run."""
         self.kept = True
 
     def note_unmodelled(self, name: str) -> None:

@@ -148,7 +148,7 @@ def _speeds(leg: PoseLeg, say: Say) -> bool:
         name, along = arm.joint_names[int(i)], 100 * s[k]
         asked, allowed = _deg(abs(dq[k, i])), _deg(arm.velocity[i])
         message = f"{name} would have to turn at {asked} deg/s, {along:.0f} % along; it can do {allowed} deg/s"
-        say("error", "axis-speed", message, f"$VEL.CP at most {100 / use[k, i]:.3g} % of what is set, or a PTP")
+        say("error", "axis-speed", message, f"slower by the factor {use[k, i]:.3g} ($VEL.CP, $ACC.CP), or a PTP")
     return True
 
 

@@ -19,6 +19,7 @@ from lwr_dyn.reproduction.kr30ha_cycle import Cycle, cycle
 from lwr_dyn.reproduction.kr30ha_matrices import PaperMatrices, paper_matrices
 from lwr_dyn.reproduction.kr30ha_motion import FIRST_TWO, MotionReport, motion_report
 from lwr_dyn.reproduction.kr30ha_points import PaperPoints, RightPoint, paper_points
+from lwr_dyn.reproduction.kr30ha_program import program_record, program_report, program_text, write_program
 from lwr_dyn.reproduction.kr30ha_text import (
     comparison_text,
     cycle_text,
@@ -58,8 +59,12 @@ def reproduce(folder: str | Path, say: Say = lambda _: None) -> Outcome:
     say("movement and replay")
     found = cycle(arm, points.right)
     _pictures(place, arm, points.right, found)
+    say("KRL program")
+    program = program_report(arm)
+    write_program(program, arm, make_folder(place / "program"))
     checked = next(r for r in reports if r.reading == paper.reading.name)
     holds = checked.holds and all(v.holds for v in symbolic) and points.holds and matrices.holds and motion.holds
+    holds = holds and program.holds
     text = "\n\n".join(
         [
             "\n".join(check_line(r) for r in reports),
@@ -70,10 +75,11 @@ def reproduce(folder: str | Path, say: Say = lambda _: None) -> Outcome:
             f"Symbols against Pinocchio\n{verdict_table(symbolic)}",
             comparison_text(motion),
             cycle_text(found, arm),
+            program_text(program),
         ]
     )
     record = {"checks": check_record(reports), **_record(points, matrices, envelope, motion, symbolic, found)}
-    record["holds"] = holds
+    record |= {"program": program_record(program), "holds": holds}
     files = {"tables.txt": text, "errata.txt": errata_text(paper), "results.json": json_text(record)}
     write_folder(place, {name: content + "\n" for name, content in files.items()})
     return Outcome(holds, text, record)

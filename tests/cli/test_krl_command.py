@@ -1,0 +1,114 @@
+"""`lwr-dyn krl write | check | run`: from a task file to a run that can be replayed, and one line for bad input."""
+
+import json
+
+import pytest
+
+from lwr_dyn.motion import Run
+
+TASK = """
+name = "TwoPoint"
+wait = 1.0
+[[point]]
+name = "Point1"
+xyz = [91, -1139, 1392]
+wait = 2.0
+[[point]]
+name = "Point2"
+xyz = [91, -1117, 1447]
+motion = "LIN"
+"""
+
+
+@pytest.fixture
+def written(lwr_dyn_command, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "task.toml").write_text(TASK)
+    code, out, err = lwr_dyn_command("krl", "write", "task.toml")
+    assert (code, err) == (0, "")
+    assert "wrote TwoPoint.src and TwoPoint.dat" in out
+    return tmp_path
+
+
+def test_write_check_run(written, lwr_dyn_command):
+    code, out, _ = lwr_dyn_command("krl", "check", "TwoPoint.src", "--json")
+    assert code == 0
+    assert json.loads(out) == {"file": "TwoPoint.src", "holds": True, "diagnoses": []}
+    code, out, _ = lwr_dyn_command("krl", "run", "TwoPoint.src", "--out", "run.npz", "--html", "run.html", "--json")
+    record = json.loads(out)
+    assert code == 0
+    assert [m["motion"] for m in record["motions"]] == ["PTP (start)", "WAIT", "PTP", "WAIT", "LIN", "PTP", "WAIT"]
+    assert record["motions"][4]["flange"][:3] == pytest.approx([91, -1117, 1447], abs=1e-6)
+    run = Run.load(written / "run.npz")
+    assert run.t[-1] == pytest.approx(record["cycle_time"])
+    assert run.meta["robot"] == "kr30ha"
+    assert (written / "run.html").stat().st_size > 100_000
+    code, out, _ = lwr_dyn_command("replay", "run.npz", "--html", "again.html")
+    assert code == 0
+
+
+def test_the_text_says_cycle_motions_and_torques(written, lwr_dyn_command):
+    code, out, _ = lwr_dyn_command("krl", "run", "TwoPoint.src")
+    assert code == 0
+    assert "TwoPoint.src on kr30ha: " in out
+    assert "dynamic N m" in out
+    assert "assumed: 0.4 s to rated speed" in out
+
+
+def test_a_slower_ramp_takes_longer(written, lwr_dyn_command):
+    times = [
+        json.loads(lwr_dyn_command("krl", "run", "TwoPoint.src", "--json", "--ramp", r)[1])["cycle_time"] for r in "12"
+    ]
+    assert times[1] > times[0]
+
+
+def test_faults_make_exit_code_1_and_a_run_of_them_2(written, lwr_dyn_command):
+    source = written / "TwoPoint.src"
+    source.write_text(source.read_text().replace("PTP Point1", "PTP Pont1"))
+    code, out, err = lwr_dyn_command("krl", "check", "TwoPoint.src")
+    assert (code, err) == (1, "")
+    assert "TwoPoint.src:17:5: error undeclared: Pont1 is not declared (did you mean Point1?)" in out
+    code, out, err = lwr_dyn_command("krl", "run", "TwoPoint.src")
+    assert (code, out) == (2, "")
+    assert err == "lwr-dyn: TwoPoint.src:17:5: Pont1 is not declared; did you mean Point1?\n"
+
+
+BAD = {
+    "no file": (("check", "none.src"), "none.src: no such file or directory; allowed: a KRL file"),
+    "no source": (("check", "TwoPoint.dat"), "TwoPoint.dat: ends in '.dat'; allowed: a .src file"),
+    "other ending": (("run", "TwoPoint.src", "--out", "x.txt"), "x.txt: does not end in .npz"),
+    "no folder": (("run", "TwoPoint.src", "--out", "none/x.npz"), "cannot write in none"),
+    "ramp": (("run", "TwoPoint.src", "--ramp", "0"), "ramp: 0.0; allowed: a number from 0.001"),
+    "value": (("check", "TwoPoint.src", "--set", "x"), "--set: 'x'; allowed: NAME=VALUE"),
+    "robot": (("check", "TwoPoint.src", "--robot", "lwr4plus"), "robot: lwr4plus; allowed: an arm with KUKA's axes"),
+    "lent": (("check", "TwoPoint.src", "--with", "none.dat"), "none.dat: no such file"),
+    "no task": (("write", "none.toml"), "none.toml: no such file"),
+    "name": (("write", "task.toml", "--out", "other.src"), "allowed: a path that ends in TwoPoint.src"),
+}
+
+
+@pytest.mark.parametrize("what", BAD)
+def test_bad_input_is_one_line(written, lwr_dyn_command, what):
+    arguments, said = BAD[what]
+    code, out, err = lwr_dyn_command("krl", *arguments)
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert said in err
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (("xyz = [91, -1139, 1392]", "xyz = [91, -1139]"), "xyz: [91, -1139]; allowed: 3 finite numbers"),
+        (("xyz = [91, -1139, 1392]", "xyz = [9100, 0, 0]"), "out of reach"),
+        (('name = "Point2"', 'name = "point1"'), "a name that is there twice"),
+        (('name = "Point2"', 'name = "2 b"'), "allowed: a name of KRL"),
+        (('motion = "LIN"', 'motion = "FLY"'), "motion: 'FLY'; allowed: PTP, LIN"),
+        (("wait = 1.0", "wayt = 1.0"), "unknown field wayt"),
+        (("wait = 1.0", "wait = 'x"), "not TOML"),
+    ],
+)
+def test_a_wrong_task_file_is_one_line(written, lwr_dyn_command, change, said):
+    (written / "task.toml").write_text(TASK.replace(*change))
+    code, out, err = lwr_dyn_command("krl", "write", "task.toml")
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert said in err

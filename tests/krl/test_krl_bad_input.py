@@ -1,0 +1,193 @@
+"""Every kind of broken program: the right code, at the right place, in one sentence."""
+
+import pytest
+
+import lwr_dyn
+from lwr_dyn.errors import FileAccessError, OptionError, ProgramError
+from lwr_dyn.krl.check import check_program
+from lwr_dyn.krl.controller import given_values
+from lwr_dyn.krl.program import load_program, parse_program
+from lwr_dyn.krl.run import run_program
+from lwr_dyn.krl.settings import Settings
+
+HOME = "PTP {A1 0, A2 -90, A3 90, A4 0, A5 30, A6 0}"
+SPEED = "BAS(#VEL_PTP, 100)\n$VEL.CP = 0.2"
+
+
+@pytest.fixture(scope="module")
+def arm():
+    return lwr_dyn.load("kr30ha")
+
+
+def body(*lines, data=None):
+    return parse_program("\n".join(["DEF a( )", *lines, "END", ""]), data, "a")
+
+
+def codes(program, arm=None, **options):
+    return [(d.place.line, d.code) for d in check_program(program, arm, **options)]
+
+
+@pytest.mark.parametrize(
+    ("line", "column", "code"),
+    [
+        ("WIAT SEC 2", 1, "unknown-keyword"),
+        ("  FRO i = 1 TO 2", 3, "unknown-keyword"),
+        ("PTP {X 1, Y 2", 5, "open-bracket"),
+        ("x = (1 + 2", 5, "open-bracket"),
+        ('name[] = "hello', 10, "open-string"),
+        ("x = 1 ? 2", 7, "bad-character"),
+        ("x = 'B102'", 5, "bad-literal"),
+        ("WAIT 2", 6, "syntax"),
+        ("LIN p q", 7, "syntax"),
+        ("\tx = 3 +", 9, "syntax"),
+        ("x = " + "1+" * 300 + "1", 501, "long-line"),
+        ("x = " + "-" * 200 + "1", 105, "long-line"),
+    ],
+)
+def test_syntax_has_its_place(line, column, code):
+    (found,) = [d for d in check_program(body(line)) if d.code == code]
+    assert (found.place.line, found.place.column) == (2, column)
+    assert "\n" not in str(found)
+    assert found.hint
+
+
+@pytest.mark.parametrize(
+    ("lines", "expected"),
+    [
+        (["IF TRUE THEN"], [(2, "missing-end")]),
+        (["ENDIF"], [(2, "stray-end")]),
+        (["LOOP", "IF TRUE THEN", "ENDLOOP"], [(3, "missing-end")]),
+        (["ELSE"], [(2, "stray-end")]),
+        (["EXIT"], [(2, "stray-exit")]),
+        (["CASE 1"], [(2, "stray-end")]),
+        (["GOTO nowhere"], [(2, "undeclared")]),
+        (["HALT", "DECL INT i"], [(3, "late-declaration")]),
+        (["DECL INT i = 3"], [(2, "initialiser-in-src")]),
+        (["DECL p"], [(2, "missing-type")]),
+        (["DECL FRAMM p"], [(2, "unknown-type")]),
+        (["INT i", "INT i"], [(3, "duplicate-name")]),
+        (["BOOL b", "b = 3"], [(3, "type")]),
+        (["INT i", "i = #RED"], [(3, "type")]),
+        (["DECL FRAME f", "f = {X 1, Q 2}"], [(3, "no-component")]),
+        (["DECL FRAME f", "f.T = 1"], [(3, "no-component")]),
+        (["INT i", "i[1] = 1"], [(3, "no-array")]),
+        (["INT i[3]", "i[1,2] = 1"], [(3, "no-array")]),
+        (["INT i", "i = 3000000000"], [(3, "number-range")]),
+        (["REAL x", "x = 1E999"], [(3, "number-range")]),
+        (["REAL x", "x = SIN(1, 2)"], [(3, "arguments")]),
+        (["foo(1)"], [(2, "undeclared")]),
+        (["LIN {A1 3}"], [(2, "type")]),
+        (["BOOL b", "b = 1 == 2 AND TRUE"], [(3, "type"), (3, "type")]),
+        (["PTP {A1 0} C_DIS"], [(2, "blend")]),
+        (["DEF b( )", "END"], [(1, "missing-end"), (4, "stray-end")]),
+        (["RETURN 3"], [(2, "type")]),
+    ],
+)
+def test_language_faults(lines, expected):
+    assert codes(body(*lines)) == expected
+
+
+def test_a_sound_program_is_clean(arm):
+    assert codes(body(SPEED, HOME, "LIN_REL {X -50}", HOME), arm) == []
+
+
+def test_missing_end_and_missing_def():
+    assert codes(parse_program("DEF a( )\nHALT\n", name="a")) == [(1, "missing-end")]
+    assert codes(parse_program("", name="a")) == [(1, "missing-def")]
+    assert codes(parse_program("DEF a( )\nEND\n", "DEFDAT a\n", "a")) == [(2 - 1, "missing-end")]
+
+
+def test_wrong_encodings_are_said_and_latin_1_is_not():
+    assert codes(parse_program("DEF a( ) ; ü\nEND\n".encode("latin-1"), name="a")) == []
+    assert codes(parse_program("DEF a( ) ; ü\nEND\n".encode(), name="a")) == [(1, "encoding")]
+    assert (1, "encoding") in codes(parse_program("DEF a( )\nEND\n".encode("utf-16"), name="a"))
+
+
+def test_tabs_and_every_kind_of_line_end(arm):
+    for end in ("\n", "\r\n", "\r"):
+        text = end.join(["DEF\ta( )", *SPEED.split("\n"), "\t" + HOME + "\t; home", "END"])
+        assert codes(parse_program(text, name="a"), arm) == []
+
+
+@pytest.mark.parametrize(
+    ("lines", "code"),
+    [
+        (["INT i", "i = 1", SPEED, HOME, "i = i / (i - 1)"], "division-by-zero"),
+        (["REAL x", SPEED, HOME, "x = SQRT(-1)"], "number-range"),
+        (["INT i", SPEED, HOME, "i = 2000000000", "i = i * 2"], "number-range"),
+        (["INT i", SPEED, HOME, "i = i + 1"], "no-value"),
+        (["INT i[2]", SPEED, HOME, "i[3] = 1"], "index-range"),
+        ([SPEED, HOME, "WAIT FOR $IN[7]"], "unknown-input"),
+        ([SPEED, HOME, "WAIT FOR FALSE"], "waits-forever"),
+        ([SPEED, HOME, "a()"], "recursion"),
+        (["$VEL.CP = 0", SPEED.split("\n")[0], HOME, "LIN_REL {X 10}"], "speed-range"),
+        (["DECL FRAME f", "f = {X 1}", SPEED, HOME, "f = f : f"], "no-value"),
+        ([SPEED, "LIN {X 1000, Y 0, Z 1000, A 0, B 90, C 0}"], "first-motion"),
+        ([SPEED, "PTP {A1 0, A2 -90}"], "first-motion"),
+        ([SPEED, "PTP {X 1340, Y 0, Z 1810, A 0, B 90, C 0}"], "first-motion"),
+        ([SPEED, HOME, "PTP {A1 190}"], "outside-limits"),
+        ([SPEED, HOME, "PTP {X 3000, Y 0, Z 1000, A 0, B 90, C 0, S 2, T 2}"], "out-of-reach"),
+        ([SPEED, HOME, "PTP {X 91, Y -1139, Z 1392, A 0, B 0, C 0, S 2, T 0}"], "status-turn"),
+        ([SPEED, HOME, "PTP {X 91, Y -1139, Z 1392, A 0, B 0, C 0, S 0, T 63}"], "status-turn"),
+        ([SPEED, HOME, "LIN_REL {X 2000}"], "out-of-reach"),
+        ([SPEED, HOME, "CIRC_REL {X -10}, {X -20}"], "no-arc"),
+        (["FOR i = 1 TO 3 STEP 0", "ENDFOR"], "undeclared"),
+        (["INT i", SPEED, HOME, "FOR i = 1 TO 3 STEP 0", "ENDFOR"], "endless"),
+    ],
+)
+def test_faults_of_a_run(arm, lines, code):
+    program = body(*lines)
+    with pytest.raises(ProgramError) as fault:
+        run_program(program, arm)
+    assert fault.value.code == code
+    assert str(fault.value).startswith("a.src:")
+    found = [d.code for d in check_program(program, arm)]
+    assert code in found or code in ("recursion",)
+
+
+def test_recursion_is_found_by_the_check_too(arm):
+    assert "recursion" in [d.code for d in check_program(body(SPEED, HOME, "a()"), arm)]
+
+
+def test_an_endless_loop_is_cut_and_said(arm):
+    for what, settings in (
+        ("5000 statements", Settings(steps=5000)),
+        ("10 s of simulated time", Settings(seconds=10.0)),
+        ("30 motions", Settings(motions=30)),
+    ):
+        done = run_program(body(SPEED, HOME, "LOOP", "PTP_REL {A1 5}", "PTP_REL {A1 -5}", "ENDLOOP"), arm, settings)
+        (note,) = done.found
+        assert (note.severity, note.code) == ("note", "bound")
+        assert what in note.message
+    empty = body(SPEED, HOME, "LOOP", "ENDLOOP")
+    assert run_program(empty, arm, Settings(steps=2000)).found[0].code == "bound"
+
+
+def test_an_input_is_asked_for_and_taken(arm):
+    program = body(SPEED, HOME, "IF $IN[7] THEN", "PTP_REL {A1 10}", "ENDIF")
+    with pytest.raises(ProgramError, match=r"--set '\$IN\[7\]=TRUE'"):
+        run_program(program, arm)
+    assert len(run_program(program, arm, given=given_values(["$IN[7]=TRUE"])).done) == 2
+    assert len(run_program(program, arm, given=given_values(["$IN[7] = FALSE"])).done) == 1
+    for text in ("$IN[7]", "=3", "$IN[7]=", "$IN[7]=y"):
+        with pytest.raises(OptionError):
+            given_values([text])
+
+
+def test_files_that_are_missing(tmp_path, arm):
+    source = tmp_path / "a.src"
+    source.write_text(f"DEF a( )\n{SPEED}\nPTP XP1\nEND\n")
+    (found,) = check_program(load_program(source), arm)
+    assert found.code == "undeclared"
+    assert "no .dat" in found.hint
+    with pytest.raises(FileAccessError):
+        load_program(tmp_path / "b.src")
+    with pytest.raises(FileAccessError):
+        load_program(tmp_path / "a.txt")
+    (tmp_path / "A.DAT").write_text("DEFDAT a\nDECL E6AXIS XP1={A1 0, A2 -90, A3 90, A4 0, A5 0, A6 0}\nENDDAT\n")
+    assert check_program(load_program(source), arm) == ()
+
+
+def test_another_robot_is_refused():
+    with pytest.raises(OptionError):
+        run_program(body(SPEED, HOME), lwr_dyn.load("lwr4plus"))

@@ -1,0 +1,261 @@
+"""Motions on the model: closed-form ramps, branches by Status and Turn, blends, speeds, frames."""
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+import lwr_dyn
+from lwr_dyn.kinematics.jacobian import jacobian
+from lwr_dyn.kinematics.kuka_pose import KukaPose, kuka_pose, status, turn
+from lwr_dyn.kinematics.six_axis import branches_of
+from lwr_dyn.krl.check import check_program
+from lwr_dyn.krl.program import parse_program
+from lwr_dyn.krl.run import run_program
+from lwr_dyn.krl.settings import Settings
+
+SECONDS = 1e-9
+METRES = 1e-9
+HOME = "PTP {A1 0, A2 -90, A3 90, A4 0, A5 30, A6 0}"
+START = np.radians([0, -90, 90, 0, 30, 0])
+
+
+@pytest.fixture(scope="module")
+def arm():
+    return lwr_dyn.load("kr30ha")
+
+
+def ran(arm, *lines, **settings):
+    text = "\n".join(["DEF a( )", "BAS(#VEL_PTP, 100)", "$VEL.CP = 0.2", *lines, "END", ""])
+    return run_program(parse_program(text, name="a"), arm, Settings(**settings))
+
+
+def said(arm, *lines):
+    text = "\n".join(["DEF a( )", "BAS(#VEL_PTP, 100)", "$VEL.CP = 0.2", *lines, "END", ""])
+    return [(d.place.line - 3, d.code) for d in check_program(parse_program(text, name="a"), arm)]
+
+
+def trapezoid_time(way, speed, ramp):
+    return way / speed + speed / ramp if way * ramp >= speed**2 else 2 * math.sqrt(way / ramp)
+
+
+@pytest.mark.parametrize(("axis", "step"), [(1, 60), (1, 5), (2, 40), (3, -70), (4, 170), (5, 20), (6, -300)])
+@pytest.mark.parametrize("percent", [100, 30])
+def test_ptp_takes_the_time_of_its_slowest_axis(arm, axis, step, percent):
+    done = ran(arm, HOME, f"BAS(#VEL_PTP, {percent})", f"PTP_REL {{A{axis} {step}, A5 3}}")
+    ways = np.zeros(6)
+    ways[axis - 1] += abs(step)
+    ways[4] += 3 if axis != 5 else 0
+    if axis == 5:
+        ways[4] = 3  # the second A5 is the one that counts
+    rated = np.degrees(arm.velocity)
+    # all axes share one law: its speed and its ramp are those of the tightest axis
+    speed = min(rated[i] * percent / 100 / w for i, w in enumerate(ways) if w)
+    ramp = min(rated[i] / 0.4 / w for i, w in enumerate(ways) if w)
+    assert done.done[-1].end - done.done[-1].begin == pytest.approx(trapezoid_time(1.0, speed, ramp), abs=SECONDS)
+
+
+def test_ptp_is_synchronous(arm):
+    done = ran(arm, HOME, "PTP_REL {A1 60, A2 10, A6 -100}")
+    motion = done.timeline.sample(np.linspace(0.0, done.cycle_time, 50))
+    part = (motion.q - START) / np.radians([60, 10, 1, 1, 1, -100])
+    assert np.abs(part[:, 0] - part[:, 1]).max() < 1e-12
+    assert np.abs(part[:, 0] - part[:, 5]).max() < 1e-12
+
+
+@pytest.mark.parametrize(("millimetres", "speed"), [(200, 0.2), (20, 0.5), (300, 1.0)])
+def test_lin_takes_the_time_of_its_ramps_and_is_straight(arm, millimetres, speed):
+    done = ran(arm, HOME, f"$VEL.CP = {speed}", f"LIN_REL {{Y {millimetres}}}")
+    assert done.cycle_time == pytest.approx(trapezoid_time(millimetres / 1e3, speed, 2.3), abs=SECONDS)
+    t = np.linspace(0.0, done.cycle_time, 101)
+    m = done.timeline.sample(t)
+    T = lwr_dyn.forward_kinematics(arm, m.q)
+    away = T[:, :3, 3] - T[0, :3, 3]
+    assert np.abs(away[:, [0, 2]]).max() < METRES
+    assert np.abs(T[:, :3, :3] - T[0, :3, :3]).max() < 1e-9
+    v = np.einsum("kij,kj->ki", jacobian(arm.chain, m.q), m.dq)
+    assert v[:, 1].max() == pytest.approx(min(speed, math.sqrt(2.3 * millimetres / 1e3)), rel=1e-6)
+
+
+def test_lin_that_only_turns_takes_the_time_of_its_turn(arm):
+    done = ran(arm, HOME, "$VEL.ORI1 = 90", "LIN_REL {C 20}")
+    assert done.cycle_time == pytest.approx(trapezoid_time(20, 90, 500), abs=SECONDS)
+
+
+def test_circ_stays_on_its_circle_and_ca_turns_on(arm):
+    for line, angle in (
+        ("CIRC_REL {Y 100, Z 100}, {Z 200}", math.pi),
+        ("CIRC_REL {Y 100, Z 100}, {Z 200}, CA 270", 1.5 * math.pi),
+    ):
+        done = ran(arm, HOME, line)
+        m = done.timeline.sample(np.linspace(0.0, done.cycle_time, 80))
+        p = lwr_dyn.forward_kinematics(arm, m.q)[:, :3, 3]
+        centre = p[0] + np.array([0, 0, 0.1])
+        assert np.abs(np.linalg.norm(p - centre, axis=1) - 0.1).max() < METRES
+        assert done.cycle_time == pytest.approx(trapezoid_time(0.1 * angle, 0.2, 2.3), abs=SECONDS)
+
+
+def test_rates_are_derivatives_also_in_blends(arm):
+    done = ran(arm, HOME, "$APO.CDIS = 30", "$APO.CPTP = 50", "PTP_REL {A1 20} C_PTP C_DIS", "LIN_REL {Y 100} C_DIS",
+               "LIN_REL {Z 80, A 20} C_DIS", "CIRC_REL {Y 50, Z 50}, {Z 100} C_DIS", "PTP_REL {A6 40}")  # fmt: skip
+    h = 1e-5
+    marks = np.concatenate([leg.begin + np.asarray(leg.part.law.knots) for leg in done.timeline.entries[1:]])
+    t = np.linspace(h, done.cycle_time - h, 400)
+    t = t[np.abs(t[:, None] - marks).min(axis=1) > 3 * h]
+    t = t[np.array([min(abs(x - e.begin - e.overlap) for e in done.timeline.entries) > 3 * h for x in t])]
+    a, b, c = (done.timeline.sample(x) for x in (t - h, t, t + h))
+    assert np.abs((c.q - a.q) / (2 * h) - b.dq).max() < 1e-6
+    assert np.abs((c.dq - a.dq) / (2 * h) - b.ddq).max() < 1e-4
+
+
+@pytest.mark.parametrize("distance", [1.0, 10.0, 40.0])
+def test_blends_stay_inside_their_distance_and_save_time(arm, distance):
+    lines = [
+        HOME,
+        f"$APO.CDIS = {distance}",
+        "LIN_REL {Y 150} C_DIS",
+        "LIN_REL {Z -120} C_DIS",
+        "LIN_REL {X -100, Z 50}",
+    ]
+    done, stops = ran(arm, *lines), ran(arm, *(x.replace(" C_DIS", "") for x in lines))
+    assert done.cycle_time < stops.cycle_time
+    corners = [lwr_dyn.forward_kinematics(arm, d.q)[:3, 3] for d in done.done[1:-1]]
+    t = np.linspace(0.0, done.cycle_time, 4001)
+    p = lwr_dyn.forward_kinematics(arm, done.timeline.sample(t).q)[:, :3, 3]
+    # off the polyline only within the distance of a corner, and off it everywhere else by nothing
+    nodes = [lwr_dyn.forward_kinematics(arm, d.q)[:3, 3] for d in done.done]
+    off = np.min([_from_segment(p, a, b) for a, b in pairwise(nodes)], axis=0)
+    near = np.min([np.linalg.norm(p - c, axis=1) for c in corners], axis=0)
+    assert near[off > 1e-8].max() <= distance / 1e3 + 1e-9
+    assert off.max() > 0.05 * distance / 1e3
+    assert [d.overlap > 0 for d in done.done] == [False, False, True, True]
+
+
+def _from_segment(p, a, b):
+    along = np.clip((p - a) @ (b - a) / ((b - a) @ (b - a)), 0.0, 1.0)
+    return np.linalg.norm(p - a - along[:, None] * (b - a), axis=1)
+
+
+def test_ptp_into_lin_is_passed_within_the_distance(arm):
+    done = ran(arm, HOME, "$APO.CDIS = 15", "$APO.CPTP = 100", "PTP_REL {A1 30} C_PTP C_DIS", "LIN_REL {Z -100}")
+    entry = done.timeline.entries[2]
+    assert entry.overlap > 0
+    corner = lwr_dyn.forward_kinematics(arm, done.done[1].q)[:3, 3]
+    t = np.linspace(entry.begin, entry.begin + entry.overlap, 50)
+    lin = np.linalg.norm(lwr_dyn.forward_kinematics(arm, entry.part.axes(t - entry.begin).q)[:, :3, 3] - corner, axis=1)
+    assert lin.max() <= 0.015 + 1e-9
+
+
+@pytest.mark.parametrize("between", ["WAIT SEC 0.5", "$OUT[1] = TRUE", "WAIT FOR $OUT[1]==FALSE"])
+def test_a_look_at_the_world_ends_the_blend_unless_continue_stands_before(arm, between):
+    head = (HOME, "$APO.CDIS = 20", "LIN_REL {Y 100} C_DIS")
+    assert ran(arm, *head, between, "LIN_REL {Z 50}").done[-1].overlap == 0.0
+    if "OUT" in between:
+        assert ran(arm, *head, "CONTINUE", between, "LIN_REL {Z 50}").done[-1].overlap > 0.0
+
+
+def test_no_axis_is_faster_than_its_rating_without_a_word(arm):
+    done = ran(
+        arm,
+        HOME,
+        "$APO.CPTP = 100",
+        *("PTP_REL {A1 30, A4 20} C_PTP", "PTP_REL {A1 -50, A6 90} C_PTP") * 3,
+        "PTP_REL {A2 9}",
+    )
+    assert (done.peak_speeds <= arm.velocity * (1 + 1e-9)).all()
+    assert done.found == ()
+    # a LIN through the neighbourhood of A5 = 0 at full speed
+    lines = ["PTP {A1 0, A2 -90, A3 90, A4 20, A5 4, A6 0}", "$VEL.CP = 2", "LIN_REL {Y -400}"]
+    assert (3, "axis-speed") in said(arm, *lines)
+
+
+def test_a_lin_through_the_wrist_singularity_is_diagnosed(arm):
+    # B turns from one side of the forearm's direction to the other: A5 passes zero
+    assert "singularity" in [code for _, code in said(arm, HOME, "LIN_REL {B 60}")]
+    assert said(arm, HOME, "LIN_REL {B -60}") == []
+
+
+def test_a_wrist_that_turns_over_in_a_ptp_is_warned_of(arm):
+    first = "PTP {X 91, Y -1139, Z 1392, A 0, B 0, C 0, S 4, T 52}"
+    other = "PTP {X 91, Y -1117, Z 1447, A 0, B 0, C 0, S 0, T 12}"
+    assert said(arm, HOME, first, other) == [(3, "wrist-flip")]
+
+
+def test_status_of_a_lin_target_is_compared(arm):
+    lines = [
+        "PTP {X 91, Y -1139, Z 1392, A 0, B 0, C 0, S 4, T 52}",
+        "LIN {X 91, Y -1117, Z 1447, A 0, B 0, C 0, S 0, T 4}",
+    ]
+    assert said(arm, *lines) == [(2, "status-turn")]
+
+
+def test_pose_status_turn_to_axes_and_back_for_all_branches(arm):
+    rng = np.random.default_rng(3)
+    seen, worst = set(), 0.0
+    for _ in range(60):
+        q0 = rng.uniform(arm.lower, arm.upper)
+        for q in branches_of(arm, lwr_dyn.forward_kinematics(arm, q0)[None]).q[0]:
+            if np.isnan(q).any() or (q < arm.lower).any() or (q > arm.upper).any():
+                continue
+            pose = kuka_pose(arm, q)
+            seen.add(pose.s)
+            place = ", ".join(
+                f"{n} {v!r}"
+                for n, v in zip(
+                    "XYZABC", (pose.x_mm, pose.y_mm, pose.z_mm, pose.a_deg, pose.b_deg, pose.c_deg), strict=True
+                )
+            )
+            done = ran(arm, f"PTP {{{place}, S {pose.s}, T {pose.t}}}")
+            back = done.done[0].q
+            worst = max(worst, np.abs(back - q).max())
+            assert (status(arm, back), turn(back)) == (pose.s, pose.t)
+            assert np.abs(kuka_pose(arm, back).matrix() - pose.matrix()).max() < METRES
+    assert seen == set(range(8))
+    assert worst < 1e-9
+
+
+def test_base_and_tool_are_frames(arm):
+    done = ran(arm, "$TOOL = {X 10, Y 20, Z 150, A 0, B 90, C 0}", "$BASE = {X 700, Y -200, Z 900, A 30, B 0, C 0}",
+               HOME, "PTP {X 300, Y 100, Z 400, A 20, B 100, C 10}")  # fmt: skip
+    base, tool = KukaPose(700, -200, 900, 30, 0, 0).matrix(), KukaPose(10, 20, 150, 0, 90, 0).matrix()
+    target = KukaPose(300, 100, 400, 20, 100, 10).matrix()
+    T = lwr_dyn.forward_kinematics(arm, done.done[-1].q)
+    assert np.abs(T @ tool - base @ target).max() < METRES
+
+
+def test_static_and_dynamic_torque_are_the_models(arm):
+    done = ran(arm, HOME, "PTP_REL {A2 30}", "WAIT SEC 1")
+    model = lwr_dyn.dynamics_of(arm, engine="newton-euler")
+    assert np.abs(done.static_torque - model.gravity_vector(done.motion.q)).max() < 1e-8
+    tau = model.inverse_dynamics(done.motion.q, done.motion.dq, done.motion.ddq)
+    assert np.abs(done.torque - tau).max() < 1e-8
+    rest = done.motion.t > done.cycle_time - 0.9
+    assert np.abs(done.torque[rest] - done.static_torque[rest]).max() < 1e-9
+
+
+def test_the_statements_do_what_they_say(arm):
+    lines = ["INT i, n, t[3]", "REAL x", "DECL FRAME f", "BOOL b", HOME, "n = 0",
+             "FOR i = 1 TO 9 STEP 3", "n = n + i", "ENDFOR",  # 12
+             "WHILE n > 9", "n = n - 1", "ENDWHILE",  # 9
+             "REPEAT", "n = n - 2", "UNTIL n < 4",  # 3
+             "LOOP", "n = n + 1", "IF n >= 6 THEN", "EXIT", "ENDIF", "ENDLOOP",  # 6
+             "SWITCH n", "CASE 1, 2", "n = 0", "CASE 6", "n = 7", "DEFAULT", "n = 0", "ENDSWITCH",  # 7
+             "t[2] = 7 / 2", "x = -7 / 2", "n = n + t[2]", "n = n + x",  # 7 + 3 - 3
+             "f = {X 10, Y 0, Z 0, A 90, B 0, C 0} : {X 5, Y 0, Z 0, A 0, B 0, C 0}", "n = n + f.Y",  # 12
+             "b = (n == 12) AND NOT FALSE", "IF b THEN", "n = half(n)", "GOTO onward", "ENDIF", "n = 99",
+             "onward:",  # 6
+             "PTP_REL {A1 n}"]  # fmt: skip
+    text = "\n".join(["DEF a( )", *lines[:4], "BAS(#VEL_PTP, 100)", *lines[4:], "END",
+                      "DEFFCT INT half(x:IN)", "INT x", "RETURN x / 2", "ENDFCT", ""])  # fmt: skip
+    program = parse_program(text, name="a")
+    assert check_program(program, arm) == ()
+    done = run_program(program, arm)
+    assert np.degrees(done.done[-1].q - START)[0] == pytest.approx(6.0, abs=1e-9)
+
+
+def test_a_parameter_by_reference_comes_back(arm):
+    text = "DEF a( )\nINT n\nBAS(#VEL_PTP, 100)\n" + HOME + "\nn = 1\nb(n, n)\nPTP_REL {A1 n}\nEND\n"
+    for mode, expected in (("OUT", 5.0), ("IN", 1.0)):
+        done = run_program(parse_program(text + f"DEF b(k:{mode}, m:IN)\nINT k, m\nk = m + 4\nEND\n", name="a"), arm)
+        assert np.degrees(done.done[-1].q)[0] == pytest.approx(expected, abs=1e-9)

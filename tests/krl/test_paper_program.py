@@ -1,0 +1,82 @@
+"""The report's program: every fault at its line and no other; the corrected one clean, at its points and back."""
+
+import numpy as np
+import pytest
+
+import lwr_dyn
+from lwr_dyn.krl.check import check_program
+from lwr_dyn.krl.program import load_program, parse_program
+from lwr_dyn.motion import Run
+from lwr_dyn.reproduction.kr30ha_program import EXACT_MM, printed_program, program_data, program_report, write_program
+
+FAULTS = {
+    "late-declaration": [13, 14, 15],
+    "missing-type": [13, 14, 15],
+    "initialiser-in-src": [13, 14, 15],
+    "undeclared": [20],
+    "no-velocity": [20],
+    "no-status-turn": [24, 28, 32],
+    "inside-robot": [32],
+    "outside-limits": [32],
+}
+
+
+@pytest.fixture(scope="module")
+def arm():
+    return lwr_dyn.load("kr30ha")
+
+
+@pytest.fixture(scope="module")
+def report(arm):
+    return program_report(arm)
+
+
+def test_every_fault_at_its_line_and_no_false_one(report):
+    found = {}
+    for d in report.printed:
+        found.setdefault(d.code, []).append(d.place.line)
+    assert found == FAULTS
+    assert report.missing == report.false == ()
+
+
+def test_the_lines_are_those_of_the_printed_program():
+    lines = printed_program().source.text().splitlines()
+    assert [lines[i - 1].split()[1] for i in (13, 14, 15)] == ["Point1", "Point2", "MasteringPos"]
+    assert lines[19] == "PTP Mastering"
+    assert {line for f in program_data()["fault"] for line in f["lines"]} == {13, 14, 15, 20, 24, 28, 32}
+
+
+def test_each_repair_takes_its_own_fault_away(arm):
+    text = printed_program().source.text()
+    repaired = text.replace("PTP Mastering\n", "PTP MasteringPos\n")
+    assert "undeclared" not in {d.code for d in check_program(parse_program(repaired), arm)}
+    typed = text.replace("DECL Point", "DECL E6POS Point").replace("DECL Mast", "DECL E6POS Mast")
+    assert "missing-type" not in {d.code for d in check_program(parse_program(typed), arm)}
+    moved = text.replace(
+        "{X 0, Y 0, Z 0, A 0, B 0, C 0}\n\n; Call", "{A1 0, A2 -90, A3 90, A4 0, A5 0, A6 0}\n\n; Call"
+    )
+    assert not {"inside-robot", "outside-limits"} & {d.code for d in check_program(parse_program(moved), arm)}
+
+
+def test_the_corrected_program_is_clean_and_goes_where_it_should(report, arm):
+    assert report.said == ()
+    assert [s.target_mm for s in report.stops] == [(91, -1139, 1392), (91, -1117, 1447)]
+    T = [lwr_dyn.forward_kinematics(arm, d.q) for d in report.run.done if d.kind == "PTP"][:2]
+    for stop, pose in zip(report.stops, T, strict=True):
+        assert np.linalg.norm(1e3 * pose[:3, 3] - stop.target_mm) <= EXACT_MM
+        assert stop.missed_mm <= EXACT_MM
+        assert np.abs(pose[:3, :3] - np.eye(3)).max() < 1e-12
+    assert np.abs(np.degrees(report.run.motion.q[-1]) - [0, -90, 90, 0, 0, 0]).max() < 1e-12
+    assert report.holds
+
+
+def test_what_is_written_is_read_and_runs_again(report, arm, tmp_path):
+    write_program(report, arm, tmp_path)
+    names = {p.name for p in tmp_path.iterdir()}
+    assert {"TwoPointMotionPath.src", "TwoPointMotionPath.dat", "diagnosis.txt", "replay.html"} <= names
+    assert b"\r\n" in (tmp_path / "TwoPointMotionPath.src").read_bytes()
+    again = load_program(tmp_path / "TwoPointMotionPath.src")
+    assert again.source == report.corrected.source
+    assert again.data == report.corrected.data
+    stored = Run.load(tmp_path / "TwoPointMotionPath.npz")
+    assert np.array_equal(stored.q, report.run.motion.q)
