@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import resource
 import subprocess
 import sys
 import tempfile
@@ -119,6 +120,25 @@ def krl() -> tuple[str, bool]:
     return done.stdout.strip().splitlines()[-1], done.returncode == 0
 
 
+def krl_large() -> tuple[str, bool]:
+    """A KRL program of 100 000 lines, read and checked: seconds, and memory of the whole process."""
+    from lwr_dyn.krl.check import check_program
+    from lwr_dyn.krl.program import parse_program
+
+    rows = ["DEF big( )", "REAL x", "BAS(#VEL_PTP, 100)", "$VEL.CP = 0.3", "x = 0"]
+    rows += ["PTP {A1 0, A2 -90, A3 90, A4 0, A5 30, A6 0}", "PTP {X 1200, Y 0, Z 1300, A 0, B 90, C 0, S 2, T 2}"]
+    while len(rows) < 99_999:
+        i = len(rows)
+        place = f"X {1200 + i % 97}.{i % 89}, Y {i % 83}, Z {1300 + i % 79}, A 0.0, B 90.0, C 0.0"
+        rows += [f"IF x < {i} THEN", f"  x = x + {i}.5 ; {i}", "ENDIF", f"LIN {{{place}}} C_DIS"]
+    text, start = "\r\n".join([*rows[:99_999], "END"]), time.perf_counter()
+    found = check_program(parse_program(text, name="big"), lwr_dyn.load("kr30ha"))
+    seconds = time.perf_counter() - start
+    megabytes = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    good = seconds < 20.0 and megabytes < 1024.0 and [d.code for d in found] == ["bound"]
+    return f"{seconds:.1f} s, {megabytes:.0f} MB; {found[0].message}", good
+
+
 LINES: dict[str, Line] = {
     "properties": properties,
     "checks": checks,
@@ -127,6 +147,7 @@ LINES: dict[str, Line] = {
     "coverage": coverage,
     "long_log": long_log,
     "krl": krl,
+    "krl_large": krl_large,
 }
 
 

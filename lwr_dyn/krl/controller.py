@@ -122,13 +122,12 @@ class Controller:
         return None
 
     def position(self, key: str) -> Value | None:
-        """`$POS_ACT` or `$AXIS_ACT`; None before the first motion."""
-        if self.q is None:
-            return None
+        """`$POS_ACT` or `$AXIS_ACT`; before the first motion the arm is taken to stand at mastering."""
+        q = self.home() if self.q is None else self.q
         if key.startswith("$AXIS"):
-            return axes_value(self.q)
-        T = np.linalg.inv(self.base) @ tool_pose(self.arm, self.q, self.tool)
-        return pose_value(T, "E6POS", {"S": status(self.arm, self.q), "T": turn(self.q)})
+            return axes_value(q)
+        T = np.linalg.inv(self.base) @ tool_pose(self.arm, q, self.tool)
+        return pose_value(T, "E6POS", {"S": status(self.arm, q), "T": turn(q)})
 
     @property
     def base(self) -> Array:

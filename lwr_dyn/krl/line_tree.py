@@ -98,7 +98,7 @@ class LineTree:
         return s.Declaration(c[2].text.upper(), tuple(c[3:]), False, c[0] is not None, c[1] is not None, c[2].column)
 
     def bare_named(self, c: Nodes) -> s.Declaration:  # noqa: D102
-        return s.Declaration(c[0].text, tuple(c[1:]), False, column=c[0].column)
+        return s.Declaration(c[2].text, tuple(c[3:]), False, c[0] is not None, c[1] is not None, c[2].column)
 
     def type(self, c: Nodes) -> str:  # noqa: D102
         return str(c[0].text.upper() if c[0].kind == "SIMPLE" else c[0].text)

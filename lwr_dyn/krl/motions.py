@@ -119,13 +119,13 @@ class Motions:
 
     def _now(self, axes: bool) -> Struct:
         found = self.controller.position("$AXIS_ACT" if axes else "$POS_ACT")
-        if not isinstance(found, Struct):
+        if self.controller.q is None or not isinstance(found, Struct):
             raise HaltError("first-motion", "a relative motion before the arm stands anywhere", "begin with a full PTP")
         return found
 
     def _where(self) -> Where:
         c = self.controller
-        pose = c.position("$POS_ACT")
+        pose = None if c.q is None else c.position("$POS_ACT")
         return Where(c.arm, c.q, c.base, c.tool, pose if isinstance(pose, Struct) else None)
 
     def _ptp(self, point: Value, first: bool) -> tuple[Leg | None, Array | None]:

@@ -87,7 +87,12 @@ def _declared_types(scope: Scope, x: s.Declaration) -> None:
         scope.say(x.column, "missing-type", "a declaration without a type", f"DECL {example} {x.names[0].name}")
     elif not scope.is_type(x.type.upper()):
         said = f"{x.type} is no type" if x.decl else f"{x.type} {x.names[0].name}: neither a statement nor a type"
-        scope.say(x.column, "unknown-type", said, "INT, REAL, BOOL, CHAR, E6POS ..., or one that is declared")
+        scope.say(
+            x.column,
+            "unknown-type",
+            said,
+            "INT, REAL, BOOL, CHAR, E6POS ..., or one that is declared or lent with --with",
+        )
     for d in x.names:
         if len(d.name) > LONGEST_NAME:
             said = f"the name has {len(d.name)} characters"

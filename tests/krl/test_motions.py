@@ -97,7 +97,8 @@ def test_circ_stays_on_its_circle_and_ca_turns_on(arm):
 
 
 def test_rates_are_derivatives_also_in_blends(arm):
-    done = ran(arm, HOME, "$APO.CDIS = 30", "$APO.CPTP = 50", "PTP_REL {A1 20} C_PTP C_DIS", "LIN_REL {Y 100} C_DIS",
+    done = ran(arm, HOME, "$APO.CDIS = 30", "$APO.CPTP = 50", "PTP_REL {A1 20} C_PTP C_DIS",
+               "LIN_REL {Y 100, B 15} C_DIS",
                "LIN_REL {Z 80, A 20} C_DIS", "CIRC_REL {Y 50, Z 50}, {Z 100} C_DIS", "PTP_REL {A6 40}")  # fmt: skip
     h = 1e-5
     marks = np.concatenate([leg.begin + np.asarray(leg.part.law.knots) for leg in done.timeline.entries[1:]])
@@ -252,6 +253,11 @@ def test_the_statements_do_what_they_say(arm):
     assert check_program(program, arm) == ()
     done = run_program(program, arm)
     assert np.degrees(done.done[-1].q - START)[0] == pytest.approx(6.0, abs=1e-9)
+
+
+def test_a_first_motion_to_where_the_arm_stands_starts_at_mastering(arm):
+    done = ran(arm, "PTP $AXIS_ACT", "PTP_REL {A1 10}")
+    assert np.degrees(done.done[0].q) == pytest.approx([0, -90, 90, 0, 0, 0], abs=1e-12)
 
 
 def test_a_parameter_by_reference_comes_back(arm):

@@ -68,6 +68,30 @@ def test_keywords_in_any_case_and_contextual_names():
 
 
 @pytest.mark.parametrize(
+    "line",
+    [
+        "GLOBAL E6AXIS g_pos={A1 0.0,A2 -4.4E-05}",
+        "DECL GLOBAL mode_t mode=#KRL_PTP",
+        'programs[1]={type #KRL_PTP,id[] "KRL",place {A1 1,A2 2}}',
+        'MsgNotify("changed to: %1", "Debug", ,text[], 1)',
+        "ratio = 1.0*$RAT_MOT_AX[j].N/1.0*$RAT_MOT_AX[j].D",
+        "global interrupt decl 15 when $flag[1]==false do reset_it()",
+        "$timer_stop[1] = false  ; start",
+        "deffct int get_it(position :out)",
+        "return(far(1))",
+        "IF (($PRO_STATE1==#P_ACTIVE) AND (state==#RUN)) THEN ; both",
+        "code = code B_OR MASK",
+        "HOME = {AXIS: A1 0, A2 -90, A3 90, A4 0, A5 90, A6 0} ; start",
+        "err = set_it(axis,i,bound[i-1]);",
+        "EXT  bas (BAS_COMMAND  :IN,REAL  :IN )",
+    ],
+)
+def test_idioms_of_public_programs_are_read(line):
+    statement, _ = parse_line(line)
+    assert parse_line(statement_text(statement))[0] == statement
+
+
+@pytest.mark.parametrize(
     ("text", "meant"),
     [
         ("a + b * c", "a + b * c"),
