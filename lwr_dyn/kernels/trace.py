@@ -217,4 +217,4 @@ def trace(form: Form, function: str) -> Any:
     q, dq, last = symbols.values()
     out = EXPRESSIONS[function](Traced(form, q, dq, last, given))
     arguments = [symbols[name] for name in shape.states] + list(given.values())
-    return casadi.Function(function, [column(a) for a in arguments], [casadi.SX(out)])
+    return casadi.Function(function, [column(a) for a in arguments], [casadi.densify(casadi.SX(out))])

@@ -18,7 +18,7 @@ EXAMPLES = {
     "swing.py": (["--seconds", "0.5"], "upright at rest: an equilibrium, the arm should stay: an equilibrium"),
     "replay_ist.py": (["--out", "ist.html"], "wrote ist.html"),
 }
-NOT_EXAMPLES = {"benchmark.py", "soak.py"}
+NOT_EXAMPLES = {"benchmark.py", "benchmark_kernels.py", "kernel_peers.py", "soak.py", "timing.py"}
 """Run by hand; their parts are tested where they live."""
 
 
