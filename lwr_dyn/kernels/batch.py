@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -56,6 +56,7 @@ class BatchDynamics:
 
     form: Form
     threads: int = 1
+    _kernels: dict[str, Kernel] = field(default_factory=dict, repr=False)
 
     @property
     def n(self) -> int:
@@ -124,12 +125,19 @@ class BatchDynamics:
         found = self._evaluate("forward_dynamics_derivatives", (q, dq, tau), None, inputs)
         return AccelerationDerivatives(*np.moveaxis(found, 1, 0))
 
+    def kernel(self, function: str) -> Kernel:
+        """The compiled function of that name; raises `UnknownNameError` and `MissingPackageError`."""
+        found = self._kernels.get(function)
+        if found is None:
+            found = self._kernels[function] = kernel_of(self.form, function)
+        return found
+
     def _evaluate(self, function: str, states: tuple[Any, ...], out: Numbers | None, inputs: dict[str, Any]) -> Numbers:
         shape, form = function_shape(function), self.form
         rows, count = input_rows(form, function, dict(zip(shape.states, states, strict=True)), inputs)
         result = result_array(out, (count, *shape.result(form.n)), form.dtype, rows)
         if count:
-            kernel = kernel_of(form, function)
+            kernel = self.kernel(function)
             places = [address_and_step(row, count) for row in rows]
             if kernel.run(places, result.__array_interface__["data"][0], count, self.threads):
                 self._again(kernel, function, rows, result)

@@ -11,23 +11,19 @@ from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import Array, joint_array, same_batch
 from lwr_dyn.kernels.batch import BatchDynamics, batch_dynamics
 from lwr_dyn.kernels.functions import function_shape
-from lwr_dyn.kernels.kernel import Kernel, kernel_of
 from lwr_dyn.kernels.rows import nearer
 
 
 class SingleStates:
     """The kernels called with single states, float64 (n,), nothing checked: for loops."""
 
-    __slots__ = ("_batch", "_kernels")
+    __slots__ = ("_batch",)
 
     def __init__(self, batch: BatchDynamics) -> None:
         self._batch = batch
-        self._kernels: dict[str, Kernel] = {}
 
     def _of(self, function: str, *states: Any) -> Any:
-        kernel = self._kernels.get(function)
-        if kernel is None:
-            kernel = self._kernels[function] = kernel_of(self._batch.form, function)
+        kernel = self._batch.kernel(function)
         arrays = [np.ascontiguousarray(x, dtype=np.float64) for x in states]
         out = np.empty(function_shape(function).result(self._batch.n))
         place = out.__array_interface__["data"][0]

