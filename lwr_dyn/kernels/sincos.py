@@ -41,9 +41,8 @@ class SinCos:
         half_turns = rounded(times(x, number(1.0 / np.pi)))
         odd = plus(half_turns, minus(times(number(2.0), rounded(times(half_turns, number(0.5))))))
         sign = plus(number(1.0), minus(times(number(2.0), times(odd, odd))))
-        r = x
-        for part in self.pi_parts:
-            r = plus(r, minus(times(half_turns, number(part))))
+        first, second, third = (times(half_turns, number(part)) for part in self.pi_parts)
+        r = plus(plus(x, minus(first)), minus(plus(second, third)))  # exact, then one rounding
         square, signed = times(r, r), times(sign, r)
         sine = plus(signed, times(times(signed, square), self._horner(writer, self.sine, square)))
         low = plus(number(1.0), minus(times(number(0.5), square)))
