@@ -14,6 +14,7 @@ from lwr_dyn.version import VERSION
 __version__ = VERSION
 
 if TYPE_CHECKING:
+    from lwr_dyn.front import batch_dynamics as batch_dynamics
     from lwr_dyn.front import dynamics_of as dynamics_of
     from lwr_dyn.front import forward_kinematics as forward_kinematics
     from lwr_dyn.front import inverse_kinematics as inverse_kinematics
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Run",
+    "batch_dynamics",
     "dynamics_of",
     "forward_kinematics",
     "inverse_kinematics",

@@ -163,3 +163,25 @@ class ProgramError(LwrDynError, RuntimeError):
     def __init__(self, place: str, code: str, message: str, hint: str) -> None:
         super().__init__(f"{place}: {message}" + (f"; {hint}" if hint else ""))
         self.place, self.code, self.message, self.hint = place, code, message, hint
+
+
+class CacheWarning(UserWarning):
+    """Compiled kernels cannot be kept; every process compiles them anew."""
+
+    def __init__(self, folder: str, reason: str) -> None:
+        super().__init__(
+            f"compiled kernels cannot be kept in {folder} ({reason}): this process compiles its own; "
+            "name another folder in LWR_DYN_CACHE"
+        )
+        self.folder, self.reason = folder, reason
+
+
+class NotFiniteWarning(UserWarning):
+    """States of a batch hold a value that is not finite; their results are NaN, all others are computed."""
+
+    def __init__(self, function: str, indices: Iterable[int], count: int) -> None:
+        self.function, self.indices = function, tuple(int(i) for i in indices)
+        shown = ", ".join(str(i) for i in self.indices[:5]) + (", ..." if len(self.indices) > 5 else "")
+        super().__init__(
+            f"{function}: {len(self.indices)} of {count} states are not finite (index {shown}): their results are NaN"
+        )

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from lwr_dyn.arrays import Array
     from lwr_dyn.control.protocol import Controller
     from lwr_dyn.dynamics.protocol import Dynamics
+    from lwr_dyn.kernels.batch import BatchDynamics
     from lwr_dyn.kinematics.inverse import InverseResult
     from lwr_dyn.motion import Reference, Run
 
@@ -89,13 +90,32 @@ def urdf_text(arm: Arm) -> str:
 
 
 def dynamics_of(arm: Arm, engine: str = "pinocchio", rotors: str = "armature") -> Dynamics:
-    """The dynamics of an arm by one of the engines; see `lwr_dyn.dynamics.selection.dynamics_of`.
+    """The dynamics of an arm by the engine "pinocchio", "newton-euler" or "kernels" (generated, for large batches).
 
-    Raises `UnknownNameError` (no such engine), `OptionError` (rotors it does not know), `MissingDataError` (no masses).
+    Rotors other than "armature" ("full", "none") need one of the last two; see `dynamics.selection.dynamics_of`.
+    Raises `UnknownNameError` (no such engine), `OptionError` (rotors it does not know), `MissingDataError` (no masses),
+    `MissingPackageError` ("kernels" without the extra `batch`).
     """
+    if engine == "kernels":
+        from lwr_dyn.kernels.engine import Kernels
+
+        return Kernels(arm, rotors)
     from lwr_dyn.dynamics import selection
 
+    if engine not in selection.ENGINES:
+        raise UnknownNameError("engine", engine, (*selection.ENGINES, "kernels"))
     return selection.dynamics_of(arm, engine, rotors)
+
+
+def batch_dynamics(arm: Arm, **options: Any) -> BatchDynamics:
+    """An arm's dynamics over rows of states by generated kernels; needs the extra `batch`.
+
+    Options (dtype, threads, inputs, friction, rotors) and errors are those of
+    `lwr_dyn.kernels.batch.batch_dynamics`.
+    """
+    from lwr_dyn.kernels.batch import batch_dynamics as made
+
+    return made(arm, **options)
 
 
 def forward_kinematics(arm: Arm, q: ArrayLike) -> Array:

@@ -12,12 +12,13 @@ import statistics
 import subprocess
 import sys
 import time
-from collections.abc import Callable
 from importlib.metadata import version
 
 import numpy as np
 import pinocchio as pin
+from benchmark_kernels import kernels
 from scipy.integrate import solve_ivp
+from timing import Call, head, installed, paired, row, seconds
 
 import lwr_dyn
 from lwr_dyn.arm import Arm
@@ -31,44 +32,8 @@ from lwr_dyn.simulation.simulate import simulate
 from lwr_dyn.tasks.ist import ist_reference
 from lwr_dyn.urdf.mjcf import mjcf_text
 
-Call = Callable[[], object]
-PEERS = ("pin", "mujoco", "roboticstoolbox-python", "numpy", "scipy", "lwr_dyn")
+PEERS = ("pin", "mujoco", "roboticstoolbox-python", "numpy", "scipy", "numba", "llvmlite", "casadi", "jax", "lwr_dyn")
 METHODS = ("mass_matrix", "coriolis_matrix", "gravity_vector", "inverse_dynamics", "forward_dynamics")
-
-
-def seconds(call: Call, number: int) -> float:
-    """Seconds a call, over `number` calls."""
-    start = time.perf_counter()
-    for _ in range(number):
-        call()
-    return (time.perf_counter() - start) / number
-
-
-def paired(ours: Call, theirs: Call, pairs: int, number: int) -> tuple[float, float, float]:
-    """Medians of both [s] and of the ratio ours / theirs, pair by pair, after one warm-up each."""
-    ours(), theirs()
-    times = [(seconds(ours, number), seconds(theirs, number)) for _ in range(pairs)]
-    ratio = statistics.median(a / b for a, b in times)
-    return statistics.median(a for a, _ in times), statistics.median(b for _, b in times), ratio
-
-
-def row(what: str, peer: str, result: tuple[float, float, float], note: str = "") -> None:
-    """One line of the table: times in microseconds, the ratio."""
-    ours, theirs, ratio = result
-    print(f"| {what} | {ours * 1e6:.3g} | {peer} | {theirs * 1e6:.3g} | {ratio:.3g} | {note} |", flush=True)
-
-
-def head(title: str) -> None:
-    """A heading and the head of a table."""
-    print(f"\n### {title}\n\n| what | ours [us] | peer | peer [us] | ours / peer | |\n|---|---|---|---|---|---|")
-
-
-def installed(module: str) -> bool:
-    """Whether a peer is there; says so when it is not."""
-    there = importlib.util.find_spec(module) is not None
-    if not there:
-        print(f"({module} is not installed: left out)")
-    return there
 
 
 def single_calls(arm: Arm, pairs: int) -> None:
@@ -306,6 +271,8 @@ def main() -> None:
     closed_loop(arm, max(3, options.pairs))
     with_friction(options.pairs)
     starts(options.pairs)
+    if installed("numba"):
+        kernels(options.pairs)
 
 
 if __name__ == "__main__":

@@ -20,6 +20,7 @@ COMMANDS = {
     "fk": "Pose of the flange; the DH matrices in symbols.",
     "gains": "Worst-case inertia of each joint and the gains drawn from it.",
     "ik": "Joint positions that reach a pose: all branches, limits told apart from reach.",
+    "kernels": "The generated source of a batch function, what it costs, and where it is kept.",
     "replay": "Runs in the browser: one file without network, or live.",
     "simulate": "A task under a controller: run file, metrics, energy audit.",
     "identify": "Friction, or friction and inertia, from logs of an arm that moved.",

@@ -18,7 +18,7 @@ METHODS = {
 SHAPES = {"mass_matrix": (7, 7), "coriolis_matrix": (7, 7), "potential_energy": ()}
 
 
-@pytest.fixture(scope="module", params=["pinocchio", "newton-euler"])
+@pytest.fixture(scope="module", params=["pinocchio", "newton-euler", "kernels"])
 def engine(request):
     return lwr_dyn.dynamics_of(lwr_dyn.load("lwr4plus"), request.param)
 
@@ -82,7 +82,7 @@ def test_results_are_the_callers_own(engine):
 
 def test_names_and_options_that_do_not_exist():
     arm = lwr_dyn.load("lwr4plus")
-    with pytest.raises(UnknownNameError, match="pinocchio, newton-euler"):
+    with pytest.raises(UnknownNameError, match="pinocchio, newton-euler, kernels"):
         lwr_dyn.dynamics_of(arm, "mujoco")
     with pytest.raises(OptionError, match="armature, full, none"):
         lwr_dyn.dynamics_of(arm, "newton-euler", rotors="half")

@@ -23,7 +23,7 @@ EXAMPLES = {
     "kr30ha_envelope.py": (["--out", "envelope"], "reach 2032.72 mm, data sheet 2033"),
     "kr30ha_equations_of_motion.py": (["--latex", "equations.tex"], "tau is Pinocchio's to "),
 }
-NOT_EXAMPLES = {"benchmark.py", "soak.py"}
+NOT_EXAMPLES = {"benchmark.py", "benchmark_kernels.py", "kernel_peers.py", "soak.py", "timing.py"}
 """Run by hand; their parts are tested where they live."""
 
 

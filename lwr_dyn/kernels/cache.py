@@ -1,0 +1,80 @@
+"""Compiled kernels on disk: one file each, whole or not at all, checked by its digest before it is run.
+
+Two processes that compile the same kernel write the same file, each under a name of its own and renamed; a kill leaves
+at most such a name, swept later. A file that is not what it says is built anew.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import sys
+import time
+import warnings
+from pathlib import Path
+from typing import Any
+
+from lwr_dyn.errors import CacheWarning, FileAccessError
+from lwr_dyn.files import write_file
+
+_MARK = b"lwr_dyn kernel 1\n"
+_LEFT_OVER = 3600.0
+"""Seconds after which an unfinished file is of a process that was killed."""
+_told: set[str] = set()
+
+
+def cache_folder() -> Path:
+    """Where kernels are kept: LWR_DYN_CACHE, or lwr_dyn in the user's cache folder (XDG_CACHE_HOME, ~/.cache ...)."""
+    if chosen := os.environ.get("LWR_DYN_CACHE"):
+        return Path(chosen)
+    if sys.platform == "win32":
+        base = os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local"
+    elif sys.platform == "darwin":
+        base = Path.home() / "Library" / "Caches"
+    else:
+        base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    return Path(base) / "lwr_dyn"
+
+
+def kept(key: str) -> tuple[dict[str, Any], bytes] | None:
+    """Description and code of the kernel of that key; None when there is none that can be trusted."""
+    try:
+        content = (cache_folder() / f"{key}.kernel").read_bytes()
+    except OSError:
+        return None
+    digest, rest = content[len(_MARK) : len(_MARK) + 65], content[len(_MARK) + 65 :]
+    if not content.startswith(_MARK) or digest != _digest(rest):
+        return None
+    text, _, code = rest.partition(b"\n")
+    description: dict[str, Any] = json.loads(text)
+    return description, code
+
+
+def keep(key: str, description: dict[str, Any], code: bytes) -> None:
+    """Write a kernel; where that cannot be, say so once and go on."""
+    folder = cache_folder()
+    rest = json.dumps(description).encode() + b"\n" + code
+    try:
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        write_file(folder / f"{key}.kernel", _MARK + _digest(rest) + rest)
+        _sweep(folder)
+    except (OSError, FileAccessError) as fault:
+        if str(folder) not in _told:
+            _told.add(str(folder))
+            reason = getattr(fault, "reason", None) or getattr(fault, "strerror", None) or str(fault)
+            warnings.warn(CacheWarning(str(folder), str(reason).lower()), stacklevel=2)
+
+
+def _digest(content: bytes) -> bytes:
+    return hashlib.sha256(content).hexdigest().encode() + b"\n"
+
+
+def _sweep(folder: Path) -> None:
+    """Remove what killed processes left half written."""
+    for path in folder.glob(".*.kernel.*"):
+        try:
+            if time.time() - path.stat().st_mtime > _LEFT_OVER:
+                path.unlink()
+        except OSError:  # another process was quicker
+            continue

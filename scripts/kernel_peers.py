@@ -1,0 +1,62 @@
+"""Pinocchio's answer to every function of a batch, state by state: what generated kernels are compared with."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pinocchio as pin
+
+from lwr_dyn.arm import Arm
+from lwr_dyn.dynamics.engine import pinocchio_model
+from lwr_dyn.kernels.parameters import moved
+
+Answer = Callable[..., np.ndarray]
+
+
+def parameters_moved(arm: Arm) -> np.ndarray:
+    """(10 n, 10 n): inertial parameters in URDF frames from those in native link frames."""
+    out = np.zeros((10 * arm.n, 10 * arm.n))
+    for i, link in enumerate(arm.chain.links):
+        for k, unit in enumerate(np.eye(10)):
+            column = moved(unit, link.after.rotation, link.after.position)
+            out[10 * i : 10 * i + 10, 10 * i + k] = np.array(column, dtype=float)
+    return out
+
+
+def pinocchio_answers(arm: Arm) -> dict[str, Answer]:
+    """Function of a batch -> the same by Pinocchio for one state."""
+    model = pinocchio_model(arm)
+    data, flange, moves = model.createData(), model.getFrameId("flange"), parameters_moved(arm)
+
+    def pose(q: np.ndarray) -> np.ndarray:
+        pin.framesForwardKinematics(model, data, q)
+        return data.oMf[flange].homogeneous
+
+    def torque_derivatives(q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
+        by_q, by_v, _ = pin.computeRNEADerivatives(model, data, q, v, a)
+        return np.stack([by_q, by_v, pin.crba(model, data, q)])
+
+    def regressor(q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
+        return pin.computeJointTorqueRegressor(model, data, q, v, a) @ moves
+
+    return {
+        "inverse_dynamics": lambda q, v, a: pin.rnea(model, data, q, v, a),
+        "mass_matrix": lambda q: pin.crba(model, data, q),
+        "bias_torque": lambda q, v: pin.nonLinearEffects(model, data, q, v),
+        "gravity_vector": lambda q: pin.computeGeneralizedGravity(model, data, q),
+        "coriolis_matrix": lambda q, v: pin.computeCoriolisMatrix(model, data, q, v),
+        "forward_dynamics": lambda q, v, tau: pin.aba(model, data, q, v, tau),
+        "flange_pose": pose,
+        "jacobian": lambda q: pin.computeFrameJacobian(model, data, q, flange, pin.LOCAL_WORLD_ALIGNED),
+        "kinetic_energy": lambda q, v: np.array(pin.computeKineticEnergy(model, data, q, v)),
+        "potential_energy": lambda q: np.array(pin.computePotentialEnergy(model, data, q)),
+        "torque_regressor": regressor,
+        "inverse_dynamics_derivatives": torque_derivatives,
+        "forward_dynamics_derivatives": lambda q, v, tau: np.stack(pin.computeABADerivatives(model, data, q, v, tau)),
+    }
+
+
+def relative_difference(found: np.ndarray, expected: np.ndarray) -> float:
+    """Largest difference over the states as a share of the largest value; energies are compared by differences."""
+    return float(np.abs(found - expected).max() / np.abs(expected).max())
