@@ -49,7 +49,7 @@ class AccelerationDerivatives:
 class BatchDynamics:
     """Functions over (N, n) arrays of q [rad or m], dq, ddq, tau; a single row (n,) stands for all.
 
-    Inputs of the family are keywords: inertia (n, 10), payload (10,), gravity (3,), friction (2, n), one set for all
+    Inputs of the family are keywords: inertia (n, 10), payload (10,), gravity (3,), friction (5, n), one set for all
     states or one for each with N in front. Every method raises `ShapeError` (shape or number type) and `OptionError`
     (an input missing, or not one of this family); kernels are compiled when they are first used.
     """
@@ -181,13 +181,14 @@ def batch_dynamics(
     inputs : names out of inertia, payload, gravity, friction
         What the kernels take as inputs instead of the arm's constants.
     friction : {"none", "arm"}
-        "arm" adds the arm's viscous and Coulomb friction to inverse and takes it from forward dynamics.
+        "arm" adds the arm's friction (Coulomb and viscous per direction, offset) to inverse and takes it from forward
+        dynamics.
     rotors : {"armature", "full", "none"}
 
     Raises
     ------
     OptionError
-        A choice that does not exist.
+        A choice that does not exist, or the arm's friction has a Stribeck curve, which kernels do not know.
     MissingDataError
         The arm has no inertias.
     MissingPackageError

@@ -16,7 +16,7 @@ from lwr_dyn.errors import OptionError
 from lwr_dyn.kernels.functions import function_shape
 from lwr_dyn.kernels.parameters import chosen_inputs, friction_parameters
 
-GENERATOR = 1
+GENERATOR = 2
 """Version of the generator: raised whenever the same arm gives another kernel, so that cached ones are not taken."""
 NUMBER_TYPES = ("float64", "float32")
 FRICTIONS = ("none", "arm")
@@ -29,7 +29,7 @@ class Form:
     name: str
     chain: Chain
     friction: Array | None
-    """(2, n) as constants, None without friction (or with friction as an input)."""
+    """(5, n) as constants, None without friction (or with friction as an input)."""
     inputs: tuple[str, ...] = ()
     rotors: Rotors = "armature"
     dtype: str = "float64"
@@ -74,14 +74,15 @@ def form_of(
     inputs : names out of inertia, payload, gravity, friction
         What a kernel takes as an input instead of the arm's constant.
     friction : {"none", "arm"}
-        "arm" adds the arm's own viscous and Coulomb friction to inverse and takes it from forward dynamics.
+        "arm" adds the arm's own friction (Coulomb and viscous per direction, offset) to inverse and takes it from
+        forward dynamics.
     rotors : {"armature", "full", "none"}
     dtype : {"float64", "float32"}
 
     Raises
     ------
     OptionError
-        A choice that does not exist.
+        A choice that does not exist, or the arm's friction has a Stribeck curve, which kernels do not know.
     MissingDataError
         The arm has no inertias.
     """

@@ -15,11 +15,14 @@ from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import Array
 from lwr_dyn.chain import Body, Chain, with_payload
 from lwr_dyn.errors import OptionError
+from lwr_dyn.friction.models import FRICTIONLESS, friction_of
 
 INPUTS = ("inertia", "payload", "gravity", "friction")
 """What can be an input of a kernel, in the order in which kernels take them."""
 PER_LINK = ("m", "mx", "my", "mz", "Ixx", "Ixy", "Iyy", "Ixz", "Iyz", "Izz")
 """Inertial parameters of a link: mass [kg], first moment [kg m], tensor about the origin of its frame [kg m^2]."""
+FRICTION = ("positive_coulomb", "positive_viscous", "negative_coulomb", "negative_viscous", "offset")
+"""Rows of the friction of an arm: magnitudes per direction as in `friction.models`, [N m] and [N m s/rad]."""
 TENSOR = ((0, 0), (0, 1), (1, 1), (0, 2), (1, 2), (2, 2))
 """Entries of the tensor in the order of `PER_LINK`."""
 
@@ -28,9 +31,14 @@ def parameter_shape(name: str, n: int) -> tuple[int, ...]:
     """Shape of one set of an input of a kernel.
 
     >>> parameter_shape("inertia", 7), parameter_shape("friction", 7)
-    ((7, 10), (2, 7))
+    ((7, 10), (5, 7))
     """
-    shapes: dict[str, tuple[int, ...]] = {"inertia": (n, 10), "payload": (10,), "gravity": (3,), "friction": (2, n)}
+    shapes: dict[str, tuple[int, ...]] = {
+        "inertia": (n, 10),
+        "payload": (10,),
+        "gravity": (3,),
+        "friction": (len(FRICTION), n),
+    }
     return shapes[name]
 
 
@@ -74,9 +82,23 @@ def payload_parameters(mass: float, com: Any = (0.0, 0.0, 0.0), inertia_com: Any
 
 
 def friction_parameters(arm: Arm) -> Array:
-    """Viscous [N m s/rad] and Coulomb friction [N m] of the joints, (2, n); zero where the arm gives none."""
-    rows = [[limits.viscous, limits.coulomb] for limits in arm.limits]
-    return np.array([[0.0 if x is None else x for x in row] for row in rows]).T
+    """Friction of the joints, (5, n), rows as `FRICTION`; zero where nothing is known.
+
+    Raises
+    ------
+    OptionError
+        A joint with a Stribeck curve, which a kernel does not know.
+    """
+    columns = []
+    for name, model in zip(arm.joint_names, friction_of(arm), strict=True):
+        known = model or FRICTIONLESS
+        for side in (known.positive, known.negative):
+            if side.stribeck_velocity is not None and side.holding > side.coulomb:
+                allowed = "Coulomb and viscous friction per direction, and an offset"
+                raise OptionError(f"friction of {name}", "a Stribeck curve", f"in kernels {allowed}")
+        sides = [x for side in (known.positive, known.negative) for x in (side.coulomb, side.viscous)]
+        columns.append([*sides, known.offset])
+    return np.array(columns).T
 
 
 def moved(parameters: Any, rotation: Array, position: Array) -> list[Any]:

@@ -125,9 +125,6 @@ class _Writer:
         zero = self.number(0.0)
         return self.node(">", x.node, zero.node) if x.sign > 0 else self.node(">", zero.node, x.node)
 
-    def sign(self, x: Value) -> Value:
-        return self.plus(self.above_zero(x), self.minus(self.above_zero(self.minus(x))))
-
     def turn(self, x: Value) -> tuple[Value, Value, Value]:
         """sin |x|, cos |x| and the number of half turns taken off, for an input x."""
         if x.node not in self.turns:
@@ -160,8 +157,8 @@ class _Writer:
                 return self.over(x[0], x[1])
             case casadi.OP_INV:
                 return self.over(self.number(1.0), x[0])
-            case casadi.OP_SIGN:
-                return self.sign(x[0])
+            case casadi.OP_LT:
+                return self.above_zero(self.plus(x[1], self.minus(x[0])))
             case _:
                 raise NotImplementedError(f"CasADi operation {op} in a traced function")
 

@@ -92,17 +92,22 @@ class Traced:
         return self.of_bodies(lambda links: Recursion(links, pull, self.form.rotors).inverse_dynamics(self.q, dq, ddq))
 
     def friction(self) -> Any:
-        """Torque of friction, F_v dq + F_c sign(dq), as a column."""
+        """Torque of friction, as a column: per direction F_c sign(dq) + F_v dq, plus the offset (`friction.models`)."""
         n = self.form.n
         table = self.given.get("friction", self.form.friction)
         if table is None:
             return casadi.SX.zeros(n)
-        viscous, coulomb = np.reshape(table, (2, n))
-        return column([v * x + c * casadi.sign(x) for v, c, x in zip(viscous, coulomb, self.dq, strict=True)])
+        return column([_slip(x, *one) for x, one in zip(self.dq, np.reshape(table, (-1, n)).T, strict=True)])
 
     def applied(self, ddq: Any) -> Any:
         """What the motors give: torque of the bodies plus friction."""
         return self.torque(self.dq, ddq) + self.friction()
+
+
+def _slip(dq: Any, c_up: Any, v_up: Any, c_down: Any, v_down: Any, offset: Any) -> Any:
+    """Slip torque of one joint: `up` moving towards positive, `down` towards negative values."""
+    up, down = dq > 0, dq < 0
+    return offset + c_up * up - c_down * down + v_down * dq + (v_up - v_down) * up * dq
 
 
 def _with_body(link: LinkConstants, p: Any) -> LinkConstants:

@@ -12,8 +12,10 @@ from tolerances import EXACT
 import lwr_dyn
 from lwr_dyn.chain import Body, with_bodies, with_payload
 from lwr_dyn.errors import OptionError, ShapeError
+from lwr_dyn.friction.models import Direction, JointFriction, friction_of, friction_torque
 from lwr_dyn.kernels.functions import FUNCTIONS
 from lwr_dyn.kernels.parameters import (
+    FRICTION,
     INPUTS,
     friction_parameters,
     inertial_parameters,
@@ -64,7 +66,7 @@ def test_every_state_may_have_a_body_a_load_and_a_gravity_of_its_own(family):
         "inertia": np.array([inertial_parameters(c) for c in chains]),
         "payload": np.array([payload_parameters(*load) for load in loads]),
         "gravity": gravity,
-        "friction": np.zeros((2, 7)),
+        "friction": np.zeros((5, 7)),
     }
     for function in ("inverse_dynamics", "forward_dynamics", "mass_matrix", "coriolis_matrix", "potential_energy"):
         found = evaluated(family, function, *x, **given(function, values))
@@ -95,13 +97,28 @@ def test_parameters_without_mass_but_with_a_first_moment_work(family):
     assert relative_difference(found, expected) < EXACT
 
 
-def test_friction_is_viscous_and_coulomb_against_the_motion():
+@pytest.mark.parametrize("arm", [RUBBING, lwr_dyn.load("wam7")], ids=["both ways alike", "per direction"])
+def test_friction_is_what_the_arms_models_say(arm):
     q, dq, ddq = states(7, 30)
     dq[0] = 0.0
-    rigid = lwr_dyn.batch_dynamics(RUBBING).inverse_dynamics(q, dq, ddq)
-    rubbing = lwr_dyn.batch_dynamics(RUBBING, friction="arm").inverse_dynamics(q, dq, ddq)
-    viscous, coulomb = friction_parameters(RUBBING)
-    assert np.abs(rubbing - rigid - viscous * dq - coulomb * np.sign(dq)).max() < 1e-12
+    rigid = lwr_dyn.batch_dynamics(arm).inverse_dynamics(q, dq, ddq)
+    rubbing = lwr_dyn.batch_dynamics(arm, friction="arm").inverse_dynamics(q, dq, ddq)
+    assert np.abs(rubbing - rigid - friction_torque(friction_of(arm), dq)).max() < 1e-12
+
+
+def test_an_offset_is_there_at_any_speed():
+    q, dq, ddq = states(7, 5)
+    values = own_values(ARM)
+    values["friction"][FRICTION.index("offset")] = 0.3
+    dq[0] = 0.0
+    found = lwr_dyn.batch_dynamics(ARM, inputs=["friction"]).inverse_dynamics(q, dq, ddq, friction=values["friction"])
+    assert np.abs(found - lwr_dyn.batch_dynamics(ARM).inverse_dynamics(q, dq, ddq) - 0.3).max() < 1e-12
+
+
+def test_a_stribeck_curve_is_refused():
+    curved = replace(ARM, friction=(JointFriction(Direction(1.0, 0.1, 1.5, 0.05), Direction(1.0, 0.1)),) * 7)
+    with pytest.raises(OptionError, match="friction of joint_1: a Stribeck curve; allowed: in kernels Coulomb"):
+        lwr_dyn.batch_dynamics(curved, friction="arm")
 
 
 def test_inertial_parameters_of_links_without_bodies_are_zero():
