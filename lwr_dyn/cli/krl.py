@@ -76,8 +76,9 @@ def check(file: str, robot: str, lent: tuple[str, ...], given: tuple[str, ...], 
     if as_json:
         print_json({"file": file, "holds": holds(found), "diagnoses": [d.to_json() for d in found]})
     else:
-        for diagnosis in found:
-            click.echo(str(diagnosis))
+        folder = Path(file).parent
+        for diagnosis in found:  # a place that editors and terminals can open
+            click.echo(f"{folder}/{diagnosis}" if folder != Path() else str(diagnosis))
         click.echo(f"{file}: {summary(found)}")
     sys.exit(0 if holds(found) else 1)
 

@@ -109,6 +109,8 @@ def _syntax_fault(words: list[Word], fault: UnexpectedToken) -> LineError:
     near = _near_keyword(words[0])
     if near is not None and (len(words) < 2 or words[1].kind not in _AFTER_NAMES):
         return LineError(words[0].column, "unknown-keyword", f"{words[0].text} is no keyword", f"did you mean {near}?")
+    if not ended and words[at].kind != "NAME" and words[at].text.isalpha() and "NAME" in fault.expected:
+        return LineError(column, "syntax", f"{words[at].text} is a keyword and no name", "use another name")
     found = "the line ends too early" if ended else f"{words[at].text!r} does not belong here"
     return LineError(column, "syntax", found, _allowed(fault))
 

@@ -40,6 +40,7 @@ def codes(program, arm=None, **options):
         ("WAIT 2", 6, "syntax"),
         ("LIN p q", 7, "syntax"),
         ("\tx = 3 +", 9, "syntax"),
+        ("off = 3", 1, "syntax"),
         ("x = " + "1+" * 300 + "1", 501, "long-line"),
         ("x = " + "-" * 200 + "1", 105, "long-line"),
     ],
@@ -49,6 +50,11 @@ def test_syntax_has_its_place(line, column, code):
     assert (found.place.line, found.place.column) == (2, column)
     assert "\n" not in str(found)
     assert found.hint
+
+
+def test_a_keyword_as_a_name_is_said_to_be_one():
+    (found,) = check_program(body("DECL FRAME off"))
+    assert found.message == "off is a keyword and no name"
 
 
 @pytest.mark.parametrize(
