@@ -9,7 +9,8 @@ from arms import random_arm
 import lwr_dyn
 from lwr_dyn.arm import JointLimits
 from lwr_dyn.control.gains import second_order_gains
-from lwr_dyn.control.worst_case_inertia import diagonal, worst_case_inertia, worst_cases
+from lwr_dyn.control.inertia_climbs import diagonal, local_maximum
+from lwr_dyn.control.worst_case_inertia import worst_case_inertia, worst_cases
 from lwr_dyn.dynamics.newton_euler import Recursion
 from lwr_dyn.errors import MissingDataError, OptionError
 
@@ -54,6 +55,20 @@ def test_the_smallest_is_below_the_largest_and_a_held_joint_stays(arm):
     most, least = (worst_case_inertia(arm, 0, held, smallest=s) for s in (False, True))
     assert least.value < most.value < worst_case_inertia(arm, 0).value
     assert most.q[3] == 0.5
+
+
+def test_another_maximum_is_called_one_only_after_it_was_followed_to_its_end():
+    arm, rng = lwr_dyn.load("wam7"), np.random.default_rng(3)
+    found, recursion, step = worst_case_inertia(arm, 2), Recursion.of(arm.chain), 1e-5
+    assert "another maximum" in found.statement()
+    assert found.runner_up < found.value
+    for start in rng.uniform(arm.lower, arm.upper, (10, 7)):
+        q, value = local_maximum(recursion, 2, start, arm.lower, arm.upper, 1.0)
+        assert diagonal(recursion, 2, start) <= value <= found.value * (1 + 1e-12)
+        up, down = (diagonal(recursion, 2, q + sign * step * np.eye(7)) for sign in (1, -1))
+        slope = (up - down) / (2 * step)
+        inside = (q > arm.lower + step) & (q < arm.upper - step)
+        assert np.abs(slope[inside]).max(initial=0.0) < 1e-6
 
 
 @pytest.mark.parametrize("seed", [0, 1, 2, 3])
