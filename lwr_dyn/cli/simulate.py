@@ -10,6 +10,7 @@ import numpy as np
 
 from lwr_dyn.arm import Arm
 from lwr_dyn.cli.friction import chosen_friction_of
+from lwr_dyn.cli.idle_options import Needs, refuse_idle
 from lwr_dyn.cli.options import NUMBERS, load_robot, print_json, robot_options
 from lwr_dyn.cli.run_report import run_record, run_text
 from lwr_dyn.control.by_name import CONTROLLERS, Tuning, controller_by_name
@@ -29,6 +30,37 @@ from lwr_dyn.tasks.lspb_move import lspb_move
 from lwr_dyn.tasks.point_to_point import hold, point_to_point
 
 TASKS = ("ist", "point-to-point", "lspb", "hold")
+
+
+def _controllers(*names: str) -> Any:
+    return lambda given: given["controller"] in names
+
+
+def _tasks(*names: str) -> Any:
+    return lambda given: given["task"] in names
+
+
+NEEDS = (
+    Needs("timing", _tasks("ist"), "with --task ist"),
+    Needs("arm_angle_deg", _tasks("ist"), "with --task ist"),
+    Needs("from_deg", _tasks(*TASKS[1:]), f"with --task {', '.join(TASKS[1:])}"),
+    Needs("to_deg", _tasks("point-to-point", "lspb"), "with --task point-to-point, lspb"),
+    Needs("blend", _tasks("lspb"), "with --task lspb"),
+    Needs("ki", _controllers("pid"), "with --controller pid"),
+    Needs("velocity_error", _controllers("pd-gravity", "pid"), "with --controller pd-gravity, pid"),
+    Needs("no_feedforward", _controllers("inverse-dynamics"), "with --controller inverse-dynamics"),
+    Needs("no_gravity", _controllers("inverse-dynamics", "pid"), "with --controller inverse-dynamics, pid"),
+    Needs("omega_n", lambda given: not given["own_gains"], "without --own-gains"),
+    Needs("xi", lambda given: not given["own_gains"], "without --own-gains"),
+    Needs("payload_known", lambda given: given["payload"] != 0.0, "with --payload"),
+    Needs("substeps", lambda given: given["method"] == "rk4", "with --method rk4"),
+    Needs("velocity_cutoff", lambda given: _measured(given), "with --encoder-bits or --encoder-noise"),
+)
+"""Options that only some others give a meaning."""
+
+
+def _measured(given: Any) -> bool:
+    return given["encoder_bits"] is not None or given["encoder_noise"] != 0.0
 
 
 def _options(command: Any) -> Any:
@@ -83,6 +115,7 @@ def _options(command: Any) -> Any:
 @_options
 def command(robot: str, reading: str | None, tip: str | None, locks: tuple[str, ...], **given: Any) -> None:
     """Simulate ROBOT under a controller on a task; print errors, torques against limits, and the energy audit."""
+    refuse_idle(NEEDS, given)
     out = given["out"]
     if out is not None:
         if not out.endswith(".npz"):

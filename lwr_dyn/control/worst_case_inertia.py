@@ -144,7 +144,7 @@ def _starts(recursion: Recursion, i: int, lower: Array, upper: Array, moving: li
 def _follow_on(
     recursion: Recursion, i: int, q: Array, value: Array, lower: Array, upper: Array, sign: float
 ) -> list[float]:
-    """Climb on, in place, from the best `FOLLOWED` ends that are not the best; the values of all that were looked at."""
+    """Climb on, in place, from the best `FOLLOWED` ends that are not the best; the values of all of these."""
     best = int(np.argmax(value))
     ended_lower = np.flatnonzero(value < value[best] - SAME * abs(value[best]))
     ends = [float(value[best])]

@@ -126,3 +126,19 @@ def test_huge_options_are_refused(lwr_dyn_command, options):
     code, _, err = lwr_dyn_command("simulate", "lwr4plus", *HOLD, *options)
     assert (code, err.count("\n")) == (2, 1)
     assert "allowed" in err
+
+
+@pytest.mark.parametrize(
+    ("options", "option", "words"),
+    [
+        (("--ki", "3"), "--ki", "with --controller pid"),
+        (("--payload-known",), "--payload-known", "with --payload"),
+        (("--velocity-cutoff", "50"), "--velocity-cutoff", "with --encoder-bits or --encoder-noise"),
+        (("--timing", "quintic"), "--timing", "with --task ist"),
+        (("--no-feedforward",), "--no-feedforward", "with --controller inverse-dynamics"),
+        (("--method", "dop853", "--substeps", "2"), "--substeps", "with --method rk4"),
+    ],
+)
+def test_an_option_that_would_do_nothing_is_refused(lwr_dyn_command, options, option, words):
+    code, out, err = lwr_dyn_command("simulate", "lwr4plus", *HOLD, *options)
+    assert (code, out, err) == (2, "", f"lwr-dyn: {option}: would do nothing here; allowed: {words}\n")
