@@ -1,5 +1,5 @@
 """Generated kernels against Pinocchio, NumPy, JAX and CasADi over a batch of states; their agreement, compile times,
-and how far they are from what the machine's arithmetic allows.
+memory, and how far they are from what the machine's arithmetic allows.
 
     python scripts/benchmark_kernels.py            # or as the last part of benchmark.py
 """
@@ -270,6 +270,31 @@ def compile_times(arm: Arm) -> None:
             print(f"| {function} | {first:.2f} | {second:.3f} |", flush=True)
 
 
+_MEMORY = """
+import resource, sys, numpy as np, lwr_dyn
+from lwr_dyn.kernels.functions import FUNCTIONS
+name, function, count = sys.argv[1], sys.argv[2], int(sys.argv[3])
+arm = lwr_dyn.load(name)
+batch, width = lwr_dyn.batch_dynamics(arm, threads=2), len(FUNCTIONS[function].states)
+call = getattr(batch, function)
+call(*np.zeros((width, 4096, arm.n)))
+before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+x = [np.random.default_rng(i).uniform(-1, 1, (count, arm.n)) for i in range(width)]
+out = call(*x)
+grown = 1024 * (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)
+print(grown / (sum(a.nbytes for a in x) + out.nbytes))
+"""
+
+
+def memory(arm: Arm) -> None:
+    """Growth of a process's peak memory over a batch, as a share of what its inputs and outputs take."""
+    print(f"\n### {arm.name}: memory of a batch of 1 000 000 states over its inputs and outputs\n")
+    print("| function | ratio |\n|---|---|")
+    for function in ("inverse_dynamics", "forward_dynamics", "mass_matrix"):
+        command = [sys.executable, "-c", _MEMORY, arm.name, function, "1000000"]
+        print(f"| {function} | {float(subprocess.run(command, check=True, capture_output=True).stdout):.2f} |")
+
+
 def kernels(pairs: int) -> None:
     """All of it, for every robot with inertias."""
     begin = time.perf_counter()
@@ -279,6 +304,7 @@ def kernels(pairs: int) -> None:
         arithmetic_limit(arm, pairs)
         agreement(arm)
         compile_times(arm)
+        memory(arm)
     other_peers(arms()[0], pairs)
     print(f"\n({time.perf_counter() - begin:.0f} s for this part)")
 
