@@ -271,17 +271,19 @@ def compile_times(arm: Arm) -> None:
 
 
 _MEMORY = """
-import resource, sys, numpy as np, lwr_dyn
+import sys, numpy as np, lwr_dyn
+from pathlib import Path
 from lwr_dyn.kernels.functions import FUNCTIONS
 name, function, count = sys.argv[1], sys.argv[2], int(sys.argv[3])
 arm = lwr_dyn.load(name)
 batch, width = lwr_dyn.batch_dynamics(arm, threads=2), len(FUNCTIONS[function].states)
 call = getattr(batch, function)
 call(*np.zeros((width, 4096, arm.n)))
-before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+peak = lambda: int(Path("/proc/self/status").read_text().split("VmHWM:")[1].split()[0])
+before = peak()
 x = [np.random.default_rng(i).uniform(-1, 1, (count, arm.n)) for i in range(width)]
 out = call(*x)
-grown = 1024 * (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)
+grown = 1024 * (peak() - before)
 print(grown / (sum(a.nbytes for a in x) + out.nbytes))
 """
 
@@ -305,7 +307,7 @@ def kernels(pairs: int) -> None:
         agreement(arm)
         compile_times(arm)
         memory(arm)
-    other_peers(arms()[0], pairs)
+    other_peers(lwr_dyn.load("lwr4plus"), pairs)
     print(f"\n({time.perf_counter() - begin:.0f} s for this part)")
 
 
