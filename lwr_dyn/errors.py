@@ -40,6 +40,7 @@ class UnknownNameError(LwrDynError, LookupError):
     """A robot, reading, joint, link or engine of that name does not exist."""
 
     def __init__(self, kind: str, name: str, known: Iterable[str]) -> None:
+        name = str(name)  # a number or None, given by mistake, is told too
         self.kind, self.name, self.known = kind, name, tuple(known)
         near = get_close_matches(name, self.known, n=1)
         hint = f" (did you mean {near[0]}?)" if near else ""

@@ -21,6 +21,15 @@ if TYPE_CHECKING:
     from lwr_dyn.motion import Reference, Run
 
 
+def _an_arm(arm: Any) -> Arm:
+    """The argument itself; raises `OptionError` for anything but an arm, above all for a robot's name."""
+    from lwr_dyn.arm import Arm
+
+    if not isinstance(arm, Arm):
+        raise OptionError("arm", repr(arm), "an arm, such as lwr_dyn.load('lwr4plus') gives")
+    return arm
+
+
 def robots() -> tuple[str, ...]:
     """Names of the robots that come with the package."""
     from lwr_dyn.papers import catalog
@@ -63,6 +72,8 @@ def load(
     (7, 6)
     """
     name = str(robot)
+    if "\0" in name:
+        raise FileAccessError(repr(name), "a null character", "a robot's name or a path")
     asked = ({"tip": tip} if tip else {}) | ({"lock": dict(lock)} if lock else {})
     if name.endswith(".urdf"):
         from lwr_dyn.urdf.reader import read_urdf
@@ -86,7 +97,7 @@ def urdf_text(arm: Arm) -> str:
     """The arm as URDF text; the same arm gives the same bytes."""
     from lwr_dyn.urdf import writer
 
-    return writer.urdf_text(arm)
+    return writer.urdf_text(_an_arm(arm))
 
 
 def dynamics_of(arm: Arm, engine: str = "pinocchio", rotors: str = "armature") -> Dynamics:
@@ -99,12 +110,12 @@ def dynamics_of(arm: Arm, engine: str = "pinocchio", rotors: str = "armature") -
     if engine == "kernels":
         from lwr_dyn.kernels.engine import Kernels
 
-        return Kernels(arm, rotors)
+        return Kernels(_an_arm(arm), rotors)
     from lwr_dyn.dynamics import selection
 
     if engine not in selection.ENGINES:
-        raise UnknownNameError("engine", engine, (*selection.ENGINES, "kernels"))
-    return selection.dynamics_of(arm, engine, rotors)
+        raise UnknownNameError("engine", str(engine), (*selection.ENGINES, "kernels"))
+    return selection.dynamics_of(_an_arm(arm), engine, rotors)
 
 
 def batch_dynamics(arm: Arm, **options: Any) -> BatchDynamics:
@@ -115,7 +126,7 @@ def batch_dynamics(arm: Arm, **options: Any) -> BatchDynamics:
     """
     from lwr_dyn.kernels.batch import batch_dynamics as made
 
-    return made(arm, **options)
+    return made(_an_arm(arm), **options)
 
 
 def forward_kinematics(arm: Arm, q: ArrayLike) -> Array:
@@ -126,7 +137,7 @@ def forward_kinematics(arm: Arm, q: ArrayLike) -> Array:
     """
     from lwr_dyn.kinematics import forward
 
-    return forward.forward_kinematics(arm.chain, q)
+    return forward.forward_kinematics(_an_arm(arm).chain, q)
 
 
 def inverse_kinematics(arm: Arm, T: ArrayLike, **options: Any) -> InverseResult:
@@ -140,14 +151,14 @@ def inverse_kinematics(arm: Arm, T: ArrayLike, **options: Any) -> InverseResult:
     """
     from lwr_dyn.kinematics import inverse
 
-    return inverse.inverse_kinematics(arm, T, **options)
+    return inverse.inverse_kinematics(_an_arm(arm), T, **options)
 
 
 def simulate(arm: Arm, controller: Controller, reference: Reference, **options: Any) -> Run:
     """The closed loop over time as a `Run`; options and errors are those of `lwr_dyn.simulation.simulate.simulate`."""
     from lwr_dyn.simulation.simulate import simulate as run_simulation
 
-    return run_simulation(arm, controller, reference, **options)
+    return run_simulation(_an_arm(arm), controller, reference, **options)
 
 
 def replay(runs: Run | Sequence[Run], path: str | Path, **options: Any) -> None:
@@ -158,6 +169,8 @@ def replay(runs: Run | Sequence[Run], path: str | Path, **options: Any) -> None:
     from lwr_dyn.motion import Run
     from lwr_dyn.viewer.html import write_replay
 
+    if not isinstance(runs, (Run, Sequence)):
+        raise OptionError("runs", repr(runs), "a run or a list of runs, as simulate or Run.load give them")
     several = [runs] if isinstance(runs, Run) else list(runs)
     write_replay(path, several, [arm_of(run) for run in several], **options)
 

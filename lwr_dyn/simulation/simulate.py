@@ -13,7 +13,7 @@ from lwr_dyn.arm import Arm
 from lwr_dyn.control.protocol import Controller, describe, reset
 from lwr_dyn.dynamics.protocol import Dynamics
 from lwr_dyn.dynamics.selection import dynamics_of
-from lwr_dyn.errors import ShapeError
+from lwr_dyn.errors import OptionError, ShapeError
 from lwr_dyn.motion import Reference, Run
 from lwr_dyn.simulation.flow import Flow
 from lwr_dyn.simulation.friction_choice import Choice, FrictionOption, check_rate, chosen_friction
@@ -109,6 +109,10 @@ def simulate(
         The motion cannot be followed; its `run` holds what was computed.
     """
     settings = Settings(rate, method, substeps, rtol, continuous, saturate, position_limits, allow_unphysical, seed)
+    if not callable(controller):
+        raise OptionError("controller", repr(controller), "a function f(t, q, dq, q_ref, dq_ref, ddq_ref) -> tau")
+    if not hasattr(reference, "sample"):
+        raise OptionError("reference", repr(reference), "a Reference, such as tasks and Motion are")
     moved = arm if plant is None else plant
     if payload != 0.0:
         moved = loaded(moved, payload, payload_com, payload_inertia)

@@ -1,0 +1,34 @@
+"""The front door answers slips of the hand with one clear line."""
+
+import numpy as np
+import pytest
+
+import lwr_dyn
+from lwr_dyn.errors import LwrDynError
+from lwr_dyn.tasks.point_to_point import hold
+
+ARM = lwr_dyn.load("lwr4plus")
+SLIPS = {
+    "a name for an arm, text": (lambda: lwr_dyn.urdf_text("lwr4plus"), "arm: 'lwr4plus'; allowed: an arm"),
+    "a name for an arm, engine": (lambda: lwr_dyn.dynamics_of("lwr4plus"), "arm: 'lwr4plus'"),
+    "a name for an arm, kernels": (lambda: lwr_dyn.dynamics_of("lwr4plus", "kernels"), "arm: 'lwr4plus'"),
+    "a name for an arm, batch": (lambda: lwr_dyn.batch_dynamics("lwr4plus"), "arm: 'lwr4plus'"),
+    "a name for an arm, pose": (lambda: lwr_dyn.forward_kinematics("lwr4plus", np.zeros(7)), "arm: 'lwr4plus'"),
+    "a name for an arm, inverse": (lambda: lwr_dyn.inverse_kinematics("lwr4plus", np.eye(4)), "arm: 'lwr4plus'"),
+    "a name for an arm, run": (lambda: lwr_dyn.simulate("lwr4plus", None, None), "arm: 'lwr4plus'"),
+    "no controller": (lambda: lwr_dyn.simulate(ARM, None, hold(ARM, np.zeros(7), 0.1)), "controller: None; allowed:"),
+    "no reference": (lambda: lwr_dyn.simulate(ARM, lambda *x: np.zeros(7), None), "reference: None; allowed:"),
+    "no engine": (lambda: lwr_dyn.dynamics_of(ARM, None), "no engine named 'None'"),
+    "a number for a reading": (lambda: lwr_dyn.load("lwr4plus", 3), "no reading of lwr4plus named '3'"),
+    "a null in a path": (lambda: lwr_dyn.load("a\0b.toml"), "a null character"),
+    "no runs": (lambda: lwr_dyn.replay(None, "x.html"), "runs: None; allowed: a run or a list of runs"),
+}
+
+
+@pytest.mark.parametrize("slip", SLIPS)
+def test_a_slip_of_the_hand_is_told_in_one_line(slip):
+    call, said = SLIPS[slip]
+    with pytest.raises(LwrDynError) as fault:
+        call()
+    assert said in str(fault.value)
+    assert "\n" not in str(fault.value)
