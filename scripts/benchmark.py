@@ -21,10 +21,10 @@ from scipy.integrate import solve_ivp
 from timing import Call, head, installed, paired, row, seconds
 
 import lwr_dyn
+from lwr_dyn.actuation import friction_of
 from lwr_dyn.arm import Arm
 from lwr_dyn.control.inverse_dynamics import InverseDynamics
 from lwr_dyn.control.pd_gravity import PDGravity
-from lwr_dyn.friction.models import friction_of
 from lwr_dyn.friction.smooth import smooth_friction
 from lwr_dyn.motion import Motion
 from lwr_dyn.reproduction.wam7_runs import BLEND, DURATION, START, TRAVEL, manufacturers_pd, move, weightless
