@@ -134,7 +134,7 @@ class Arm:
     """The tip and the locked joints it was loaded with, as JSON values."""
     friction: tuple[JointFriction | None, ...] = ()
     """Friction per joint and direction, empty where the source gives none beyond the pair in `limits`; read it
-    through `lwr_dyn.friction.models.friction_of`."""
+    through `lwr_dyn.actuation.friction_of`."""
     transmission: Transmission | None = None
     """The motor map, where the source gives one."""
     gains: JointGains | None = None

@@ -11,26 +11,20 @@ import platform
 import statistics
 import subprocess
 import sys
-import time
 from importlib.metadata import version
 
 import numpy as np
 import pinocchio as pin
+from benchmark_friction import with_friction
 from benchmark_kernels import kernels
-from scipy.integrate import solve_ivp
+from dynamics_peers import mujoco_calls, mujoco_loop, toolbox_calls
 from timing import Call, head, installed, paired, row, seconds
 
 import lwr_dyn
 from lwr_dyn.arm import Arm
 from lwr_dyn.control.inverse_dynamics import InverseDynamics
-from lwr_dyn.control.pd_gravity import PDGravity
-from lwr_dyn.friction.models import friction_of
-from lwr_dyn.friction.smooth import smooth_friction
-from lwr_dyn.motion import Motion
-from lwr_dyn.reproduction.wam7_runs import BLEND, DURATION, START, TRAVEL, manufacturers_pd, move, weightless
 from lwr_dyn.simulation.simulate import simulate
 from lwr_dyn.tasks.ist import ist_reference
-from lwr_dyn.urdf.mjcf import mjcf_text
 
 PEERS = ("pin", "mujoco", "roboticstoolbox-python", "numpy", "scipy", "numba", "llvmlite", "casadi", "jax", "lwr_dyn")
 METHODS = ("mass_matrix", "coriolis_matrix", "gravity_vector", "inverse_dynamics", "forward_dynamics")
@@ -66,60 +60,6 @@ def single_calls(arm: Arm, pairs: int) -> None:
         head("One state against robotics-toolbox-python (DHRobot of the same table)")
         for name, (call, check, number) in toolbox_calls(arm, q, dq, ddq).items():
             row(name, "rtb", paired(ours[name], call, pairs, number), f"differ by {check(dyn):.1e}")
-
-
-def mujoco_calls(arm: Arm, q: np.ndarray, dq: np.ndarray, ddq: np.ndarray) -> dict[str, tuple]:
-    """MuJoCo's inverse and forward dynamics at the state, with the difference from ours."""
-    import mujoco
-
-    model = mujoco.MjModel.from_xml_string(mjcf_text(arm))
-    data = mujoco.MjData(model)
-    model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONTACT) | int(mujoco.mjtDisableBit.mjDSBL_LIMIT)
-    data.qpos[:], data.qvel[:], data.qacc[:] = q, dq, ddq
-
-    def inverse() -> np.ndarray:
-        data.qacc[:] = ddq
-        mujoco.mj_inverse(model, data)
-        return data.qfrc_inverse
-
-    def forward() -> np.ndarray:
-        data.qfrc_applied[:] = ddq
-        mujoco.mj_forward(model, data)
-        return data.qacc
-
-    return {
-        "inverse_dynamics": (inverse, lambda dyn: np.abs(inverse() - dyn.inverse_dynamics(q, dq, ddq)).max()),
-        "forward_dynamics": (forward, lambda dyn: np.abs(forward() - dyn.forward_dynamics(q, dq, ddq)).max()),
-    }
-
-
-def toolbox_calls(arm: Arm, q: np.ndarray, dq: np.ndarray, ddq: np.ndarray) -> dict[str, tuple]:
-    """robotics-toolbox-python on a DHRobot made from our own table."""
-    import roboticstoolbox as rtb
-
-    from lwr_dyn.assembly import dh_rows
-    from lwr_dyn.papers.catalog import open_paper
-
-    rows, links = dh_rows(open_paper(arm.name)), []
-    for dh, link in zip(rows, arm.chain.links, strict=True):
-        body, rotor = link.body, link.rotor
-        inertia = {"m": body.mass, "r": body.com, "I": body.inertia_com, "Jm": rotor.inertia, "G": rotor.gear_ratio}
-        links.append(rtb.RevoluteDH(d=dh.d, a=dh.a, alpha=dh.alpha, B=0, Tc=[0, 0], **inertia))
-    robot = rtb.DHRobot(links, gravity=np.array(arm.chain.gravity))
-    calls = {
-        "mass_matrix": (lambda: robot.inertia(q), lambda d: d.mass_matrix(q), 200),
-        "coriolis_matrix": (lambda: robot.coriolis(q, dq), lambda d: d.coriolis_matrix(q, dq), 50),
-        "gravity_vector": (lambda: robot.gravload(q), lambda d: d.gravity_vector(q), 500),
-        "inverse_dynamics": (lambda: robot.rne(q, dq, ddq), lambda d: d.inverse_dynamics(q, dq, ddq), 500),
-        "forward_dynamics": (lambda: robot.accel(q, dq, ddq), lambda d: d.forward_dynamics(q, dq, ddq), 200),
-    }
-    out = {}
-    for name, (theirs, mine, number) in calls.items():
-        # rtb's Coriolis matrix is not the Christoffel one: compare what both mean, C dq
-        right = (lambda x: x @ dq) if name == "coriolis_matrix" else (lambda x: x)
-        check = lambda d, t=theirs, m=mine, r=right: np.abs(r(np.asarray(t())) - r(m(d))).max()  # noqa: E731
-        out[name] = (theirs, check, number)
-    return out
 
 
 def batches(arm: Arm, pairs: int) -> None:
@@ -167,78 +107,6 @@ def closed_loop(arm: Arm, pairs: int) -> None:
     if installed("mujoco"):
         for name in ("Euler", "RK4"):
             row("RK4, limits, log, audit", f"mujoco {name}", paired(ours, mujoco_loop(arm, motion, name), pairs, 1))
-
-
-def mujoco_loop(arm: Arm, motion: Motion, integrator: str) -> Call:
-    """The same closed loop in MuJoCo: mj_inverse for the torque, mj_step for the motion."""
-    import mujoco
-
-    model = mujoco.MjModel.from_xml_string(mjcf_text(arm))
-    model.opt.timestep = 1e-3
-    model.opt.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{integrator.upper()}")
-    data = mujoco.MjData(model)
-
-    def loop() -> None:
-        mujoco.mj_resetData(model, data)
-        data.qpos[:], data.qvel[:] = motion.q[0], motion.dq[0]
-        for k in range(14000):
-            data.qacc[:] = 2500.0 * (motion.q[k] - data.qpos) + 100.0 * (motion.dq[k] - data.qvel) + motion.ddq[k]
-            mujoco.mj_inverse(model, data)
-            data.qfrc_applied[:] = data.qfrc_inverse
-            mujoco.mj_step(model, data)
-
-    return loop
-
-
-def with_friction(pairs: int) -> None:
-    """The WAM with its friction, all joints 0.5 rad in 7 s: true stick against tanh friction in scipy's solvers.
-
-    Errors are the largest |q - reference| over the samples, the reference being true stick by DOP853 at 1e-12 with
-    the same control (sampled, or asked all the time). Joint 4 is apart: it sticks and slips in a limit cycle.
-    """
-    arm = weightless(lwr_dyn.load("wam7"))
-    reference, law = move(arm, None), manufacturers_pd(arm)
-    print("\n### 7 s of the WAM with friction, all joints\n")
-    print("| friction, control | method | s | evaluations | error, joint 4 apart [mrad] | joint 4 [mrad] |")
-    print("|---|---|---|---|---|---|")
-
-    def tell(what: str, method: str, took: float, evaluations: int, q: np.ndarray, best: np.ndarray) -> None:
-        error = 1e3 * np.abs(q - best).max(axis=0)
-        others = np.delete(error, 3).max()
-        print(f"| {what} | {method} | {took:.3f} | {evaluations} | {others:.2g} | {error[3]:.2g} |", flush=True)
-
-    for continuous, what in ((False, "true stick, 1 kHz"), (True, "true stick, continuous")):
-        best = simulate(arm, law, reference, method="dop853", continuous=continuous)
-        for substeps in (1, 2):
-            run = simulate(arm, law, reference, substeps=substeps, continuous=continuous)
-            ours: Call = lambda m=substeps, c=continuous: simulate(arm, law, reference, substeps=m, continuous=c)  # noqa: E731
-            took = statistics.median(seconds(ours, 1) for _ in range(pairs))
-            tell(what, f"RK4, {substeps} a sample", took, run.meta["evaluations"], run.q, best.q)
-    for method, width in (("Radau", 1e-2), ("RK45", 1e-2), ("Radau", 1e-3)):
-        begin = time.perf_counter()
-        found = tanh_run(arm, law, method, width, best.t)
-        what = f"tanh(dq / {width:g}), continuous"
-        tell(what, f"scipy {method}, rtol 1e-6", time.perf_counter() - begin, found.nfev, found.y[: arm.n].T, best.q)
-
-
-def tanh_run(arm: Arm, law: PDGravity, method: str, width: float, t: np.ndarray) -> object:
-    """The same movement with tanh friction by a solver of scipy; the controller and its LSPB written out for speed."""
-    friction, forward, start = (
-        smooth_friction(friction_of(arm), width),
-        lwr_dyn.dynamics_of(arm).ungated,
-        np.array(START),
-    )
-    Kp, Kd, n, v = law.Kp, law.Kd, arm.n, TRAVEL / (DURATION - BLEND)
-
-    def rates(t: float, y: np.ndarray) -> np.ndarray:
-        q, dq = y[:n], y[n:]
-        up, down = min(t, BLEND), max(0.0, t - DURATION + BLEND)
-        travel, speed = v * (up**2 / (2 * BLEND) + max(0.0, t - BLEND) - down**2 / (2 * BLEND)), v * (up - down) / BLEND
-        tau = Kp * (start + travel - q) + Kd * (speed - dq) - friction(dq)
-        return np.concatenate([dq, forward(q, dq, tau)])
-
-    begin = np.concatenate([start, np.zeros(n)])
-    return solve_ivp(rates, (0.0, t[-1]), begin, method, t_eval=t, rtol=1e-6, atol=1e-9)
 
 
 def starts(pairs: int) -> None:

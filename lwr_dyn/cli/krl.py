@@ -14,8 +14,8 @@ from lwr_dyn.errors import FileAccessError
 from lwr_dyn.files import check_writable
 from lwr_dyn.front import load
 from lwr_dyn.krl.check import check_program
-from lwr_dyn.krl.controller import given_values
 from lwr_dyn.krl.diagnosis import holds, summary
+from lwr_dyn.krl.given import given_values
 from lwr_dyn.krl.job import job_program, read_job
 from lwr_dyn.krl.program import load_program
 from lwr_dyn.krl.run import ProgramRun, run_program

@@ -18,8 +18,6 @@ from lwr_dyn.errors import OptionError
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-    from lwr_dyn.arm import Arm
-
 
 @dataclass(frozen=True, slots=True)
 class Direction:
@@ -140,20 +138,6 @@ def symmetric(coulomb: float, viscous: float) -> JointFriction:
     """
     both = Direction(coulomb, viscous)
     return JointFriction(both, both)
-
-
-def friction_of(arm: Arm) -> tuple[JointFriction | None, ...]:
-    """Friction of every joint of an arm, None where nothing is known of it.
-
-    Friction per direction (`Arm.friction`) where the source gives it, else the symmetric pair of the joint's limits.
-    """
-    models: list[JointFriction | None] = []
-    for i, limits in enumerate(arm.limits):
-        given = arm.friction[i] if arm.friction else None
-        if given is None and (limits.viscous is not None or limits.coulomb is not None):
-            given = symmetric(limits.coulomb or 0.0, limits.viscous or 0.0)
-        models.append(given)
-    return tuple(models)
 
 
 def friction_torque(models: tuple[JointFriction | None, ...], dq: ArrayLike) -> Array:

@@ -11,11 +11,12 @@ from typing import Any
 
 import numpy as np
 
+from lwr_dyn.actuation import friction_of
 from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import Array
 from lwr_dyn.chain import Body, Chain, with_payload
 from lwr_dyn.errors import OptionError
-from lwr_dyn.friction.models import FRICTIONLESS, friction_of
+from lwr_dyn.friction.models import FRICTIONLESS
 
 INPUTS = ("inertia", "payload", "gravity", "friction")
 """What can be an input of a kernel, in the order in which kernels take them."""

@@ -1,8 +1,8 @@
-"""The controller's own variables while a program runs: frames, speeds, blends, inputs; and what BAS sets."""
+"""The controller's own variables while a program runs: frames, speeds, blends, inputs."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -183,108 +183,3 @@ class Controller:
             self.speed_set.add("PTP")
         if name.upper() in CP_SET:
             self.speed_set.add("CP")
-
-    def bas(self, command: str, value: float) -> None:
-        """BAS(#command, value); raises `HaltError` for a value it cannot take."""
-        act = _BAS.get(command)
-        if act is None:
-            raise HaltError("not-modelled", f"BAS(#{command}) is not modelled", f"modelled: {', '.join(_BAS)}")
-        act(self, value)
-
-    def set_axes(self, name: str, percent: float) -> None:
-        """All six axes of `$VEL_AXIS` or `$ACC_AXIS` [%]."""
-        self.slots[name].value = filled("INT", [round(percent)] * 6)
-        self.written(name)
-
-    def set_part(self, name: str, part: str, value: float) -> None:
-        """A component of `$VEL`, `$ACC` or `$APO`."""
-        whole = self.slots[name].value
-        assert isinstance(whole, Struct)
-        whole.parts[part] = float(value)
-        self.written(name)
-
-    def set_frame(self, name: str, table: str, number: float) -> None:
-        """`$TOOL` or `$BASE` from TOOL_DATA or BASE_DATA; number 0 is the null frame."""
-        if int(number) == 0:
-            self.slots[name].value = null_frame()
-            return
-        slot = self.slot(table)
-        data = slot.value if slot is not None else None
-        frame = data.items.get((int(number),)) if isinstance(data, Many) else None
-        if not isinstance(frame, Struct):
-            hint = f"assign {table}[{int(number)}], or lend it with --with '$config.dat'"
-            raise HaltError("no-value", f"{table}[{int(number)}] has no value", hint)
-        self.slots[name].value = Struct("FRAME", dict(frame.parts))
-
-    def act_part(self, name: str, part: str, default: float) -> float:
-        """A number of PDAT_ACT, LDAT_ACT or FDAT_ACT."""
-        slot = self.slot(name)
-        whole = slot.value if slot is not None else None
-        value = whole.parts.get(part) if isinstance(whole, Struct) else None
-        return float(value) if isinstance(value, int | float) else default
-
-
-def _initmov(c: Controller, _: float) -> None:
-    c.initialise()
-
-
-def _frames(c: Controller, _: float = 0.0) -> None:
-    c.set_frame("$TOOL", "TOOL_DATA", c.act_part("FDAT_ACT", "TOOL_NO", 0.0))
-    c.set_frame("$BASE", "BASE_DATA", c.act_part("FDAT_ACT", "BASE_NO", 0.0))
-
-
-def _ptp_params(c: Controller, value: float) -> None:
-    c.set_axes("$VEL_AXIS", value)
-    c.set_axes("$ACC_AXIS", c.act_part("PDAT_ACT", "ACC", 100.0))
-    c.set_part("$APO", "CPTP", min(c.act_part("PDAT_ACT", "APO_DIST", 0.0), 100.0))
-    c.set_part("$APO", "CDIS", c.act_part("PDAT_ACT", "APO_DIST", 0.0))
-    _frames(c)
-
-
-def _cp_params(c: Controller, value: float) -> None:
-    c.set_part("$VEL", "CP", value)
-    c.set_part("$ACC", "CP", c.settings.acc_cp * c.act_part("LDAT_ACT", "ACC", 100.0) / 100.0)
-    c.set_part("$APO", "CDIS", c.act_part("LDAT_ACT", "APO_DIST", 0.0))
-    _frames(c)
-
-
-_BAS: dict[str, Callable[[Controller, float], None]] = {
-    "INITMOV": _initmov,
-    "VEL_PTP": lambda c, v: c.set_axes("$VEL_AXIS", v),
-    "ACC_PTP": lambda c, v: c.set_axes("$ACC_AXIS", v),
-    "VEL_CP": lambda c, v: c.set_part("$VEL", "CP", v),
-    "ACC_CP": lambda c, v: c.set_part("$ACC", "CP", v),
-    "TOOL": lambda c, v: c.set_frame("$TOOL", "TOOL_DATA", v),
-    "BASE": lambda c, v: c.set_frame("$BASE", "BASE_DATA", v),
-    "PTP_PARAMS": _ptp_params,
-    "CP_PARAMS": _cp_params,
-    "FRAMES": _frames,
-    "PTP_DAT": lambda c, v: _ptp_params(c, c.act_part("PDAT_ACT", "VEL", 100.0)),
-    "CP_DAT": lambda c, v: _cp_params(c, c.act_part("LDAT_ACT", "VEL", c.settings.vel_cp)),
-    "EX_BASE": lambda c, v: None,
-}
-
-
-def given_values(texts: Sequence[str]) -> dict[str, Value]:
-    """`$IN[3]=TRUE` ... as values by name; raises `OptionError`.
-
-    >>> given_values(["$IN[3]=TRUE", "n=2"])
-    {'$IN[3]': True, 'N': 2}
-    """
-    return dict(_given(text) for text in texts)
-
-
-def _given(text: str) -> tuple[str, Value]:
-    from lwr_dyn.krl.evaluate import value_of
-    from lwr_dyn.krl.lexer import LineError
-    from lwr_dyn.krl.line_parser import parse_line
-    from lwr_dyn.krl.statements import Assign
-
-    name, _, _ = text.partition("=")
-    try:
-        statement, _ = parse_line(text)
-        if not isinstance(statement, Assign):
-            raise HaltError("", "")
-        return name.replace(" ", "").upper(), value_of(None, statement.value)  # type: ignore[arg-type]
-    except (LineError, HaltError, AttributeError):
-        raise OptionError("--set", repr(text), "NAME=VALUE with a constant, such as $IN[3]=TRUE") from None

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from lwr_dyn.errors import OptionError
+from lwr_dyn.krl import declarations as d
 from lwr_dyn.krl import expressions as e
 from lwr_dyn.krl import statements as s
 
@@ -108,39 +109,39 @@ def _words(*words: str | None) -> str:
     return " ".join(word for word in words if word)
 
 
-def _declarator(x: s.Declarator) -> str:
+def _declarator(x: d.Declarator) -> str:
     value = "" if x.value is None else f" = {expression_text(x.value)}"
     return f"{x.name}{_brackets(x.sizes)}{value}"
 
 
-def _parameter(x: s.Parameter) -> str:
+def _parameter(x: d.Parameter) -> str:
     brackets = f"[{',' * (x.dimensions - 1)}]" if x.dimensions else ""
     return f"{x.name}{brackets}" + (f":{x.mode}" if x.mode else "")
 
 
-def _def(x: s.Def) -> str:
+def _def(x: d.Def) -> str:
     parameters = ", ".join(map(_parameter, x.parameters)) or " "
     head = "DEF" if x.returns is None else f"DEFFCT {x.returns}{'[]' if x.returns_array else ''}"
     return _words("GLOBAL" if x.is_global else None, head, f"{x.name}({parameters})")
 
 
-def _declaration(x: s.Declaration) -> str:
+def _declaration(x: d.Declaration) -> str:
     decl, is_global = "DECL" if x.decl else None, "GLOBAL" if x.is_global else None
     const = "CONST" if x.const else None
     return _words(decl, is_global, const, x.type, ", ".join(map(_declarator, x.names)))
 
 
-def _struct(x: s.StructType) -> str:
+def _struct(x: d.StructType) -> str:
     members = ", ".join(f"{kind} {', '.join(map(_declarator, names))}" for kind, names in x.members)
     return _words("GLOBAL" if x.is_global else None, "STRUC", x.name, members)
 
 
-def _signal(x: s.Signal) -> str:
+def _signal(x: d.Signal) -> str:
     last = None if x.last is None else f"TO {expression_text(x.last)}"
     return _words("GLOBAL" if x.is_global else None, "SIGNAL", x.name, expression_text(x.first), last)
 
 
-def _external(x: s.External) -> str:
+def _external(x: d.External) -> str:
     head = "EXT" if x.returns is None else f"EXTFCT {x.returns}"
     return f"{head} {x.name}({', '.join(x.parameters) or ' '})"
 
@@ -190,7 +191,7 @@ def _analog(x: s.Analog) -> str:
     return _words(x.keyword, x.mode, expression_text(x.target), value, *map(_assign, x.options))
 
 
-def _enum(x: s.EnumType) -> str:
+def _enum(x: d.EnumType) -> str:
     return _words("GLOBAL" if x.is_global else None, "ENUM", x.name, ", ".join(x.members))
 
 
@@ -199,15 +200,15 @@ def _optional(value: e.Expression | None) -> str | None:
 
 
 _STATEMENTS: dict[type, Callable[[Any], str]] = {
-    s.Header: lambda x: x.text,
-    s.Def: _def,
-    s.DefDat: lambda x: _words("DEFDAT", x.name, "PUBLIC" if x.public else None),
+    d.Header: lambda x: x.text,
+    d.Def: _def,
+    d.DefDat: lambda x: _words("DEFDAT", x.name, "PUBLIC" if x.public else None),
     s.Plain: lambda x: x.keyword,
-    s.Declaration: _declaration,
-    s.EnumType: _enum,
-    s.StructType: _struct,
-    s.Signal: _signal,
-    s.External: _external,
+    d.Declaration: _declaration,
+    d.EnumType: _enum,
+    d.StructType: _struct,
+    d.Signal: _signal,
+    d.External: _external,
     s.Assign: _assign,
     s.Invoke: lambda x: _call(x.call),
     s.Move: _move,

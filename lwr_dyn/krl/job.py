@@ -17,6 +17,7 @@ from lwr_dyn.errors import FileAccessError, OptionError
 from lwr_dyn.kinematics.kuka_pose import status, turn
 from lwr_dyn.krl import expressions as e
 from lwr_dyn.krl import statements as s
+from lwr_dyn.krl.declarations import Declaration, Declarator, Def, DefDat, Header
 from lwr_dyn.krl.program import Program, program_of
 from lwr_dyn.krl.source import Line, SourceFile, lines_of
 from lwr_dyn.krl.targets import Where, axes_of_point
@@ -119,8 +120,8 @@ def _solved(arm: Arm, job: Job, point: JobPoint, where: Where) -> Array:
 def _source(job: Job) -> SourceFile:
     number = e.Integer
     lines: list[s.Statement | Line] = [
-        s.Header("&ACCESS RVP"), s.Header("&REL 1"), s.Header("&COMMENT written by lwr_dyn"),
-        s.Def(job.name),
+        Header("&ACCESS RVP"), Header("&REL 1"), Header("&COMMENT written by lwr_dyn"),
+        Def(job.name),
         Line(None, "FOLD INI"),
         Line(None, " speeds, frames and the advance run as the machine data have them"),
         s.Invoke(e.Call("BAS", (e.EnumConstant("INITMOV"), number(0)))),
@@ -143,7 +144,7 @@ def _data(job: Job, taught: Sequence[tuple[JobPoint, int, int]], arm: Arm) -> So
     axes = tuple(e.Item(name, _real(x)) for name, x in zip(arm.joint_names, job.home_deg, strict=True))
     outer = tuple(e.Item(f"E{i}", _real(0.0)) for i in range(1, 7))
     lines: list[s.Statement | Line] = [
-        s.Header("&ACCESS RVP"), s.Header("&REL 1"), s.DefDat(job.name),
+        Header("&ACCESS RVP"), Header("&REL 1"), DefDat(job.name),
         _declared("E6AXIS", "XHOME", e.Aggregate((*axes, *outer))),
     ]  # fmt: skip
     for point, S, T in taught:
@@ -153,8 +154,8 @@ def _data(job: Job, taught: Sequence[tuple[JobPoint, int, int]], arm: Arm) -> So
     return SourceFile(f"{job.name}.dat", lines_of([*lines, s.Plain("ENDDAT")]))
 
 
-def _declared(kind: str, name: str, value: e.Expression) -> s.Declaration:
-    return s.Declaration(kind, (s.Declarator(name, None, value),))
+def _declared(kind: str, name: str, value: e.Expression) -> Declaration:
+    return Declaration(kind, (Declarator(name, None, value),))
 
 
 def _wait(seconds: float) -> list[s.Statement]:

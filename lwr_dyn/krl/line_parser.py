@@ -17,9 +17,10 @@ from lark import Lark, Token, Tree
 from lark.exceptions import UnexpectedToken
 from lark.lexer import Lexer
 
+from lwr_dyn.krl.declarations import Header
 from lwr_dyn.krl.lexer import KEYWORDS, LineError, Word, tokens_of
 from lwr_dyn.krl.line_tree import LineTree
-from lwr_dyn.krl.statements import Header, Statement
+from lwr_dyn.krl.statements import Statement
 
 SHAPES = 4096
 """How many shapes of lines are kept."""

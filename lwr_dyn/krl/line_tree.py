@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from lwr_dyn.krl import declarations as d
 from lwr_dyn.krl import expressions as e
 from lwr_dyn.krl import statements as s
 from lwr_dyn.krl.lexer import Word
@@ -66,20 +67,20 @@ class LineTree:
         return e.Unary(c[0].text.upper(), c[1], c[0].column)
 
     # --- routines and files
-    def def_(self, c: Nodes) -> s.Def:  # noqa: D102
-        return s.Def(c[2].text, c[3] or (), is_global=c[0] is not None, column=c[2].column)
+    def def_(self, c: Nodes) -> d.Def:  # noqa: D102
+        return d.Def(c[2].text, c[3] or (), is_global=c[0] is not None, column=c[2].column)
 
-    def deffct(self, c: Nodes) -> s.Def:  # noqa: D102
-        return s.Def(c[4].text, c[5] or (), c[2], c[3] is not None, c[0] is not None, c[4].column)
+    def deffct(self, c: Nodes) -> d.Def:  # noqa: D102
+        return d.Def(c[4].text, c[5] or (), c[2], c[3] is not None, c[0] is not None, c[4].column)
 
-    def defdat(self, c: Nodes) -> s.DefDat:  # noqa: D102
-        return s.DefDat(c[1].text, c[2] is not None, c[1].column)
+    def defdat(self, c: Nodes) -> d.DefDat:  # noqa: D102
+        return d.DefDat(c[1].text, c[2] is not None, c[1].column)
 
-    def parameters(self, c: Nodes) -> tuple[s.Parameter, ...]:  # noqa: D102
+    def parameters(self, c: Nodes) -> tuple[d.Parameter, ...]:  # noqa: D102
         return tuple(c)
 
-    def parameter(self, c: Nodes) -> s.Parameter:  # noqa: D102
-        return s.Parameter(c[0].text, c[2], c[1] or 0, c[0].column)
+    def parameter(self, c: Nodes) -> d.Parameter:  # noqa: D102
+        return d.Parameter(c[0].text, c[2], c[1] or 0, c[0].column)
 
     def brackets(self, c: Nodes) -> int:  # noqa: D102
         return len(c) - 1
@@ -88,50 +89,50 @@ class LineTree:
         return str(c[0].text.upper())
 
     # --- declarations
-    def typed(self, c: Nodes) -> s.Declaration:  # noqa: D102
+    def typed(self, c: Nodes) -> d.Declaration:  # noqa: D102
         return _declaration(c[4], c[5:], c[0] or c[2], c[3], c[1])
 
-    def untyped(self, c: Nodes) -> s.Declaration:  # noqa: D102
+    def untyped(self, c: Nodes) -> d.Declaration:  # noqa: D102
         return _declaration(None, c[4:], c[0] or c[2], c[3], c[1])
 
-    def bare(self, c: Nodes) -> s.Declaration:  # noqa: D102
-        return s.Declaration(c[2].text.upper(), tuple(c[3:]), False, c[0] is not None, c[1] is not None, c[2].column)
+    def bare(self, c: Nodes) -> d.Declaration:  # noqa: D102
+        return d.Declaration(c[2].text.upper(), tuple(c[3:]), False, c[0] is not None, c[1] is not None, c[2].column)
 
-    def bare_named(self, c: Nodes) -> s.Declaration:  # noqa: D102
-        return s.Declaration(c[2].text, tuple(c[3:]), False, c[0] is not None, c[1] is not None, c[2].column)
+    def bare_named(self, c: Nodes) -> d.Declaration:  # noqa: D102
+        return d.Declaration(c[2].text, tuple(c[3:]), False, c[0] is not None, c[1] is not None, c[2].column)
 
     def type(self, c: Nodes) -> str:  # noqa: D102
         return str(c[0].text.upper() if c[0].kind == "SIMPLE" else c[0].text)
 
-    def declarator(self, c: Nodes) -> s.Declarator:  # noqa: D102
-        return s.Declarator(c[0].text, c[1], c[2], c[0].column)
+    def declarator(self, c: Nodes) -> d.Declarator:  # noqa: D102
+        return d.Declarator(c[0].text, c[1], c[2], c[0].column)
 
-    def enum_(self, c: Nodes) -> s.EnumType:  # noqa: D102
-        return s.EnumType(c[2].text, tuple(x.text for x in c[3:]), c[0] is not None, c[2].column)
+    def enum_(self, c: Nodes) -> d.EnumType:  # noqa: D102
+        return d.EnumType(c[2].text, tuple(x.text for x in c[3:]), c[0] is not None, c[2].column)
 
-    def struc(self, c: Nodes) -> s.StructType:  # noqa: D102
-        members: list[tuple[str, tuple[s.Declarator, ...]]] = []
+    def struc(self, c: Nodes) -> d.StructType:  # noqa: D102
+        members: list[tuple[str, tuple[d.Declarator, ...]]] = []
         for kind, declarator in c[3:]:
             if kind is None:
                 members[-1] = (members[-1][0], (*members[-1][1], declarator))
             else:
                 members.append((kind, (declarator,)))
-        return s.StructType(c[2].text, tuple(members), c[0] is not None, c[2].column)
+        return d.StructType(c[2].text, tuple(members), c[0] is not None, c[2].column)
 
-    def member(self, c: Nodes) -> tuple[str, s.Declarator]:  # noqa: D102
-        return c[0], s.Declarator(c[1].text, c[2], None, c[1].column)
+    def member(self, c: Nodes) -> tuple[str, d.Declarator]:  # noqa: D102
+        return c[0], d.Declarator(c[1].text, c[2], None, c[1].column)
 
-    def also(self, c: Nodes) -> tuple[None, s.Declarator]:  # noqa: D102
-        return None, s.Declarator(c[0].text, c[1], None, c[0].column)
+    def also(self, c: Nodes) -> tuple[None, d.Declarator]:  # noqa: D102
+        return None, d.Declarator(c[0].text, c[1], None, c[0].column)
 
-    def signal(self, c: Nodes) -> s.Signal:  # noqa: D102
-        return s.Signal(c[2].text, c[3], c[5], c[0] is not None, c[2].column)
+    def signal(self, c: Nodes) -> d.Signal:  # noqa: D102
+        return d.Signal(c[2].text, c[3], c[5], c[0] is not None, c[2].column)
 
-    def ext(self, c: Nodes) -> s.External:  # noqa: D102
-        return s.External(c[1].text, None, c[2] or (), c[1].column)
+    def ext(self, c: Nodes) -> d.External:  # noqa: D102
+        return d.External(c[1].text, None, c[2] or (), c[1].column)
 
-    def extfct(self, c: Nodes) -> s.External:  # noqa: D102
-        return s.External(c[2].text, c[1], c[3] or (), c[2].column)
+    def extfct(self, c: Nodes) -> d.External:  # noqa: D102
+        return d.External(c[2].text, c[1], c[3] or (), c[2].column)
 
     def ext_types(self, c: Nodes) -> tuple[str, ...]:  # noqa: D102
         return tuple(c)
@@ -204,8 +205,8 @@ class LineTree:
         return s.Plain(c[0].text.upper(), c[0].column)
 
 
-def _declaration(kind: str | None, names: Nodes, is_global: Any, const: Any, first: Word) -> s.Declaration:
-    return s.Declaration(kind, tuple(names), True, is_global is not None, const is not None, first.column)
+def _declaration(kind: str | None, names: Nodes, is_global: Any, const: Any, first: Word) -> d.Declaration:
+    return d.Declaration(kind, tuple(names), True, is_global is not None, const is not None, first.column)
 
 
 def _motion_options(c: Nodes) -> dict[str, Any]:

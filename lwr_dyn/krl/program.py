@@ -8,6 +8,7 @@ from pathlib import Path
 
 from lwr_dyn.errors import FileAccessError
 from lwr_dyn.krl import statements as s
+from lwr_dyn.krl.declarations import Declaration, Declarator, EnumType, External, Signal, StructType
 from lwr_dyn.krl.diagnosis import Diagnosis, Place
 from lwr_dyn.krl.source import SourceFile, parse_bytes, read_source
 from lwr_dyn.krl.structure import Routine, Structure, structure_of
@@ -21,7 +22,7 @@ class Variable:
     name: str
     type: Type
     place: Place
-    declarator: s.Declarator | None = None
+    declarator: Declarator | None = None
     const: bool = False
 
 
@@ -32,7 +33,7 @@ class Names:
     variables: dict[str, Variable] = field(default_factory=dict)
     structures: dict[str, Mapping[str, Type]] = field(default_factory=dict)
     enums: dict[str, frozenset[str]] = field(default_factory=dict)
-    externals: dict[str, s.External] = field(default_factory=dict)
+    externals: dict[str, External] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -105,22 +106,22 @@ def load_program(path: str | Path, also: Iterable[str | Path] = ()) -> Program:
 
 def declare(names: Names, x: s.Statement, file: SourceFile, i: int, found: list[Diagnosis]) -> None:
     """Enter what a declaration declares; a name that is there already is diagnosed."""
-    if isinstance(x, s.StructType):
+    if isinstance(x, StructType):
         members = {d.name.upper(): type_of(kind, d) for kind, declarators in x.members for d in declarators}
         names.structures[x.name.upper()] = members
-    elif isinstance(x, s.EnumType):
+    elif isinstance(x, EnumType):
         names.enums[x.name.upper()] = frozenset(member.upper() for member in x.members)
-    elif isinstance(x, s.External):
+    elif isinstance(x, External):
         names.externals[x.name.upper()] = x
-    elif isinstance(x, s.Signal):
+    elif isinstance(x, Signal):
         kind = Type("BOOL" if x.last is None else "INT")
         _enter(names, Variable(x.name, kind, file.place(i, x.column)), found)
-    elif isinstance(x, s.Declaration):
+    elif isinstance(x, Declaration):
         for d in x.names:
             _enter(names, Variable(d.name, type_of(x.type, d), file.place(i, d.column), d, x.const), found)
 
 
-def type_of(kind: str | None, declarator: s.Declarator) -> Type:
+def type_of(kind: str | None, declarator: Declarator) -> Type:
     """The type of a declared name; where the type is forgotten, what its first value shows."""
     dimensions = 0 if declarator.sizes is None else max(len(declarator.sizes), 1)
     return Type("?" if kind is None else kind.upper(), dimensions)

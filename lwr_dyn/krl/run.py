@@ -109,11 +109,11 @@ def run_program(
     timeline = machine.motions.timeline
     if not timeline.entries:
         hint = "a program with a PTP, LIN or CIRC"
-        raise ProgramError(str(machine.place), "no-motion", "the program moves nothing", hint)
+        raise ProgramError(str(machine.findings.place), "no-motion", "the program moves nothing", hint)
     try:
         motion = timeline.sample(_times(timeline))
     except HaltError as fault:
-        raise ProgramError(str(machine.place), fault.code, fault.message, fault.hint) from None
+        raise ProgramError(str(machine.findings.place), fault.code, fault.message, fault.hint) from None
     model = dynamics_of(arm)
     return ProgramRun(
         program=program.source.name, arm=arm, settings=used, timeline=timeline, motion=motion,

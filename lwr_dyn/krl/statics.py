@@ -7,12 +7,14 @@ from typing import Any
 
 from lwr_dyn.krl import expressions as e
 from lwr_dyn.krl import statements as s
+from lwr_dyn.krl.declarations import Declaration
 from lwr_dyn.krl.diagnosis import Diagnosis
-from lwr_dyn.krl.program import Names, Program, Variable, declare
+from lwr_dyn.krl.program import Names, Program
+from lwr_dyn.krl.scope import Scope, scope_of, signature
 from lwr_dyn.krl.source import SourceFile
 from lwr_dyn.krl.structure import Routine
 from lwr_dyn.krl.types import AXES, BOOL, CARTESIAN, INT, REAL, UNKNOWN, Type
-from lwr_dyn.krl.typing import Scope, fits, shape_of, signature, type_in
+from lwr_dyn.krl.typing import fits, shape_of, type_in
 
 LONGEST_NAME = 24
 """Characters of a name that the controller tells apart."""
@@ -26,18 +28,6 @@ def static_diagnoses(program: Program) -> tuple[Diagnosis, ...]:
     for routine in program.routines:
         _routine(program, routine, found)
     return tuple(found)
-
-
-def scope_of(program: Program, routine: Routine, found: list[Diagnosis]) -> Scope:
-    """The names a routine sees: its parameters and declarations, wherever in its body they stand."""
-    own = Names()
-    for p in routine.head.parameters:
-        own.variables[p.name.upper()] = Variable(
-            p.name, Type("?", p.dimensions), routine.file.place(routine.first - 1, p.column)
-        )
-    for i, x in routine.lines():
-        declare(own, x, routine.file, i, found)
-    return Scope(program, own, routine.file, found)
 
 
 def _routine(program: Program, routine: Routine, found: list[Diagnosis]) -> None:
@@ -58,7 +48,7 @@ def _data(program: Program, file: SourceFile, found: list[Diagnosis]) -> None:
     scope = Scope(program, Names(), file, found)
     for i, x in program.structures[file.name].data:
         scope.line = i
-        if isinstance(x, s.Declaration):
+        if isinstance(x, Declaration):
             _declared_types(scope, x)
             for d in x.names:
                 if d.value is not None:
@@ -68,7 +58,7 @@ def _data(program: Program, file: SourceFile, found: list[Diagnosis]) -> None:
             _assign(scope, x)
 
 
-def _declaration(scope: Scope, x: s.Declaration) -> None:
+def _declaration(scope: Scope, x: Declaration) -> None:
     _declared_types(scope, x)
     for d in x.names:
         if d.value is not None:
@@ -80,7 +70,7 @@ def _declaration(scope: Scope, x: s.Declaration) -> None:
             type_in(scope, size)
 
 
-def _declared_types(scope: Scope, x: s.Declaration) -> None:
+def _declared_types(scope: Scope, x: Declaration) -> None:
     if x.type is None:
         shape = next((shape_of(d.value) for d in x.names if isinstance(d.value, e.Aggregate)), UNKNOWN)
         example = "E6POS" if shape.name in CARTESIAN else "E6AXIS" if shape.name in AXES else "INT"
@@ -190,7 +180,7 @@ def _said(target: e.Reference) -> str:
 
 
 _CHECKS: dict[type, Callable[[Scope, Any], None]] = {
-    s.Declaration: _declaration,
+    Declaration: _declaration,
     s.Assign: _assign,
     s.Invoke: _invoke,
     s.Move: _move,

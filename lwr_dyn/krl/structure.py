@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from lwr_dyn.krl import statements as s
+from lwr_dyn.krl.declarations import Declaration, Def, DefDat, EnumType, External, Header, Signal, StructType
 from lwr_dyn.krl.diagnosis import Diagnosis, Severity
 from lwr_dyn.krl.source import SourceFile
 
@@ -13,7 +14,7 @@ OPENERS = {"IF": "ENDIF", "WHILE": "ENDWHILE", "SWITCH": "ENDSWITCH", "FOR": "EN
            "REPEAT": "UNTIL", "SPLINE": "ENDSPLINE", "PTP_SPLINE": "ENDSPLINE"}  # fmt: skip
 CLOSERS = frozenset(OPENERS.values())
 LOOPS = frozenset({"WHILE", "FOR", "LOOP", "REPEAT"})
-DECLARATIONS = (s.Declaration, s.EnumType, s.StructType, s.Signal, s.External)
+DECLARATIONS = (Declaration, EnumType, StructType, Signal, External)
 NESTED = 200
 """Blocks inside one another."""
 
@@ -33,7 +34,7 @@ class Routine:
     """A DEF or DEFFCT: its head's line, its body up to (not with) its END, and the block of each line of a block."""
 
     file: SourceFile
-    head: s.Def
+    head: Def
     first: int
     last: int = -1
     blocks: dict[int, Block] = field(default_factory=dict)
@@ -92,12 +93,12 @@ class _Reader:
 
     def data(self) -> Structure:
         said = [line.statement for line in self.file.lines]
-        inside = any(isinstance(x, s.DefDat) for x in said)
+        inside = any(isinstance(x, DefDat) for x in said)
         ended = any(isinstance(x, s.Plain) and x.keyword == "ENDDAT" for x in said)
         for i, x in enumerate(said):
             if isinstance(x, (*DECLARATIONS, s.Assign)):
                 self.out.data.append((i, x))
-            elif x is not None and not isinstance(x, s.Header | s.DefDat) and keyword_of(x) != "ENDDAT":
+            elif x is not None and not isinstance(x, Header | DefDat) and keyword_of(x) != "ENDDAT":
                 self.say(i, "statement-in-dat", "a .dat holds declarations only", "move it into the .src")
         if self._unread():
             return self.out
@@ -111,9 +112,9 @@ class _Reader:
     def routines(self) -> Structure:
         for i, line in enumerate(self.file.lines):
             x = line.statement
-            if x is None or isinstance(x, s.Header):
+            if x is None or isinstance(x, Header):
                 continue
-            if isinstance(x, s.Def):
+            if isinstance(x, Def):
                 self._close(i, missing=True)
                 self._open(i, x)
             elif isinstance(x, s.Plain) and x.keyword in ("END", "ENDFCT"):
@@ -131,7 +132,7 @@ class _Reader:
         """A file with unreadable lines may have lost its DEF there: one fault is enough."""
         return any(not line.readable for line in self.file.lines)
 
-    def _open(self, i: int, head: s.Def) -> None:
+    def _open(self, i: int, head: Def) -> None:
         self.routine, self.open, self.began = Routine(self.file, head, i + 1), [], False
         if any(r.name == self.routine.name for r in self.out.routines):
             self.say(i, "duplicate-name", f"{head.name} is defined twice", "rename one of them")

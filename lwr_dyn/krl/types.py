@@ -9,6 +9,8 @@ SIMPLE = frozenset({"INT", "REAL", "BOOL", "CHAR"})
 NUMBERS = frozenset({"INT", "REAL", "CHAR"})
 CARTESIAN = ("FRAME", "POS", "E3POS", "E6POS")
 AXES = ("AXIS", "E3AXIS", "E6AXIS")
+LARGEST = 2**31 - 1
+"""The largest INT."""
 
 
 @dataclass(frozen=True, slots=True)

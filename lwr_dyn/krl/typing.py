@@ -3,65 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from difflib import get_close_matches
 from typing import Any
 
 from lwr_dyn.krl import expressions as e
-from lwr_dyn.krl.diagnosis import Diagnosis, Severity
-from lwr_dyn.krl.known import CONFIG, FUNCTIONS, SYSTEM
-from lwr_dyn.krl.program import Names, Program, known_structure
-from lwr_dyn.krl.source import SourceFile
-from lwr_dyn.krl.types import BOOL, CARTESIAN, ENUMS, INT, NUMBERS, REAL, STRUCTURES, UNKNOWN, Type, assignable
-
-LARGEST = 2**31 - 1
-
-
-@dataclass(slots=True)
-class Scope:
-    """Names that can be seen in one routine: its own, then the program's, then the controller's."""
-
-    program: Program
-    own: Names
-    file: SourceFile
-    found: list[Diagnosis]
-    line: int = 0
-
-    def say(self, column: int, code: str, message: str, hint: str = "", severity: Severity = "error") -> None:
-        """A diagnosis in the line that is looked at."""
-        self.found.append(Diagnosis(self.file.place(self.line, max(column, 1)), severity, code, message, hint))
-
-    def variable(self, name: str) -> Type | None:
-        """The type of a variable; None where it is not declared."""
-        key = name.upper()
-        for names in (self.own, self.program.names):
-            if key in names.variables:
-                return names.variables[key].type
-        if key.startswith("$"):
-            return SYSTEM.get(key, UNKNOWN)
-        return CONFIG.get(key)
-
-    def structure(self, name: str) -> Any:
-        """Components of a structure, or None."""
-        return known_structure(self.own, name) or known_structure(self.program.names, name)
-
-    def enum(self, name: str) -> frozenset[str] | None:
-        """Members of an enumeration, or None."""
-        return self.own.enums.get(name) or self.program.names.enums.get(name) or ENUMS.get(name)
-
-    def is_type(self, name: str) -> bool:
-        """Whether a type of that name exists."""
-        simple = name in ("INT", "REAL", "BOOL", "CHAR", "?")
-        return simple or self.structure(name) is not None or self.enum(name) is not None
-
-    def near(self, name: str) -> str:
-        """A hint to the name that was probably meant."""
-        known = {v.name for names in (self.own, self.program.names) for v in names.variables.values()}
-        near = get_close_matches(name, sorted(known), n=1, cutoff=0.5)
-        if near:
-            return f"did you mean {near[0]}?"
-        where = "" if self.program.data is not None else "; no .dat is there"
-        return f"declare it in the .dat or with DECL{where}"
+from lwr_dyn.krl.operand_types import binary_type, unary_type
+from lwr_dyn.krl.scope import Scope, signature
+from lwr_dyn.krl.types import BOOL, ENUMS, INT, LARGEST, REAL, STRUCTURES, UNKNOWN, Type, assignable
 
 
 def type_in(scope: Scope, x: e.Expression) -> Type:
@@ -145,28 +92,6 @@ def _call(scope: Scope, x: e.Call) -> Type:
     return UNKNOWN if returned is None else returned
 
 
-def signature(scope: Scope, x: e.Call) -> tuple[Type | None, int, int]:
-    """What a call returns, and how many arguments it takes at least and at most."""
-    routine = scope.program.routine(x.name)
-    if routine is not None:
-        kind = routine.head.returns
-        returned = None if kind is None else Type(kind.upper(), int(routine.head.returns_array))
-        return returned, 0, len(routine.head.parameters)
-    external = scope.own.externals.get(x.name.upper()) or scope.program.names.externals.get(x.name.upper())
-    if external is not None:
-        return (None if external.returns is None else Type(external.returns.upper())), 0, len(external.parameters)
-    known = FUNCTIONS.get(x.name.upper())
-    if known is not None:
-        return known
-    if scope.variable(x.name) is None:
-        near = get_close_matches(x.name.upper(), [r.name for r in scope.program.routines] + list(FUNCTIONS), n=1)
-        hint = f"did you mean {near[0]}?" if near else "define it, declare it with EXT, or name its file with --with"
-        scope.say(x.column, "undeclared", f"the subprogram {x.name} is not known", hint)
-    else:
-        scope.say(x.column, "type", f"{x.name} is a variable, no subprogram", "an array takes square brackets")
-    return UNKNOWN, 0, LARGEST
-
-
 def _aggregate(scope: Scope, x: e.Aggregate) -> Type:
     if x.type is not None:
         target = Type(x.type.upper())
@@ -223,50 +148,6 @@ def _member(scope: Scope, x: e.EnumConstant, target: Type) -> None:
         scope.say(x.column, "no-component", f"{target} has no constant #{x.name}", ", ".join(sorted(members)))
 
 
-def _unary(scope: Scope, x: e.Unary) -> Type:
-    of = type_in(scope, x.operand)
-    wanted = {"NOT": {"BOOL"}, "B_NOT": {"INT", "CHAR"}}.get(x.operator, NUMBERS)
-    return _checked(scope, x, of, of, wanted)
-
-
-def _binary(scope: Scope, x: e.Binary) -> Type:
-    left, right = type_in(scope, x.left), type_in(scope, x.right)
-    if x.operator == ":":
-        _checked(scope, x, left, right, set(CARTESIAN))
-        return right
-    if x.operator in ("AND", "OR", "EXOR"):
-        return _checked(scope, x, left, right, {"BOOL"}, BOOL)
-    if x.operator.startswith("B_"):
-        return _checked(scope, x, left, right, {"INT", "CHAR"}, INT)
-    if x.operator in ("+", "-", "*", "/"):
-        result = INT if left.name == right.name == "INT" else REAL
-        return _checked(scope, x, left, right, NUMBERS, result)
-    return _comparison(scope, x, left, right)
-
-
-def _comparison(scope: Scope, x: e.Binary, left: Type, right: Type) -> Type:
-    ordered = x.operator not in ("==", "<>")
-    if not assignable(left, right) or (ordered and left.name not in (NUMBERS | {"?"})):
-        hint = "numbers" if ordered else "two values of one type"
-        if "BOOL" in (left.name, right.name):
-            hint += "; comparisons bind weaker than AND and OR: put each in brackets"
-        scope.say(x.column, "type", f"{left} {x.operator} {right} has no meaning", hint)
-    return BOOL
-
-
-def _checked(
-    scope: Scope, x: e.Unary | e.Binary, left: Type, right: Type, wanted: Any, result: Type | None = None
-) -> Type:
-    for side in (left, right):
-        if side.name not in wanted and side.name != "?":
-            hint = f"{' or '.join(sorted(wanted))} on both sides" if isinstance(x, e.Binary) else "another operator"
-            if wanted == {"BOOL"} and side.name in NUMBERS:
-                hint += "; comparisons bind weaker than AND and OR: put each in brackets"
-            scope.say(x.column, "type", f"{x.operator} on {side}", hint)
-            return result or UNKNOWN
-    return result or left
-
-
 _TYPES: dict[type, Callable[[Scope, Any], Type]] = {
     e.Integer: _integer,
     e.Real: _real,
@@ -278,6 +159,6 @@ _TYPES: dict[type, Callable[[Scope, Any], Type]] = {
     e.Component: _component,
     e.Call: _call,
     e.Aggregate: _aggregate,
-    e.Unary: _unary,
-    e.Binary: _binary,
+    e.Unary: lambda scope, x: unary_type(scope, x, type_in(scope, x.operand)),
+    e.Binary: lambda scope, x: binary_type(scope, x, type_in(scope, x.left), type_in(scope, x.right)),
 }

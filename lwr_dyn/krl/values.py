@@ -11,9 +11,8 @@ import numpy as np
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.kinematics.kuka_pose import KukaPose, pose_of_matrix
-from lwr_dyn.krl.types import AXES, CARTESIAN, Type
+from lwr_dyn.krl.types import AXES, CARTESIAN, LARGEST, Type
 
-LARGEST = 2**31 - 1
 AXIS_NAMES = ("A1", "A2", "A3", "A4", "A5", "A6")
 PLACE_NAMES = ("X", "Y", "Z", "A", "B", "C")
 

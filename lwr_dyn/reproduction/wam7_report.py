@@ -6,10 +6,10 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+from lwr_dyn.actuation import friction_of
 from lwr_dyn.arm import Arm
 from lwr_dyn.assembly import arm_from_paper
 from lwr_dyn.files import make_folder, write_folder
-from lwr_dyn.friction.models import friction_of
 from lwr_dyn.papers.catalog import open_paper
 from lwr_dyn.reproduction.outcome import Outcome
 from lwr_dyn.reproduction.wam7_runs import BLEND, DURATION, GRAVITIES, START, Cruise, Experiment, cruises, experiments

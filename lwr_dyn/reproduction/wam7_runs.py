@@ -11,12 +11,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from lwr_dyn.actuation import friction_of
 from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import Array
 from lwr_dyn.control.pd_gravity import PDGravity
 from lwr_dyn.dynamics.selection import dynamics_of
 from lwr_dyn.errors import MissingDataError
-from lwr_dyn.friction.models import FRICTIONLESS, JointFriction, friction_of
+from lwr_dyn.friction.models import FRICTIONLESS, JointFriction
 from lwr_dyn.friction.passivity import SidePassivity, certificate
 from lwr_dyn.motion import Run
 from lwr_dyn.simulation.simulate import simulate

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from lwr_dyn.actuation import friction_of
 from lwr_dyn.arm import Arm
-from lwr_dyn.friction.models import friction_of
 from lwr_dyn.friction.refit import passive_refit
 from lwr_dyn.reproduction.printed import printed_tables
 from lwr_dyn.reproduction.wam7_runs import AGREES, GRAVITIES, Cruise, Experiment, sides_of

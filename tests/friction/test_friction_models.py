@@ -6,13 +6,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import lwr_dyn
+from lwr_dyn.actuation import friction_of
 from lwr_dyn.arm import JointLimits
 from lwr_dyn.errors import OptionError, ShapeError
 from lwr_dyn.friction.models import (
     FRICTIONLESS,
     Direction,
     JointFriction,
-    friction_of,
     friction_torque,
     symmetric,
 )

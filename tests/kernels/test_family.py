@@ -10,9 +10,10 @@ from kernel_peers import relative_difference
 from tolerances import EXACT
 
 import lwr_dyn
+from lwr_dyn.actuation import friction_of
 from lwr_dyn.chain import Body, with_bodies, with_payload
 from lwr_dyn.errors import OptionError, ShapeError
-from lwr_dyn.friction.models import Direction, JointFriction, friction_of, friction_torque
+from lwr_dyn.friction.models import Direction, JointFriction, friction_torque
 from lwr_dyn.kernels.functions import FUNCTIONS
 from lwr_dyn.kernels.parameters import (
     FRICTION,

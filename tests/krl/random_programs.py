@@ -2,6 +2,7 @@
 
 import random
 
+from lwr_dyn.krl import declarations as d
 from lwr_dyn.krl import expressions as e
 from lwr_dyn.krl import statements as s
 from lwr_dyn.krl.source import Line, SourceFile
@@ -71,10 +72,10 @@ class Writer:
     def invoke(self) -> s.Invoke:
         return s.Invoke(e.Call("f", tuple(self.expression(1) for _ in range(self.r.randint(0, 3)))))
 
-    def declarators(self) -> tuple[s.Declarator, ...]:
-        def one() -> s.Declarator:
+    def declarators(self) -> tuple[d.Declarator, ...]:
+        def one() -> d.Declarator:
             sizes = self.r.choice((None, (), (e.Integer(3),), (e.Integer(2), e.Integer(4))))
-            return s.Declarator(self.name(), sizes, self.r.choice((None, self.expression(1))))
+            return d.Declarator(self.name(), sizes, self.r.choice((None, self.expression(1))))
 
         return tuple(one() for _ in range(self.r.randint(1, 3)))
 
@@ -83,19 +84,19 @@ class Writer:
         makers = (
             self.assign,
             self.invoke,
-            lambda: s.Header("&REL 7"),
-            lambda: s.Def("f", (s.Parameter("a", "IN"), s.Parameter("b", None, 2)), is_global=r.random() < 0.5),
-            lambda: s.Def("g", (), "REAL", r.random() < 0.5),
-            lambda: s.DefDat("d", r.random() < 0.5),
+            lambda: d.Header("&REL 7"),
+            lambda: d.Def("f", (d.Parameter("a", "IN"), d.Parameter("b", None, 2)), is_global=r.random() < 0.5),
+            lambda: d.Def("g", (), "REAL", r.random() < 0.5),
+            lambda: d.DefDat("d", r.random() < 0.5),
             lambda: s.Plain(r.choice(PLAIN)),
-            lambda: s.Declaration(r.choice((None, "INT", "E6POS")), self.declarators(), True, r.random() < 0.3),
-            lambda: s.Declaration("REAL", self.declarators(), False, False, r.random() < 0.3),
-            lambda: s.EnumType("col", ("red", "green")),
-            lambda: s.StructType(
-                "t", (("INT", (s.Declarator("a"), s.Declarator("b", (e.Integer(2),)))), ("FRAME", (s.Declarator("f"),)))
+            lambda: d.Declaration(r.choice((None, "INT", "E6POS")), self.declarators(), True, r.random() < 0.3),
+            lambda: d.Declaration("REAL", self.declarators(), False, False, r.random() < 0.3),
+            lambda: d.EnumType("col", ("red", "green")),
+            lambda: d.StructType(
+                "t", (("INT", (d.Declarator("a"), d.Declarator("b", (e.Integer(2),)))), ("FRAME", (d.Declarator("f"),)))
             ),
-            lambda: s.Signal("lamp", e.Index(e.Name("$OUT"), (e.Integer(1),)), r.choice((None, self.reference(0)))),
-            lambda: s.External("far", r.choice((None, "INT")), ("INT:IN", "REAL[]:OUT")),
+            lambda: d.Signal("lamp", e.Index(e.Name("$OUT"), (e.Integer(1),)), r.choice((None, self.reference(0)))),
+            lambda: d.External("far", r.choice((None, "INT")), ("INT:IN", "REAL[]:OUT")),
             lambda: s.Move(
                 r.choice(("PTP", "LIN", "LIN_REL", "SPTP")),
                 x(2),
@@ -131,6 +132,6 @@ class Writer:
             comment = self.r.choice((None, None, " why; not", "FOLD INI", "Größe"))
             statement = None if self.r.random() < 0.1 else self.statement()
             # a header line is whole: it takes no comment
-            return Line(statement, None if isinstance(statement, s.Header) else comment)
+            return Line(statement, None if isinstance(statement, d.Header) else comment)
 
         return SourceFile("random.src", tuple(line() for _ in range(self.r.randint(1, 12))))

@@ -5,7 +5,7 @@ import pytest
 import lwr_dyn
 from lwr_dyn.errors import FileAccessError, OptionError, ProgramError
 from lwr_dyn.krl.check import check_program
-from lwr_dyn.krl.controller import given_values
+from lwr_dyn.krl.given import given_values
 from lwr_dyn.krl.program import load_program, parse_program
 from lwr_dyn.krl.run import run_program
 from lwr_dyn.krl.settings import Settings

@@ -23,7 +23,10 @@ EXAMPLES = {
     "kr30ha_envelope.py": (["--out", "envelope"], "reach 2032.72 mm, data sheet 2033"),
     "kr30ha_equations_of_motion.py": (["--latex", "equations.tex"], "tau is Pinocchio's to "),
 }
-NOT_EXAMPLES = {"benchmark.py", "benchmark_kernels.py", "kernel_peers.py", "soak.py", "timing.py"}
+NOT_EXAMPLES = {
+    "benchmark.py", "benchmark_friction.py", "benchmark_kernels.py", "dynamics_peers.py", "kernel_limit.py",
+    "kernel_peers.py", "kernel_processes.py", "recursion_peers.py", "soak.py", "timing.py",
+}  # fmt: skip
 """Run by hand; their parts are tested where they live."""
 
 

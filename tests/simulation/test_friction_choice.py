@@ -7,8 +7,9 @@ import pytest
 from sample_runs import controllers, joint_waves, lwr, one_joint, with_limits
 
 import lwr_dyn
+from lwr_dyn.actuation import friction_of
 from lwr_dyn.errors import OptionError, ShapeError
-from lwr_dyn.friction.models import Direction, JointFriction, friction_of, symmetric
+from lwr_dyn.friction.models import Direction, JointFriction, symmetric
 from lwr_dyn.simulation.friction_choice import chosen_friction
 from lwr_dyn.simulation.record import FEEDS
 from lwr_dyn.simulation.simulate import simulate
