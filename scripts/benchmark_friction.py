@@ -53,7 +53,7 @@ def tanh_run(arm: Arm, law: PDGravity, method: str, width: float, t: np.ndarray)
     """The same movement with tanh friction by a solver of scipy; the controller and its LSPB written out for speed."""
     friction, forward, start = (
         smooth_friction(friction_of(arm), width),
-        lwr_dyn.dynamics_of(arm).ungated,
+        lwr_dyn.dynamics_of(arm).ungated.forward_dynamics,
         np.array(START),
     )
     Kp, Kd, n, v = law.Kp, law.Kd, arm.n, TRAVEL / (DURATION - BLEND)

@@ -28,7 +28,9 @@ def function_value(env: Environment, x: e.Call) -> Value | None:
     arguments = [a for a in x.arguments if a is not None]
     if name == "ABS" and len(arguments) == 1:
         value = value_of(env, arguments[0])
-        return abs(value) if isinstance(value, int | float) else number_of(env, arguments[0], "ABS")
+        if isinstance(value, int | float) and not isinstance(value, bool):
+            return ranged(abs(value))
+        return abs(number_of(env, arguments[0], "ABS"))
     if name == "INV_POS" and len(arguments) == 1:
         return pose_value(
             np.asarray(np.linalg.inv(pose_matrix(value_of(env, arguments[0]), "INV_POS")), dtype=np.float64)

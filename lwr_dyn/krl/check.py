@@ -51,7 +51,6 @@ def check_program(
         return in_order(found)
     used = settings or Settings()
     machine = Machine(program, arm, replace(used, motions=min(MOTIONS, used.motions)), given or {}, tolerant=True)
-    machine.controller.q = None
     known = {(d.place.file, d.place.line, d.code) for d in found}
     ran = machine.run()
     return in_order([*found, *(d for d in ran if (d.place.file, d.place.line, d.code) not in known)])

@@ -99,7 +99,8 @@ class Machine:
             if stop.diagnosis is not None:
                 self.findings.found.append(stop.diagnosis)
         except RecursionError:
-            self.findings.say("error", "recursion", "functions call one another without end", "use a loop")
+            deep = ("recursion", "functions call one another without end", "use a loop")
+            self.findings.found.append(Diagnosis(self.findings.place, "error", *deep))
         return tuple(self.findings.found)
 
     def _step(self, result: list[Value] | None) -> None:

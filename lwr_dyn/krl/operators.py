@@ -61,8 +61,8 @@ def _quotient(left: int | float, right: int | float) -> Value:
 
 def ranged(value: int | float) -> int | float:
     """A number that INT or REAL can hold; raises `HaltError`."""
-    largest = LARGEST + 1 if isinstance(value, int) else 3.5e38
-    if not abs(value) <= largest:
+    least, most = (-LARGEST - 1, LARGEST) if isinstance(value, int) else (-3.5e38, 3.5e38)
+    if not least <= value <= most:
         raise HaltError(
             "number-range", f"{value} is beyond what {'INT' if isinstance(value, int) else 'REAL'} holds", ""
         )

@@ -121,6 +121,8 @@ def test_tabs_and_every_kind_of_line_end(arm):
         (["INT i", "i = 1", SPEED, HOME, "i = i / (i - 1)"], "division-by-zero"),
         (["REAL x", SPEED, HOME, "x = SQRT(-1)"], "number-range"),
         (["INT i", SPEED, HOME, "i = 2000000000", "i = i * 2"], "number-range"),
+        (["INT i", SPEED, HOME, "i = -2147483647 - 1", "i = ABS(i)"], "number-range"),
+        (["INT i", SPEED, HOME, "i = ABS(TRUE)"], "type"),
         (["INT i", SPEED, HOME, "i = i + 1"], "no-value"),
         (["INT i[2]", SPEED, HOME, "i[3] = 1"], "index-range"),
         ([SPEED, HOME, "WAIT FOR $IN[7]"], "unknown-input"),
@@ -153,6 +155,18 @@ def test_faults_of_a_run(arm, lines, code):
 
 def test_recursion_is_found_by_the_check_too(arm):
     assert "recursion" in [d.code for d in check_program(body(SPEED, HOME, "a()"), arm)]
+
+
+def test_functions_nested_in_sums_without_end_are_told_by_check_and_run(arm):
+    nested = "f(n+1)"
+    for _ in range(30):
+        nested = f"(1+{nested})"
+    lines = ["DEF a( )", "INT i", SPEED, HOME, "i = f(1)", "END", "DEFFCT INT f(n :IN)", "INT n", f"RETURN {nested}"]
+    program = parse_program("\n".join([*lines, "ENDFCT", ""]), name="a")
+    assert "recursion" in [d.code for d in check_program(program, arm)]
+    with pytest.raises(ProgramError) as fault:
+        run_program(program, arm)
+    assert fault.value.code == "recursion"
 
 
 def test_an_endless_loop_is_cut_and_said(arm):
