@@ -26,7 +26,7 @@ from lwr_dyn.control.pd_gravity import PDGravity
 from lwr_dyn.friction.models import friction_of
 from lwr_dyn.friction.smooth import smooth_friction
 from lwr_dyn.motion import Motion
-from lwr_dyn.reproduction.wam7_runs import BLEND, DURATION, START, TRAVEL, manufacturers_pd, move, weightless
+from lwr_dyn.reproduction.wam7.runs import BLEND, DURATION, START, TRAVEL, manufacturers_pd, move, weightless
 from lwr_dyn.simulation.simulate import simulate
 from lwr_dyn.tasks.ist import ist_reference
 from lwr_dyn.urdf.mjcf import mjcf_text

@@ -40,25 +40,25 @@ def command(paper: str, out: str | None, timing: str, fit_arm_angle: bool, as_js
 
 
 def _exercise(folder: str) -> Outcome:
-    from lwr_dyn.reproduction.lwr4_report import reproduce
+    from lwr_dyn.reproduction.lwr4.report import reproduce
 
     return reproduce(folder)
 
 
 def _kr30ha(folder: str) -> Outcome:
-    from lwr_dyn.reproduction.kr30ha_report import reproduce
+    from lwr_dyn.reproduction.kr30ha.report import reproduce
 
     return reproduce(folder, _say)
 
 
 def _lwr4plus(folder: str, timing: str, fit: bool) -> Outcome:
-    from lwr_dyn.reproduction.lwr4plus_report import reproduce
+    from lwr_dyn.reproduction.lwr4plus.report import reproduce
 
     return reproduce(folder, timing, fit, say=_say)
 
 
 def _wam7(folder: str) -> Outcome:
-    from lwr_dyn.reproduction.wam7_report import reproduce
+    from lwr_dyn.reproduction.wam7.report import reproduce
 
     return reproduce(folder, say=_say)
 

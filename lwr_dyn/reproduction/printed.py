@@ -11,9 +11,9 @@ TIE = Decimal("1e-9")
 """Share of the last printed digit allowed beyond half of it: a value that rounds up or down from an exact half."""
 
 
-def printed_tables(paper: str) -> dict[str, Any]:
-    """The printed results of a paper, from the data file beside this module."""
-    text = resources.files("lwr_dyn.reproduction").joinpath(f"{paper}.toml").read_text(encoding="utf-8")
+def printed_tables(paper: str, file: str = "results") -> dict[str, Any]:
+    """What a paper prints, from a data file in its room."""
+    text = resources.files(f"lwr_dyn.reproduction.{paper}").joinpath(f"{file}.toml").read_text(encoding="utf-8")
     return tomllib.loads(text)
 
 

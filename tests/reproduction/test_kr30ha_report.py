@@ -7,9 +7,9 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.motion import Run
-from lwr_dyn.reproduction.kr30ha_cycle import RISE, SPEED_SHARE, WAIT, cycle_reference
-from lwr_dyn.reproduction.kr30ha_points import right_points
-from lwr_dyn.reproduction.kr30ha_report import reproduce
+from lwr_dyn.reproduction.kr30ha.cycle import RISE, SPEED_SHARE, WAIT, cycle_reference
+from lwr_dyn.reproduction.kr30ha.points import right_points
+from lwr_dyn.reproduction.kr30ha.report import reproduce
 
 ARM = lwr_dyn.load("kr30ha")
 ROADS = 1e-9

@@ -8,7 +8,7 @@ from headless import logs, opened, screenshot
 
 import lwr_dyn
 from lwr_dyn.motion import Run
-from lwr_dyn.reproduction.lwr4plus_report import reproduce
+from lwr_dyn.reproduction.lwr4plus.report import reproduce
 
 POSE = 1e-6
 """[m] The page packs joint angles in 32 bits over a turn, 1.5e-9 rad; an arm's length of them is far below this."""

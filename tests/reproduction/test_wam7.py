@@ -7,7 +7,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.reproduction import wam7_report
-from lwr_dyn.reproduction.wam7_runs import (
+from lwr_dyn.reproduction.wam7.runs import (
     AGREES,
     GRAVITIES,
     Experiment,
@@ -16,7 +16,7 @@ from lwr_dyn.reproduction.wam7_runs import (
     experiment,
     move,
 )
-from lwr_dyn.reproduction.wam7_text import figure_7_holds, figure_7_text
+from lwr_dyn.reproduction.wam7.text import figure_7_holds, figure_7_text
 
 FACTS = (5.10, 1.17, 2.95, 2.63, 5.27, 11.05, 17.86)
 """[mrad] Friction over kp for positive velocity, as the project's notes have it."""

@@ -13,10 +13,10 @@ from lwr_dyn.dynamics.lagrangian_text import expression_text
 from lwr_dyn.dynamics.trigonometry import readable
 from lwr_dyn.kinematics.envelope import Envelope
 from lwr_dyn.papers.schema import Paper
-from lwr_dyn.reproduction.kr30ha_cycle import RISE, SPEED_SHARE, Cycle
-from lwr_dyn.reproduction.kr30ha_matrices import MatrixVerdict, PaperMatrices
-from lwr_dyn.reproduction.kr30ha_motion import Comparison, MotionReport
-from lwr_dyn.reproduction.kr30ha_points import PaperPoints, RightPoint
+from lwr_dyn.reproduction.kr30ha.cycle import RISE, SPEED_SHARE, Cycle
+from lwr_dyn.reproduction.kr30ha.matrices import MatrixVerdict, PaperMatrices
+from lwr_dyn.reproduction.kr30ha.motion import Comparison, MotionReport
+from lwr_dyn.reproduction.kr30ha.points import PaperPoints, RightPoint
 from lwr_dyn.text import table
 
 

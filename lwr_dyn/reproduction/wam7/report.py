@@ -12,8 +12,8 @@ from lwr_dyn.files import make_folder, write_folder
 from lwr_dyn.friction.models import friction_of
 from lwr_dyn.papers.catalog import open_paper
 from lwr_dyn.reproduction.outcome import Outcome
-from lwr_dyn.reproduction.wam7_runs import BLEND, DURATION, GRAVITIES, START, Cruise, Experiment, cruises, experiments
-from lwr_dyn.reproduction.wam7_text import (
+from lwr_dyn.reproduction.wam7.runs import BLEND, DURATION, GRAVITIES, START, Cruise, Experiment, cruises, experiments
+from lwr_dyn.reproduction.wam7.text import (
     cruises_text,
     figure_7_holds,
     figure_7_text,

@@ -17,7 +17,7 @@ from lwr_dyn.dynamics.lagrangian import EquationsOfMotion
 from lwr_dyn.dynamics.trigonometry import normal_form
 from lwr_dyn.kinematics.equations import SubChain, equations_of_motion
 from lwr_dyn.papers.catalog import open_paper
-from lwr_dyn.reproduction.kr30ha_planar import Counterpart, counterparts, finished, planar_equations
+from lwr_dyn.reproduction.kr30ha.planar import Counterpart, counterparts, finished, planar_equations
 from lwr_dyn.reproduction.printed import printed_tables
 
 FIRST_TWO = ("A1", "A2")
@@ -93,7 +93,7 @@ def comparisons(planar: EquationsOfMotion) -> tuple[Comparison, ...]:
     """Every printed expression of the dynamic analysis against the planar model done right."""
     rights = _right_expressions(planar)
     out = []
-    for row in printed_tables("kr30ha_motion")["expression"]:
+    for row in printed_tables("kr30ha", "motion")["expression"]:
         right = rights[row.get("of", row["name"])]
         if row.get("point_masses"):
             right = right.subs({"I1": 0, "I2": 0})

@@ -15,12 +15,12 @@ from lwr_dyn.files import make_folder, write_folder
 from lwr_dyn.kinematics.envelope import Envelope, working_envelope
 from lwr_dyn.papers.catalog import open_paper
 from lwr_dyn.reproduction.checked_models import check_line, check_record, models_and_checks, verdict_table
-from lwr_dyn.reproduction.kr30ha_cycle import Cycle, cycle
-from lwr_dyn.reproduction.kr30ha_matrices import PaperMatrices, paper_matrices
-from lwr_dyn.reproduction.kr30ha_motion import FIRST_TWO, MotionReport, motion_report
-from lwr_dyn.reproduction.kr30ha_points import PaperPoints, RightPoint, paper_points
-from lwr_dyn.reproduction.kr30ha_program import program_record, program_report, program_text, write_program
-from lwr_dyn.reproduction.kr30ha_text import (
+from lwr_dyn.reproduction.kr30ha.cycle import Cycle, cycle
+from lwr_dyn.reproduction.kr30ha.matrices import PaperMatrices, paper_matrices
+from lwr_dyn.reproduction.kr30ha.motion import FIRST_TWO, MotionReport, motion_report
+from lwr_dyn.reproduction.kr30ha.points import PaperPoints, RightPoint, paper_points
+from lwr_dyn.reproduction.kr30ha.program import program_record, program_report, program_text, write_program
+from lwr_dyn.reproduction.kr30ha.text import (
     comparison_text,
     cycle_text,
     envelope_text,

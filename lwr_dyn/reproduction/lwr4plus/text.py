@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from lwr_dyn.control.worst_case_inertia import WorstCase
-from lwr_dyn.reproduction.lwr4plus import GainCell, InertiaRow, errata_that_matter, in_paper_angles
-from lwr_dyn.reproduction.lwr4plus_errors import NEAR, ErrorTable
-from lwr_dyn.reproduction.lwr4plus_runs import PLANTS, Trial, ranking
+from lwr_dyn.reproduction.lwr4plus.errors import NEAR, ErrorTable
+from lwr_dyn.reproduction.lwr4plus.runs import PLANTS, Trial, ranking
+from lwr_dyn.reproduction.lwr4plus.tables import GainCell, InertiaRow, errata_that_matter, in_paper_angles
 from lwr_dyn.text import table
 
 READINGS = ("printed", "computed", "physical")

@@ -8,7 +8,7 @@ from typing import Any
 from lwr_dyn.assembly import arm_from_paper
 from lwr_dyn.files import make_folder, write_folder
 from lwr_dyn.papers.catalog import open_paper
-from lwr_dyn.reproduction.lwr4 import Exercise, exercise
+from lwr_dyn.reproduction.lwr4.exercise import Exercise, exercise
 from lwr_dyn.reproduction.outcome import Outcome
 from lwr_dyn.text import json_text
 from lwr_dyn.urdf.fileset import model_files

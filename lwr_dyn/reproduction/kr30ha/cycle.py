@@ -17,7 +17,7 @@ from lwr_dyn.control.by_name import controller_by_name
 from lwr_dyn.dynamics.selection import ENGINES, dynamics_of
 from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.motion import Run
-from lwr_dyn.reproduction.kr30ha_points import RightPoint
+from lwr_dyn.reproduction.kr30ha.points import RightPoint
 from lwr_dyn.simulation.simulate import simulate
 from lwr_dyn.tasks.point_to_point import JointReference, point_to_point
 

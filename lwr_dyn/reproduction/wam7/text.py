@@ -8,7 +8,7 @@ from lwr_dyn.arm import Arm
 from lwr_dyn.friction.models import friction_of
 from lwr_dyn.friction.refit import passive_refit
 from lwr_dyn.reproduction.printed import printed_tables
-from lwr_dyn.reproduction.wam7_runs import AGREES, GRAVITIES, Cruise, Experiment, sides_of
+from lwr_dyn.reproduction.wam7.runs import AGREES, GRAVITIES, Cruise, Experiment, sides_of
 from lwr_dyn.text import table
 
 SIGN = {1: "+", -1: "-"}

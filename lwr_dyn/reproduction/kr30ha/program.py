@@ -64,12 +64,12 @@ class ProgramReport:
 
 def printed_program() -> Program:
     """The program as the report prints it."""
-    return parse_program(files("lwr_dyn.reproduction").joinpath("kr30ha_program.src").read_bytes(), None, NAME)
+    return parse_program(files("lwr_dyn.reproduction.kr30ha").joinpath("program.src").read_bytes(), None, NAME)
 
 
 def program_data() -> dict[str, Any]:
     """Where the program is printed, its points, and its faults."""
-    return tomllib.loads(files("lwr_dyn.reproduction").joinpath("kr30ha_program.toml").read_text(encoding="utf-8"))
+    return tomllib.loads(files("lwr_dyn.reproduction.kr30ha").joinpath("program.toml").read_text(encoding="utf-8"))
 
 
 def corrected_program(arm: Arm) -> Program:

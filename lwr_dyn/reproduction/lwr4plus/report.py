@@ -12,7 +12,9 @@ from lwr_dyn.errors import OptionError
 from lwr_dyn.files import make_folder, write_folder
 from lwr_dyn.papers.catalog import open_paper
 from lwr_dyn.reproduction.checked_models import check_line, check_record, models_and_checks
-from lwr_dyn.reproduction.lwr4plus import (
+from lwr_dyn.reproduction.lwr4plus.errors import TIMINGS, ErrorTable, error_table, fit_arm_angle, velocity_rows
+from lwr_dyn.reproduction.lwr4plus.runs import Trial, trials
+from lwr_dyn.reproduction.lwr4plus.tables import (
     GainCell,
     InertiaRow,
     arms,
@@ -21,9 +23,7 @@ from lwr_dyn.reproduction.lwr4plus import (
     table_iv,
     table_vi,
 )
-from lwr_dyn.reproduction.lwr4plus_errors import TIMINGS, ErrorTable, error_table, fit_arm_angle, velocity_rows
-from lwr_dyn.reproduction.lwr4plus_runs import Trial, trials
-from lwr_dyn.reproduction.lwr4plus_text import (
+from lwr_dyn.reproduction.lwr4plus.text import (
     error_tables_text,
     ranking_text,
     shells_text,
