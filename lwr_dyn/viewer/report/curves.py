@@ -56,8 +56,16 @@ class Curve:
             value = getattr(self, name)
             if value is not None and not isinstance(value, Series):
                 object.__setattr__(self, name, read_only(np.asarray(value, dtype=np.float64)))
-        if self.x is None and not isinstance(self.y, Series):
-            raise OptionError(f"x of curve {self.label!r}", "none", "numbers or a series, since y is numbers")
+        x, y, where = self.x, self.y, f"curve {self.label!r}"
+        if isinstance(y, Series):
+            if x is not None and not (isinstance(x, Series) and x.run == y.run):
+                raise OptionError(where, "x of something else than y", "a series of the same run, or no x")
+        elif isinstance(x, Series) or x is None:
+            raise OptionError(where, "y as numbers, x not", "both as numbers")
+        elif not (x.ndim == 1 and x.shape == y.shape and x.size > 0):
+            raise OptionError(where, f"x of shape {x.shape}, y of shape {y.shape}", "the same (k,), k > 0")
+        if self.text and (isinstance(y, Series) or len(self.text) != y.size):
+            raise OptionError(f"{where}, text", f"{len(self.text)} names", "one per point, for curves of numbers")
 
 
 @dataclass(frozen=True, slots=True)
