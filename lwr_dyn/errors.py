@@ -163,3 +163,19 @@ class ProgramError(LwrDynError, RuntimeError):
     def __init__(self, place: str, code: str, message: str, hint: str) -> None:
         super().__init__(f"{place}: {message}" + (f"; {hint}" if hint else ""))
         self.place, self.code, self.message, self.hint = place, code, message, hint
+
+
+class EvidenceError(LwrDynError, ValueError):
+    """Evidence for a reading cannot be used; says which entry, what is there, and what is allowed."""
+
+    def __init__(self, where: str, found: str, allowed: str) -> None:
+        super().__init__(f"evidence: {where}: {found}; allowed: {allowed}")
+        self.where, self.found, self.allowed = where, found, allowed
+
+
+class TableError(LwrDynError, ValueError):
+    """A file of tables cannot be read as one; says which file, where in it, what was found, and what is allowed."""
+
+    def __init__(self, file: str, place: str, found: str, allowed: str) -> None:
+        super().__init__(f"{file}: {place}: {found}; allowed: {allowed}")
+        self.file, self.place, self.found, self.allowed = file, place, found, allowed

@@ -1,0 +1,147 @@
+"""The readings of a table whose conventions nobody states, ranked by frames, numbers, bodies and repeated links.
+
+Two questions are kept apart, since their answers may differ: what did the authors compute with (the reading that gives
+their numbers), and what is the arm (bodies that can exist, second tensors, mirror images that agree)?
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from lwr_dyn.conventions.candidates import FACTOR, Candidate, Moved, candidates, ranked
+from lwr_dyn.conventions.choices import CellChange
+from lwr_dyn.conventions.evidence import Evidence
+from lwr_dyn.conventions.frames import FramesFinding, frames_findings, with_rows_moved
+from lwr_dyn.conventions.printed import PrintedTable
+from lwr_dyn.conventions.repair import Repair, repairs
+from lwr_dyn.conventions.search import Fits, fit_numbers
+from lwr_dyn.conventions.worlds import Allowed, World, table_choices, world
+from lwr_dyn.dh import Convention
+from lwr_dyn.errors import MissingDataError
+
+MOST_BOXES = 100
+"""Boxes per table choice that are turned into readings."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Resolution:
+    """What was found: two rankings, how they were come by, and whether they agree."""
+
+    table: PrintedTable
+    """With rows moved; cells as printed."""
+    evidence: Evidence
+    frames: tuple[FramesFinding, ...]
+    worlds: tuple[World, ...]
+    fits: tuple[Fits, ...]
+    """Of the cells as printed, per world."""
+    repairs: tuple[Repair, ...]
+    computed: tuple[Candidate, ...]
+    """Readings that give every published number, the plainest first; empty without numbers, or when none does."""
+    physical: tuple[Candidate, ...]
+    """Readings whose links can be bodies, whose repeated links agree, and that give the second tensors."""
+    both: tuple[Candidate, ...]
+    """Readings that are both."""
+
+    @property
+    def agree(self) -> bool:
+        """A reading that gives the numbers is as good a body as any."""
+        return bool(self.both) and (not self.physical or _as_mirrored(self.both[0], self.physical[0]))
+
+    @property
+    def best(self) -> Candidate | None:
+        """The reading to take for the arm: one that satisfies everything, or else the physical one."""
+        if self.agree:
+            return self.both[0]
+        found = self.physical or self.computed
+        return found[0] if found else None
+
+
+def resolve(table: PrintedTable, evidence: Evidence) -> Resolution:
+    """Every reading of a table against every criterion.
+
+    Parameters
+    ----------
+    table : PrintedTable
+        See `printed_table`.
+    evidence : Evidence
+        What is published beside it; feasibility and repeated links need none.
+
+    Raises
+    ------
+    EvidenceError, UnknownNameError
+        Evidence about another arm.
+    MissingDataError
+        A centre of mass is blank, and no move of rows fills it.
+    """
+    evidence.check(table)
+    findings = frames_findings(table, evidence)
+    shift = findings[0].shift
+    moved = with_rows_moved(table, shift)
+    if np.isnan(moved.com).any():
+        rows = ", ".join(f"link_{i + 1}" for i in np.flatnonzero(np.isnan(moved.com).any(axis=-1)))
+        raise MissingDataError(table.name, f"centre of mass of {rows}", "a reading of its inertial table")
+    worlds = _worlds(moved, evidence, _conventions(findings))
+    fits = tuple(fit_numbers(w.rows, w.options, w.everything) for w in worlds)
+    mended: tuple[Repair, ...] = ()
+    if evidence.numbers and not any(f.boxes for f in fits):
+        mended = repairs(moved, evidence, worlds, fits)
+    tables = [(moved, (shift, ()), worlds)]
+    if mended:
+        tables = [_mended(moved, evidence, r.cell, worlds, shift) for r in equally_plain(mended)]
+    sound = [(t, m, w, w.sound) for t, m, ws in tables for w in ws if all(w.sound)]
+    free = [(t, m, w, w.everything) for t, m, ws in tables for w in ws]
+    return Resolution(
+        table=moved, evidence=evidence, frames=findings, worlds=worlds, fits=fits, repairs=mended,
+        computed=_fitting(free, mirrored=False) if evidence.numbers else (),
+        physical=ranked([c for t, m, w, left in sound for c in candidates(t, w, left, m)]),
+        both=_fitting(sound, mirrored=True),
+    )  # fmt: skip
+
+
+def equally_plain(found: Sequence[Repair]) -> tuple[Repair, ...]:
+    """Repairs of the same cell with as few exceptions as the first: they differ in a sign that no number shows."""
+    first = found[0]
+    return tuple(r for r in found if r.cell.name == first.cell.name and r.exceptions == first.exceptions)
+
+
+def _conventions(findings: Sequence[FramesFinding]) -> list[Convention]:
+    """DH conventions that the frames leave: those that miss as little as the best."""
+    least = min(f.rows_missed + f.places_missed for f in findings)
+    left = {f.convention for f in findings if f.rows_missed + f.places_missed == least and f.shift == findings[0].shift}
+    return [c for c in Convention if c in left]
+
+
+def _worlds(table: PrintedTable, evidence: Evidence, conventions: Sequence[Convention]) -> tuple[World, ...]:
+    return tuple(world(table, evidence, choice) for choice in table_choices(conventions))
+
+
+def _mended(
+    table: PrintedTable, evidence: Evidence, cell: CellChange, worlds: Sequence[World], shift: int
+) -> tuple[PrintedTable, Moved, tuple[World, ...]]:
+    changed = table.with_cell(cell.column, cell.link, cell.entry, cell.value)
+    return changed, (shift, (cell,)), tuple(world(changed, evidence, w.choice) for w in worlds)
+
+
+def _fitting(cases: Sequence[tuple[PrintedTable, Moved, World, Allowed]], mirrored: bool) -> tuple[Candidate, ...]:
+    """Candidates of every box that gives the published numbers."""
+    found: list[Candidate] = []
+    for table, moved, w, left in cases:
+        fits = fit_numbers(w.rows, w.options, left)
+        for box in fits.boxes[:MOST_BOXES]:
+            found += candidates(table, w, box, moved, mirrored)
+    return ranked(found)
+
+
+def _as_mirrored(a: Candidate, b: Candidate) -> bool:
+    """Repeated links agree in `a` as well as in `b`, within the factor that counts as equal."""
+    misses = [x if np.isfinite(x) else 0.0 for x in (a.mirror_miss, b.mirror_miss)]
+    return misses[0] <= FACTOR * misses[1]
+
+
+def without(evidence: Evidence, criterion: str) -> Evidence:
+    """The evidence less one kind of it ("numbers", "tensors", "places"), to see what it alone decides."""
+    empty = {"numbers": (), "tensors": None, "places": ()}
+    return replace(evidence, **{criterion: empty[criterion]})

@@ -1,0 +1,129 @@
+"""Which bodies of the links give the published numbers: a search from the flange inward, one link at a time.
+
+B_ii and g_i see only the links beyond joint i, so the last joint's numbers judge the last link alone, the next one's
+two links, and so on: what a link adds is kept as one vector over all numbers still to come, options that add the same
+are one class (no number can tell them apart), and what misses a number is dropped at once. The full product of all
+links' options is never formed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from lwr_dyn.arrays import Array
+from lwr_dyn.conventions.choices import LinkOptions
+from lwr_dyn.conventions.contributions import Rows
+
+DEVIATIONS = 4.0
+"""Standard deviations of the rounding of the table's cells by which a number may be missed beyond its own half digit."""
+SAME = 0.02
+"""Two options add the same to a number when they differ by less than this share of what it may be missed by."""
+MOST = 3000
+"""States carried at most; beyond it the plainest are kept."""
+
+Box = tuple[tuple[int, ...], ...]
+"""Per link the options that remain; every combination of them is a way to read the table."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Fits:
+    """What the search found: boxes that fit every number, or how far it came."""
+
+    boxes: tuple[Box, ...]
+    matched: int
+    """Numbers matched before the search ran dry (all of them when it did not)."""
+    failed: tuple[int, ...]
+    """Indices into the rows of the numbers that no state matched."""
+    partial: tuple[Box, ...]
+    """Boxes of the links beyond the joint at which it ran dry."""
+    nearest: float
+    """Smallest miss of the failed numbers, in units of what they may be missed by."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Class:
+    """Options of one link that add the same to every number."""
+
+    members: tuple[int, ...]
+    adds: Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _State:
+    sums: Array
+    boxes: tuple[Box, ...]
+
+
+def fit_numbers(rows: Rows, options: Sequence[LinkOptions], allowed: Sequence[Sequence[int]]) -> Fits:
+    """Every combination of the links' allowed options that gives all the numbers.
+
+    Parameters
+    ----------
+    rows : Rows
+        The numbers as linear rows.
+    options : sequence of n LinkOptions
+    allowed : sequence of n sequences of int
+        The options of each link that come into question.
+    """
+    room = allowances(rows, options)
+    per_row = np.repeat(room, np.diff(rows.start))
+    states = [_State(np.zeros(len(per_row)), ((),))]
+    matched = 0
+    for link in reversed(range(len(options))):
+        classes = _classes(rows, options[link], allowed[link], link, per_row)
+        grown = [
+            _State(s.sums + c.adds, tuple((c.members, *box) for box in s.boxes)) for s in states for c in classes
+        ]
+        here = [k for k, joint in enumerate(rows.joint) if joint == link]
+        kept = [s for s in grown if all(abs(_value(rows, s.sums, k) - rows.value[k]) <= room[k] for k in here)]
+        if not kept:
+            failed = tuple(here)
+            gaps = [max(abs(_value(rows, s.sums, k) - rows.value[k]) / room[k] for k in here) for s in grown]
+            partial = tuple(box for s in states for box in s.boxes)
+            return Fits((), matched, failed, partial, float(min(gaps, default=np.inf)))
+        matched += len(here)
+        states = _merged(rows, kept, link, per_row)[:MOST]
+    return Fits(tuple(box for s in states for box in s.boxes), matched, (), (), 0.0)
+
+
+def allowances(rows: Rows, options: Sequence[LinkOptions]) -> Array:
+    """By how much each number may be missed, (K,): half its last digit and the rounding of the table's cells."""
+    deviation = np.array([o.deviation for o in options])
+    per_row = np.sqrt(((rows.coefficients * deviation) ** 2).sum(axis=(1, 2)))
+    spread = np.array([per_row[a:b].max(initial=0.0) for a, b in zip(rows.start[:-1], rows.start[1:], strict=True)])
+    found: Array = rows.half * (1.0 + 1e-6) + DEVIATIONS * spread
+    return found
+
+
+def _value(rows: Rows, sums: Array, k: int) -> float:
+    return float(sums[rows.start[k] : rows.start[k + 1]].max())
+
+
+def _classes(rows: Rows, options: LinkOptions, allowed: Sequence[int], link: int, per_row: Array) -> list[_Class]:
+    adds = rows.coefficients[:, link] @ options.parameters.T
+    classes: list[_Class] = []
+    for o in allowed:
+        for i, known in enumerate(classes):
+            if (np.abs(known.adds - adds[:, o]) <= SAME * per_row).all():
+                classes[i] = _Class((*known.members, o), known.adds)
+                break
+        else:
+            classes.append(_Class((o,), adds[:, o]))
+    return classes
+
+
+def _merged(rows: Rows, states: Sequence[_State], link: int, per_row: Array) -> list[_State]:
+    """States whose sums agree on every number still to come are one state."""
+    ahead = np.concatenate(
+        [np.arange(rows.start[k], rows.start[k + 1]) for k, joint in enumerate(rows.joint) if joint < link]
+        or [np.zeros(0, dtype=int)]
+    )
+    merged: dict[bytes, _State] = {}
+    for s in states:
+        key = np.round(s.sums[ahead] / (SAME * per_row[ahead])).astype(np.int64).tobytes()
+        old = merged.get(key)
+        merged[key] = s if old is None else _State(old.sums, old.boxes + s.boxes)
+    return list(merged.values())
