@@ -12,9 +12,14 @@ TIE = Decimal("1e-9")
 
 
 def printed_tables(paper: str, file: str = "results") -> dict[str, Any]:
-    """What a paper prints, from a data file in its room."""
+    """What a paper prints, from a data file in its room: blocks with their cells and what is given beside them."""
     text = resources.files(f"lwr_dyn.reproduction.{paper}").joinpath(f"{file}.toml").read_text(encoding="utf-8")
-    return tomllib.loads(text)
+    raw = tomllib.loads(text)
+    return {name: _merged(block) if isinstance(block, dict) else block for name, block in raw.items()}
+
+
+def _merged(block: dict[str, Any]) -> dict[str, Any]:
+    return block | block.get("given", {}) | block.get("cells", {})
 
 
 def last_digit(printed: str) -> Decimal:

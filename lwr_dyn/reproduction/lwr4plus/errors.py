@@ -163,6 +163,17 @@ def velocity_rows(table: ErrorTable, arm: Arm) -> dict[str, float]:
     return {name: float(np.sqrt((((rows - cells) / ranges) ** 2).mean())) for name, rows in readings.items()}
 
 
+def velocity_columns_of(table: ErrorTable, arm: Arm) -> dict[str, Array]:
+    """Velocity errors of a run by the columns of Table VIII, (n,) each [mrad/s]."""
+    figures = metrics(table.run, arm).velocity_mrad_s
+    return {f"velocity_{column}": getattr(figures, figure) for column, figure in COLUMNS.items()}
+
+
+def nearest_table(arm: Arm, name: str) -> ErrorTable:
+    """The table under the timing that comes nearest to what is printed, with the largest-margin arm angle."""
+    return min((error_table(arm, name, timing) for timing in TIMINGS), key=lambda t: t.distance)
+
+
 @cache
 def _printed_b() -> tuple[float, ...]:
     return tuple(float(x) for x in printed_tables("lwr4plus")["table_iv"]["b"])

@@ -67,12 +67,13 @@ def arms() -> dict[str, Arm]:
 
 def table_iv() -> tuple[InertiaRow, ...]:
     """Table IV: B_ii maximised over the joint box under every reading; configurations under the default one."""
-    printed = printed_tables("lwr4plus")["table_iv"]
+    tables = printed_tables("lwr4plus")
+    printed = zip(tables["table_iv"]["b"], tables["table_iv_configurations"]["q"], strict=True)
     all_arms = arms()
     worst = {name: worst_cases(arm) for name, arm in all_arms.items()}
     default = next(iter(all_arms))
     rows = []
-    for i, (b, q) in enumerate(zip(printed["b"], printed["q"], strict=True)):
+    for i, (b, q) in enumerate(printed):
         values = {name: found[i].value for name, found in worst.items()}
         span = inertia_at(all_arms[default], i, q)
         rows.append(InertiaRow(i, b, values, tuple(q), span, worst[default][i]))
