@@ -24,8 +24,8 @@ from lwr_dyn.reproduction.verdicts import Judgement, judged
 
 KINDS = ("sign", "times ten", "neighbour", "one percent")
 REFUSED, VERDICT, UNSEEN = "refused", "verdict", "unseen"
-NEVER = ("schema",)
-"""Keys of numbers that are no data."""
+NEVER = ("schema", "unit", "rows", "symbols")
+"""Keys of numbers that are no data: versions, the unit "1", labels."""
 Path = tuple[str | int, ...]
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 
@@ -162,3 +162,39 @@ def _one_percent(value: Any) -> Any:
     number, unit = Decimal(value), last_digit(value)
     step = max((abs(number) / 100).quantize(unit), unit)
     return str(number + step.copy_sign(number))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Survey:
+    """The fates of many mutants."""
+
+    fates: tuple[Fate, ...]
+
+    def counts(self) -> dict[str, int]:
+        """How many were refused, turned a verdict, or were not seen."""
+        return {seen: sum(f.seen == seen for f in self.fates) for seen in (REFUSED, VERDICT, UNSEEN)}
+
+    @property
+    def share(self) -> float:
+        """Of the mutants, how many were seen."""
+        return 1.0 - self.counts()[UNSEEN] / max(1, len(self.fates))
+
+    @property
+    def missed(self) -> tuple[Fate, ...]:
+        """Those that moved a number by more than its last digit and were not seen."""
+        return tuple(f for f in self.fates if f.missed)
+
+    def survivors(self) -> dict[str, tuple[int, float]]:
+        """Column -> how many of its mutants were not seen, and the largest move in last digits."""
+        out: dict[str, tuple[int, float]] = {}
+        for f in (f for f in self.fates if f.seen == UNSEEN):
+            column = re.sub(r"\[\d+\]", "", f.mutant.place)
+            count, moved = out.get(column, (0, 0.0))
+            out[column] = (count + 1, max(moved, f.moved))
+        return dict(sorted(out.items(), key=lambda item: -item[1][0]))
+
+
+def survey(paper: str, chosen: Sequence[Mutant] | None = None) -> Survey:
+    """Judge the chosen mutants of a paper; all of them if not given."""
+    usual = usual_judgement(paper)
+    return Survey(tuple(fate(m, usual) for m in (tuple(mutants(paper)) if chosen is None else chosen)))
