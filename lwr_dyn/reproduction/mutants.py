@@ -91,10 +91,14 @@ def numeric_cells(raw: Any, path: Path = ()) -> Iterator[tuple[Path, Any]]:
     elif isinstance(raw, Sequence) and not isinstance(raw, str):
         for i, value in enumerate(raw):
             yield from numeric_cells(value, (*path, i))
-    elif isinstance(raw, int | float) and not isinstance(raw, bool):
+    elif _is_number(raw):
         yield path, raw
-    elif isinstance(raw, str) and _NUMBER.fullmatch(raw):
-        yield path, raw
+
+
+def _is_number(raw: Any) -> bool:
+    if isinstance(raw, str):
+        return _NUMBER.fullmatch(raw) is not None
+    return isinstance(raw, int | float) and not isinstance(raw, bool)
 
 
 def mutated(raw: Mapping[str, Any], mutant: Mutant) -> dict[str, Any]:
