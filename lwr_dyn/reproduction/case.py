@@ -52,8 +52,12 @@ class Case:
     @cached_property
     def geometry(self) -> Paper:
         """The data file without its masses and rotors; raises as `paper`."""
-        bare = {name: table for name, table in self.tables.items() if name not in ("inertial", "rotors")}
-        return paper_of_tables(bare, self.file, errata_read=())
+        return paper_of_tables(self.bare, self.file, errata_read=())
+
+    @property
+    def bare(self) -> dict[str, Any]:
+        """The tables without masses and rotors."""
+        return {name: table for name, table in self.tables.items() if name not in ("inertial", "rotors")}
 
     @property
     def n(self) -> int:
@@ -67,6 +71,11 @@ class Case:
     def block(self, name: str) -> Block:
         """A block of the results."""
         return self.results.blocks[name]
+
+    @property
+    def printed(self) -> dict[str, Mapping[str, Any]]:
+        """Block -> its cells and what is given beside them, by name."""
+        return {name: block.printed for name, block in self.results.blocks.items()}
 
     def numbers(self, block: str, name: str) -> list[float]:
         """A printed column, or a list that is printed beside it, as numbers."""

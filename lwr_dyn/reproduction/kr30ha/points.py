@@ -109,14 +109,18 @@ def paper_points() -> PaperPoints:
     """Solve the report's points its way and the right way."""
     tables = printed_tables("kr30ha")
     arm = arm_from_paper(open_paper("kr30ha"))
-    cells = tuple(cell for point in tables["point"] for cell in _cells(point, tables))
-    misses = tuple(_miss(arm, point, tables["table_5"]) for point in tables["point"])
-    return PaperPoints(cells, right_points(arm), misses)
+    cells = tuple(cell for name in POINTS for cell in _cells(name, tables))
+    return PaperPoints(cells, right_points(arm, tables), point_misses(arm, tables))
 
 
-def simplified_solution(point: Mapping[str, Any], geometry: Mapping[str, float]) -> dict[str, float]:
+def point_misses(arm: Arm, tables: Mapping[str, Any]) -> tuple[Miss, ...]:
+    """Table 5's angles put through an arm, point by point."""
+    return tuple(_miss(arm, name, tables) for name in POINTS)
+
+
+def simplified_solution(point: Mapping[str, Any], geometry: Mapping[str, Any]) -> dict[str, float]:
     """The report's formulas for D, theta_1, theta_3, alpha, phi and both theta_2 [deg], at full precision."""
-    d1, d2, a2, a3 = (float(geometry[name]) for name in ("d1", "d2", "a2", "a3"))
+    d1, d2, a2, a3 = (float(geometry[name][0]) for name in ("d1", "d2", "a2", "a3"))
     x, y, z = (float(v) for v in point["xyz"])
     ahead, height = math.hypot(x - d2, y), z - d1
     D = (ahead**2 + height**2 - a2**2 - a3**2) / (2.0 * a2 * a3)
@@ -134,12 +138,13 @@ def simplified_solution(point: Mapping[str, Any], geometry: Mapping[str, float])
     return {"D": D} | {name: math.degrees(angle) for name, angle in angles.items()}
 
 
-def _cells(point: Mapping[str, Any], tables: Mapping[str, Any]) -> list[PointCell]:
-    name, found = str(point["name"]), simplified_solution(point, tables["geometry"])
+def _cells(name: str, tables: Mapping[str, Any]) -> list[PointCell]:
+    point = tables[name]
+    found = simplified_solution(point, tables["geometry"])
     printed: list[tuple[str, str, float]] = []
     for cell in ("theta_1", "D", "theta_3", "alpha", "phi"):
         if cell in point:
-            printed.append((cell, point[cell], found[cell]))
+            printed.append((cell, point[cell][0], found[cell]))
     for place, text in zip(("first", "second"), point["theta_2"], strict=True):
         printed.append((f"theta_2 ({place})", text, found[f"theta_2 ({place})"]))
     chosen = "theta_2 (first)" if name == "home" else "theta_2 (second)"
@@ -151,25 +156,26 @@ def _cells(point: Mapping[str, Any], tables: Mapping[str, Any]) -> list[PointCel
     ]
 
 
-def right_points(arm: Arm) -> tuple[RightPoint, ...]:
+def right_points(arm: Arm, printed: Mapping[str, Any] | None = None) -> tuple[RightPoint, ...]:
     """Mastering -> Point 1 -> Point 2 -> mastering for the flange, each by the least axis travel from where it is."""
     mastering = np.array(arm.mastering)
     here, out = mastering, []
-    for point in printed_tables("kr30ha")["point"]:
-        if point["name"] == "home":
+    tables = printed_tables("kr30ha") if printed is None else printed
+    for name in POINTS:
+        if name == "home":
             pose = forward_kinematics(arm.chain, mastering)
             target = pose_of_matrix(pose)
             found = inverse_kinematics(arm, pose)
             q, travel = mastering, float(np.abs(mastering - here).sum())
         else:
-            x, y, z = (float(v) for v in point["xyz"])
+            x, y, z = (float(v) for v in tables[name]["xyz"])
             target = KukaPose(x, y, z, 0.0, 0.0, 0.0)
             found = inverse_kinematics(arm, target.matrix())
             best: Solution = least_travel(found.solutions, here)
             q, travel = best.q, axis_travel(best, here)
         stated = replace(target, s=status(arm, q), t=turn(q))
         count = len(found.solutions), len(found.solutions) + len(found.outside)
-        out.append(RightPoint(point["name"], stated, q, math.degrees(travel), *count, wrist_centre_mm(arm, q)))
+        out.append(RightPoint(name, stated, q, math.degrees(travel), *count, wrist_centre_mm(arm, q)))
         here = q
     return tuple(out)
 
@@ -180,12 +186,11 @@ def wrist_centre_mm(arm: Arm, q: Array) -> Array:
     return np.asarray(1e3 * (flange[:3, 3] + flange[:3, :3] @ require_wrist_arm(arm).wrist_in_flange))
 
 
-def _miss(arm: Arm, point: Mapping[str, Any], table_5: Mapping[str, Any]) -> Miss:
-    name = str(point["name"])
+def _miss(arm: Arm, name: str, tables: Mapping[str, Any]) -> Miss:
     sign, reading = (1.0, "A = theta") if name == "home" else (-1.0, "A = -theta")
     q = np.zeros(6)
-    q[:3] = sign * np.radians([float(text) for text in table_5[name]])
+    q[:3] = sign * np.radians([float(text) for text in tables["table_5"][name]])
     wrist, flange = wrist_centre_mm(arm, q), 1e3 * forward_kinematics(arm.chain, q)[:3, 3]
-    target = np.array(point["xyz"])
+    target = np.array(tables[name]["xyz"])
     distances = (float(np.linalg.norm(place - target)) for place in (wrist, flange))
     return Miss(name, reading, q + 0.0, wrist, flange, *distances)
