@@ -35,7 +35,7 @@ function sampleAt(run, time) {
 
 function plainNumber(value) {
   const size = Math.abs(value);
-  if (size === 0) return "0";
+  if (size < 1e-6) return "0"; // less than the packing keeps, in thousandths
   if (size < 1e-3) return value.toExponential(1);
   return value.toFixed(size >= 100 ? 0 : size >= 10 ? 1 : size >= 1 ? 2 : 3);
 }

@@ -108,6 +108,7 @@ def map_plot(name=""):
 def report(arm, runs, name="", stills=True):
     """A page of every kind of part; `name` is put into every text."""
     spread = PlainTable("Spread" + name, ("plant" + name, "a", "b"), (("printed" + name, "1.0", "2.0"),), "", ((0, 1),))
+    told = Section("spread", "Model spread" + name, "What holds.\n\nAnd why." + name, (spread,), (map_plot(name),))
     pose = Still("Figure 2" + name, arm, np.zeros(arm.n), "DH frames, arm stretched up" + name)
     return Page(
         title="A paper with tables" + name,
@@ -120,7 +121,7 @@ def report(arm, runs, name="", stills=True):
         replay=Replay(tuple(runs), (arm,) * len(runs), tuple(c + name for c in CONTROLLERS), (pose,) if stills else ()),
         checks=(Check("mass matrix" + name, "1.2e-15", "1e-12 of the largest" + name, True, "two roads" + name),),
         audit=(Check("energy", "3e-3 J", "1e-3 J", False),),
-        sections=(Section("spread", "Model spread" + name, "What holds.\n\nAnd why." + name, (spread,), (map_plot(name),)),),
+        sections=(told,),
         files=(FileFact("results.json" + name, 12345, "ab" * 32, "every number" + name),),
         versions=(("lwr_dyn" + name, "1.0"),),
     )  # fmt: skip

@@ -183,8 +183,9 @@ class Page:
     versions: tuple[Fact, ...] = field(default=())
 
     def __post_init__(self) -> None:
-        named = [*self.tables, *self.errata, *self.plots, *self.sections, *(p for s in self.sections for p in s.plots)]
-        ids = [one.id for one in named]
+        ids = [one.id for one in self.tables]
+        ids += [one.id for one in self.errata] + [one.id for one in self.sections]
+        ids += [one.id for one in self.plots] + [plot.id for section in self.sections for plot in section.plots]
         twice = sorted({one for one in ids if ids.count(one) > 1})
         if twice:
             raise OptionError("ids of a page", f"{', '.join(twice)} more than once", "unique ids")

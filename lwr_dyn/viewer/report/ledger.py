@@ -12,7 +12,8 @@ from lwr_dyn.viewer.report.tables import sign
 
 def facts_html(facts: Sequence[Fact]) -> Html:
     """Names and what is said of them."""
-    return element("dl", [[element("dt", name), element("dd", text)] for name, text in facts], class_="facts-list")
+    pairs = [item for name, text in facts for item in (element("dt", name), element("dd", text))]
+    return element("dl", pairs, class_="facts-list")
 
 
 def erratum_html(erratum: Erratum) -> Html:
@@ -28,7 +29,9 @@ def erratum_html(erratum: Erratum) -> Html:
             element("ins", erratum.right),
             class_="change",
         ),
-        element("span", erratum.status if erratum.holds else f"{erratum.status}, FAILS", class_=f"chip {_status(erratum)}"),
+        element(
+            "span", erratum.status if erratum.holds else f"{erratum.status}, FAILS", class_=f"chip {_status(erratum)}"
+        ),
     ]
     outcome = "the computation comes out as told" if erratum.holds else "THE COMPUTATION DOES NOT COME OUT AS TOLD"
     told: list[Fact] = [("proof", erratum.proof), ("checked", outcome), ("effect", erratum.effect)]

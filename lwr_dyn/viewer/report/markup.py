@@ -21,10 +21,12 @@ Attribute = str | int | float | bool | None
 def element(tag: str, *children: Child | Iterable[Child], **attributes: Attribute) -> Html:
     """An element; `class_` and `for_` lose their underscore, others get hyphens; None and False are left out.
 
-    >>> element("a", "1 < 2", href="#x", data_note='say "hi"', class_="y", hidden=False)
-    '<a href="#x" data-note="say &quot;hi&quot;" class="y">1 &lt; 2</a>'
+    >>> element("a", "1 < 2", href="#x", data_note='say "hi"', class_="y", hidden=False, tabindex=0)
+    '<a href="#x" data-note="say &quot;hi&quot;" class="y" tabindex="0">1 &lt; 2</a>'
     """
-    shown = "".join(_attribute(name, value) for name, value in attributes.items() if value not in (None, False))
+    shown = "".join(
+        _attribute(name, value) for name, value in attributes.items() if value is not None and value is not False
+    )
     return Html(f"<{tag}{shown}>{joined(children)}</{tag}>")
 
 

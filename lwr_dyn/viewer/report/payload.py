@@ -138,7 +138,8 @@ def _panel(panel: Panel, pool: dict[bytes, Array]) -> dict[str, Any]:
 
 
 def _curve(curve: Curve, pool: dict[bytes, Array]) -> dict[str, Any]:
-    keep = slice(0) if isinstance(curve.y, Series) else every(curve.y.size, -(-curve.y.size // LARGEST_CURVE))
+    size = 1 if isinstance(curve.y, Series) else curve.y.size
+    keep = every(size, -(-size // LARGEST_CURVE))
     kept = [value if value is None or isinstance(value, Series) else value[keep] for value in (curve.x, curve.y)]
     return {
         "label": curve.label,

@@ -83,9 +83,7 @@ def _how(table: ReportTable) -> Html | None:
     if not groups:
         return None
     items = [element("li", _sentence(told), element("span", "; ".join(places))) for told, places in groups.items()]
-    return element(
-        "details", element("summary", "How each number was computed"), element("ul", items), class_="how"
-    )
+    return element("details", element("summary", "How each number was computed"), element("ul", items), class_="how")
 
 
 def _sentence(told: tuple[str, str, str]) -> Html:
