@@ -20,6 +20,8 @@ PRODUCTS: tuple[Products, ...] = ("tensor", "integral")
 Moved = tuple[int, tuple[CellChange, ...]]
 """Rows by which a column was moved and cells that were changed before the table was read."""
 NOTHING_MOVED: Moved = (0, ())
+MOST = 200
+"""Candidates that are kept, the best first."""
 TOLD_APART = 0.5
 """Fullness is compared in these steps: a smaller difference says nothing."""
 NO_BODY = -1e6
@@ -42,8 +44,12 @@ class Candidate:
     """Links that could not be bodies."""
     fullness: float
     """Sum over the links of log det of their second moments: larger is more plausible."""
-    remaining: tuple[tuple[LinkChoice, ...], ...]
-    """Per link every choice that the same criteria leave open, this one first."""
+    remaining: tuple[tuple[tuple[LinkChoice, ...], ...], ...]
+    """Per link every body that the same criteria leave open, as the choices that give it, this one's first."""
+
+    def leaves_open(self, link: int, choice: LinkChoice) -> bool:
+        """The criteria do not exclude a choice."""
+        return any(choice in equal for equal in self.remaining[link])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -133,8 +139,8 @@ def _candidate(
         min(world.options[i].choices[o], key=lambda c: exceptions_of(c, rule)) for i, o in enumerate(picked)
     ]
     remaining = tuple(
-        (chosen[i], *(c for o in left[i] for c in world.options[i].choices[o] if c != chosen[i]))
-        for i in range(table.n)
+        (world.options[i].choices[o], *(world.options[i].choices[k] for k in left[i] if k != o))
+        for i, o in enumerate(picked)
     )
     return Candidate(
         reading=Reading(world.choice, tuple(chosen), *moved),
@@ -147,20 +153,29 @@ def _candidate(
     )  # fmt: skip
 
 
+def as_mirrored(found: Candidate, best: float) -> bool:
+    """Repeated links agree as well as in the best, within the factor that counts as equal."""
+    return not np.isfinite(found.mirror_miss) or found.mirror_miss <= FACTOR * best
+
+
+def best_mirror_miss(found: Sequence[Candidate]) -> float:
+    """The smallest mirror miss of some candidates, 0 without repeated links."""
+    return min((c.mirror_miss for c in found if np.isfinite(c.mirror_miss)), default=0.0)
+
+
+def fullness_step(found: Candidate) -> int:
+    """Fullness in steps that say something."""
+    return round(max(found.fullness, NO_BODY) / TOLD_APART)
+
+
 def ranked(found: Sequence[Candidate]) -> tuple[Candidate, ...]:
-    """The best first: repeated links agree, then fewest exceptions, then the fullest bodies.
+    """The best first: repeated links agree, then fewest exceptions, then the fullest bodies."""
+    best = best_mirror_miss(found)
 
-    Mirror misses within `FACTOR` of the smallest are equal.
-    """
-    finite = [c.mirror_miss for c in found if np.isfinite(c.mirror_miss)]
-    best = min(finite, default=0.0)
-
-    def key(c: Candidate) -> tuple[float, int, float]:
-        miss = c.mirror_miss if np.isfinite(c.mirror_miss) else 0.0
-        tier = 0.0 if miss <= FACTOR * best else miss
-        return (tier, c.exceptions, -round(max(c.fullness, NO_BODY) / TOLD_APART))
+    def key(c: Candidate) -> tuple[float, int, int]:
+        return (0.0 if as_mirrored(c, best) else c.mirror_miss, c.exceptions, -fullness_step(c))
 
     unique: dict[tuple[object, ...], Candidate] = {}
     for c in sorted(found, key=key):
         unique.setdefault((c.reading.table, c.reading.links, c.reading.cells), c)
-    return tuple(itertools.islice(unique.values(), 50))
+    return tuple(itertools.islice(unique.values(), MOST))

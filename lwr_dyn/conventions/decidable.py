@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.chain import Body, link_frames, with_bodies
+from lwr_dyn.chain import Body, Chain, link_frames, with_bodies
 from lwr_dyn.conventions.choices import CHOICES, LinkChoice, TableChoice, link_options
 from lwr_dyn.conventions.frames import frame_vectors, other_ends, shifted, with_rows_moved
 from lwr_dyn.conventions.printed import TENSOR, PrintedTable
@@ -74,7 +74,8 @@ def _open(
     if trial.alike and only is not None and set(only) & set(trial.alike) and not set(trial.alike) <= set(only):
         return False
     recursion = Recursion.of(with_bodies(table.chain(choice.convention), bodies))
-    return bool(_numbers_agree(trial, recursion)[0])
+    true = with_bodies(trial.chain, _read(table, trial.truth.table, trial.truth.links))
+    return bool(_numbers_agree(trial, recursion, Recursion.of(true))[0])
 
 
 def _same_frames(trial: Trial, table: PrintedTable, convention: Convention) -> bool:
@@ -109,40 +110,43 @@ def _open_link(trial: Trial, table: PrintedTable, link: int) -> bool:
         return False  # its mirror image gives it away, or all of them are open together
     others = [c for c in CHOICES if c != truth[link]]
     found = link_options(table, link, choice, other_ends(table, choice.convention)[link], others)
-    options = []
+    options, true = [], _read(table, choice, truth)
     for o in range(len(found.choices)):
-        bodies = list(trial.bodies)
+        bodies = list(true)
         bodies[link] = found.body(o)
         if same_bodies(table, tuple(bodies), trial.bodies) or not is_physical(bodies[link]):
             continue
         if _second(trial, bodies):
             options.append(bodies[link])
-    return bool(options) and bool(_numbers_agree(trial, _batch(trial, link, options)).any())
+    chain = with_bodies(trial.chain, true)
+    return bool(options) and bool(_numbers_agree(trial, _batch(chain, link, options), Recursion.of(chain)).any())
 
 
-def _batch(trial: Trial, link: int, bodies: Sequence[Body]) -> Recursion:
-    """The recursion of the true arm with one link's body as a batch."""
-    constants: list[LinkConstants] = list(link_constants(trial.chain))
+def _batch(chain: Chain, link: int, bodies: Sequence[Body]) -> Recursion:
+    """The recursion of an arm with one link's body as a batch."""
+    constants: list[LinkConstants] = list(link_constants(chain))
     com = np.array([b.com for b in bodies])[:, None]
     tensor = np.array([b.inertia_com for b in bodies])[:, None]
     rows = [Vector(*(tensor[..., r, c] for c in range(3))) for r in range(3)]
     constants[link] = replace(
         constants[link], com=Vector(com[..., 0], com[..., 1], com[..., 2]), inertia=Matrix(*rows)
     )
-    return replace(Recursion.of(trial.chain), links=tuple(constants))
+    return replace(Recursion.of(chain), links=tuple(constants))
 
 
-def _numbers_agree(trial: Trial, recursion: Recursion) -> Array:
-    """Per arm of a batch, (A,), whether every published number comes out."""
-    numbers = trial.evidence.numbers
-    if not numbers:
-        return np.array([True])
+def _numbers_agree(trial: Trial, recursion: Recursion, true: Recursion) -> Array:
+    """Per arm of a batch, (A,), whether every published number is that of the truth as the table prints it."""
     good = np.array([True])
-    for q in {id(x.q): x.q for x in numbers if x.q is not None}.values():
-        place = q[None, None, :]
-        diagonal = np.diagonal(recursion.mass_matrix(place), axis1=-2, axis2=-1).reshape(-1, len(q))
-        torque = recursion.gravity_vector(q[None, None, None, :]).reshape(-1, len(q))
-        for x in (x for x in numbers if x.q is q):
-            ours = (torque if x.quantity == "gravity" else diagonal)[:, x.joint]
-            good = good & (np.abs(ours - x.printed.value) <= ROOM * x.printed.half)
+    for q in {id(x.q): x.q for x in trial.evidence.numbers if x.q is not None}.values():
+        theirs, ours = _numbers_at(true, q), _numbers_at(recursion, q)
+        for x in (x for x in trial.evidence.numbers if x.q is q):
+            k = int(x.quantity == "gravity")
+            good = good & (np.abs(ours[k][:, x.joint] - theirs[k][0, x.joint]) <= ROOM * x.printed.half)
     return np.asarray(good, dtype=bool)
+
+
+def _numbers_at(recursion: Recursion, q: Array) -> tuple[Array, Array]:
+    """B_ii and g_i of a batch of arms at one pose, (A, n) each."""
+    diagonal = np.diagonal(recursion.mass_matrix(q[None, None, :]), axis1=-2, axis2=-1)
+    torque = recursion.gravity_vector(q[None, None, None, :])
+    return diagonal.reshape(-1, len(q)), torque.reshape(-1, len(q))

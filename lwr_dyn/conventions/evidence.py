@@ -100,7 +100,6 @@ class Evidence:
 
     numbers: tuple[DerivedNumber, ...] = ()
     tensors: SecondTensors | None = None
-    total_mass: Printed | None = None
     places: tuple[FlangePlace, ...] = ()
     alike: tuple[tuple[int, ...], ...] = ()
     """Groups of links that are declared to be one body, mirrored or turned; found in the table if empty."""

@@ -6,12 +6,12 @@ their numbers), and what is the arm (bodies that can exist, second tensors, mirr
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from lwr_dyn.conventions.candidates import FACTOR, Candidate, Moved, candidates, ranked
+from lwr_dyn.conventions.candidates import Candidate, Moved, as_mirrored, best_mirror_miss, candidates, ranked
 from lwr_dyn.conventions.choices import CellChange
 from lwr_dyn.conventions.evidence import Evidence
 from lwr_dyn.conventions.frames import FramesFinding, frames_findings, with_rows_moved
@@ -24,6 +24,10 @@ from lwr_dyn.errors import MissingDataError
 
 MOST_BOXES = 100
 """Boxes per table choice that are turned into readings."""
+
+
+Case = tuple[PrintedTable, Moved, World]
+"""A table, what was changed in it, and one way to read it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,11 +48,13 @@ class Resolution:
     """Readings whose links can be bodies, whose repeated links agree, and that give the second tensors."""
     both: tuple[Candidate, ...]
     """Readings that are both."""
+    cases: tuple[Case, ...] = ()
+    """What was read in the end: with cells changed where that is needed."""
 
     @property
     def agree(self) -> bool:
         """A reading that gives the numbers is as good a body as any."""
-        return bool(self.both) and (not self.physical or _as_mirrored(self.both[0], self.physical[0]))
+        return bool(self.both) and as_mirrored(self.both[0], best_mirror_miss(self.physical))
 
     @property
     def best(self) -> Candidate | None:
@@ -88,16 +94,16 @@ def resolve(table: PrintedTable, evidence: Evidence) -> Resolution:
     mended: tuple[Repair, ...] = ()
     if evidence.numbers and not any(f.boxes for f in fits):
         mended = repairs(moved, evidence, worlds, fits)
-    tables = [(moved, (shift, ()), worlds)]
+    cases: list[Case] = [(moved, (shift, ()), w) for w in worlds]
     if mended:
-        tables = [_mended(moved, evidence, r.cell, worlds, shift) for r in equally_plain(mended)]
-    sound = [(t, m, w, w.sound) for t, m, ws in tables for w in ws if all(w.sound)]
-    free = [(t, m, w, w.everything) for t, m, ws in tables for w in ws]
+        cases = [case for r in equally_plain(mended) for case in _mended(moved, evidence, r.cell, worlds, shift)]
+    sound = [(case, case[2].sound) for case in cases if all(case[2].sound)]
+    free = [(case, case[2].everything) for case in cases]
     return Resolution(
         table=moved, evidence=evidence, frames=findings, worlds=worlds, fits=fits, repairs=mended,
         computed=_fitting(free, mirrored=False) if evidence.numbers else (),
-        physical=ranked([c for t, m, w, left in sound for c in candidates(t, w, left, m)]),
-        both=_fitting(sound, mirrored=True),
+        physical=ranked([c for (t, m, w), left in sound for c in candidates(t, w, left, m)]),
+        both=_fitting(sound, mirrored=True), cases=tuple(cases),
     )  # fmt: skip
 
 
@@ -120,28 +126,17 @@ def _worlds(table: PrintedTable, evidence: Evidence, conventions: Sequence[Conve
 
 def _mended(
     table: PrintedTable, evidence: Evidence, cell: CellChange, worlds: Sequence[World], shift: int
-) -> tuple[PrintedTable, Moved, tuple[World, ...]]:
+) -> Iterator[Case]:
     changed = table.with_cell(cell.column, cell.link, cell.entry, cell.value)
-    return changed, (shift, (cell,)), tuple(world(changed, evidence, w.choice) for w in worlds)
+    for w in worlds:
+        yield changed, (shift, (cell,)), world(changed, evidence, w.choice)
 
 
-def _fitting(cases: Sequence[tuple[PrintedTable, Moved, World, Allowed]], mirrored: bool) -> tuple[Candidate, ...]:
+def _fitting(cases: Sequence[tuple[Case, Allowed]], mirrored: bool) -> tuple[Candidate, ...]:
     """Candidates of every box that gives the published numbers."""
     found: list[Candidate] = []
-    for table, moved, w, left in cases:
+    for (table, moved, w), left in cases:
         fits = fit_numbers(w.rows, w.options, left)
         for box in fits.boxes[:MOST_BOXES]:
             found += candidates(table, w, box, moved, mirrored)
     return ranked(found)
-
-
-def _as_mirrored(a: Candidate, b: Candidate) -> bool:
-    """Repeated links agree in `a` as well as in `b`, within the factor that counts as equal."""
-    misses = [x if np.isfinite(x) else 0.0 for x in (a.mirror_miss, b.mirror_miss)]
-    return misses[0] <= FACTOR * misses[1]
-
-
-def without(evidence: Evidence, criterion: str) -> Evidence:
-    """The evidence less one kind of it ("numbers", "tensors", "places"), to see what it alone decides."""
-    empty = {"numbers": (), "tensors": None, "places": ()}
-    return replace(evidence, **{criterion: empty[criterion]})

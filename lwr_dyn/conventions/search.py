@@ -52,9 +52,12 @@ class _Class:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _State:
+class _States:
+    """S states: what the links so far add to every row, and the boxes of options that add that."""
+
     sums: Array
-    boxes: tuple[Box, ...]
+    """(S, R)"""
+    boxes: tuple[tuple[Box, ...], ...]
 
 
 def fit_numbers(rows: Rows, options: Sequence[LinkOptions], allowed: Sequence[Sequence[int]]) -> Fits:
@@ -70,23 +73,37 @@ def fit_numbers(rows: Rows, options: Sequence[LinkOptions], allowed: Sequence[Se
     """
     room = allowances(rows, options)
     per_row = np.repeat(room, np.diff(rows.start))
-    states = [_State(np.zeros(len(per_row)), ((),))]
+    states = _States(np.zeros((1, len(per_row))), (((),),))
     matched = 0
     for link in reversed(range(len(options))):
         classes = _classes(rows, options[link], allowed[link], link, per_row)
-        grown = [
-            _State(s.sums + c.adds, tuple((c.members, *box) for box in s.boxes)) for s in states for c in classes
-        ]
+        grown = _grown(states, classes)
         here = [k for k, joint in enumerate(rows.joint) if joint == link]
-        kept = [s for s in grown if all(abs(_value(rows, s.sums, k) - rows.value[k]) <= room[k] for k in here)]
-        if not kept:
-            failed = tuple(here)
-            gaps = [max(abs(_value(rows, s.sums, k) - rows.value[k]) / room[k] for k in here) for s in grown]
-            partial = tuple(box for s in states for box in s.boxes)
-            return Fits((), matched, failed, partial, float(min(gaps, default=np.inf)))
+        miss = misses(rows, grown.sums, room, here)
+        good = np.flatnonzero(miss <= 1.0)
+        if len(good) == 0:
+            partial = tuple(box for boxes in states.boxes for box in boxes)
+            return Fits((), matched, tuple(here), partial, float(miss.min(initial=np.inf)))
         matched += len(here)
-        states = _merged(rows, kept, link, per_row)[:MOST]
-    return Fits(tuple(box for s in states for box in s.boxes), matched, (), (), 0.0)
+        states = _merged(rows, grown, good, link, per_row)
+    return Fits(tuple(box for boxes in states.boxes for box in boxes), matched, (), (), 0.0)
+
+
+def misses(rows: Rows, sums: Array, room: Array, here: Sequence[int]) -> Array:
+    """The worst miss of some numbers, (S,), for sums (S, R), in units of what they may be missed by."""
+    worst = np.zeros(len(sums))
+    for k in here:
+        value = sums[:, rows.start[k] : rows.start[k + 1]].max(axis=-1)
+        worst = np.maximum(worst, np.abs(value - rows.value[k]) / room[k])
+    return worst
+
+
+def _grown(states: _States, classes: Sequence[_Class]) -> _States:
+    if not classes:
+        return _States(states.sums[:0], ())
+    sums = states.sums[:, None, :] + np.array([c.adds for c in classes])
+    boxes = tuple(tuple((c.members, *box) for box in old) for old in states.boxes for c in classes)
+    return _States(sums.reshape(len(boxes), sums.shape[-1]), boxes)
 
 
 def allowances(rows: Rows, options: Sequence[LinkOptions]) -> Array:
@@ -96,10 +113,6 @@ def allowances(rows: Rows, options: Sequence[LinkOptions]) -> Array:
     spread = np.array([per_row[a:b].max(initial=0.0) for a, b in zip(rows.start[:-1], rows.start[1:], strict=True)])
     found: Array = rows.half * (1.0 + 1e-6) + DEVIATIONS * spread
     return found
-
-
-def _value(rows: Rows, sums: Array, k: int) -> float:
-    return float(sums[rows.start[k] : rows.start[k + 1]].max())
 
 
 def _classes(rows: Rows, options: LinkOptions, allowed: Sequence[int], link: int, per_row: Array) -> list[_Class]:
@@ -115,15 +128,16 @@ def _classes(rows: Rows, options: LinkOptions, allowed: Sequence[int], link: int
     return classes
 
 
-def _merged(rows: Rows, states: Sequence[_State], link: int, per_row: Array) -> list[_State]:
-    """States whose sums agree on every number still to come are one state."""
-    ahead = np.concatenate(
-        [np.arange(rows.start[k], rows.start[k + 1]) for k, joint in enumerate(rows.joint) if joint < link]
-        or [np.zeros(0, dtype=int)]
+def _merged(rows: Rows, states: _States, good: Array, link: int, per_row: Array) -> _States:
+    """The good states; those whose sums agree on every number still to come are one."""
+    blocks = [np.arange(rows.start[k], rows.start[k + 1]) for k, joint in enumerate(rows.joint) if joint < link]
+    ahead = np.concatenate([*blocks, np.zeros(0, dtype=int)])
+    keys = np.round(states.sums[np.ix_(good, ahead)] / (SAME * per_row[ahead])).astype(np.int64)
+    merged: dict[bytes, list[int]] = {}
+    for key, s in zip(keys, good, strict=True):
+        merged.setdefault(key.tobytes(), []).append(int(s))
+    groups = list(merged.values())[:MOST]
+    return _States(
+        states.sums[[g[0] for g in groups]],
+        tuple(tuple(box for s in g for box in states.boxes[s])[:MOST] for g in groups),
     )
-    merged: dict[bytes, _State] = {}
-    for s in states:
-        key = np.round(s.sums[ahead] / (SAME * per_row[ahead])).astype(np.int64).tobytes()
-        old = merged.get(key)
-        merged[key] = s if old is None else _State(old.sums, old.boxes + s.boxes)
-    return list(merged.values())
