@@ -139,6 +139,17 @@ def krl_large() -> tuple[str, bool]:
     return f"{seconds:.1f} s, {megabytes:.0f} MB; {found[0].message}", good
 
 
+def lint() -> tuple[str, bool]:
+    """Lint: false alarms on 1000 correct tables made up at random, and the share of 1000 planted slips it finds."""
+    from lwr_dyn.lint.plants import SLIPS
+    from lwr_dyn.lint.trials import detection, false_alarms
+
+    cries = false_alarms(1000, seed=1)
+    found = {slip: detection(slip, 1000, seed=2) for slip in SLIPS}
+    shares = ", ".join(f"{slip} {share:.0%}" for slip, share in found.items())
+    return f"{len(cries)} false alarms; found: {shares}", not cries and min(found.values()) >= 0.6
+
+
 LINES: dict[str, Line] = {
     "properties": properties,
     "checks": checks,
@@ -146,6 +157,7 @@ LINES: dict[str, Line] = {
     "runs": runs,
     "coverage": coverage,
     "long_log": long_log,
+    "lint": lint,
     "krl": krl,
     "krl_large": krl_large,
 }
