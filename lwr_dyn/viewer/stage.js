@@ -48,9 +48,11 @@ class Stage {
     return parts;
   }
 
-  // A still never moves; it is out of sight until it is asked for.
+  // A still never moves from the pose it was made in; it is out of sight until it is asked for.
   #settle(still) {
-    this.setPose(still, still.q.subarray(0, still.n));
+    const tip = this.flangePose(this.arms.indexOf(still)).map((row) => row[3]);
+    still.reach = Math.hypot(tip[0], tip[1], tip[2]);
+    still.azimuth = Math.hypot(tip[0], tip[1]) > 0.3 * still.reach ? Math.atan2(tip[1], tip[0]) - 1 : this.azimuth; // from its side
     this.viewer.set_property(still.root.concat("target"), "visible", false);
     this.viewer.set_property(still.root, "visible", false);
   }
@@ -167,8 +169,8 @@ class Stage {
         const k = Math.round((s / samples) * (run.t.length - 1)), pose = new THREE.Matrix4();
         run.record.joints.forEach((joint, j) => {
           const at = new THREE.Vector3().setFromMatrixPosition(pose.multiply(jointPose(joint, run.q[k * run.n + j])));
-          add(at.x, at.y, at.z);
-          if (this.stills.includes(run)) [-0.15, 0.15].forEach((frame) => add(at.x + frame, at.y + frame, at.z + frame));
+          const around = this.stills.includes(run) ? 0.1 + 0.06 * run.reach : 0; // frames and bodies of a still
+          [-around, around].forEach((d) => add(at.x + d, at.y + d, at.z + d));
         });
       }
     });
@@ -184,9 +186,10 @@ class Stage {
     const viewer = this.viewer, camera = viewer.camera, points = this.outline();
     const width = this.pane.clientWidth, height = this.pane.clientHeight, { left: side, bottom: bar } = this.covered();
     if (width === 0 || height === 0 || points.length === 0) return;
+    const azimuth = this.framed[0].azimuth ?? this.azimuth;
     const out = new THREE.Vector3(
-      Math.cos(this.azimuth) * Math.cos(this.elevation), Math.sin(this.azimuth) * Math.cos(this.elevation), Math.sin(this.elevation));
-    const right = new THREE.Vector3(-Math.sin(this.azimuth), Math.cos(this.azimuth), 0), up = out.clone().cross(right);
+      Math.cos(azimuth) * Math.cos(this.elevation), Math.sin(azimuth) * Math.cos(this.elevation), Math.sin(this.elevation));
+    const right = new THREE.Vector3(-Math.sin(azimuth), Math.cos(azimuth), 0), up = out.clone().cross(right);
     const tall = Math.tan((camera.fov / 2) * (Math.PI / 180)) * 0.84;
     const slopes = [[right, (tall * (width - side)) / height], [up, (tall * (height - bar)) / height]];
     const centre = new THREE.Box3().setFromPoints(points).getCenter(new THREE.Vector3());

@@ -72,7 +72,7 @@ def test_keyboard_reaches_and_plays_the_replay(window):
 
     window.execute_script("lwrReplay.setTime(0); document.activeElement.blur(); window.scrollTo(0, 0)")
     window.find_element("css selector", ".skip").send_keys(Keys.ENTER)
-    assert window.switch_to.active_element.get_attribute("id") == "summary"
+    until(window, lambda: window.switch_to.active_element.get_attribute("id") == "summary")
     order = []
     for _ in range(4):
         ActionChains(window).send_keys(Keys.TAB).perform()
@@ -129,6 +129,32 @@ def test_phone_needs_no_sideways_scroll_and_taps_tell(browser, report_path):
         browser.execute_script("document.getElementById('plot-errors').scrollIntoView()")
         screenshot(browser, "report_phone.png")
         assert logs(browser)[1] == []
+
+
+def test_finger_scrolls_over_a_figure_and_a_tap_sets_the_time(browser, report_path):
+    with screen(browser, **PHONE):
+        opened(browser, report_path)
+        x, y, before = browser.execute_script(
+            """const plane = document.querySelector("[data-plot=torque] .nsewdrag");
+            plane.scrollIntoView({ block: "center" }); window.scrollBy(0, -120);
+            const box = plane.getBoundingClientRect();
+            return [box.left + box.width / 2, box.top + box.height / 2, window.scrollY]"""
+        )
+
+        def touch(kind, *points):
+            at = [{"x": x, "y": y - up} for up in points]
+            browser.execute_cdp_cmd("Input.dispatchTouchEvent", {"type": kind, "touchPoints": at})
+
+        touch("touchStart", 0)
+        touch("touchEnd")
+        assert browser.execute_script("return lwrReplay.time()") == pytest.approx(3.0, abs=0.05)
+        browser.execute_script("lwrReplay.setTime(1)")
+        touch("touchStart", 0)
+        for up in range(20, 180, 20):
+            touch("touchMove", up)
+        touch("touchEnd")
+        until(browser, lambda: browser.execute_script("return window.scrollY") > before + 60)
+        assert browser.execute_script("return lwrReplay.time()") == 1
 
 
 def test_hostile_names_stay_text(browser, tmp_path, arm, two_runs):

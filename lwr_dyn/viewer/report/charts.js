@@ -133,7 +133,7 @@ class Chart {
 
   #layout(width, sizes, ink) {
     const { columns, rows, panel, gap, top, bottom, height } = sizes;
-    const left = 58, right = 14, inner = width - left - right, tall = height - top - bottom, between = columns > 1 ? 62 : 0;
+    const left = 62, right = 14, inner = width - left - right, tall = height - top - bottom, between = columns > 1 ? 68 : 0;
     const wide = (inner - between * (columns - 1)) / columns;
     const layout = {
       width, height, margin: { l: left, r: right, t: top, b: bottom, autoexpand: false },
@@ -158,7 +158,7 @@ class Chart {
       };
       layout[`yaxis${axis}`] = {
         ...lines, domain: [(y1 - panel) / tall, y1 / tall].map((part) => Math.min(1, Math.max(0, part))), anchor: `x${axis}`,
-        title: { text: withUnit(one.y_label, one.y_unit), standoff: 4 }, exponentformat: "power", nticks: 6,
+        title: { text: withUnit(one.y_label, one.y_unit), standoff: 4 }, exponentformat: "e", nticks: 6,
         ...(this.record.equal ? { scaleanchor: `x${axis}`, scaleratio: 1 } : {}),
       };
       layout.annotations.push({

@@ -71,6 +71,7 @@ class Overlay {
     this.chart.graph.addEventListener("pointerdown", (event) => {
       start = event.button === 0 ? [event.clientX, event.clientY] : null;
     }, true);
+    window.addEventListener("pointercancel", () => { start = null; });
     window.addEventListener("pointerup", (event) => {
       if (start === null) return;
       const still = Math.hypot(event.clientX - start[0], event.clientY - start[1]) < 4, panel = this.#panelAt(event);
