@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from typing import Any
 
 from lwr_dyn.errors import PaperError
@@ -26,7 +27,7 @@ def apply_errata(tables: dict[str, Any], errata: tuple[Erratum, ...], file: str)
         A patch points nowhere, the file prints something else there, or two errata read one cell.
     """
     touched: dict[str, dict[int, list[str]]] = {}
-    _one_erratum_a_cell([(e.id, p.at) for e in errata for p in e.patches], file)
+    one_erratum_a_cell(errata, file)
     for erratum in errata:
         for patch in erratum.of_tables():
             apply_patch(tables, patch, erratum.id, file)
@@ -46,14 +47,17 @@ def apply_patch(tables: dict[str, Any], patch: Patch, erratum: str, file: str) -
     holder[key] = patch.read
 
 
-def _one_erratum_a_cell(cells: list[tuple[str, str]], file: str) -> None:
+def one_erratum_a_cell(errata: Iterable[Erratum], file: str) -> None:
     """Raise `PaperError` when two errata read one cell, or one reads a cell inside what the other reads."""
+    cells = [(e.id, p.at) for e in errata for p in e.patches]
     for k, (erratum, at) in enumerate(cells):
         steps = _steps(at)
         for other, place in cells[:k]:
             size = min(len(steps), len(_steps(place)))
             if other != erratum and steps[:size] == _steps(place)[:size]:
-                raise PaperError(file, f"errata {other} and {erratum}", f"both read {at}", "one erratum of a reading a cell")
+                raise PaperError(
+                    file, f"errata {other} and {erratum}", f"both read {at}", "one erratum of a reading a cell"
+                )
 
 
 def _steps(path: str) -> list[str | int]:

@@ -12,7 +12,7 @@ from typing import Any
 from lwr_dyn.dh import Convention, JointKind
 from lwr_dyn.errors import FileAccessError, PaperError, UnknownNameError
 from lwr_dyn.papers.columns import read_columns
-from lwr_dyn.papers.errata import apply_errata
+from lwr_dyn.papers.errata import apply_errata, one_erratum_a_cell
 from lwr_dyn.papers.fields import Fields, choice
 from lwr_dyn.papers.meaning import check_meaning
 from lwr_dyn.papers.schema import (
@@ -79,7 +79,7 @@ def paper_of_tables(
 ) -> Paper:
     """`read_paper` on parsed TOML, which is left as it is.
 
-    With `errata_read` given, exactly those errata (ids) are applied, whatever the reading lists. Raises as `read_paper`.
+    With `errata_read` given, exactly those errata (ids) are applied, not those of the reading. Raises as `read_paper`.
     """
     top = Fields(raw, file, "")
     if top.take("schema", int) != SCHEMA:
@@ -167,6 +167,7 @@ def _readings(table: dict[str, Any], errata: tuple[Erratum, ...], file: str) -> 
         fields.done()
         for missing in [w for w in wanted if w not in ids]:
             raise PaperError(file, f"reading.{name}.errata", repr(missing), f"one of {', '.join(ids) or 'none'}")
+        one_erratum_a_cell([e for e in errata if e.id in wanted], file)
     return out
 
 

@@ -107,6 +107,26 @@ def case_of(
     return Case(patched, results, file, frozenset(ids), warm)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Evidence:
+    """A paper's tables and results, from which cases are made at will: what a proof is given."""
+
+    tables: Mapping[str, Any]
+    results: Results
+    file: str
+
+    def case(self, *errata: str) -> Case:
+        """The case with exactly these errata."""
+        known = paper_of_tables(dict(self.tables), self.file).errata
+        return case_of(self.tables, self.results, self.file, [e for e in known if e.id in errata])
+
+    def reading(self, name: str = "", *more: str) -> Case:
+        """The case of a reading (the default one if not named) and of further errata."""
+        paper = paper_of_tables(dict(self.tables), self.file)
+        read = paper.readings[name or self.tables.get("default_reading", "printed")].errata
+        return self.case(*read, *more)
+
+
 def patched_results(results: Results, applied: Collection[Erratum]) -> Results:
     """What is printed, with the errata read; raises `PaperError` when a patch does not find its cell."""
     if not any(e.of_results() for e in applied):

@@ -79,5 +79,3 @@ def compared(printed: Iterable[Sequence[str]], ours: sp.Matrix) -> list[list[Sym
     texts = [[str(ours[r, c]) for c in range(ours.cols)] for r in range(ours.rows)]
     rows = zip(printed, texts, strict=True)
     return [[Symbolic(t, same(p, t)) for p, t in zip(row, text, strict=True)] for row, text in rows]
-
-

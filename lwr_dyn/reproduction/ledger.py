@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 from lwr_dyn.papers.reader import paper_of_tables
 from lwr_dyn.papers.schema import Erratum
+from lwr_dyn.reproduction.case import Evidence
 
 if TYPE_CHECKING:
     from lwr_dyn.reproduction.rooms import Room
@@ -22,14 +23,25 @@ Number = float | str
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Proof:
-    """A computation that shows a slip: what it says, the numbers it found, whether they show it."""
+    """A computation that shows a slip: what it says, whether the numbers it found show it, and those numbers."""
 
     statement: str
     holds: bool
     numbers: Mapping[str, Number] = field(default_factory=dict)
 
+    def __post_init__(self) -> None:
+        plain = {name: x if isinstance(x, str) else float(x) for name, x in self.numbers.items()}
+        object.__setattr__(self, "numbers", plain)
+        object.__setattr__(self, "holds", bool(self.holds))
 
-Prove = Callable[[], Proof]
+    @property
+    def told(self) -> str:
+        """Statement and numbers as one text."""
+        rows = [f"{name}: {x if isinstance(x, str) else format(x, '.6g')}" for name, x in self.numbers.items()]
+        return "\n".join([self.statement, *rows])
+
+
+Prove = Callable[[Evidence], Proof]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -59,4 +71,4 @@ def ledger(room: Room) -> tuple[Entry, ...]:
 def entry(room: Room, erratum: Erratum) -> Entry:
     """One entry, its proof run now."""
     prove = room.proofs.get(erratum.id)
-    return Entry(room.paper, erratum, None if prove is None else prove())
+    return Entry(room.paper, erratum, None if prove is None else prove(room.evidence))

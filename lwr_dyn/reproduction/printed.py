@@ -19,7 +19,8 @@ def printed_tables(paper: str, file: str = "results") -> dict[str, Any]:
 
 
 def _merged(block: dict[str, Any]) -> dict[str, Any]:
-    return block | block.get("given", {}) | block.get("cells", {})
+    merged: dict[str, Any] = block | block.get("given", {}) | block.get("cells", {})
+    return merged
 
 
 def last_digit(printed: str) -> Decimal:

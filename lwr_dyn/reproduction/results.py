@@ -1,8 +1,8 @@
-"""What a paper prints as results, as data: one block per table, figure or sentence; the strict reader of `results.toml`.
+"""What a paper prints as results, as data: a block per table, figure or sentence; the strict reader of `results.toml`.
 
 A block says where it stands, in which unit, and the name of the function that recomputes it. Its cells are text, digit
-for digit as printed; `given` holds what is printed beside them and is no result. A cell of a figure has a range: how far
-its axis or its line can be read. `form` "derived" is for numbers that we state and the paper does not print.
+for digit as printed; `given` holds what is printed beside them and is no result. A cell of a figure has a range: how
+far its axis or its line can be read. `form` "derived" is for numbers that we state and the paper does not print.
 """
 
 from __future__ import annotations
@@ -109,9 +109,13 @@ def _block(name: str, table: Any, file: str) -> Block:
     reading, note = fields.take("reading", str, default=""), fields.take("note", str, default="")
     fields.done()
     if not (compute or lists["needs"]):
-        raise PaperError(file, f"{name}.compute", "missing", "a recomputing function, or needs that say what is missing")
+        raise PaperError(
+            file, f"{name}.compute", "missing", "a recomputing function, or needs that say what is missing"
+        )
     if bool(spans) != (form == "figure"):
-        raise PaperError(file, f"{name}.ranges", "given" if spans else "missing", "ranges for figures, and only for them")
+        raise PaperError(
+            file, f"{name}.ranges", "given" if spans else "missing", "ranges for figures, and only for them"
+        )
     for twice in set(cells) & set(given):
         raise PaperError(file, f"{name}.given.{twice}", "also a column of cells", "each name once")
     for unknown in set(spans) - set(cells):
@@ -122,12 +126,21 @@ def _block(name: str, table: Any, file: str) -> Block:
         if not isinstance(unit, str):
             raise PaperError(file, f"{name}.unit", repr(unit), f"text, or a table with text for {column}")
         found += _column(name, column, entries, unit, rows, spans.get(column), file)
-    return Block(name, where, form, compute, tuple(found), dict(cells) | dict(given), *lists.values(), reading, note)
+    return Block(
+        name,
+        where,
+        form,
+        compute,
+        tuple(found),
+        dict(cells) | dict(given),
+        lists["needs"],
+        lists["errata"],
+        reading,
+        note,
+    )
 
 
-def _column(
-    block: str, column: str, entries: Any, unit: str, rows: list[str], spans: Any, file: str
-) -> list[Cell]:
+def _column(block: str, column: str, entries: Any, unit: str, rows: list[str], spans: Any, file: str) -> list[Cell]:
     name = f"{block}.cells.{column}"
     if not isinstance(entries, list) or not entries:
         raise PaperError(file, name, repr(entries), "a list of texts, one per row")

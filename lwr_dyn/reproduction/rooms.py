@@ -10,7 +10,7 @@ from importlib import import_module, resources
 from typing import Any
 
 from lwr_dyn.errors import UnknownNameError
-from lwr_dyn.reproduction.case import Recompute
+from lwr_dyn.reproduction.case import Evidence, Recompute
 from lwr_dyn.reproduction.ledger import Prove
 from lwr_dyn.reproduction.results import Results, read_results, results_text
 
@@ -33,6 +33,11 @@ class Room:
     def file(self) -> str:
         """Name of its data file, for messages."""
         return f"{self.paper}.toml"
+
+    @property
+    def evidence(self) -> Evidence:
+        """What its proofs are given."""
+        return Evidence(self.tables, self.results, self.file)
 
 
 @cache

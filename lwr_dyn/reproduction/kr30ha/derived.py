@@ -82,7 +82,7 @@ def _axes(arm: Arm, q: Array) -> Array:
         moved[i] += 1e-3
         turn = frames(arm.chain, moved)[i, :3, :3] @ here[i, :3, :3].T
         out.append(np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]]))
-    return np.array(out) / (2.0 * np.sin(1e-3))
+    return np.asarray(out) / (2.0 * float(np.sin(1e-3)))
 
 
 def masses(case: Case, _: Block) -> dict[str, Any]:
@@ -107,7 +107,7 @@ def estimate_misses(case: Case, _: Block) -> dict[str, Any]:
         mine = case.paper.columns[f"inertial.{name}"].si()
         theirs = [getattr(body, attribute) for body in found]
         out[name] = [np.abs(np.asarray(a - b)).max() * 10.0**digits for a, b in zip(mine, theirs, strict=True)]
-    base = list(_bodies(case.paper).values())[0].mass - float(case.tables["base"]["mass"]["values"])
+    base = next(iter(_bodies(case.paper).values())).mass - float(case.tables["base"]["mass"]["values"])
     return out | {"mass": [abs(base) * 10.0**MASS_DIGITS / 10.0, *out["mass"]]}
 
 
@@ -121,9 +121,7 @@ def _bodies(paper: Paper) -> dict[str, Body]:
     return {name: Body(density * b.mass, b.com, density * b.inertia_com) for name, b in unit.items()}
 
 
-DERIVED = {
-    function.__name__: Recompute(function)
-    for function in (
-        misses, right_angles, branches, mastering, elbow, envelope_figures, pose_misses, masses, solids, estimate_misses,
-    )
-}  # fmt: skip
+_ALL = (
+    misses, right_angles, branches, mastering, elbow, envelope_figures, pose_misses, masses, solids, estimate_misses,
+)  # fmt: skip
+DERIVED = {function.__name__: Recompute(function) for function in _ALL}

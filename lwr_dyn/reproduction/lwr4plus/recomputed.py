@@ -36,7 +36,7 @@ def _origins(case: Case) -> Array:
 
 def origin_miss(case: Case, _: Block) -> dict[str, Any]:
     """|r_{i-1,i} of Table II - (a_i, d_i sin alpha_i, d_i cos alpha_i)| [m]"""
-    return {"miss": np.linalg.norm(case.paper.columns["frames.origin"].si() - _origins(case), axis=1)}
+    return {"miss": np.linalg.norm(case.geometry.columns["frames.origin"].si() - _origins(case), axis=1)}
 
 
 def last_index(case: Case, _: Block) -> dict[str, Any]:

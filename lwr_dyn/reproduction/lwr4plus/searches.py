@@ -30,7 +30,7 @@ def largest(arm: Arm, joint: int, warm: bool) -> float:
 
 
 def at_printed(arm: Arm, joint: int, printed_q: Sequence[str]) -> tuple[float, float]:
-    """Least and most B_ii [kg m^2] at a printed configuration: its signs tried, its "-" free; 90 deg lattice climbed."""
+    """Least and most B_ii [kg m^2] at a printed configuration: its signs tried, its "-" free; a lattice climbed."""
     key = _key(arm, joint) + "/".join(printed_q).encode()
     if key not in _found:
         _found[key], _found[key + b"most"] = _span(arm, joint, printed_q)

@@ -32,7 +32,10 @@ def motion(case: Case, block: Block) -> dict[str, Any]:
     """|q_f - q_i| of Figure 4, and its speed (q_f - q_i)/(t_f - t_c)"""
     caption = case.block("caption_4").printed
     travel = abs(float(caption["q_f"]) - float(caption["q_i"]))
-    return {"travel": [travel], "velocity": [travel / (float(block.printed["duration"]) - float(block.printed["blend"]))]}
+    return {
+        "travel": [travel],
+        "velocity": [travel / (float(block.printed["duration"]) - float(block.printed["blend"]))],
+    }
 
 
 def printed_velocity(case: Case, _: Block) -> dict[str, Any]:
@@ -141,6 +144,12 @@ def tensors_about_origin(case: Case, _: Block) -> dict[str, Any]:
     return {name: tensors[:, r, c] for name, (r, c) in pairs.items()}
 
 
+def home_excess(case: Case, block: Block) -> dict[str, Any]:
+    """How far home stands outside the limits, at most [rad]"""
+    home = np.array(block.printed["q"], dtype=float)
+    return {"excess": [np.maximum(home - case.arm.upper, case.arm.lower - home).max()]}
+
+
 def settled_errors(case: Case, _: Block) -> dict[str, Any]:
     """Mean of q_ref - q over the second half of the simulated cruise [mrad]"""
     moved = (i for i in range(case.n) if i != 3)
@@ -150,7 +159,7 @@ def settled_errors(case: Case, _: Block) -> dict[str, Any]:
 _QUICK = (
     joints, simulations, motion, printed_velocity, caption_acceleration, figure_4, covered, most_affected,
     least_influenced, cruise_errors, cruise_in_figure, net_damping, feeds_energy, friction_at_end, controller,
-    motor_speeds, tensors_about_origin,
+    motor_speeds, tensors_about_origin, home_excess,
 )  # fmt: skip
 FUNCTIONS: dict[str, Recompute] = (
     SHARED
