@@ -53,6 +53,15 @@ def test_verdicts_are_words_and_shapes(window):
     assert [e.text for e in window.find_elements("css selector", ".tile b")] == ["8", "4", "4", "4"]
 
 
+def test_tiles_lead_from_cell_to_cell(window):
+    window.execute_script("window.scrollTo(0, 0)")
+    tile, places = window.find_elements("css selector", ".tile")[2], []
+    for _ in range(5):
+        window.execute_script("arguments[0].click()", tile)
+        places.append(window.execute_script("return document.activeElement.dataset.place"))
+    assert places == [f"joint {j}, y" for j in (1, 2, 3, 4, 1)]
+
+
 def test_erratum_opens_from_its_link_and_by_keys(window):
     from selenium.webdriver.common.keys import Keys
 

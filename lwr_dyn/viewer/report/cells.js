@@ -5,6 +5,7 @@ class CellTips {
     this.tip = tip;
     this.shown = null;
     document.querySelectorAll("table.printed").forEach((table) => this.#table(table));
+    document.querySelectorAll("button.tile").forEach((tile) => this.#tour(tile));
     document.addEventListener("keydown", (event) => {
       if (event.key === "Escape") this.hide();
     });
@@ -36,6 +37,20 @@ class CellTips {
       if (cellOf(event)) this.show(cellOf(event));
     });
     table.addEventListener("keydown", (event) => this.#walk(event, table, cellOf(event)));
+  }
+
+  // A tile of the summary leads from one cell of its verdict to the next.
+  #tour(tile) {
+    const cells = [...document.querySelectorAll("button.cell")].filter((cell) => cell.dataset.verdict === tile.dataset.verdict);
+    tile.disabled = cells.length === 0;
+    let next = 0;
+    tile.addEventListener("click", () => {
+      const cell = cells[next];
+      next = (next + 1) % cells.length;
+      cell.closest("table").querySelectorAll("button.cell").forEach((other) => { other.tabIndex = other === cell ? 0 : -1; });
+      cell.scrollIntoView({ block: "center" });
+      cell.focus({ preventScroll: true });
+    });
   }
 
   #walk(event, table, cell) {

@@ -151,7 +151,7 @@ class Chart {
       const last = p + columns >= this.panels.length;
       const lines = { gridcolor: ink("--grid"), zerolinecolor: ink("--soft"), zerolinewidth: 0.8, linecolor: ink("--line"), ticks: "outside", ticklen: 4, tickcolor: ink("--line") };
       layout[`xaxis${axis}`] = {
-        ...lines, domain: [x0 / inner, (x0 + wide) / inner], anchor: `y${axis}`, hoverformat: ".5~g",
+        ...lines, domain: [x0 / inner, (x0 + wide) / inner], anchor: `y${axis}`, hoverformat: ".5~g", unifiedhovertitle: { text: `%{x:.5~g} ${plainText(raised(this.record.x_unit))}` },
         showticklabels: last || !this.record.over_time,
         title: { text: last || !this.record.over_time ? withUnit(this.record.x_label, this.record.x_unit) : "", standoff: 6 },
         ...(this.record.over_time && p > 0 ? { matches: "x" } : {}),

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from importlib.resources import files
 
 from lwr_dyn.viewer.html import beside_this_file, filled, made_by
-from lwr_dyn.viewer.report.content import VERDICTS, Page
+from lwr_dyn.viewer.report.content import VERDICTS, Page, Verdict
 from lwr_dyn.viewer.report.ledger import (
     checks_html,
     erratum_html,
@@ -44,16 +44,7 @@ def footer(page: Page) -> Html:
 def _summary(page: Page) -> list[Html]:
     counts = page.counted
     total = sum(counts.values())
-    tiles = [
-        element(
-            "li",
-            sign(verdict),
-            element("b", str(counts[verdict])),
-            element("span", verdict),
-            class_=f"tile {CLASS[verdict]}",
-        )
-        for verdict in VERDICTS
-    ]
+    tiles = [element("li", _tile(verdict, counts[verdict])) for verdict in VERDICTS]
     bar = [
         element("span", class_=CLASS[verdict], style=f"flex-grow: {counts[verdict]}")
         for verdict in VERDICTS
@@ -68,6 +59,20 @@ def _summary(page: Page) -> list[Html]:
         element("ul", tiles, class_="tiles") if shown else None,
         element("div", bar, class_="share", aria_hidden="true") if shown else None,
         facts_html(page.document) if page.document else None,
+    )
+
+
+def _tile(verdict: Verdict, count: int) -> Html:
+    inside = [sign(verdict), element("b", str(count)), element("span", verdict)]
+    hint = f"show the next number that is: {verdict}" if count else None
+    return element(
+        "button",
+        inside,
+        type="button",
+        class_=f"tile {CLASS[verdict]}",
+        data_verdict=verdict,
+        title=hint,
+        disabled=not count,
     )
 
 

@@ -200,10 +200,26 @@ function unfolding() {
   });
 }
 
+// The navigation marks the part that is read.
+function readingMark() {
+  const links = new Map([...document.querySelectorAll("body > nav a")].map((link) => [link.hash.slice(1), link]));
+  const parts = [...document.querySelectorAll(".part")];
+  const mark = () => {
+    const read = parts.filter((part) => part.getBoundingClientRect().top < window.innerHeight / 3).pop() ?? parts[0];
+    links.forEach((link, name) => {
+      if (name === read.getAttribute("aria-labelledby")) link.setAttribute("aria-current", "location");
+      else link.removeAttribute("aria-current");
+    });
+  };
+  window.addEventListener("scroll", mark, { passive: true });
+  mark();
+}
+
 async function startReport() {
   await runPacked("player");
   new CellTips(document.getElementById("tip"));
   unfolding();
+  readingMark();
   const data = JSON.parse(await unpackedText("numbers"));
   const player = await startPlayer(data), clock = clockOf(player), sources = curveSources(data);
   const places = new Map([...document.querySelectorAll(".plot")].map((place) => [place.dataset.plot, place]));
