@@ -83,10 +83,11 @@ def test_keyboard_reaches_and_plays_the_replay(window):
     window.find_element("css selector", ".skip").send_keys(Keys.ENTER)
     until(window, lambda: window.switch_to.active_element.get_attribute("id") == "summary")
     order = []
-    for _ in range(4):
+    for _ in range(8):
         ActionChains(window).send_keys(Keys.TAB).perform()
         order.append(window.execute_script("return document.activeElement.id || document.activeElement.textContent"))
-    assert order == ["Replay", "Figure 2", "stage", "play"]
+    assert order[:4] == ["8reproduced", "4after erratum", "4differs", "4not reproducible"]
+    assert order[4:] == ["Replay", "Figure 2", "stage", "play"]
     window.find_element("id", "stage").send_keys(Keys.ARROW_RIGHT)
     assert window.execute_script("return lwrReplay.time()") == pytest.approx(0.1)
     window.find_element("id", "stage").send_keys(" ")
