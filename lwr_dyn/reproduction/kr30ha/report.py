@@ -29,7 +29,6 @@ from lwr_dyn.reproduction.kr30ha.text import (
     points_text,
 )
 from lwr_dyn.reproduction.outcome import Outcome
-from lwr_dyn.text import json_text
 from lwr_dyn.viewer.envelope_plot import envelope_figure
 from lwr_dyn.viewer.html import write_replay
 from lwr_dyn.viewer.plots import save_figure, torque_figure
@@ -79,8 +78,8 @@ def reproduce(folder: str | Path, say: Say = lambda _: None) -> Outcome:
         ]
     )
     record = {"checks": check_record(reports), **_record(points, matrices, envelope, motion, symbolic, found)}
-    record |= {"program": program_record(program), "holds": holds}
-    files = {"tables.txt": text, "errata.txt": errata_text(paper), "results.json": json_text(record)}
+    record |= {"program": program_record(program)}
+    files = {"tables.txt": text, "errata.txt": errata_text(paper)}
     write_folder(place, {name: content + "\n" for name, content in files.items()})
     return Outcome(holds, text, record)
 

@@ -10,7 +10,6 @@ from lwr_dyn.files import make_folder, write_folder
 from lwr_dyn.papers.catalog import open_paper
 from lwr_dyn.reproduction.lwr4.exercise import Exercise, exercise
 from lwr_dyn.reproduction.outcome import Outcome
-from lwr_dyn.text import json_text
 from lwr_dyn.urdf.fileset import model_files
 
 
@@ -23,10 +22,10 @@ def reproduce(folder: str | Path) -> Outcome:
     }
     matrices = {f"A{i + 1}": str(m.tolist()) for i, m in enumerate(e.matrices)}
     record: dict[str, Any] = {"matrices": matrices, "identical_to_printed": list(e.identical), "wrist": routes}
-    record |= {"routes_agree": e.routes_agree, "tool": e.tool, "holds": e.holds}
+    record |= {"routes_agree": e.routes_agree, "tool": e.tool}
     text = _text(e)
     files = model_files(arm_from_paper(open_paper("lwr4")))
-    write_folder(place, {**files, "exercise.txt": text + "\n", "results.json": json_text(record) + "\n"})
+    write_folder(place, {**files, "exercise.txt": text + "\n"})
     return Outcome(e.holds, text, record)
 
 

@@ -33,6 +33,8 @@ NEAR = 0.15
 """A cell is near when it misses the printed value by at most this share of its row's printed range."""
 FIT_STEPS_DEG = (5, 1)
 """Coarse and fine grid of constant arm angles that `fit_arm_angle` looks at."""
+LARGEST_MARGIN = "largest joint-limit margin"
+"""How the arm angle is chosen that is not fitted."""
 OMEGA_N = 50.0
 """[rad/s] Of both controllers, printed."""
 COLUMNS = {"average": "mean_abs", "maximum": "max", "minimum": "min"}
@@ -101,7 +103,7 @@ def error_table(arm: Arm, name: str, timing: str, arm_angle: FixedArmAngle | Non
     """
     kept = arm_angle is None
     reference = ist_reference(arm, timing, arm_angle=arm_angle, limits=kept)
-    angle = "largest joint-limit margin" if arm_angle is None else _fitted(arm_angle)
+    angle = LARGEST_MARGIN if arm_angle is None else _fitted(arm_angle)
     controller, tuning = LAWS[name]
     law = controller_by_name(controller, arm, tuning, inertia=_printed_b())
     run = simulate(arm, law, reference, position_limits=kept, meta={"task": "ist", "table": name})

@@ -12,7 +12,15 @@ from lwr_dyn.errors import OptionError
 from lwr_dyn.files import make_folder, write_folder
 from lwr_dyn.papers.catalog import open_paper
 from lwr_dyn.reproduction.checked_models import check_line, check_record, models_and_checks
-from lwr_dyn.reproduction.lwr4plus.errors import TIMINGS, ErrorTable, error_table, fit_arm_angle, velocity_rows
+from lwr_dyn.reproduction.lwr4plus.errors import (
+    LARGEST_MARGIN,
+    TIMINGS,
+    ErrorTable,
+    error_table,
+    fit_arm_angle,
+    velocity_rows,
+)
+from lwr_dyn.reproduction.lwr4plus.recomputed import error_columns
 from lwr_dyn.reproduction.lwr4plus.runs import Trial, trials
 from lwr_dyn.reproduction.lwr4plus.tables import (
     GainCell,
@@ -33,7 +41,6 @@ from lwr_dyn.reproduction.lwr4plus.text import (
 )
 from lwr_dyn.reproduction.outcome import Outcome
 from lwr_dyn.tasks.ist import ist_reference
-from lwr_dyn.text import json_text
 from lwr_dyn.viewer.html import write_replay
 from lwr_dyn.viewer.plots import (
     path_figure,
@@ -44,10 +51,13 @@ from lwr_dyn.viewer.plots import (
 )
 
 Say = Callable[[str], None]
+DEFAULT_TIMING = "smooth"
 REPLAYED = ("pd-gravity", "inverse-dynamics")
 
 
-def reproduce(folder: str | Path, timing: str = "smooth", fit: bool = False, say: Say = lambda _: None) -> Outcome:
+def reproduce(
+    folder: str | Path, timing: str = DEFAULT_TIMING, fit: bool = False, say: Say = lambda _: None
+) -> Outcome:
     """Recompute the paper and write `folder`: models, checks, tables, runs, plots and the replay.
 
     Parameters
@@ -106,10 +116,11 @@ def reproduce(folder: str | Path, timing: str = "smooth", fit: bool = False, say
     record = _record(reports, inertias, gains, errors, found) | {
         "shell_spread": spreads,
         "velocity_rows": velocity,
-        "holds": holds,
     }
-    write_folder(place, {"tables.txt": text + "\n", "results.json": json_text(record) + "\n"})
-    return Outcome(holds, text, record)
+    write_folder(place, {"tables.txt": text + "\n"})
+    own = {name: [t for t in tables if t.arm_angle == LARGEST_MARGIN] for name, tables in errors.items()}
+    known = {name: error_columns(min(tables, key=lambda t: t.distance), arm) for name, tables in own.items()}
+    return Outcome(holds, text, record, known)
 
 
 def _pictures(place: Path, found: tuple[Trial, ...]) -> None:
