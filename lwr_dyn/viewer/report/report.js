@@ -155,6 +155,8 @@ class Drawing {
   }
 }
 
+const PRINT_TYPE = 0.85; // size of a table on paper beside that on screen
+
 // Paper shows everything: all details open, figures as wide as the sheet in the colours of paper, the 3D view as a still.
 function printing(drawing, player) {
   const sheet = 680;
@@ -163,6 +165,10 @@ function printing(drawing, player) {
     opened = [...document.querySelectorAll("details:not([open]):not(.values)")];
     opened.forEach((one) => { one.open = true; });
     document.documentElement.classList.add("printing");
+    document.querySelectorAll(".scroll > table").forEach((table) => {
+      const wide = table.scrollWidth * PRINT_TYPE;
+      table.style.setProperty("--fit", Math.min(1, (sheet - 40) / wide));
+    });
     drawing.finish();
     drawing.again(sheet);
     if (player === null) return;

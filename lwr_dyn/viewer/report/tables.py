@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Set
+from collections.abc import Sequence, Set
 
 from lwr_dyn.viewer.report.content import Cell, ReportTable, Row, Verdict
 from lwr_dyn.viewer.report.markup import Html, anchor, element, joined, raised
@@ -75,14 +75,14 @@ def _erratum_link(name: str, errata: Set[str]) -> Html:
 
 def _how(table: ReportTable) -> Html | None:
     """Formulas and conversions as text: for print, for readers of the whole, for screen readers."""
-    groups: dict[tuple[str, str, str], list[str]] = {}
-    for place, cell in _places(table):
-        if told := (cell.formula, cell.conversion, cell.note):
-            groups.setdefault(told, []).append(f"{place} ({cell.source})" if cell.source else place)
+    groups: dict[tuple[str, str, str], list[tuple[Row, int]]] = {}
+    for row in table.rows:
+        for i, cell in enumerate(row.cells):
+            groups.setdefault((cell.formula, cell.conversion, cell.note), []).append((row, i))
     groups.pop(("", "", ""), None)
     if not groups:
         return None
-    items = [element("li", _sentence(told), element("span", "; ".join(places))) for told, places in groups.items()]
+    items = [element("li", _sentence(told), element("span", _places(table, cells))) for told, cells in groups.items()]
     return element("details", element("summary", "How each number was computed"), element("ul", items), class_="how")
 
 
@@ -92,7 +92,19 @@ def _sentence(told: tuple[str, str, str]) -> Html:
     return element("p", joined([[word, ". "] for word in words if word]))
 
 
-def _places(table: ReportTable) -> Iterator[tuple[str, Cell]]:
-    for row in table.rows:
-        for column, cell in zip(table.columns, row.cells, strict=True):
-            yield f"{row.label}, {column}", cell
+def _places(table: ReportTable, cells: Sequence[tuple[Row, int]]) -> str:
+    """Where a group of cells stands, row by row, and which places of the document they were read from."""
+    rows: dict[str, list[int]] = {}
+    for row, i in cells:
+        rows.setdefault(row.label, []).append(i)
+    whole = len(cells) == sum(len(row.cells) for row in table.rows)
+    named = [f"{label}: {_columns(table, columns)}" for label, columns in rows.items()]
+    sources = list(dict.fromkeys(row.cells[i].source for row, i in cells if row.cells[i].source))
+    read = f" Read from {'; '.join(sources)}." if sources else ""
+    return ("All cells." if whole else f"{'; '.join(named)}.") + read
+
+
+def _columns(table: ReportTable, columns: Sequence[int]) -> str:
+    if len(columns) == len(table.columns) > 1:
+        return "all"
+    return ", ".join(raised(table.columns[i]) for i in columns)
