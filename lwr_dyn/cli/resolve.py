@@ -10,12 +10,13 @@ from lwr_dyn.cli.options import print_json
 from lwr_dyn.conventions.candidates import Candidate
 from lwr_dyn.conventions.evidence import DerivedNumber, Evidence, Printed
 from lwr_dyn.conventions.evidence_file import read_evidence, room_evidence
-from lwr_dyn.conventions.printed import PrintedTable, printed_table, raw_tables
+from lwr_dyn.conventions.printed import PrintedTable, printed_table
 from lwr_dyn.conventions.resolve import Resolution, resolve
 from lwr_dyn.conventions.statements import ranking_rows, statements
 from lwr_dyn.conventions.zero import ZeroResolution, resolve_zero, zero_statements
 from lwr_dyn.errors import OptionError
 from lwr_dyn.papers.catalog import open_paper, robots
+from lwr_dyn.papers.schema import Paper
 from lwr_dyn.reproduction.printed import printed_tables
 from lwr_dyn.text import table as text_table
 
@@ -38,17 +39,28 @@ def command(robot: str, evidence: str | None, as_json: bool) -> None:
     paper = open_paper(robot)
     zero = resolve_zero(robot) if "poses.axis" in paper.columns else None
     found = None
-    if zero is None or "inertial" in raw_tables(robot):
+    ours = _ours(paper)
+    if not ours and (zero is None or "inertial.inertia" in paper.columns):
         table = printed_table(robot)
         found = resolve(table, _evidence(robot, evidence, table))
+    if evidence is not None and found is None:
+        raise OptionError("--evidence", evidence, f"a robot whose inertias are printed; {paper.name} has none to read")
     if as_json:
         print_json(_record(robot, found, zero))
         return
     click.echo(f"{paper.name}: {paper.title}, cells as printed, errata and stated conventions not looked at")
     for line in zero_statements(zero) if zero else ():
         click.echo(line)
+    if ours:
+        click.echo(f"its inertias are {ours}, not printed: their conventions are this package's own")
     if found:
         _print(found)
+
+
+def _ours(paper: Paper) -> str:
+    """The kind of the tensors where no source prints them, else nothing."""
+    column = paper.columns.get("inertial.inertia")
+    return column.kind if column is not None and column.kind in ("estimated", "assumed") else ""
 
 
 def _evidence(robot: str, path: str | None, table: PrintedTable) -> Evidence:

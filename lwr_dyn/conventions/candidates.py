@@ -13,7 +13,7 @@ from lwr_dyn.conventions.choices import CellChange, LinkChoice, Products, Readin
 from lwr_dyn.conventions.mirror import mirror_misses, rounding_miss
 from lwr_dyn.conventions.physics import fullness
 from lwr_dyn.conventions.printed import PrintedTable
-from lwr_dyn.conventions.search import Box
+from lwr_dyn.conventions.search import Box, misfit
 from lwr_dyn.conventions.worlds import World
 
 PRODUCTS: tuple[Products, ...] = ("tensor", "integral")
@@ -23,7 +23,9 @@ NOTHING_MOVED: Moved = (0, ())
 MOST = 200
 """Candidates that are kept, the best first."""
 TOLD_APART = 0.5
-"""Fullness is compared in these steps: a smaller difference says nothing."""
+"""Logs of likelihoods are compared in these steps: a smaller difference says nothing."""
+PRICE = 3.0
+"""What an exception costs: a link read otherwise than its table is met once in twenty, e^-3."""
 NO_BODY = -1e6
 """Stands for the fullness of what is no body, -inf."""
 FACTOR = 2.0
@@ -40,12 +42,16 @@ class Candidate:
     """Links that are read otherwise than the rest of the table."""
     mirror_miss: float
     """Largest miss of repeated links in units of their printed tensor, 0 where rounding explains it, NaN without."""
+    misfit: float
+    """Half the chi-square of the published numbers, 0 without any."""
     infeasible: tuple[str, ...]
     """Links that could not be bodies."""
     fullness: float
     """Sum over the links of log det of their second moments: larger is more plausible."""
     remaining: tuple[tuple[tuple[LinkChoice, ...], ...], ...]
     """Per link every body that the same criteria leave open, as the choices that give it, this one's first."""
+    alike: tuple[tuple[int, ...], ...]
+    """Groups of repeated links that were made to agree."""
 
     def leaves_open(self, link: int, choice: LinkChoice) -> bool:
         """The criteria do not exclude a choice."""
@@ -108,7 +114,7 @@ def _agreement(table: PrintedTable, world: World, box: Box, group: Sequence[int]
     bound = max(FACTOR * best, floor) if np.isfinite(best) else np.inf
     kept = []
     for a in np.flatnonzero(each <= bound):
-        row = {first: (box[first][a],)}
+        row: dict[int, tuple[int, ...]] = {first: (box[first][a],)}
         for i, m in zip(others, misses, strict=True):
             row[i] = tuple(box[i][b] for b in np.flatnonzero(m[a] <= bound))
         kept.append(row)
@@ -135,9 +141,7 @@ def _candidate(
     table: PrintedTable, world: World, picked: Sequence[int], rule: Products, left: Sequence[tuple[int, ...]],
     groups: Sequence[_Agreement], moved: Moved,
 ) -> Candidate:  # fmt: skip
-    chosen = [
-        min(world.options[i].choices[o], key=lambda c: exceptions_of(c, rule)) for i, o in enumerate(picked)
-    ]
+    chosen = [min(world.options[i].choices[o], key=lambda c: exceptions_of(c, rule)) for i, o in enumerate(picked)]
     remaining = tuple(
         (world.options[i].choices[o], *(world.options[i].choices[k] for k in left[i] if k != o))
         for i, o in enumerate(picked)
@@ -147,9 +151,10 @@ def _candidate(
         bodies=tuple(o.body(k) for o, k in zip(world.options, picked, strict=True)),
         exceptions=sum(exceptions_of(c, rule) for c in chosen),
         mirror_miss=max((g.miss for g in groups), default=float("nan")),
+        misfit=misfit(world.rows, world.options, picked),
         infeasible=tuple(f"link_{i + 1}" for i, o in enumerate(picked) if o not in world.feasible[i]),
         fullness=float(sum(fullness(o)[k] for o, k in zip(world.options, picked, strict=True))),
-        remaining=remaining,
+        remaining=remaining, alike=world.alike if groups else (),
     )  # fmt: skip
 
 
@@ -163,17 +168,23 @@ def best_mirror_miss(found: Sequence[Candidate]) -> float:
     return min((c.mirror_miss for c in found if np.isfinite(c.mirror_miss)), default=0.0)
 
 
+def price(found: Candidate) -> float:
+    """Exceptions and misfit on one scale, that of a negative log likelihood."""
+    return PRICE * found.exceptions + found.misfit
+
+
 def fullness_step(found: Candidate) -> int:
     """Fullness in steps that say something."""
     return round(max(found.fullness, NO_BODY) / TOLD_APART)
 
 
 def ranked(found: Sequence[Candidate]) -> tuple[Candidate, ...]:
-    """The best first: repeated links agree, then fewest exceptions, then the fullest bodies."""
+    """The best first: repeated links agree, then fewest exceptions and nearest numbers, then the fullest bodies."""
     best = best_mirror_miss(found)
 
-    def key(c: Candidate) -> tuple[float, int, int]:
-        return (0.0 if as_mirrored(c, best) else c.mirror_miss, c.exceptions, -fullness_step(c))
+    def key(c: Candidate) -> tuple[float, int, int, int]:
+        tier = 0.0 if as_mirrored(c, best) else c.mirror_miss
+        return (tier, round(price(c) / TOLD_APART), c.exceptions, -fullness_step(c))
 
     unique: dict[tuple[object, ...], Candidate] = {}
     for c in sorted(found, key=key):

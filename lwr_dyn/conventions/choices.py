@@ -145,8 +145,9 @@ def link_options(
     mass, tensor = float(table.mass[link]), table.inertia[link]
     shift = other_end if choice.com_from == "other end" else np.zeros(3)
     orders = [moved_axes(c.axes) for c in choices]
-    com = np.array([table.com[link][o] if c.moves == "row" else table.com[link] for c, o in zip(choices, orders)])
-    com = com + shift
+    plain = table.com[link]
+    rows = [plain[o] if c.moves == "row" else plain for c, o in zip(choices, orders, strict=True)]
+    com = np.array(rows) + shift
     signs = [np.where(_OFF, -1.0, 1.0) if c.products == "integral" else np.ones((3, 3)) for c in choices]
     given = np.array([(tensor * s)[np.ix_(o, o)] for s, o in zip(signs, orders, strict=True)])
     far = mass * (np.einsum("oi,oi->o", com, com)[:, None, None] * np.eye(3) - com[:, :, None] * com[:, None, :])

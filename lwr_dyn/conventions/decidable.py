@@ -128,9 +128,7 @@ def _batch(chain: Chain, link: int, bodies: Sequence[Body]) -> Recursion:
     com = np.array([b.com for b in bodies])[:, None]
     tensor = np.array([b.inertia_com for b in bodies])[:, None]
     rows = [Vector(*(tensor[..., r, c] for c in range(3))) for r in range(3)]
-    constants[link] = replace(
-        constants[link], com=Vector(com[..., 0], com[..., 1], com[..., 2]), inertia=Matrix(*rows)
-    )
+    constants[link] = replace(constants[link], com=Vector(com[..., 0], com[..., 1], com[..., 2]), inertia=Matrix(*rows))
     return replace(Recursion.of(chain), links=tuple(constants))
 
 

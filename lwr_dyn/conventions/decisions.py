@@ -2,10 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
-from lwr_dyn.conventions.candidates import Candidate, as_mirrored, best_mirror_miss, candidates, fullness_step
+from lwr_dyn.conventions.candidates import (
+    TOLD_APART,
+    Candidate,
+    as_mirrored,
+    best_mirror_miss,
+    candidates,
+    fullness_step,
+    price,
+)
 from lwr_dyn.conventions.choices import LinkChoice
 from lwr_dyn.conventions.resolve import Resolution
 from lwr_dyn.conventions.search import Box, fit_numbers
@@ -45,6 +53,8 @@ def decisions(found: Resolution, ranking: Sequence[Candidate], criteria: Sequenc
     top = [c for c in ranking if as_mirrored(c, best_miss)]
     alone = {name: _left_by(found, name) for name in criteria}
     out = [_of_table(question, top, alone) for question in TABLE]
+    if len({w.choice.convention for w in found.worlds}) == 1:
+        out[0] = Decision("convention", None, out[0].answer, (), ("source" if found.evidence.convention else "frames",))
     for question in LINK:
         out += [_of_link(question, i, top, alone) for i in range(found.table.n)]
     return tuple(out)
@@ -55,33 +65,36 @@ Left = list[tuple[object, tuple[tuple[tuple[LinkChoice, ...], ...], ...]]]
 
 
 def _left_by(found: Resolution, criterion: str) -> Left:
-    return list({"feasibility": _feasible, "second tensors": _second, "published numbers": _numbers,
-                 "repeated links": _repeated}[criterion](found))  # fmt: skip
+    ask = {"feasibility": _feasible, "second tensors": _second, "published numbers": _numbers}
+    return ask.get(criterion, _repeated)(found)
 
 
-def _as_left(found: Resolution, boxes: Sequence[tuple[int, Box]]) -> Iterator[tuple[object, tuple[tuple[tuple[LinkChoice, ...], ...], ...]]]:
+def _as_left(found: Resolution, boxes: Sequence[tuple[int, Box]]) -> Left:
+    out: Left = []
     for k, box in boxes:
         world = found.cases[k][2]
-        yield world.choice, tuple(tuple(o.choices[x] for x in left) for o, left in zip(world.options, box, strict=True))
+        links = tuple(tuple(o.choices[x] for x in left) for o, left in zip(world.options, box, strict=True))
+        out.append((world.choice, links))
+    return out
 
 
 def _feasible(found: Resolution) -> Left:
-    return list(_as_left(found, [(k, c[2].feasible) for k, c in enumerate(found.cases) if all(c[2].feasible)]))
+    return _as_left(found, [(k, c[2].feasible) for k, c in enumerate(found.cases) if all(c[2].feasible)])
 
 
 def _second(found: Resolution) -> Left:
-    return list(_as_left(found, [(k, c[2].second) for k, c in enumerate(found.cases) if all(c[2].second)]))
+    return _as_left(found, [(k, c[2].second) for k, c in enumerate(found.cases) if all(c[2].second)])
 
 
 def _numbers(found: Resolution) -> Left:
     boxes: list[tuple[int, Box]] = []
     for k, (_, _, world) in enumerate(found.cases):
         boxes += [(k, box) for box in fit_numbers(world.rows, world.options, world.everything).boxes]
-    return list(_as_left(found, boxes))
+    return _as_left(found, boxes)
 
 
 def _repeated(found: Resolution) -> Left:
-    """Among readings whose links can be bodies: the unwise would find agreement among impossible ones."""
+    """Among readings whose links can be bodies: impossible ones may agree with one another too."""
     every = [c for t, m, w in found.cases if all(w.feasible) for c in candidates(t, w, w.feasible, m)]
     best = best_mirror_miss(every)
     return [(c.reading.table, c.remaining) for c in every if as_mirrored(c, best)]
@@ -127,7 +140,9 @@ def _preferred(best: Candidate, rivals: Sequence[Candidate]) -> tuple[str, ...]:
     """What prefers the best to others that no criterion excludes."""
     if not rivals or min(c.exceptions for c in rivals) > best.exceptions:
         return ("fewest exceptions",)
-    equal = [c for c in rivals if c.exceptions == best.exceptions]
+    equal = [c for c in rivals if price(c) - price(best) < TOLD_APART]
+    if not equal:
+        return ("nearest numbers",)
     if max(fullness_step(c) for c in equal) < fullness_step(best):
         return ("fullest bodies",)
     return ()

@@ -24,6 +24,8 @@
     [arm]
     convention = "standard"        # where the source does state it
     alike = [["link_1", "link_2"]] # links that are declared to be one body, mirrored
+
+Every table may be left out.
 """
 
 from __future__ import annotations

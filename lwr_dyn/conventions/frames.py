@@ -67,17 +67,18 @@ def other_ends(table: PrintedTable, convention: Convention) -> Array:
     return np.vstack([vectors[1:], table.flange.position])
 
 
-def reaches(chain: Chain, com: Array, thickness: float) -> Array:
-    """How far the mass of a link can lie from each of its coms, (n, O) [m], for com (n, O, 3).
+def reaches(chain: Chain, link: int, com: Array, thickness: float) -> Array:
+    """How far the mass of a link can lie from each of its possible coms (O, 3), (O,) [m].
 
     The farther of the link's two joints, and `thickness` times the reach of the whole arm beyond it.
     """
-    starts = np.array([link.after.inverse().position for link in chain.links])
-    ends = np.array([*(link.before.position for link in chain.links[1:]), chain.flange.position])
-    total = sum(float(np.linalg.norm(link.before.position) + np.linalg.norm(link.after.position)) for link in chain.links)
-    total += float(np.linalg.norm(chain.flange.position))
-    spans = np.stack([np.linalg.norm(com - p[:, None, :], axis=-1) for p in (starts, ends)])
-    found: Array = spans.max(axis=0) + thickness * total
+    links = chain.links
+    start = links[link].after.inverse().position
+    end = links[link + 1].before.position if link + 1 < chain.n else chain.flange.position
+    poses = [pose for x in links for pose in (x.before, x.after)]
+    total = sum(float(np.linalg.norm(pose.position)) for pose in (*poses, chain.flange))
+    spans = [np.linalg.norm(com - end_point, axis=-1) for end_point in (start, end)]
+    found: Array = np.maximum(*spans) + thickness * total
     return found
 
 

@@ -35,7 +35,8 @@ def alike_links(table: PrintedTable, com: Array) -> tuple[tuple[int, ...], ...]:
             j = group[0]
             length = float(np.linalg.norm(com[j]))
             gap = np.abs(np.sort(np.abs(com[i])) - np.sort(np.abs(com[j]))).max()
-            if abs(table.mass[i] - table.mass[j]) <= table.mass_step / 2 and 0 < gap + length and gap <= MIRROR * length:
+            equal = abs(table.mass[i] - table.mass[j]) <= table.mass_step / 2
+            if equal and length > 0.0 and gap <= MIRROR * length:
                 group.append(i)
                 break
         else:

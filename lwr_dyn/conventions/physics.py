@@ -31,13 +31,6 @@ def shortfalls(options: LinkOptions, reach: Array) -> Array:
     return found
 
 
-def roundness(options: LinkOptions) -> Array:
-    """How near the nearest two principal moments are, (O,), as a share of the larger: 0 for a body of revolution."""
-    moments = principal_moments(options.inertia_com)
-    found: Array = np.diff(moments, axis=-1).min(axis=-1) / np.maximum(np.abs(moments[:, 2]), 1e-300)
-    return found
-
-
 def fullness(options: LinkOptions) -> Array:
     """log det of the second moments of mass about the com, (O,): the wrong sign or point makes flat or thin bodies.
 

@@ -97,11 +97,7 @@ def printed_table(robot: str) -> PrintedTable:
         The file has no masses and inertias to read.
     """
     paper = open_paper(robot)
-    if robot.endswith(".toml"):
-        text = Path(robot).read_text(encoding="utf-8")
-    else:
-        text = resources.files("lwr_dyn.papers").joinpath(f"{robot}.toml").read_text(encoding="utf-8")
-    raw = tomllib.loads(text)
+    raw = raw_tables(robot)
     if "inertial" not in raw:
         raise MissingDataError(paper.name, "masses and inertias", "a reading of its inertial table")
     inertial = {name: raw["inertial"][name] for name in ("mass", "com", "inertia")}

@@ -6,7 +6,8 @@ joints before it then follow or do not, which is the proof.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import itertools
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,12 +19,14 @@ from lwr_dyn.conventions.evidence import Evidence
 from lwr_dyn.conventions.frames import other_ends
 from lwr_dyn.conventions.printed import TENSOR, PrintedTable
 from lwr_dyn.conventions.search import Fits, allowances, fit_numbers
-from lwr_dyn.conventions.worlds import World, world
+from lwr_dyn.conventions.worlds import World, changed_world
 
-GRID = 2001
+GRID = 401
 """Points at which the failing number is computed over a cell's range; its roots are then sharpened."""
-SAME_VALUE = 1e-6
-"""Roots nearer than this share of the range are one."""
+MOST_PARTIAL = 8
+"""Ways to read the links beyond the failing joint that are tried."""
+MOST_BEYOND = 3
+"""Options of a link beyond the failing one that are tried, of those that no number tells apart."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +49,9 @@ class Repair:
     """Links that are then read otherwise than the rest, in the plainest reading that fits."""
 
 
-def repairs(table: PrintedTable, evidence: Evidence, worlds: Sequence[World], fits: Sequence[Fits]) -> tuple[Repair, ...]:
+def repairs(
+    table: PrintedTable, evidence: Evidence, worlds: Sequence[World], fits: Sequence[Fits]
+) -> tuple[Repair, ...]:
     """Single cells that let some reading give every number, the likeliest first.
 
     Those that need the fewest exceptions come first, then those whose printed value repeats a neighbour, then those
@@ -75,7 +80,7 @@ def _likelihood(r: Repair) -> tuple[int, bool, bool, bool, float]:
 def _tried(
     table: PrintedTable, evidence: Evidence, w: World, fit: Fits, cell: CellChange, low: float, high: float
 ) -> Repair | None:
-    changed = world(table.with_cell(cell.column, cell.link, cell.entry, cell.value), evidence, w.choice)
+    changed = changed_world(w, table.with_cell(cell.column, cell.link, cell.entry, cell.value), evidence, cell.link)
     again = fit_numbers(changed.rows, changed.options, changed.everything)
     if not again.boxes:
         return None
@@ -89,7 +94,7 @@ def _tried(
 
 
 def repeated_neighbour(table: PrintedTable, cell: CellChange) -> str:
-    """A cell of the next or the last row that prints the same digits in the same place, but for the last; or nothing."""
+    """A cell of a neighbouring row that prints the same digits in the same place, but for the last; or nothing."""
     if cell.column == "mass" or cell.printed == 0.0:
         return ""
     values = {"com": table.com, "inertia": np.stack([table.inertia[:, r, c] for r, c in TENSOR], axis=-1)}[cell.column]
@@ -107,16 +112,26 @@ def _roots(table: PrintedTable, w: World, fit: Fits) -> Iterator[tuple[CellChang
     room = float(allowances(w.rows, w.options)[number])
     rows = w.rows.coefficients[w.rows.start[number] : w.rows.start[number + 1]]
     wanted = float(w.rows.value[number])
-    for box in fit.partial:
+    here = w.options[joint].parameters
+    adds = rows[:, joint] @ here.T
+    _, distinct = np.unique(np.round(adds / room, 3), axis=1, return_index=True)
+    for box in fit.partial[:MOST_PARTIAL]:
         beyond = np.array([w.options[joint + 1 + k].parameters[o[0]] for k, o in enumerate(box)]).reshape(-1, 10)
-        fixed = np.einsum("rlp,lp->r", rows[:, joint + 1 :], beyond)
-        for column, entry in _cells():
+        terms = np.einsum("rlp,lp->rl", rows[:, joint + 1 :], beyond)
+        for cell in _cells(joint):
             for choice in CHOICES:
-                yield from _cell_roots(table, w, rows[:, joint], fixed, wanted, room, (column, joint, entry), choice)
+                yield from _cell_roots(table, w, rows[:, joint], terms.sum(axis=1), wanted, room, cell, choice)
+        for k, options in enumerate(box):
+            rest = np.delete(terms, k, axis=1).sum(axis=1)
+            choices = [w.options[joint + 1 + k].choices[o][0] for o in options[:MOST_BEYOND]]
+            for o, choice, cell in itertools.product(distinct, choices, _cells(joint + 1 + k)):
+                fixed = rest + adds[:, o]
+                yield from _cell_roots(table, w, rows[:, joint + 1 + k], fixed, wanted, room, cell, choice)
 
 
-def _cells() -> list[tuple[str, int]]:
-    return [*(("com", k) for k in range(3)), *(("inertia", k) for k in range(6)), ("mass", 0)]
+def _cells(link: int) -> list[tuple[str, int, int]]:
+    """Column, link and entry of every cell of a link."""
+    return [*(("com", link, k) for k in range(3)), *(("inertia", link, k) for k in range(6)), ("mass", link, 0)]
 
 
 def _cell_roots(
@@ -140,7 +155,7 @@ def _cell_roots(
     x = np.linspace(low, high, GRID)
     value = gap(x)
     for k in np.flatnonzero(value[:-1] * value[1:] < 0.0):
-        root, slope = float(_bisected(gap, x[k], x[k + 1])), (value[k + 1] - value[k]) / (x[k + 1] - x[k])
+        root, slope = _bisected(gap, float(x[k]), float(x[k + 1])), (value[k + 1] - value[k]) / (x[k + 1] - x[k])
         half = abs(room / slope)
         found = shortest_between(float(root - half), float(root + half))
         yield CellChange(column, link, entry, _printed(table, cell), found), float(root - half), float(root + half)
@@ -159,8 +174,7 @@ def shortest_between(low: float, high: float) -> float:
     return (low + high) / 2
 
 
-def _bisected(gap: object, low: float, high: float) -> float:
-    assert callable(gap)
+def _bisected(gap: Callable[[Array], Array], low: float, high: float) -> float:
     rising = gap(np.array([high]))[0] > 0.0
     for _ in range(50):
         middle = (low + high) / 2
@@ -168,7 +182,7 @@ def _bisected(gap: object, low: float, high: float) -> float:
             high = middle
         else:
             low = middle
-    return (low + high) / 2
+    return float((low + high) / 2)
 
 
 def _printed(table: PrintedTable, cell: tuple[str, int, int]) -> float:

@@ -7,7 +7,7 @@ their numbers), and what is the arm (bodies that can exist, second tensors, mirr
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,11 +18,11 @@ from lwr_dyn.conventions.frames import FramesFinding, frames_findings, with_rows
 from lwr_dyn.conventions.printed import PrintedTable
 from lwr_dyn.conventions.repair import Repair, repairs
 from lwr_dyn.conventions.search import Fits, fit_numbers
-from lwr_dyn.conventions.worlds import Allowed, World, table_choices, world
+from lwr_dyn.conventions.worlds import Allowed, World, changed_world, worlds
 from lwr_dyn.dh import Convention
 from lwr_dyn.errors import MissingDataError
 
-MOST_BOXES = 100
+MOST_BOXES = 300
 """Boxes per table choice that are turned into readings."""
 
 
@@ -48,7 +48,9 @@ class Resolution:
     """Readings whose links can be bodies, whose repeated links agree, and that give the second tensors."""
     both: tuple[Candidate, ...]
     """Readings that are both."""
-    cases: tuple[Case, ...] = ()
+    bounded: bool
+    """Radii of gyration were held to the links' lengths; False where no reading keeps to them."""
+    cases: tuple[Case, ...]
     """What was read in the end: with cells changed where that is needed."""
 
     @property
@@ -89,21 +91,24 @@ def resolve(table: PrintedTable, evidence: Evidence) -> Resolution:
     if np.isnan(moved.com).any():
         rows = ", ".join(f"link_{i + 1}" for i in np.flatnonzero(np.isnan(moved.com).any(axis=-1)))
         raise MissingDataError(table.name, f"centre of mass of {rows}", "a reading of its inertial table")
-    worlds = _worlds(moved, evidence, _conventions(findings))
-    fits = tuple(fit_numbers(w.rows, w.options, w.everything) for w in worlds)
+    ways = worlds(moved, evidence, _conventions(findings))
+    fits = tuple(fit_numbers(w.rows, w.options, w.everything) for w in ways)
     mended: tuple[Repair, ...] = ()
     if evidence.numbers and not any(f.boxes for f in fits):
-        mended = repairs(moved, evidence, worlds, fits)
-    cases: list[Case] = [(moved, (shift, ()), w) for w in worlds]
+        mended = repairs(moved, evidence, ways, fits)
+    cases: list[Case] = [(moved, (shift, ()), w) for w in ways]
     if mended:
-        cases = [case for r in equally_plain(mended) for case in _mended(moved, evidence, r.cell, worlds, shift)]
+        cases = [case for r in equally_plain(mended) for case in _mended(moved, evidence, r.cell, ways, shift)]
+    bounded = any(all(w.sound) for _, _, w in cases)
+    if not bounded:
+        cases = [(t, m, replace(w, feasible=w.possible)) for t, m, w in cases]
     sound = [(case, case[2].sound) for case in cases if all(case[2].sound)]
     free = [(case, case[2].everything) for case in cases]
     return Resolution(
-        table=moved, evidence=evidence, frames=findings, worlds=worlds, fits=fits, repairs=mended,
+        table=moved, evidence=evidence, frames=findings, worlds=ways, fits=fits, repairs=mended,
         computed=_fitting(free, mirrored=False) if evidence.numbers else (),
         physical=ranked([c for (t, m, w), left in sound for c in candidates(t, w, left, m)]),
-        both=_fitting(sound, mirrored=True), cases=tuple(cases),
+        both=_fitting(sound, mirrored=True), bounded=bounded, cases=tuple(cases),
     )  # fmt: skip
 
 
@@ -120,16 +125,12 @@ def _conventions(findings: Sequence[FramesFinding]) -> list[Convention]:
     return [c for c in Convention if c in left]
 
 
-def _worlds(table: PrintedTable, evidence: Evidence, conventions: Sequence[Convention]) -> tuple[World, ...]:
-    return tuple(world(table, evidence, choice) for choice in table_choices(conventions))
-
-
 def _mended(
-    table: PrintedTable, evidence: Evidence, cell: CellChange, worlds: Sequence[World], shift: int
+    table: PrintedTable, evidence: Evidence, cell: CellChange, ways: Sequence[World], shift: int
 ) -> Iterator[Case]:
     changed = table.with_cell(cell.column, cell.link, cell.entry, cell.value)
-    for w in worlds:
-        yield changed, (shift, (cell,)), world(changed, evidence, w.choice)
+    for w in ways:
+        yield changed, (shift, (cell,)), changed_world(w, changed, evidence, cell.link)
 
 
 def _fitting(cases: Sequence[tuple[Case, Allowed]], mirrored: bool) -> tuple[Candidate, ...]:

@@ -12,15 +12,18 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.conventions.choices import LinkOptions
 from lwr_dyn.conventions.contributions import Rows
 
 DEVIATIONS = 4.0
-"""Standard deviations of the rounding of the table's cells by which a number may be missed beyond its own half digit."""
+"""Standard deviations of the rounding of the table's cells that a number may be missed by beyond half a digit."""
 SAME = 0.02
 """Two options add the same to a number when they differ by less than this share of what it may be missed by."""
+PLAIN = 2
+"""The first two options of a link have its axes as printed, the products with either sign."""
 MOST = 3000
 """States carried at most; beyond it the plainest are kept."""
 
@@ -86,7 +89,8 @@ def fit_numbers(rows: Rows, options: Sequence[LinkOptions], allowed: Sequence[Se
             return Fits((), matched, tuple(here), partial, float(miss.min(initial=np.inf)))
         matched += len(here)
         states = _merged(rows, grown, good, link, per_row)
-    return Fits(tuple(box for boxes in states.boxes for box in boxes), matched, (), (), 0.0)
+    boxes = sorted((box for boxes in states.boxes for box in boxes), key=oddity)
+    return Fits(tuple(boxes), matched, (), (), 0.0)
 
 
 def misses(rows: Rows, sums: Array, room: Array, here: Sequence[int]) -> Array:
@@ -108,11 +112,23 @@ def _grown(states: _States, classes: Sequence[_Class]) -> _States:
 
 def allowances(rows: Rows, options: Sequence[LinkOptions]) -> Array:
     """By how much each number may be missed, (K,): half its last digit and the rounding of the table's cells."""
+    found: Array = rows.half * (1.0 + 1e-6) + DEVIATIONS * _spread(rows, options)
+    return found
+
+
+def _spread(rows: Rows, options: Sequence[LinkOptions]) -> Array:
+    """What rounding of the table's cells does to each number, (K,), one standard deviation."""
     deviation = np.array([o.deviation for o in options])
     per_row = np.sqrt(((rows.coefficients * deviation) ** 2).sum(axis=(1, 2)))
-    spread = np.array([per_row[a:b].max(initial=0.0) for a, b in zip(rows.start[:-1], rows.start[1:], strict=True)])
-    found: Array = rows.half * (1.0 + 1e-6) + DEVIATIONS * spread
-    return found
+    return np.array([per_row[a:b].max(initial=0.0) for a, b in zip(rows.start[:-1], rows.start[1:], strict=True)])
+
+
+def misfit(rows: Rows, options: Sequence[LinkOptions], picked: Sequence[int]) -> float:
+    """Half the chi-square of the numbers under one option per link: minus the log of how likely the misses are."""
+    sums = sum((rows.coefficients[:, i] @ options[i].parameters[o] for i, o in enumerate(picked)), np.zeros(1))
+    value = np.array([sums[a:b].max() for a, b in zip(rows.start[:-1], rows.start[1:], strict=True)])
+    variance = rows.half**2 / 3.0 + _spread(rows, options) ** 2
+    return float(((value - rows.value) ** 2 / variance).sum() / 2.0)
 
 
 def _classes(rows: Rows, options: LinkOptions, allowed: Sequence[int], link: int, per_row: Array) -> list[_Class]:
@@ -128,7 +144,7 @@ def _classes(rows: Rows, options: LinkOptions, allowed: Sequence[int], link: int
     return classes
 
 
-def _merged(rows: Rows, states: _States, good: Array, link: int, per_row: Array) -> _States:
+def _merged(rows: Rows, states: _States, good: NDArray[np.intp], link: int, per_row: Array) -> _States:
     """The good states; those whose sums agree on every number still to come are one."""
     blocks = [np.arange(rows.start[k], rows.start[k + 1]) for k, joint in enumerate(rows.joint) if joint < link]
     ahead = np.concatenate([*blocks, np.zeros(0, dtype=int)])
@@ -136,8 +152,11 @@ def _merged(rows: Rows, states: _States, good: Array, link: int, per_row: Array)
     merged: dict[bytes, list[int]] = {}
     for key, s in zip(keys, good, strict=True):
         merged.setdefault(key.tobytes(), []).append(int(s))
-    groups = list(merged.values())[:MOST]
-    return _States(
-        states.sums[[g[0] for g in groups]],
-        tuple(tuple(box for s in g for box in states.boxes[s])[:MOST] for g in groups),
-    )
+    boxes = [sorted((box for s in g for box in states.boxes[s]), key=oddity)[:MOST] for g in merged.values()]
+    groups = sorted(zip(merged.values(), boxes, strict=True), key=lambda g: oddity(g[1][0]))[:MOST]
+    return _States(states.sums[[g[0] for g, _ in groups]], tuple(tuple(b) for _, b in groups))
+
+
+def oddity(box: Box) -> int:
+    """Links of a box that cannot be read with their axes as printed: options are in order, the plainest first."""
+    return sum(min(options) >= PLAIN for options in box)

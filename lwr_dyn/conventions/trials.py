@@ -20,7 +20,7 @@ from lwr_dyn.conventions.frames import frame_vectors, other_ends
 from lwr_dyn.conventions.printed import TENSOR, PrintedTable
 from lwr_dyn.dh import Convention, DHRow, JointKind
 from lwr_dyn.dynamics.newton_euler import Recursion
-from lwr_dyn.spatial import Pose, from_rpy, steiner
+from lwr_dyn.spatial import Pose, from_rpy
 
 KINDS = ("second tensors", "numbers", "both")
 """What is published beside a table: the tensors about the other point, B_ii and g_i at stated poses, or both."""
@@ -133,15 +133,15 @@ def _printed(
     rng: np.random.Generator, frames: PrintedTable, bodies: list[Body], truth: Reading, ends: Array
 ) -> PrintedTable:
     """The table as it is printed under a reading: the inverse of what `link_options` does."""
-    coms, tensors = [], []
+    coms, tensors = np.zeros((len(bodies), 3)), []
     for i, body in enumerate(bodies):
         choice = truth.links[i]
         tensor = body.inertia_com if truth.table.about == "com" else body.inertia_origin()
-        com = body.com - (ends[i] if truth.table.com_from == "other end" else 0.0)
+        place = body.com - (ends[i] if truth.table.com_from == "other end" else 0.0)
         back = np.argsort(moved_axes(choice.axes))
         tensor = tensor[np.ix_(back, back)]
         tensors.append(np.where(_OFF, -tensor, tensor) if choice.products == "integral" else tensor)
-        coms.append(com[back] if choice.moves == "row" else com)
+        coms[i] = place[back] if choice.moves == "row" else place
     smallest = min(float(np.abs(t).max()) for t in tensors)
     digits = math.ceil(-math.log10(smallest)) + int(rng.integers(3, 6))
     origin = np.round(frame_vectors(frames, truth.table.convention), 5)
@@ -213,10 +213,10 @@ def rounding_of_tensor(table: PrintedTable, body: Body) -> float:
     return table.inertia_step + 2 * body.mass * reach * table.com_step + table.mass_step * reach**2
 
 
-def same_arm(trial: Trial, found: tuple[Body, ...], convention: Convention, rng: np.random.Generator) -> bool:
+def same_arm(trial: Trial, found: tuple[Body, ...], convention: Convention) -> bool:
     """No motion can tell the two apart: B and g agree at random poses to what rounding of the cells can make."""
     other = with_bodies(trial.table.chain(convention), found)
-    q = rng.uniform(-np.pi, np.pi, (8, trial.table.n))
+    q = np.random.default_rng(0).uniform(-np.pi, np.pi, (8, trial.table.n))
     ours, theirs = Recursion.of(other), Recursion.of(trial.chain)
     gaps = (ours.mass_matrix(q) - theirs.mass_matrix(q), ours.gravity_vector(q) - theirs.gravity_vector(q))
     sizes = (theirs.mass_matrix(q), theirs.gravity_vector(q))

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lwr_dyn.checks.feasibility import THICKNESS
 from lwr_dyn.conventions.choices import LinkOptions, TableChoice, link_options
@@ -29,6 +31,9 @@ class World:
     choice: TableChoice
     options: tuple[LinkOptions, ...]
     feasible: Allowed
+    """Options that are bodies of a size that the link can hold."""
+    possible: Allowed
+    """Options that are bodies, of whatever size."""
     second: Allowed
     """What the second set of tensors leaves; every option where there is none."""
     alike: tuple[tuple[int, ...], ...]
@@ -42,9 +47,7 @@ class World:
     @property
     def sound(self) -> Allowed:
         """What feasibility and the second tensors both leave."""
-        return tuple(
-            tuple(i for i in a if i in b) for a, b in zip(self.feasible, self.second, strict=True)
-        )
+        return tuple(tuple(i for i in a if i in b) for a, b in zip(self.feasible, self.second, strict=True))
 
 
 def table_choices(conventions: Sequence[Convention]) -> tuple[TableChoice, ...]:
@@ -55,20 +58,65 @@ def table_choices(conventions: Sequence[Convention]) -> tuple[TableChoice, ...]:
     )  # fmt: skip
 
 
-def world(table: PrintedTable, evidence: Evidence, choice: TableChoice) -> World:
-    """All that can be said of one table choice before links are combined."""
-    chain, ends = table.chain(choice.convention), other_ends(table, choice.convention)
-    options = tuple(link_options(table, i, choice, ends[i]) for i in range(table.n))
-    feasible = []
-    for i, found in enumerate(options):
-        reach = reaches(chain, np.broadcast_to(found.com, (table.n, *found.com.shape)), THICKNESS)[i]
-        feasible.append(tuple(int(k) for k in np.flatnonzero((shortfalls(found, reach) <= 0.0).all(axis=-1))))
-    plain = np.array([o.com[0] for o in options])
-    return World(
-        choice=choice, options=options, feasible=tuple(feasible),
-        second=tuple(_matching(table, o, evidence.tensors, i) for i, o in enumerate(options)),
-        alike=evidence.alike or alike_links(table, plain), rows=number_rows(chain, table, evidence.numbers),
+def worlds(table: PrintedTable, evidence: Evidence, conventions: Sequence[Convention]) -> tuple[World, ...]:
+    """Every table choice under some DH conventions."""
+    rows = {c: number_rows(table.chain(c), table, evidence.numbers) for c in conventions}
+    return tuple(_world(table, evidence, choice, rows[choice.convention]) for choice in table_choices(conventions))
+
+
+def changed_world(before: World, table: PrintedTable, evidence: Evidence, link: int) -> World:
+    """A world after cells of one link have changed."""
+    found = _link(table, evidence, before.choice, link)
+    options = _put(before.options, link, found.options)
+    return replace(
+        before, options=options, feasible=_put(before.feasible, link, found.feasible),
+        possible=_put(before.possible, link, found.possible), second=_put(before.second, link, found.second),
+        alike=_alike(table, evidence, options),
     )  # fmt: skip
+
+
+T = TypeVar("T")
+
+
+def _put(values: tuple[T, ...], link: int, value: T) -> tuple[T, ...]:
+    return (*values[:link], value, *values[link + 1 :])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Link:
+    """What a world knows of one link."""
+
+    options: LinkOptions
+    feasible: tuple[int, ...]
+    possible: tuple[int, ...]
+    second: tuple[int, ...]
+
+
+def _world(table: PrintedTable, evidence: Evidence, choice: TableChoice, rows: Rows) -> World:
+    links = [_link(table, evidence, choice, i) for i in range(table.n)]
+    options = tuple(x.options for x in links)
+    return World(
+        choice=choice, options=options, feasible=tuple(x.feasible for x in links),
+        possible=tuple(x.possible for x in links), second=tuple(x.second for x in links),
+        alike=_alike(table, evidence, options), rows=rows,
+    )  # fmt: skip
+
+
+def _link(table: PrintedTable, evidence: Evidence, choice: TableChoice, link: int) -> _Link:
+    found = link_options(table, link, choice, other_ends(table, choice.convention)[link])
+    short = shortfalls(found, reaches(table.chain(choice.convention), link, found.com, THICKNESS)) <= 0.0
+    return _Link(
+        options=found, feasible=_indices(short.all(axis=-1)), possible=_indices(short[:, :2].all(axis=-1)),
+        second=_matching(table, found, evidence.tensors, link),
+    )  # fmt: skip
+
+
+def _indices(mask: NDArray[np.bool_]) -> tuple[int, ...]:
+    return tuple(int(k) for k in np.flatnonzero(mask))
+
+
+def _alike(table: PrintedTable, evidence: Evidence, options: Sequence[LinkOptions]) -> tuple[tuple[int, ...], ...]:
+    return evidence.alike or alike_links(table, np.array([o.com[0] for o in options]))
 
 
 def _matching(table: PrintedTable, options: LinkOptions, tensors: SecondTensors | None, link: int) -> tuple[int, ...]:
@@ -77,9 +125,9 @@ def _matching(table: PrintedTable, options: LinkOptions, tensors: SecondTensors 
     if tensors is None:
         return everything
     about = np.stack([options.inertia_com[:, r, c] for r, c in TENSOR], axis=-1)
-    ours, spread = (
-        (options.parameters[:, 4:], options.deviation[-1]) if tensors.about == "origin" else (about, options.deviation_com)
-    )
+    ours, spread = about, options.deviation_com
+    if tensors.about == "origin":
+        ours, spread = options.parameters[:, 4:], float(options.deviation[-1])
     room = tensors.half[link] * (1.0 + 1e-6) + DEVIATIONS * spread + table.inertia_step / 2
     found = set()
     for products in tensors.products:

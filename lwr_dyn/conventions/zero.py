@@ -147,9 +147,10 @@ def _full(arm: Arm, paper: Paper, reading: ZeroReading) -> ZeroReading:
 
 def zero_statements(found: ZeroResolution) -> list[str]:
     """What was found, line by line."""
+    ways = len(Convention) * (2 * len(QUARTERS)) ** len(found.joints)
     out = [
-        f"zero and signs: of {2 * (2 * len(QUARTERS)) ** len(found.joints)} ways (DH convention, sign and quarter-turn offset of every "
-        f"joint) {found.axes_only} have the maker's axes at zero"
+        f"zero and signs: of {ways} ways (DH convention, sign and quarter-turn offset of every joint) "
+        f"{found.axes_only} have the maker's axes at zero"
     ]
     out.append(f"as printed, {found.printed.convention.value} DH: {_failures(found.printed)}")
     for convention in Convention:
@@ -162,9 +163,9 @@ def zero_statements(found: ZeroResolution) -> list[str]:
     rivals = [r for r in found.readings if r.failed == found.best[0].failed and r is not found.best[0]]
     others = [r for r in rivals if not same_motion(found.best[0], r)]
     if others:
-        out.append(f"UNDECIDED: {len(others)} other readings hold as well and move otherwise; what changes least is shown")
+        out.append(f"UNDECIDED: {len(others)} other readings hold as well and move otherwise; least change first")
     else:
-        also = f"; {len(rivals)} more move the flange the same in every pose, with frames turned inside" if rivals else ""
+        also = f"; {len(rivals)} more move the flange the same in every pose, frames turned inside" if rivals else ""
         out.append(f"decided by the poses: every other reading breaks a check{also}")
     return out
 
@@ -178,4 +179,5 @@ def same_motion(a: ZeroReading, b: ZeroReading) -> bool:
 
 def _failures(r: ZeroReading) -> str:
     failed = [v.name for v in r.verdicts if not v.holds]
-    return f"{len(r.verdicts) - len(failed)} of {len(r.verdicts)} checks hold" + (f"; not: {', '.join(failed)}" if failed else "")
+    hold = f"{len(r.verdicts) - len(failed)} of {len(r.verdicts)} checks hold"
+    return f"{hold}; not: {', '.join(failed)}" if failed else hold
