@@ -150,6 +150,14 @@ def lint() -> tuple[str, bool]:
     return f"{len(cries)} false alarms; found: {shares}", not cries and min(found.values()) >= 0.6
 
 
+def recovery() -> tuple[str, bool]:
+    """Conventions of 1000 scrambled tables that their evidence decides, found again."""
+    from lwr_dyn.conventions.recovery import recovery as recovered
+
+    found = recovered(1000)
+    return found.statement(), found.rate >= 0.99 and found.honest == 1.0
+
+
 LINES: dict[str, Line] = {
     "properties": properties,
     "checks": checks,
@@ -160,6 +168,7 @@ LINES: dict[str, Line] = {
     "lint": lint,
     "krl": krl,
     "krl_large": krl_large,
+    "recovery": recovery,
 }
 
 

@@ -32,8 +32,7 @@ def wam():
 
 
 INVISIBLE = 1e-6
-"""[kg m^2] Link 6's one product is 3.6e-7: nothing shows its sign, the errata keep it as printed, the rule of the others
-turns it."""
+"""[kg m^2] Link 6's one product is 3.6e-7: nothing shows its sign; the errata keep it, the rule turns it."""
 
 
 def assert_bodies(found, reading, atol=1e-15):
@@ -73,6 +72,16 @@ def test_lwr_c5z_is_not_the_only_cell_that_mends_table_4(lwr):
             assert not again.repairs
             assert all(row.holds for row in confirmed(changed, lwr.evidence, again.computed[0]))
             break
+
+
+def test_another_wrong_cell_is_found_too(lwr):
+    """With c5z mended c4z is spoilt: it is found again, within the range fitted."""
+    whole = lwr.table.with_cell("com", 4, 2, -0.0238)
+    right = float(whole.com[3, 2])
+    found = resolve(whole.with_cell("com", 3, 2, 0.4 * right), lwr.evidence)
+    mended = [r for r in found.repairs if r.cell.name == "c4z" and r.low <= right <= r.high]
+    assert mended, [(r.cell.name, r.low, r.high) for r in found.repairs]
+    assert mended[0].fitted_to == "b44"
 
 
 def test_lwr_signs_do_not_show_in_table_4(lwr):
