@@ -14,9 +14,11 @@ from lwr_dyn.reproduction.counting import counts, counts_text, differing_text, e
 from lwr_dyn.reproduction.judge import DIFFERS
 from lwr_dyn.reproduction.ledger import ledger
 from lwr_dyn.reproduction.outcome import Outcome
+from lwr_dyn.reproduction.pages import REPORT, page_of
 from lwr_dyn.reproduction.rooms import PAPERS, room
 from lwr_dyn.reproduction.verdicts import judged
 from lwr_dyn.text import json_text
+from lwr_dyn.viewer.report.page import write_report
 
 Say = Callable[[str], None]
 ALL = "all"
@@ -99,7 +101,10 @@ def _one(paper: str, folder: str | Path, timing: str | None, fit: bool, say: Say
     }  # fmt: skip
     text = "\n\n".join(x for x in (counts_text({paper: summary}), differing_text(judgement), found.text) if x)
     write_folder(place, {"results.json": json_text(record) + "\n"})
-    return Outcome(holds, text, record, found.known, found.shown)
+    done = Outcome(holds, text, record, found.known, found.shown)
+    say("report page")
+    write_report(place / REPORT, page_of(here, done, judgement, entries, place))
+    return done
 
 
 def _report(paper: str, place: Path, timing: str | None, fit: bool, say: Say) -> Outcome:

@@ -18,6 +18,7 @@ from lwr_dyn.reproduction.checked_models import check_line, check_record, models
 from lwr_dyn.reproduction.kr30ha.cycle import Cycle, cycle
 from lwr_dyn.reproduction.kr30ha.matrices import PaperMatrices, paper_matrices
 from lwr_dyn.reproduction.kr30ha.motion import FIRST_TWO, MotionReport, motion_report
+from lwr_dyn.reproduction.kr30ha.page import shown
 from lwr_dyn.reproduction.kr30ha.points import PaperPoints, RightPoint, paper_points
 from lwr_dyn.reproduction.kr30ha.program import program_record, program_report, program_text, write_program
 from lwr_dyn.reproduction.kr30ha.text import (
@@ -81,7 +82,8 @@ def reproduce(folder: str | Path, say: Say = lambda _: None) -> Outcome:
     record |= {"program": program_record(program)}
     files = {"tables.txt": text, "errata.txt": errata_text(paper)}
     write_folder(place, {name: content + "\n" for name, content in files.items()})
-    return Outcome(holds, text, record)
+    runs = [(LABEL[0], found.run), ("KRL program, corrected", program.run.to_run())]
+    return Outcome(holds, text, record, shown=shown(arm, points.right, envelope, runs, reports))
 
 
 def _equations(place: Path, motion: MotionReport) -> None:

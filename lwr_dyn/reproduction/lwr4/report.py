@@ -8,14 +8,17 @@ from typing import Any
 from lwr_dyn.assembly import arm_from_paper
 from lwr_dyn.files import make_folder, write_folder
 from lwr_dyn.papers.catalog import open_paper
+from lwr_dyn.reproduction.checked_models import check_record, models_and_checks
 from lwr_dyn.reproduction.lwr4.exercise import Exercise, exercise
+from lwr_dyn.reproduction.lwr4.page import shown
 from lwr_dyn.reproduction.outcome import Outcome
-from lwr_dyn.urdf.fileset import model_files
 
 
 def reproduce(folder: str | Path) -> Outcome:
     """Solve the exercise and write `folder`; raises `FileAccessError` when it cannot be written."""
     place, e = make_folder(folder), exercise()
+    arm = arm_from_paper(open_paper("lwr4"))
+    reports = models_and_checks(place, "lwr4")
     routes = {
         name: {"value": [str(x) for x in route.value], "products": route.multiplications, "sums": route.additions}
         for name, route in (("full_product", e.wrist_full), ("vector_route", e.wrist_short))
@@ -24,9 +27,10 @@ def reproduce(folder: str | Path) -> Outcome:
     record: dict[str, Any] = {"matrices": matrices, "identical_to_printed": list(e.identical), "wrist": routes}
     record |= {"routes_agree": e.routes_agree, "tool": e.tool}
     text = _text(e)
-    files = model_files(arm_from_paper(open_paper("lwr4")))
-    write_folder(place, {**files, "exercise.txt": text + "\n"})
-    return Outcome(e.holds, text, record)
+    write_folder(place, {"exercise.txt": text + "\n"})
+    record |= {"checks": check_record(reports)}
+    holds = e.holds and all(r.holds for r in reports)
+    return Outcome(holds, text, record, shown=shown(arm, e, reports))
 
 
 def _text(e: Exercise) -> str:

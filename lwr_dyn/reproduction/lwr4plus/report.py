@@ -20,6 +20,7 @@ from lwr_dyn.reproduction.lwr4plus.errors import (
     fit_arm_angle,
     velocity_rows,
 )
+from lwr_dyn.reproduction.lwr4plus.page import shown
 from lwr_dyn.reproduction.lwr4plus.recomputed import error_columns
 from lwr_dyn.reproduction.lwr4plus.runs import Trial, trials
 from lwr_dyn.reproduction.lwr4plus.tables import (
@@ -120,14 +121,14 @@ def reproduce(
     write_folder(place, {"tables.txt": text + "\n"})
     own = {name: [t for t in tables if t.arm_angle == LARGEST_MARGIN] for name, tables in errors.items()}
     known = {name: error_columns(min(tables, key=lambda t: t.distance), arm) for name, tables in own.items()}
-    return Outcome(holds, text, record, known)
+    return Outcome(holds, text, record, known, shown(arm, found, REPLAYED, reports))
 
 
 def _pictures(place: Path, found: tuple[Trial, ...]) -> None:
     """Runs of both controllers on the arm as modelled; figures 4, 6, 7, 9, 10 redrawn, torques, and the replay."""
     arm = arm_from_paper(open_paper("lwr4plus"))
-    shown = [t for t in found if t.plant == "as modelled" and t.controller in REPLAYED]
-    runs, labels = [t.run for t in shown], [t.controller for t in shown]
+    replayed = [t for t in found if t.plant == "as modelled" and t.controller in REPLAYED]
+    runs, labels = [t.run for t in replayed], [t.controller for t in replayed]
     for trial in found:
         stem = f"{trial.controller}_{trial.plant.replace(' ', '_').replace('%', 'percent')}"
         make_folder(place / "runs")

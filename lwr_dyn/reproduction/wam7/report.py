@@ -10,8 +10,11 @@ from lwr_dyn.arm import Arm
 from lwr_dyn.assembly import arm_from_paper
 from lwr_dyn.files import make_folder, write_folder
 from lwr_dyn.friction.models import friction_of
+from lwr_dyn.motion import Run
 from lwr_dyn.papers.catalog import open_paper
+from lwr_dyn.reproduction.checked_models import check_line, check_record, models_and_checks
 from lwr_dyn.reproduction.outcome import Outcome
+from lwr_dyn.reproduction.wam7.page import shown
 from lwr_dyn.reproduction.wam7.runs import BLEND, DURATION, GRAVITIES, START, Cruise, Experiment, cruises, experiments
 from lwr_dyn.reproduction.wam7.text import (
     cruises_text,
@@ -22,12 +25,12 @@ from lwr_dyn.reproduction.wam7.text import (
     verdict,
 )
 from lwr_dyn.tasks.lspb_move import lspb_move
-from lwr_dyn.urdf.fileset import model_files
 from lwr_dyn.viewer.friction_figures import friction_law_figure, joint_error_figure, register_figure, timing_figure
 from lwr_dyn.viewer.html import write_replay
 from lwr_dyn.viewer.plots import save_figure
 
 Say = Callable[[str], None]
+Series = dict[str, list[Run]]
 
 
 def reproduce(folder: str | Path, say: Say = lambda _: None) -> Outcome:
@@ -37,18 +40,29 @@ def reproduce(folder: str | Path, say: Say = lambda _: None) -> Outcome:
     is left. The loop without damping is a finding, told as such.
     """
     place, arm = make_folder(folder), arm_from_paper(open_paper("wam7"))
+    say("models and checks")
+    reports = models_and_checks(place, "wam7")
     made = experiments(arm, say)
     found = cruises(arm, made)
     say("plots and replay")
-    _pictures(place, arm, made)
+    alone, together = _pictures(place, arm, made)
     text = "\n\n".join(
-        [cruises_text(found), findings_text(found), figure_7_text(found), passivity_text(arm), runs_text(made)]
+        [
+            *map(check_line, reports),
+            cruises_text(found),
+            findings_text(found),
+            figure_7_text(found),
+            passivity_text(arm),
+            runs_text(made),
+        ]
     )
-    holds = all(c.holds for c in found) and figure_7_holds(found)
-    record = {"cruises": [_cruise(c) for c in found], "runs": [_run(e) for e in made]}
-    write_folder(place, {**model_files(arm), "tables.txt": text + "\n"})
+    holds = all(r.holds for r in reports) and all(c.holds for c in found) and figure_7_holds(found)
+    record: dict[str, Any] = {"checks": check_record(reports)}
+    record |= {"cruises": [_cruise(c) for c in found], "runs": [_run(e) for e in made]}
+    write_folder(place, {"tables.txt": text + "\n"})
     settled = [1e3 * c.mean for c in found if c.side > 0 and c.gravity == GRAVITIES[0] and c.stable]
-    return Outcome(holds, text, record, {"settled": {"error": settled}})
+    page = shown(arm, made, alone, together, reports)
+    return Outcome(holds, text, record, {"settled": {"error": settled}}, page)
 
 
 def findings_text(found: Sequence[Cruise]) -> str:
@@ -61,14 +75,15 @@ def findings_text(found: Sequence[Cruise]) -> str:
     return "\n".join(["Findings: the friction takes more damping than kd gives, a limit cycle", *lines])
 
 
-def _pictures(place: Path, arm: Arm, made: Sequence[Experiment]) -> None:
+def _pictures(place: Path, arm: Arm, made: Sequence[Experiment]) -> tuple[Series, Series]:
+    """Figures and replay; the runs that they show, by label."""
     plots, runs = make_folder(place / "plots"), make_folder(place / "runs")
     for e in made:
         stem = e.name.replace(" +", "_up").replace(" -", "_down").replace(", ", "_").replace(" ", "_")
         e.run.save(runs / f"{stem}.npz")
     names = arm.joint_names
 
-    def chosen(joints: Sequence[int | None], friction: bool) -> list[Any]:
+    def chosen(joints: Sequence[int | None], friction: bool) -> list[Run]:
         wanted = {e.joint: e.run for e in made if e.friction == friction and e.side > 0 and e.gravity == GRAVITIES[0]}
         return [wanted[joint] for joint in joints]
 
@@ -86,10 +101,11 @@ def _pictures(place: Path, arm: Arm, made: Sequence[Experiment]) -> None:
     }
     for name, figure in figures.items():
         save_figure(figure, plots / f"{name}.png")
-    shown = [together["with friction"][0], together["without"][0]]
+    replayed = [together["with friction"][0], together["without"][0]]
     write_replay(
-        place / "replay.html", shown, arm, labels=list(together), title="Barrett WAM, all joints, 0.5 rad in 7 s"
+        place / "replay.html", replayed, arm, labels=list(together), title="Barrett WAM, all joints, 0.5 rad in 7 s"
     )
+    return alone, together
 
 
 def _cruise(c: Cruise) -> dict[str, Any]:
