@@ -17,6 +17,7 @@ from lwr_dyn.chain import Chain, link_frames
 from lwr_dyn.conventions.evidence import DerivedNumber
 from lwr_dyn.conventions.printed import PrintedTable
 from lwr_dyn.dh import JointKind
+from lwr_dyn.errors import MissingDataError
 from lwr_dyn.kinematics.jacobian import joint_axes
 
 MOST_CORNERS = 4096
@@ -85,13 +86,16 @@ def number_rows(chain: Chain, table: PrintedTable, numbers: tuple[DerivedNumber,
 def corners(table: PrintedTable, joint: int) -> Array:
     """The quarter-turn lattice inside the joint box, over the joints beyond `joint`, (P, n) [rad].
 
-    The largest B_ii of a link whose axes are square to each other lies there but for small products.
+    The largest B_ii of a link whose axes are square to each other lies there but for small products. Raises
+    `MissingDataError` for a sliding joint without limits.
     """
     lower = np.full(table.n, -np.pi) if table.lower is None else table.lower
     upper = np.full(table.n, np.pi) if table.upper is None else table.upper
     axes = []
     for j in range(table.n):
         if table.kinds[j] is JointKind.PRISMATIC:
+            if table.lower is None or table.upper is None:
+                raise MissingDataError(table.name, f"limits of {table.joints[j]}", "a largest B_ii")
             axes.append([float(lower[j]), float(upper[j])] if j > joint else [0.0])
             continue
         inside = [x for x in np.pi / 2 * np.arange(-4, 5) if lower[j] <= x <= upper[j]]

@@ -6,7 +6,7 @@
     joint = "joint_2"
     value = "2.908"                # text, so that its digits are known
     unit = "kg m^2"                # or "N m" for gravity
-    q = [0, 90, 0]                 # in q_unit, left out for "worst inertia"
+    q = [0, 90, 0]                 # in q_unit, sliding joints in m; left out for "worst inertia"
     q_unit = "deg"
     where = "Table IV"
     [tensors]                      # a second set, xx yy zz xy xz yz a link, "-" where not printed
@@ -40,14 +40,16 @@ import numpy as np
 from lwr_dyn.arrays import Array, joint_array
 from lwr_dyn.conventions.evidence import DerivedNumber, Evidence, FlangePlace, Printed, SecondTensors, second_tensors
 from lwr_dyn.conventions.printed import PrintedTable
-from lwr_dyn.dh import Convention
+from lwr_dyn.dh import Convention, JointKind
 from lwr_dyn.errors import EvidenceError, FileAccessError, PaperError, UnknownNameError
 from lwr_dyn.papers.fields import Fields, choice
 from lwr_dyn.papers.schema import ABOUT, PRODUCTS
 from lwr_dyn.papers.units import UNITS, to_si, units_of
 
-QUANTITIES = {"inertia": "inertia", "worst inertia": "inertia", "gravity": "torque"}
-"""Quantity of a derived number -> quantity of its unit."""
+QUANTITIES = {
+    "inertia": ("inertia", "mass"), "worst inertia": ("inertia", "mass"), "gravity": ("torque", "force"),
+}  # fmt: skip
+"""Quantity of a derived number -> quantity of its unit at a turning joint, at a sliding one."""
 
 
 def read_evidence(path: str | Path, table: PrintedTable) -> Evidence:
@@ -112,7 +114,8 @@ def _number(entry: Any, file: str, path: str, table: PrintedTable) -> DerivedNum
     fields = Fields(entry, file, path)
     quantity = choice(fields.take("quantity", str), list(QUANTITIES), file, f"{path}.quantity")
     joint = _index(fields.take("joint", str), f"joint of {table.name}", list(table.joints))
-    factor = _factor(fields.take("unit", str), QUANTITIES[quantity], file, f"{path}.unit")
+    slides = table.kinds[joint] is JointKind.PRISMATIC
+    factor = _factor(fields.take("unit", str), QUANTITIES[quantity][slides], file, f"{path}.unit")
     printed = Printed.of(fields.take("value", object), factor, f"{path}.value")
     where = fields.take("where", str)
     worst = quantity == "worst inertia"
@@ -135,7 +138,10 @@ def _place(entry: Any, file: str, path: str, table: PrintedTable) -> FlangePlace
 
 def _pose(fields: Fields, file: str, path: str, table: PrintedTable) -> Array:
     unit = choice(fields.take("q_unit", str, default="deg"), units_of("angle"), file, f"{path}.q_unit")
-    return np.array([to_si(float(x), unit) for x in joint_array(f"{path}.q", fields.take("q", list), table.n)])
+    q = joint_array(f"{path}.q", fields.take("q", list), table.n)
+    return np.array(
+        [float(x) if k is JointKind.PRISMATIC else to_si(float(x), unit) for x, k in zip(q, table.kinds, strict=True)]
+    )
 
 
 def _factor(unit: str, quantity: str, file: str, path: str) -> float:

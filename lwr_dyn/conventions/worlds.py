@@ -104,9 +104,11 @@ def _world(table: PrintedTable, evidence: Evidence, choice: TableChoice, rows: R
 
 def _link(table: PrintedTable, evidence: Evidence, choice: TableChoice, link: int) -> _Link:
     found = link_options(table, link, choice, other_ends(table, choice.convention)[link])
-    short = shortfalls(found, reaches(table.chain(choice.convention), link, found.com, THICKNESS)) <= 0.0
+    short: NDArray[np.bool_] = (
+        shortfalls(found, reaches(table.chain(choice.convention), link, found.com, THICKNESS)) <= 0.0
+    )
     return _Link(
-        options=found, feasible=_indices(short.all(axis=-1)), possible=_indices(short[:, :2].all(axis=-1)),
+        options=found, feasible=_indices(np.asarray(short.all(axis=-1))), possible=_indices(short[:, :2].all(axis=-1)),
         second=_matching(table, found, evidence.tensors, link),
     )  # fmt: skip
 
