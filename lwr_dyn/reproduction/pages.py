@@ -70,24 +70,29 @@ def _tables(data: Sequence[Judged]) -> list[ReportTable]:
 
 
 def _block(data: Sequence[Judged]) -> list[ReportTable]:
-    """One table; a block of matrices becomes a table a matrix."""
-    block = data[0].block
-    columns = list(dict.fromkeys(j.cell.column for j in data))
-    if "," not in data[0].cell.row:
-        rows = list(dict.fromkeys(j.cell.row for j in data))
-        cells = {(j.cell.row, j.cell.column): _cell(j) for j in data}
-        return [_table(block, block.name, columns, rows, cells, data)]
-    out = []
-    for column in columns:
+    """The plain columns of a block as one table, each matrix as one of its own."""
+    block, out = data[0].block, []
+    plain = [j for j in data if not _in_matrix(j)]
+    if plain:
+        rows, columns = (
+            list(dict.fromkeys(names)) for names in zip(*((j.cell.row, j.cell.column) for j in plain), strict=True)
+        )
+        cells: dict[tuple[str, ...], Cell] = {(j.cell.row, j.cell.column): _cell(j) for j in plain}
+        out.append(_table(block, block.name, columns, rows, cells, plain))
+    for column in dict.fromkeys(j.cell.column for j in data if _in_matrix(j)):
         mine = [j for j in data if j.cell.column == column]
-        matrix = {(r, c): _cell(j) for j in mine for r, c in [j.cell.row.rsplit(",", 1)]}
+        matrix = {tuple(j.cell.row.rsplit(",", 1)): _cell(j) for j in mine}
         rows, numbers = (list(dict.fromkeys(key[k] for key in matrix)) for k in (0, 1))
         out.append(_table(block, f"{block.name}-{column}", numbers, rows, matrix, mine, column))
     return out
 
 
+def _in_matrix(judged: Judged) -> bool:
+    return "][" in judged.cell.path
+
+
 def _table(
-    block: Block, name: str, columns: Sequence[str], rows: Sequence[str], cells: Mapping[tuple[str, str], Cell],
+    block: Block, name: str, columns: Sequence[str], rows: Sequence[str], cells: Mapping[tuple[str, ...], Cell],
     data: Sequence[Judged], matrix: str = "",
 ) -> ReportTable:  # fmt: skip
     units = list(dict.fromkeys(j.cell.unit for j in data))
