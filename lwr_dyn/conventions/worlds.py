@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike
 
 from lwr_dyn.checks.feasibility import THICKNESS
 from lwr_dyn.conventions.choices import LinkOptions, TableChoice, link_options
@@ -104,17 +104,15 @@ def _world(table: PrintedTable, evidence: Evidence, choice: TableChoice, rows: R
 
 def _link(table: PrintedTable, evidence: Evidence, choice: TableChoice, link: int) -> _Link:
     found = link_options(table, link, choice, other_ends(table, choice.convention)[link])
-    short: NDArray[np.bool_] = (
-        shortfalls(found, reaches(table.chain(choice.convention), link, found.com, THICKNESS)) <= 0.0
-    )
+    short = shortfalls(found, reaches(table.chain(choice.convention), link, found.com, THICKNESS)) <= 0.0
     return _Link(
-        options=found, feasible=_indices(np.asarray(short.all(axis=-1))), possible=_indices(short[:, :2].all(axis=-1)),
+        options=found, feasible=_indices(short.all(axis=-1)), possible=_indices(short[:, :2].all(axis=-1)),
         second=_matching(table, found, evidence.tensors, link),
     )  # fmt: skip
 
 
-def _indices(mask: NDArray[np.bool_]) -> tuple[int, ...]:
-    return tuple(int(k) for k in np.flatnonzero(mask))
+def _indices(mask: ArrayLike) -> tuple[int, ...]:
+    return tuple(int(k) for k in np.flatnonzero(np.asarray(mask)))
 
 
 def _alike(table: PrintedTable, evidence: Evidence, options: Sequence[LinkOptions]) -> tuple[tuple[int, ...], ...]:

@@ -6,10 +6,11 @@ import pytest
 from lwr_dyn.chain import Body
 from lwr_dyn.conventions.choices import LinkChoice, LinkOptions, link_options
 from lwr_dyn.conventions.decidable import open_choices
-from lwr_dyn.conventions.frames import other_ends, shifted, with_rows_moved
+from lwr_dyn.conventions.frames import frame_vectors, other_ends, shifted, with_rows_moved
 from lwr_dyn.conventions.mirror import alike_links, mirror_misses
 from lwr_dyn.conventions.physics import fullness, shortfalls
 from lwr_dyn.conventions.trials import same_bodies, trial
+from lwr_dyn.dh import Convention, JointKind
 from lwr_dyn.physical import is_physical
 from lwr_dyn.spatial import Pose, from_rpy
 
@@ -86,6 +87,28 @@ def test_repeated_links_are_found_by_mass_and_com():
         if len(one.alike) > 1:
             groups = alike_links(one.table, np.array([b.com for b in one.bodies]))
             assert set(one.alike) in [set(g) for g in groups]
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_other_end_of_a_link_is_where_the_frames_say(seed):
+    """Standard: frame i-1 seen from frame i; modified: frame i+1 seen from frame i; both at any q."""
+    one = trial(np.random.default_rng([15, seed]))
+    for convention in Convention:
+        links = one.table.chain(convention).links
+        ends, vectors = other_ends(one.table, convention), frame_vectors(one.table, convention)
+        for i, link in enumerate(links):
+            if link.kind is JointKind.PRISMATIC:
+                continue
+            pose = link.pose(0.7)
+            if convention is Convention.STANDARD:
+                np.testing.assert_allclose(ends[i], pose.inverse().position, atol=1e-12)
+                np.testing.assert_allclose(vectors[i], pose.rotation.T @ pose.position, atol=1e-12)
+            else:
+                np.testing.assert_allclose(vectors[i], pose.position, atol=1e-12)
+                if i > 0:
+                    np.testing.assert_allclose(ends[i - 1], pose.position, atol=1e-12)
+        if convention is Convention.MODIFIED:
+            np.testing.assert_array_equal(ends[-1], one.table.flange.position)
 
 
 def test_rows_that_fall_out_fill_the_blank_cell():
