@@ -26,6 +26,7 @@ COMMANDS = {
     "lint": "Slips in tables of numbers that show without a model.",
     "krl": "KUKA programs: write, check and run them on a robot's model.",
     "resolve": "How a table whose conventions nobody states may be read, ranked, with what decides it.",
+    "spread": "One task under all readings: what depends on the reading, which conclusions survive.",
     "reproduce": "Recompute what a paper prints.",
 }
 """Subcommand -> its line in the help; the module is lwr_dyn.cli.NAME (list_ for list)."""
