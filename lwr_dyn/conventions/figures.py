@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from lwr_dyn.conventions.candidates import best_mirror_miss, candidates
-from lwr_dyn.conventions.confirm import confirmed
+from lwr_dyn.conventions.confirm import confirmed, off_lattice
 from lwr_dyn.conventions.repair import Repair
 from lwr_dyn.conventions.resolve import Resolution, equally_plain
 from lwr_dyn.conventions.worlds import World
@@ -110,6 +110,16 @@ def confirmed_figures(found: Resolution) -> list[str]:
     each = ", ".join(f"{x.number.name} {x.value:.6g} ({x.number.printed.text})" for x in rows)
     verdict = "all to the printed digits" if all(x.holds for x in rows) else "NOT all to the printed digits"
     return [f"  largest B_ii by a global search over the joint box [kg m^2], printed in brackets: {each}: {verdict}"]
+
+
+def lattice_figures(found: Resolution) -> list[str]:
+    """Largest B_ii that the search cannot see, since they lie between quarter turns."""
+    missed = off_lattice(found.table, found.evidence, found.worlds[0])
+    if not missed:
+        return []
+    each = ", ".join(f"{name} by {share:.2g}" for name, share in missed)
+    return [f"largest B_ii are sought at quarter turns, and here they are larger in between ({each} of their value): "
+            "they cannot judge a reading; give B_ii at stated poses"]  # fmt: skip
 
 
 def _stuck(found: Resolution) -> bool:

@@ -123,12 +123,16 @@ def _spread(rows: Rows, options: Sequence[LinkOptions]) -> Array:
     return np.array([per_row[a:b].max(initial=0.0) for a, b in zip(rows.start[:-1], rows.start[1:], strict=True)])
 
 
+def values(rows: Rows, options: Sequence[LinkOptions], picked: Sequence[int]) -> Array:
+    """The numbers under one option per link, (K,), less the rotors' share."""
+    sums = sum((rows.coefficients[:, i] @ options[i].parameters[o] for i, o in enumerate(picked)), np.zeros(1))
+    return np.array([sums[a:b].max() for a, b in zip(rows.start[:-1], rows.start[1:], strict=True)])
+
+
 def misfit(rows: Rows, options: Sequence[LinkOptions], picked: Sequence[int]) -> float:
     """Half the chi-square of the numbers under one option per link: minus the log of how likely the misses are."""
-    sums = sum((rows.coefficients[:, i] @ options[i].parameters[o] for i, o in enumerate(picked)), np.zeros(1))
-    value = np.array([sums[a:b].max() for a, b in zip(rows.start[:-1], rows.start[1:], strict=True)])
     variance = rows.half**2 / 3.0 + _spread(rows, options) ** 2
-    return float(((value - rows.value) ** 2 / variance).sum() / 2.0)
+    return float(((values(rows, options, picked) - rows.value) ** 2 / variance).sum() / 2.0)
 
 
 def _classes(rows: Rows, options: LinkOptions, allowed: Sequence[int], link: int, per_row: Array) -> list[_Class]:

@@ -8,7 +8,13 @@ import numpy as np
 
 from lwr_dyn.conventions.candidates import Candidate, as_mirrored, best_mirror_miss
 from lwr_dyn.conventions.decisions import Decision, decisions
-from lwr_dyn.conventions.figures import confirmed_figures, frames_figures, numbers_figures, repair_figures
+from lwr_dyn.conventions.figures import (
+    confirmed_figures,
+    frames_figures,
+    lattice_figures,
+    numbers_figures,
+    repair_figures,
+)
 from lwr_dyn.conventions.resolve import Resolution
 from lwr_dyn.spatial import principal_moments
 
@@ -33,6 +39,7 @@ def statements(found: Resolution) -> list[str]:
     bound = "no reading keeps every radius of gyration within its link's length: that bound is dropped"
     lines = [
         *frames_figures(found),
+        *lattice_figures(found),
         *numbers_figures(found),
         *repair_figures(found),
         *([] if found.bounded else [bound]),

@@ -89,6 +89,17 @@ def test_repeated_links_are_found_by_mass_and_com():
             assert set(one.alike) in [set(g) for g in groups]
 
 
+def test_two_products_flipped_are_no_mirror_image_about_this_com():
+    """Turning x about would give this tensor, and takes the com elsewhere."""
+    tensor = np.array([[0.04, 0.001, 0.002], [0.001, 0.03, 0.004], [0.002, 0.004, 0.02]])
+    turn = np.diag([-1.0, 1.0, 1.0])
+    body, half = (
+        Body(2.0, np.array([0.05, 0.07, -0.03]), tensor),
+        Body(2.0, np.array([0.05, 0.07, -0.03]), turn @ tensor @ turn),
+    )
+    assert mirror_misses(options_of([body]), options_of([half]), [0], [0])[0, 0] > 0.01
+
+
 @pytest.mark.parametrize("seed", range(6))
 def test_the_other_end_of_a_link_is_where_the_frames_say(seed):
     """Standard: frame i-1 seen from frame i; modified: frame i+1 seen from frame i; both at any q."""

@@ -6,14 +6,17 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.conventions.confirm import confirmed
+from lwr_dyn.conventions.confirm import confirmed, off_lattice
 from lwr_dyn.conventions.decisions import decisions
 from lwr_dyn.conventions.evidence import DerivedNumber, Evidence, Printed
 from lwr_dyn.conventions.evidence_file import room_evidence
+from lwr_dyn.conventions.figures import lattice_figures
 from lwr_dyn.conventions.printed import printed_table
 from lwr_dyn.conventions.resolve import equally_plain, resolve
 from lwr_dyn.conventions.statements import statements
+from lwr_dyn.conventions.worlds import worlds
 from lwr_dyn.conventions.zero import resolve_zero, same_motion
+from lwr_dyn.dh import Convention
 from lwr_dyn.reproduction.printed import printed_tables
 
 
@@ -118,6 +121,7 @@ def test_wam_products_are_integrals_by_the_second_tensors(wam):
         assert (made["products", link].answer, made["products", link].by) == ("integral", ("second tensors",))
     for link in (1, 3, 4, 6):
         assert made["products", link].others == ("tensor",)
+        assert made["products", link].by == ("fewest exceptions",)
     assert made["about", None].by == ("feasibility", "second tensors")
 
 
@@ -153,6 +157,17 @@ def test_kr30_zero_and_signs_are_found_from_the_data_sheet():
     rivals = [r for r in found.readings if r.failed == 0]
     assert all(same_motion(best, r) for r in rivals)
     assert not same_motion(best, found.printed)
+
+
+def test_largest_inertias_between_quarter_turns_are_named(lwr):
+    """LWR links stand square: no B_ii is larger off the lattice; a tilted link's is, and that is said."""
+    assert off_lattice(lwr.table, lwr.evidence, lwr.worlds[0]) == ()
+    assert lattice_figures(lwr) == []
+    tilted = lwr.table.with_cell("com", 2, 0, 0.1).with_cell("com", 3, 0, -0.15)
+    way = worlds(tilted, lwr.evidence, [Convention.STANDARD])[0]
+    missed = dict(off_lattice(tilted, lwr.evidence, way))
+    assert missed.keys() >= {"b22"}
+    assert missed["b22"] > 0.001
 
 
 def test_statements_say_what_is_undecided(lwr, wam):
