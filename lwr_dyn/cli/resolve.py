@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import click
 
 from lwr_dyn.cli.options import print_json
 from lwr_dyn.conventions.candidates import Candidate
+from lwr_dyn.conventions.decisions import decisions
 from lwr_dyn.conventions.evidence import DerivedNumber, Evidence, Printed
 from lwr_dyn.conventions.evidence_file import read_evidence, room_evidence
 from lwr_dyn.conventions.printed import PrintedTable, printed_table
 from lwr_dyn.conventions.resolve import Resolution, resolve
-from lwr_dyn.conventions.statements import ranking_rows, statements
+from lwr_dyn.conventions.statements import ranking_rows, rankings, statements
 from lwr_dyn.conventions.zero import ZeroResolution, resolve_zero, zero_statements
 from lwr_dyn.errors import OptionError
 from lwr_dyn.papers.catalog import open_paper, robots
@@ -32,7 +34,8 @@ def command(robot: str, evidence: str | None, as_json: bool) -> None:
 
     Readings differ by the point the tensors are about, the sign of the products, the order of axes, the end of the
     link that centres of mass are measured from, the DH convention, and rows that belong elsewhere. The file's own
-    errata are not looked at. Built-in robots bring their evidence along.
+    errata are not looked at. Built-in robots bring their evidence along; for your own arm write it as a file, in the
+    form that lwr_dyn/conventions/evidence_file.py shows.
     """
     if robot.endswith(".urdf"):
         raise OptionError("ROBOT", robot, "a robot's name or a .toml file; a URDF states its conventions")
@@ -86,9 +89,10 @@ def _worst_cases(robot: str) -> Evidence | None:
 def _print(found: Resolution) -> None:
     for line in statements(found):
         click.echo(line)
-    for name, ranking in (("computed", found.computed), ("physical", found.both if found.agree else found.physical)):
+    titles = {"computed": "what the authors computed with", "arm": "what the arm is"}
+    for name, (ranking, _) in rankings(found).items():
         if ranking:
-            click.echo(f"\nreadings that come next, {name}:")
+            click.echo(f"\nreadings, best first: {titles[name]} (t tensor entries, i +integral, link by link)")
             click.echo(text_table(ranking_rows(ranking), HEAD))
 
 
@@ -106,8 +110,17 @@ def _record(robot: str, found: Resolution | None, zero: ZeroResolution | None) -
         names = ("computed", "physical", "both")
         record |= {name: [_reading(c) for c in getattr(found, name)[:10]] for name in names}
         record |= {"agree": found.agree, "best": None if found.best is None else _reading(found.best)}
+        record |= {"decisions": {name: _decided(found, *how) for name, how in rankings(found).items()}}
         record |= {"statements": statements(found)}
     return record
+
+
+def _decided(found: Resolution, ranking: Sequence[Candidate], criteria: Sequence[str]) -> list[dict[str, Any]]:
+    return [
+        {"question": d.question, "link": None if d.link is None else d.link + 1, "answer": d.answer,
+         "decided": d.decided, "others": d.others, "by": d.by}
+        for d in decisions(found, ranking, criteria)
+    ]  # fmt: skip
 
 
 def _reading(c: Candidate) -> dict[str, Any]:

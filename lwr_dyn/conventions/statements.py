@@ -49,17 +49,24 @@ def statements(found: Resolution) -> list[str]:
         lines += [*_reading(found, found.computed, ("published numbers",)), *confirmed_figures(found)]
     if found.agree and found.evidence.numbers:
         lines += ["", "what the arm is (the same numbers, and bodies that can exist):"]
-        lines += _reading(found, found.both, _criteria(found, numbers=True))
+        lines += _reading(found, found.both, criteria_of(found, numbers=True))
     elif found.physical:
         lines += ["", "what the arm is (bodies that can exist, whatever was computed with them):"]
-        lines += _reading(found, found.physical, _criteria(found, numbers=False))
+        lines += _reading(found, found.physical, criteria_of(found, numbers=False))
         lines += _conflict(found)
     else:
         lines += ["", "no reading lets every link be a body" + _second_words(found)]
     return lines
 
 
-def _criteria(found: Resolution, numbers: bool) -> list[str]:
+def rankings(found: Resolution) -> dict[str, tuple[tuple[Candidate, ...], list[str]]]:
+    """What the authors computed with and what the arm is: each ranking with the criteria that it obeys."""
+    arm = (found.both, criteria_of(found, numbers=True)) if found.agree else (found.physical, criteria_of(found, False))
+    return {"computed": (found.computed, ["published numbers"]), "arm": arm}
+
+
+def criteria_of(found: Resolution, numbers: bool) -> list[str]:
+    """The criteria that can be asked of this table."""
     every = {
         "feasibility": True, "second tensors": found.evidence.tensors is not None,
         "repeated links": any(w.alike for _, _, w in found.cases), "published numbers": numbers,

@@ -52,6 +52,9 @@ def test_wam_as_text_and_json(command):
     assert code == 0
     assert record["best"]["about"] == "com"
     assert record["best"]["products"] == ["integral"] * 7
+    made = {(d["question"], d["link"]): d for d in record["decisions"]["arm"]}
+    assert made["products", 1]["decided"]
+    assert made["products", 2]["others"] == ["tensor"]
 
 
 def test_kr30_says_zero_and_signs(command):
