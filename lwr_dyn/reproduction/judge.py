@@ -143,7 +143,7 @@ def agree(cell: Cell, printed: str, value: Value) -> bool:
         return value.same
     if cell.span is not None:
         return float(cell.span[0]) <= value <= float(cell.span[1])
-    return bool(value == value) and abs(value) < float("inf") and agrees(printed, value)
+    return bool(value == value) and abs(value) < float("inf") and agrees(printed, value, cell.step)
 
 
 def _by_path(block: Block, columns: Columns) -> dict[str, tuple[str, Value]]:

@@ -60,7 +60,7 @@ def page_of(here: Room, found: Outcome, judgement: Judgement, entries: Sequence[
 def _words(counted: Mapping[str, int], entries: Sequence[Entry], holds: bool) -> str:
     numbers = ", ".join(f"{count} {verdict}" for verdict, count in counted.items() if count)
     proven = sum(e.holds for e in entries if e.erratum.status == "proven")
-    end = "Nothing is left unexplained." if holds else "Something printed, checked or claimed is NOT explained."
+    end = "No difference is left unexplained." if holds else "Something printed, checked or claimed is NOT explained."
     return f"Of {sum(counted.values())} printed numbers: {numbers}. {proven} slips are proven. {end}"
 
 
@@ -96,7 +96,7 @@ def _table(
     data: Sequence[Judged], matrix: str = "",
 ) -> ReportTable:  # fmt: skip
     units = list(dict.fromkeys(j.cell.unit for j in data))
-    title = block.where.split(",")[0].split(":")[0].split(";")[0]
+    title = block.where.split(",")[0].split(":")[0].split(";")[0].strip("'")
     title = f"derived: {title}" if block.derived else title
     empty = Cell("")
     return ReportTable(
@@ -142,8 +142,10 @@ def _ours(judged: Judged) -> str:
         return ""
     if isinstance(value, Symbolic):
         return value.text
+    if abs(value - round(value)) < 1e-9 and last_digit(judged.cell.printed) == 1:
+        return f"{value:.0f}"
     least = last_digit(judged.cell.printed).scaleb(-MORE)
-    if least < Decimal("1e-14") or abs(value) > LARGEST_WRITTEN:
+    if "e" in judged.cell.printed or least < Decimal("1e-14") or abs(value) > LARGEST_WRITTEN:
         return f"{value:.6g}"
     shown = Decimal(value).quantize(least)
     return f"{abs(shown) if shown == 0 else shown:f}"

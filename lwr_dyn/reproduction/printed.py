@@ -35,10 +35,13 @@ def last_digit(printed: str) -> Decimal:
     return Decimal(1).scaleb(exponent)
 
 
-def agrees(printed: str, value: float) -> bool:
-    """`value` lies within half a unit of the last printed digit.
+def agrees(printed: str, value: float, step: str = "") -> bool:
+    """`value` lies within half a unit of the last printed digit, or of `step` where that is finer.
 
     >>> agrees("2.924", 2.92437), agrees("2.924", 2.9233)
     (True, False)
+    >>> agrees("0", 0.4), agrees("0", 0.4, "0.01")
+    (True, False)
     """
-    return abs(Decimal(value) - Decimal(printed)) <= last_digit(printed) * (Decimal("0.5") + TIE)
+    unit = min(last_digit(printed), Decimal(step)) if step else last_digit(printed)
+    return abs(Decimal(value) - Decimal(printed)) <= unit * (Decimal("0.5") + TIE)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from decimal import Decimal, InvalidOperation
 from importlib import resources
 from typing import Any
@@ -33,6 +33,8 @@ class Cell:
     printed: str
     unit: str
     span: tuple[str, str] | None = None
+    step: str = ""
+    """The digit to which it is meant where it prints fewer: a bare 0 among decimals."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -106,7 +108,8 @@ def _block(name: str, table: Any, file: str) -> Block:
     spans = fields.take("ranges", dict, default={})
     compute = fields.take("compute", str, default="")
     lists = {key: tuple(str(x) for x in fields.take(key, list, default=[])) for key in ("needs", "errata")}
-    reading, note = fields.take("reading", str, default=""), fields.take("note", str, default="")
+    reading, note, step = (fields.take(key, str, default="") for key in ("reading", "note", "step"))
+    _step(step, file, f"{name}.step")
     fields.done()
     if not (compute or lists["needs"]):
         raise PaperError(
@@ -125,7 +128,7 @@ def _block(name: str, table: Any, file: str) -> Block:
         unit = units.get(column) if isinstance(units, dict) else units
         if not isinstance(unit, str):
             raise PaperError(file, f"{name}.unit", repr(unit), f"text, or a table with text for {column}")
-        found += _column(name, column, entries, unit, rows, spans.get(column), file)
+        found += [replace(c, step=step) for c in _column(name, column, entries, unit, rows, spans.get(column), file)]
     return Block(
         name,
         where,
@@ -162,6 +165,11 @@ def _column(block: str, column: str, entries: Any, unit: str, rows: list[str], s
         span = None if spans is None else _span(text, spans[k], file, f"{block}.ranges.{column}[{k}]")
         out.append(Cell(f"results.{block}.{column}{place}", row, column, text, unit, span))
     return out
+
+
+def _step(text: str, file: str, name: str) -> None:
+    if text and not (text.startswith("0.") and set(text[2:]) <= {"0", "1"} and text.endswith("1")):
+        raise PaperError(file, name, repr(text), 'a digit such as "0.01"')
 
 
 def _span(text: str, span: Any, file: str, name: str) -> tuple[str, str]:

@@ -64,4 +64,6 @@ def _top(arm: Arm, right: Sequence[RightPoint], envelope: Envelope) -> Plot:
 
 def _axes(arm: Arm, run: int) -> Plot:
     curves = tuple(Curve(name, Series(run, "q", j, 180.0 / np.pi)) for j, name in enumerate(arm.joint_names))
-    return Plot("movement", "Axes over the movement", "", "time", "s", (Panel("", "axis", "deg", curves),), over_time=True)
+    return Plot(
+        "movement", "Axes over the movement", "", "time", "s", (Panel("", "axis", "deg", curves),), over_time=True
+    )

@@ -120,8 +120,10 @@ def reproduce(
     }
     write_folder(place, {"tables.txt": text + "\n"})
     own = {name: [t for t in tables if t.arm_angle == LARGEST_MARGIN] for name, tables in errors.items()}
-    known = {name: error_columns(min(tables, key=lambda t: t.distance), arm) for name, tables in own.items()}
-    return Outcome(holds, text, record, known, shown(arm, found, REPLAYED, reports))
+    nearest = {name: min(tables, key=lambda t: t.distance) for name, tables in own.items()}
+    known = {name: error_columns(one, arm) for name, one in nearest.items()}
+    page = shown(arm, found, REPLAYED, reports, nearest["table_viii"].run)
+    return Outcome(holds, text, record, known, page)
 
 
 def _pictures(place: Path, found: tuple[Trial, ...]) -> None:
