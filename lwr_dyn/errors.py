@@ -186,3 +186,19 @@ class NotFiniteWarning(UserWarning):
         super().__init__(
             f"{function}: {len(self.indices)} of {count} states are not finite (index {shown}): their results are NaN"
         )
+
+
+class EvidenceError(LwrDynError, ValueError):
+    """Evidence for a reading cannot be used; says which entry, what is there, and what is allowed."""
+
+    def __init__(self, where: str, found: str, allowed: str) -> None:
+        super().__init__(f"evidence: {where}: {found}; allowed: {allowed}")
+        self.where, self.found, self.allowed = where, found, allowed
+
+
+class TableError(LwrDynError, ValueError):
+    """A file of tables cannot be read as one; says which file, where in it, what was found, and what is allowed."""
+
+    def __init__(self, file: str, place: str, found: str, allowed: str) -> None:
+        super().__init__(f"{file}: {place}: {found}; allowed: {allowed}")
+        self.file, self.place, self.found, self.allowed = file, place, found, allowed

@@ -14,7 +14,7 @@ from lwr_dyn.actuation import friction_of
 from lwr_dyn.arm import Arm
 from lwr_dyn.control.pd_gravity import PDGravity
 from lwr_dyn.friction.smooth import smooth_friction
-from lwr_dyn.reproduction.wam7_runs import BLEND, DURATION, START, TRAVEL, manufacturers_pd, move, weightless
+from lwr_dyn.reproduction.wam7.runs import BLEND, DURATION, START, TRAVEL, manufacturers_pd, move, weightless
 from lwr_dyn.simulation.simulate import simulate
 
 

@@ -139,6 +139,25 @@ def krl_large() -> tuple[str, bool]:
     return f"{seconds:.1f} s, {megabytes:.0f} MB; {found[0].message}", good
 
 
+def lint() -> tuple[str, bool]:
+    """Lint: false alarms on 1000 correct tables made up at random, and the share of 1000 planted slips it finds."""
+    from lwr_dyn.lint.plants import SLIPS
+    from lwr_dyn.lint.trials import detection, false_alarms
+
+    cries = false_alarms(1000, seed=1)
+    found = {slip: detection(slip, 1000, seed=2) for slip in SLIPS}
+    shares = ", ".join(f"{slip} {share:.0%}" for slip, share in found.items())
+    return f"{len(cries)} false alarms; found: {shares}", not cries and min(found.values()) >= 0.6
+
+
+def recovery() -> tuple[str, bool]:
+    """Conventions of 1000 scrambled tables that their evidence decides, found again."""
+    from lwr_dyn.conventions.recovery import recovery as recovered
+
+    found = recovered(1000)
+    return found.statement(), found.rate >= 0.99 and found.honest == 1.0
+
+
 LINES: dict[str, Line] = {
     "properties": properties,
     "checks": checks,
@@ -146,8 +165,10 @@ LINES: dict[str, Line] = {
     "runs": runs,
     "coverage": coverage,
     "long_log": long_log,
+    "lint": lint,
     "krl": krl,
     "krl_large": krl_large,
+    "recovery": recovery,
 }
 
 

@@ -13,8 +13,8 @@ from lwr_dyn.chain import Body, Chain, ChainLink
 from lwr_dyn.dh import JointKind
 from lwr_dyn.files import make_folder
 from lwr_dyn.friction.models import Direction, JointFriction
-from lwr_dyn.reproduction.wam7_runs import cruise, experiment
-from lwr_dyn.reproduction.wam7_text import verdict
+from lwr_dyn.reproduction.wam7.runs import cruise, experiment
+from lwr_dyn.reproduction.wam7.text import verdict
 from lwr_dyn.simulation.swing import Rest
 from lwr_dyn.spatial import Pose
 from lwr_dyn.viewer.friction_figures import register_figure

@@ -24,7 +24,10 @@ COMMANDS = {
     "replay": "Runs in the browser: one file without network, or live.",
     "simulate": "A task under a controller: run file, metrics, energy audit.",
     "identify": "Friction, or friction and inertia, from logs of an arm that moved.",
+    "lint": "Slips in tables of numbers that show without a model.",
     "krl": "KUKA programs: write, check and run them on a robot's model.",
+    "resolve": "How a table whose conventions nobody states may be read, ranked, with what decides it.",
+    "spread": "One task under all readings: what depends on the reading, which conclusions survive.",
     "reproduce": "Recompute what a paper prints.",
 }
 """Subcommand -> its line in the help; the module is lwr_dyn.cli.NAME (list_ for list)."""

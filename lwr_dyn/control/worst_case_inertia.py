@@ -76,9 +76,11 @@ MAXIMISERS_SHOWN = 8
 
 
 def worst_case_inertia(
-    arm: Arm, joint: int, fixed: Mapping[int, float] | None = None, smallest: bool = False
+    arm: Arm, joint: int, fixed: Mapping[int, float] | None = None, smallest: bool = False, starts: Array | None = None
 ) -> WorstCase:
     """Largest (or smallest) B_ii over the joint box, with the joints in `fixed` held [rad].
+
+    With `starts` (k, n) given, it is climbed from there alone: for an arm that is little changed.
 
     Raises
     ------
@@ -89,7 +91,7 @@ def worst_case_inertia(
     lower, upper = _box(arm, fixed or {})
     sign = -1.0 if smallest else 1.0
     moving = [j for j in range(arm.n) if j > joint and upper[j] > lower[j]]
-    q = _starts(recursion, joint, lower, upper, moving, sign)
+    q = _starts(recursion, joint, lower, upper, moving, sign) if starts is None else np.clip(starts, lower, upper)
     kinds = [link.kind for link in arm.chain.links]
     value = sign * diagonal(recursion, joint, q)
     for _ in range(60):

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from typing import Any
 
 from lwr_dyn.errors import PaperError
-from lwr_dyn.papers.schema import Erratum
+from lwr_dyn.papers.schema import Erratum, Patch
 
-_STEP = re.compile(r"\.?([a-z_0-9]+)|\[(\d+)\]")
-_PATH = re.compile(r"[a-z_0-9]+(\.[a-z_0-9]+|\[\d+\])+")
+_STEP = re.compile(r"\.?([A-Za-z_0-9]+)|\[(\d+)\]")
+_PATH = re.compile(r"[A-Za-z_0-9]+(\.[A-Za-z_0-9]+|\[\d+\])+")
 
 
 def apply_errata(tables: dict[str, Any], errata: tuple[Erratum, ...], file: str) -> dict[str, dict[int, list[str]]]:
@@ -23,20 +24,40 @@ def apply_errata(tables: dict[str, Any], errata: tuple[Erratum, ...], file: str)
     Raises
     ------
     PaperError
-        A patch points nowhere, or the file prints something else there.
+        A patch points nowhere, the file prints something else there, or two errata read one cell.
     """
     touched: dict[str, dict[int, list[str]]] = {}
+    one_erratum_a_cell(errata, file)
     for erratum in errata:
-        for patch in erratum.patches:
-            holder, key = _locate(tables, patch.at, f"erratum {erratum.id}", file)
-            if holder[key] != patch.printed:
-                field, allowed = f"erratum {erratum.id}: {patch.at}", f"{patch.printed!r} as stated"
-                raise PaperError(file, field, f"printed {holder[key]!r}", allowed)
-            holder[key] = patch.read
+        for patch in erratum.of_tables():
+            apply_patch(tables, patch, erratum.id, file)
             column, row = _column_and_row(patch.at)
             for i in [row] if row is not None else range(64):
                 touched.setdefault(column, {}).setdefault(i, []).append(erratum.id)
     return touched
+
+
+def apply_patch(tables: dict[str, Any], patch: Patch, erratum: str, file: str) -> None:
+    """Put what a patch reads where it says it is printed; raises `PaperError` when something else stands there."""
+    holder, key = _locate(tables, patch.at, f"erratum {erratum}", file)
+    if holder[key] != patch.printed:
+        raise PaperError(
+            file, f"erratum {erratum}: {patch.at}", f"printed {holder[key]!r}", f"{patch.printed!r} as stated"
+        )
+    holder[key] = patch.read
+
+
+def one_erratum_a_cell(errata: Iterable[Erratum], file: str) -> None:
+    """Raise `PaperError` when two errata read one cell, or one reads a cell inside what the other reads."""
+    cells = [(e.id, p.at) for e in errata for p in e.patches]
+    for k, (erratum, at) in enumerate(cells):
+        steps = _steps(at)
+        for other, place in cells[:k]:
+            size = min(len(steps), len(_steps(place)))
+            if other != erratum and steps[:size] == _steps(place)[:size]:
+                raise PaperError(
+                    file, f"errata {other} and {erratum}", f"both read {at}", "one erratum of a reading a cell"
+                )
 
 
 def _steps(path: str) -> list[str | int]:

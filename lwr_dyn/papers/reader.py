@@ -5,13 +5,14 @@ from __future__ import annotations
 import copy
 import hashlib
 import tomllib
+from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
 from lwr_dyn.dh import Convention, JointKind
 from lwr_dyn.errors import FileAccessError, PaperError, UnknownNameError
 from lwr_dyn.papers.columns import read_columns
-from lwr_dyn.papers.errata import apply_errata
+from lwr_dyn.papers.errata import apply_errata, one_erratum_a_cell
 from lwr_dyn.papers.fields import Fields, choice
 from lwr_dyn.papers.meaning import check_meaning
 from lwr_dyn.papers.schema import (
@@ -19,6 +20,7 @@ from lwr_dyn.papers.schema import (
     KINDS,
     PRODUCTS,
     SCHEMA,
+    SEVERITIES,
     STATUSES,
     TABLES,
     Erratum,
@@ -65,6 +67,20 @@ def parse_paper(text: str, file: str, reading: str | None = None) -> Paper:
         raw = tomllib.loads(text)
     except (tomllib.TOMLDecodeError, RecursionError) as fault:
         raise PaperError(file, "TOML", str(fault), "valid TOML 1.0") from None
+    return paper_of_tables(raw, file, reading, digest=hashlib.sha256(text.encode()).hexdigest())
+
+
+def paper_of_tables(
+    raw: dict[str, Any],
+    file: str,
+    reading: str | None = None,
+    errata_read: Collection[str] | None = None,
+    digest: str = "",
+) -> Paper:
+    """`read_paper` on parsed TOML, which is left as it is.
+
+    With `errata_read` given, exactly those errata (ids) are applied, not those of the reading. Raises as `read_paper`.
+    """
     top = Fields(raw, file, "")
     if top.take("schema", int) != SCHEMA:
         raise PaperError(file, "schema", str(raw["schema"]), str(SCHEMA))
@@ -80,6 +96,8 @@ def parse_paper(text: str, file: str, reading: str | None = None) -> Paper:
     for wanted in {default, reading or default} - set(readings):
         raise UnknownNameError(f"reading of {name}", wanted, readings)
     chosen = readings[reading or default]
+    if errata_read is not None:
+        chosen = Reading(chosen.name, chosen.about, tuple(e for e in ids if e in errata_read))
     joints, kinds = _joints(top.take("joints", dict), file)
     tables = {key: top.take(key, dict) for key in TABLES if key in raw}
     if "dh" not in tables:
@@ -95,8 +113,7 @@ def parse_paper(text: str, file: str, reading: str | None = None) -> Paper:
     return Paper(
         name=name, title=title, file=file, document=document, reading=chosen, readings=readings, errata=errata,
         joints=joints, kinds=kinds, convention=Convention(convention), columns=columns,
-        inertia_about=about, inertia_products=products, digest=hashlib.sha256(text.encode()).hexdigest(),
-        solids=solids,
+        inertia_about=about, inertia_products=products, digest=digest, solids=solids,
     )  # fmt: skip
 
 
@@ -125,6 +142,9 @@ def _erratum(table: Any, file: str, index: int) -> Erratum:
     fields = Fields(table, file, f"erratum[{index}]")
     words = {key: fields.take(key, str) for key in ("id", "where", "printed", "read_as", "why", "effect", "status")}
     choice(words["status"], STATUSES, file, f"erratum[{index}].status")
+    severity = fields.take("severity", str, default="")
+    if severity:
+        choice(severity, SEVERITIES, file, f"erratum[{index}].severity")
     patches = []
     for j, entry in enumerate(fields.take("patch", list, default=[])):
         patch = Fields(entry, file, f"erratum[{index}].patch[{j}]")
@@ -134,7 +154,7 @@ def _erratum(table: Any, file: str, index: int) -> Erratum:
         patches.append(Patch(patch.take("at", str), patch.take("printed", object), patch.take("read", object), kind))
         patch.done()
     fields.done()
-    return Erratum(**words, patches=tuple(patches))
+    return Erratum(**words, patches=tuple(patches), severity=severity)
 
 
 def _readings(table: dict[str, Any], errata: tuple[Erratum, ...], file: str) -> dict[str, Reading]:
@@ -147,6 +167,7 @@ def _readings(table: dict[str, Any], errata: tuple[Erratum, ...], file: str) -> 
         fields.done()
         for missing in [w for w in wanted if w not in ids]:
             raise PaperError(file, f"reading.{name}.errata", repr(missing), f"one of {', '.join(ids) or 'none'}")
+        one_erratum_a_cell([e for e in errata if e.id in wanted], file)
     return out
 
 

@@ -17,6 +17,10 @@ KINDS = ("printed", "computed", "datasheet", "fitted", "estimated", "assumed")
 ABOUT = ("com", "origin")
 PRODUCTS = ("tensor", "integral")
 STATUSES = ("proven", "likely", "open")
+SEVERITIES = ("model", "result", "text")
+"""What an erratum touches: the arm or the law that is computed with, a printed result alone, or words alone."""
+RESULTS = "results."
+"""Patches whose path begins so stand in what a paper prints as results; `lwr_dyn.reproduction` applies them."""
 
 
 PER_JOINT = 0
@@ -187,6 +191,16 @@ class Erratum:
     effect: str
     status: str
     patches: tuple[Patch, ...]
+    severity: str = ""
+    """One of `SEVERITIES`; empty where the file does not say."""
+
+    def of_results(self) -> tuple[Patch, ...]:
+        """The patches of printed results."""
+        return tuple(p for p in self.patches if p.at.startswith(RESULTS))
+
+    def of_tables(self) -> tuple[Patch, ...]:
+        """The patches of the file's own cells."""
+        return tuple(p for p in self.patches if not p.at.startswith(RESULTS))
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,8 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Any
+
+from lwr_dyn.viewer.report.content import Check, Replay, Section
+from lwr_dyn.viewer.report.curves import Plot
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Shown:
+    """What a report page shows beside numbers and errata: plots in the form of the paper's figures, runs, checks."""
+
+    plots: tuple[Plot, ...] = ()
+    replay: Replay | None = None
+    checks: tuple[Check, ...] = ()
+    audit: tuple[Check, ...] = ()
+    sections: tuple[Section, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -13,3 +28,7 @@ class Outcome:
     holds: bool
     text: str
     record: dict[str, Any]
+    known: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    """Block of `results.toml` -> columns of values that the work came by."""
+    shown: Shown = field(default_factory=Shown)
+    """For the report page."""

@@ -1,23 +1,10 @@
-// Shapes that meshcat has no command for, and the packed numbers of the page: paths as tubes, frames as three arrows.
+// Shapes that meshcat has no command for: paths as tubes, frames as three arrows.
 // Lengths in m. Matrices are arrays of 16 numbers, column after column, as three.js keeps them.
-"use strict";
 
 const THREE = MeshCat.THREE;
 const AXIS_COLOURS = [0xd6336c, 0x37b24d, 0x1c7ed6];
 const MIN_STEP = 0.0005; // points of a drawn path nearer than this are one point
 const TUBE_SIDES = 8;
-
-function unpack(packed) {
-  const bytes = Uint8Array.from(atob(packed.data), (letter) => letter.charCodeAt(0));
-  const integers = new Int32Array(bytes.buffer);
-  return Float64Array.from(integers, (value) => value * packed.step);
-}
-
-function rowsOf(packed) {
-  const flat = unpack(packed), width = packed.shape[1], rows = [];
-  for (let i = 0; i < packed.shape[0]; i += 1) rows.push(flat.subarray(i * width, (i + 1) * width));
-  return rows;
-}
 
 function jointPose(joint, value) {
   const origin = new THREE.Matrix4().fromArray(joint.origin);
@@ -64,15 +51,6 @@ function tube(rows, times, radius, colour) {
     geometry.setDrawRange(0, Math.max(0, reached) * TUBE_SIDES * 6);
   };
   return mesh;
-}
-
-function lastAtMost(times, t) {
-  let low = -1, high = times.length - 1;
-  while (low < high) {
-    const middle = Math.ceil((low + high) / 2);
-    if (times[middle] <= t) low = middle; else high = middle - 1;
-  }
-  return low;
 }
 
 // Three arrows x, y, z; seen through bodies, since a joint's frame lies inside its housing.

@@ -1,14 +1,14 @@
 """Runs -> one HTML file that replays them in 3D: meshcat's viewer, the runs and our player in one page, no request.
 
 Everything the page needs is inside it, and its content security policy forbids it to load anything else. The player
-(drawing.js, stage.js, strip.js, player.js) is plain JavaScript beside this file.
+(`PLAYER`) is plain JavaScript beside this file; `viewer.report` uses it too.
 """
 
 from __future__ import annotations
 
 import base64
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from html import escape
 from importlib.resources import files
 from importlib.util import find_spec
@@ -31,7 +31,8 @@ SERIES_BUDGET = 4_300_000
 _TRACE_POINTS = 1500
 """A drawn path has at most this many points."""
 _EVENTS = 400
-_SCRIPTS = ("drawing.js", "stage.js", "strip.js", "player.js")
+PLAYER = ("numbers.js", "drawing.js", "stage.js", "strip.js", "player.js")
+"""The scripts of the player, in their order."""
 _LARGEST = 2**31 - 1
 
 
@@ -81,13 +82,22 @@ def replay_html(
     parts = {
         "title": escape(headline),
         "policy": _policy(live),
-        "style": _beside_this_file("page.css"),
+        "style": beside_this_file("player.css") + beside_this_file("page.css"),
+        "controls": beside_this_file("controls.html"),
         "meshcat": meshcat_bundle(),
-        "data": _script_safe(json.dumps(data, sort_keys=True, separators=(",", ":"), allow_nan=False)),
-        "player": "\n".join(_beside_this_file(name) for name in _SCRIPTS),
+        "data": script_safe(json.dumps(data, sort_keys=True, separators=(",", ":"), allow_nan=False)),
+        "player": "\n".join(beside_this_file(name) for name in (*PLAYER, "start.js")),
     }
-    page = _beside_this_file("page.html")
-    pieces = page.split("@@")  # text, name, text, name, ..., text
+    return filled(beside_this_file("page.html"), parts)
+
+
+def filled(template: str, parts: Mapping[str, str]) -> str:
+    """A template in which each @@name@@ gives way to its part; what the parts hold is not looked at.
+
+    >>> filled("<p>@@a@@</p>", {"a": "@@b@@"})
+    '<p>@@b@@</p>'
+    """
+    pieces = template.split("@@")  # text, name, text, name, ..., text
     return "".join(parts[piece] if i % 2 else piece for i, piece in enumerate(pieces))
 
 
@@ -182,10 +192,11 @@ def _policy(live: bool) -> str:
     return f"default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; {listens}"
 
 
-def _script_safe(text: str) -> str:
+def script_safe(text: str) -> str:
     """JSON that cannot end the script element it stands in."""
     return text.replace("<", "\\u003c")
 
 
-def _beside_this_file(name: str) -> str:
+def beside_this_file(name: str) -> str:
+    """A file of this room, as text."""
     return files("lwr_dyn.viewer").joinpath(name).read_text(encoding="utf-8")

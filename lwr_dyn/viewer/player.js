@@ -1,12 +1,15 @@
-// The player: one time for all runs; controls, readouts and the hook `window.lwrReplay` for scripts and tests.
+// The player: one time for all runs; controls, readouts, whoever watches the time, and a hook for scripts and tests.
 
 class Player {
-  constructor(data) {
-    this.stage = new Stage(document.getElementById("stage"), data);
+  // `covered` as of the stage; `keys` is where keys are listened to.
+  constructor(data, { covered, keys = document } = {}) {
+    this.stage = new Stage(document.getElementById("stage"), data, covered);
     this.runs = this.stage.runs;
-    this.duration = Math.max(...this.runs.map((run) => run.t[run.t.length - 1]));
+    this.duration = Math.max(0, ...this.runs.map((run) => run.t[run.t.length - 1]));
     this.time = 0;
     this.playing = false;
+    this.watchers = [];
+    this.keys = keys;
     this.cards = this.runs.map((run, i) => this.#card(run, i));
     this.strip = new Strip(document.getElementById("strip"), this.runs, this.duration, (t) => this.setTime(t));
     this.#controls();
@@ -28,7 +31,35 @@ class Player {
     document.getElementById("scrub").value = this.time;
     document.getElementById("clock").textContent = `${this.time.toFixed(3)} / ${this.duration.toFixed(3)} s`;
     this.strip.cursor(this.time);
+    this.watchers.forEach((tell) => tell(this.time));
     this.stage.viewer.set_dirty();
+  }
+
+  // `tell(time)` is called now and whenever the time changes.
+  watch(tell) {
+    this.watchers.push(tell);
+    tell(this.time);
+  }
+
+  showStill(index) {
+    this.play(false);
+    this.stage.showStill(index);
+    if (index === null) this.strip.visible.forEach((visible, i) => this.stage.showRun(i, visible));
+  }
+
+  // What scripts and tests may ask for.
+  hook() {
+    return {
+      ready: true,
+      duration: this.duration,
+      runs: this.runs.length,
+      setTime: (t) => this.setTime(t),
+      time: () => this.time,
+      play: (on = true) => this.play(on),
+      playing: () => this.playing,
+      flangePose: (run = 0) => this.stage.flangePose(run),
+      stage: this.stage,
+    };
   }
 
   play(on) {
@@ -55,7 +86,7 @@ class Player {
     scrub.addEventListener("input", () => this.setTime(scrub.value));
     document.getElementById("play").addEventListener("click", () => this.play(!this.playing));
     document.getElementById("home").addEventListener("click", () => this.stage.frameView());
-    document.addEventListener("keydown", (event) => {
+    this.keys.addEventListener("keydown", (event) => {
       if (/^(INPUT|SELECT|BUTTON)$/.test(event.target.tagName)) return;
       const act = {
         " ": () => this.play(!this.playing),
@@ -90,7 +121,7 @@ class Player {
     const { record } = run, card = element("article", "card"), head = element("header");
     const eye = element("input"), numbers = element("div", "numbers"), joints = element("div", "joints");
     card.style.setProperty("--accent", record.colour);
-    Object.assign(eye, { type: "checkbox", checked: true, title: "show this run" });
+    Object.assign(eye, { type: "checkbox", checked: true, title: "show this run", ariaLabel: `show ${record.label}` });
     eye.addEventListener("change", () => {
       card.classList.toggle("hidden", !eye.checked);
       this.stage.showRun(i, eye.checked);
@@ -131,37 +162,4 @@ class Player {
     const note = thinned.map((run) => `${run.record.label}: ${run.record.samples.join(" of ")} samples`);
     return [madeBy, ...note].join(" \u00B7 ");
   }
-}
-
-// The run at a time: its samples, and straight lines between them.
-function sampleAt(run, time) {
-  const last = run.t.length - 1, k = Math.min(Math.max(lastAtMost(run.t, time), 0), Math.max(last - 1, 0)), next = Math.min(k + 1, last);
-  const span = run.t[next] - run.t[k], part = span > 0 ? Math.min(Math.max((time - run.t[k]) / span, 0), 1) : 0;
-  const blend = (series, width) => Float64Array.from({ length: width }, (_, j) => {
-    const a = series[k * width + j];
-    return a + part * (series[next * width + j] - a);
-  });
-  return { q: blend(run.q, run.n), qRef: blend(run.qRef, run.n), tipError: blend(run.tipError, 1)[0] };
-}
-
-function element(tag, className = "", text = "") {
-  const made = document.createElement(tag);
-  made.className = className;
-  made.textContent = text;
-  return made;
-}
-
-{
-  const player = new Player(JSON.parse(document.getElementById("replay-data").textContent));
-  window.lwrReplay = {
-    ready: true,
-    duration: player.duration,
-    runs: player.runs.length,
-    setTime: (t) => player.setTime(t),
-    time: () => player.time,
-    play: (on = true) => player.play(on),
-    playing: () => player.playing,
-    flangePose: (run = 0) => player.stage.flangePose(run),
-    stage: player.stage,
-  };
 }

@@ -1,13 +1,23 @@
 // The stage: meshcat's viewer with light, floor and camera, the arms of all runs, their paths, targets and frames; z up.
+// Still poses stand behind the runs in `arms`; they show their frames and no path.
 
 class Stage {
-  constructor(pane, data) {
+  // `covered()` says how many pixels of the pane lie under other things, at its left and its bottom.
+  constructor(pane, data, covered = () => ({ left: 0, bottom: 0 })) {
+    Object.assign(this, { pane, data, covered });
     this.viewer = new MeshCat.Viewer(pane);
-    this.data = data;
+    const fit = this.viewer.set_3d_pane_size; // meshcat takes the window's height
+    this.viewer.set_3d_pane_size = (width = pane.clientWidth, height = pane.clientHeight) => {
+      if (width > 0 && height > 0) fit.call(this.viewer, width, height);
+    };
     data.scene.forEach((command) => this.viewer.handle_command(command));
-    this.runs = data.runs.map((record, i) => this.#run(record, i));
+    this.arms = [...data.runs, ...(data.stills ?? [])].map((record, i) => this.#run(record, i));
+    this.runs = this.arms.slice(0, data.runs.length);
+    this.stills = this.arms.slice(data.runs.length);
+    this.framed = this.runs;
     this.#surroundings();
     this.#camera();
+    this.stills.forEach((still) => this.#settle(still));
     window.addEventListener("resize", () => this.frameView());
   }
 
@@ -38,10 +48,33 @@ class Stage {
     return parts;
   }
 
+  // A still never moves from the pose it was made in; it is out of sight until it is asked for.
+  #settle(still) {
+    const tip = this.flangePose(this.arms.indexOf(still)).map((row) => row[3]);
+    still.reach = Math.hypot(tip[0], tip[1], tip[2]);
+    still.azimuth = Math.hypot(tip[0], tip[1]) > 0.3 * still.reach ? Math.atan2(tip[1], tip[0]) - 1 : this.azimuth; // from its side
+    this.viewer.set_property(still.root.concat("target"), "visible", false);
+    this.viewer.set_property(still.root, "visible", false);
+  }
+
+  // Only the still `index` is on stage, or with null the runs.
+  showStill(index) {
+    this.stills.forEach((still, i) => this.viewer.set_property(still.root, "visible", i === index));
+    if (index !== null) this.runs.forEach((run) => this.viewer.set_property(run.root, "visible", false));
+    this.framed = index === null ? this.runs : [this.stills[index]];
+    this.viewer.set_3d_pane_size();
+    this.frameView();
+  }
+
+  paint(top, bottom) {
+    this.viewer.set_property(["Background"], "top_color", top);
+    this.viewer.set_property(["Background"], "bottom_color", bottom);
+    this.viewer.set_dirty();
+  }
+
   #surroundings() {
-    const viewer = this.viewer, floor = Math.min(...this.data.runs.map((record) => record.floor));
-    viewer.set_property(["Background"], "top_color", [0.97, 0.98, 0.99]);
-    viewer.set_property(["Background"], "bottom_color", [0.8, 0.84, 0.88]);
+    const viewer = this.viewer, floor = Math.min(...this.arms.map((arm) => arm.record.floor));
+    this.paint([0.97, 0.98, 0.99], [0.8, 0.84, 0.88]);
     viewer.delete_path(["Axes"]);
     const grid = new THREE.GridHelper(6, 24, 0x9aa7b3, 0xbfc9d2);
     grid.rotateX(Math.PI / 2);
@@ -88,7 +121,7 @@ class Stage {
 
   // The pose of the flange in its own base, read from the objects on the stage: four rows of four.
   flangePose(index) {
-    const run = this.runs[index], flange = this.node(run.chain[run.n + 1]), base = this.node(run.root);
+    const run = this.arms[index], flange = this.node(run.chain[run.n + 1]), base = this.node(run.root);
     flange.updateWorldMatrix(true, false);
     const m = base.matrixWorld.clone().invert().multiply(flange.matrixWorld).elements;
     return [0, 1, 2, 3].map((row) => [m[row], m[row + 4], m[row + 8], m[row + 12]]);
@@ -128,7 +161,7 @@ class Stage {
   outline() {
     const points = [], samples = 12;
     this.scene().updateMatrixWorld(true);
-    this.runs.forEach((run) => {
+    this.framed.forEach((run) => {
       const away = this.node(run.root).position, add = (x, y, z) => points.push(new THREE.Vector3(x, y, z).add(away));
       run.reference.forEach((p) => add(p[0], p[1], p[2]));
       [[-0.1, 0], [0.1, 0], [0, -0.1], [0, 0.1]].forEach(([x, y]) => add(x, y, run.record.floor));
@@ -136,7 +169,8 @@ class Stage {
         const k = Math.round((s / samples) * (run.t.length - 1)), pose = new THREE.Matrix4();
         run.record.joints.forEach((joint, j) => {
           const at = new THREE.Vector3().setFromMatrixPosition(pose.multiply(jointPose(joint, run.q[k * run.n + j])));
-          add(at.x, at.y, at.z);
+          const around = this.stills.includes(run) ? 0.1 + 0.06 * run.reach : 0; // frames and bodies of a still
+          [-around, around].forEach((d) => add(at.x + d, at.y + d, at.z + d));
         });
       }
     });
@@ -147,15 +181,15 @@ class Stage {
     return this.viewer.scene;
   }
 
-  // The camera so that the outline fills what the panels leave free of the window.
+  // The camera so that the outline fills what is free of the pane.
   frameView() {
     const viewer = this.viewer, camera = viewer.camera, points = this.outline();
-    const width = window.innerWidth, height = window.innerHeight;
-    const side = width > 900 ? document.getElementById("side").offsetWidth + 24 : 0;
-    const bar = document.getElementById("bar").offsetHeight + 20;
+    const width = this.pane.clientWidth, height = this.pane.clientHeight, { left: side, bottom: bar } = this.covered();
+    if (width === 0 || height === 0 || points.length === 0) return;
+    const azimuth = this.framed[0].azimuth ?? this.azimuth;
     const out = new THREE.Vector3(
-      Math.cos(this.azimuth) * Math.cos(this.elevation), Math.sin(this.azimuth) * Math.cos(this.elevation), Math.sin(this.elevation));
-    const right = new THREE.Vector3(-Math.sin(this.azimuth), Math.cos(this.azimuth), 0), up = out.clone().cross(right);
+      Math.cos(azimuth) * Math.cos(this.elevation), Math.sin(azimuth) * Math.cos(this.elevation), Math.sin(this.elevation));
+    const right = new THREE.Vector3(-Math.sin(azimuth), Math.cos(azimuth), 0), up = out.clone().cross(right);
     const tall = Math.tan((camera.fov / 2) * (Math.PI / 180)) * 0.84;
     const slopes = [[right, (tall * (width - side)) / height], [up, (tall * (height - bar)) / height]];
     const centre = new THREE.Box3().setFromPoints(points).getCenter(new THREE.Vector3());

@@ -49,11 +49,15 @@ class Strip {
     this.cursor(this.time || 0);
   }
 
+  ink(name) {
+    return getComputedStyle(this.canvas).getPropertyValue(name);
+  }
+
   axes(pen) {
     const left = this.margin.left, end = this.canvas.clientWidth - this.margin.right;
     pen.font = "11px system-ui, 'DejaVu Sans', sans-serif";
-    pen.fillStyle = "#5d6b78";
-    pen.strokeStyle = "#d5dbe1";
+    pen.fillStyle = this.ink("--soft");
+    pen.strokeStyle = this.ink("--line");
     pen.textBaseline = "middle";
     pen.fillText("tip error [mm]", left, 6);
     pen.textAlign = "right";
@@ -90,19 +94,13 @@ class Strip {
 
   cursor(time) {
     this.time = time;
+    if (this.still.width === 0) return; // out of sight
     const { canvas } = this, scale = window.devicePixelRatio || 1, pen = canvas.getContext("2d");
     pen.setTransform(1, 0, 0, 1, 0, 0);
     pen.clearRect(0, 0, canvas.width, canvas.height);
     pen.drawImage(this.still, 0, 0);
     pen.scale(scale, scale);
-    pen.fillStyle = "#1f2933";
+    pen.fillStyle = this.ink("--ink");
     pen.fillRect(this.x(time) - 0.75, this.margin.top - 6, 1.5, canvas.clientHeight - this.margin.top + 6);
   }
-}
-
-function plainNumber(value) {
-  const size = Math.abs(value);
-  if (size === 0) return "0";
-  if (size < 1e-3) return value.toExponential(1);
-  return value.toFixed(size >= 100 ? 0 : size >= 10 ? 1 : size >= 1 ? 2 : 3);
 }

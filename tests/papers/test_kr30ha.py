@@ -137,8 +137,8 @@ def test_a_broken_file_is_refused(old, new, said):
 
 
 def test_errata_named_in_the_reproduction_exist(paper):
-    from lwr_dyn.reproduction import kr30ha_matrices, kr30ha_points
+    from lwr_dyn.reproduction.kr30ha import matrices, points
 
     known = {e.id for e in paper.errata}
-    assert set(kr30ha_points.SLIPS.values()) | set(kr30ha_matrices.SLIPS.values()) <= known
+    assert set(points.SLIPS.values()) | set(matrices.SLIPS.values()) <= known
     assert all(re.fullmatch(r"[a-z0-9-]+", name) for name in known)

@@ -5,7 +5,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.papers.catalog import open_paper
-from lwr_dyn.reproduction.lwr4plus import shell_spread
+from lwr_dyn.reproduction.lwr4plus.tables import shell_spread
 from lwr_dyn.spatial import principal_moments
 
 

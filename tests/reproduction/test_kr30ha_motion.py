@@ -7,8 +7,8 @@ import sympy as sp
 
 from lwr_dyn.dynamics.trigonometry import normal_form
 from lwr_dyn.papers.catalog import open_paper
-from lwr_dyn.reproduction.kr30ha_motion import motion_report
-from lwr_dyn.reproduction.kr30ha_planar import finished
+from lwr_dyn.reproduction.kr30ha.motion import motion_report
+from lwr_dyn.reproduction.kr30ha.planar import finished
 
 RIGHT = {"v_1", "P_1", "P_2"}
 OTHER_MODEL = {"planar-model", "unfinished", "lagrangian-label"}

@@ -6,8 +6,8 @@ import sympy as sp
 
 import lwr_dyn
 from lwr_dyn.kinematics.kuka_pose import pose_of_matrix
-from lwr_dyn.reproduction.kr30ha_matrices import paper_matrices
-from lwr_dyn.reproduction.kr30ha_points import paper_points
+from lwr_dyn.reproduction.kr30ha.matrices import paper_matrices
+from lwr_dyn.reproduction.kr30ha.points import paper_points
 
 
 @pytest.fixture(scope="module")

@@ -7,9 +7,9 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.motion import Run
-from lwr_dyn.reproduction.kr30ha_cycle import RISE, SPEED_SHARE, WAIT, cycle_reference
-from lwr_dyn.reproduction.kr30ha_points import right_points
-from lwr_dyn.reproduction.kr30ha_report import reproduce
+from lwr_dyn.reproduction.kr30ha.cycle import RISE, SPEED_SHARE, WAIT, cycle_reference
+from lwr_dyn.reproduction.kr30ha.points import right_points
+from lwr_dyn.reproduction.whole import reproduce
 
 ARM = lwr_dyn.load("kr30ha")
 ROADS = 1e-9
@@ -22,17 +22,18 @@ TRACKED = 1e-3
 def outcome(tmp_path_factory):
     place = tmp_path_factory.mktemp("kr30ha")
     steps = []
-    return reproduce(place, steps.append), place, steps
+    return reproduce("kr30ha", place, say=steps.append), place, steps
 
 
 def test_it_holds_and_writes_what_it_promises(outcome):
     found, place, steps = outcome
     assert found.holds
-    assert len(steps) == 5
+    assert len(steps) == 7
     written = {str(p.relative_to(place)) for p in place.rglob("*") if p.is_file()}
     assert written >= {
         "tables.txt", "errata.txt", "results.json", "checks.txt", "equations.txt", "equations.tex",
-        "equations_general.tex", "replay.html", "plots/envelope.png", "plots/torque.svg", "models/kr30ha.urdf",
+        "equations_general.tex", "replay.html", "report.html",
+        "plots/envelope.png", "plots/torque.svg", "models/kr30ha.urdf",
         "runs/mastering_p1_p2_mastering.npz",
     }  # fmt: skip
     assert json.loads((place / "results.json").read_text())["holds"] is True

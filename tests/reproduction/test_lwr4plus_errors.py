@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.reproduction.lwr4plus_errors import NEAR, TIMINGS, ErrorCell, error_table, fit_arm_angle, velocity_rows
-from lwr_dyn.reproduction.lwr4plus_runs import PLANTS, plants, ranking, trials
+from lwr_dyn.reproduction.lwr4plus.errors import NEAR, TIMINGS, ErrorCell, error_table, fit_arm_angle, velocity_rows
+from lwr_dyn.reproduction.lwr4plus.runs import PLANTS, plants, ranking, trials
 from lwr_dyn.tasks.ist import ist_reference
 
 

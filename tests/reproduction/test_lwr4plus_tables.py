@@ -2,7 +2,7 @@
 
 import pytest
 
-from lwr_dyn.reproduction.lwr4plus import errata_that_matter, table_iv, table_vi
+from lwr_dyn.reproduction.lwr4plus.tables import errata_that_matter, table_iv, table_vi
 from lwr_dyn.reproduction.printed import agrees
 
 

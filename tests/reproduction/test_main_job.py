@@ -4,11 +4,12 @@ import json
 
 import numpy as np
 import pytest
+from driven import opened as report_opened
 from headless import logs, opened, screenshot
 
 import lwr_dyn
 from lwr_dyn.motion import Run
-from lwr_dyn.reproduction.lwr4plus_report import reproduce
+from lwr_dyn.reproduction.whole import reproduce
 
 POSE = 1e-6
 """[m] The page packs joint angles in 32 bits over a turn, 1.5e-9 rad; an arm's length of them is far below this."""
@@ -18,19 +19,20 @@ PAGE_BYTES = 6_000_000
 @pytest.fixture(scope="module")
 def outcome(tmp_path_factory):
     folder = tmp_path_factory.mktemp("out") / "lwr4plus"
-    return folder, reproduce(folder)
+    return folder, reproduce("lwr4plus", folder)
 
 
 def test_everything_promised_is_there(outcome):
     folder, result = outcome
     assert result.holds
     names = {p.relative_to(folder).as_posix() for p in folder.rglob("*") if p.is_file()}
-    assert {"tables.txt", "checks.txt", "results.json", "replay.html"} <= names
+    assert {"tables.txt", "checks.txt", "results.json", "report.html", "replay.html"} <= names
     for stem in ("lwr4plus", "lwr4plus_printed", "lwr4plus_physical"):
         assert {f"models/{stem}.{x}" for x in ("urdf", "srdf", "xml", "provenance.json")} <= names
     for figure in ("figure_04_path", "figure_06_position_error_pd", "figure_07_path_pd", "torque"):
         assert {f"plots/{figure}.png", f"plots/{figure}.svg"} <= names
-    assert (folder / "replay.html").stat().st_size < PAGE_BYTES
+    for page in ("replay.html", "report.html"):
+        assert (folder / page).stat().st_size < PAGE_BYTES
 
 
 def test_the_record_names_errata_exchanged_cells_and_nearest_conditions(outcome):
@@ -40,6 +42,33 @@ def test_the_record_names_errata_exchanged_cells_and_nearest_conditions(outcome)
     assert len(record["table_vii"]) == len(record["table_viii"]) == 3
     assert all(cell["verdict"] for table in record["table_viii"] for cell in table["cells"])
     assert "nearest: quintic timing" in (outcome[0] / "tables.txt").read_text()
+
+
+def test_every_number_has_a_verdict_and_every_proof_ran(outcome):
+    record = json.loads((outcome[0] / "results.json").read_text())
+    counts = record["counts"]["printed"]
+    assert (
+        counts["all"] == len([x for x in record["numbers"] if not x["derived"]]) == sum(counts.values()) - counts["all"]
+    )
+    assert counts["differs"] == 0
+    assert counts["not reproducible"] == 63  # Tables VII and VIII: no timing, no orientation, no arm angle in print
+    table_vii = [x for x in record["numbers"] if x["cell"].startswith("results.table_vii.")]
+    assert all(x["missing"] and x["value"] is not None and x["miss"] is not None for x in table_vii)
+    proven = [e for e in record["errata"] if e["status"] == "proven"]
+    assert all(e["proof"]["holds"] and e["proof"]["statement"] for e in proven)
+    assert record["counts"]["errata"]["proven"] == len(proven) == 19
+    assert "paper     printed  reproduced  after erratum" in outcome[1].text
+
+
+def test_the_report_page_opens_with_the_network_off_and_shows_the_verdicts(outcome, browser):
+    address = (outcome[0] / "report.html").as_uri()
+    report_opened(browser, outcome[0] / "report.html")
+    tiles = {t.get_attribute("data-verdict"): t.text for t in browser.find_elements("css selector", "button.tile")}
+    assert "63" in tiles["not reproducible"]
+    assert len(browser.find_elements("css selector", "[id='erratum-table2-rows']")) == 1
+    requests, console = logs(browser)
+    assert requests == [address]
+    assert console == []
 
 
 def test_the_page_replays_both_runs_with_the_network_off(outcome, browser):

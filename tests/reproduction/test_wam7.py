@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.reproduction import wam7_report
-from lwr_dyn.reproduction.wam7_runs import (
+from lwr_dyn.reproduction.wam7 import report as wam7_report
+from lwr_dyn.reproduction.wam7.runs import (
     AGREES,
     GRAVITIES,
     Experiment,
@@ -16,7 +16,7 @@ from lwr_dyn.reproduction.wam7_runs import (
     experiment,
     move,
 )
-from lwr_dyn.reproduction.wam7_text import figure_7_holds, figure_7_text
+from lwr_dyn.reproduction.wam7.text import figure_7_holds, figure_7_text
 
 FACTS = (5.10, 1.17, 2.95, 2.63, 5.27, 11.05, 17.86)
 """[mrad] Friction over kp for positive velocity, as the project's notes have it."""
@@ -102,5 +102,5 @@ def test_the_folder_and_a_verdict_that_can_fail(tmp_path, monkeypatch):
     assert not outcome.holds
     assert outcome.text.count("DIFFERS") == 10
     names = {p.name for p in (tmp_path / "wam7").iterdir()}
-    assert names >= {"tables.txt", "results.json", "replay.html", "plots", "runs", "wam7.urdf"}
+    assert names >= {"tables.txt", "checks.txt", "replay.html", "plots", "runs", "models"}
     assert len(list((tmp_path / "wam7" / "plots").iterdir())) == 10

@@ -2,8 +2,10 @@
 
 import pytest
 from replayed import lagging_run
+from reported import report
 
 import lwr_dyn
+from lwr_dyn.viewer.report.page import write_report
 
 
 @pytest.fixture(scope="session")
@@ -14,3 +16,15 @@ def arm():
 @pytest.fixture(scope="session")
 def two_runs(arm):
     return (lagging_run(arm, 0.04, "pd-gravity"), lagging_run(arm, 0.01, "inverse-dynamics"))
+
+
+@pytest.fixture(scope="session")
+def report_content(arm, two_runs):
+    return report(arm, two_runs)
+
+
+@pytest.fixture(scope="session")
+def report_path(tmp_path_factory, report_content):
+    path = tmp_path_factory.mktemp("report") / "report.html"
+    write_report(path, report_content)
+    return path

@@ -1,0 +1,1 @@
+"""Lint of printed tables: slips that show without a model, in any file of numbers."""

@@ -1,0 +1,159 @@
+"""A case: one paper's tables and printed results under one set of errata; what the recomputing functions are given."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from lwr_dyn.arm import Arm
+from lwr_dyn.assembly import arm_from_paper
+from lwr_dyn.papers.errata import apply_errata, apply_patch
+from lwr_dyn.papers.reader import paper_of_tables
+from lwr_dyn.papers.schema import Erratum, Paper
+from lwr_dyn.reproduction.results import Block, Results, results_of_tables
+
+
+@dataclass(frozen=True, slots=True)
+class Symbolic:
+    """What is printed as an expression: ours as text, and whether both are the same for all values of its letters."""
+
+    text: str
+    same: bool
+
+
+Value = float | Symbolic | None
+"""Of one cell, in its printed unit; None when there is no value."""
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """A paper's tables and results with exactly the errata `applied`; paper and arm are read when first asked for."""
+
+    tables: Mapping[str, Any]
+    results: Results
+    file: str
+    applied: frozenset[str]
+    warm: bool = False
+    """Global searches may start where they ended before: for judging changed tables by the hundred."""
+
+    @cached_property
+    def paper(self) -> Paper:
+        """The data file as read; raises `PaperError` when it cannot be without some erratum."""
+        return paper_of_tables(dict(self.tables), self.file, errata_read=())
+
+    @cached_property
+    def arm(self) -> Arm:
+        """The arm; raises as `paper`."""
+        return arm_from_paper(self.paper)
+
+    @cached_property
+    def geometry(self) -> Paper:
+        """The data file without its masses and rotors; raises as `paper`."""
+        return paper_of_tables(self.bare, self.file, errata_read=())
+
+    @property
+    def bare(self) -> dict[str, Any]:
+        """The tables without masses and rotors."""
+        return {name: table for name, table in self.tables.items() if name not in ("inertial", "rotors")}
+
+    @property
+    def n(self) -> int:
+        """Number of joints."""
+        return len(self.tables["joints"]["kinds"])
+
+    def values(self, table: str, column: str) -> list[Any]:
+        """A column's values as printed, errata applied."""
+        return list(self.tables[table][column]["values"])
+
+    def block(self, name: str) -> Block:
+        """A block of the results."""
+        return self.results.blocks[name]
+
+    @property
+    def printed(self) -> dict[str, Mapping[str, Any]]:
+        """Block -> its cells and what is given beside them, by name."""
+        return {name: block.printed for name, block in self.results.blocks.items()}
+
+    def numbers(self, block: str, name: str) -> list[float]:
+        """A printed column, or a list that is printed beside it, as numbers."""
+        return [float(x) for x in self.results.blocks[block].printed[name]]
+
+
+@dataclass(frozen=True, slots=True)
+class Recompute:
+    """A recomputing function: (case, block) -> column -> a value per cell, nested as the cells are."""
+
+    function: Callable[[Case, Block], Mapping[str, Any]]
+    slow: bool = False
+    """Takes a simulation or algebra with letters: left out where tables are judged by the hundred."""
+
+    @property
+    def formula(self) -> str:
+        """The first line of its docstring: what it computes."""
+        return (self.function.__doc__ or "").strip().splitlines()[0]
+
+
+def case_of(
+    tables: Mapping[str, Any], results: Results, file: str, applied: Collection[Erratum], warm: bool = False
+) -> Case:
+    """The case of parsed tables under some of their errata; raises `PaperError` when a patch does not find its cell."""
+    ids = {e.id for e in applied}
+    patched = copy.deepcopy(dict(tables))
+    apply_errata(patched, tuple(applied), file)
+    results = patched_results(results, applied)
+    return Case(patched, results, file, frozenset(ids), warm)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Evidence:
+    """A paper's tables and results, from which cases are made at will: what a proof is given."""
+
+    tables: Mapping[str, Any]
+    results: Results
+    file: str
+
+    def case(self, *errata: str) -> Case:
+        """The case with exactly these errata."""
+        known = paper_of_tables(dict(self.tables), self.file).errata
+        return case_of(self.tables, self.results, self.file, [e for e in known if e.id in errata])
+
+    def reading(self, name: str = "", *more: str) -> Case:
+        """The case of a reading (the default one if not named) and of further errata."""
+        paper = paper_of_tables(dict(self.tables), self.file)
+        read = paper.readings[name or self.tables.get("default_reading", "printed")].errata
+        return self.case(*read, *more)
+
+
+def patched_results(results: Results, applied: Collection[Erratum]) -> Results:
+    """What is printed, with the errata read; raises `PaperError` when a patch does not find its cell."""
+    if not any(e.of_results() for e in applied):
+        return results
+    raw = copy.deepcopy(dict(results.raw))
+    for erratum in applied:
+        for patch in erratum.of_results():
+            apply_patch({"results": _Printed(raw)}, patch, erratum.id, results.file)
+    return results_of_tables(raw, results.file)
+
+
+class _Printed(dict[str, Any]):
+    """Blocks by name, each as one table of its cells and what is given beside them."""
+
+    def __init__(self, raw: Mapping[str, Any]) -> None:
+        super().__init__({name: block for name, block in raw.items() if isinstance(block, dict)})
+
+    def __getitem__(self, name: str) -> Any:
+        block = super().__getitem__(name)
+        return _Block(block.get("cells", {}), block.get("given", {}))
+
+
+class _Block(dict[str, Any]):
+    def __init__(self, cells: dict[str, Any], given: dict[str, Any]) -> None:
+        super().__init__(given | cells)
+        self._parts = (cells, given)
+
+    def __setitem__(self, name: str, value: Any) -> None:
+        part = next(p for p in self._parts if name in p)
+        part[name] = value

@@ -1,0 +1,1 @@
+"""The KR 30 HA report recomputed: points, matrices, equations of motion, program."""

@@ -1,0 +1,196 @@
+"""The report's points recomputed: its own simplified solution digit by digit, what is right beside it, misses in mm.
+
+The report drives a planar two-link arm (995 and 820 mm) to Point 1, Point 2 and home, after taking the shoulder's
+offset off x; the true arm is solved for the flange with A = B = C = 0, as the report's own program asks, and from
+mastering on with the least axis travel.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from lwr_dyn.arm import Arm
+from lwr_dyn.arrays import Array
+from lwr_dyn.assembly import arm_from_paper
+from lwr_dyn.kinematics.forward import forward_kinematics
+from lwr_dyn.kinematics.inverse import inverse_kinematics
+from lwr_dyn.kinematics.kuka_pose import KukaPose, pose_of_matrix, status, turn
+from lwr_dyn.kinematics.solution import Solution, axis_travel, least_travel
+from lwr_dyn.kinematics.wrist_geometry import require_wrist_arm
+from lwr_dyn.papers.catalog import open_paper
+from lwr_dyn.reproduction.printed import agrees, printed_tables
+
+POINTS = ("point_1", "point_2", "home")
+SLIPS = {
+    ("point_1", "theta_3"): "theta3-p1",
+    ("point_1", "theta_3 (Table 5)"): "theta3-p1",
+    ("point_2", "theta_1"): "theta1-p2",
+    ("point_2", "theta_1 (Table 5)"): "theta1-p2",
+    ("home", "phi"): "phi-home",
+    ("home", "theta_2 (first)"): "theta2-home",
+    ("home", "theta_2 (Table 5)"): "theta2-home",
+}
+"""(point, cell) -> the erratum that explains why the paper's own formula gives other digits."""
+
+
+@dataclass(frozen=True, slots=True)
+class PointCell:
+    """One printed number and what the report's own formula gives: deg, or the bare D."""
+
+    point: str
+    name: str
+    printed: str
+    value: float
+    erratum: str
+    """Named where the digits differ; empty where they agree."""
+
+    @property
+    def reproduced(self) -> bool:
+        """To the printed digits."""
+        return agrees(self.printed, self.value)
+
+    @property
+    def explained(self) -> bool:
+        """Reproduced, or an erratum says why not."""
+        return self.reproduced or bool(self.erratum)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RightPoint:
+    """What the true arm does at a point: the flange there with A = B = C = 0 (home: mastering), lengths [mm]."""
+
+    name: str
+    target: KukaPose
+    q: Array
+    """(6,) A1 to A6 [rad], least travel from the point before."""
+    travel_deg: float
+    """Sum of |dA_i| from the point before."""
+    inside_limits: int
+    """How many solutions are inside the limits, and how many there are in all."""
+    solutions: int
+    wrist_mm: Array
+    """Where the wrist centre then stands, (3,)."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Miss:
+    """The paper's angles (Table 5) put through the true arm, wrist straight: where it goes, by how much it misses."""
+
+    name: str
+    reading: str
+    """How theta became A: "A = -theta", or "A = theta" (home stands in KUKA's axes)."""
+    q: Array
+    wrist_mm: Array
+    flange_mm: Array
+    wrist_miss_mm: float
+    flange_miss_mm: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PaperPoints:
+    """Everything about the three points."""
+
+    cells: tuple[PointCell, ...]
+    right: tuple[RightPoint, ...]
+    misses: tuple[Miss, ...]
+
+    @property
+    def holds(self) -> bool:
+        """Every printed digit is reproduced or explained by an erratum."""
+        return all(cell.explained for cell in self.cells)
+
+
+def paper_points() -> PaperPoints:
+    """Solve the report's points its way and the right way."""
+    tables = printed_tables("kr30ha")
+    arm = arm_from_paper(open_paper("kr30ha"))
+    cells = tuple(cell for name in POINTS for cell in _cells(name, tables))
+    return PaperPoints(cells, right_points(arm, tables), point_misses(arm, tables))
+
+
+def point_misses(arm: Arm, tables: Mapping[str, Any]) -> tuple[Miss, ...]:
+    """Table 5's angles put through an arm, point by point."""
+    return tuple(_miss(arm, name, tables) for name in POINTS)
+
+
+def simplified_solution(point: Mapping[str, Any], geometry: Mapping[str, Any]) -> dict[str, float]:
+    """The report's formulas for D, theta_1, theta_3, alpha, phi and both theta_2 [deg], at full precision."""
+    d1, d2, a2, a3 = (float(geometry[name][0]) for name in ("d1", "d2", "a2", "a3"))
+    x, y, z = (float(v) for v in point["xyz"])
+    ahead, height = math.hypot(x - d2, y), z - d1
+    D = (ahead**2 + height**2 - a2**2 - a3**2) / (2.0 * a2 * a3)
+    theta_3 = int(point["elbow"]) * math.acos(D)
+    alpha, phi = math.atan2(height, ahead), math.asin(a3 * math.sin(theta_3) / math.hypot(ahead, height))
+    # printed in this order: alpha + phi, alpha - phi
+    angles = {
+        "theta_1": math.atan2(y, x - d2),
+        "theta_3": theta_3,
+        "alpha": alpha,
+        "phi": phi,
+        "theta_2 (first)": alpha + phi,
+        "theta_2 (second)": alpha - phi,
+    }
+    return {"D": D} | {name: math.degrees(angle) for name, angle in angles.items()}
+
+
+def _cells(name: str, tables: Mapping[str, Any]) -> list[PointCell]:
+    point = tables[name]
+    found = simplified_solution(point, tables["geometry"])
+    printed: list[tuple[str, str, float]] = []
+    for cell in ("theta_1", "D", "theta_3", "alpha", "phi"):
+        if cell in point:
+            printed.append((cell, point[cell][0], found[cell]))
+    for place, text in zip(("first", "second"), point["theta_2"], strict=True):
+        printed.append((f"theta_2 ({place})", text, found[f"theta_2 ({place})"]))
+    chosen = "theta_2 (first)" if name == "home" else "theta_2 (second)"
+    for cell, text in zip(("theta_1", chosen, "theta_3"), tables["table_5"][name], strict=True):
+        printed.append((f"{cell.split(' ')[0]} (Table 5)", text, found[cell]))
+    return [
+        PointCell(name, cell, text, value, "" if agrees(text, value) else SLIPS.get((name, cell), ""))
+        for cell, text, value in printed
+    ]
+
+
+def right_points(arm: Arm, printed: Mapping[str, Any] | None = None) -> tuple[RightPoint, ...]:
+    """Mastering -> Point 1 -> Point 2 -> mastering for the flange, each by the least axis travel from where it is."""
+    mastering = np.array(arm.mastering)
+    here, out = mastering, []
+    tables = printed_tables("kr30ha") if printed is None else printed
+    for name in POINTS:
+        if name == "home":
+            pose = forward_kinematics(arm.chain, mastering)
+            target = pose_of_matrix(pose)
+            found = inverse_kinematics(arm, pose)
+            q, travel = mastering, float(np.abs(mastering - here).sum())
+        else:
+            x, y, z = (float(v) for v in tables[name]["xyz"])
+            target = KukaPose(x, y, z, 0.0, 0.0, 0.0)
+            found = inverse_kinematics(arm, target.matrix())
+            best: Solution = least_travel(found.solutions, here)
+            q, travel = best.q, axis_travel(best, here)
+        stated = replace(target, s=status(arm, q), t=turn(q))
+        count = len(found.solutions), len(found.solutions) + len(found.outside)
+        out.append(RightPoint(name, stated, q, math.degrees(travel), *count, wrist_centre_mm(arm, q)))
+        here = q
+    return tuple(out)
+
+
+def wrist_centre_mm(arm: Arm, q: Array) -> Array:
+    """The wrist centre in the base at q (6,) [rad], (3,) [mm]; ungated."""
+    flange = forward_kinematics(arm.chain, q)
+    return np.asarray(1e3 * (flange[:3, 3] + flange[:3, :3] @ require_wrist_arm(arm).wrist_in_flange))
+
+
+def _miss(arm: Arm, name: str, tables: Mapping[str, Any]) -> Miss:
+    sign, reading = (1.0, "A = theta") if name == "home" else (-1.0, "A = -theta")
+    q = np.zeros(6)
+    q[:3] = sign * np.radians([float(text) for text in tables["table_5"][name]])
+    wrist, flange = wrist_centre_mm(arm, q), 1e3 * forward_kinematics(arm.chain, q)[:3, 3]
+    target = np.array(tables[name]["xyz"])
+    distances = (float(np.linalg.norm(place - target)) for place in (wrist, flange))
+    return Miss(name, reading, q + 0.0, wrist, flange, *distances)

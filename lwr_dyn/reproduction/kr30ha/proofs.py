@@ -1,0 +1,154 @@
+"""Proofs of the KR 30 HA report's slips in its frames, axes and matrices."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from lwr_dyn.arrays import Array
+from lwr_dyn.assembly import dh_rows
+from lwr_dyn.kinematics.forward import forward_kinematics
+from lwr_dyn.reproduction.case import Case, Evidence
+from lwr_dyn.reproduction.kr30ha.derived import pose_misses
+from lwr_dyn.reproduction.kr30ha.points import wrist_centre_mm
+from lwr_dyn.reproduction.kr30ha.proofs_of_motion import MOTION
+from lwr_dyn.reproduction.kr30ha.proofs_of_points import POINTS
+from lwr_dyn.reproduction.kr30ha.proofs_of_program import PROGRAM
+from lwr_dyn.reproduction.kr30ha.recomputed import envelope, symbolic_matrices
+from lwr_dyn.reproduction.ledger import Proof, Prove
+from lwr_dyn.reproduction.printed import agrees
+from lwr_dyn.spatial import rot_x, rot_z
+
+OFFSET, HALF_TURN, SIGNS = "table2-offset", "table2-half-turn", "kuka-signs"
+
+
+def table2_offset(given: Evidence) -> Proof:
+    """The wrist centre at mastering with the offset on theta_2 and on theta_3, against the report's own home."""
+    home = np.array(given.case().numbers("home_position", "table_4"))
+    as_printed, as_read = (
+        _mastering_wrist(given.case(*ids)) for ids in ((HALF_TURN, SIGNS), (OFFSET, HALF_TURN, SIGNS))
+    )
+    misses = [float(np.linalg.norm(place - home)) for place in (as_printed, as_read)]
+    return Proof(
+        "with KUKA's axes at mastering the wrist stands where Table 4 has home only if the 90 deg belong to theta_3",
+        misses[1] < 1e-6 and misses[0] > 500.0,
+        {"missed as printed [mm]": misses[0], "as read [mm]": misses[1]},
+    )
+
+
+def _mastering_wrist(case: Case) -> Array:
+    return wrist_centre_mm(case.arm, np.array(case.arm.mastering))
+
+
+def half_turn(given: Evidence) -> Proof:
+    """T_TCP^5: the symbolic matrix against theta_6 + 180 deg; KUKA's A, B, C of the flange at zero."""
+    differing = [_differing(given.case(*ids), ("A6",)) for ids in ((), (HALF_TURN,))]
+    numeric = np.array(given.case().printed["numeric"]["T6"], dtype=float)[:3, :3]
+    turns = [
+        float(pose_misses(c, c.block("pose_misses"))["turn"][0]) for c in (given.case(OFFSET, SIGNS), given.reading())
+    ]
+    return Proof(
+        "the symbolic T_TCP^5 is that of theta_6 + 180 deg and the numeric one that of theta_6; the flange at zero is"
+        " turned as KUKA's only with it",
+        differing == [4, 0] and np.array_equal(numeric, np.eye(3)) and turns[0] > 1.0 and turns[1] < 1e-9,
+        {"symbolic entries that differ without": differing[0], "with": differing[1],
+         "turn missed without": turns[0], "turn missed with": turns[1]},
+    )  # fmt: skip
+
+
+def _differing(case: Case, names: tuple[str, ...]) -> int:
+    """How many entries of printed symbolic matrices are not those of Table 2."""
+    found = symbolic_matrices(case, case.block("symbolic"))
+    return sum(not entry.same for name in names for row in found[name] for entry in row)
+
+
+def kuka_signs(given: Evidence) -> Proof:
+    """Axes at zero and the volume of the envelope with theta_i = A_i and theta_i = -A_i."""
+    plus, minus = given.case(OFFSET, HALF_TURN), given.reading()
+    axes = [float(np.max(pose_misses(c, c.block("pose_misses"))["axis"])) for c in (plus, minus)]
+    volumes = [envelope(c, c.block("appendix_a"))["volume"][0] for c in (plus, minus)]
+    sheet = given.case().printed["appendix_a"]["volume"][0]
+    return Proof(
+        "with theta_i = -A_i axes turn as KUKA's do and the ranges of Appendix A sweep its volume; with a plus neither",
+        axes[0] > 1.0 and axes[1] < 1e-6 and agrees(sheet, volumes[1]) and not agrees(sheet, volumes[0]),
+        {"volume with plus [m^3]": volumes[0], "with minus [m^3]": volumes[1], "Appendix A": sheet},
+    )
+
+
+def symbolic_signs(given: Evidence) -> Proof:
+    """Symbolic A_1, A_3, A_4, A_5 against equation (1) with Table 2, entry by entry."""
+    names = ("A1", "A3", "A4", "A5")
+    counts = [_differing(given.case(*ids), names) for ids in ((), ("symbolic-signs",))]
+    return Proof("twelve entries have the sign of the other twist; so read all are equation (1)", counts == [12, 0],
+                 {"entries that differ as printed": counts[0], "as read": counts[1]})  # fmt: skip
+
+
+def symbolic_a2(given: Evidence) -> Proof:
+    """Symbolic T_2^1 against equation (1) at theta_2 + 90 deg, at 90 deg - theta_2, and as read."""
+    counts = [_differing(given.case(*ids), ("A2",)) for ids in ((), ("symbolic-a2",))]
+    printed = given.case().printed["symbolic"]["A2"]
+    theta = 0.4
+    values = {"S2": math.sin(theta), "C2": math.cos(theta)}
+    turned = rot_z(math.pi / 2 - theta)[:2, :2]
+    letter = np.array([[_number(printed[r][c], values) for c in range(2)] for r in range(2)])
+    return Proof(
+        "three entries differ from theta_2 + 90 deg; the printed rotation is that of 90 deg - theta_2",
+        counts == [3, 0] and float(np.abs(letter - turned).max()) < 1e-12,
+        {"entries that differ as printed": counts[0], "as read": counts[1]},
+    )
+
+
+def _number(text: str, values: dict[str, float]) -> float:
+    return -values[text[1:]] if text.startswith("-") else values[text]
+
+
+def composition_order(given: Evidence) -> Proof:
+    """T_1^0 as Trans x Trans z Rot x Rot z and as Rot z Trans z Trans x Rot x, against equation (1)."""
+    row, theta = dh_rows(given.case().geometry)[0], 0.4
+    c, s, ca, sa = math.cos(theta), math.sin(theta), math.cos(row.alpha), math.sin(row.alpha)
+    equation = np.array(
+        [[c, -s * ca, s * sa, row.a * c], [s, c * ca, -c * sa, row.a * s], [0, sa, ca, row.d], [0, 0, 0, 1]]
+    )
+    parts = [_moved(row.a, 0.0), _moved(0.0, row.d), _turned(rot_x(row.alpha)), _turned(rot_z(theta))]
+    printed = np.linalg.multi_dot(parts)
+    read = np.linalg.multi_dot([parts[3], parts[1], parts[0], parts[2]])
+    misses = [float(np.abs(product - equation).max()) for product in (printed, read)]
+    return Proof("only Rot z, Trans z, Trans x, Rot x is equation (1)", misses[0] > 0.1 and misses[1] < 1e-12,
+                 {"largest difference as printed": misses[0], "as read": misses[1]})  # fmt: skip
+
+
+def _moved(x: float, z: float) -> Array:
+    out = np.eye(4)
+    out[0, 3], out[2, 3] = x, z
+    return out
+
+
+def _turned(rotation: Array) -> Array:
+    out = np.eye(4)
+    out[:3, :3] = rotation
+    return out
+
+
+def mastering_transform(given: Evidence) -> Proof:
+    """The flange at A = 0 and at mastering, against the printed T_TCP^0."""
+    case = given.reading()
+    printed = np.array(case.numbers("mastering_flange", "position"))
+    at = [1e3 * forward_kinematics(case.arm.chain, q)[:3, 3] for q in (np.zeros(6), np.array(case.arm.mastering))]
+    misses = [float(np.linalg.norm(place - printed)) for place in at]
+    return Proof("the printed transform is that of A = 0", misses[0] < 1e-6 and misses[1] > 1000.0,
+                 {"missed at A = 0 [mm]": misses[0], "missed at mastering [mm]": misses[1]})  # fmt: skip
+
+
+PROOFS: dict[str, Prove] = {
+    "table2-offset": table2_offset,
+    "table2-half-turn": half_turn,
+    "kuka-signs": kuka_signs,
+    "symbolic-signs": symbolic_signs,
+    "symbolic-a2": symbolic_a2,
+    "composition-order": composition_order,
+    "mastering-transform": mastering_transform,
+    **POINTS,
+    **MOTION,
+    **PROGRAM,
+}

@@ -1,0 +1,74 @@
+"""Proofs of the KR 30 HA report's slips in its KRL program: the checker's diagnoses, line by line."""
+
+from __future__ import annotations
+
+from functools import cache, partial
+
+import numpy as np
+
+from lwr_dyn.assembly import arm_from_paper
+from lwr_dyn.kinematics.forward import forward_kinematics
+from lwr_dyn.krl.check import check_program
+from lwr_dyn.krl.diagnosis import Diagnosis
+from lwr_dyn.papers.catalog import open_paper
+from lwr_dyn.reproduction.case import Evidence
+from lwr_dyn.reproduction.kr30ha.points import right_points
+from lwr_dyn.reproduction.kr30ha.program import corrected_program, printed_program
+from lwr_dyn.reproduction.ledger import Proof, Prove
+
+
+@cache
+def _diagnoses(corrected: bool) -> tuple[Diagnosis, ...]:
+    arm = arm_from_paper(open_paper("kr30ha"))
+    return check_program(corrected_program(arm) if corrected else printed_program(), arm)
+
+
+def diagnosed(_: Evidence, codes: tuple[str, ...], lines: tuple[int, ...]) -> Proof:
+    """The printed program is told off for it at these lines and no other; the program put right is not."""
+    found = {code: tuple(sorted(d.place.line for d in _diagnoses(False) if d.code == code)) for code in codes}
+    left = [d for d in _diagnoses(True) if d.code in codes]
+    said = next((d.message for d in _diagnoses(False) if d.code == codes[0]), "nothing")
+    return Proof(
+        f"the checker says: {said}",
+        all(where == lines for where in found.values()) and not left,
+        {f"{code}, lines": ", ".join(map(str, where)) for code, where in found.items()},
+    )
+
+
+def status_turn(given: Evidence) -> Proof:
+    """How many solutions the points without S and T leave inside the limits."""
+    case = given.reading()
+    counts = [point.inside_limits for point in right_points(case.arm, case.printed)[:2]]
+    told = diagnosed(given, ("no-status-turn",), (24, 28, 32))
+    return Proof(told.statement, told.holds and min(counts) > 1,
+                 {**told.numbers, "solutions in limits, Point 1": counts[0], "Point 2": counts[1]})  # fmt: skip
+
+
+def mastering_cartesian(given: Evidence) -> Proof:
+    """The Cartesian point (0, 0, 0) against where the arm stands at mastering."""
+    case = given.reading()
+    flange = 1e3 * forward_kinematics(case.arm.chain, np.array(case.arm.mastering))[:3, 3]
+    told = diagnosed(given, ("inside-robot", "outside-limits"), (32,))
+    return Proof(told.statement, told.holds and float(np.linalg.norm(flange)) > 1000.0,
+                 {**told.numbers, "flange at mastering from there [mm]": float(np.linalg.norm(flange))})  # fmt: skip
+
+
+def no_loop(_: Evidence) -> Proof:
+    """Loop keywords in the printed program."""
+    lines = printed_program().source.to_bytes().decode().upper().splitlines()
+    words = [w for line in lines for w in line.split(";")[0].split() if w in ("LOOP", "FOR", "WHILE", "REPEAT", "GOTO")]
+    return Proof("the printed program has no loop of any kind", not words and len(lines) > 30,
+                 {"lines": len(lines), "loops": len(words)})  # fmt: skip
+
+
+DECLARATIONS = (13, 14, 15)
+PROGRAM: dict[str, Prove] = {
+    "krl-late-declaration": partial(diagnosed, codes=("late-declaration",), lines=DECLARATIONS),
+    "krl-missing-type": partial(diagnosed, codes=("missing-type",), lines=DECLARATIONS),
+    "krl-initialiser": partial(diagnosed, codes=("initialiser-in-src",), lines=DECLARATIONS),
+    "krl-undeclared": partial(diagnosed, codes=("undeclared",), lines=(20,)),
+    "krl-no-velocity": partial(diagnosed, codes=("no-velocity",), lines=(20,)),
+    "krl-status-turn": status_turn,
+    "krl-mastering-cartesian": mastering_cartesian,
+    "loop-in-text": no_loop,
+}

@@ -1,0 +1,156 @@
+"""Everything the KR 30 HA report prints, recomputed, in one folder: points, matrices, envelope, equations, movement."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from lwr_dyn.arm import Arm
+from lwr_dyn.assembly import arm_from_paper
+from lwr_dyn.checks.lagrangian import symbolic_verdicts
+from lwr_dyn.checks.verdict import Verdict
+from lwr_dyn.dynamics.lagrangian_text import equations_latex, equations_text
+from lwr_dyn.files import make_folder, write_folder
+from lwr_dyn.kinematics.envelope import Envelope, working_envelope
+from lwr_dyn.papers.catalog import open_paper
+from lwr_dyn.reproduction.checked_models import check_line, check_record, models_and_checks, verdict_table
+from lwr_dyn.reproduction.kr30ha.cycle import Cycle, cycle
+from lwr_dyn.reproduction.kr30ha.matrices import PaperMatrices, paper_matrices
+from lwr_dyn.reproduction.kr30ha.motion import FIRST_TWO, MotionReport, motion_report
+from lwr_dyn.reproduction.kr30ha.page import shown
+from lwr_dyn.reproduction.kr30ha.points import PaperPoints, RightPoint, paper_points
+from lwr_dyn.reproduction.kr30ha.program import program_record, program_report, program_text, write_program
+from lwr_dyn.reproduction.kr30ha.text import (
+    comparison_text,
+    cycle_text,
+    envelope_text,
+    errata_text,
+    matrices_text,
+    points_text,
+)
+from lwr_dyn.reproduction.outcome import Outcome
+from lwr_dyn.viewer.envelope_plot import envelope_figure
+from lwr_dyn.viewer.html import write_replay
+from lwr_dyn.viewer.plots import save_figure, torque_figure
+
+Say = Callable[[str], None]
+SYMMETRIC = "First two joints of the arm, links symmetric about its plane (as estimated); vectors in the base frame"
+TITLE, LABEL = "KUKA KR 30 HA: mastering, Point 1, Point 2, mastering", ["inverse dynamics"]
+GENERAL = "First two joints of the arm, any links: ten letters a link"
+
+
+def reproduce(folder: str | Path, say: Say = lambda _: None) -> Outcome:
+    """Recompute the report and write `folder`: models, checks, tables, envelope, equations, run and replay.
+
+    It holds when the default reading passes every check, the symbols equal Pinocchio's numbers, and each printed
+    result is reproduced or explained by a named erratum. Raises `FileAccessError` when the folder cannot be written.
+    """
+    place, paper = make_folder(folder), open_paper("kr30ha")
+    arm = arm_from_paper(paper)
+    say("models and checks")
+    reports = models_and_checks(place, "kr30ha")
+    say("points, matrices, envelope")
+    points, matrices, envelope = paper_points(), paper_matrices(), working_envelope(arm)
+    say("equations of motion")
+    motion = motion_report()
+    symbolic = symbolic_verdicts(arm, paper, FIRST_TWO)
+    _equations(place, motion)
+    say("movement and replay")
+    found = cycle(arm, points.right)
+    _pictures(place, arm, points.right, found)
+    say("KRL program")
+    program = program_report(arm)
+    write_program(program, arm, make_folder(place / "program"))
+    checked = next(r for r in reports if r.reading == paper.reading.name)
+    holds = checked.holds and all(v.holds for v in symbolic) and points.holds and matrices.holds and motion.holds
+    holds = holds and program.holds
+    text = "\n\n".join(
+        [
+            "\n".join(check_line(r) for r in reports),
+            points_text(points),
+            matrices_text(matrices),
+            envelope_text(envelope, arm),
+            f"{SYMMETRIC}\n{equations_text(motion.symmetric.equations)}",
+            f"Symbols against Pinocchio\n{verdict_table(symbolic)}",
+            comparison_text(motion),
+            cycle_text(found, arm),
+            program_text(program),
+        ]
+    )
+    record = {"checks": check_record(reports), **_record(points, matrices, envelope, motion, symbolic, found)}
+    record |= {"program": program_record(program)}
+    files = {"tables.txt": text, "errata.txt": errata_text(paper)}
+    write_folder(place, {name: content + "\n" for name, content in files.items()})
+    runs = [(LABEL[0], found.run), ("KRL program, corrected", program.run.to_run())]
+    return Outcome(holds, text, record, shown=shown(arm, points.right, envelope, runs, reports))
+
+
+def _equations(place: Path, motion: MotionReport) -> None:
+    """Text and LaTeX, for links with mirror symmetry and for any links."""
+    symmetric, general = motion.symmetric.equations, motion.general.equations
+    text = f"{SYMMETRIC}\n{equations_text(symmetric)}\n\n{GENERAL}\n{equations_text(general)}\n"
+    write_folder(
+        place,
+        {
+            "equations.txt": text,
+            "equations.tex": equations_latex(symmetric),
+            "equations_general.tex": equations_latex(general),
+        },
+    )
+
+
+def _pictures(place: Path, arm: Arm, right: tuple[RightPoint, ...], found: Cycle) -> None:
+    plots, runs = make_folder(place / "plots"), make_folder(place / "runs")
+    wrists = {f"{point.name}, wrist centre": point.wrist_mm / 1e3 for point in right}
+    save_figure(envelope_figure(arm, wrists), plots / "envelope.png")
+    save_figure(torque_figure([found.run], arm, LABEL), plots / "torque.png")
+    found.run.save(runs / "mastering_p1_p2_mastering.npz")
+    write_replay(place / "replay.html", [found.run], arm, labels=LABEL, title=TITLE)
+
+
+def _record(
+    points: PaperPoints,
+    matrices: PaperMatrices,
+    envelope: Envelope,
+    motion: MotionReport,
+    symbolic: tuple[Verdict, ...],
+    found: Cycle,
+) -> dict[str, Any]:
+    groups = (matrices.symbolic, matrices.numeric, matrices.products, matrices.composite)
+    return {
+        "points": [
+            {"point": c.point, "cell": c.name, "printed": c.printed, "value": c.value, "reproduced": c.reproduced}
+            | {"erratum": c.erratum or None}
+            for c in points.cells
+        ],
+        "right": [{"point": p.name, "q": p.q, "s": p.target.s, "t": p.target.t} for p in points.right],
+        "misses_mm": [
+            {"point": m.name, "wrist_centre": m.wrist_miss_mm, "flange": m.flange_miss_mm} for m in points.misses
+        ],
+        "matrices": [
+            {
+                "matrix": v.name,
+                "against": v.against,
+                "right_entries": 16 - len(v.differing),
+                "erratum": v.erratum or None,
+            }
+            for group in groups
+            for v in group
+        ],
+        "envelope": {"reach": envelope.reach, "volume": envelope.volume},
+        "expressions": [
+            {"name": c.name, "where": c.where, "agrees": c.agrees, "errata": list(c.slips), "explained": c.explained}
+            | {"difference": [str(x) for x in c.difference]}
+            for c in motion.comparisons
+        ],
+        "planar_beside_arm": [
+            {"name": c.name, "planar": str(c.planar), "arm": str(c.arm), "why_not_the_same": c.why or None}
+            for c in motion.counterparts
+        ],
+        "equations": equations_text(motion.symmetric.equations).splitlines(),
+        "symbolic": {v.name: {"value": v.value, "holds": v.holds} for v in symbolic},
+        "stops": [{"at": s.name, "g": s.holding, "missed_mm": s.missed_mm} for s in found.stops],
+        "peak_torque": found.peak_torque,
+        "audit": found.run.meta["audit"],
+    }

@@ -1,0 +1,1 @@
+"""The LWR-IV exercise recomputed."""

@@ -1,0 +1,5 @@
+"""Proofs of the errata."""
+
+from lwr_dyn.reproduction.ledger import Prove
+
+PROOFS: dict[str, Prove] = {}

@@ -1,0 +1,195 @@
+"""Findings -> the page that shows them: printed numbers side by side with ours, errata with proofs, checks, audits."""
+
+from __future__ import annotations
+
+import hashlib
+import platform
+from collections.abc import Iterable, Mapping, Sequence
+from decimal import Decimal
+from pathlib import Path
+from typing import cast
+
+from lwr_dyn.checks.verdict import Report
+from lwr_dyn.motion import Run
+from lwr_dyn.papers.reader import paper_of_tables
+from lwr_dyn.reproduction.case import Symbolic
+from lwr_dyn.reproduction.judge import DIFFERS, NOT, Judged
+from lwr_dyn.reproduction.ledger import Entry
+from lwr_dyn.reproduction.outcome import Outcome
+from lwr_dyn.reproduction.printed import last_digit
+from lwr_dyn.reproduction.results import Block
+from lwr_dyn.reproduction.rooms import Room
+from lwr_dyn.reproduction.verdicts import Judgement
+from lwr_dyn.simulation.audit import TOLERANCE
+from lwr_dyn.simulation.record import versions
+from lwr_dyn.version import VERSION
+from lwr_dyn.viewer.report.content import Cell, Check, Erratum, FileFact, Page, ReportTable, Row, Section, Verdict
+
+MORE = 2
+"""Digits of ours beyond the last printed one."""
+LARGEST_WRITTEN = 1e9
+"""Larger numbers are written with an exponent."""
+REPORT = "report.html"
+_KINDS = {".npz": "run", ".urdf": "model", ".xml": "model", ".srdf": "model", ".png": "plot", ".svg": "plot"}
+
+
+def page_of(here: Room, found: Outcome, judgement: Judgement, entries: Sequence[Entry], place: Path) -> Page:
+    """The whole page of a paper, with the files that lie in its folder by then."""
+    paper = paper_of_tables(dict(here.tables), here.file)
+    printed, derived = (tuple(j for j in judgement.data if j.block.derived == d) for d in (False, True))
+    counted = judgement.counts()
+    more = (Section("text", "The report as text", found.text), *found.shown.sections)
+    return Page(
+        title=paper.title,
+        subtitle=paper.document.get("title", ""),
+        words=_words(counted, entries, found.holds),
+        document=tuple((key, text) for key, text in paper.document.items() if key != "title"),
+        counts={cast(Verdict, verdict): count for verdict, count in counted.items()},
+        tables=(*_tables(printed), *_tables(derived)),
+        errata=tuple(map(_erratum, entries)),
+        plots=found.shown.plots,
+        replay=found.shown.replay,
+        checks=found.shown.checks,
+        audit=found.shown.audit,
+        sections=more,
+        files=_files(place),
+        versions=(("lwr_dyn", VERSION), ("Python", platform.python_version()), *versions().items()),
+    )
+
+
+def _words(counted: Mapping[str, int], entries: Sequence[Entry], holds: bool) -> str:
+    numbers = ", ".join(f"{count} {verdict}" for verdict, count in counted.items() if count)
+    proven = sum(e.holds for e in entries if e.erratum.status == "proven")
+    end = "No difference is left unexplained." if holds else "Something printed, checked or claimed is NOT explained."
+    return f"Of {sum(counted.values())} printed numbers: {numbers}. {proven} slips are proven. {end}"
+
+
+def _tables(data: Sequence[Judged]) -> list[ReportTable]:
+    blocks = dict.fromkeys(j.block.name for j in data)
+    return [table for name in blocks for table in _block([j for j in data if j.block.name == name])]
+
+
+def _block(data: Sequence[Judged]) -> list[ReportTable]:
+    """The plain columns of a block as one table, each matrix as one of its own."""
+    block, out = data[0].block, []
+    plain = [j for j in data if not _in_matrix(j)]
+    if plain:
+        rows, columns = (
+            list(dict.fromkeys(names)) for names in zip(*((j.cell.row, j.cell.column) for j in plain), strict=True)
+        )
+        cells: dict[tuple[str, ...], Cell] = {(j.cell.row, j.cell.column): _cell(j) for j in plain}
+        out.append(_table(block, block.name, columns, rows, cells, plain))
+    for column in dict.fromkeys(j.cell.column for j in data if _in_matrix(j)):
+        mine = [j for j in data if j.cell.column == column]
+        matrix = {tuple(j.cell.row.rsplit(",", 1)): _cell(j) for j in mine}
+        rows, numbers = (list(dict.fromkeys(key[k] for key in matrix)) for k in (0, 1))
+        out.append(_table(block, f"{block.name}-{column}", numbers, rows, matrix, mine, column))
+    return out
+
+
+def _in_matrix(judged: Judged) -> bool:
+    return "][" in judged.cell.path
+
+
+def _table(
+    block: Block, name: str, columns: Sequence[str], rows: Sequence[str], cells: Mapping[tuple[str, ...], Cell],
+    data: Sequence[Judged], matrix: str = "",
+) -> ReportTable:  # fmt: skip
+    units = list(dict.fromkeys(j.cell.unit for j in data))
+    title = block.where.split(",")[0].split(":")[0].split(";")[0].strip("'")
+    title = f"derived: {title}" if block.derived else title
+    empty = Cell("")
+    return ReportTable(
+        id=name,
+        title=f"{title}, {matrix}" if matrix else title,
+        where=block.where,
+        columns=tuple(columns),
+        rows=tuple(Row(row, tuple(cells.get((row, column), empty) for column in columns)) for row in rows),
+        unit="" if units == ["1"] else ", ".join(units),
+        note=block.note,
+    )
+
+
+def _cell(judged: Judged) -> Cell:
+    cell, verdict = judged.cell, judged.verdict
+    notes = []
+    if judged.missing:
+        notes.append(f"not printed: {', '.join(judged.missing)}; ours is under assumed ones")
+    if verdict in (DIFFERS, NOT) and judged.miss is not None:
+        size = "" if judged.digits is None else f", {judged.digits:+.3g} last digits"
+        notes.append(f"ours less printed: {judged.miss:+.3g} {cell.unit}{size}")
+    if cell.span is not None:
+        notes.append(f"can be read within {cell.span[0]} to {cell.span[1]}")
+    if judged.block.reading:
+        notes.append(f"under the reading {judged.block.reading}")
+    unit = f"in {cell.unit}, as printed" if cell.unit != "1" else "a bare number"
+    return Cell(
+        printed=cell.printed,
+        ours=_ours(judged),
+        verdict=cast(Verdict, verdict),
+        source=f"{judged.block.where} ({cell.path})",
+        formula=judged.formula,
+        conversion=f"{unit}; by {judged.block.compute}" if judged.block.compute else unit,
+        note="; ".join(notes),
+        errata=judged.errata,
+    )
+
+
+def _ours(judged: Judged) -> str:
+    """Ours with a few digits more than printed."""
+    value = judged.value
+    if value is None:
+        return ""
+    if isinstance(value, Symbolic):
+        return value.text
+    if abs(value - round(value)) < 1e-9 and last_digit(judged.cell.printed) == 1:
+        return f"{value:.0f}"
+    least = last_digit(judged.cell.printed).scaleb(-MORE)
+    if "e" in judged.cell.printed or least < Decimal("1e-14") or abs(value) > LARGEST_WRITTEN:
+        return f"{value:.6g}"
+    shown = Decimal(value).quantize(least)
+    return f"{abs(shown) if shown == 0 else shown:f}"
+
+
+def _erratum(entry: Entry) -> Erratum:
+    e, proof = entry.erratum, entry.proof
+    told = e.why if proof is None else f"{e.why}\n{proof.told}"
+    return Erratum(
+        id=e.id, where=e.where, printed=e.printed, right=e.read_as, proof=told, holds=proof is not None and proof.holds,
+        effect=e.effect, severity=e.severity, status=e.status,
+    )  # fmt: skip
+
+
+def checks_of(reports: Iterable[Report]) -> tuple[Check, ...]:
+    """The checks on a robot's models, reading by reading."""
+    return tuple(
+        Check(f"{v.name} ({r.reading})", f"{v.value:.3g} {v.unit}", f"{v.bound} {v.tolerance:.3g} {v.unit}", v.holds)
+        for r in reports
+        for v in r.verdicts
+    )
+
+
+def audit_of(runs: Iterable[tuple[str, Run]]) -> tuple[Check, ...]:
+    """The energy audit of the runs that were simulated: the largest difference of energy and work over each."""
+    out = []
+    for label, run in runs:
+        if "audit" not in run.meta:
+            continue  # a program's motion, without forces
+        audit = run.meta["audit"]
+        work = ", ".join(f"{name} {value:.4g} J" for name, value in audit["channels"].items())
+        held = audit["residual"] <= TOLERANCE
+        out.append(Check(label, f"{audit['residual']:.1e} J", f"at most {TOLERANCE:.0e} J", held, work))
+    return tuple(out)
+
+
+def _files(place: Path) -> tuple[FileFact, ...]:
+    found = sorted(path for path in place.rglob("*") if path.is_file() and path.name not in (REPORT, "replay.html"))
+    return tuple(
+        FileFact(
+            path.relative_to(place).as_posix(),
+            path.stat().st_size,
+            hashlib.sha256(path.read_bytes()).hexdigest(),
+            _KINDS.get(path.suffix, ""),
+        )
+        for path in found
+    )

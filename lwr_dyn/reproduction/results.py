@@ -1,0 +1,184 @@
+"""What a paper prints as results, as data: a block per table, figure or sentence; the strict reader of `results.toml`.
+
+A block says where it stands, in which unit, and the name of the function that recomputes it. Its cells are text, digit
+for digit as printed; `given` holds what is printed beside them and is no result. A cell of a figure has a range: how
+far its axis or its line can be read. `form` "derived" is for numbers that we state and the paper does not print.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from decimal import Decimal, InvalidOperation
+from importlib import resources
+from typing import Any
+
+from lwr_dyn.errors import PaperError
+from lwr_dyn.papers.fields import Fields, choice
+
+SCHEMA = 1
+FORMS = ("table", "figure", "text", "equation", "derived")
+DERIVED = "derived"
+
+
+@dataclass(frozen=True, slots=True)
+class Cell:
+    """One printed result: its text, place in the block, unit, and for a figure the range it can be read in."""
+
+    path: str
+    """"results.table_iv.b[0]", as errata name it."""
+    row: str
+    column: str
+    printed: str
+    unit: str
+    span: tuple[str, str] | None = None
+    step: str = ""
+    """The digit to which it is meant where it prints fewer: a bare 0 among decimals."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Block:
+    """A table, a figure, an equation or a sentence with results."""
+
+    name: str
+    where: str
+    form: str
+    compute: str
+    """Name of the recomputing function; empty when there can be none, and `needs` says why."""
+    cells: tuple[Cell, ...]
+    printed: Mapping[str, Any]
+    """Cells and `given` by name, as parsed."""
+    needs: tuple[str, ...] = ()
+    """What a recomputation needs beyond the tables: "gains.kp" must be printed in the paper's data file, words with
+    a space are in no data file."""
+    errata: tuple[str, ...] = ()
+    """Errata beyond those of the default reading that may explain a difference."""
+    reading: str = ""
+    """The reading that derived numbers are of; the default one if empty."""
+    note: str = ""
+
+    @property
+    def derived(self) -> bool:
+        """Stated by us, not printed by the paper."""
+        return self.form == DERIVED
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Results:
+    """All blocks of a paper by name."""
+
+    paper: str
+    file: str
+    blocks: Mapping[str, Block]
+    raw: Mapping[str, Any] = field(default_factory=dict)
+
+
+def results_text(paper: str) -> str:
+    """The text of a paper's `results.toml`."""
+    return resources.files(f"lwr_dyn.reproduction.{paper}").joinpath("results.toml").read_text(encoding="utf-8")
+
+
+def read_results(text: str, file: str) -> Results:
+    """`results.toml` -> `Results`; raises `PaperError` with file and field for whatever breaks the schema."""
+    try:
+        raw = tomllib.loads(text)
+    except (tomllib.TOMLDecodeError, RecursionError) as fault:
+        raise PaperError(file, "TOML", str(fault), "valid TOML 1.0") from None
+    return results_of_tables(raw, file)
+
+
+def results_of_tables(raw: Mapping[str, Any], file: str) -> Results:
+    """`read_results` on parsed TOML; raises as it does."""
+    top = Fields(dict(raw), file, "")
+    if top.take("schema", int) != SCHEMA:
+        raise PaperError(file, "schema", str(raw["schema"]), str(SCHEMA))
+    paper = top.take("paper", str)
+    blocks = {name: _block(name, table, file) for name, table in raw.items() if name not in ("schema", "paper")}
+    return Results(paper, file, blocks, raw)
+
+
+def _block(name: str, table: Any, file: str) -> Block:
+    fields = Fields(table, file, name)
+    where, form = fields.take("where", str), fields.take("form", str)
+    choice(form, FORMS, file, f"{name}.form")
+    units = fields.take("unit", object)
+    rows = [str(r) for r in fields.take("rows", list, default=[])]
+    cells, given = fields.take("cells", dict), fields.take("given", dict, default={})
+    spans = fields.take("ranges", dict, default={})
+    compute = fields.take("compute", str, default="")
+    lists = {key: tuple(str(x) for x in fields.take(key, list, default=[])) for key in ("needs", "errata")}
+    reading, note, step = (fields.take(key, str, default="") for key in ("reading", "note", "step"))
+    _step(step, file, f"{name}.step")
+    fields.done()
+    if not (compute or lists["needs"]):
+        raise PaperError(
+            file, f"{name}.compute", "missing", "a recomputing function, or needs that say what is missing"
+        )
+    if bool(spans) != (form == "figure"):
+        raise PaperError(
+            file, f"{name}.ranges", "given" if spans else "missing", "ranges for figures, and only for them"
+        )
+    for twice in set(cells) & set(given):
+        raise PaperError(file, f"{name}.given.{twice}", "also a column of cells", "each name once")
+    for unknown in set(spans) - set(cells):
+        raise PaperError(file, f"{name}.ranges.{unknown}", "no such column", ", ".join(cells))
+    found: list[Cell] = []
+    for column, entries in cells.items():
+        unit = units.get(column) if isinstance(units, dict) else units
+        if not isinstance(unit, str):
+            raise PaperError(file, f"{name}.unit", repr(unit), f"text, or a table with text for {column}")
+        found += [replace(c, step=step) for c in _column(name, column, entries, unit, rows, spans.get(column), file)]
+    return Block(
+        name,
+        where,
+        form,
+        compute,
+        tuple(found),
+        dict(cells) | dict(given),
+        lists["needs"],
+        lists["errata"],
+        reading,
+        note,
+    )
+
+
+def _column(block: str, column: str, entries: Any, unit: str, rows: list[str], spans: Any, file: str) -> list[Cell]:
+    name = f"{block}.cells.{column}"
+    if not isinstance(entries, list) or not entries:
+        raise PaperError(file, name, repr(entries), "a list of texts, one per row")
+    nested = isinstance(entries[0], list)
+    if rows and len(rows) != len(entries):
+        raise PaperError(file, name, f"{len(entries)} entries", f"{len(rows)}, one per row")
+    labels = rows or [str(i + 1) for i in range(len(entries))]
+    flat = [
+        (f"{labels[i]},{j + 1}" if nested else labels[i], f"[{i}][{j}]" if nested else f"[{i}]", text)
+        for i, row in enumerate(entries)
+        for j, text in enumerate(row if nested and isinstance(row, list) else [row])
+    ]
+    if spans is not None and (not isinstance(spans, list) or len(spans) != len(flat)):
+        raise PaperError(file, f"{block}.ranges.{column}", repr(spans), f"{len(flat)} pairs of texts")
+    out = []
+    for k, (row, place, text) in enumerate(flat):
+        if not isinstance(text, str) or not text.strip():
+            raise PaperError(file, f"{name}{place}", repr(text), "text, digit for digit as printed")
+        span = None if spans is None else _span(text, spans[k], file, f"{block}.ranges.{column}[{k}]")
+        out.append(Cell(f"results.{block}.{column}{place}", row, column, text, unit, span))
+    return out
+
+
+def _step(text: str, file: str, name: str) -> None:
+    if text and not (text.startswith("0.") and set(text[2:]) <= {"0", "1"} and text.endswith("1")):
+        raise PaperError(file, name, repr(text), 'a digit such as "0.01"')
+
+
+def _span(text: str, span: Any, file: str, name: str) -> tuple[str, str]:
+    if not isinstance(span, list) or len(span) != 2 or not all(isinstance(x, str) for x in span):
+        raise PaperError(file, name, repr(span), "two texts, least and most")
+    try:
+        least, value, most = Decimal(span[0]), Decimal(text), Decimal(span[1])
+    except InvalidOperation:
+        raise PaperError(file, name, f"{text!r} in {span}", "numbers") from None
+    if not least <= value <= most:
+        raise PaperError(file, name, f"the value read, {text}, lies outside", f"a value within {span[0]} to {span[1]}")
+    return span[0], span[1]

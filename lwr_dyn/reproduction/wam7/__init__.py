@@ -1,0 +1,1 @@
+"""The WAM paper recomputed: its eight simulations with friction."""

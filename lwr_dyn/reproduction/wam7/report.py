@@ -1,0 +1,119 @@
+"""Everything the WAM paper simulates, in one folder: model, tables, runs, Figures 4 to 8 redrawn, a replay."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from lwr_dyn.actuation import friction_of
+from lwr_dyn.arm import Arm
+from lwr_dyn.assembly import arm_from_paper
+from lwr_dyn.files import make_folder, write_folder
+from lwr_dyn.motion import Run
+from lwr_dyn.papers.catalog import open_paper
+from lwr_dyn.reproduction.checked_models import check_line, check_record, models_and_checks
+from lwr_dyn.reproduction.outcome import Outcome
+from lwr_dyn.reproduction.wam7.page import shown
+from lwr_dyn.reproduction.wam7.runs import BLEND, DURATION, GRAVITIES, START, Cruise, Experiment, cruises, experiments
+from lwr_dyn.reproduction.wam7.text import (
+    cruises_text,
+    figure_7_holds,
+    figure_7_text,
+    passivity_text,
+    runs_text,
+    verdict,
+)
+from lwr_dyn.tasks.lspb_move import lspb_move
+from lwr_dyn.viewer.friction_figures import friction_law_figure, joint_error_figure, register_figure, timing_figure
+from lwr_dyn.viewer.html import write_replay
+from lwr_dyn.viewer.plots import save_figure
+
+Say = Callable[[str], None]
+Series = dict[str, list[Run]]
+
+
+def reproduce(folder: str | Path, say: Say = lambda _: None) -> Outcome:
+    """Recompute the paper's simulations and write `folder`; raises `FileAccessError` when it cannot be written.
+
+    It holds when every cruise of a loop with damping settles on (F_c + sigma v)/kp, and no readable axis of Figure 7
+    is left. The loop without damping is a finding, told as such.
+    """
+    place, arm = make_folder(folder), arm_from_paper(open_paper("wam7"))
+    say("models and checks")
+    reports = models_and_checks(place, "wam7")
+    made = experiments(arm, say)
+    found = cruises(arm, made)
+    say("plots and replay")
+    alone, together = _pictures(place, arm, made)
+    text = "\n\n".join(
+        [
+            *map(check_line, reports),
+            cruises_text(found),
+            findings_text(found),
+            figure_7_text(found),
+            passivity_text(arm),
+            runs_text(made),
+        ]
+    )
+    holds = all(r.holds for r in reports) and all(c.holds for c in found) and figure_7_holds(found)
+    record: dict[str, Any] = {"checks": check_record(reports)}
+    record |= {"cruises": [_cruise(c) for c in found], "runs": [_run(e) for e in made]}
+    write_folder(place, {"tables.txt": text + "\n"})
+    settled = [1e3 * c.mean for c in found if c.side > 0 and c.gravity == GRAVITIES[0] and c.stable]
+    page = shown(arm, made, alone, together, reports)
+    return Outcome(holds, text, record, {"settled": {"error": settled}}, page)
+
+
+def findings_text(found: Sequence[Cruise]) -> str:
+    """Loops that cannot cruise steadily, as findings."""
+    lines = [
+        f"J{c.joint + 1} {'positive' if c.side > 0 else 'negative'}, {c.gravity}: {verdict(c)}"
+        for c in found
+        if not c.stable
+    ]
+    return "\n".join(["Findings: the friction takes more damping than kd gives, a limit cycle", *lines])
+
+
+def _pictures(place: Path, arm: Arm, made: Sequence[Experiment]) -> tuple[Series, Series]:
+    """Figures and replay; the runs that they show, by label."""
+    plots, runs = make_folder(place / "plots"), make_folder(place / "runs")
+    for e in made:
+        stem = e.name.replace(" +", "_up").replace(" -", "_down").replace(", ", "_").replace(" ", "_")
+        e.run.save(runs / f"{stem}.npz")
+    names = arm.joint_names
+
+    def chosen(joints: Sequence[int | None], friction: bool) -> list[Run]:
+        wanted = {e.joint: e.run for e in made if e.friction == friction and e.side > 0 and e.gravity == GRAVITIES[0]}
+        return [wanted[joint] for joint in joints]
+
+    alone = {label: chosen(range(arm.n), on) for label, on in (("with friction", True), ("without", False))}
+    together = {label: chosen([None] * arm.n, on) for label, on in (("with friction", True), ("without", False))}
+    up, down = ((q_1, *START[1:]) for q_1 in (0.55, 0.05))
+    figures = {
+        "figure_4_lspb": timing_figure(
+            lspb_move(arm, up, down, duration=DURATION, blend=BLEND), 0, "LSPB from 0.55 to 0.05 rad"
+        ),
+        "figure_5_register": register_figure(alone["with friction"][0], 0, "joint 1 rotated by 0.5 rad"),
+        "figure_6_friction_maps": friction_law_figure(friction_of(arm), names),
+        "figure_7_errors_one_at_a_time": joint_error_figure(alone, names, "one joint at a time"),
+        "figure_8_errors_all_together": joint_error_figure(together, names, "all joints together"),
+    }
+    for name, figure in figures.items():
+        save_figure(figure, plots / f"{name}.png")
+    replayed = [together["with friction"][0], together["without"][0]]
+    write_replay(
+        place / "replay.html", replayed, arm, labels=list(together), title="Barrett WAM, all joints, 0.5 rad in 7 s"
+    )
+    return alone, together
+
+
+def _cruise(c: Cruise) -> dict[str, Any]:
+    words = {"joint": c.joint + 1, "side": c.side, "gravity": c.gravity, "predicted": c.predicted, "mean": c.mean}
+    words |= {"least": c.least, "most": c.most, "slowest": c.slowest, "fastest": c.fastest, "sticks": c.sticks}
+    return words | {"net_damping": c.net_damping, "stable": c.stable, "holds": c.holds}
+
+
+def _run(e: Experiment) -> dict[str, Any]:
+    meta = e.run.meta
+    return {"name": e.name, "evaluations": meta["evaluations"], "audit": meta["audit"], "events": len(e.run.events)}

@@ -1,0 +1,126 @@
+"""The whole of a paper in a folder: its room's report, every number with its verdict, the errata with their proofs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+from lwr_dyn.errors import OptionError, UnknownNameError
+from lwr_dyn.files import make_folder, write_folder
+from lwr_dyn.reproduction.counting import counts, counts_text, differing_text, entry_record
+from lwr_dyn.reproduction.judge import DIFFERS
+from lwr_dyn.reproduction.ledger import ledger
+from lwr_dyn.reproduction.outcome import Outcome
+from lwr_dyn.reproduction.pages import REPORT, page_of
+from lwr_dyn.reproduction.rooms import PAPERS, room
+from lwr_dyn.reproduction.verdicts import judged
+from lwr_dyn.text import json_text
+from lwr_dyn.viewer.report.page import write_report
+
+Say = Callable[[str], None]
+ALL = "all"
+PROCESSES = 2
+LONGEST_FIRST = ("wam7", "lwr4plus", "kr30ha", "lwr4")
+
+
+def reproduce(
+    paper: str,
+    folder: str | Path,
+    timing: str | None = None,
+    fit: bool = False,
+    say: Say = lambda _: None,
+) -> Outcome:
+    """Recompute a paper, or all of them side by side, and write `folder` (with "all": a folder a paper inside it).
+
+    Parameters
+    ----------
+    paper : str
+        One of `rooms.PAPERS`, or "all".
+    folder : path
+        Made if missing.
+    timing, fit
+        Of the LWR 4+ paper alone, see `lwr4plus.report.reproduce`.
+    say : callable
+        Told what is being done.
+
+    Raises
+    ------
+    UnknownNameError
+        A paper that is not reproduced.
+    OptionError
+        A timing that does not exist; timing or fit for another paper.
+    FileAccessError
+        The folder cannot be written.
+    """
+    if paper not in (*PAPERS, ALL):
+        raise UnknownNameError("paper to reproduce", paper, (*PAPERS, ALL))
+    if paper != "lwr4plus":
+        for option, given in (("timing", timing), ("fit-arm-angle", fit or None)):
+            if given is not None:
+                raise OptionError(option, f"given for {paper}", "only for lwr4plus")
+    if paper == ALL:
+        return _all(make_folder(folder), say)
+    return _one(paper, folder, timing, fit, say)
+
+
+def _all(place: Path, say: Say) -> Outcome:
+    """Each paper in a process of its own, two at a time."""
+    with ProcessPoolExecutor(PROCESSES, mp_context=get_context("spawn")) as pool:
+        begun = {paper: pool.submit(_quiet, paper, place / paper) for paper in LONGEST_FIRST}
+        done: dict[str, Outcome] = {}
+        for paper in LONGEST_FIRST:
+            done[paper] = begun[paper].result()
+            say(paper)
+    record = {paper: done[paper].record["counts"] for paper in PAPERS}
+    holds = all(outcome.holds for outcome in done.values())
+    write_folder(place, {"results.json": json_text({"papers": record, "holds": holds}) + "\n"})
+    return Outcome(holds, counts_text(record), {"papers": record, "holds": holds})
+
+
+def _quiet(paper: str, folder: Path) -> Outcome:
+    """One paper in a process of its own; what is sent back is small."""
+    found = _one(paper, folder, None, False, lambda _: None)
+    return Outcome(found.holds, "", {"counts": found.record["counts"]})
+
+
+def _one(paper: str, folder: str | Path, timing: str | None, fit: bool, say: Say) -> Outcome:
+    place = make_folder(folder)
+    found = _report(paper, place, timing, fit, say)
+    say("verdicts and proofs")
+    here = room(paper)
+    judgement, entries = judged(paper, slow=True, known=found.known), ledger(here)
+    summary = counts(judgement, entries)
+    explained = not judgement.counts()[DIFFERS] and not judgement.counts(True)[DIFFERS]
+    holds = found.holds and explained and all(entry.holds for entry in entries)
+    record: dict[str, Any] = {
+        "paper": paper, "counts": summary, "numbers": [j.to_json() for j in judgement.data],
+        "errata": [entry_record(entry) for entry in entries], **found.record, "holds": holds,
+    }  # fmt: skip
+    text = "\n\n".join(x for x in (counts_text({paper: summary}), differing_text(judgement), found.text) if x)
+    write_folder(place, {"results.json": json_text(record) + "\n"})
+    done = Outcome(holds, text, record, found.known, found.shown)
+    say("report page")
+    write_report(place / REPORT, page_of(here, done, judgement, entries, place))
+    return done
+
+
+def _report(paper: str, place: Path, timing: str | None, fit: bool, say: Say) -> Outcome:
+    """What the paper's room makes of it."""
+    if paper == "lwr4plus":
+        from lwr_dyn.reproduction.lwr4plus import report as lwr4plus
+
+        return lwr4plus.reproduce(place, timing or lwr4plus.DEFAULT_TIMING, fit, say)
+    if paper == "lwr4":
+        from lwr_dyn.reproduction.lwr4 import report as lwr4
+
+        return lwr4.reproduce(place)
+    if paper == "wam7":
+        from lwr_dyn.reproduction.wam7 import report as wam7
+
+        return wam7.reproduce(place, say)
+    from lwr_dyn.reproduction.kr30ha import report as kr30ha
+
+    return kr30ha.reproduce(place, say)

@@ -1,0 +1,48 @@
+// Numbers of the page: packed series, the sample at a time, text of a number; and elements, made in one line.
+"use strict";
+
+function unpack(packed) {
+  const bytes = Uint8Array.from(atob(packed.data), (letter) => letter.charCodeAt(0));
+  const integers = new Int32Array(bytes.buffer);
+  return Float64Array.from(integers, (value) => value * packed.step);
+}
+
+function rowsOf(packed) {
+  const flat = unpack(packed), width = packed.shape[1], rows = [];
+  for (let i = 0; i < packed.shape[0]; i += 1) rows.push(flat.subarray(i * width, (i + 1) * width));
+  return rows;
+}
+
+function lastAtMost(times, t) {
+  let low = -1, high = times.length - 1;
+  while (low < high) {
+    const middle = Math.ceil((low + high) / 2);
+    if (times[middle] <= t) low = middle; else high = middle - 1;
+  }
+  return low;
+}
+
+// The run at a time: its samples, and straight lines between them.
+function sampleAt(run, time) {
+  const last = run.t.length - 1, k = Math.min(Math.max(lastAtMost(run.t, time), 0), Math.max(last - 1, 0)), next = Math.min(k + 1, last);
+  const span = run.t[next] - run.t[k], part = span > 0 ? Math.min(Math.max((time - run.t[k]) / span, 0), 1) : 0;
+  const blend = (series, width) => Float64Array.from({ length: width }, (_, j) => {
+    const a = series[k * width + j];
+    return a + part * (series[next * width + j] - a);
+  });
+  return { q: blend(run.q, run.n), qRef: blend(run.qRef, run.n), tipError: blend(run.tipError, 1)[0] };
+}
+
+function plainNumber(value) {
+  const size = Math.abs(value);
+  if (size < 1e-6) return "0"; // less than the packing keeps, in thousandths
+  if (size < 1e-3) return value.toExponential(1);
+  return value.toFixed(size >= 100 ? 0 : size >= 10 ? 1 : size >= 1 ? 2 : 3);
+}
+
+function element(tag, className = "", text = "") {
+  const made = document.createElement(tag);
+  made.className = className;
+  made.textContent = text;
+  return made;
+}

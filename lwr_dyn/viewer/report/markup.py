@@ -1,0 +1,70 @@
+"""HTML from records: an element at a time, and text is escaped unless it is `Html` already."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from html import escape
+
+
+class Html(str):
+    """Text that is HTML; every other text is escaped when it goes into an element."""
+
+    __slots__ = ()
+
+
+_RAISED = str.maketrans("-01234", "\u207b\u2070\u00b9\u00b2\u00b3\u2074")
+Child = str | Html | None
+Attribute = str | int | float | bool | None
+
+
+def element(tag: str, *children: Child | Iterable[Child], **attributes: Attribute) -> Html:
+    """An element; `class_` and `for_` lose their underscore, others get hyphens; None and False are left out.
+
+    >>> element("a", "1 < 2", href="#x", data_note='say "hi"', class_="y", hidden=False, tabindex=0)
+    '<a href="#x" data-note="say &quot;hi&quot;" class="y" tabindex="0">1 &lt; 2</a>'
+    """
+    shown = "".join(
+        _attribute(name, value) for name, value in attributes.items() if value is not None and value is not False
+    )
+    return Html(f"<{tag}{shown}>{joined(children)}</{tag}>")
+
+
+def joined(children: Iterable[Child | Iterable[Child]]) -> Html:
+    """Children one after the other.
+
+    >>> joined(["a & b", [element("b", "c"), None]])
+    'a &amp; b<b>c</b>'
+    """
+    return Html("".join(_text(child) for child in children))
+
+
+def anchor(kind: str, name: str) -> str:
+    """The id of something on the page, safe in an attribute and after #.
+
+    >>> anchor("erratum", "lwr4plus/5 <z>")
+    'erratum-lwr4plus-5-z-'
+    """
+    return f"{kind}-{re.sub(r'[^A-Za-z0-9_.]+', '-', name)}"
+
+
+def raised(text: str) -> str:
+    """Text with the exponents 0 to 4 of units raised.
+
+    >>> raised("kg m^2 s^-1")
+    'kg m\u00b2 s\u207b\u00b9'
+    """
+    return re.sub(r"\^(-?[0-4])", lambda found: found[1].translate(_RAISED), text)
+
+
+def _text(child: Child | Iterable[Child]) -> str:
+    if child is None:
+        return ""
+    if isinstance(child, Html):
+        return child
+    return escape(child) if isinstance(child, str) else joined(child)
+
+
+def _attribute(name: str, value: Attribute) -> str:
+    written = name.rstrip("_").replace("_", "-")
+    return f" {written}" if value is True else f' {written}="{escape(str(value))}"'

@@ -1,0 +1,49 @@
+"""`lwr-dyn spread`: its tables, its JSON, one line for bad input."""
+
+import json
+
+import pytest
+
+from lwr_dyn.cli.main import main
+
+QUICK = ("--task", "joint-move", "--rate", "250", "--poses", "20")
+
+
+def run(*arguments):
+    with pytest.raises(SystemExit) as stop:
+        main(["spread", *arguments])
+    return stop.value.code
+
+
+def test_tables(capsys):
+    assert run("kr30ha", *QUICK) == 0
+    out = capsys.readouterr().out
+    for words in ("gravity torques at 20 poses", "8 runs of 4 s at 250", "inverse dynamics  on kuka", "what survives"):
+        assert words in out, words
+
+
+def test_json(capsys):
+    assert run("kr30ha", *QUICK, "--json") == 0
+    record = json.loads(capsys.readouterr().out)
+    assert record["readings"] == ["kuka", "printed"]
+    assert len(record["runs"]) == 8
+    assert record["conclusions"][0]["holds"][0]["case"] == ["kuka", "kuka"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("lwr4",), "one reading"),
+        (("lwr4plus", "kr30ha"), "joints"),
+        (("nobody",), "no robot named"),
+        (("lwr4plus", "lwr4plus"), "twice"),
+        (("nofile.toml", "lwr4plus"), "nofile.toml"),
+        (("kr30ha", "--task", "ist"), "allowed"),
+        (("kr30ha", "--rate", "-1"), "rate"),
+    ],
+)
+def test_bad_input(arguments, said, capsys):
+    assert run(*arguments) == 2
+    captured = capsys.readouterr()
+    assert said in captured.err
+    assert captured.err.count("\n") == 1

@@ -1,0 +1,149 @@
+"""Verdicts are computed: to the digits, after the fewest errata, by how much otherwise; changed data turns them."""
+
+import copy
+import tomllib
+
+import pytest
+
+from lwr_dyn.errors import PaperError
+from lwr_dyn.reproduction.judge import AFTER, DIFFERS, NOT, REPRODUCED
+from lwr_dyn.reproduction.results import read_results, results_of_tables
+from lwr_dyn.reproduction.rooms import PAPERS, room
+from lwr_dyn.reproduction.verdicts import judged
+
+
+@pytest.fixture(scope="module")
+def found():
+    return {paper: judged(paper, warm=True) for paper in PAPERS}
+
+
+def of(judgement, path):
+    return next(j for j in judgement.data if j.cell.path == path)
+
+
+def test_nothing_printed_is_left_unexplained_and_nothing_derived_differs(found):
+    for judgement in found.values():
+        assert judgement.counts()[DIFFERS] == 0
+        derived = judgement.counts(derived=True)
+        assert derived[REPRODUCED] == sum(derived.values()) > 0
+
+
+@pytest.mark.parametrize(
+    ("paper", "cell", "verdict", "errata"),
+    [
+        ("lwr4plus", "figure_1.mass[0]", REPRODUCED, ()),
+        ("lwr4plus", "table_iv.b[6]", AFTER, ("table2-rows",)),
+        ("lwr4plus", "table_iv.b[0]", AFTER, ("table2-rows", "table2-c5z")),
+        ("lwr4plus", "table_iv.b[1]", AFTER, ("table2-rows", "table1-swapped-yz", "table2-c5z")),
+        ("lwr4plus", "table_vi.Kd[5]", AFTER, ("table6-exchanged",)),
+        ("lwr4plus", "table_vi.Kd[4]", REPRODUCED, ()),
+        ("lwr4plus", "rotor_inertia.I_m[0]", AFTER, ("rotor-inertia-power",)),
+        ("lwr4", "matrices.A3[2][3]", REPRODUCED, ()),
+        ("wam7", "equations_3_4.dq_c[0]", REPRODUCED, ()),
+        ("wam7", "figure_4.position[0]", AFTER, ("figure4-acceleration",)),
+        ("wam7", "figure_7.joint_1[1]", NOT, ()),
+        ("kr30ha", "point_1.D[0]", REPRODUCED, ()),
+        ("kr30ha", "symbolic.A1[0][2]", AFTER, ("symbolic-signs",)),
+        ("kr30ha", "composite.T06[0][3]", REPRODUCED, ()),
+        ("kr30ha", "appendix_a.volume[0]", AFTER, ("table2-offset", "kuka-signs")),
+    ],
+)
+def test_the_verdict_of_a_cell_and_the_fewest_errata_that_it_takes(found, paper, cell, verdict, errata):
+    one = of(found[paper], f"results.{cell}")
+    assert (one.verdict, one.errata) == (verdict, errata)
+
+
+def test_what_is_not_printed_is_named_and_how_far_assumptions_come_is_told(found):
+    one = of(found["wam7"], "results.figure_7.joint_1[1]")
+    assert one.missing == ("gains.kp", "gains.kd")
+    assert one.miss == 0.0  # with the manufacturer's gains it stays within the axis
+
+
+def test_a_changed_cell_turns_what_depends_on_it_and_nothing_else(found):
+    tables = copy.deepcopy(dict(room("lwr4plus").tables))
+    tables["inertial"]["mass"]["values"][6] *= 1.01
+    changed, same = judged("lwr4plus", tables=tables).keys(), found["lwr4plus"].keys()
+    turned = {path for path in same if changed[path] != same[path]}
+    assert {"results.figure_1.mass[0]", "results.torques.g[1]"} <= turned
+    assert not any(path.startswith(("results.table_ii.", "results.table_vi.", "results.limits.")) for path in turned)
+    assert judged("lwr4plus", tables=dict(room("lwr4plus").tables)).keys() == same
+
+
+def test_a_difference_is_told_in_units_and_last_digits(found):
+    raw = copy.deepcopy(dict(room("lwr4plus").results.raw))
+    raw["figure_1"]["cells"]["mass"] = ["14.4465"]
+    one = of(judged("lwr4plus", results=raw, warm=True), "results.figure_1.mass[0]")
+    assert one.verdict == DIFFERS
+    assert one.miss == pytest.approx(-0.0003)
+    assert one.digits == pytest.approx(-3.0)
+    assert one.to_json()["last_digits"] == one.digits
+
+
+def test_no_verdict_is_written_in_the_data():
+    for paper in PAPERS:
+        for block in room(paper).results.blocks.values():
+            assert block.compute in room(paper).functions
+            assert room(paper).functions[block.compute].formula
+
+
+SMALL = """
+schema = 1
+paper = "wam7"
+[arm]
+where = "title"
+form = "text"
+unit = "1"
+compute = "joints"
+cells = { count = ["7"] }
+"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ('compute = "joints"', 'compute = "wishes"', "arm.compute: no function 'wishes'; allowed: one of total_mass"),
+        ('compute = "joints"', "", "arm.compute: missing; allowed: a recomputing function, or needs"),
+        ('compute = "joints"', 'compute = "joints"\nerrata = ["none-such"]', "arm.errata: no erratum 'none-such'"),
+        ('compute = "joints"', 'compute = "joints"\nreading = "mine"', "arm.reading: 'mine'; allowed: one of manual"),
+        ('"7"', "7", r"arm.cells.count\[0\]: 7; allowed: text, digit for digit"),
+        ('form = "text"', 'form = "rumour"', "arm.form: 'rumour'; allowed: one of table"),
+        ('form = "text"', 'form = "figure"', "arm.ranges: missing; allowed: ranges for figures"),
+        ('unit = "1"', "", "arm.unit: missing"),
+        ('unit = "1"', 'unit = "1"\ncolour = "red"', "arm.colour: unknown field; allowed: where, form, unit"),
+        ("schema = 1", "schema = 2", "schema: 2; allowed: 1"),
+        ('paper = "wam7"', 'paper = "lwr4"', "paper: 'lwr4'; allowed: wam7"),
+        (
+            'form = "text"',
+            'form = "figure"\nranges = { count = [["8", "9"]] }',
+            r"arm.ranges.count\[0\]: the value read, 7, lies outside; allowed: a value within 8 to 9",
+        ),
+    ],
+)
+def test_a_broken_file_of_results_is_refused_in_one_line(old, new, said):
+    text = SMALL.replace(old, new)
+    with pytest.raises(PaperError, match=said) as caught:
+        judged("wam7", results=tomllib.loads(text))
+    assert "\n" not in str(caught.value)
+
+
+def test_the_small_file_is_good_and_broken_toml_is_told():
+    assert judged("wam7", results=tomllib.loads(SMALL)).counts()[REPRODUCED] == 1
+    assert results_of_tables(tomllib.loads(SMALL), "x").paper == "wam7"
+    with pytest.raises(PaperError, match="TOML"):
+        read_results("a = = 1", "x.toml")
+
+
+def test_a_reading_of_an_unknown_erratum_or_of_two_on_one_cell_is_refused():
+    tables = copy.deepcopy(dict(room("lwr4plus").tables))
+    tables["reading"]["printed"]["errata"] = ["table-nine"]
+    with pytest.raises(PaperError, match=r"reading.printed.errata: 'table-nine'; allowed: one of table2-rows"):
+        judged("lwr4plus", tables=tables)
+    tables = copy.deepcopy(dict(room("lwr4plus").tables))
+    twice = copy.deepcopy(next(e for e in tables["erratum"] if e["id"] == "table2-c5z")) | {"id": "again"}
+    tables["erratum"].append(twice)
+    tables["reading"]["computed"]["errata"].append("again")
+    with pytest.raises(PaperError, match=r"errata table2-c5z and again: both read inertial.com.values\[4\]"):
+        judged("lwr4plus", tables=tables)
+    tables["default_reading"] = "printed"  # a reading that is not asked for is refused as well
+    with pytest.raises(PaperError, match="errata table2-c5z and again"):
+        judged("lwr4plus", tables=tables)

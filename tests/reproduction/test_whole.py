@@ -1,0 +1,86 @@
+"""`reproduce`: one paper or all, the same bytes twice, options refused where they would be ignored."""
+
+import json
+
+import pytest
+
+from lwr_dyn.errors import OptionError, UnknownNameError
+from lwr_dyn.reproduction import whole
+from lwr_dyn.reproduction.outcome import Outcome
+from lwr_dyn.reproduction.rooms import PAPERS
+
+
+def test_a_second_run_writes_the_same_results_byte_for_byte_and_the_same_page(tmp_path):
+    made = [whole.reproduce("lwr4", tmp_path / name) for name in ("a", "b")]
+    for file in ("results.json", "report.html"):
+        texts = [(tmp_path / name / file).read_bytes() for name in ("a", "b")]
+        assert texts[0] == texts[1]
+        assert str(tmp_path).encode() not in texts[0]
+    assert all(outcome.holds for outcome in made)
+    assert json.loads((tmp_path / "a" / "results.json").read_text())["counts"]["printed"]["reproduced"] == 120
+
+
+@pytest.mark.parametrize("paper", ["lwr4", "wam7", "kr30ha", "all"])
+@pytest.mark.parametrize(("option", "said"), [({"timing": "smooth"}, "timing"), ({"fit": True}, "fit-arm-angle")])
+def test_options_of_the_lwr4plus_are_refused_elsewhere_and_nothing_is_written(tmp_path, paper, option, said):
+    with pytest.raises(OptionError, match=f"{said}: given for {paper}; allowed: only for lwr4plus"):
+        whole.reproduce(paper, tmp_path / "out", **option)
+    assert not (tmp_path / "out").exists()
+
+
+def test_an_unknown_paper(tmp_path):
+    with pytest.raises(UnknownNameError, match="no paper to reproduce named 'lwr9'"):
+        whole.reproduce("lwr9", tmp_path / "out")
+
+
+def test_all_papers_in_a_folder_each_and_one_table(tmp_path, monkeypatch):
+    class Here:
+        """Runs what is submitted at once, in this process."""
+
+        def __init__(self, *_, **__):
+            pass
+
+        def __enter__(self):
+            return self
+
+        def __exit__(self, *_):
+            return None
+
+        def submit(self, function, *arguments):
+            value = function(*arguments)
+            return type("Done", (), {"result": lambda self: value})()
+
+    made = []
+
+    def one(paper, folder, *_):
+        made.append((paper, folder.name))
+        kinds = {"all": 2, "reproduced": 1, "after erratum": 1, "differs": 0, "not reproducible": 0}
+        counts = {"printed": kinds, "derived": kinds, "errata": {"all": 1, "proven": 1, "proofs that hold": 1}}
+        return Outcome(paper != "wam7", "", {"counts": counts})
+
+    monkeypatch.setattr(whole, "ProcessPoolExecutor", Here)
+    monkeypatch.setattr(whole, "_one", one)
+    outcome = whole.reproduce("all", tmp_path)
+    assert sorted(made) == sorted((paper, paper) for paper in PAPERS)
+    assert not outcome.holds
+    assert outcome.text.splitlines()[-1].split() == ["all", "8", "4", "4", "0", "0", "8", "4", "4", "4"]
+    assert list(json.loads((tmp_path / "results.json").read_text())["papers"]) == list(PAPERS)
+
+
+def test_a_number_that_differs_is_listed_and_fails_the_paper(tmp_path, monkeypatch):
+    import copy
+    import dataclasses
+
+    from lwr_dyn.reproduction.results import results_of_tables
+    from lwr_dyn.reproduction.rooms import room
+
+    here = room("lwr4")
+    raw = copy.deepcopy(dict(here.results.raw))
+    raw["tool"]["cells"]["position"][0] = "-0.3001"
+    other = dataclasses.replace(here, results=results_of_tables(raw, here.results.file))
+    monkeypatch.setattr("lwr_dyn.reproduction.whole.room", lambda _: other)
+    monkeypatch.setattr("lwr_dyn.reproduction.verdicts.room", lambda _: other)
+    outcome = whole.reproduce("lwr4", tmp_path)
+    assert not outcome.holds
+    assert "tool.position[0]" in outcome.text
+    assert "+0.0001" in outcome.text

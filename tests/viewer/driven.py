@@ -1,0 +1,33 @@
+"""Driving a report in a browser."""
+
+from contextlib import contextmanager
+
+from headless import logs
+
+PHONE = {"width": 390, "height": 844, "deviceScaleFactor": 2, "mobile": True}
+LAPTOP = {"width": 1280, "height": 800, "deviceScaleFactor": 1, "mobile": False}
+
+
+def until(browser, holds):
+    from selenium.webdriver.support.ui import WebDriverWait
+
+    WebDriverWait(browser, 60).until(lambda _: holds())
+
+
+def opened(browser, path):
+    """Open a report and wait until all of it is drawn; what was logged before is dropped."""
+    browser.get("about:blank")
+    logs(browser)
+    browser.get(path.as_uri())
+    until(browser, lambda: browser.execute_script("return !!(window.lwrReport && lwrReport.ready)"))
+
+
+@contextmanager
+def screen(browser, **metrics):
+    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
+    browser.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": metrics["mobile"]})
+    try:
+        yield browser
+    finally:
+        browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+        browser.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": False})

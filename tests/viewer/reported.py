@@ -1,0 +1,127 @@
+"""A report that tells of nothing real: every kind of part, verdict and plot, and hostile names where asked for."""
+
+import numpy as np
+
+from lwr_dyn.viewer.report.content import (
+    Cell,
+    Check,
+    Erratum,
+    FileFact,
+    Page,
+    PlainTable,
+    Replay,
+    ReportTable,
+    Row,
+    Section,
+    Still,
+)
+from lwr_dyn.viewer.report.curves import Curve, Level, Panel, Plot, Series
+
+HOSTILE = "</script><img src=x onerror=\"window.broken=1\"><svg onload='window.broken=1'>${1}@@data@@&amp;<b>"
+CONTROLLERS = ("pd-gravity", "inverse-dynamics")
+
+
+def inertia_table(name=""):
+    cells = [
+        ("2.924", "2.92437", "after erratum", ("E2", "E9")),
+        ("2.908", "2.90821", "reproduced", ()),
+        (".4903", "0.49035", "reproduced", ()),
+        (".0333", "0.0412", "differs", ()),
+        ("-", "", "not reproducible", ()),
+        ("12.5", "", "", ()),
+    ]
+    rows = [
+        Row(
+            f"joint {j + 1}",
+            tuple(
+                Cell(
+                    printed,
+                    ours,
+                    verdict,
+                    f"Table IV, row {j + 1}",
+                    "max over q of B_ii + k_r^2 I_m" + name,
+                    "kg mm^2 -> kg m^2" + name,
+                    "q2 counted from the vertical",
+                    errata,
+                )
+                for printed, ours, verdict, errata in cells
+            ),
+        )
+        for j in range(4)
+    ]
+    columns = ("b [kg m^2]", "mass", "x", "y", "z", "q" + name)
+    return ReportTable("IV", "Greatest inertias" + name, "Table IV, page 3", columns, tuple(rows), "kg m^2", "joint")
+
+
+def errata(name=""):
+    proof = "B_11 with I2 as printed: 2.879\nB_11 with y and z exchanged: 2.908" + name
+    return (
+        Erratum("E1" + name, "Table II" + name, "(0, -0.4, 0)", "one row lower", proof, True, "none", "high", "proven"),
+        Erratum("E2", "Table I, link 2", "I_yy 0.0195", "0.0068", proof, True, "b22 by 0.03", "high", "proven"),
+        Erratum("E3", "Table V", "14 s", "12 s", proof, False, "timing", "low", "likely"),
+    )
+
+
+def run_plots(arm, name=""):
+    def curves(run, quantity, scale=1e3):
+        return tuple(
+            Curve(f"{joint}{name}", Series(run, quantity, j, scale)) for j, joint in enumerate(arm.joint_names)
+        )
+
+    errors = tuple(
+        Panel(label + name, "position error", "mrad" + name, curves(run, "position error"), (Level("printed", 8.0),))
+        for run, label in enumerate(CONTROLLERS)
+    )
+    joints = tuple(
+        Panel(
+            joint,
+            "torque",
+            "N m",
+            tuple(Curve(label, Series(run, "torque", j)) for run, label in enumerate(CONTROLLERS)),
+        )
+        for j, joint in enumerate(arm.joint_names)
+    )
+    path = Panel(
+        "",
+        "z",
+        "m",
+        (
+            Curve("asked for", Series(0, "reference z"), Series(0, "reference x"), dashed=True, colour=7),
+            *(Curve(label, Series(i, "flange z"), Series(i, "flange x")) for i, label in enumerate(CONTROLLERS)),
+        ),
+    )
+    return (
+        Plot("errors", "Joint errors" + name, "Figure 6", "time" + name, "s", errors, over_time=True, note="[mrad]"),
+        Plot("torque", "Torque of both", "", "time", "s", joints, over_time=True, columns=2),
+        Plot("path", "Path of the flange", "Figure 7", "x", "m", (path,), equal_aspect=True),
+    )
+
+
+def map_plot(name=""):
+    v = np.linspace(-0.4, 0.4, 81)
+    law = np.where(v == 0, np.nan, 2.0 * np.sign(v) + 3.0 * v)
+    measured = Curve("mean of a cruise" + name, law[::10] + 0.1, v[::10], "points", text=("run" + name,) * 9)
+    panel = Panel("J1" + name, "friction", "N m", (Curve("law", law, v), measured), (Level("v", 0.1, "x"),))
+    return Plot("map" + name, "Friction map" + name, "Figure 6", "velocity", "rad/s", (panel, panel), columns=2)
+
+
+def report(arm, runs, name="", stills=True):
+    """A page of every kind of part; `name` is put into every text."""
+    spread = PlainTable("Spread" + name, ("plant" + name, "a", "b"), (("printed" + name, "1.0", "2.0"),), "", ((0, 1),))
+    told = Section("spread", "Model spread" + name, "What holds.\n\nAnd why." + name, (spread,), (map_plot(name),))
+    pose = Still("Figure 2" + name, arm, np.zeros(arm.n), "DH frames, arm stretched up" + name)
+    return Page(
+        title="A paper with tables" + name,
+        subtitle="recomputed" + name,
+        words="Most of it holds." + name,
+        document=(("title", "A paper" + name), ("pages", "6")),
+        tables=(inertia_table(name),),
+        errata=errata(name),
+        plots=run_plots(arm, name),
+        replay=Replay(tuple(runs), (arm,) * len(runs), tuple(c + name for c in CONTROLLERS), (pose,) if stills else ()),
+        checks=(Check("mass matrix" + name, "1.2e-15", "1e-12 of the largest" + name, True, "two roads" + name),),
+        audit=(Check("energy", "3e-3 J", "1e-3 J", False),),
+        sections=(told,),
+        files=(FileFact("results.json" + name, 12345, "ab" * 32, "every number" + name),),
+        versions=(("lwr_dyn" + name, "1.0"),),
+    )  # fmt: skip

@@ -1,0 +1,89 @@
+"""Records of a report: what cannot be shown is told when it is made; long runs are thinned to stay small."""
+
+import gzip
+import json
+import re
+from base64 import b64decode
+
+import numpy as np
+import pytest
+from replayed import lagging_run
+from reported import inertia_table, report
+
+from lwr_dyn.errors import MissingDataError, OptionError
+from lwr_dyn.viewer.report import page as page_module
+from lwr_dyn.viewer.report.content import Cell, Page, Replay, ReportTable, Row
+from lwr_dyn.viewer.report.curves import Curve, Panel, Plot, Series
+from lwr_dyn.viewer.report.page import report_html
+from lwr_dyn.viewer.report.payload import payload
+
+LARGEST_PAGE = 6_000_000
+"""Bytes: the issue's bound on a report."""
+TWO = np.array([1.0, 2.0])
+
+
+def plot_of(*curves):
+    return Plot("p", "p", "", "x", "", (Panel("", "y", "", curves),))
+
+
+@pytest.mark.parametrize(
+    ("make", "said"),
+    [
+        (lambda: Cell("1", verdict="fine"), "verdict: 'fine'; allowed: reproduced, after erratum"),
+        (lambda: ReportTable("t", "t", "", ("a", "b"), (Row("r", (Cell("1"),)),)), "row 'r': 1 cells; allowed: 2"),
+        (lambda: Series(0, "speed"), "quantity: 'speed'"),
+        (lambda: Series(0, "q"), "joint of 'q': None"),
+        (lambda: Series(0, "tip error", 1), "joint of 'tip error': 1"),
+        (lambda: Curve("c", TWO), "y as numbers, x not"),
+        (lambda: Curve("c", Series(0, "q", 0), Series(1, "q", 0)), "a series of the same run"),
+        (lambda: Curve("c", TWO, np.zeros(3)), r"x of shape \(3,\), y of shape \(2,\)"),
+        (lambda: Curve("c", TWO, TWO, text=("one",)), "1 names; allowed: one per point"),
+        (lambda: Replay(), "no run and no still"),
+        (lambda: Page("p", tables=(inertia_table(), inertia_table())), "ids of a page: IV more than once"),
+        (lambda: report_html(Page("p", plots=(plot_of(Curve("c", Series(0, "q", 0))),))), "no run on this page"),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_shown_is_told(make, said):
+    with pytest.raises(OptionError, match=said):
+        make()
+
+
+def test_series_of_a_joint_that_is_not_there(arm, two_runs):
+    page = Page("p", plots=(plot_of(Curve("c", Series(0, "q", 7))),), replay=Replay(two_runs[:1], (arm,), ("a",)))
+    with pytest.raises(OptionError, match="joint of a series: 7; allowed: 0 to 6"):
+        report_html(page)
+
+
+def test_counts_are_those_of_the_cells_unless_given():
+    assert Page("p", tables=(inertia_table(),)).counted == {
+        "reproduced": 8, "after erratum": 4, "differs": 4, "not reproducible": 4
+    }  # fmt: skip
+    assert Page("p", counts={"differs": 2}).counted["differs"] == 2
+
+
+def test_gaps_and_shared_numbers(arm, two_runs):
+    x = np.linspace(0.0, 1.0, 100)
+    y = np.where(x > 0.5, np.nan, x)
+    data = payload(Page("p", plots=(plot_of(Curve("a", y, x), Curve("b", x, x), Curve("c", TWO, TWO)),)))
+    curves = data["plots"][0]["panels"][0]["curves"]
+    assert curves[0]["x"] == curves[1]["x"] == curves[1]["y"] != curves[0]["y"]
+    assert data["numbers"][curves[0]["y"]]["gaps"] == list(range(50, 100))
+    assert data["numbers"][curves[2]["x"]] == [1.0, 2.0]
+
+
+def test_long_runs_are_thinned_and_the_page_stays_small(arm):
+    runs = [lagging_run(arm, 0.01 * i, f"controller {i}", k=28001, duration=28.0) for i in (1, 2)]
+    text = report_html(report(arm, runs))
+    assert len(text.encode()) < LARGEST_PAGE
+    packed = re.search(r'id="packed-numbers">(.*?)</script>', text).group(1)
+    record = json.loads(gzip.decompress(b64decode(packed)))["runs"][0]
+    kept, of = record["samples"]
+    assert kept < of == 28001
+    assert record["series"]["torque"]["shape"] == [kept, 7]
+    assert "q" not in record["series"]
+
+
+def test_missing_plotly_is_told(monkeypatch):
+    monkeypatch.setattr(page_module, "find_spec", lambda name: None)
+    with pytest.raises(MissingDataError, match="plotly"):
+        page_module.plotly_bundle()
