@@ -13,7 +13,7 @@ import time
 import numpy as np
 import pinocchio as pin
 from kernel_limit import arithmetic_limit
-from kernel_peers import pinocchio_answers
+from kernel_peers import agreement
 from kernel_processes import compile_times, memory
 from recursion_peers import other_peers
 from timing import Call, head, paired, row
@@ -22,7 +22,6 @@ import lwr_dyn
 from lwr_dyn.arm import Arm
 from lwr_dyn.checks.states import random_states
 from lwr_dyn.dynamics.engine import pinocchio_model
-from lwr_dyn.kernels.functions import FUNCTIONS
 
 COUNT = 100_000
 
@@ -68,28 +67,12 @@ def against_pinocchio(arm: Arm, threads: int, pairs: int) -> None:
         row(function, peer, (mine, other, ratio), note)
 
 
-def agreement(arm: Arm) -> None:
-    """Every function against Pinocchio over all states, in pieces, float64."""
-    states = random_states(arm, COUNT, seed=4)
-    x = (states.q, states.dq, states.ddq)
-    batch, answers = lwr_dyn.batch_dynamics(arm), pinocchio_answers(arm)
+def print_agreement(arm: Arm) -> None:
+    """Every function against Pinocchio, float64."""
     print(f"\n### {arm.name}: agreement with Pinocchio over {COUNT} states (share of the largest value)\n")
     print("| function | largest difference |\n|---|---|")
-    for function in FUNCTIONS:
-        offset, scale, worst = None, 0.0, 0.0
-        for start in range(0, COUNT, 10_000):
-            part = tuple(a[start : start + 10_000] for a in x[: len(FUNCTIONS[function].states)])
-            found = getattr(batch, function)(*part)
-            if function.endswith("_derivatives"):
-                last = found.by_ddq if function.startswith("inverse") else found.by_tau
-                found = np.stack([found.by_q, found.by_dq, last], axis=1)
-            expected = np.array([answers[function](*state) for state in zip(*part, strict=True)])
-            if function == "potential_energy":  # only differences mean something
-                offset = found[0] - expected[0] if offset is None else offset
-                expected = expected + offset
-            worst = max(worst, float(np.abs(found - expected).max()))
-            scale = max(scale, float(np.abs(expected).max()))
-        print(f"| {function} | {worst / scale:.1e} |", flush=True)
+    for function, worst in agreement(arm, COUNT).items():
+        print(f"| {function} | {worst:.1e} |", flush=True)
 
 
 def kernels(pairs: int) -> None:
@@ -99,7 +82,7 @@ def kernels(pairs: int) -> None:
         for threads in sorted({1, os.cpu_count() or 1}):
             against_pinocchio(arm, threads, pairs)
         arithmetic_limit(arm, pairs)
-        agreement(arm)
+        print_agreement(arm)
         compile_times(arm)
         memory(arm)
     other_peers(lwr_dyn.load("lwr4plus"), COUNT, pairs)

@@ -8,7 +8,10 @@ import numpy as np
 import pinocchio as pin
 
 from lwr_dyn.arm import Arm
+from lwr_dyn.checks.states import random_states
 from lwr_dyn.dynamics.engine import pinocchio_model
+from lwr_dyn.kernels.batch import batch_dynamics
+from lwr_dyn.kernels.functions import FUNCTIONS
 from lwr_dyn.kernels.parameters import moved
 
 Answer = Callable[..., np.ndarray]
@@ -55,6 +58,34 @@ def pinocchio_answers(arm: Arm) -> dict[str, Answer]:
         "inverse_dynamics_derivatives": torque_derivatives,
         "forward_dynamics_derivatives": lambda q, v, tau: np.stack(pin.computeABADerivatives(model, data, q, v, tau)),
     }
+
+
+PIECE = 10_000
+"""States that are compared at once."""
+
+
+def agreement(arm: Arm, count: int) -> dict[str, float]:
+    """Function -> largest difference from Pinocchio over seeded random states, as a share of the largest value."""
+    states = random_states(arm, count, seed=4)
+    x = (states.q, states.dq, states.ddq)
+    batch, answers = batch_dynamics(arm), pinocchio_answers(arm)
+    out = {}
+    for function in FUNCTIONS:
+        offset, scale, worst = None, 0.0, 0.0
+        for start in range(0, count, PIECE):
+            part = tuple(a[start : start + PIECE] for a in x[: len(FUNCTIONS[function].states)])
+            found = getattr(batch, function)(*part)
+            if function.endswith("_derivatives"):
+                last = found.by_ddq if function.startswith("inverse") else found.by_tau
+                found = np.stack([found.by_q, found.by_dq, last], axis=1)
+            expected = np.array([answers[function](*state) for state in zip(*part, strict=True)])
+            if function == "potential_energy":  # only differences mean something
+                offset = found[0] - expected[0] if offset is None else offset
+                expected = expected + offset
+            worst = max(worst, float(np.abs(found - expected).max()))
+            scale = max(scale, float(np.abs(expected).max()))
+        out[function] = worst / scale
+    return out
 
 
 def relative_difference(found: np.ndarray, expected: np.ndarray) -> float:

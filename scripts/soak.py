@@ -158,6 +158,31 @@ def recovery() -> tuple[str, bool]:
     return found.statement(), found.rate >= 0.99 and found.honest == 1.0
 
 
+def kernels() -> tuple[str, bool]:
+    """Every generated function of every robot against Pinocchio over 100 000 states."""
+    from kernel_peers import agreement
+
+    arms = [lwr_dyn.load(robot) for robot in lwr_dyn.robots()]
+    worst = {arm.name: agreement(arm, 100_000) for arm in arms if arm.chain.bodies is not None}
+    words = "; ".join(
+        f"{name} {max(found.values()):.1e} ({max(found, key=found.get)})" for name, found in worst.items()
+    )
+    return words, max(max(found.values()) for found in worst.values()) <= EXACT
+
+
+def data_mutants() -> tuple[str, bool]:
+    """Every numeric cell of every data file changed in four ways, one at a time; survivors: scripts/data_mutants.py."""
+    from data_mutants import surveyed
+
+    from lwr_dyn.reproduction.mutants import mutants
+    from lwr_dyn.reproduction.rooms import PAPERS
+
+    found = {paper: surveyed(paper, list(mutants(paper)), 2) for paper in PAPERS}
+    missed = sum(len(one.missed) for one in found.values())
+    words = ", ".join(f"{paper} {one.share:.1%} of {len(one.fates)} seen" for paper, one in found.items())
+    return f"{words}; moved a number by more than its last digit unseen: {missed}", missed == 0
+
+
 LINES: dict[str, Line] = {
     "properties": properties,
     "checks": checks,
@@ -169,6 +194,8 @@ LINES: dict[str, Line] = {
     "krl": krl,
     "krl_large": krl_large,
     "recovery": recovery,
+    "kernels": kernels,
+    "data_mutants": data_mutants,
 }
 
 

@@ -17,6 +17,7 @@ EXAMPLES = {
     "build_models.py": (["--check"], "fresh: "),
     "own_controller.py": ([], "tip error at most 0.00"),
     "compare_controllers.py": ([], "3 kg payload    1. pid"),
+    "data_mutants.py": (["lwr4", "--share", "24"], "lwr4: 24 mutants, "),
     "swing.py": (["--seconds", "0.5"], "upright at rest: an equilibrium to the printed digits"),
     "krl_two_points.py": ([], "check: nothing to say"),
     "replay_ist.py": (["--out", "ist.html"], "wrote ist.html"),

@@ -1,0 +1,50 @@
+"""Every numeric cell of the papers' data files changed, one at a time: which changes a verdict notices, which not.
+
+python scripts/data_mutants.py lwr4 --share 40
+"""
+
+from __future__ import annotations
+
+import argparse
+import random
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+
+from lwr_dyn.reproduction.mutants import Mutant, Survey, mutants, survey
+from lwr_dyn.reproduction.rooms import PAPERS
+
+PIECES = 8
+"""In which the mutants of a paper are handed to processes."""
+
+
+def surveyed(paper: str, chosen: list[Mutant], processes: int) -> Survey:
+    """The fates of the chosen mutants, on several processes."""
+    pieces = [chosen[i::PIECES] for i in range(PIECES)]
+    with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
+        parts = list(pool.map(survey, [paper] * PIECES, pieces))
+    return Survey(tuple(fate for part in parts for fate in part.fates))
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("papers", nargs="*", default=list(PAPERS), help=", ".join(PAPERS))
+    parser.add_argument("--share", type=int, help="so many mutants a paper, drawn at random; all if not given")
+    parser.add_argument("--processes", type=int, default=2)
+    options = parser.parse_args()
+    for paper in options.papers:
+        chosen = list(mutants(paper))
+        if options.share is not None:
+            chosen = random.Random(0).sample(chosen, min(options.share, len(chosen)))
+        found = surveyed(paper, chosen, options.processes)
+        words = ", ".join(f"{count} {seen}" for seen, count in found.counts().items())
+        print(f"{paper}: {len(chosen)} mutants, {found.share:.1%} seen ({words}); missed: {len(found.missed)}")
+        for fate in found.missed:
+            print(
+                f"  MISSED {fate.mutant.place} ({fate.mutant.kind}): {fate.mover} moves by {fate.moved:.3g} last digits"
+            )
+        for column, (count, moved) in found.survivors().items():
+            print(f"  not seen: {count:4d} of {column}; moves a number by {moved:.2g} of its last digits at most")
+
+
+if __name__ == "__main__":
+    main()
