@@ -144,7 +144,8 @@ def _conflict(found: Resolution) -> list[str]:
     ]
     if (a.about, b.about) == ("com", "origin"):
         out.append(
-            "if this one is right, the authors took tensors about the frames' origins as central ones: m c^2 is counted twice"
+            "if this one is right, the authors took tensors about the frames' origins as central ones: "
+            "m c^2 is counted twice"
         )
     return out
 
