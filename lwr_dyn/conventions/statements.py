@@ -143,7 +143,10 @@ def _conflict(found: Resolution) -> list[str]:
         f"numbers, by {figures[1]:.2%} in this one"
     ]
     if (a.about, b.about) == ("com", "origin"):
-        out.append("so the authors took tensors about the frames' origins as central ones: m c^2 is counted twice")
+        out.append(
+            "if this one is right, the authors took tensors about the frames' origins as central ones: "
+            "m c^2 is counted twice"
+        )
     return out
 
 

@@ -13,6 +13,7 @@ from lwr_dyn.lint.extremes import extremes
 from lwr_dyn.lint.finding import Finding
 from lwr_dyn.lint.formulas import formulas
 from lwr_dyn.lint.proportions import proportions
+from lwr_dyn.lint.repeats import repeats
 from lwr_dyn.lint.sheet import Sheet
 from lwr_dyn.lint.shifts import shifts
 from lwr_dyn.lint.statements import statements
@@ -23,7 +24,7 @@ from lwr_dyn.lint.unit_sense import unit_sense
 
 Rule = Callable[[Sheet], Iterator[Finding]]
 RULES: tuple[Rule, ...] = (
-    extremes, proportions, formulas, statements, totals, shifts, copies, symmetry, unit_sense,
+    extremes, proportions, formulas, statements, totals, shifts, copies, repeats, symmetry, unit_sense,
 )  # fmt: skip
 """In the order in which findings are told; a slip that an earlier rule explained is not told again."""
 LARGEST = 20_000_000

@@ -63,6 +63,8 @@ class Table:
     """Single values by name, as columns of one cell."""
     where: str = ""
     declared: Declared = field(default_factory=Declared)
+    labels: tuple[str, ...] = ()
+    """What the rows are called, where the file says so beside the table."""
 
     @property
     def rows(self) -> int:

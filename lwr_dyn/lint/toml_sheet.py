@@ -1,7 +1,8 @@
 """Any TOML file of numbers as a sheet: robots' data files, printed results, a user's own tables.
 
 A list of numbers is a column, lists of one length in one table are its rows; lists of lists are vectors or square
-matrices; a table with `values` is a column with its `unit`. What needs declaring stands under `lint` in its table.
+matrices; a table with `values` is a column with its `unit`. What needs declaring stands under `lint` in its table:
+`formula`, `ratio` and `symmetric` are lists of texts, `total`, `role` and `unit` are by column, `joints` is a text.
 """
 
 from __future__ import annotations
@@ -9,7 +10,7 @@ from __future__ import annotations
 import re
 import tomllib
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from lwr_dyn.errors import TableError
@@ -99,7 +100,9 @@ def _walk(raw: Mapping[str, Any], name: str, found: _Found, joints: str) -> None
         elif cell_text(value) is not None:
             values[key] = column(key, (cell_text(value) or "",), unit)
     _sentences(raw, name, found)
-    _keep(name or "file", columns, values, where, declared, found)
+    named = raw.get("rows")
+    labels = tuple(str(x) for x in named) if isinstance(named, list) else ()
+    _keep(Table(name or "file", tuple(columns), values, where, declared, labels), found)
 
 
 def _flat(raw: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
@@ -111,15 +114,13 @@ def _flat(raw: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
             yield key, value
 
 
-def _keep(
-    name: str, columns: list[Column], values: dict[str, Column], where: str, declared: Declared, found: _Found
-) -> None:
-    """One table for each length of columns; the single values stand with the first."""
-    lengths = list(dict.fromkeys(len(c.cells) for c in columns))
-    single = {c.name: c for c in columns if len(c.cells) == 1}
-    for length in [n for n in lengths if n > 1] or ([0] if values or single else []):
-        rows = tuple(c for c in columns if len(c.cells) == length)
-        found.tables.append(Table(name, rows, {**values, **single}, where, declared))
+def _keep(table: Table, found: _Found) -> None:
+    """One table for each length of columns; single values stand beside each."""
+    lengths = list(dict.fromkeys(len(c.cells) for c in table.columns))
+    values = {**table.values, **{c.name: c for c in table.columns if len(c.cells) == 1}}
+    for length in [n for n in lengths if n > 1] or ([0] if values else []):
+        rows = tuple(c for c in table.columns if len(c.cells) == length)
+        found.tables.append(replace(table, columns=rows, values=values))
 
 
 def _records(records: list[dict[str, Any]], path: str, found: _Found, joints: str) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from lwr_dyn.lint.dimensions import Powers, in_words, unit_of
+from lwr_dyn.lint.dimensions import NUMBER, Powers, in_words, unit_of
 from lwr_dyn.lint.finding import Finding
 from lwr_dyn.lint.roles import words_of
 from lwr_dyn.lint.sheet import Column, Sheet, Table
@@ -71,7 +71,7 @@ def _joint_errors(file: str, table: Table, text: str, columns: list[Column]) -> 
 def _quantity(file: str, table: Table, column: Column) -> Iterator[Finding]:
     words = [w for w in _words(column) if w in QUANTITIES]
     unit = unit_of(column.unit)
-    if not words or unit is None:
+    if not words or unit is None or unit.powers == NUMBER:  # a share or a count of anything has the unit 1
         return
     allowed = QUANTITIES[words[-1]]
     if any(_fits(unit.powers, text) for text in allowed):

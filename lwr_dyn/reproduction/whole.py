@@ -87,7 +87,7 @@ def _quiet(paper: str, folder: Path) -> Outcome:
 
 
 def _one(paper: str, folder: str | Path, timing: str | None, fit: bool, say: Say) -> Outcome:
-    place = make_folder(folder)
+    place = Path(folder)  # made by the room, once it knows its options
     found = _report(paper, place, timing, fit, say)
     say("verdicts and proofs")
     here = room(paper)

@@ -63,18 +63,22 @@ def conclusions(job: Job, runs: Sequence[Outcome], statics: Mapping[str, Statics
     pairs: dict[tuple[str, str], dict[str, Outcome]] = {}
     for run in runs:
         pairs.setdefault((run.believed, run.real), {})[run.law] = run
-    judged = [Conclusion(text, {(*key,): rule(r) for key, r in pairs.items()}) for text, rule in _rules(job)]
+    judged = [Conclusion(text, {(*key,): rule(r) for key, r in pairs.items()}) for text, rule in _rules(job, runs)]
     return (*judged, *_gains(statics))
 
 
-def _rules(job: Job) -> Iterator[tuple[str, Rule]]:
+def _rules(job: Job, runs: Sequence[Outcome]) -> Iterator[tuple[str, Rule]]:
+    """Propositions that can be judged: an arm without a known limit keeps to none."""
+    figures = [run.figures for run in runs if run.figures is not None]
     names = [law.name for law in job.laws]
     for pd, other in itertools.product(names, names):
         if pd.startswith(PD) and other.startswith(INVERSE):
             yield f"{other} tracks better than {pd} (RMS of the tip)", partial(_better, other, pd)
     for name in names:
-        yield f"torques keep to their limits under {name}", partial(_torques, name)
-        yield f"speeds keep to their limits under {name}", partial(_speeds, name)
+        if any(np.isfinite(f.torque_use).any() for f in figures):
+            yield f"torques keep to their limits under {name}", partial(_torques, name)
+        if any(np.isfinite(f.speed_use).any() for f in figures):
+            yield f"speeds keep to their limits under {name}", partial(_speeds, name)
     for said in job.said:
         yield said.text, partial(_largest, said)
 
@@ -86,7 +90,7 @@ def _better(law: str, other: str, runs: Runs) -> bool | None:
 
 
 def _torques(law: str, runs: Runs) -> bool | None:
-    """No torque was cut; joints without a known limit keep to it."""
+    """No torque was cut at a known limit."""
     figures = runs[law].figures
     return None if figures is None else bool((figures.saturated_s == 0.0).all())
 

@@ -20,6 +20,8 @@ def test_tables(capsys):
     out = capsys.readouterr().out
     for words in ("gravity torques at 20 poses", "8 runs of 4 s at 250", "inverse dynamics  on kuka", "what survives"):
         assert words in out, words
+    assert "speeds keep to their limits" in out
+    assert "torques keep" not in out  # the maker names no torque limits
 
 
 def test_json(capsys):

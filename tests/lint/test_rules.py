@@ -82,6 +82,22 @@ def test_masses_of_a_robot_against_its_data_sheet():
     assert rules(text.format("7"), "toml") == ["total"]
 
 
+TWICE = """[point_2]
+theta_1 = "-103.01"
+theta_3 = "-88.2"
+[table_5]
+rows = ["theta_1", "theta_2", "theta_3"]
+point_2 = ["{}", "67.62", "-88.18"]
+"""
+
+
+def test_a_value_printed_twice():
+    assert rules(TWICE.format("-103.01"), "toml") == []
+    assert rules(TWICE.format("-103.0"), "toml") == []
+    (finding,) = lint(sheet_of_toml(TWICE.format("-103.06"), "x.toml"))
+    assert (finding.rule, set(finding.cells)) == ("printed-twice", {"table_5, row 1, point_2", "point_2, theta_1"})
+
+
 def test_symmetry():
     text = "inertia = [[1.5, 0.2, 0.1], [0.2, 1.1, 0.3], [0.1, {}, 1.2]]"
     assert rules(text.format("0.3"), "toml") == []
@@ -109,6 +125,7 @@ def test_equal_masses_and_mirror_images_are_not_copies():
 def test_a_unit_of_another_quantity():
     assert rules("link,mass [m]\n1,2.5\n2,3.5\n") == ["unit"]
     assert rules("link,mass [g]\n1,2.5\n2,3.5\n") == []
+    assert rules("link,mass [1]\n1,0.5\n2,0.3\n") == []
     assert rules("i,maximum torque [N m/rad]\n1,2.5\n2,3.5\n") == []
 
 

@@ -5,7 +5,8 @@ import tomllib
 
 import pytest
 
-from lwr_dyn.errors import PaperError
+from lwr_dyn.errors import OptionError, PaperError
+from lwr_dyn.reproduction.expressions import same, value_of
 from lwr_dyn.reproduction.judge import AFTER, DIFFERS, NOT, REPRODUCED
 from lwr_dyn.reproduction.results import read_results, results_of_tables
 from lwr_dyn.reproduction.rooms import PAPERS, room
@@ -84,6 +85,18 @@ def test_no_verdict_is_written_in_the_data():
         for block in room(paper).results.blocks.values():
             assert block.compute in room(paper).functions
             assert room(paper).functions[block.compute].formula
+
+
+@pytest.mark.parametrize("text", ["__import__('os')", "x.y", "cos(a, b)", "a b", "tan(q1)", "'C1'"])
+def test_an_expression_is_arithmetic_or_refused(text):
+    with pytest.raises(OptionError, match="expression"):
+        value_of(text, 0)
+
+
+def test_expressions_are_compared_by_value():
+    assert same("-S1*C2", "-(sin(q1)*cos(q2))")
+    assert not same("-S1*C2", "-sin(q1)*sin(q2)")
+    assert not same("a1", "a2")
 
 
 SMALL = """

@@ -17,19 +17,12 @@ from lwr_dyn.assembly import arm_from_paper
 from lwr_dyn.chain import link_frames
 from lwr_dyn.kinematics.symbolic import dh_matrices
 from lwr_dyn.papers.catalog import open_paper
+from lwr_dyn.papers.reader import paper_of_tables
+from lwr_dyn.papers.schema import Paper
+from lwr_dyn.reproduction.expressions import compared
 from lwr_dyn.reproduction.printed import printed_tables
+from lwr_dyn.reproduction.rooms import room
 
-SLIPS = {
-    "A1": "symbolic-signs",
-    "A2": "symbolic-a2",
-    "A3": "symbolic-signs",
-    "A4": "symbolic-signs",
-    "A5": "symbolic-signs",
-    "A6": "table2-half-turn",
-    "T6": "table2-half-turn",
-    "T06": "table2-half-turn",
-}
-"""Matrix -> the erratum that explains where it differs."""
 PLACES = [(r, c) for r in range(4) for c in range(4)]
 HALF_MM = 0.5
 """Lengths are printed in whole mm; at zero every other entry is 0 or +-1."""
@@ -127,7 +120,7 @@ def _numeric(name: str, against: str, printed: Array, right: Array) -> MatrixVer
         for (r, c), tol in ((place, HALF_MM if place[1] == 3 and place[0] < 3 else 1e-9) for place in PLACES)
     )
     verdict = MatrixVerdict(name, against, entries)
-    return verdict if verdict.same else MatrixVerdict(name, against, entries, SLIPS.get(name, ""))
+    return verdict if verdict.same else MatrixVerdict(name, against, entries, _without(name, printed))
 
 
 def printed_symbols(rows: Sequence[Sequence[str]], i: int) -> sp.Matrix:
@@ -145,8 +138,39 @@ def _symbolic(i: int, rows: Sequence[Sequence[str]], right: sp.Matrix) -> Matrix
     )
     same = all(entry.same for entry in entries)
     return MatrixVerdict(
-        name, "equation (1), Table 2", entries, "" if same else SLIPS.get(name, ""), _row_of(printed, i)
+        name, "equation (1), Table 2", entries, "" if same else _read_right(name, entries, rows, i), _row_of(printed, i)
     )
+
+
+def _read_right(name: str, entries: Sequence[Entry], rows: Sequence[Sequence[str]], i: int) -> str:
+    """The erratum that reads just the differing entries otherwise, or with which Table 2 gives the printed matrix."""
+    wrong = {f"results.symbolic.{name}[{e.row - 1}][{e.column - 1}]" for e in entries if not e.same}
+    for erratum in open_paper("kr30ha").errata:
+        if wrong and wrong == {p.at for p in erratum.of_results() if p.at.startswith(f"results.symbolic.{name}[")}:
+            return erratum.id
+    for read in open_paper("kr30ha").reading.errata:
+        found = compared(rows, dh_matrices(_with([read]))[i])
+        if all(entry.same for row in found for entry in row):
+            return read
+    return ""
+
+
+def _without(name: str, printed: Array) -> str:
+    """The erratum of the reading without which the arm at A = 0 has the printed matrix."""
+    own = open_paper("kr30ha").reading.errata
+    for left_out in own:
+        chain = arm_from_paper(_with([e for e in own if e != left_out])).chain
+        single = [link.pose(0.0).matrix() for link in chain.links]
+        composite = list(link_frames(chain, np.zeros(6)))
+        right = {f"T{k + 1}": T for k, T in enumerate(single)} | {f"T0{k + 1}": T for k, T in enumerate(composite)}
+        if np.abs(_in_mm(right[name]) - printed).max() < HALF_MM / 10:
+            return left_out
+    return ""
+
+
+def _with(errata: Sequence[str]) -> Paper:
+    """The data file with exactly these errata."""
+    return paper_of_tables(dict(room("kr30ha").tables), "kr30ha.toml", errata_read=errata)
 
 
 def _row_of(printed: sp.Matrix, i: int) -> str:

@@ -26,16 +26,6 @@ from lwr_dyn.papers.catalog import open_paper
 from lwr_dyn.reproduction.printed import agrees, printed_tables
 
 POINTS = ("point_1", "point_2", "home")
-SLIPS = {
-    ("point_1", "theta_3"): "theta3-p1",
-    ("point_1", "theta_3 (Table 5)"): "theta3-p1",
-    ("point_2", "theta_1"): "theta1-p2",
-    ("point_2", "theta_1 (Table 5)"): "theta1-p2",
-    ("home", "phi"): "phi-home",
-    ("home", "theta_2 (first)"): "theta2-home",
-    ("home", "theta_2 (Table 5)"): "theta2-home",
-}
-"""(point, cell) -> the erratum that explains why the paper's own formula gives other digits."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,19 +131,25 @@ def simplified_solution(point: Mapping[str, Any], geometry: Mapping[str, Any]) -
 def _cells(name: str, tables: Mapping[str, Any]) -> list[PointCell]:
     point = tables[name]
     found = simplified_solution(point, tables["geometry"])
-    printed: list[tuple[str, str, float]] = []
-    for cell in ("theta_1", "D", "theta_3", "alpha", "phi"):
-        if cell in point:
-            printed.append((cell, point[cell][0], found[cell]))
-    for place, text in zip(("first", "second"), point["theta_2"], strict=True):
-        printed.append((f"theta_2 ({place})", text, found[f"theta_2 ({place})"]))
+    places = {cell: (f"results.{name}.{cell}[0]", point[cell][0]) for cell in found if cell in point}
+    for k, (order, text) in enumerate(zip(("first", "second"), point["theta_2"], strict=True)):
+        places[f"theta_2 ({order})"] = (f"results.{name}.theta_2[{k}]", text)
     chosen = "theta_2 (first)" if name == "home" else "theta_2 (second)"
-    for cell, text in zip(("theta_1", chosen, "theta_3"), tables["table_5"][name], strict=True):
-        printed.append((f"{cell.split(' ')[0]} (Table 5)", text, found[cell]))
-    return [
-        PointCell(name, cell, text, value, "" if agrees(text, value) else SLIPS.get((name, cell), ""))
-        for cell, text, value in printed
+    cells = [
+        PointCell(name, cell, text, found[cell], _slip(at, text, found[cell])) for cell, (at, text) in places.items()
     ]
+    for k, (cell, text) in enumerate(zip(("theta_1", chosen, "theta_3"), tables["table_5"][name], strict=True)):
+        slip = _slip(f"results.table_5.{name}[{k}]", text, found[cell])
+        cells.append(PointCell(name, f"{cell.split(' ')[0]} (Table 5)", text, found[cell], slip))
+    return cells
+
+
+def _slip(at: str, text: str, value: float) -> str:
+    """The erratum that reads a printed cell as what the report's own formula gives; empty where the digits agree."""
+    if agrees(text, value):
+        return ""
+    patches = ((e.id, patch) for e in open_paper("kr30ha").errata for patch in e.of_results())
+    return next((name for name, patch in patches if patch.at == at and agrees(patch.read, value)), "")
 
 
 def right_points(arm: Arm, printed: Mapping[str, Any] | None = None) -> tuple[RightPoint, ...]:
