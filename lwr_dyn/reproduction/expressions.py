@@ -34,7 +34,7 @@ def value_of(text: str, draw: int) -> float:
     OptionError
         Anything but numbers, letters, + - * / **, cos, sin and sqrt.
 
-    >>> value_of("cos(q1)**2 + S1**2", 0)
+    >>> round(value_of("cos(q1)**2 + S1**2", 0), 12)
     1.0
     """
     try:
