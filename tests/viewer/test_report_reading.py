@@ -84,7 +84,9 @@ def test_keyboard_reaches_and_plays_the_replay(window):
     until(window, lambda: window.switch_to.active_element.get_attribute("id") == "summary")
     order = []
     for _ in range(8):
+        window.execute_script("window.focusedBefore = document.activeElement")
         ActionChains(window).send_keys(Keys.TAB).perform()
+        until(window, lambda: window.execute_script("return document.activeElement !== window.focusedBefore"))
         order.append(window.execute_script("return document.activeElement.id || document.activeElement.textContent"))
     assert order[:4] == ["8reproduced", "4after erratum", "4differs", "4not reproducible"]
     assert order[4:] == ["Replay", "Figure 2", "stage", "play"]

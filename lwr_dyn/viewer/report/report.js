@@ -187,13 +187,15 @@ function printing(drawing, player) {
   });
 }
 
-// Links to something that is folded away open it first.
+// Links to something that is folded away open it first. To what stands open the browser itself goes, and at once: this
+// comes later, when the reader may already be elsewhere.
 function unfolding() {
   const follow = () => {
     const target = location.hash ? document.getElementById(decodeURIComponent(location.hash.slice(1))) : null;
-    if (target?.matches("details")) target.open = true;
-    target?.focus({ preventScroll: true });
-    target?.scrollIntoView();
+    if (!target?.matches("details:not([open])")) return;
+    target.open = true;
+    target.focus({ preventScroll: true });
+    target.scrollIntoView();
   };
   window.addEventListener("hashchange", follow);
   follow();
