@@ -40,7 +40,7 @@ def lint_section(here: Room) -> Told:
     sheets = ((data, here.file), (results_text(here.paper), f"{here.paper}/results.toml"))
     found: list[Finding] = [f for text, file in sheets for f in lint(sheet_of_toml(text, file, "revolute"))]
     told = "\n".join(f.line() for f in found) or "nothing found"
-    return Section("lint", "Slips that show without a model", told), [f.record() for f in found]
+    return Section("lint", "Lint", told), [f.record() for f in found]
 
 
 def resolver_section(paper: str) -> Told | None:
@@ -53,7 +53,7 @@ def resolver_section(paper: str) -> Told | None:
     else:
         table = printed_table(paper)
         lines = statements(resolve(table, room_evidence(paper, table) or _table_iv()))
-    return Section("resolver", "Conventions that nobody states", "\n".join(lines)), lines
+    return Section("resolver", "Conventions", "\n".join(lines)), lines
 
 
 def _table_iv() -> Evidence:
@@ -78,7 +78,7 @@ def spread_section(paper: str) -> Told | None:
         "rms_mm": {law: found.tip_rms_mm(law) for law in laws},
         "conclusions": {c.text: c.verdict() for c in found.conclusions},
     }
-    return Section("spread", "What depends on the reading", text, tuple(tables)), record
+    return Section("spread", "Readings", text, tuple(tables)), record
 
 
 def _matrix(found: Spread, law: str) -> PlainTable:
@@ -93,9 +93,8 @@ def _matrix(found: Spread, law: str) -> PlainTable:
 
 
 def _shades(values: Array) -> tuple[tuple[float, ...], ...]:
-    """0 for the smallest, 1 for the largest."""
-    span = float(np.nanmax(values) - np.nanmin(values)) or 1.0
-    scaled = np.nan_to_num((values - np.nanmin(values)) / span)
+    """By how much a value is above the smallest, as a share of the largest."""
+    scaled = np.nan_to_num((values - np.nanmin(values)) / (float(np.nanmax(values)) or 1.0))
     return tuple(tuple(float(x) for x in row) for row in scaled)
 
 
