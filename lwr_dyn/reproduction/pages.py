@@ -38,7 +38,7 @@ def page_of(here: Room, found: Outcome, judgement: Judgement, entries: Sequence[
     paper = paper_of_tables(dict(here.tables), here.file)
     printed, derived = (tuple(j for j in judgement.data if j.block.derived == d) for d in (False, True))
     counted = judgement.counts()
-    more = (Section("text", "The report as text", found.text), *found.shown.sections)
+    more = (Section("text", "As text", found.text), *found.shown.sections)
     return Page(
         title=paper.title,
         subtitle=paper.document.get("title", ""),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ from lwr_dyn.reproduction.judge import DIFFERS
 from lwr_dyn.reproduction.ledger import ledger
 from lwr_dyn.reproduction.outcome import Outcome
 from lwr_dyn.reproduction.pages import REPORT, page_of
+from lwr_dyn.reproduction.readings import sections_of
 from lwr_dyn.reproduction.rooms import PAPERS, room
 from lwr_dyn.reproduction.verdicts import judged
 from lwr_dyn.text import json_text
@@ -32,6 +34,7 @@ def reproduce(
     timing: str | None = None,
     fit: bool = False,
     say: Say = lambda _: None,
+    with_spread: bool = True,
 ) -> Outcome:
     """Recompute a paper, or all of them side by side, and write `folder` (with "all": a folder a paper inside it).
 
@@ -45,6 +48,8 @@ def reproduce(
         Of the LWR 4+ paper alone, see `lwr4plus.report.reproduce`.
     say : callable
         Told what is being done.
+    with_spread : bool
+        Also simulate the task under all readings, half a minute for the LWR 4+.
 
     Raises
     ------
@@ -63,7 +68,7 @@ def reproduce(
                 raise OptionError(option, f"given for {paper}", "only for lwr4plus")
     if paper == ALL:
         return _all(make_folder(folder), say)
-    return _one(paper, folder, timing, fit, say)
+    return _one(paper, folder, timing, fit, say, with_spread)
 
 
 def _all(place: Path, say: Say) -> Outcome:
@@ -86,22 +91,25 @@ def _quiet(paper: str, folder: Path) -> Outcome:
     return Outcome(found.holds, "", {"counts": found.record["counts"]})
 
 
-def _one(paper: str, folder: str | Path, timing: str | None, fit: bool, say: Say) -> Outcome:
+def _one(paper: str, folder: str | Path, timing: str | None, fit: bool, say: Say, with_spread: bool = True) -> Outcome:
     place = Path(folder)  # made by the room, once it knows its options
     found = _report(paper, place, timing, fit, say)
     say("verdicts and proofs")
     here = room(paper)
     judgement, entries = judged(paper, slow=True, known=found.known), ledger(here)
+    say("readings")
+    parts, read = sections_of(here, with_spread)
     summary = counts(judgement, entries)
     explained = not judgement.counts()[DIFFERS] and not judgement.counts(True)[DIFFERS]
     holds = found.holds and explained and all(entry.holds for entry in entries)
     record: dict[str, Any] = {
         "paper": paper, "counts": summary, "numbers": [j.to_json() for j in judgement.data],
-        "errata": [entry_record(entry) for entry in entries], **found.record, "holds": holds,
+        "errata": [entry_record(entry) for entry in entries], **found.record, **read, "holds": holds,
     }  # fmt: skip
     text = "\n\n".join(x for x in (counts_text({paper: summary}), differing_text(judgement), found.text) if x)
     write_folder(place, {"results.json": json_text(record) + "\n"})
-    done = Outcome(holds, text, record, found.known, found.shown)
+    shown = replace(found.shown, sections=(*found.shown.sections, *parts))
+    done = Outcome(holds, text, record, found.known, shown)
     say("report page")
     write_report(place / REPORT, page_of(here, done, judgement, entries, place))
     return done

@@ -28,7 +28,7 @@ def outcome(tmp_path_factory):
 def test_it_holds_and_writes_what_it_promises(outcome):
     found, place, steps = outcome
     assert found.holds
-    assert len(steps) == 7
+    assert len(steps) == 8
     written = {str(p.relative_to(place)) for p in place.rglob("*") if p.is_file()}
     assert written >= {
         "tables.txt", "errata.txt", "results.json", "checks.txt", "equations.txt", "equations.tex",

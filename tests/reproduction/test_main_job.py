@@ -19,7 +19,7 @@ PAGE_BYTES = 6_000_000
 @pytest.fixture(scope="module")
 def outcome(tmp_path_factory):
     folder = tmp_path_factory.mktemp("out") / "lwr4plus"
-    return folder, reproduce("lwr4plus", folder)
+    return folder, reproduce("lwr4plus", folder, with_spread=False)
 
 
 def test_everything_promised_is_there(outcome):

@@ -62,4 +62,4 @@ def _ranking(found: Sequence[Trial]) -> Section:
     ]  # fmt: skip
     head = ("plant", "controller", "tip RMS [mm]", "tip max [mm]", "torque", "speed")
     table = PlainTable("Controllers on IST; they believe in the arm as modelled", head, tuple(rows))
-    return Section("controllers", "Controllers when the model is wrong", "", (table,))
+    return Section("controllers", "Wrong models", "", (table,))

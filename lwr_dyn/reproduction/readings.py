@@ -1,0 +1,117 @@
+"""What other rooms find about a paper's tables, as parts of its report: lint, the readings that fit, their spread."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from importlib import resources
+from typing import Any
+
+import numpy as np
+
+from lwr_dyn.arrays import Array
+from lwr_dyn.assembly import arm_from_paper
+from lwr_dyn.conventions.evidence import DerivedNumber, Evidence, Printed
+from lwr_dyn.conventions.evidence_file import room_evidence
+from lwr_dyn.conventions.printed import printed_table
+from lwr_dyn.conventions.resolve import resolve
+from lwr_dyn.conventions.statements import statements
+from lwr_dyn.conventions.zero import resolve_zero, zero_statements
+from lwr_dyn.lint.examine import lint
+from lwr_dyn.lint.finding import Finding
+from lwr_dyn.lint.toml_sheet import sheet_of_toml
+from lwr_dyn.papers.catalog import open_paper, readings
+from lwr_dyn.reproduction.printed import printed_tables
+from lwr_dyn.reproduction.results import results_text
+from lwr_dyn.reproduction.rooms import Room
+from lwr_dyn.spread.matrix import Spread, spread
+from lwr_dyn.viewer.report.content import PlainTable, Section
+
+RESOLVED = {"lwr4plus": "tensors", "wam7": "tensors", "kr30ha": "zero"}
+"""Papers whose tables leave conventions open: of the inertia tensors, or of the joints' zero and signs."""
+SPREAD = ("lwr4plus", "wam7")
+"""Papers whose readings are readings of one arm with masses in print."""
+Told = tuple[Section, Any]
+"""A part of the page, and the same as JSON values."""
+
+
+def lint_section(here: Room) -> Told:
+    """Slips that show without a model, in the data file and in the printed results."""
+    data = resources.files("lwr_dyn.papers").joinpath(here.file).read_text(encoding="utf-8")
+    sheets = ((data, here.file), (results_text(here.paper), f"{here.paper}/results.toml"))
+    found: list[Finding] = [f for text, file in sheets for f in lint(sheet_of_toml(text, file, "revolute"))]
+    told = "\n".join(f.line() for f in found) or "nothing found"
+    return Section("lint", "Lint", told), [f.record() for f in found]
+
+
+def resolver_section(paper: str) -> Told | None:
+    """How the tables may be read when nobody states their conventions, the file's own errata not looked at."""
+    kind = RESOLVED.get(paper)
+    if kind is None:
+        return None
+    if kind == "zero":
+        lines = zero_statements(resolve_zero(paper))
+    else:
+        table = printed_table(paper)
+        lines = statements(resolve(table, room_evidence(paper, table) or _table_iv()))
+    return Section("resolver", "Conventions", "\n".join(lines)), lines
+
+
+def _table_iv() -> Evidence:
+    """The printed largest inertias of the LWR 4+ paper."""
+    printed = printed_tables("lwr4plus")["table_iv"]
+    numbers = (
+        DerivedNumber("worst inertia", i, Printed.of(text), where=printed["where"])
+        for i, text in enumerate(printed["b"])
+    )
+    return Evidence(numbers=tuple(numbers))
+
+
+def spread_section(paper: str) -> Told | None:
+    """The paper's task under all readings: the controller believes in one, the plant is another."""
+    if paper not in SPREAD:
+        return None
+    found = spread({name: arm_from_paper(open_paper(paper, name)) for name in readings(paper)})
+    laws = [law.name for law in found.job.laws]
+    tables = [*(_matrix(found, law) for law in laws), _inertias(found), _survivors(found)]
+    text = f"{found.job.about}; {len(found.outcomes)} runs at {found.rate:g} Hz or more"
+    record = {
+        "rms_mm": {law: found.tip_rms_mm(law) for law in laws},
+        "conclusions": {c.text: c.verdict() for c in found.conclusions},
+    }
+    return Section("spread", "Readings", text, tuple(tables)), record
+
+
+def _matrix(found: Spread, law: str) -> PlainTable:
+    tips, worst = found.tip_rms_mm(law), found.worst_mrad(law)
+    rows = tuple(
+        (name, *(f"{tips[i, j]:.3g} ({worst[i, j]:.3g})" for j in range(len(found.names))))
+        for i, name in enumerate(found.names)
+    )
+    title = f"{law}: RMS error of the tip [mm] (largest error of a joint [mrad])"
+    heads = (f"{law} believes in", *(f"on {name}" for name in found.names))
+    return PlainTable(title, heads, rows, "rows: the controller believes; columns: what is moved", _shades(tips))
+
+
+def _shades(values: Array) -> tuple[tuple[float, ...], ...]:
+    """By how much a value is above the smallest, as a share of the largest."""
+    scaled = np.nan_to_num((values - np.nanmin(values)) / (float(np.nanmax(values)) or 1.0))
+    return tuple(tuple(float(x) for x in row) for row in scaled)
+
+
+def _inertias(found: Spread) -> PlainTable:
+    rows = tuple((name, *(f"{x:.4g}" for x in found.statics[name].b)) for name in found.names)
+    return PlainTable("Largest inertia b = max B_ii [kg m^2]", ("reading", *found.joints), rows)
+
+
+def _survivors(found: Spread) -> PlainTable:
+    rows = tuple((c.text, c.verdict()) for c in found.conclusions)
+    return PlainTable("What survives", ("conclusion", "under which readings"), rows)
+
+
+def sections_of(here: Room, with_spread: bool = True) -> tuple[Sequence[Section], dict[str, Any]]:
+    """All of these parts that the paper has, and their record."""
+    told = {"lint": lint_section(here), "resolver": resolver_section(here.paper)}
+    if with_spread:
+        told["spread"] = spread_section(here.paper)
+    kept = {name: part for name, part in told.items() if part is not None}
+    return [section for section, _ in kept.values()], {name: record for name, (_, record) in kept.items()}
