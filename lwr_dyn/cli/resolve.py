@@ -10,7 +10,7 @@ import click
 from lwr_dyn.cli.options import print_json
 from lwr_dyn.conventions.candidates import Candidate
 from lwr_dyn.conventions.decisions import decisions
-from lwr_dyn.conventions.evidence import DerivedNumber, Evidence, Printed
+from lwr_dyn.conventions.evidence import Evidence
 from lwr_dyn.conventions.evidence_file import read_evidence, room_evidence
 from lwr_dyn.conventions.printed import PrintedTable, printed_table
 from lwr_dyn.conventions.resolve import Resolution, resolve
@@ -19,7 +19,7 @@ from lwr_dyn.conventions.zero import ZeroResolution, resolve_zero, zero_statemen
 from lwr_dyn.errors import OptionError
 from lwr_dyn.papers.catalog import open_paper, robots
 from lwr_dyn.papers.schema import Paper
-from lwr_dyn.reproduction.printed import printed_tables
+from lwr_dyn.reproduction.readings import table_iv_evidence
 from lwr_dyn.text import table as text_table
 
 HEAD = ("#", "about", "com from", "products", "axes moved", "cells", "apart", "repeated differ", "fullness")
@@ -70,20 +70,8 @@ def _evidence(robot: str, path: str | None, table: PrintedTable) -> Evidence:
     if path is not None:
         return read_evidence(path, table)
     if robot in robots():
-        return room_evidence(robot, table) or _worst_cases(robot) or Evidence()
+        return room_evidence(robot, table) or (table_iv_evidence() if robot == "lwr4plus" else Evidence())
     return Evidence()
-
-
-def _worst_cases(robot: str) -> Evidence | None:
-    """Table IV of the LWR 4+ paper: the printed results of the reproduction room as evidence."""
-    if robot != "lwr4plus":
-        return None
-    printed = printed_tables(robot)["table_iv"]
-    numbers = [
-        DerivedNumber("worst inertia", i, Printed.of(text), where=printed["where"])
-        for i, text in enumerate(printed["b"])
-    ]
-    return Evidence(numbers=tuple(numbers))
 
 
 def _print(found: Resolution) -> None:

@@ -102,7 +102,7 @@ def _table(
     return ReportTable(
         id=name,
         title=f"{title}, {matrix}" if matrix else title,
-        where=block.where,
+        where="" if block.where == title.removeprefix("derived: ") else block.where,
         columns=tuple(columns),
         rows=tuple(Row(row, tuple(cells.get((row, column), empty) for column in columns)) for row in rows),
         unit="" if units == ["1"] else ", ".join(units),

@@ -52,11 +52,11 @@ def resolver_section(paper: str) -> Told | None:
         lines = zero_statements(resolve_zero(paper))
     else:
         table = printed_table(paper)
-        lines = statements(resolve(table, room_evidence(paper, table) or _table_iv()))
+        lines = statements(resolve(table, room_evidence(paper, table) or table_iv_evidence()))
     return Section("resolver", "Conventions", "\n".join(lines)), lines
 
 
-def _table_iv() -> Evidence:
+def table_iv_evidence() -> Evidence:
     """The printed largest inertias of the LWR 4+ paper."""
     printed = printed_tables("lwr4plus")["table_iv"]
     numbers = (
@@ -108,7 +108,7 @@ def _survivors(found: Spread) -> PlainTable:
     return PlainTable("What survives", ("conclusion", "under which readings"), rows)
 
 
-def sections_of(here: Room, with_spread: bool = True) -> tuple[Sequence[Section], dict[str, Any]]:
+def sections_of(here: Room, with_spread: bool) -> tuple[Sequence[Section], dict[str, Any]]:
     """All of these parts that the paper has, and their record."""
     told = {"lint": lint_section(here), "resolver": resolver_section(here.paper)}
     if with_spread:

@@ -16,7 +16,7 @@ from lwr_dyn.reproduction.judge import DIFFERS
 from lwr_dyn.reproduction.ledger import ledger
 from lwr_dyn.reproduction.outcome import Outcome
 from lwr_dyn.reproduction.pages import REPORT, page_of
-from lwr_dyn.reproduction.readings import sections_of
+from lwr_dyn.reproduction.readings import SPREAD, sections_of
 from lwr_dyn.reproduction.rooms import PAPERS, room
 from lwr_dyn.reproduction.verdicts import judged
 from lwr_dyn.text import json_text
@@ -33,8 +33,8 @@ def reproduce(
     folder: str | Path,
     timing: str | None = None,
     fit: bool = False,
+    with_spread: bool = False,
     say: Say = lambda _: None,
-    with_spread: bool = True,
 ) -> Outcome:
     """Recompute a paper, or all of them side by side, and write `folder` (with "all": a folder a paper inside it).
 
@@ -46,17 +46,17 @@ def reproduce(
         Made if missing.
     timing, fit
         Of the LWR 4+ paper alone, see `lwr4plus.report.reproduce`.
+    with_spread : bool
+        Also simulate the task under all readings (papers in `readings.SPREAD`), half a minute for the LWR 4+.
     say : callable
         Told what is being done.
-    with_spread : bool
-        Also simulate the task under all readings, half a minute for the LWR 4+.
 
     Raises
     ------
     UnknownNameError
         A paper that is not reproduced.
     OptionError
-        A timing that does not exist; timing or fit for another paper.
+        A timing that does not exist; timing, fit or spread for another paper.
     FileAccessError
         The folder cannot be written.
     """
@@ -66,15 +66,17 @@ def reproduce(
         for option, given in (("timing", timing), ("fit-arm-angle", fit or None)):
             if given is not None:
                 raise OptionError(option, f"given for {paper}", "only for lwr4plus")
+    if with_spread and paper not in (*SPREAD, ALL):
+        raise OptionError("spread", f"given for {paper}", f"only for {', '.join(SPREAD)}, {ALL}")
     if paper == ALL:
-        return _all(make_folder(folder), say)
-    return _one(paper, folder, timing, fit, say, with_spread)
+        return _all(make_folder(folder), with_spread, say)
+    return _one(paper, folder, timing, fit, with_spread, say)
 
 
-def _all(place: Path, say: Say) -> Outcome:
+def _all(place: Path, with_spread: bool, say: Say) -> Outcome:
     """Each paper in a process of its own, two at a time."""
     with ProcessPoolExecutor(PROCESSES, mp_context=get_context("spawn")) as pool:
-        begun = {paper: pool.submit(_quiet, paper, place / paper) for paper in LONGEST_FIRST}
+        begun = {paper: pool.submit(_quiet, paper, place / paper, with_spread) for paper in LONGEST_FIRST}
         done: dict[str, Outcome] = {}
         for paper in LONGEST_FIRST:
             done[paper] = begun[paper].result()
@@ -85,13 +87,13 @@ def _all(place: Path, say: Say) -> Outcome:
     return Outcome(holds, counts_text(record), {"papers": record, "holds": holds})
 
 
-def _quiet(paper: str, folder: Path) -> Outcome:
+def _quiet(paper: str, folder: Path, with_spread: bool) -> Outcome:
     """One paper in a process of its own; what is sent back is small."""
-    found = _one(paper, folder, None, False, lambda _: None)
+    found = _one(paper, folder, None, False, with_spread, lambda _: None)
     return Outcome(found.holds, "", {"counts": found.record["counts"]})
 
 
-def _one(paper: str, folder: str | Path, timing: str | None, fit: bool, say: Say, with_spread: bool = True) -> Outcome:
+def _one(paper: str, folder: str | Path, timing: str | None, fit: bool, with_spread: bool, say: Say) -> Outcome:
     place = Path(folder)  # made by the room, once it knows its options
     found = _report(paper, place, timing, fit, say)
     say("verdicts and proofs")

@@ -23,7 +23,7 @@ def test_the_resolver_finds_the_sign_of_the_wams_products_and_the_joints_of_the_
 
 
 def test_parts_that_a_paper_has_not_are_left_out_and_shades_are_shares():
-    parts, record = readings.sections_of(room("lwr4"))
+    parts, record = readings.sections_of(room("lwr4"), with_spread=True)
     assert [part.id for part in parts] == list(record) == ["lint"]
     shades = readings._shades(np.array([[1.0, 2.0], [4.0, np.nan]]))
     assert shades == ((0.0, 0.25), (0.75, 0.0))
@@ -32,4 +32,4 @@ def test_parts_that_a_paper_has_not_are_left_out_and_shades_are_shares():
 def test_the_evidence_of_table_iv_decides_the_lwr4plus():
     section, _ = readings.resolver_section("lwr4plus")
     assert "tensors are about the centre of mass (decided by published numbers)" in section.text
-    assert len(readings._table_iv().numbers) == 7
+    assert len(readings.table_iv_evidence().numbers) == 7

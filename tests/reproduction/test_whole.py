@@ -28,6 +28,13 @@ def test_options_of_the_lwr4plus_are_refused_elsewhere_and_nothing_is_written(tm
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.parametrize("paper", ["lwr4", "kr30ha"])
+def test_a_spread_is_refused_where_there_is_none(tmp_path, paper):
+    with pytest.raises(OptionError, match=f"spread: given for {paper}; allowed: only for lwr4plus, wam7, all"):
+        whole.reproduce(paper, tmp_path / "out", with_spread=True)
+    assert not (tmp_path / "out").exists()
+
+
 def test_an_unknown_paper(tmp_path):
     with pytest.raises(UnknownNameError, match="no paper to reproduce named 'lwr9'"):
         whole.reproduce("lwr9", tmp_path / "out")
