@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 import numpy as np
 
 from lwr_dyn.reproduction.case import Case, Evidence
 from lwr_dyn.reproduction.ledger import Proof, Prove
-from lwr_dyn.reproduction.wam7.recomputed import figure_4, tensors_about_origin
+from lwr_dyn.reproduction.wam7.recomputed import figure_4, sheet_tensors
 
 SHEET = 1e-6
 """[kg m^2] The sheet's two tables differ in the last digits that the coarser one prints."""
@@ -17,8 +14,7 @@ SHEET = 1e-6
 
 def products_sign(given: Evidence) -> Proof:
     """The sheet's own tensors about the frame origins against the parallel-axis theorem, with both signs."""
-    sheet = given.results.blocks["tensors_about_origin"].printed
-    as_tensor, as_integral = (_misses(given.case(*ids), sheet) for ids in ((), ("products-sign",)))
+    as_tensor, as_integral = (_misses(given.case(*ids)) for ids in ((), ("products-sign",)))
     return Proof(
         "the sheet's tensors about the origins follow from the products negated, and not from the products as printed",
         as_integral < SHEET and as_tensor > 50 * SHEET,
@@ -26,13 +22,10 @@ def products_sign(given: Evidence) -> Proof:
     )
 
 
-def _misses(case: Case, printed: Mapping[str, Any]) -> float:
-    found = tensors_about_origin(case, case.block("tensors_about_origin"))
-    diagonal = [np.abs(found[xx] - np.array(printed[f"sheet_{xx}"])).max() for xx in ("xx", "yy", "zz")]
-    products = [
-        abs(found[name][link - 1] - printed[f"sheet_{name}_{link}"]) for name, link in (("xy", 1), ("xy", 3), ("yz", 6))
-    ]
-    return float(max(*diagonal, *products))
+def _misses(case: Case) -> float:
+    block = case.block("sheet_tensors")
+    found = sheet_tensors(case, block)
+    return float(max(np.abs(np.subtract(found[name], case.numbers(block.name, name))).max() for name in found))
 
 
 def home_outside(given: Evidence) -> Proof:

@@ -138,6 +138,14 @@ def motor_speeds(case: Case, block: Block) -> dict[str, Any]:
     return {"speed": case.arm.transmission.motor_velocity(np.array(block.printed["dq"], dtype=float))}
 
 
+def sheet_tensors(case: Case, block: Block) -> dict[str, Any]:
+    """I_i + m_i S(c_i)^T S(c_i) about the origin of frame i [kg m^2]"""
+    found = tensors_about_origin(case, block)
+    products = {"xy_of_link_1": ("xy", 0), "xy_of_link_3": ("xy", 2), "yz_of_link_6": ("yz", 5)}
+    moments = {name: found[name] for name in ("xx", "yy", "zz")}
+    return moments | {name: [found[entry][i]] for name, (entry, i) in products.items()}
+
+
 def tensors_about_origin(case: Case, _: Block) -> dict[str, Any]:
     """I_i + m_i S(c_i)^T S(c_i) about the origin of frame i [kg m^2]"""
     tensors = np.array([body.inertia_origin() for body in case.arm.chain.bodies or ()])
@@ -160,7 +168,7 @@ def settled_errors(case: Case, _: Block) -> dict[str, Any]:
 _QUICK = (
     joints, simulations, motion, printed_velocity, caption_acceleration, figure_4, covered, most_affected,
     least_influenced, cruise_errors, cruise_in_figure, net_damping, feeds_energy, friction_at_end, controller,
-    motor_speeds, tensors_about_origin, home_excess,
+    motor_speeds, sheet_tensors, tensors_about_origin, home_excess,
 )  # fmt: skip
 FUNCTIONS: dict[str, Recompute] = (
     SHARED
