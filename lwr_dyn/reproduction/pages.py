@@ -143,7 +143,7 @@ def _ours(judged: Judged) -> str:
     if isinstance(value, Symbolic):
         return value.text
     if abs(value - round(value)) < 1e-9 and last_digit(judged.cell.printed) == 1:
-        return f"{value:.0f}"
+        return f"{round(value):d}"
     least = last_digit(judged.cell.printed).scaleb(-MORE)
     if "e" in judged.cell.printed or least < Decimal("1e-14") or abs(value) > LARGEST_WRITTEN:
         return f"{value:.6g}"
@@ -154,8 +154,9 @@ def _ours(judged: Judged) -> str:
 def _erratum(entry: Entry) -> Erratum:
     e, proof = entry.erratum, entry.proof
     told = e.why if proof is None else f"{e.why}\n{proof.told}"
+    holds = e.status != "proven" if proof is None else proof.holds
     return Erratum(
-        id=e.id, where=e.where, printed=e.printed, right=e.read_as, proof=told, holds=proof is not None and proof.holds,
+        id=e.id, where=e.where, printed=e.printed, right=e.read_as, proof=told, holds=holds,
         effect=e.effect, severity=e.severity, status=e.status,
     )  # fmt: skip
 

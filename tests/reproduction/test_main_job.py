@@ -35,6 +35,12 @@ def test_everything_promised_is_there(outcome):
         assert (folder / page).stat().st_size < PAGE_BYTES
 
 
+def test_nothing_on_the_page_fails_and_what_is_only_likely_is_not_called_failed(outcome):
+    text = (outcome[0] / "report.html").read_text(encoding="utf-8")
+    assert ">likely<" in text
+    assert "FAILS" not in text
+
+
 def test_the_record_names_errata_exchanged_cells_and_nearest_conditions(outcome):
     record = json.loads((outcome[0] / "results.json").read_text())
     assert record["errata_that_matter"] == ["table1-swapped-yz", "table2-c5z"]

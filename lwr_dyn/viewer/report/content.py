@@ -75,7 +75,7 @@ class ReportTable:
 class Erratum:
     """A slip of the document: where, what is printed, what is right, and the computation that shows it.
 
-    `holds` says whether that computation came out as told when the report was made.
+    `holds` is False when that computation did not come out as told while the report was made, or is owed and missing.
     """
 
     id: str
