@@ -154,9 +154,8 @@ def _ours(judged: Judged) -> str:
 def _erratum(entry: Entry) -> Erratum:
     e, proof = entry.erratum, entry.proof
     told = e.why if proof is None else f"{e.why}\n{proof.told}"
-    holds = e.status != "proven" if proof is None else proof.holds
     return Erratum(
-        id=e.id, where=e.where, printed=e.printed, right=e.read_as, proof=told, holds=holds,
+        id=e.id, where=e.where, printed=e.printed, right=e.read_as, proof=told, holds=entry.holds,
         effect=e.effect, severity=e.severity, status=e.status,
     )  # fmt: skip
 

@@ -11,7 +11,7 @@ from typing import Any
 
 from lwr_dyn.errors import UnknownNameError
 from lwr_dyn.reproduction.case import Evidence, Recompute
-from lwr_dyn.reproduction.ledger import Prove
+from lwr_dyn.reproduction.proof import Prove
 from lwr_dyn.reproduction.results import Results, read_results, results_text
 
 PAPERS = ("lwr4plus", "lwr4", "wam7", "kr30ha")

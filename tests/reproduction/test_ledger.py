@@ -7,7 +7,8 @@ import pytest
 from lwr_dyn.errors import LwrDynError
 from lwr_dyn.papers.schema import SEVERITIES
 from lwr_dyn.reproduction.case import Evidence
-from lwr_dyn.reproduction.ledger import Entry, Proof, entry, errata_of
+from lwr_dyn.reproduction.ledger import Entry, entry, errata_of
+from lwr_dyn.reproduction.proof import Proof
 from lwr_dyn.reproduction.results import results_of_tables
 from lwr_dyn.reproduction.rooms import PAPERS, room
 

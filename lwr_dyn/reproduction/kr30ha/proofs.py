@@ -16,8 +16,8 @@ from lwr_dyn.reproduction.kr30ha.proofs_of_motion import MOTION
 from lwr_dyn.reproduction.kr30ha.proofs_of_points import POINTS
 from lwr_dyn.reproduction.kr30ha.proofs_of_program import PROGRAM
 from lwr_dyn.reproduction.kr30ha.recomputed import envelope, symbolic_matrices
-from lwr_dyn.reproduction.ledger import Proof, Prove
 from lwr_dyn.reproduction.printed import agrees
+from lwr_dyn.reproduction.proof import Proof, Prove
 from lwr_dyn.spatial import rot_x, rot_z
 
 OFFSET, HALF_TURN, SIGNS = "table2-offset", "table2-half-turn", "kuka-signs"

@@ -11,7 +11,7 @@ from lwr_dyn.reproduction.case import Evidence
 from lwr_dyn.reproduction.expressions import same
 from lwr_dyn.reproduction.kr30ha.motion import FIRST_TWO, Comparison, comparisons
 from lwr_dyn.reproduction.kr30ha.planar import counterparts, finished, planar_equations
-from lwr_dyn.reproduction.ledger import Proof, Prove
+from lwr_dyn.reproduction.proof import Proof, Prove
 
 
 @cache

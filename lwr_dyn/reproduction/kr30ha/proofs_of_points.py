@@ -12,8 +12,8 @@ from lwr_dyn.kinematics.forward import forward_kinematics, frames
 from lwr_dyn.reproduction.case import Evidence
 from lwr_dyn.reproduction.kr30ha.points import point_misses, right_points, wrist_centre_mm
 from lwr_dyn.reproduction.kr30ha.recomputed import simplified_point
-from lwr_dyn.reproduction.ledger import Proof, Prove
 from lwr_dyn.reproduction.printed import agrees
+from lwr_dyn.reproduction.proof import Proof, Prove
 
 
 def home_x(given: Evidence) -> Proof:

@@ -1,5 +1,5 @@
 """Proofs of the errata."""
 
-from lwr_dyn.reproduction.ledger import Prove
+from lwr_dyn.reproduction.proof import Prove
 
 PROOFS: dict[str, Prove] = {}

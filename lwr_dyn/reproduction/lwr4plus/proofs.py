@@ -11,11 +11,11 @@ from lwr_dyn.arm import Arm
 from lwr_dyn.chain import Body, with_bodies
 from lwr_dyn.control.gains import second_order_gains
 from lwr_dyn.reproduction.case import Case, Evidence
-from lwr_dyn.reproduction.ledger import Proof, Prove
 from lwr_dyn.reproduction.lwr4plus.proofs_of_laws import LAWS
 from lwr_dyn.reproduction.lwr4plus.recomputed import origin_miss
 from lwr_dyn.reproduction.lwr4plus.searches import at_printed, largest
 from lwr_dyn.reproduction.printed import agrees
+from lwr_dyn.reproduction.proof import Proof, Prove
 
 ROWS, SWAPPED, C5Z = "table2-rows", "table1-swapped-yz", "table2-c5z"
 
