@@ -156,7 +156,7 @@ def _erratum(entry: Entry) -> Erratum:
     told = e.why if proof is None else f"{e.why}\n{proof.told}"
     return Erratum(
         id=e.id, where=e.where, printed=e.printed, right=e.read_as, proof=told, holds=entry.holds,
-        effect=e.effect, severity=e.severity, status=e.status,
+        effect=e.effect, severity=e.severity, status=e.status, computed=proof is not None,
     )  # fmt: skip
 
 

@@ -39,6 +39,7 @@ def test_nothing_on_the_page_fails_and_what_is_only_likely_is_not_called_failed(
     text = (outcome[0] / "report.html").read_text(encoding="utf-8")
     assert ">likely<" in text
     assert "FAILS" not in text
+    assert "no computation decides it" in text
 
 
 def test_the_record_names_errata_exchanged_cells_and_nearest_conditions(outcome):

@@ -87,6 +87,8 @@ class Erratum:
     effect: str
     severity: str
     status: str
+    computed: bool = True
+    """Whether `proof` tells of a computation, or only of reasons."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

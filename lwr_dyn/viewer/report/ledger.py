@@ -23,7 +23,7 @@ def erratum_html(erratum: Erratum) -> Html:
         element("span", erratum.where, class_="where"),
         element(
             "span",
-            element("del", erratum.printed),
+            element("span" if erratum.status == "open" else "del", erratum.printed),
             element("span", " \u2192 ", aria_hidden="true"),
             element("span", "right: ", class_="word"),
             element("ins", erratum.right),
@@ -33,13 +33,19 @@ def erratum_html(erratum: Erratum) -> Html:
             "span", erratum.status if erratum.holds else f"{erratum.status}, FAILS", class_=f"chip {_status(erratum)}"
         ),
     ]
-    outcome = "the computation comes out as told" if erratum.holds else "THE COMPUTATION DOES NOT COME OUT AS TOLD"
-    told: list[Fact] = [("proof", erratum.proof), ("checked", outcome), ("effect", erratum.effect)]
+    told: list[Fact] = [("proof" if erratum.computed else "reason", erratum.proof), ("checked", _outcome(erratum))]
+    told.append(("effect", erratum.effect))
     told.append(("severity", erratum.severity))
     body = facts_html([(name, text) for name, text in told if text])
     return element(
         "details", element("summary", heading), body, id=anchor("erratum", erratum.id), class_="erratum", tabindex=-1
     )
+
+
+def _outcome(erratum: Erratum) -> str:
+    if not erratum.holds:
+        return "THE COMPUTATION DOES NOT COME OUT AS TOLD"
+    return "the computation comes out as told" if erratum.computed else "no computation decides it"
 
 
 def _status(erratum: Erratum) -> str:
