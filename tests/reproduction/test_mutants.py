@@ -19,7 +19,7 @@ from lwr_dyn.reproduction.mutants import (
 )
 from lwr_dyn.reproduction.rooms import PAPERS, room
 
-SHARE = 60
+SHARE = 40
 """Mutants a paper."""
 SEEN = 0.75
 """Least share of them that is seen; the full counts stand in the README."""
