@@ -33,7 +33,7 @@ class Refit:
 
 
 def passive_refit(models: Sequence[JointFriction | None], speed: float | None = None) -> Refit:
-    """The nearest friction that feeds energy in at no speed.
+    """The nearest friction that feeds energy in at no speed; a joint whose friction does so nowhere is left alone.
 
     Coulomb level (with the offset's share) and slope of each direction are moved so that both are at least 0 and the
     mean square of the difference over speeds from 0 to `speed` is least. The Stribeck part stays: static friction

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 from arms import arms
-from hypothesis import given, settings
+from examples import examples
+from hypothesis import given
 from sample_runs import MIDDLE, Sinusoids, controllers, joint_waves, lwr, lwr_dynamics, with_limits
 
 import lwr_dyn
@@ -23,7 +24,7 @@ def test_fourteen_seconds_at_1_khz_with_rk4(name):
     assert run.meta["audit"]["residual"] == found.residual
 
 
-@settings(max_examples=10)
+@examples(10)
 @given(arms)
 def test_any_arm_swings_freely(arm):
     run = swing(arm, "speed", duration=0.05, rate=100.0)

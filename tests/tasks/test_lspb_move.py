@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from examples import examples
+from hypothesis import given
 from hypothesis import strategies as st
 
 import lwr_dyn
@@ -34,7 +35,7 @@ def test_the_papers_single_runs(joint):
 
 
 @given(st.integers(0, 10**6), st.floats(0.5, 20.0), st.floats(0.02, 0.5))
-@settings(max_examples=40, deadline=None)
+@examples(40)
 def test_all_joints_start_and_stop_together_on_a_straight_line(seed, t_f, share):
     rng = np.random.default_rng(seed)
     start, end = rng.uniform(ARM.lower, ARM.upper, (2, 7))

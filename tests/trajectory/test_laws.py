@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from examples import examples
+from hypothesis import given
 from hypothesis import strategies as st
 
 from lwr_dyn.errors import OptionError
@@ -64,21 +65,23 @@ def test_constant_speed_jumps_at_both_ends():
 
 
 @given(length=amounts, speed=amounts, acceleration=amounts, jerk=amounts)
-@settings(max_examples=60, deadline=None)
+@examples(60)
 def test_double_s_keeps_its_bounds_and_arrives_at_rest(length, speed, acceleration, jerk):
     law = double_s(length, speed, acceleration, jerk)
+    tick = 4 * np.spacing(law.duration)  # what a time of that size can tell; a jerk acts through it
+    rough = jerk * tick + ROUNDING * acceleration
     peaks = law.peaks()
-    assert peaks.speed <= speed * (1 + ROUNDING)
-    assert peaks.acceleration <= acceleration * (1 + ROUNDING)
+    assert peaks.speed <= speed * (1 + ROUNDING) + acceleration * tick
+    assert peaks.acceleration <= acceleration + rough
     assert peaks.jerk <= jerk * (1 + ROUNDING)
     end = law.at([law.duration])
     assert end.s[0] == pytest.approx(length, rel=ROUNDING)
-    assert abs(end.ds[0]) <= ROUNDING * speed * 10
-    assert abs(end.dds[0]) <= ROUNDING * acceleration * 10
+    assert abs(end.ds[0]) <= ROUNDING * speed * 10 + acceleration * tick
+    assert abs(end.dds[0]) <= 10 * rough
     assert peaks.jerk == pytest.approx(jerk, rel=ROUNDING)
     if len(law.coefficients) == 7:  # all stretches are there, so all bounds are reached: no time is wasted
         assert peaks.speed == pytest.approx(speed, rel=ROUNDING)
-        assert peaks.acceleration == pytest.approx(acceleration, rel=ROUNDING)
+        assert abs(peaks.acceleration - acceleration) <= rough
 
 
 def test_double_s_total_times_are_those_of_the_book():
@@ -89,7 +92,7 @@ def test_double_s_total_times_are_those_of_the_book():
 
 
 @given(st.lists(st.floats(0.01, 2.0), min_size=1, max_size=6), st.floats(1.0, 20.0), st.floats(0.1, 5.0))
-@settings(max_examples=30, deadline=None)
+@examples(30)
 def test_sections_in_a_given_time_stop_at_their_ends_and_keep_the_bounds(lengths, stretch, acceleration):
     jerk = 8.0 * acceleration
     shortest = sum(double_s(length, 1e6, acceleration, jerk).duration for length in lengths)
