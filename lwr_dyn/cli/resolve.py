@@ -22,7 +22,7 @@ from lwr_dyn.papers.schema import Paper
 from lwr_dyn.reproduction.readings import table_iv_evidence
 from lwr_dyn.text import table as text_table
 
-HEAD = ("#", "about", "com from", "products", "axes moved", "cells", "apart", "repeated differ", "fullness")
+HEAD = ("#", "DH", "about", "com from", "products", "axes moved", "cells", "apart", "repeated differ", "fullness")
 
 
 @click.command("resolve")

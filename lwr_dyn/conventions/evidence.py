@@ -47,8 +47,8 @@ class Printed:
             number = Decimal(text)
             exponent = number.as_tuple().exponent
         except InvalidOperation:
-            exponent = "n"
-        if not isinstance(exponent, int):
+            number, exponent = Decimal("nan"), "n"
+        if not isinstance(exponent, int) or not np.isfinite(float(number)):
             raise EvidenceError(where, f"{text!r}, no digits", 'a number as printed, such as "2.908"')
         return cls(float(number) * factor, 0.5 * float(Decimal(1).scaleb(exponent)) * factor, text)
 

@@ -96,11 +96,19 @@ def parse_evidence(text: str, file: str, table: PrintedTable) -> Evidence:
     if convention is not None:
         choice(convention, [c.value for c in Convention], file, "arm.convention")
     links = [f"link_{i + 1}" for i in range(table.n)]
-    alike = tuple(tuple(_index(x, "link", links) for x in group) for group in arm.take("alike", list, default=[]))
+    alike = tuple(_group(group, links, file) for group in arm.take("alike", list, default=[]))
     arm.done()
     top.done()
     found = Evidence(tuple(numbers), tensors, tuple(places), alike, convention)
     found.check(table)
+    return found
+
+
+def _group(names: object, links: list[str], file: str) -> tuple[int, ...]:
+    """Links that are one body, mirrored; a link compared with itself would be no evidence."""
+    found = tuple(_index(x, "link", links) for x in names) if isinstance(names, list) else ()
+    if len(set(found)) < 2 or len(set(found)) < len(found):
+        raise EvidenceError(f"{file}: arm.alike", repr(names), "lists of two or more different links")
     return found
 
 

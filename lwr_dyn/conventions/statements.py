@@ -161,7 +161,7 @@ def ranking_rows(ranking: Sequence[Candidate], most: int = 6) -> list[tuple[str,
         links = [(i + 1, x) for i, x in enumerate(c.reading.links) if x.moved]
         moved = [f"{i}:{x.axes}{'+com' if x.moves == 'row' else ''}" for i, x in links]
         rows.append((
-            str(k + 1), c.reading.table.about, c.reading.table.com_from,
+            str(k + 1), c.reading.table.convention.value, c.reading.table.about, c.reading.table.com_from,
             "".join(x.products[0] for x in c.reading.links), " ".join(moved) or "none",
             " ".join(f"{x.name}={x.value:g}" for x in c.reading.cells) or "none", str(c.exceptions),
             f"{c.mirror_miss:.2%}" if np.isfinite(c.mirror_miss) else "-", f"{c.fullness:.1f}",

@@ -8,11 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from lwr_dyn.actuation import friction_of
 from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import Array
 from lwr_dyn.chain import Chain
 from lwr_dyn.dynamics.recursion import Rotors
-from lwr_dyn.errors import OptionError
+from lwr_dyn.errors import MissingDataError, OptionError
 from lwr_dyn.kernels.functions import function_shape
 from lwr_dyn.kernels.parameters import chosen_inputs, friction_parameters
 
@@ -84,7 +85,7 @@ def form_of(
     OptionError
         A choice that does not exist, or the arm's friction has a Stribeck curve, which kernels do not know.
     MissingDataError
-        The arm has no inertias.
+        The arm has no inertias, or no friction with friction="arm".
     """
     chosen = chosen_inputs(inputs)
     for option, value, allowed in (
@@ -96,6 +97,8 @@ def form_of(
             raise OptionError(option, repr(value), ", ".join(allowed))
     if friction == "arm" and "friction" in chosen:
         raise OptionError("friction", "'arm' and an input", "one of them")
+    if friction == "arm" and not any(friction_of(arm)):
+        raise MissingDataError(arm.name, "friction", "kernels with friction='arm'")
     constants = friction_parameters(arm) if friction == "arm" else None
     name = f"{arm.name} ({arm.reading})"
     return Form(name, arm.require_dynamics(), constants, chosen, rotors, str(dtype))  # type: ignore[arg-type]

@@ -100,6 +100,9 @@ def load_program(path: str | Path, also: Iterable[str | Path] = ()) -> Program:
     source, found = read_source(target)
     beside = _beside(target)
     data, more = read_source(beside) if beside is not None else (None, ())
+    for other in also:
+        if Path(other).suffix.lower() not in (".src", ".dat"):
+            raise FileAccessError(str(other), f"ends in {Path(other).suffix or 'nothing'!r}", "a .src or .dat file")
     lent = [read_source(other)[0] for other in also]
     return program_of(source, data, lent, (*found, *more))
 

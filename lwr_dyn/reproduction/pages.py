@@ -22,7 +22,6 @@ from lwr_dyn.reproduction.rooms import Room
 from lwr_dyn.reproduction.verdicts import Judgement
 from lwr_dyn.simulation.audit import TOLERANCE
 from lwr_dyn.simulation.record import versions
-from lwr_dyn.version import VERSION
 from lwr_dyn.viewer.report.content import Cell, Check, Erratum, FileFact, Page, ReportTable, Row, Section, Verdict
 
 MORE = 2
@@ -53,7 +52,7 @@ def page_of(here: Room, found: Outcome, judgement: Judgement, entries: Sequence[
         audit=found.shown.audit,
         sections=more,
         files=_files(place),
-        versions=(("lwr_dyn", VERSION), ("Python", platform.python_version()), *versions().items()),
+        versions=(("Python", platform.python_version()), *versions().items()),
     )
 
 
@@ -61,7 +60,8 @@ def _words(counted: Mapping[str, int], entries: Sequence[Entry], holds: bool) ->
     numbers = ", ".join(f"{count} {verdict}" for verdict, count in counted.items() if count)
     proven = sum(e.holds for e in entries if e.erratum.status == "proven")
     end = "No difference is left unexplained." if holds else "Something printed, checked or claimed is NOT explained."
-    return f"Of {sum(counted.values())} printed numbers: {numbers}. {proven} slips are proven. {end}"
+    slips = f" {proven} slips are proven." if proven else ""
+    return f"Of {sum(counted.values())} printed numbers: {numbers}.{slips} {end}"
 
 
 def _tables(data: Sequence[Judged]) -> list[ReportTable]:

@@ -24,6 +24,8 @@ from lwr_dyn.viewer.report.page import write_report
 
 Say = Callable[[str], None]
 ALL = "all"
+INCOMPLETE = "INCOMPLETE.txt"
+"""Lies in a folder that an interrupt or an error left before it was whole."""
 PROCESSES = 2
 LONGEST_FIRST = ("wam7", "lwr4plus", "kr30ha", "lwr4")
 
@@ -95,6 +97,17 @@ def _quiet(paper: str, folder: Path, with_spread: bool) -> Outcome:
 
 def _one(paper: str, folder: str | Path, timing: str | None, fit: bool, with_spread: bool, say: Say) -> Outcome:
     place = Path(folder)  # made by the room, once it knows its options
+    try:
+        done = _written(paper, place, timing, fit, with_spread, say)
+    except BaseException:
+        if place.is_dir():
+            (place / INCOMPLETE).write_text("This folder was left before it was whole: run the command again.\n")
+        raise
+    (place / INCOMPLETE).unlink(missing_ok=True)
+    return done
+
+
+def _written(paper: str, place: Path, timing: str | None, fit: bool, with_spread: bool, say: Say) -> Outcome:
     found = _report(paper, place, timing, fit, say)
     say("verdicts and proofs")
     here = room(paper)

@@ -15,6 +15,7 @@ from lwr_dyn.motion import Motion, Reference
 from lwr_dyn.simulation.integrators import Integrator, dop853, rk4
 from lwr_dyn.simulation.plant import Plant
 
+MOST_SUBSTEPS = 1000
 MOST_SAMPLES = 1e7
 """A run of more does not fit a common memory: 7 joints take 0.5 kB a sample."""
 METHODS = ("rk4", "dop853")
@@ -43,10 +44,11 @@ class Settings:
                 raise OptionError(name, value, "a number above 0")
         if self.method not in METHODS:
             raise OptionError("method", repr(self.method), ", ".join(METHODS))
-        for name, least in (("substeps", 1), ("seed", 0)):
+        for name, least, most in (("substeps", 1, MOST_SUBSTEPS), ("seed", 0, None)):
             value = getattr(self, name)
-            if not (isinstance(value, int) and value >= least):
-                raise OptionError(name, value, f"a whole number from {least} on")
+            if not (isinstance(value, int) and value >= least and (most is None or value <= most)):
+                end = "on" if most is None else f"to {most}"
+                raise OptionError(name, value, f"a whole number from {least} {end}")
 
     def integrator(self) -> Integrator:
         """The method."""

@@ -20,6 +20,7 @@ from lwr_dyn.trajectory.laws import positive
 POSES = 500
 OMEGA_N, XI = 50.0, 1.0
 """Of the gains that are compared: the LWR 4+ paper's."""
+MOST_POSES = 1_000_000
 MOST = 8
 """Arms at once: the runs grow with the square."""
 
@@ -91,8 +92,8 @@ def spread(
     """
     if not 2 <= len(arms) <= MOST:
         raise OptionError("arms", f"{len(arms)}", f"2 to {MOST} readings or files")
-    if poses < 1:
-        raise OptionError("poses", poses, "at least 1")
+    if not 1 <= poses <= MOST_POSES:
+        raise OptionError("poses", poses, f"from 1 to {MOST_POSES}")
     positive("rate", rate)
     first, *others = arms.items()
     for name, arm in others:

@@ -142,3 +142,8 @@ def test_huge_options_are_refused(lwr_dyn_command, options):
 def test_an_option_that_would_do_nothing_is_refused(lwr_dyn_command, options, option, words):
     code, out, err = lwr_dyn_command("simulate", "lwr4plus", *HOLD, *options)
     assert (code, out, err) == (2, "", f"lwr-dyn: {option}: would do nothing here; allowed: {words}\n")
+
+
+def test_substeps_are_bounded(lwr_dyn_command):
+    code, _, err = lwr_dyn_command("simulate", "lwr4plus", *HOLD, "--substeps", "99999999999")
+    assert (code, err) == (2, "lwr-dyn: substeps: 99999999999; allowed: a whole number from 1 to 1000\n")

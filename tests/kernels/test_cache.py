@@ -5,12 +5,14 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import lwr_dyn
 from lwr_dyn.errors import CacheWarning, MissingPackageError
+from lwr_dyn.friction.models import symmetric
 from lwr_dyn.kernels import cache, kernel
 from lwr_dyn.kernels.form import form_of
 
@@ -120,7 +122,7 @@ def test_the_key_tells_arms_choices_and_functions_apart():
         form_of(ARM, dtype="float32"),
         form_of(ARM, inputs=["gravity"]),
         form_of(ARM, rotors="none"),
-        form_of(ARM, friction="arm"),
+        form_of(replace(ARM, friction=(symmetric(1.0, 0.1),) * 7), friction="arm"),
     ]
     keys = {kernel.key_of(form, name) for form in forms for name in ("gravity_vector", "mass_matrix")}
     assert len(keys) == 12

@@ -12,7 +12,7 @@ from tolerances import EXACT
 import lwr_dyn
 from lwr_dyn.actuation import friction_of
 from lwr_dyn.chain import Body, with_bodies, with_payload
-from lwr_dyn.errors import OptionError, ShapeError
+from lwr_dyn.errors import MissingDataError, OptionError, ShapeError
 from lwr_dyn.friction.models import Direction, JointFriction, friction_torque
 from lwr_dyn.kernels.functions import FUNCTIONS
 from lwr_dyn.kernels.parameters import (
@@ -114,6 +114,11 @@ def test_an_offset_is_there_at_any_speed():
     dq[0] = 0.0
     found = lwr_dyn.batch_dynamics(ARM, inputs=["friction"]).inverse_dynamics(q, dq, ddq, friction=values["friction"])
     assert np.abs(found - lwr_dyn.batch_dynamics(ARM).inverse_dynamics(q, dq, ddq) - 0.3).max() < 1e-12
+
+
+def test_friction_of_an_arm_that_has_none_is_refused():
+    with pytest.raises(MissingDataError, match="lwr4plus: friction not given"):
+        lwr_dyn.batch_dynamics(ARM, friction="arm")
 
 
 def test_a_stribeck_curve_is_refused():

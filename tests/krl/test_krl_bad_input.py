@@ -211,3 +211,10 @@ def test_files_that_are_missing(tmp_path, arm):
 def test_another_robot_is_refused():
     with pytest.raises(OptionError):
         run_program(body(SPEED, HOME), lwr_dyn.load("lwr4plus"))
+
+
+def test_a_file_that_lends_names_is_krl(tmp_path):
+    (tmp_path / "a.src").write_text("DEF a( )\nEND\n")
+    (tmp_path / "b.toml").write_text("")
+    with pytest.raises(FileAccessError, match=r"ends in '.toml'; allowed: a .src or .dat file"):
+        load_program(tmp_path / "a.src", [tmp_path / "b.toml"])

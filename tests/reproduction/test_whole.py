@@ -91,3 +91,16 @@ def test_a_number_that_differs_is_listed_and_fails_the_paper(tmp_path, monkeypat
     assert not outcome.holds
     assert "tool.position[0]" in outcome.text
     assert "+0.0001" in outcome.text
+
+
+def test_what_was_left_before_it_was_whole_says_so_until_it_is(tmp_path, monkeypatch):
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(whole, "write_report", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            whole.reproduce("lwr4", tmp_path / "out")
+    assert (tmp_path / "out" / whole.INCOMPLETE).is_file()
+    whole.reproduce("lwr4", tmp_path / "out")
+    assert not (tmp_path / "out" / whole.INCOMPLETE).exists()

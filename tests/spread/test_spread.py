@@ -163,3 +163,8 @@ def test_bad_input(arms, make, options, error):
     with pytest.raises(error) as caught:
         spread(make(arms["true"]), **options)
     assert isinstance(caught.value, LwrDynError)
+
+
+def test_poses_are_bounded():
+    with pytest.raises(OptionError, match="poses: 99999999999; allowed: from 1 to 1000000"):
+        spread({name: lwr_dyn.load("lwr4plus", name) for name in ("computed", "printed")}, poses=99999999999)

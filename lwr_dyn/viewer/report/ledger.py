@@ -108,9 +108,14 @@ def figure_html(plot: Plot) -> Html:
     return element("figure", caption, place, class_="block")
 
 
+def _paragraph(text: str) -> Html:
+    """Words as a paragraph; columns aligned with spaces as they stand."""
+    return element("pre", text, tabindex=0) if "  " in text else element("p", text)
+
+
 def section_html(section: Section) -> list[Html]:
     """What stands under the heading of a section."""
-    text = [element("p", part) for part in section.text.split("\n\n") if part.strip()]
+    text = [_paragraph(part) for part in section.text.split("\n\n") if part.strip()]
     return [
         element("div", text, class_="prose"),
         *map(plain_table_html, section.tables),
