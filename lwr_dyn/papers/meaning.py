@@ -24,6 +24,8 @@ _AT_LEAST_ZERO = (
     "rotors.inertia", "rotors.armature", "friction.viscous", "friction.coulomb", "drawing.pedestal", "gains.ki",
     "gains.kd", "base.mass", *(f"friction.{side}_{name}" for side in SIDES for name in ("coulomb", "static")),
 )  # fmt: skip
+MOST_GRAVITY = 1e3
+"""[m/s^2] More than stands at the Sun's surface is a slip, and a swing under it would never be done."""
 _DIRECTED = tuple(f"friction.{side}_{name}" for side in SIDES for name in ("coulomb", "viscous"))
 
 
@@ -35,6 +37,15 @@ def check_meaning(columns: Mapping[str, Column], joints: Sequence[str], kinds: S
     _symmetry(columns, file)
     _rotors(columns, file)
     _friction(columns, file)
+    _gravity(columns, file)
+
+
+def _gravity(columns: Mapping[str, Column], file: str) -> None:
+    if "base.gravity" not in columns:
+        return
+    size = float(np.linalg.norm(columns["base.gravity"].si()))
+    if size > MOST_GRAVITY:
+        raise PaperError(file, "base.gravity.values", f"{size:g} m/s^2", f"at most {MOST_GRAVITY:g} m/s^2")
 
 
 def _units(columns: Mapping[str, Column], joints: Sequence[str], kinds: Sequence[JointKind], file: str) -> None:

@@ -10,6 +10,11 @@ from lwr_dyn.papers.template import template
 GOOD = template("own.toml", "own", "RP", "standard")
 
 FAULTS = {
+    "gravity of no star": (
+        "values = [0, 0, -9.81]",
+        "values = [0, 0, -9.81e9]",
+        "base.gravity.values: .*at most 1000",
+    ),
     "broken TOML": ("schema = 1", "schema = = 1", "TOML: .*; allowed: valid TOML"),
     "other schema": ("schema = 1", "schema = 2", "schema: 2; allowed: 1"),
     "unknown table": ("[flange]", "[flanges]", "flanges: unknown field; allowed: .*"),
