@@ -11,6 +11,7 @@ import numpy as np
 
 from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import Array
+from lwr_dyn.dh import JointKind
 from lwr_dyn.dynamics.ungated import mechanical_energy
 from lwr_dyn.errors import DivergenceError
 from lwr_dyn.motion import Event, Run
@@ -88,7 +89,8 @@ def divergence(
         joint, found, allowed = int(broken[0]), f"torque command {command[broken[0]]}", "finite torques"
     else:
         joint = int(np.argmax(speed))
-        found = f"{speed[joint]:.3g} rad/s (m/s) at the last sample, and growing"
+        unit = "rad/s" if plant.arm.chain.links[joint].kind is JointKind.REVOLUTE else "m/s"
+        found = f"{speed[joint]:.3g} {unit} at the last sample that can be followed, beyond reach at the next"
         allowed = f"less than a turn a sample ({cap:.4g} rad/s), finite numbers; try a higher rate or lower gains"
     t, name = float(log.t[k]), plant.arm.joint_names[joint]
     told = {**meta, "diverged": {"t": t, "joint": name, "found": found}}

@@ -11,7 +11,7 @@ SHORT = ("--task", "hold", "--from-deg", "0,30,0,-60,0,30,0", "--duration", "0.0
 
 BAD = {
     "rate": (("--rate", "0"), "rate: 0.0; allowed: a number above 0"),
-    "substeps": (("--substeps", "0"), "substeps: 0; allowed: a whole number from 1 on"),
+    "substeps": (("--substeps", "0"), "substeps: 0; allowed: a whole number from 1 to 1000"),
     "gains": (("--omega-n", "-5"), "omega_n: -5.0; allowed: a number above 0"),
     "integral gain": (("--controller", "pid", "--ki", "-1"), "Ki"),
     "payload": (("--payload", "-3"), "payload mass: -3.0; allowed: a number >= 0"),
