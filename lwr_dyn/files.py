@@ -1,4 +1,4 @@
-"""Files are written under a temporary name and renamed: a kill leaves the old file or none."""
+"""Text in, its faults told; files out, under a temporary name and renamed: a kill leaves the old file or none."""
 
 from __future__ import annotations
 
@@ -8,6 +8,16 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from lwr_dyn.errors import FileAccessError
+
+
+def read_text(path: str | Path, needed: str, encoding: str = "utf-8") -> str:
+    """A file as text; raises `FileAccessError` when it cannot be read or is not UTF-8, saying what is needed."""
+    try:
+        return Path(path).read_bytes().decode(encoding)
+    except UnicodeDecodeError:
+        raise FileAccessError(str(path), "not UTF-8 text", needed) from None
+    except OSError as fault:
+        raise FileAccessError(str(path), (fault.strerror or str(fault)).lower(), needed) from None
 
 
 def write_file(path: str | Path, data: str | bytes) -> None:

@@ -41,7 +41,8 @@ from lwr_dyn.arrays import Array, joint_array
 from lwr_dyn.conventions.evidence import DerivedNumber, Evidence, FlangePlace, Printed, SecondTensors, second_tensors
 from lwr_dyn.conventions.printed import PrintedTable
 from lwr_dyn.dh import Convention, JointKind
-from lwr_dyn.errors import EvidenceError, FileAccessError, PaperError, UnknownNameError
+from lwr_dyn.errors import EvidenceError, PaperError, UnknownNameError
+from lwr_dyn.files import read_text
 from lwr_dyn.papers.fields import Fields, choice
 from lwr_dyn.papers.schema import ABOUT, PRODUCTS
 from lwr_dyn.papers.units import UNITS, to_si, units_of
@@ -64,14 +65,7 @@ def read_evidence(path: str | Path, table: PrintedTable) -> Evidence:
     UnknownNameError
         A joint or link that the arm does not have.
     """
-    file = Path(path)
-    try:
-        text = file.read_bytes().decode("utf-8")
-    except UnicodeDecodeError:
-        raise FileAccessError(str(path), "not UTF-8 text", "a TOML file") from None
-    except OSError as fault:
-        raise FileAccessError(str(path), (fault.strerror or str(fault)).lower(), "a readable .toml file") from None
-    return parse_evidence(text, file.name, table)
+    return parse_evidence(read_text(path, "a readable .toml file"), Path(path).name, table)
 
 
 def room_evidence(robot: str, table: PrintedTable) -> Evidence | None:

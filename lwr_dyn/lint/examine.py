@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from lwr_dyn.errors import FileAccessError
+from lwr_dyn.files import read_text
 from lwr_dyn.lint.copies import copies
 from lwr_dyn.lint.csv_sheet import sheet_of_csv
 from lwr_dyn.lint.extremes import extremes
@@ -80,13 +81,11 @@ def sheet_of_file(path: str | Path, joints: str = "") -> Sheet:
     try:
         if file.stat().st_size > LARGEST:
             raise FileAccessError(str(path), f"{file.stat().st_size} bytes", f"at most {LARGEST} bytes")
-        text = file.read_bytes().decode("utf-8-sig")
-    except UnicodeDecodeError:
-        raise FileAccessError(str(path), "not UTF-8 text", FORMATS) from None
     except OSError as fault:
         if isinstance(fault, FileAccessError):
             raise
         raise FileAccessError(str(path), (fault.strerror or str(fault)).lower(), FORMATS) from None
+    text = read_text(path, FORMATS, "utf-8-sig")
     if file.suffix.lower() == ".csv":
         return sheet_of_csv(text, str(path), file.stem)
     return sheet_of_toml(text, str(path), joints)

@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from lwr_dyn.dh import Convention, JointKind
-from lwr_dyn.errors import FileAccessError, PaperError, UnknownNameError
+from lwr_dyn.errors import PaperError, UnknownNameError
+from lwr_dyn.files import read_text
 from lwr_dyn.papers.columns import read_columns
 from lwr_dyn.papers.errata import apply_errata, one_erratum_a_cell
 from lwr_dyn.papers.fields import Fields, choice
@@ -51,14 +52,7 @@ def read_paper(path: str | Path, reading: str | None = None) -> Paper:
     UnknownNameError
         No reading of that name.
     """
-    file = Path(path)
-    try:
-        text = file.read_bytes().decode("utf-8")
-    except UnicodeDecodeError:
-        raise FileAccessError(str(path), "not UTF-8 text", "a TOML file") from None
-    except OSError as fault:
-        raise FileAccessError(str(path), (fault.strerror or str(fault)).lower(), "a readable .toml file") from None
-    return parse_paper(text, file.name, reading)
+    return parse_paper(read_text(path, "a readable .toml file"), Path(path).name, reading)
 
 
 def parse_paper(text: str, file: str, reading: str | None = None) -> Paper:
