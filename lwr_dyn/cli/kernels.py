@@ -36,16 +36,16 @@ def command(
     if emit is not None:
         click.echo(generate(form, emit).text, nl=False)
         return
-    sources = {name: generate(form, name) for name in FUNCTIONS}
+    known = {name: generate(form, name).description for name in FUNCTIONS}
     if as_json:
         records = [
             {"name": name, "operations": s.operations, "fused": s.fused, "inputs": list(s.inputs), "result": s.width}
-            for name, s in sources.items()
+            for name, s in known.items()
         ]
         print_json({"robot": form.name, "dtype": dtype, "cache": str(cache_folder()), "functions": records})
         return
     from lwr_dyn.text import table
 
-    rows = [(n, str(s.operations), str(s.fused), FUNCTIONS[n].says) for n, s in sources.items()]
+    rows = [(n, str(s.operations), str(s.fused), FUNCTIONS[n].says) for n, s in known.items()]
     click.echo(f"{form.name}, {dtype}; kept in {cache_folder()}")
     click.echo(table(rows, ("function", "operations", "with fused multiply-add", "gives")))

@@ -17,6 +17,7 @@ import numpy as np
 
 from lwr_dyn.errors import MissingPackageError
 from lwr_dyn.kernels import cache
+from lwr_dyn.kernels.description import Description
 from lwr_dyn.kernels.form import Form
 from lwr_dyn.kernels.functions import function_shape
 
@@ -29,21 +30,6 @@ _loaded: dict[str, Kernel] = {}
 _pools: dict[int, ThreadPoolExecutor] = {}
 if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=_pools.clear)  # a child has none of its parent's threads
-
-
-@dataclass(frozen=True, slots=True)
-class Description:
-    """What must be known of machine code to call it."""
-
-    symbol: str
-    inputs: tuple[str, ...]
-    widths: tuple[int, ...]
-    width: int
-    buffer: int
-    lanes: int
-    limit: float
-    operations: int
-    fused: int
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -143,10 +129,11 @@ def _from_cache(form: Form, key: str) -> Kernel | None:
     if found is None:
         return None
     known, code = found
-    if known.keys() != {f.name for f in fields(Description)}:
+    symbol = known.pop("symbol", None)
+    if symbol is None or known.keys() != {f.name for f in fields(Description)}:
         return None
     known["inputs"], known["widths"] = tuple(known["inputs"]), tuple(known["widths"])
-    return _ready(form, Description(**known), code)
+    return _ready(form, Description(**known), symbol, code)
 
 
 def _built(form: Form, function: str, key: str) -> Kernel:
@@ -154,25 +141,14 @@ def _built(form: Form, function: str, key: str) -> Kernel:
 
     source = generate(form, function)
     code, symbol = compiled(source)
-    description = Description(
-        symbol,
-        source.inputs,
-        source.widths,
-        source.width,
-        source.buffer,
-        source.lanes,
-        source.limit,
-        source.operations,
-        source.fused,
-    )
-    cache.keep(key, asdict(description), code)
-    return _ready(form, description, code)
+    cache.keep(key, {"symbol": symbol} | asdict(source.description), code)
+    return _ready(form, source.description, symbol, code)
 
 
-def _ready(form: Form, description: Description, code: bytes) -> Kernel:
+def _ready(form: Form, description: Description, symbol: str, code: bytes) -> Kernel:
     from lwr_dyn.kernels.machine import load
 
-    return Kernel(description, np.dtype(form.dtype), load(code, description.symbol, len(description.inputs)))
+    return Kernel(description, np.dtype(form.dtype), load(code, symbol, len(description.inputs)))
 
 
 def thread_count(threads: int | None) -> int:

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from lwr_dyn.kernels.description import Description
 from lwr_dyn.kernels.form import GENERATOR, Form
 from lwr_dyn.kernels.functions import function_shape
 from lwr_dyn.kernels.program import OPERATIONS, Program
@@ -69,20 +70,7 @@ class Source:
     """Python text of a kernel and how to call it."""
 
     text: str
-    inputs: tuple[str, ...]
-    """Names of its inputs, joint vectors first."""
-    widths: tuple[int, ...]
-    """Values of one row of each input."""
-    width: int
-    """Values of one row of the result."""
-    buffer: int
-    """Numbers in the buffer of a block."""
-    lanes: int
-    limit: float
-    """Largest angle [rad]; a state with a larger one is counted as trouble."""
-    operations: int
-    fused: int
-    """Operations when a product and a sum are one."""
+    description: Description
 
 
 def source_of(form: Form, function: str, program: Program, widths: Sequence[int], lanes: int, limit: float) -> Source:
@@ -125,7 +113,8 @@ def source_of(form: Form, function: str, program: Program, widths: Sequence[int]
         two_blocks=2 * lanes, width=width, size=size, flag=flag * lanes, first_result=results,
         copies="\n".join(_copy(x, w, f, lanes) for x, w, f in zip(names, widths, first, strict=True)),
     )  # fmt: skip
-    return Source(text, names, tuple(widths), width, size, lanes, limit, program.operations, fused)
+    known = Description(names, tuple(widths), width, size, lanes, limit, program.operations, fused)
+    return Source(text, known)
 
 
 def _copy(name: str, width: int, first: int, lanes: int) -> str:

@@ -16,8 +16,8 @@ def run_as_python(source, row):
     text = source.text[source.text.index("def body(b):") : source.text.index("@cfunc")]
     names = {}
     exec(text, names)
-    lanes, given = source.lanes, sum(source.widths)
-    b = np.zeros(source.buffer)
+    lanes, given = source.description.lanes, sum(source.description.widths)
+    b = np.zeros(source.description.buffer)
     b[: given * lanes] = np.repeat(row, lanes)
     names["body"](b)
     return b[(given + 1) * lanes :: lanes]
@@ -26,7 +26,7 @@ def run_as_python(source, row):
 @pytest.mark.parametrize("function", ["gravity_vector", "forward_dynamics", "potential_energy"])
 def test_the_body_is_python_that_gives_the_kernels_numbers(function):
     source = generate(form_of(ARM), function)
-    x = states(7, 1)[: len(source.inputs)]
+    x = states(7, 1)[: len(source.description.inputs)]
     found = getattr(lwr_dyn.batch_dynamics(ARM), function)(*x)
     assert np.abs(run_as_python(source, x.ravel()) - found.ravel()).max() < 1e-12 * max(1.0, np.abs(found).max())
 
@@ -39,7 +39,8 @@ def test_the_same_arm_gives_the_same_text_and_blocks_may_have_any_width():
 def test_the_operations_stay_few():
     """What CasADi's own simplification leaves is 843; fused, with six sines and cosines of 30 each, 726."""
     found = {
-        name: generate(form_of(ARM), name).fused for name in ("inverse_dynamics", "mass_matrix", "forward_dynamics")
+        name: generate(form_of(ARM), name).description.fused
+        for name in ("inverse_dynamics", "mass_matrix", "forward_dynamics")
     }
     assert found["inverse_dynamics"] < 740
     assert found["mass_matrix"] < 800
