@@ -7,9 +7,10 @@ import os
 from collections.abc import Iterator
 
 import pytest
-from examples import SOAK
-from headless import FLAGS, browser_programs
 from hypothesis import HealthCheck, settings
+
+from tests.examples import SOAK
+from tests.headless import FLAGS, browser_programs
 
 slow_machine = [HealthCheck.too_slow, HealthCheck.data_too_large]
 settings.register_profile("ci", max_examples=25, deadline=None, derandomize=True, suppress_health_check=slow_machine)

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from arms import arms, random_arm, random_body
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -10,6 +9,7 @@ import lwr_dyn
 from lwr_dyn.chain import Body, with_bodies, with_payload
 from lwr_dyn.physical import is_physical, unphysical_links
 from lwr_dyn.spatial import from_rpy
+from tests.arms import arms, random_arm, random_body
 
 TENSORS = {
     "negative moment": np.diag([-0.1, 1.0, 1.0]),

@@ -2,8 +2,6 @@
 
 import numpy as np
 import pytest
-from arms import random_body
-from tolerances import EXACT
 
 from lwr_dyn.arm import Arm, JointLimits
 from lwr_dyn.chain import Chain, ChainLink, Rotor, link_frames, lock_joint, with_payload
@@ -11,6 +9,8 @@ from lwr_dyn.dh import Convention, DHRow, JointKind
 from lwr_dyn.dynamics.engine import Pinocchio
 from lwr_dyn.dynamics.newton_euler import NewtonEuler
 from lwr_dyn.spatial import Pose, rot_x
+from tests.arms import random_body
+from tests.tolerances import EXACT
 
 LETTERS = {"R": JointKind.REVOLUTE, "P": JointKind.PRISMATIC}
 

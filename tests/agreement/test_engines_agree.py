@@ -7,11 +7,11 @@ import numpy as np
 import pinocchio as pin
 import pytest
 import yourdfpy
-from tolerances import EXACT, METRES
 
 import lwr_dyn
 from lwr_dyn.urdf.fileset import model_files, model_stem
 from lwr_dyn.urdf.geometry import primitives
+from tests.tolerances import EXACT, METRES
 
 STATES = 50
 CASES = [(robot, reading) for robot in lwr_dyn.robots() for reading in lwr_dyn.readings(robot)]

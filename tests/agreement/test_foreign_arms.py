@@ -7,12 +7,12 @@ import numpy as np
 import pinocchio as pin
 import pytest
 import yourdfpy
-from tolerances import EXACT, METRES
 
 import lwr_dyn
 from lwr_dyn.checks.feasibility import feasibility_verdicts
 from lwr_dyn.errors import UrdfError
 from lwr_dyn.physical import unphysical_links
+from tests.tolerances import EXACT, METRES
 
 ROBOTS = Path(pin.__file__).parents[4] / "share" / "example-robot-data" / "robots"
 STATES = 100

@@ -3,10 +3,10 @@
 import numpy as np
 import pinocchio as pin
 import pytest
-from tolerances import FULL_ROTOR
 
 import lwr_dyn
 from lwr_dyn.arm import Arm
+from tests.tolerances import FULL_ROTOR
 
 TINY = 1e-3
 """Mass [kg] given to each rotor body and taken from the link that carries it."""

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from arms import random_arm
 
 import lwr_dyn
 from lwr_dyn.arm import JointLimits
@@ -13,6 +12,7 @@ from lwr_dyn.control.inertia_climbs import diagonal, local_maximum
 from lwr_dyn.control.worst_case_inertia import worst_case_inertia, worst_cases
 from lwr_dyn.dynamics.newton_euler import Recursion
 from lwr_dyn.errors import MissingDataError, OptionError
+from tests.arms import random_arm
 
 
 @pytest.fixture(scope="module")

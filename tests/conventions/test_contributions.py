@@ -4,7 +4,6 @@ import itertools
 
 import numpy as np
 import pytest
-from arms import random_arm
 
 from lwr_dyn.conventions.choices import CHOICES, TableChoice, link_options
 from lwr_dyn.conventions.contributions import contribution_rows, number_rows
@@ -14,6 +13,7 @@ from lwr_dyn.conventions.printed import TENSOR
 from lwr_dyn.conventions.search import allowances, fit_numbers
 from lwr_dyn.conventions.trials import trial
 from lwr_dyn.dynamics.newton_euler import Recursion
+from tests.arms import random_arm
 
 ROUNDING = 1e-12
 """Relative, a few hundred roundings of 1e-16."""

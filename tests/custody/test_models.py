@@ -14,7 +14,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tolerances import EXACT
 
 import lwr_dyn
 from lwr_dyn.papers.units import to_si
@@ -22,6 +21,7 @@ from lwr_dyn.spatial import rot_x, rot_y, rot_z, steiner
 from lwr_dyn.urdf.fileset import model_files, model_stem
 from lwr_dyn.urdf.provenance import UNSOURCED, provenance_text, quantity_sources
 from lwr_dyn.urdf.writer import CHOICE, DRAWN, UNKNOWN
+from tests.tolerances import EXACT
 
 ROOT = Path(__file__).parents[2]
 CASES = [(robot, reading) for robot in lwr_dyn.robots() for reading in lwr_dyn.readings(robot)]

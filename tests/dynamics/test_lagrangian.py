@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import sympy as sp
-from arms import random_arm
 from matplotlib.mathtext import MathTextParser
 
 import lwr_dyn
@@ -18,6 +17,7 @@ from lwr_dyn.dynamics.trigonometry import normal_form, readable
 from lwr_dyn.errors import OptionError, ShapeError, UnknownNameError
 from lwr_dyn.kinematics.equations import equations_of_motion, symbolic_links
 from lwr_dyn.papers.catalog import open_paper
+from tests.arms import random_arm
 
 KR30, LWR = lwr_dyn.load("kr30ha"), lwr_dyn.load("lwr4plus")
 PAPERS = {"kr30ha": open_paper("kr30ha"), "lwr4plus": open_paper("lwr4plus")}

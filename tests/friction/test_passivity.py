@@ -4,7 +4,6 @@ from dataclasses import astuple
 
 import numpy as np
 import pytest
-from examples import examples
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import minimize
@@ -14,6 +13,7 @@ from lwr_dyn.errors import OptionError
 from lwr_dyn.friction.models import Direction, JointFriction
 from lwr_dyn.friction.passivity import SideCurve, certificate, feeds_energy
 from lwr_dyn.friction.refit import passive_refit
+from tests.examples import examples
 
 NOTHING = 1e-14
 """[N m] Rounding of a level of a few N m from which the offset was taken and to which it was added again."""

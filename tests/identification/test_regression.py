@@ -2,10 +2,8 @@
 
 import numpy as np
 import pytest
-from arms import random_arm
 from hypothesis import given
 from hypothesis import strategies as st
-from tolerances import RANDOM_ARM
 
 import lwr_dyn
 from lwr_dyn.errors import LogError, OptionError
@@ -15,6 +13,8 @@ from lwr_dyn.identification.logs import JointLog
 from lwr_dyn.identification.motion import MotionRule, chain_base, identify_motion
 from lwr_dyn.identification.regressor import INERTIAL, JOINT, Regressor, chain_parameters
 from lwr_dyn.identification.torque_model import ModelTorque
+from tests.arms import random_arm
+from tests.tolerances import RANDOM_ARM
 
 NOISE = 0.05
 

@@ -5,11 +5,11 @@ import warnings
 
 import numpy as np
 import pytest
-from evaluate import states
 
 import lwr_dyn
 from lwr_dyn.errors import NotFiniteWarning, ShapeError
 from lwr_dyn.kernels.sincos import sincos
+from tests.kernels.evaluate import states
 
 ARM = lwr_dyn.load("lwr4plus")
 Q, DQ, DDQ = states(7, 41)

@@ -4,10 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from arms import random_body
-from evaluate import evaluated, states
-from kernel_peers import relative_difference
-from tolerances import EXACT
 
 import lwr_dyn
 from lwr_dyn.actuation import friction_of
@@ -23,6 +19,10 @@ from lwr_dyn.kernels.parameters import (
     parameter_shape,
     payload_parameters,
 )
+from scripts.kernel_peers import relative_difference
+from tests.arms import random_body
+from tests.kernels.evaluate import evaluated, states
+from tests.tolerances import EXACT
 
 ARM = lwr_dyn.load("lwr4plus")
 LIMITS = tuple(replace(limits, viscous=1.0 + i, coulomb=0.5 * i) for i, limits in enumerate(ARM.limits))

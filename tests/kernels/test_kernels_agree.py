@@ -2,10 +2,6 @@
 
 import numpy as np
 import pytest
-from arms import random_arm
-from evaluate import evaluated, states
-from kernel_peers import pinocchio_answers, relative_difference
-from tolerances import EXACT
 
 import lwr_dyn
 from lwr_dyn.checks.agreement import roads_agree
@@ -14,6 +10,10 @@ from lwr_dyn.checks.states import random_states
 from lwr_dyn.dynamics.newton_euler import NewtonEuler
 from lwr_dyn.kernels.functions import FUNCTIONS
 from lwr_dyn.kernels.trace import EXPRESSIONS
+from scripts.kernel_peers import pinocchio_answers, relative_difference
+from tests.arms import random_arm
+from tests.kernels.evaluate import evaluated, states
+from tests.tolerances import EXACT
 
 ROBOTS = [robot for robot in lwr_dyn.robots() if lwr_dyn.load(robot).chain.bodies is not None]
 SINGLE = 2e-5

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from evaluate import states
 
 import lwr_dyn
 from lwr_dyn.kernels.build import generate
 from lwr_dyn.kernels.form import form_of
+from tests.kernels.evaluate import states
 
 ARM = lwr_dyn.load("lwr4plus")
 

@@ -1,6 +1,5 @@
 import numpy as np
 import pytest
-from kinematics.srs_arms import random_srs_arm
 from scipy.interpolate import CubicSpline
 
 import lwr_dyn
@@ -13,6 +12,7 @@ from lwr_dyn.kinematics.srs import arm_triangle, closed_form, joint_ranges
 from lwr_dyn.kinematics.srs_geometry import srs_geometry
 from lwr_dyn.kinematics.srs_limits import Arcs, margin_problem, margins
 from lwr_dyn.spatial import rot_z
+from tests.kinematics.srs_arms import random_srs_arm
 
 LWR = lwr_dyn.load("lwr4plus")
 TOOL = np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])

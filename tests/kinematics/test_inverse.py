@@ -2,7 +2,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from arms import random_arm
 
 import lwr_dyn
 from lwr_dyn.arm import JointLimits
@@ -10,6 +9,7 @@ from lwr_dyn.chain import lock_joint
 from lwr_dyn.errors import OptionError, ShapeError
 from lwr_dyn.kinematics.inverse import inverse_kinematics
 from lwr_dyn.kinematics.numeric import _step
+from tests.arms import random_arm
 
 RESIDUAL = 1e-12
 NUMERIC = 1e-11

@@ -1,6 +1,5 @@
 import numpy as np
 import pytest
-from arms import arms, random_arm
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -8,6 +7,7 @@ import lwr_dyn
 from lwr_dyn.chain import link_frames
 from lwr_dyn.errors import ShapeError
 from lwr_dyn.kinematics.jacobian import jacobian, jacobian_at, joint_axes, velocity_product
+from tests.arms import arms, random_arm
 
 STEP = 1e-30
 """A complex step has no cancellation: it is exact to rounding."""

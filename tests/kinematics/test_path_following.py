@@ -1,6 +1,5 @@
 import numpy as np
 import pytest
-from kinematics.srs_arms import random_srs_arm
 from scipy.spatial.transform import Rotation
 
 import lwr_dyn
@@ -10,6 +9,7 @@ from lwr_dyn.kinematics.branches import BRANCHES
 from lwr_dyn.kinematics.jacobian import jacobian, velocity_product
 from lwr_dyn.kinematics.path_following import follow
 from lwr_dyn.kinematics.srs_geometry import srs_geometry
+from tests.kinematics.srs_arms import random_srs_arm
 
 LWR = lwr_dyn.load("lwr4plus")
 STEP = 2e-3
@@ -124,6 +124,6 @@ def test_bad_input_is_named():
 
 
 def _six_joints():
-    from arms import random_arm
+    from tests.arms import random_arm
 
     return random_arm(2, "RRRRRR")

@@ -1,9 +1,7 @@
 import numpy as np
 import pytest
-from arms import random_arm
 from hypothesis import given
 from hypothesis import strategies as st
-from kinematics.srs_arms import random_srs_arm
 
 import lwr_dyn
 from lwr_dyn.chain import link_frames
@@ -14,6 +12,8 @@ from lwr_dyn.kinematics.srs_best import best_angles
 from lwr_dyn.kinematics.srs_geometry import require_srs, srs_geometry
 from lwr_dyn.kinematics.srs_limits import margin_problem
 from lwr_dyn.spatial import rot_y, rot_z
+from tests.arms import random_arm
+from tests.kinematics.srs_arms import random_srs_arm
 
 RESIDUAL = 1e-12
 """Largest entry of FK(q) - T, as the issue asks."""

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from kinematics.srs_arms import random_srs_arm
 
 import lwr_dyn
 from lwr_dyn.arm import JointLimits
@@ -14,6 +13,7 @@ from lwr_dyn.kinematics.srs import arm_triangle, closed_form, joint_ranges, wrap
 from lwr_dyn.kinematics.srs_best import CERTAIN, best_angles
 from lwr_dyn.kinematics.srs_geometry import srs_geometry
 from lwr_dyn.kinematics.srs_limits import arcs_at_level, margin_problem, margins
+from tests.kinematics.srs_arms import random_srs_arm
 
 ROUNDING = 1e-9
 """[rad] Margins by two routes; near an alignment a roll is worth fewer digits than 1e-15."""

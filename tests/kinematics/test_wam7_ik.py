@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from tolerances import METRES
 
 import lwr_dyn
 from lwr_dyn.checks.states import random_states
 from lwr_dyn.kinematics.srs_geometry import srs_geometry
+from tests.tolerances import METRES
 
 
 def test_its_lengths_are_the_hypotenuses_over_the_elbow_offset():

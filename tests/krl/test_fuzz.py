@@ -5,13 +5,13 @@ import random
 import time
 
 import pytest
-from mutations import SOURCES, mutated
 
 import lwr_dyn
 from lwr_dyn.krl.check import check_program
 from lwr_dyn.krl.diagnosis import Diagnosis
 from lwr_dyn.krl.program import parse_program
 from lwr_dyn.krl.settings import Settings
+from tests.krl.mutations import SOURCES, mutated
 
 COUNT = int(os.environ.get("LWR_DYN_KRL_FUZZ", "400"))
 """The full 100 000 are in scripts/soak.py."""

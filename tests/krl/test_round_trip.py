@@ -3,8 +3,6 @@
 from dataclasses import replace
 
 import pytest
-from mutations import PROGRAMS
-from random_programs import Writer
 
 from lwr_dyn.errors import OptionError
 from lwr_dyn.krl import expressions as e
@@ -12,6 +10,8 @@ from lwr_dyn.krl import statements as s
 from lwr_dyn.krl.emit import expression_text, statement_text
 from lwr_dyn.krl.line_parser import parse_line
 from lwr_dyn.krl.source import Line, parse_bytes, parse_text, read_source
+from tests.krl.mutations import PROGRAMS
+from tests.krl.random_programs import Writer
 
 PROGRAM_COUNT = 1000
 

@@ -2,9 +2,7 @@
 
 import numpy as np
 import pytest
-from arms import arms, random_arm
 from hypothesis import given
-from tolerances import RANDOM_ARM
 
 import lwr_dyn
 from lwr_dyn.assembly import arm_from_paper
@@ -15,6 +13,8 @@ from lwr_dyn.checks.swing import energy_drift
 from lwr_dyn.papers.catalog import open_paper
 from lwr_dyn.papers.reader import parse_paper
 from lwr_dyn.papers.template import template
+from tests.arms import arms, random_arm
+from tests.tolerances import RANDOM_ARM
 
 PAPER_ARMS = [(robot, reading) for robot in lwr_dyn.robots() for reading in lwr_dyn.readings(robot)]
 CONTRADICTED = {

@@ -4,12 +4,12 @@ import json
 
 import numpy as np
 import pytest
-from driven import opened as report_opened
-from headless import logs, opened, screenshot
 
 import lwr_dyn
 from lwr_dyn.motion import Run
 from lwr_dyn.reproduction.whole import reproduce
+from tests.headless import logs, opened, screenshot
+from tests.viewer.driven import opened as report_opened
 
 POSE = 1e-6
 """[m] The page packs joint angles in 32 bits over a turn, 1.5e-9 rad; an arm's length of them is far below this."""

@@ -6,7 +6,6 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from sample_runs import MIDDLE, Sinusoids, joint_waves, lwr, lwr_dynamics, with_limits
 
 import lwr_dyn
 from lwr_dyn.arm import Arm
@@ -16,6 +15,7 @@ from lwr_dyn.simulation import quick
 from lwr_dyn.simulation.audit import audit
 from lwr_dyn.simulation.plant import loaded, scaled
 from lwr_dyn.simulation.simulate import simulate
+from tests.simulation.sample_runs import MIDDLE, Sinusoids, joint_waves, lwr, lwr_dynamics, with_limits
 
 DRAG = np.array([2.0, 2.0, 0.5, 0.5, 0.02, 0.02, 0.01])
 GAP = 1e-6

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from sample_runs import controllers, joint_waves, lwr, lwr_dynamics, one_joint
 
 import lwr_dyn
 from lwr_dyn.chain import Body, with_bodies
@@ -20,6 +19,7 @@ from lwr_dyn.simulation.plant import scaled
 from lwr_dyn.simulation.sensors import Encoder
 from lwr_dyn.simulation.simulate import simulate
 from lwr_dyn.simulation.swing import Rest, no_torque, swing
+from tests.simulation.sample_runs import controllers, joint_waves, lwr, lwr_dynamics, one_joint
 
 OPTIONS = [
     ("rate", 0.0), ("rate", -1.0), ("rate", np.nan), ("rate", np.inf), ("rate", "fast"), ("substeps", 0),

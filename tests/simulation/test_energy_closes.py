@@ -2,15 +2,15 @@
 
 import numpy as np
 import pytest
-from arms import arms
-from examples import examples
 from hypothesis import given
-from sample_runs import MIDDLE, Sinusoids, controllers, joint_waves, lwr, lwr_dynamics, with_limits
 
 import lwr_dyn
 from lwr_dyn.simulation.audit import TOLERANCE, audit
 from lwr_dyn.simulation.simulate import simulate
 from lwr_dyn.simulation.swing import swing
+from tests.arms import arms
+from tests.examples import examples
+from tests.simulation.sample_runs import MIDDLE, Sinusoids, controllers, joint_waves, lwr, lwr_dynamics, with_limits
 
 
 @pytest.mark.parametrize("name", controllers())

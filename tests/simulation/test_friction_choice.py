@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from sample_runs import controllers, joint_waves, lwr, one_joint, with_limits
 
 import lwr_dyn
 from lwr_dyn.actuation import friction_of
@@ -14,6 +13,7 @@ from lwr_dyn.simulation.friction_choice import chosen_friction
 from lwr_dyn.simulation.record import FEEDS
 from lwr_dyn.simulation.simulate import simulate
 from lwr_dyn.simulation.swing import Rest, no_torque
+from tests.simulation.sample_runs import controllers, joint_waves, lwr, one_joint, with_limits
 
 SMOOTH = 2e-4
 """[m] A slider that brakes from 0.2 m/s over 7 mm against tanh friction at 1e-3 m/s stops later by less."""

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from sample_runs import controllers, joint_waves, lwr, lwr_dynamics, one_joint
 
 from lwr_dyn.dh import JointKind
 from lwr_dyn.simulation.integrators import dop853, held_rk4, rk4
 from lwr_dyn.simulation.simulate import simulate
 from lwr_dyn.simulation.swing import Rest, no_torque
+from tests.simulation.sample_runs import controllers, joint_waves, lwr, lwr_dynamics, one_joint
 
 ROUNDING = 1e-13
 

@@ -3,12 +3,12 @@
 from functools import cache
 
 import pytest
-from sample_runs import controllers, lwr, lwr_dynamics
 
 from lwr_dyn.simulation.audit import TOLERANCE, audit
 from lwr_dyn.simulation.metrics import metrics
 from lwr_dyn.simulation.simulate import simulate
 from lwr_dyn.tasks.ist import ist_reference
+from tests.simulation.sample_runs import controllers, lwr, lwr_dynamics
 
 
 @cache

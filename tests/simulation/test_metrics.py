@@ -4,13 +4,13 @@ import json
 
 import numpy as np
 import pytest
-from sample_runs import lwr, one_joint, with_limits
 
 import lwr_dyn
 from lwr_dyn.dh import JointKind
 from lwr_dyn.errors import ShapeError
 from lwr_dyn.motion import Run
 from lwr_dyn.simulation.metrics import metrics
+from tests.simulation.sample_runs import lwr, one_joint, with_limits
 
 
 def run_of(q, q_ref, dq=0.0, command=0.0, applied=None):

@@ -4,7 +4,6 @@ import json
 
 import numpy as np
 import pytest
-from sample_runs import MIDDLE, WORST_CASE, Sinusoids, controllers, joint_waves, lwr, lwr_dynamics, with_limits
 
 import lwr_dyn
 from lwr_dyn.control.inverse_dynamics import InverseDynamics
@@ -15,6 +14,16 @@ from lwr_dyn.simulation.metrics import metrics
 from lwr_dyn.simulation.plant import loaded, scaled
 from lwr_dyn.simulation.sensors import Encoder
 from lwr_dyn.simulation.simulate import simulate
+from tests.simulation.sample_runs import (
+    MIDDLE,
+    WORST_CASE,
+    Sinusoids,
+    controllers,
+    joint_waves,
+    lwr,
+    lwr_dynamics,
+    with_limits,
+)
 
 
 def test_saturation_is_kept_and_logged():

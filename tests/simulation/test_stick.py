@@ -2,8 +2,6 @@
 
 import numpy as np
 import pytest
-from phases import Phases
-from sample_runs import Sinusoids, controllers, lwr, one_joint, with_limits
 from scipy.integrate import solve_ivp
 
 import lwr_dyn
@@ -15,6 +13,8 @@ from lwr_dyn.simulation.audit import audit
 from lwr_dyn.simulation.simulate import simulate
 from lwr_dyn.simulation.swing import Rest, no_torque
 from lwr_dyn.spatial import Pose
+from tests.simulation.phases import Phases
+from tests.simulation.sample_runs import Sinusoids, controllers, lwr, one_joint, with_limits
 
 CLOSED_FORM = 1e-10
 """[s] and [rad], the issue's bound for a joint that stops."""

@@ -2,10 +2,8 @@
 
 import numpy as np
 import pytest
-from arms import random_arm
 from hypothesis import given
 from hypothesis import strategies as st
-from sample_runs import MIDDLE, Sinusoids, controllers, joint_waves, lwr, lwr_dynamics, one_joint, with_limits
 
 import lwr_dyn
 from lwr_dyn.simulation.audit import audit
@@ -15,6 +13,17 @@ from lwr_dyn.simulation.plant import plant_of
 from lwr_dyn.simulation.simulate import simulate
 from lwr_dyn.simulation.stops import complementary, constrained, held_joints, impact
 from lwr_dyn.simulation.swing import Rest, no_torque
+from tests.arms import random_arm
+from tests.simulation.sample_runs import (
+    MIDDLE,
+    Sinusoids,
+    controllers,
+    joint_waves,
+    lwr,
+    lwr_dynamics,
+    one_joint,
+    with_limits,
+)
 
 BEYOND = 1e-9
 """[rad] A joint may be past its limit by no more; the loop puts it exactly there."""

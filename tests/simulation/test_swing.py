@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from sample_runs import lwr, lwr_dynamics
 
 from lwr_dyn.errors import UnknownNameError
 from lwr_dyn.simulation.audit import audit
 from lwr_dyn.simulation.swing import CASES, acceleration_at_rest, swing
+from tests.simulation.sample_runs import lwr, lwr_dynamics
 
 DRIFT = 1e-8
 """[J] What issue 2 allows a torque-free swing of 2 s by the adaptive integrator."""

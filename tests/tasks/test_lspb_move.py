@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from examples import examples
 from hypothesis import given
 from hypothesis import strategies as st
 
 import lwr_dyn
 from lwr_dyn.errors import OptionError, PathLimitError, ShapeError
 from lwr_dyn.tasks.lspb_move import lspb_move
+from tests.examples import examples
 
 ARM = lwr_dyn.load("wam7")
 START = np.array([0.0, -2.0, 0.0, 1.6, 0.0, 0.0, 0.0])

@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from examples import examples
 from hypothesis import given
 from hypothesis import strategies as st
 
 from lwr_dyn.errors import OptionError
 from lwr_dyn.trajectory.double_s import double_s, double_s_in
 from lwr_dyn.trajectory.laws import constant_speed, in_sequence, quintic, scaled
+from tests.examples import examples
 
 ROUNDING = 1e-11
 """Relative: cubic and quintic pieces evaluated from coefficients that were themselves summed over seven pieces."""

@@ -4,9 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from arms import arms, random_arm
 from hypothesis import given
-from tolerances import EXACT, METRES
 
 import lwr_dyn
 from lwr_dyn.chain import Body, lock_joint
@@ -15,6 +13,8 @@ from lwr_dyn.dynamics.newton_euler import NewtonEuler
 from lwr_dyn.errors import FileAccessError, LwrDynError, MissingDataError, UnknownNameError, UrdfError
 from lwr_dyn.urdf.reader import read_urdf
 from lwr_dyn.urdf.writer import urdf_text
+from tests.arms import arms, random_arm
+from tests.tolerances import EXACT, METRES
 
 
 def written(tmp_path, text, name="arm.urdf"):

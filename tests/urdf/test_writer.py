@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from arms import arms
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -14,6 +13,7 @@ from lwr_dyn.arm import JointLimits
 from lwr_dyn.spatial import from_rpy, to_rpy
 from lwr_dyn.urdf.geometry import primitives
 from lwr_dyn.urdf.writer import UNKNOWN_POSITION, unknown_limits, urdf_text, urdf_trail
+from tests.arms import arms
 
 ROUNDING = 2e-15
 """A rotation made of three, through its angles and back: entries are a few products of numbers below one."""

@@ -1,11 +1,11 @@
 """An arm and two runs of it."""
 
 import pytest
-from replayed import lagging_run
-from reported import report
 
 import lwr_dyn
 from lwr_dyn.viewer.report.page import write_report
+from tests.viewer.replayed import lagging_run
+from tests.viewer.reported import report
 
 
 @pytest.fixture(scope="session")

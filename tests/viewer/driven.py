@@ -2,7 +2,7 @@
 
 from contextlib import contextmanager
 
-from headless import logs
+from tests.headless import logs
 
 PHONE = {"width": 390, "height": 844, "deviceScaleFactor": 2, "mobile": True}
 LAPTOP = {"width": 1280, "height": 800, "deviceScaleFactor": 1, "mobile": False}

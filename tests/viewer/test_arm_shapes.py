@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from arms import arms, random_arm
 from hypothesis import given
 
 from lwr_dyn.urdf.geometry import COLOURS, primitives
 from lwr_dyn.viewer import scene
 from lwr_dyn.viewer.shown import Shown
+from tests.arms import arms, random_arm
 
 
 @given(arms)

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from headless import logs, opened
 
 import lwr_dyn
 from lwr_dyn.errors import OptionError
 from lwr_dyn.viewer import live
+from tests.headless import logs, opened
 
 POSE = 1e-6
 """[m], as in test_replay_page."""

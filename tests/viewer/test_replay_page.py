@@ -7,15 +7,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from headless import logs, opened, screenshot
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from replayed import lagging_run
 
 import lwr_dyn
 from lwr_dyn.errors import FileAccessError, OptionError, ShapeError
 from lwr_dyn.viewer import html
+from tests.headless import logs, opened, screenshot
+from tests.viewer.replayed import lagging_run
 
 POSE = 1e-6
 """[m], and the same for rotation entries: the issue's bound between the pose on the page and FK."""

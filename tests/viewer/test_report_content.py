@@ -7,8 +7,6 @@ from base64 import b64decode
 
 import numpy as np
 import pytest
-from replayed import lagging_run
-from reported import inertia_table, report
 
 from lwr_dyn.errors import MissingDataError, OptionError
 from lwr_dyn.viewer.report import page as page_module
@@ -16,6 +14,8 @@ from lwr_dyn.viewer.report.content import Cell, Page, Replay, ReportTable, Row
 from lwr_dyn.viewer.report.curves import Curve, Panel, Plot, Series
 from lwr_dyn.viewer.report.page import report_html
 from lwr_dyn.viewer.report.payload import payload
+from tests.viewer.replayed import lagging_run
+from tests.viewer.reported import inertia_table, report
 
 LARGEST_PAGE = 6_000_000
 """Bytes: the issue's bound on a report."""

@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from driven import LAPTOP, opened, screen, until
-from headless import logs, screenshot
-from reported import CONTROLLERS
 
 import lwr_dyn
 from lwr_dyn.viewer.report.content import Page, Replay
 from lwr_dyn.viewer.report.page import report_html, write_report
+from tests.headless import logs, screenshot
+from tests.viewer.driven import LAPTOP, opened, screen, until
+from tests.viewer.reported import CONTROLLERS
 
 POSE = 1e-6
 """[m], and the same for rotation entries: the issue's bound between the pose on the page and FK."""

@@ -3,11 +3,11 @@
 import base64
 
 import pytest
-from driven import LAPTOP, PHONE, opened, screen, until
-from headless import logs, screenshot
-from reported import HOSTILE, report
 
 from lwr_dyn.viewer.report.page import write_report
+from tests.headless import logs, screenshot
+from tests.viewer.driven import LAPTOP, PHONE, opened, screen, until
+from tests.viewer.reported import HOSTILE, report
 
 
 @pytest.fixture(scope="module")
