@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from lwr_dyn.front import robots as robots
     from lwr_dyn.front import simulate as simulate
     from lwr_dyn.front import urdf_text as urdf_text
-    from lwr_dyn.motion import Run as Run
+    from lwr_dyn.model.run import Run as Run
 
 __all__ = [
     "Run",
@@ -43,9 +43,9 @@ __all__ = [
 
 def __getattr__(name: str) -> Any:
     if name == "Run":
-        from lwr_dyn import motion
+        from lwr_dyn.model import run
 
-        return motion.Run
+        return run.Run
     if name in __all__:
         from lwr_dyn import front
 

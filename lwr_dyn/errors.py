@@ -97,7 +97,8 @@ class MissingPackageError(LwrDynError, ImportError):
     """An optional package is needed and not installed."""
 
     def __init__(self, package: str, extra: str) -> None:
-        super().__init__(f"{package} is not installed; install it with: pip install 'lwr_dyn[{extra}]'")
+        target = f"lwr_dyn[{extra}]" if extra else "lwr_dyn"
+        super().__init__(f"{package} is not installed; install it with: pip install '{target}'")
         self.package, self.extra = package, extra
 
 

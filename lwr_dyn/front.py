@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,20 +10,30 @@ from typing import TYPE_CHECKING, Any
 from numpy.typing import ArrayLike
 
 from lwr_dyn.errors import FileAccessError, OptionError, UnknownNameError
+from lwr_dyn.registry import Registry, Row
 
 if TYPE_CHECKING:
-    from lwr_dyn.arm import Arm
     from lwr_dyn.arrays import Array
+    from lwr_dyn.codegen.batch import BatchDynamics
     from lwr_dyn.control.protocol import Controller
     from lwr_dyn.dynamics.protocol import Dynamics
-    from lwr_dyn.kernels.batch import BatchDynamics
     from lwr_dyn.kinematics.inverse import InverseResult
-    from lwr_dyn.motion import Reference, Run
+    from lwr_dyn.model.arm import Arm
+    from lwr_dyn.model.run import Reference, Run
+
+FUNCTIONS: Registry[Callable[..., Any]] = Registry(
+    "function",
+    {
+        "batch_dynamics": Row("lwr_dyn.codegen.batch:batch_dynamics", "dynamics over rows of states", extra="batch"),
+        "dh_matrices_text": Row("lwr_dyn.symbolic.dh_matrices:dh_matrices_text", "DH matrices", extra="symbolic"),
+    },
+)
+"""Functions that optional packages lend to `import lwr_dyn` and to the commands."""
 
 
 def _an_arm(arm: Any) -> Arm:
     """The argument itself; raises `OptionError` for anything but an arm, above all for a robot's name."""
-    from lwr_dyn.arm import Arm
+    from lwr_dyn.model.arm import Arm
 
     if not isinstance(arm, Arm):
         raise OptionError("arm", repr(arm), "an arm, such as lwr_dyn.load('lwr4plus') gives")
@@ -83,7 +93,7 @@ def load(
         return replace(read_urdf(name, tip=tip, lock=lock), file=str(Path(name).resolve()), loaded_with=asked)
     if tip is not None:
         raise OptionError("tip", f"given for {name}", "only with a .urdf file")
-    from lwr_dyn.assembly import arm_from_paper
+    from lwr_dyn.papers.assembly import arm_from_paper
     from lwr_dyn.papers.catalog import open_paper
 
     arm = arm_from_paper(open_paper(name, reading))
@@ -107,26 +117,19 @@ def dynamics_of(arm: Arm, engine: str = "pinocchio", rotors: str = "armature") -
     Raises `UnknownNameError` (no such engine), `OptionError` (rotors it does not know), `MissingDataError` (no masses),
     `MissingPackageError` ("kernels" without the extra `batch`).
     """
-    if engine == "kernels":
-        from lwr_dyn.kernels.engine import Kernels
-
-        return Kernels(_an_arm(arm), rotors)
     from lwr_dyn.dynamics import selection
 
-    if engine not in selection.ENGINES:
-        raise UnknownNameError("engine", str(engine), (*selection.ENGINES, "kernels"))
     return selection.dynamics_of(_an_arm(arm), engine, rotors)
 
 
 def batch_dynamics(arm: Arm, **options: Any) -> BatchDynamics:
     """An arm's dynamics over rows of states by generated kernels; needs the extra `batch`.
 
-    Options (dtype, threads, inputs, friction, rotors) and errors are those of
-    `lwr_dyn.kernels.batch.batch_dynamics`.
+    Options (dtype, threads, inputs, friction, rotors) and errors are those of `lwr_dyn.codegen.batch.batch_dynamics`;
+    raises `MissingPackageError` without the extra.
     """
-    from lwr_dyn.kernels.batch import batch_dynamics as made
-
-    return made(_an_arm(arm), **options)
+    made: BatchDynamics = FUNCTIONS.load("batch_dynamics")(_an_arm(arm), **options)
+    return made
 
 
 def forward_kinematics(arm: Arm, q: ArrayLike) -> Array:
@@ -166,7 +169,7 @@ def replay(runs: Run | Sequence[Run], path: str | Path, **options: Any) -> None:
 
     The arms are those that the runs name. Raises `FileAccessError`, `UnknownNameError` (a run of an unknown robot).
     """
-    from lwr_dyn.motion import Run
+    from lwr_dyn.model.run import Run
     from lwr_dyn.viewer.html import write_replay
 
     if not isinstance(runs, (Run, Sequence)):

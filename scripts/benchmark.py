@@ -21,10 +21,10 @@ from dynamics_peers import mujoco_calls, mujoco_loop, toolbox_calls
 from timing import Call, head, installed, paired, row, seconds
 
 import lwr_dyn
-from lwr_dyn.arm import Arm
 from lwr_dyn.control.inverse_dynamics import InverseDynamics
+from lwr_dyn.model.arm import Arm
 from lwr_dyn.simulation.simulate import simulate
-from lwr_dyn.tasks.ist import ist_reference
+from lwr_dyn.trajectory.references.ist import ist_reference
 
 PEERS = ("pin", "mujoco", "roboticstoolbox-python", "numpy", "scipy", "numba", "llvmlite", "casadi", "jax", "lwr_dyn")
 METHODS = ("mass_matrix", "coriolis_matrix", "gravity_vector", "inverse_dynamics", "forward_dynamics")

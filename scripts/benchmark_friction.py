@@ -10,10 +10,10 @@ from scipy.integrate import solve_ivp
 from timing import Call, seconds
 
 import lwr_dyn
-from lwr_dyn.actuation import friction_of
-from lwr_dyn.arm import Arm
 from lwr_dyn.control.pd_gravity import PDGravity
-from lwr_dyn.friction.smooth import smooth_friction
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.friction.smooth import smooth_friction
+from lwr_dyn.papers.actuation import friction_of
 from lwr_dyn.reproduction.wam7.runs import BLEND, DURATION, START, TRAVEL, manufacturers_pd, move, weightless
 from lwr_dyn.simulation.simulate import simulate
 

@@ -19,9 +19,9 @@ from recursion_peers import other_peers
 from timing import Call, head, paired, row
 
 import lwr_dyn
-from lwr_dyn.arm import Arm
 from lwr_dyn.checks.states import random_states
 from lwr_dyn.dynamics.engine import pinocchio_model
+from lwr_dyn.model.arm import Arm
 
 COUNT = 100_000
 

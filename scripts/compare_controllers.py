@@ -8,7 +8,7 @@ import lwr_dyn
 from lwr_dyn.control.by_name import CONTROLLERS, controller_by_name
 from lwr_dyn.simulation.metrics import metrics
 from lwr_dyn.simulation.plant import loaded, scaled
-from lwr_dyn.tasks.ist import ist_reference
+from lwr_dyn.trajectory.references.ist import ist_reference
 
 
 def main(arguments: list[str] | None = None) -> None:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from timing import Call
 
-from lwr_dyn.arm import Arm
-from lwr_dyn.assembly import dh_rows
-from lwr_dyn.motion import Motion
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.run import Motion
+from lwr_dyn.papers.assembly import dh_rows
 from lwr_dyn.papers.catalog import open_paper
 from lwr_dyn.urdf.mjcf import mjcf_text
 

@@ -13,7 +13,7 @@ from lwr_dyn.identification.experiment import cruise_logs, true_values
 from lwr_dyn.identification.friction import identify_friction_files
 from lwr_dyn.identification.generator import LogSensors
 from lwr_dyn.identification.logs import write_log
-from lwr_dyn.viewer.friction_maps import friction_map_figure
+from lwr_dyn.identification.map_figures import friction_map_figure
 from lwr_dyn.viewer.plots import save_figure
 
 

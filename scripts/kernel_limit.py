@@ -7,9 +7,9 @@ import statistics
 from timing import Call, seconds
 
 import lwr_dyn
-from lwr_dyn.arm import Arm
 from lwr_dyn.checks.states import random_states
-from lwr_dyn.kernels.functions import FUNCTIONS
+from lwr_dyn.codegen.functions import FUNCTIONS
+from lwr_dyn.model.arm import Arm
 
 
 def clock() -> float:

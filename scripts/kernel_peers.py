@@ -7,12 +7,12 @@ from collections.abc import Callable
 import numpy as np
 import pinocchio as pin
 
-from lwr_dyn.arm import Arm
 from lwr_dyn.checks.states import random_states
+from lwr_dyn.codegen.batch import batch_dynamics
+from lwr_dyn.codegen.functions import FUNCTIONS
+from lwr_dyn.codegen.parameters import moved
 from lwr_dyn.dynamics.engine import pinocchio_model
-from lwr_dyn.kernels.batch import batch_dynamics
-from lwr_dyn.kernels.functions import FUNCTIONS
-from lwr_dyn.kernels.parameters import moved
+from lwr_dyn.model.arm import Arm
 
 Answer = Callable[..., np.ndarray]
 

@@ -7,7 +7,7 @@ import argparse
 import lwr_dyn
 from lwr_dyn.kinematics.envelope import working_envelope
 from lwr_dyn.reproduction.kr30ha.points import right_points
-from lwr_dyn.viewer.envelope_plot import envelope_figure
+from lwr_dyn.reproduction.report.envelope_plot import envelope_figure
 from lwr_dyn.viewer.plots import save_figure
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 import lwr_dyn
 from lwr_dyn.simulation.metrics import metrics
-from lwr_dyn.tasks.ist import ist_reference
+from lwr_dyn.trajectory.references.ist import ist_reference
 
 
 def main(arguments: list[str] | None = None) -> None:

@@ -12,10 +12,10 @@ from kernel_peers import relative_difference
 from timing import Call, head, installed, paired, row
 
 import lwr_dyn
-from lwr_dyn.arm import Arm
 from lwr_dyn.checks.states import random_states
 from lwr_dyn.dynamics.newton_euler import Recursion
 from lwr_dyn.dynamics.recursion import inverse_dynamics
+from lwr_dyn.model.arm import Arm
 
 
 def other_peers(arm: Arm, count: int, pairs: int) -> None:
@@ -101,8 +101,8 @@ def casadi_call(arm: Arm, x: tuple[np.ndarray, ...]) -> Call:
     """CasADi's own C code for one state, compiled with -O3, mapped over the batch in memory it owns."""
     import casadi
 
-    from lwr_dyn.kernels.form import form_of
-    from lwr_dyn.kernels.trace import trace
+    from lwr_dyn.codegen.form import form_of
+    from lwr_dyn.codegen.trace import trace
 
     function = trace(form_of(arm), "inverse_dynamics")
     folder = tempfile.mkdtemp()

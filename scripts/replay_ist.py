@@ -6,7 +6,7 @@ import argparse
 
 import lwr_dyn
 from lwr_dyn.control.by_name import controller_by_name
-from lwr_dyn.tasks.ist import ist_reference
+from lwr_dyn.trajectory.references.ist import ist_reference
 
 
 def main(arguments: list[str] | None = None) -> None:

@@ -17,7 +17,7 @@ import lwr_dyn
 from lwr_dyn.checks.report import check_arm
 from lwr_dyn.kinematics.inverse import inverse_kinematics
 from lwr_dyn.papers.catalog import open_paper
-from lwr_dyn.tasks.ist import TIMINGS, ist_reference
+from lwr_dyn.trajectory.references.ist import TIMINGS, ist_reference
 
 ROOT = Path(__file__).resolve().parent.parent
 EXACT, METRES = 1e-12, 1e-12
@@ -158,8 +158,8 @@ def krl_large() -> tuple[str, bool]:
 
 def lint() -> tuple[str, bool]:
     """Lint: false alarms on 1000 correct tables made up at random, and the share of 1000 planted slips it finds."""
-    from lwr_dyn.lint.plants import SLIPS
-    from lwr_dyn.lint.trials import detection, false_alarms
+    from lwr_dyn.audit.lint.plants import SLIPS
+    from lwr_dyn.audit.lint.trials import detection, false_alarms
 
     cries = false_alarms(1000, seed=1)
     found = {slip: detection(slip, 1000, seed=2) for slip in SLIPS}
@@ -169,7 +169,7 @@ def lint() -> tuple[str, bool]:
 
 def recovery() -> tuple[str, bool]:
     """Conventions of 1000 scrambled tables that their evidence decides, found again."""
-    from lwr_dyn.conventions.recovery import recovery as recovered
+    from lwr_dyn.audit.conventions.recovery import recovery as recovered
 
     found = recovered(1000)
     return found.statement(), found.rate >= 0.99 and found.honest == 1.0

@@ -8,16 +8,16 @@ from pathlib import Path
 import numpy as np
 
 import lwr_dyn
-from lwr_dyn.arm import Arm, JointLimits
-from lwr_dyn.chain import Body, Chain, ChainLink
-from lwr_dyn.dh import JointKind
 from lwr_dyn.files import make_folder
-from lwr_dyn.friction.models import Direction, JointFriction
+from lwr_dyn.model.arm import Arm, JointLimits
+from lwr_dyn.model.chain import Body, Chain, ChainLink
+from lwr_dyn.model.dh import JointKind
+from lwr_dyn.model.friction.models import Direction, JointFriction
+from lwr_dyn.model.spatial import Pose
+from lwr_dyn.reproduction.report.friction_figures import register_figure
 from lwr_dyn.reproduction.wam7.runs import cruise, experiment
 from lwr_dyn.reproduction.wam7.text import verdict
 from lwr_dyn.simulation.swing import Rest
-from lwr_dyn.spatial import Pose
-from lwr_dyn.viewer.friction_figures import register_figure
 from lwr_dyn.viewer.plots import save_figure
 
 MASS, FRICTION = 2.0, JointFriction(Direction(coulomb=3.0, viscous=0.5, static=4.0), Direction(2.0, 0.5, 2.5))

@@ -3,10 +3,10 @@
 import numpy as np
 from hypothesis import strategies as st
 
-from lwr_dyn.arm import Arm, JointLimits
-from lwr_dyn.chain import Body, Chain, ChainLink, Rotor
-from lwr_dyn.dh import JointKind
-from lwr_dyn.spatial import Pose, from_rpy
+from lwr_dyn.model.arm import Arm, JointLimits
+from lwr_dyn.model.chain import Body, Chain, ChainLink, Rotor
+from lwr_dyn.model.dh import JointKind
+from lwr_dyn.model.spatial import Pose, from_rpy
 
 
 def random_body(rng):

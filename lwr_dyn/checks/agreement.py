@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import Array
-from lwr_dyn.assembly import dh_rows
 from lwr_dyn.checks.laws import EXACT, coriolis_floor, relative, torque_floor
 from lwr_dyn.checks.states import States
 from lwr_dyn.checks.verdict import Verdict
-from lwr_dyn.dh import Convention
 from lwr_dyn.dynamics.newton_euler import NewtonEuler
 from lwr_dyn.dynamics.protocol import Dynamics
 from lwr_dyn.kinematics.forward import forward_kinematics
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.dh import Convention
+from lwr_dyn.papers.assembly import dh_rows
 from lwr_dyn.papers.schema import Paper
 
 METRES = 1e-12

@@ -11,7 +11,6 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import Array
 from lwr_dyn.checks.verdict import Verdict
 from lwr_dyn.errors import LwrDynError
@@ -19,8 +18,9 @@ from lwr_dyn.kinematics.envelope import working_envelope
 from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.kinematics.jacobian import joint_axes
 from lwr_dyn.kinematics.wrist_geometry import wrist_arm_geometry
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.spatial import from_rpy
 from lwr_dyn.papers.schema import Paper
-from lwr_dyn.spatial import from_rpy
 
 HALF_MILLIMETRE = 0.5e-3
 """[m] Lengths are printed in whole millimetres."""

@@ -10,10 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lwr_dyn.arm import Arm
 from lwr_dyn.checks.verdict import Verdict
-from lwr_dyn.physical import ROUNDING
-from lwr_dyn.spatial import principal_moments
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.feasibility import ROUNDING
+from lwr_dyn.model.spatial import principal_moments
 
 THICKNESS = 0.12
 """Share of the arm's reach that a link may stand out beyond its joints and centre of mass: half the thickness of a

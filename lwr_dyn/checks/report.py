@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from lwr_dyn.arm import Arm
 from lwr_dyn.checks.agreement import frames_agree, roads_agree, tabulated_frames
 from lwr_dyn.checks.envelope import datasheet_verdicts
 from lwr_dyn.checks.feasibility import feasibility_verdicts
@@ -12,6 +11,7 @@ from lwr_dyn.checks.swing import swing_verdict
 from lwr_dyn.checks.verdict import Report
 from lwr_dyn.dynamics.engine import Pinocchio, flange_poses
 from lwr_dyn.dynamics.newton_euler import NewtonEuler
+from lwr_dyn.model.arm import Arm
 from lwr_dyn.papers.schema import Paper
 
 STATES = 1000

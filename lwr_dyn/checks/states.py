@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import Array
+from lwr_dyn.model.arm import Arm
 
 SPEED, ACCELERATION = 2.0, 10.0
 """Half-widths of the random joint speeds and accelerations [rad/s, rad/s^2]."""

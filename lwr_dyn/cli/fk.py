@@ -6,15 +6,16 @@ import click
 import numpy as np
 from numpy.typing import NDArray
 
-from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import fixed_array, joint_array
 from lwr_dyn.cli.kuka_units import NAMED_AXES, degenerate_note, kuka_record, pose_line, positions_of_named
 from lwr_dyn.cli.options import NUMBERS, load_robot, print_json, robot_options
-from lwr_dyn.dh import JointKind
 from lwr_dyn.errors import OptionError
-from lwr_dyn.front import forward_kinematics
+from lwr_dyn.front import FUNCTIONS, forward_kinematics
 from lwr_dyn.kinematics.kuka_pose import has_kuka_axes, kuka_pose
-from lwr_dyn.spatial import to_rpy
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.dh import JointKind
+from lwr_dyn.model.spatial import to_rpy
+from lwr_dyn.papers.catalog import open_paper
 
 
 @click.command("fk")
@@ -41,7 +42,7 @@ def command(
     if symbolic and (as_json or q_si or q_deg):
         raise OptionError("--symbolic", "with --json, --q or --q-deg", "--symbolic alone: it prints symbols as text")
     if symbolic:
-        _print_symbols(robot, reading)
+        click.echo(_in_symbols(robot, reading))
         return
     arm = load_robot(robot, reading, tip, locks)
     q = _positions(arm, q_si, q_deg, axes_deg)
@@ -65,6 +66,13 @@ def command(
         click.echo(f"KUKA      {pose_line(kuka_pose(arm, q))}  (mm, deg)")
     for line in (*outside, *filter(None, [degenerate_note(pose[:3, :3]) if has_kuka_axes(arm) else None])):
         click.echo(f"note: {line}")
+
+
+def _in_symbols(robot: str, reading: str | None) -> str:
+    if robot.endswith(".urdf"):
+        raise OptionError("--symbolic", robot, "a robot with a DH table")
+    text: str = FUNCTIONS.load("dh_matrices_text")(open_paper(robot, reading))
+    return text
 
 
 def _positions(
@@ -98,27 +106,3 @@ def _outside(arm: Arm, q: NDArray[np.float64]) -> list[str]:
 
 def _triple(values: NDArray[np.float64]) -> str:
     return " ".join(f"{round(x, 9) + 0.0:.9f}" for x in values)
-
-
-def _print_symbols(robot: str, reading: str | None) -> None:
-    import sympy as sp
-
-    from lwr_dyn.kinematics.symbolic import dh_matrices, full_product, vector_route
-    from lwr_dyn.papers.catalog import open_paper
-
-    if robot.endswith(".urdf"):
-        raise OptionError("--symbolic", robot, "a robot with a DH table")
-    matrices = dh_matrices(open_paper(robot, reading))
-    for i, matrix in enumerate(matrices, start=1):
-        click.echo(f"A{i} =\n{sp.pretty(matrix, use_unicode=False)}")
-    origin = sp.Matrix([0, 0, 0, 1])
-    for name, route in (
-        ("full product", full_product(matrices, origin)),
-        ("vector route", vector_route(matrices, origin)),
-    ):
-        click.echo(
-            f"origin of frame {len(matrices)} by {name}: {route.multiplications} products, {route.additions} sums"
-        )
-    value = vector_route(matrices, origin).value
-    for axis, expression in zip("xyz", value, strict=False):
-        click.echo(f"  {axis} = {sp.factor_terms(sp.expand(expression))}")

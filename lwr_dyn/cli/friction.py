@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from lwr_dyn.actuation import friction_of
-from lwr_dyn.arm import Arm
 from lwr_dyn.errors import OptionError
-from lwr_dyn.friction.refit import Change, passive_refit
-from lwr_dyn.motion import Run
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.friction.refit import Change, passive_refit
+from lwr_dyn.model.run import Run
+from lwr_dyn.papers.actuation import friction_of
 from lwr_dyn.simulation.friction_choice import FORMS, FrictionOption
 from lwr_dyn.simulation.record import FEEDS
 

@@ -7,11 +7,11 @@ import math
 import click
 import numpy as np
 
-from lwr_dyn.arm import Arm
 from lwr_dyn.cli.options import load_robot, print_json, robot_options
 from lwr_dyn.control.gains import second_order_gains
 from lwr_dyn.control.worst_case_inertia import WorstCase, worst_cases
-from lwr_dyn.dh import JointKind
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.dh import JointKind
 from lwr_dyn.text import table
 
 HEAD = ("joint", "b [kg m^2]", "Kp [N m/rad]", "Kd [N m s/rad]", "where (deg; * any)")

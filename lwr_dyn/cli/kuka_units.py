@@ -9,9 +9,7 @@ import click
 import numpy as np
 from numpy.typing import NDArray
 
-from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import fixed_array
-from lwr_dyn.dh import JointKind
 from lwr_dyn.errors import OptionError, UnknownNameError
 from lwr_dyn.kinematics.kuka_pose import (
     KukaPose,
@@ -24,6 +22,8 @@ from lwr_dyn.kinematics.kuka_pose import (
     with_status_and_turn,
 )
 from lwr_dyn.kinematics.solution import Solution, least_travel
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.dh import JointKind
 
 
 class NamedAxes(click.ParamType):  # type: ignore[type-arg] # generic only since click 8.4

@@ -5,32 +5,51 @@ from __future__ import annotations
 import sys
 import warnings
 from collections.abc import Callable
-from importlib import import_module
 
 import click
 
 from lwr_dyn.errors import LwrDynError, RatingWarning
+from lwr_dyn.registry import Registry, Row
 from lwr_dyn.version import VERSION
 
-COMMANDS = {
-    "list": "Robots, readings and where their numbers come from.",
-    "new": "Write a commented data file for your own arm.",
-    "urdf": "Write a robot as URDF with its sidecars.",
-    "check": "Every law and agreement, with value, tolerance and verdict.",
-    "fk": "Pose of the flange; the DH matrices in symbols.",
-    "gains": "Worst-case inertia of each joint and the gains drawn from it.",
-    "ik": "Joint positions that reach a pose: all branches, limits told apart from reach.",
-    "kernels": "The generated source of a batch function, what it costs, and where it is kept.",
-    "replay": "Runs in the browser: one file without network, or live.",
-    "simulate": "A task under a controller: run file, metrics, energy audit.",
-    "identify": "Friction, or friction and inertia, from logs of an arm that moved.",
-    "lint": "Slips in tables of numbers that show without a model.",
-    "krl": "KUKA programs: write, check and run them on a robot's model.",
-    "resolve": "How a table whose conventions nobody states may be read, ranked, with what decides it.",
-    "spread": "One task under all readings: what depends on the reading, which conclusions survive.",
-    "reproduce": "Recompute what a paper prints.",
-}
-"""Subcommand -> its line in the help; the module is lwr_dyn.cli.NAME (list_ for list)."""
+COMMANDS: Registry[click.Command] = Registry(
+    "command",
+    {
+        "list": Row("lwr_dyn.cli.list_:command", "Robots, readings and where their numbers come from."),
+        "new": Row("lwr_dyn.cli.new:command", "Write a commented data file for your own arm."),
+        "urdf": Row("lwr_dyn.cli.urdf:command", "Write a robot as URDF with its sidecars."),
+        "check": Row("lwr_dyn.cli.check:command", "Every law and agreement, with value, tolerance and verdict."),
+        "fk": Row("lwr_dyn.cli.fk:command", "Pose of the flange; the DH matrices in symbols."),
+        "gains": Row("lwr_dyn.cli.gains:command", "Worst-case inertia of each joint and the gains drawn from it."),
+        "ik": Row("lwr_dyn.cli.ik:command", "Joint positions for a pose: all branches, limits told apart from reach."),
+        "kernels": Row(
+            "lwr_dyn.codegen.command:command",
+            "The generated source of a batch function, what it costs, and where it is kept.",
+            extra="batch",
+        ),
+        "replay": Row("lwr_dyn.cli.replay:command", "Runs in the browser: one file without network, or live."),
+        "simulate": Row("lwr_dyn.cli.simulate:command", "A task under a controller: run file, metrics, energy audit."),
+        "identify": Row(
+            "lwr_dyn.identification.command:command",
+            "Friction, or friction and inertia, from logs of an arm that moved.",
+            extra="plots",
+        ),
+        "lint": Row("lwr_dyn.audit.lint.command:command", "Slips in tables of numbers that show without a model."),
+        "krl": Row(
+            "lwr_dyn.krl.command:command", "KUKA programs: write, check and run them on a robot's model.", extra="krl"
+        ),
+        "resolve": Row(
+            "lwr_dyn.audit.conventions.command:command",
+            "How a table whose conventions nobody states may be read, ranked, with what decides it.",
+        ),
+        "spread": Row(
+            "lwr_dyn.audit.sensitivity.command:command",
+            "One task under all readings: what depends on the reading, which conclusions survive.",
+        ),
+        "reproduce": Row("lwr_dyn.reproduction.command:command", "Recompute what a paper prints.", extra="all"),
+    },
+)
+"""Subcommands; optional packages bring theirs as rows."""
 
 
 PIPE_CLOSED = 141
@@ -41,21 +60,17 @@ class LazyGroup(click.Group):
     """A group that imports a subcommand when it is used, so that `--help` stays quick."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """Names in the order of `COMMANDS`."""
-        return list(COMMANDS)
+        """Names in the order of `COMMANDS`, without those whose package is not installed."""
+        return [name for name in COMMANDS.names if COMMANDS[name].is_installed]
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """The subcommand from its module."""
-        if cmd_name not in COMMANDS:
-            return None
-        module = import_module(f"lwr_dyn.cli.{'list_' if cmd_name == 'list' else cmd_name}")
-        command: click.Command = module.command
-        return command
+        """The subcommand from its module; raises `MissingPackageError`."""
+        return COMMANDS.load(cmd_name) if cmd_name in COMMANDS.names else None
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """The help lines, without importing a subcommand."""
         with formatter.section("Commands"):
-            formatter.write_dl(list(COMMANDS.items()))
+            formatter.write_dl([(name, COMMANDS[name].about) for name in self.list_commands(ctx)])
 
 
 @click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})

@@ -7,9 +7,9 @@ from typing import Any, TypeVar
 
 import click
 
-from lwr_dyn.arm import Arm
 from lwr_dyn.errors import OptionError
 from lwr_dyn.front import load
+from lwr_dyn.model.arm import Arm
 from lwr_dyn.text import json_text
 
 F = TypeVar("F", bound=Callable[..., Any])

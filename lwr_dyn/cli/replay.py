@@ -8,9 +8,9 @@ from pathlib import Path
 import click
 
 from lwr_dyn import front
-from lwr_dyn.arm import Arm
 from lwr_dyn.errors import FileAccessError, OptionError
-from lwr_dyn.motion import Run
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.run import Run
 
 
 @click.command("replay")

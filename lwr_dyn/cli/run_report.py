@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.arm import Arm
 from lwr_dyn.cli.friction import friction_lines
 from lwr_dyn.control.sampled_damping import UNSTABLE, sampled_damping
-from lwr_dyn.dh import JointKind
 from lwr_dyn.dynamics.selection import dynamics_of
-from lwr_dyn.motion import Run
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.dh import JointKind
+from lwr_dyn.model.run import Run
 from lwr_dyn.simulation.metrics import Metrics, metrics
 from lwr_dyn.text import table
 

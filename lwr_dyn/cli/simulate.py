@@ -8,7 +8,6 @@ from typing import Any
 import click
 import numpy as np
 
-from lwr_dyn.arm import Arm
 from lwr_dyn.cli.friction import chosen_friction_of
 from lwr_dyn.cli.idle_options import Needs, refuse_idle
 from lwr_dyn.cli.options import NUMBERS, load_robot, print_json, robot_options
@@ -16,18 +15,19 @@ from lwr_dyn.cli.run_report import run_record, run_text
 from lwr_dyn.control.by_name import CONTROLLERS, Tuning, controller_by_name
 from lwr_dyn.control.pd_gravity import PDGravity
 from lwr_dyn.control.protocol import Controller
-from lwr_dyn.dynamics.selection import dynamics_of
+from lwr_dyn.dynamics.selection import ENGINES, dynamics_of
 from lwr_dyn.errors import DivergenceError, FileAccessError, MissingDataError, OptionError
 from lwr_dyn.files import check_writable
 from lwr_dyn.front import load
-from lwr_dyn.motion import Reference, Run
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.run import Reference, Run
 from lwr_dyn.simulation.friction_choice import FORMS
 from lwr_dyn.simulation.plant import loaded, scaled
 from lwr_dyn.simulation.sensors import Encoder
 from lwr_dyn.simulation.simulate import simulate
-from lwr_dyn.tasks.ist import DURATION, TIMINGS, ist_reference
-from lwr_dyn.tasks.lspb_move import lspb_move
-from lwr_dyn.tasks.point_to_point import hold, point_to_point
+from lwr_dyn.trajectory.references.ist import DURATION, TIMINGS, ist_reference
+from lwr_dyn.trajectory.references.lspb_move import lspb_move
+from lwr_dyn.trajectory.references.point_to_point import hold, point_to_point
 
 TASKS = ("ist", "point-to-point", "lspb", "hold")
 
@@ -100,7 +100,7 @@ def _options(command: Any) -> Any:
             click.option("--velocity-cutoff", type=float, default=100.0, help="Of the velocity filter, Hz."),
             click.option("--no-saturation", **flag, help="Do not cut torques at the limits."),
             click.option("--allow-unphysical", **flag, help="Simulate inertias no body can have."),
-            click.option("--engine", type=click.Choice(["pinocchio", "newton-euler"]), default="pinocchio"),
+            click.option("--engine", type=click.Choice(ENGINES.names), default="pinocchio"),
             click.option("--seed", type=int, default=0, show_default=True, help="Of the encoder's noise."),
             click.option("--out", help="The run file, .npz."),
             click.option("--json", "as_json", **flag, help="One JSON object."),

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lwr_dyn.arm import Arm
 from lwr_dyn.control.gains import second_order_gains
 from lwr_dyn.control.inverse_dynamics import InverseDynamics
 from lwr_dyn.control.pd_gravity import PDGravity
@@ -16,6 +15,7 @@ from lwr_dyn.control.protocol import Controller
 from lwr_dyn.control.worst_case_inertia import worst_cases
 from lwr_dyn.dynamics.selection import dynamics_of
 from lwr_dyn.errors import UnknownNameError
+from lwr_dyn.model.arm import Arm
 
 CONTROLLERS = ("pd-gravity", "pid", "inverse-dynamics")
 

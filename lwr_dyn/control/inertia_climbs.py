@@ -8,10 +8,10 @@ import numpy as np
 from scipy.optimize import minimize
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.dh import JointKind
 from lwr_dyn.dynamics.newton_euler import Recursion
 from lwr_dyn.dynamics.recursion import inverse_dynamics
-from lwr_dyn.vectors import ZERO
+from lwr_dyn.model.dh import JointKind
+from lwr_dyn.model.vectors import ZERO
 
 _LINE = 181
 """Points on which a line's maximum is looked for before Newton's method sharpens it."""

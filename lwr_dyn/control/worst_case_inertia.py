@@ -16,12 +16,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import Array
 from lwr_dyn.control.inertia_climbs import best_on_line, diagonal, local_maximum, moved
-from lwr_dyn.dh import JointKind
 from lwr_dyn.dynamics.newton_euler import Recursion
 from lwr_dyn.errors import MissingDataError
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.dh import JointKind
 
 RANDOM_STARTS = 128
 LATTICE_STARTS = 128

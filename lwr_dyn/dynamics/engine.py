@@ -16,8 +16,8 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
-from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import Array, joint_array, same_batch
+from lwr_dyn.model.arm import Arm
 from lwr_dyn.urdf.writer import urdf_text
 
 PinocchioModel = Any
@@ -164,3 +164,8 @@ class Pinocchio:
             probe = np.asarray(call(*(np.zeros(self.n) for _ in rows)))
             return np.zeros((*batch, *probe.shape))
         return np.array(out, dtype=np.float64).reshape((*batch, *np.shape(out[0])))
+
+
+def pinocchio_engine(arm: Arm, rotors: str) -> Pinocchio:
+    """The row "pinocchio" of the engines."""
+    return Pinocchio(arm)

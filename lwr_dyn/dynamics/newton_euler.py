@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from lwr_dyn.arrays import Array, joint_array, same_batch
-from lwr_dyn.chain import Chain
 from lwr_dyn.dynamics.recursion import LinkConstants, Rotors, inverse_dynamics, link_constants, potential_energy
-from lwr_dyn.vectors import ZERO, Scalar, Vector
+from lwr_dyn.model.chain import Chain
+from lwr_dyn.model.vectors import ZERO, Scalar, Vector
 
 _REST = 0.0
 
@@ -146,3 +146,8 @@ class NewtonEuler:
 
 def _array(value: Any) -> Array:
     return np.array(value, dtype=np.float64)
+
+
+def newton_euler_engine(arm: Any, rotors: Rotors) -> NewtonEuler:
+    """The row "newton-euler" of the engines."""
+    return NewtonEuler(arm.require_dynamics(), rotors)

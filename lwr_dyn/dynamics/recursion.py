@@ -5,7 +5,7 @@ right): link i is seen in its own frame i, its joint acts along z0 of frame i-1,
 
 Two things are more general than the book: a constant pose `before` may stand ahead of the joint (modified DH, URDF),
 and rotors may enter whole ("full"), by what the joint feels of them ("armature", k_r^2 I_m ddq) or not at all ("none").
-Scalars are whatever `lwr_dyn.vectors` takes. This module must never see a URDF, an Arm or Pinocchio.
+Scalars are whatever `lwr_dyn.model.vectors` takes. This module must never see a URDF, an Arm or Pinocchio.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ from typing import Literal
 
 import numpy as np
 
-from lwr_dyn.chain import Chain
-from lwr_dyn.dh import JointKind
-from lwr_dyn.vectors import ZERO, Matrix, Scalar, Vector, Z, add, multiply
+from lwr_dyn.model.chain import Chain
+from lwr_dyn.model.dh import JointKind
+from lwr_dyn.model.vectors import ZERO, Matrix, Scalar, Vector, Z, add, multiply
 
 Rotors = Literal["armature", "full", "none"]
 

@@ -1,43 +1,59 @@
-"""Which engine computes an arm's dynamics; engines are imported when they are asked for."""
+"""The engines: who computes an arm's dynamics, by name."""
 
 from __future__ import annotations
 
-from lwr_dyn.arm import Arm
-from lwr_dyn.dynamics.protocol import Dynamics
-from lwr_dyn.errors import OptionError, UnknownNameError
+from collections.abc import Callable
 
-ENGINES = ("pinocchio", "newton-euler")
+from lwr_dyn.dynamics.protocol import Dynamics
+from lwr_dyn.errors import OptionError
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.registry import Registry, Row
+
+ROTORS = ("armature", "full", "none")
+ENGINES: Registry[Callable[[Arm, str], Dynamics]] = Registry(
+    "engine",
+    {
+        "pinocchio": Row(
+            "lwr_dyn.dynamics.engine:pinocchio_engine", "URDF text and Pinocchio", facts={"rotors": ("armature",)}
+        ),
+        "newton-euler": Row(
+            "lwr_dyn.dynamics.newton_euler:newton_euler_engine",
+            "the recursion on the paper's own frames",
+            facts={"rotors": ROTORS},
+        ),
+        "kernels": Row(
+            "lwr_dyn.codegen.engine:Kernels",
+            "generated code, for large batches",
+            extra="batch",
+            facts={"rotors": ROTORS},
+        ),
+    },
+)
+"""Who computes an arm's dynamics; each row makes it from the arm and the treatment of its rotors."""
 
 
 def dynamics_of(arm: Arm, engine: str = "pinocchio", rotors: str = "armature") -> Dynamics:
-    """The dynamics of an arm by one of the engines.
+    """The dynamics of an arm by one of `ENGINES`.
 
     Parameters
     ----------
     arm : Arm
-    engine : {"pinocchio", "newton-euler"}
+    engine : str
     rotors : {"armature", "full", "none"}
-        "full" adds the paper's spin couplings; only the hand-written recursion has other than "armature".
+        "full" adds the paper's spin couplings; Pinocchio takes "armature" only.
 
     Raises
     ------
     UnknownNameError
         No engine of that name.
     OptionError
-        Rotors the engine does not know.
+        Rotors that the engine does not know.
     MissingDataError
         The arm has no inertias.
+    MissingPackageError
+        The engine's extra is not installed.
     """
-    if rotors not in ("armature", "full", "none"):
-        raise OptionError("rotors", repr(rotors), "armature, full, none")
-    if engine == "newton-euler":
-        from lwr_dyn.dynamics.newton_euler import NewtonEuler
-
-        return NewtonEuler(arm.require_dynamics(), rotors)  # type: ignore[arg-type]
-    if engine == "pinocchio":
-        if rotors != "armature":
-            raise OptionError("rotors", f"{rotors!r} with engine pinocchio", "armature, or engine newton-euler")
-        from lwr_dyn.dynamics.engine import Pinocchio
-
-        return Pinocchio(arm)
-    raise UnknownNameError("engine", engine, ENGINES)
+    known = ENGINES[engine].facts.get("rotors", ROTORS)
+    if rotors not in known:
+        raise OptionError("rotors", f"{rotors!r} with engine {engine}", ", ".join(known))
+    return ENGINES.load(engine)(arm, rotors)

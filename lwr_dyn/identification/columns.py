@@ -12,8 +12,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import pi
 
-from lwr_dyn.dh import JointKind
 from lwr_dyn.errors import LogError, OptionError
+from lwr_dyn.model.dh import JointKind
 
 _TURN = {"rad": 1.0, "deg": pi / 180}
 _SHIFT = {"m": 1.0, "mm": 1e-3}

@@ -11,9 +11,9 @@ from scipy.optimize import least_squares
 
 from lwr_dyn.arrays import Array, read_only
 from lwr_dyn.errors import LogError, OptionError
-from lwr_dyn.friction.models import Direction
 from lwr_dyn.identification.friction_map import MapPoint
 from lwr_dyn.identification.least_squares import HUBER, Estimate, determined, huber, weighted
+from lwr_dyn.model.friction.models import Direction
 
 Model = Literal["viscous+coulomb", "stribeck"]
 MODELS = get_args(Model)
@@ -31,7 +31,7 @@ WITHIN = 3.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DirectionFit:
-    """What one direction of one joint says: magnitudes against the motion, as `lwr_dyn.friction.models.Direction`.
+    """Friction of one direction of one joint: magnitudes against the motion, as `model.friction.models.Direction`.
 
     An offset is not told apart: it raises one direction's Coulomb level and lowers the other's.
     """

@@ -9,16 +9,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import Array, fixed_array
 from lwr_dyn.control.protocol import Controller
 from lwr_dyn.identification.friction import USUAL, FrictionIdentification, How, identify_friction
 from lwr_dyn.identification.generator import LogSensors
 from lwr_dyn.identification.logs import JointLog, log_of_run
 from lwr_dyn.identification.torque_model import Subtract
+from lwr_dyn.model.arm import Arm
 from lwr_dyn.simulation.simulate import simulate
-from lwr_dyn.tasks.lspb_move import lspb_move
-from lwr_dyn.tasks.point_to_point import JointReference
+from lwr_dyn.trajectory.references.lspb_move import lspb_move
+from lwr_dyn.trajectory.references.point_to_point import JointReference
 
 
 def cruise_and_back(arm: Arm, start: ArrayLike, stroke: ArrayLike, speed: float, blend: float = 1.0) -> JointReference:

@@ -6,14 +6,14 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from lwr_dyn.arm import Arm
 from lwr_dyn.errors import LogError, LwrDynError
-from lwr_dyn.friction.models import JointFriction
 from lwr_dyn.identification.cruise import USUAL_RULE, CruiseRule
 from lwr_dyn.identification.direction_fit import DirectionFit, Model, fit_direction
 from lwr_dyn.identification.friction_map import MapPoint, map_points, points_of
 from lwr_dyn.identification.logs import JointLog, read_log
 from lwr_dyn.identification.torque_model import ModelTorque, Subtract
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.friction.models import JointFriction
 
 
 @dataclass(frozen=True, slots=True)

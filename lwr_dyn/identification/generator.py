@@ -12,12 +12,12 @@ from math import isfinite
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import joint_array
 from lwr_dyn.dynamics.newton_euler import Recursion
 from lwr_dyn.errors import OptionError
-from lwr_dyn.friction.models import JointFriction
 from lwr_dyn.identification.logs import JointLog
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.friction.models import JointFriction
 
 
 @dataclass(frozen=True, slots=True)

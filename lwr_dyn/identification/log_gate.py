@@ -7,11 +7,11 @@ from math import pi
 
 import numpy as np
 
-from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import Array
-from lwr_dyn.dh import JointKind
 from lwr_dyn.errors import LogError
 from lwr_dyn.identification.columns import Column
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.dh import JointKind
 
 STEPS = (5e-5, 0.5)
 """Seconds between rows a log of a moving arm may have; ms declared as s gives 10, s declared as ms 1e-5."""

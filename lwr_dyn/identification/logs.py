@@ -8,14 +8,14 @@ from pathlib import Path
 
 import numpy as np
 
-from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import Array
 from lwr_dyn.errors import FileAccessError
 from lwr_dyn.files import write_file
 from lwr_dyn.identification.columns import SI, check_kinds, layout_of
 from lwr_dyn.identification.log_files import SUFFIXES, read_columns, read_head, table_bytes
 from lwr_dyn.identification.log_gate import check_arm, check_log
-from lwr_dyn.motion import Run
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.run import Run
 
 
 @dataclass(frozen=True, slots=True, eq=False)

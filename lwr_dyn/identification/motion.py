@@ -14,15 +14,15 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 from scipy.signal import savgol_filter
 
-from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import Array
+from lwr_dyn.dynamics.regressor import JOINT, Regressor, chain_parameters
 from lwr_dyn.errors import LogError, OptionError
 from lwr_dyn.identification.base_parameters import BaseParameters, base_parameters
 from lwr_dyn.identification.cruise import recordings
 from lwr_dyn.identification.least_squares import Estimate, determined, weighted
 from lwr_dyn.identification.logs import JointLog
-from lwr_dyn.identification.regressor import JOINT, Regressor, chain_parameters
 from lwr_dyn.identification.torque_model import DEGREE, slopes
+from lwr_dyn.model.arm import Arm
 
 MOST_ROWS = 20_000
 """Instants used at most: more are thinned out evenly."""

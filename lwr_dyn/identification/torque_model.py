@@ -8,13 +8,13 @@ from typing import Literal, get_args
 import numpy as np
 from scipy.signal import savgol_filter
 
-from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import Array
 from lwr_dyn.dynamics.newton_euler import Recursion
 from lwr_dyn.errors import LogError, OptionError
 from lwr_dyn.identification.cruise import recordings
 from lwr_dyn.identification.logs import JointLog
-from lwr_dyn.vectors import ZERO
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.vectors import ZERO
 
 Subtract = Literal["none", "gravity", "inertia", "all"]
 SUBTRACT = get_args(Subtract)

@@ -16,7 +16,6 @@ from numpy.typing import ArrayLike
 from scipy.interpolate import CubicSpline
 from scipy.optimize import lsq_linear
 
-from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import Array, read_only, real_array
 from lwr_dyn.errors import OptionError, OutOfReachError, OutsideLimitsError, ShapeError
 from lwr_dyn.kinematics.arm_angle_search import Found, largest_margin
@@ -26,6 +25,7 @@ from lwr_dyn.kinematics.poses import pose_array
 from lwr_dyn.kinematics.srs import ON_AXIS, JointRanges, arm_triangle, joint_ranges
 from lwr_dyn.kinematics.srs_geometry import SrsGeometry, require_srs
 from lwr_dyn.kinematics.srs_limits import margin_problem, margins
+from lwr_dyn.model.arm import Arm
 
 PULL = 1e3
 """Weight of the distance from the corridor's middle, for a path of length 1: bends die out over 1/PULL^(1/4) of it."""

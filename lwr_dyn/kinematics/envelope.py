@@ -18,10 +18,10 @@ from itertools import pairwise
 
 import numpy as np
 
-from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import Array
 from lwr_dyn.errors import MissingDataError
 from lwr_dyn.kinematics.wrist_geometry import WristArmGeometry, require_wrist_arm
+from lwr_dyn.model.arm import Arm
 
 BESIDE = 1e-7
 """[m] How far beside a piece of arc its two sides are looked at."""

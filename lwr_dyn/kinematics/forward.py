@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from lwr_dyn.arrays import Array, joint_array
-from lwr_dyn.chain import Chain, link_frames
+from lwr_dyn.model.chain import Chain, link_frames
 
 
 def frames(chain: Chain, q: ArrayLike) -> Array:

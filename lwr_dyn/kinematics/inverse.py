@@ -8,9 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import Array, fixed_array
-from lwr_dyn.dh import JointKind
 from lwr_dyn.errors import OptionError
 from lwr_dyn.kinematics.branches import BRANCHES
 from lwr_dyn.kinematics.numeric import Search, search
@@ -22,6 +20,8 @@ from lwr_dyn.kinematics.srs_best import best_angles
 from lwr_dyn.kinematics.srs_geometry import SrsGeometry, srs_geometry
 from lwr_dyn.kinematics.srs_limits import arcs_at_level, margin_problem
 from lwr_dyn.kinematics.wrist_geometry import wrist_arm_geometry
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.dh import JointKind
 
 __all__ = ["ANYTHING", "InverseResult", "Solution", "inverse_kinematics"]
 

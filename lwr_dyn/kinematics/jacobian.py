@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from lwr_dyn.arrays import Array, joint_array, same_batch
-from lwr_dyn.chain import Chain, link_frames
-from lwr_dyn.dh import JointKind
+from lwr_dyn.model.chain import Chain, link_frames
+from lwr_dyn.model.dh import JointKind
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -16,14 +16,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import Array, fixed_array
 from lwr_dyn.errors import OptionError
 from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.kinematics.jacobian import joint_axes
 from lwr_dyn.kinematics.solution import Solution
 from lwr_dyn.kinematics.wrist_geometry import require_wrist_arm, wrist_arm_geometry
-from lwr_dyn.spatial import from_rpy, rot_z
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.spatial import from_rpy, rot_z
 
 DEGENERATE = 1e-12
 """Cosine of B below which A and C turn about one axis."""

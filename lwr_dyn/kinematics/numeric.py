@@ -13,10 +13,10 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.chain import Chain
-from lwr_dyn.dh import JointKind
 from lwr_dyn.kinematics.jacobian import jacobian_at, joint_axes
 from lwr_dyn.kinematics.srs import wrap
+from lwr_dyn.model.chain import Chain
+from lwr_dyn.model.dh import JointKind
 
 SOLVED = 1e-11
 """Largest entry of FK(q) - T that counts as solved [m and dimensionless]."""

@@ -15,7 +15,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import Array, fixed_array
 from lwr_dyn.errors import OutOfReachError, ShapeError, SingularArmError
 from lwr_dyn.kinematics.branches import Branch
@@ -23,6 +22,7 @@ from lwr_dyn.kinematics.jacobian import JointAxes, jacobian_at, joint_axes, velo
 from lwr_dyn.kinematics.poses import pose_array
 from lwr_dyn.kinematics.srs import arm_triangle, closed_form, joint_ranges
 from lwr_dyn.kinematics.srs_geometry import SrsGeometry, require_srs
+from lwr_dyn.model.arm import Arm
 
 SINGULAR = 1e-7
 """Sine of a tilt, of the elbow's bend, or of the wrist's angle to the reference, below which rates are not determined:

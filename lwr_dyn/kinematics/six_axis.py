@@ -8,7 +8,6 @@ from itertools import product
 
 import numpy as np
 
-from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import Array
 from lwr_dyn.kinematics.branches import BRANCHES
 from lwr_dyn.kinematics.solution import InverseResult, Solution, judged_result, judged_solution
@@ -16,6 +15,7 @@ from lwr_dyn.kinematics.spherical_wrist import NEAR_SINGULAR, SINGULARITIES, Wri
 from lwr_dyn.kinematics.srs import joint_ranges
 from lwr_dyn.kinematics.srs_limits import TOUCH
 from lwr_dyn.kinematics.wrist_geometry import WristArmGeometry, require_wrist_arm
+from lwr_dyn.model.arm import Arm
 
 TURN = 2.0 * np.pi
 

@@ -8,11 +8,11 @@ from typing import Literal
 
 import numpy as np
 
-from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import Array, read_only
 from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.kinematics.srs import wrap
 from lwr_dyn.kinematics.srs_limits import TOUCH
+from lwr_dyn.model.arm import Arm
 
 Status = Literal["solved", "out of reach", "outside limits"]
 SAME = 1e-9

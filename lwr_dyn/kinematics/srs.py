@@ -21,10 +21,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import Array
 from lwr_dyn.kinematics.branches import Branch
 from lwr_dyn.kinematics.srs_geometry import Ball, SrsGeometry
+from lwr_dyn.model.arm import Arm
 
 ON_AXIS = 1e-9
 """Sine of the angle to the reference direction below which the wrist counts as standing on it."""

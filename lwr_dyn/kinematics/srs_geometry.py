@@ -15,12 +15,12 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import Array, fixed_array, read_only
-from lwr_dyn.chain import Chain
-from lwr_dyn.dh import JointKind
 from lwr_dyn.errors import OptionError
 from lwr_dyn.kinematics.jacobian import joint_axes
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.chain import Chain
+from lwr_dyn.model.dh import JointKind
 
 MEETING = 1e-9
 """[m, and dimensionless] Axes that pass this near to each other meet; directions this near to square are square."""

@@ -14,13 +14,13 @@ from functools import lru_cache
 
 import numpy as np
 
-from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import Array, read_only
-from lwr_dyn.chain import Chain
-from lwr_dyn.dh import JointKind
 from lwr_dyn.errors import OptionError
 from lwr_dyn.kinematics.jacobian import joint_axes
 from lwr_dyn.kinematics.srs_geometry import MEETING, Ball, ball_of, meeting_point
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.chain import Chain
+from lwr_dyn.model.dh import JointKind
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-from lwr_dyn.arm import Arm
 from lwr_dyn.krl.diagnosis import Diagnosis, in_order
 from lwr_dyn.krl.machine import Machine
 from lwr_dyn.krl.program import Program
 from lwr_dyn.krl.settings import Settings
 from lwr_dyn.krl.statics import static_diagnoses
 from lwr_dyn.krl.values import Value
+from lwr_dyn.model.arm import Arm
 
 MOTIONS = 1000
 """Motions of a program that a check plans; the run plans all."""

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import Array
 from lwr_dyn.errors import MissingDataError, OptionError
 from lwr_dyn.kinematics.kuka_pose import has_kuka_axes, status, turn
@@ -28,6 +27,7 @@ from lwr_dyn.krl.values import (
     pose_value,
     struct,
 )
+from lwr_dyn.model.arm import Arm
 
 INPUTS = ("$IN", "$ANIN", "$DIGIN1", "$DIGIN2", "$DIGIN3", "$DIGIN4", "$DIGIN5", "$DIGIN6", "$STOPMESS")
 """What the world sets: unknown unless given."""

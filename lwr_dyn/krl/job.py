@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import Array
 from lwr_dyn.errors import FileAccessError, OptionError
 from lwr_dyn.kinematics.kuka_pose import status, turn
@@ -22,6 +21,7 @@ from lwr_dyn.krl.program import Program, program_of
 from lwr_dyn.krl.source import Line, SourceFile, lines_of
 from lwr_dyn.krl.targets import Where, axes_of_point
 from lwr_dyn.krl.values import Struct, pose_matrix
+from lwr_dyn.model.arm import Arm
 
 KINDS = ("PTP", "LIN")
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,23}")

@@ -12,12 +12,12 @@ from typing import TypeAlias
 
 import numpy as np
 
-from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import Array
 from lwr_dyn.kinematics.jacobian import jacobian_at, joint_axes, velocity_product_at
 from lwr_dyn.kinematics.six_axis import branches_of
 from lwr_dyn.krl.values import HaltError
-from lwr_dyn.spatial import skew
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.spatial import skew
 from lwr_dyn.trajectory.laws import Law
 from lwr_dyn.trajectory.segments import Arc, Line
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from lwr_dyn.arm import Arm
 from lwr_dyn.krl import expressions as e
 from lwr_dyn.krl import statements as s
 from lwr_dyn.krl.acts import assign, carry_out
@@ -22,6 +21,7 @@ from lwr_dyn.krl.structure import Routine
 from lwr_dyn.krl.types import UNKNOWN, Type
 from lwr_dyn.krl.values import HaltError, Slot, Value, converted
 from lwr_dyn.krl.variables import argument, fresh
+from lwr_dyn.model.arm import Arm
 
 DEEPEST = 40
 """Calls inside one another: a recursion ends here."""

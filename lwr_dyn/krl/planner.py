@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import Array
 from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.kinematics.jacobian import jacobian_at, joint_axes
@@ -16,6 +15,7 @@ from lwr_dyn.kinematics.six_axis import branches_of
 from lwr_dyn.krl.legs import TURN, JointLeg, Leg, PoseLeg, Track, steps_of
 from lwr_dyn.krl.targets import Say
 from lwr_dyn.krl.timeline import Entry, Rest, Timeline, ramp_seconds, seconds_near, seconds_within
+from lwr_dyn.model.arm import Arm
 from lwr_dyn.trajectory.trapezoid import trapezoid
 
 NEAR = np.radians(1.0)

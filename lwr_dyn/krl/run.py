@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import Array
 from lwr_dyn.dynamics.selection import dynamics_of
 from lwr_dyn.dynamics.ungated import mechanical_energy
@@ -22,7 +21,8 @@ from lwr_dyn.krl.settings import INTERPOLATION, Settings
 from lwr_dyn.krl.statics import static_diagnoses
 from lwr_dyn.krl.timeline import Timeline
 from lwr_dyn.krl.values import HaltError, Value
-from lwr_dyn.motion import Event, Motion, Run
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.run import Event, Motion, Run
 from lwr_dyn.simulation.record import origin
 
 OVER = 1e-6

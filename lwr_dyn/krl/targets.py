@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import Array
 from lwr_dyn.kinematics.inverse import inverse_kinematics
 from lwr_dyn.kinematics.kuka_pose import status, turn
 from lwr_dyn.kinematics.solution import InverseResult, Solution, least_travel
 from lwr_dyn.krl.values import AXIS_NAMES, PLACE_NAMES, HaltError, Struct, Value, is_axes, is_pose, pose_matrix, said
+from lwr_dyn.model.arm import Arm
 
 TOUCH = 1e-9
 """[rad] A limit is kept to rounding."""

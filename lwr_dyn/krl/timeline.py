@@ -11,11 +11,11 @@ from typing import TypeAlias
 
 import numpy as np
 
-from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import Array
 from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.krl.legs import Axes, JointLeg, Leg, PoseLeg, Poses, axes_of_poses
-from lwr_dyn.motion import Motion
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.run import Motion
 
 HALVINGS = 40
 

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from lwr_dyn.dh import JointKind
 from lwr_dyn.errors import PaperError
+from lwr_dyn.model.dh import JointKind
 from lwr_dyn.papers.schema import SIDES, Column
 from lwr_dyn.papers.units import UNITS
 

@@ -9,9 +9,9 @@ from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
-from lwr_dyn.dh import Convention, JointKind
 from lwr_dyn.errors import PaperError, UnknownNameError
 from lwr_dyn.files import read_text
+from lwr_dyn.model.dh import Convention, JointKind
 from lwr_dyn.papers.columns import read_columns
 from lwr_dyn.papers.errata import apply_errata, one_erratum_a_cell
 from lwr_dyn.papers.fields import Fields, choice

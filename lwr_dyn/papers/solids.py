@@ -19,12 +19,12 @@ from typing import Any
 import numpy as np
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.chain import Body
 from lwr_dyn.errors import PaperError
+from lwr_dyn.model.chain import Body
+from lwr_dyn.model.spatial import axis_to_z
 from lwr_dyn.papers.fields import Fields, choice
 from lwr_dyn.papers.schema import KINDS, Solid, Solids
 from lwr_dyn.papers.units import UNITS, to_si, units_of
-from lwr_dyn.spatial import axis_to_z
 
 COLOURS = ("orange", "grey", "dark")
 MASS_DIGITS, COM_DIGITS, INERTIA_DIGITS = 2, 4, 5

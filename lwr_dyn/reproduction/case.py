@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from lwr_dyn.arm import Arm
-from lwr_dyn.assembly import arm_from_paper
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.papers.assembly import arm_from_paper
 from lwr_dyn.papers.errata import apply_errata, apply_patch
 from lwr_dyn.papers.reader import paper_of_tables
 from lwr_dyn.papers.schema import Erratum, Paper

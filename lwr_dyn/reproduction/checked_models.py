@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from lwr_dyn.assembly import arm_from_paper
 from lwr_dyn.checks.report import check_arm
 from lwr_dyn.checks.verdict import Report, Verdict
 from lwr_dyn.files import write_file, write_folder
+from lwr_dyn.papers.assembly import arm_from_paper
 from lwr_dyn.papers.catalog import open_paper, readings
 from lwr_dyn.text import table
 from lwr_dyn.urdf.fileset import model_files

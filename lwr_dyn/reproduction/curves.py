@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from lwr_dyn.arm import Arm
-from lwr_dyn.viewer.report.curves import Curve, Level, Panel, Plot, Quantity, Series
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.reproduction.report.curves import Curve, Level, Panel, Plot, Quantity, Series
 
 
 def joints_plot(

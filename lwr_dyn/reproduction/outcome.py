@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from lwr_dyn.viewer.report.content import Check, Replay, Section
-from lwr_dyn.viewer.report.curves import Plot
+from lwr_dyn.reproduction.report.content import Check, Replay, Section
+from lwr_dyn.reproduction.report.curves import Plot
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -10,19 +10,19 @@ from pathlib import Path
 from typing import cast
 
 from lwr_dyn.checks.verdict import Report
-from lwr_dyn.motion import Run
+from lwr_dyn.model.run import Run
 from lwr_dyn.papers.reader import paper_of_tables
 from lwr_dyn.reproduction.case import Symbolic
 from lwr_dyn.reproduction.judge import DIFFERS, NOT, Judged
 from lwr_dyn.reproduction.ledger import Entry
 from lwr_dyn.reproduction.outcome import Outcome
 from lwr_dyn.reproduction.printed import last_digit
+from lwr_dyn.reproduction.report.content import Cell, Check, Erratum, FileFact, Page, ReportTable, Row, Section, Verdict
 from lwr_dyn.reproduction.results import Block
 from lwr_dyn.reproduction.rooms import Room
 from lwr_dyn.reproduction.verdicts import Judgement
 from lwr_dyn.simulation.audit import TOLERANCE
 from lwr_dyn.simulation.record import versions
-from lwr_dyn.viewer.report.content import Cell, Check, Erratum, FileFact, Page, ReportTable, Row, Section, Verdict
 
 MORE = 2
 """Digits of ours beyond the last printed one."""

@@ -9,22 +9,21 @@ from typing import Any
 import numpy as np
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.assembly import arm_from_paper
-from lwr_dyn.conventions.evidence import DerivedNumber, Evidence, Printed
-from lwr_dyn.conventions.evidence_file import room_evidence
-from lwr_dyn.conventions.printed import printed_table
-from lwr_dyn.conventions.resolve import resolve
-from lwr_dyn.conventions.statements import statements
-from lwr_dyn.conventions.zero import resolve_zero, zero_statements
-from lwr_dyn.lint.examine import lint
-from lwr_dyn.lint.finding import Finding
-from lwr_dyn.lint.toml_sheet import sheet_of_toml
+from lwr_dyn.audit.conventions.evidence import Evidence
+from lwr_dyn.audit.conventions.evidence_file import room_evidence
+from lwr_dyn.audit.conventions.printed import printed_table
+from lwr_dyn.audit.conventions.resolve import resolve
+from lwr_dyn.audit.conventions.statements import statements
+from lwr_dyn.audit.conventions.zero import resolve_zero, zero_statements
+from lwr_dyn.audit.lint.examine import lint
+from lwr_dyn.audit.lint.finding import Finding
+from lwr_dyn.audit.lint.toml_sheet import sheet_of_toml
+from lwr_dyn.audit.sensitivity.matrix import Spread, spread
+from lwr_dyn.papers.assembly import arm_from_paper
 from lwr_dyn.papers.catalog import open_paper, readings
-from lwr_dyn.reproduction.printed import printed_tables
+from lwr_dyn.reproduction.report.content import PlainTable, Section
 from lwr_dyn.reproduction.results import results_text
 from lwr_dyn.reproduction.rooms import Room
-from lwr_dyn.spread.matrix import Spread, spread
-from lwr_dyn.viewer.report.content import PlainTable, Section
 
 RESOLVED = {"lwr4plus": "tensors", "wam7": "tensors", "kr30ha": "zero"}
 """Papers whose tables leave conventions open: of the inertia tensors, or of the joints' zero and signs."""
@@ -52,18 +51,8 @@ def resolver_section(paper: str) -> Told | None:
         lines = zero_statements(resolve_zero(paper))
     else:
         table = printed_table(paper)
-        lines = statements(resolve(table, room_evidence(paper, table) or table_iv_evidence()))
+        lines = statements(resolve(table, room_evidence(paper, table) or Evidence()))
     return Section("resolver", "Conventions", "\n".join(lines)), lines
-
-
-def table_iv_evidence() -> Evidence:
-    """The printed largest inertias of the LWR 4+ paper."""
-    printed = printed_tables("lwr4plus")["table_iv"]
-    numbers = (
-        DerivedNumber("worst inertia", i, Printed.of(text), where=printed["where"])
-        for i, text in enumerate(printed["b"])
-    )
-    return Evidence(numbers=tuple(numbers))
 
 
 def spread_section(paper: str) -> Told | None:

@@ -17,10 +17,10 @@ from lwr_dyn.reproduction.ledger import ledger
 from lwr_dyn.reproduction.outcome import Outcome
 from lwr_dyn.reproduction.pages import REPORT, page_of
 from lwr_dyn.reproduction.readings import SPREAD, sections_of
+from lwr_dyn.reproduction.report.page import write_report
 from lwr_dyn.reproduction.rooms import PAPERS, room
 from lwr_dyn.reproduction.verdicts import judged
 from lwr_dyn.text import json_text
-from lwr_dyn.viewer.report.page import write_report
 
 Say = Callable[[str], None]
 ALL = "all"

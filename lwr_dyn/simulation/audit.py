@@ -11,7 +11,7 @@ import numpy as np
 from lwr_dyn.arrays import Array
 from lwr_dyn.dynamics.protocol import Dynamics
 from lwr_dyn.dynamics.ungated import mechanical_energy
-from lwr_dyn.motion import Run
+from lwr_dyn.model.run import Run
 
 TOLERANCE = 1e-9
 """[J] that a run over 14 s at 1 kHz may miss: the arm turns over joules, RK4 and rounding leave 1e-11 of them."""

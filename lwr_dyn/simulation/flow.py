@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.motion import Event
+from lwr_dyn.model.run import Event
 from lwr_dyn.simulation.events import Found, Interval, first_event, followable
 from lwr_dyn.simulation.integrators import Integrator, Rates
 from lwr_dyn.simulation.plant import Plant

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.motion import Motion
+from lwr_dyn.model.run import Motion
 
 
 @dataclass(slots=True, eq=False)

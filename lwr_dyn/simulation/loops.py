@@ -13,7 +13,7 @@ import numpy as np
 from lwr_dyn.arrays import Array
 from lwr_dyn.control.protocol import Controller, WithMemory
 from lwr_dyn.errors import ShapeError
-from lwr_dyn.motion import Reference
+from lwr_dyn.model.run import Reference
 from lwr_dyn.simulation.events import followable
 from lwr_dyn.simulation.flow import Drive, Flow
 from lwr_dyn.simulation.log import Log

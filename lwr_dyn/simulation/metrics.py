@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import Array, read_only
 from lwr_dyn.errors import ShapeError
 from lwr_dyn.kinematics.forward import forward_kinematics
-from lwr_dyn.motion import Run
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.run import Run
 
 MILLI = 1e3
 

@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import Array
-from lwr_dyn.chain import Body, with_bodies, with_payload
 from lwr_dyn.dynamics.protocol import Dynamics
 from lwr_dyn.dynamics.ungated import UngatedDynamics, ungated
 from lwr_dyn.errors import NotPhysicalError, OptionError, RatingWarning
-from lwr_dyn.physical import unphysical_links
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.chain import Body, with_bodies, with_payload
+from lwr_dyn.model.feasibility import unphysical_links
 from lwr_dyn.simulation.dry_friction import DryFriction
 
 FrictionLaw = Callable[[Array], Array]

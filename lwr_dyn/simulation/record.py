@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import Array
-from lwr_dyn.dh import JointKind
 from lwr_dyn.dynamics.ungated import mechanical_energy
 from lwr_dyn.errors import DivergenceError
-from lwr_dyn.motion import Event, Run
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.dh import JointKind
+from lwr_dyn.model.run import Event, Run
 from lwr_dyn.simulation.audit import audit
 from lwr_dyn.simulation.events import TURN
 from lwr_dyn.simulation.log import Log

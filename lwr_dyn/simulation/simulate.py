@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lwr_dyn.arm import Arm
 from lwr_dyn.control.protocol import Controller, describe, reset
 from lwr_dyn.dynamics.protocol import Dynamics
 from lwr_dyn.dynamics.selection import dynamics_of
 from lwr_dyn.errors import OptionError, ShapeError
-from lwr_dyn.motion import Reference, Run
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.run import Reference, Run
 from lwr_dyn.simulation.flow import Flow
 from lwr_dyn.simulation.friction_choice import Choice, FrictionOption, check_rate, chosen_friction
 from lwr_dyn.simulation.log import Log

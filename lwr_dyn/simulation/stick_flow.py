@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.motion import Event
+from lwr_dyn.model.run import Event
 from lwr_dyn.simulation.box import Sides
 from lwr_dyn.simulation.dry_friction import DryFriction
 from lwr_dyn.simulation.events import Interval, earliest, followable

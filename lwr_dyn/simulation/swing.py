@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import Array, joint_array, read_only
 from lwr_dyn.dynamics.selection import dynamics_of
 from lwr_dyn.errors import UnknownNameError
-from lwr_dyn.motion import Motion, Run
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.run import Motion, Run
 from lwr_dyn.simulation.simulate import simulate
 
 REST = 1e-3

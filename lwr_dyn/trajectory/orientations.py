@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from lwr_dyn.arrays import Array, fixed_array, read_only
 from lwr_dyn.errors import OptionError
-from lwr_dyn.spatial import skew
+from lwr_dyn.model.spatial import skew
 from lwr_dyn.trajectory.laws import positive
 
 ORTHONORMAL = 1e-6
@@ -89,7 +89,7 @@ def slerp(R_start: ArrayLike, R_end: ArrayLike, length: float) -> Slerp:
     ----------
     Siciliano et al., Robotics, sec. 4.3, orientation by angle and axis.
 
-    >>> from lwr_dyn.spatial import rot_z
+    >>> from lwr_dyn.model.spatial import rot_z
     >>> slerp(np.eye(3), rot_z(1.0), 2.0).rate
     0.5
     """

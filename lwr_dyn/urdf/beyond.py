@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from lwr_dyn.arm import Arm
-from lwr_dyn.friction.models import Direction
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.friction.models import Direction
 
 ONE_SIDED = (
     "friction differs by direction, which a URDF and an MJCF cannot hold: none is written here; "

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from lwr_dyn.arm import Arm
+from lwr_dyn.model.arm import Arm
 from lwr_dyn.papers.catalog import readings, robots
 from lwr_dyn.urdf.mjcf import mjcf_text
 from lwr_dyn.urdf.provenance import provenance_text

@@ -11,10 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lwr_dyn.arm import Arm, DrawnCylinder, Joint
 from lwr_dyn.arrays import Array
-from lwr_dyn.dh import JointKind
-from lwr_dyn.spatial import Pose, axis_to_z
+from lwr_dyn.model.arm import Arm, DrawnCylinder, Joint
+from lwr_dyn.model.dh import JointKind
+from lwr_dyn.model.spatial import Pose, axis_to_z
 
 _MERGED = 1e-6
 """Joint origins nearer than this [m] are one place."""

@@ -7,10 +7,10 @@ from __future__ import annotations
 
 from xml.sax.saxutils import quoteattr
 
-from lwr_dyn.arm import Arm, Joint
-from lwr_dyn.chain import Body
-from lwr_dyn.dh import JointKind
-from lwr_dyn.spatial import Pose
+from lwr_dyn.model.arm import Arm, Joint
+from lwr_dyn.model.chain import Body
+from lwr_dyn.model.dh import JointKind
+from lwr_dyn.model.spatial import Pose
 from lwr_dyn.urdf.geometry import COLOURS, Primitive, primitives
 from lwr_dyn.urdf.text import comment, number, numbers
 from lwr_dyn.urdf.writer import header

@@ -17,8 +17,8 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.chain import Rotor
 from lwr_dyn.errors import FileAccessError, UrdfError
+from lwr_dyn.model.chain import Rotor
 from lwr_dyn.urdf.text import comment
 from lwr_dyn.urdf.writer import GRAVITY, REFLECTED, UNKNOWN_LIMITS, WRITTEN_BY
 

@@ -6,8 +6,8 @@ import json
 from dataclasses import asdict, replace
 from typing import Any
 
-from lwr_dyn.arm import Arm, Source
-from lwr_dyn.spatial import Pose
+from lwr_dyn.model.arm import Arm, Source
+from lwr_dyn.model.spatial import Pose
 from lwr_dyn.urdf.beyond import left_out, left_out_quantities
 from lwr_dyn.urdf.writer import Entry, urdf_trail
 

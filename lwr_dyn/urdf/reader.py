@@ -16,11 +16,11 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.arm import Arm, JointLimits, Source
-from lwr_dyn.assembly import STANDARD_GRAVITY
-from lwr_dyn.chain import Body, Chain, ChainLink
 from lwr_dyn.errors import UrdfError
-from lwr_dyn.spatial import Pose
+from lwr_dyn.model.arm import Arm, JointLimits, Source
+from lwr_dyn.model.chain import Body, Chain, ChainLink
+from lwr_dyn.model.spatial import Pose
+from lwr_dyn.papers.assembly import STANDARD_GRAVITY
 from lwr_dyn.urdf.parse import UrdfFile, parse_urdf, stand_in_name
 from lwr_dyn.urdf.tree import KINDS, Tree, axis_pose, build_tree, origin_pose, position_limits
 from lwr_dyn.urdf.writer import STAND_INS

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from xml.sax.saxutils import quoteattr
 
-from lwr_dyn.arm import Arm
+from lwr_dyn.model.arm import Arm
 from lwr_dyn.urdf.text import comment, number
 
 

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.chain import joint_motion
-from lwr_dyn.dh import JointKind
 from lwr_dyn.errors import UnknownNameError, UrdfError
-from lwr_dyn.spatial import SNAP, Pose, axis_to_z
+from lwr_dyn.model.chain import joint_motion
+from lwr_dyn.model.dh import JointKind
+from lwr_dyn.model.spatial import SNAP, Pose, axis_to_z
 from lwr_dyn.urdf.parse import UrdfFile
 
 KINDS = {

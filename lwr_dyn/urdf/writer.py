@@ -10,10 +10,10 @@ import math
 from dataclasses import dataclass, field
 from xml.sax.saxutils import quoteattr
 
-from lwr_dyn.arm import Arm, Joint
-from lwr_dyn.chain import Body, ChainLink
-from lwr_dyn.physical import unphysical_links
-from lwr_dyn.spatial import Pose, to_rpy
+from lwr_dyn.model.arm import Arm, Joint
+from lwr_dyn.model.chain import Body, ChainLink
+from lwr_dyn.model.feasibility import unphysical_links
+from lwr_dyn.model.spatial import Pose, to_rpy
 from lwr_dyn.urdf.beyond import ONE_SIDED
 from lwr_dyn.urdf.geometry import COLOURS, Primitive, primitives
 from lwr_dyn.urdf.text import comment, numbers

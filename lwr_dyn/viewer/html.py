@@ -17,11 +17,11 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import Array
 from lwr_dyn.errors import MissingDataError, OptionError
 from lwr_dyn.files import write_file
-from lwr_dyn.motion import Run
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.run import Run
 from lwr_dyn.version import VERSION
 from lwr_dyn.viewer import scene
 from lwr_dyn.viewer.shown import Shown, facts, shown_runs

@@ -23,10 +23,10 @@ import umsgpack  # type: ignore[import-untyped]
 import zmq
 from numpy.typing import ArrayLike
 
-from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import joint_array
 from lwr_dyn.errors import OptionError
-from lwr_dyn.motion import Run
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.run import Run
 from lwr_dyn.viewer import scene
 from lwr_dyn.viewer.html import meshcat_folder, replay_html
 from lwr_dyn.viewer.shown import Shown, shown_runs

@@ -14,12 +14,12 @@ from matplotlib import style
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import Array
-from lwr_dyn.dh import JointKind
 from lwr_dyn.errors import OptionError
 from lwr_dyn.files import write_file
-from lwr_dyn.motion import Run
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.dh import JointKind
+from lwr_dyn.model.run import Run
 from lwr_dyn.viewer.shown import Shown, shown_runs
 
 _HOUSE_STYLE = {

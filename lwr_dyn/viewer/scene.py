@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import Array
-from lwr_dyn.chain import joint_motion
-from lwr_dyn.spatial import Pose, rot_x
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.chain import joint_motion
+from lwr_dyn.model.spatial import Pose, rot_x
 from lwr_dyn.urdf.geometry import COLOURS, Primitive, primitives
 from lwr_dyn.viewer.shown import Shown
 

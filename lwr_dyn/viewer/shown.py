@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import Array, real_array
 from lwr_dyn.errors import OptionError, ShapeError
 from lwr_dyn.kinematics import forward
-from lwr_dyn.motion import Run
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.run import Run
 
 RUN_COLOURS = ("#e8590c", "#1c7ed6", "#2b8a3e", "#9c36b5", "#c2255c", "#0c8599")
 """One per run, told apart by people with a colour deficiency too as long as there are two or three."""

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from lwr_dyn.arm import Arm, JointLimits
-from lwr_dyn.chain import Chain, ChainLink, Rotor, link_frames, lock_joint, with_payload
-from lwr_dyn.dh import Convention, DHRow, JointKind
 from lwr_dyn.dynamics.engine import Pinocchio
 from lwr_dyn.dynamics.newton_euler import NewtonEuler
-from lwr_dyn.spatial import Pose, rot_x
+from lwr_dyn.model.arm import Arm, JointLimits
+from lwr_dyn.model.chain import Chain, ChainLink, Rotor, link_frames, lock_joint, with_payload
+from lwr_dyn.model.dh import Convention, DHRow, JointKind
+from lwr_dyn.model.spatial import Pose, rot_x
 from tests.arms import random_body
 from tests.tolerances import EXACT
 

@@ -11,7 +11,7 @@ import yourdfpy
 import lwr_dyn
 from lwr_dyn.checks.feasibility import feasibility_verdicts
 from lwr_dyn.errors import UrdfError
-from lwr_dyn.physical import unphysical_links
+from lwr_dyn.model.feasibility import unphysical_links
 from tests.tolerances import EXACT, METRES
 
 ROBOTS = Path(pin.__file__).parents[4] / "share" / "example-robot-data" / "robots"

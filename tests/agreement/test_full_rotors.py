@@ -5,7 +5,7 @@ import pinocchio as pin
 import pytest
 
 import lwr_dyn
-from lwr_dyn.arm import Arm
+from lwr_dyn.model.arm import Arm
 from tests.tolerances import FULL_ROTOR
 
 TINY = 1e-3

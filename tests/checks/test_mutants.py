@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.arm import Arm
 from lwr_dyn.checks import report
 from lwr_dyn.dynamics import engine, newton_euler, recursion
+from lwr_dyn.model.arm import Arm
 from lwr_dyn.urdf.writer import urdf_text
 
 STATES = 20

@@ -107,7 +107,7 @@ def test_reproduce_the_exercise(lwr_dyn_command, tmp_path):
 def test_every_command_has_help_and_symbols_print(lwr_dyn_command):
     from lwr_dyn.cli.main import COMMANDS
 
-    for command in COMMANDS:
+    for command in COMMANDS.names:
         code, out, _ = lwr_dyn_command(command, "--help")
         assert code == 0
         assert out.startswith("Usage: lwr-dyn ")

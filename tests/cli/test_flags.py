@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from lwr_dyn.cli import main as entry
-from lwr_dyn.motion import Run
+from lwr_dyn.model.run import Run
 
 HOLD = ("--task", "hold", "--from-deg", "0,30,0,-60,0,30,0", "--duration", "0.3")
 MOVE = ("--task", "point-to-point", "--from-deg", "0,30,0,-60,0,30,0", "--to-deg", "9,40,0,-60,0,30,0")

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from lwr_dyn.motion import Run
+from lwr_dyn.model.run import Run
 
 TASK = """
 name = "TwoPoint"

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from lwr_dyn.motion import Run
+from lwr_dyn.model.run import Run
 from lwr_dyn.papers.template import template
 
 SHORT = ("--task", "hold", "--from-deg", "0,30,0,-60,0,30,0", "--duration", "0.05")

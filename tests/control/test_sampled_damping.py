@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.assembly import arm_from_paper
 from lwr_dyn.control.sampled_damping import UNSTABLE, sampled_damping
+from lwr_dyn.papers.assembly import arm_from_paper
 from lwr_dyn.papers.reader import parse_paper
 from lwr_dyn.papers.template import template
 from lwr_dyn.simulation.simulate import simulate

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.arm import JointLimits
 from lwr_dyn.control.gains import second_order_gains
 from lwr_dyn.control.inertia_climbs import diagonal, local_maximum
 from lwr_dyn.control.worst_case_inertia import worst_case_inertia, worst_cases
 from lwr_dyn.dynamics.newton_euler import Recursion
 from lwr_dyn.errors import MissingDataError, OptionError
+from lwr_dyn.model.arm import JointLimits
 from tests.arms import random_arm
 
 

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from lwr_dyn.friction.models import Direction, JointFriction
 from lwr_dyn.identification.experiment import interval_coverage, true_values
 from lwr_dyn.identification.friction import How, identify_friction
 from lwr_dyn.identification.generator import LogSensors, ideal_cruise
+from lwr_dyn.model.friction.models import Direction, JointFriction
 
 IDEAL = 1e-6
 """What the issue asks of logs without noise; rounding gives 1e-11."""

@@ -6,12 +6,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import lwr_dyn
+from lwr_dyn.dynamics.regressor import INERTIAL, JOINT, Regressor, chain_parameters
 from lwr_dyn.errors import LogError, OptionError
 from lwr_dyn.identification.base_parameters import base_parameters
 from lwr_dyn.identification.generator import LogSensors
 from lwr_dyn.identification.logs import JointLog
 from lwr_dyn.identification.motion import MotionRule, chain_base, identify_motion
-from lwr_dyn.identification.regressor import INERTIAL, JOINT, Regressor, chain_parameters
 from lwr_dyn.identification.torque_model import ModelTorque
 from tests.arms import random_arm
 from tests.tolerances import RANDOM_ARM

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from lwr_dyn.arm import Arm, JointLimits
-from lwr_dyn.chain import Chain, ChainLink
-from lwr_dyn.dh import JointKind
-from lwr_dyn.spatial import Pose, axis_to_z, from_rpy
+from lwr_dyn.model.arm import Arm, JointLimits
+from lwr_dyn.model.chain import Chain, ChainLink
+from lwr_dyn.model.dh import JointKind
+from lwr_dyn.model.spatial import Pose, axis_to_z, from_rpy
 
 
 def random_srs_arm(seed, half_range=(1.0, 3.0), wrist_off_plane=0.0):

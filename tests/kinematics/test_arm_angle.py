@@ -11,7 +11,7 @@ from lwr_dyn.kinematics.corridor import Break, Corridor, corridor, overlap
 from lwr_dyn.kinematics.srs import arm_triangle, closed_form, joint_ranges
 from lwr_dyn.kinematics.srs_geometry import srs_geometry
 from lwr_dyn.kinematics.srs_limits import Arcs, margin_problem, margins
-from lwr_dyn.spatial import rot_z
+from lwr_dyn.model.spatial import rot_z
 from tests.kinematics.srs_arms import random_srs_arm
 
 LWR = lwr_dyn.load("lwr4plus")

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.arm import JointLimits
 from lwr_dyn.errors import MissingDataError, OptionError
 from lwr_dyn.kinematics.envelope import Arc, working_envelope
+from lwr_dyn.model.arm import JointLimits
 
 CELL = 0.002
 """[m] A raster of this size is off by less than `RASTER`."""

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.arm import JointLimits
-from lwr_dyn.chain import lock_joint
 from lwr_dyn.errors import OptionError, ShapeError
 from lwr_dyn.kinematics.inverse import inverse_kinematics
 from lwr_dyn.kinematics.numeric import _step
+from lwr_dyn.model.arm import JointLimits
+from lwr_dyn.model.chain import lock_joint
 from tests.arms import random_arm
 
 RESIDUAL = 1e-12

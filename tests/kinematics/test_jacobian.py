@@ -4,9 +4,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import lwr_dyn
-from lwr_dyn.chain import link_frames
 from lwr_dyn.errors import ShapeError
 from lwr_dyn.kinematics.jacobian import jacobian, jacobian_at, joint_axes, velocity_product
+from lwr_dyn.model.chain import link_frames
 from tests.arms import arms, random_arm
 
 STEP = 1e-30

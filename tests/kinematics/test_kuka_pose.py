@@ -20,7 +20,7 @@ from lwr_dyn.kinematics.kuka_pose import (
     with_status_and_turn,
 )
 from lwr_dyn.kinematics.wrist_geometry import require_wrist_arm
-from lwr_dyn.spatial import rot_x, rot_y, rot_z
+from lwr_dyn.model.spatial import rot_x, rot_y, rot_z
 
 DIGITS = 1e-9
 """[mm, deg] A few roundings of a pose metres long."""

@@ -3,12 +3,12 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import lwr_dyn
-from lwr_dyn.chain import link_frames
 from lwr_dyn.errors import OptionError, OutOfReachError, ShapeError, SingularArmError
 from lwr_dyn.kinematics.branches import BRANCHES
 from lwr_dyn.kinematics.jacobian import jacobian, velocity_product
 from lwr_dyn.kinematics.path_following import follow
 from lwr_dyn.kinematics.srs_geometry import srs_geometry
+from lwr_dyn.model.chain import link_frames
 from tests.kinematics.srs_arms import random_srs_arm
 
 LWR = lwr_dyn.load("lwr4plus")

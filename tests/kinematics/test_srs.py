@@ -4,14 +4,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import lwr_dyn
-from lwr_dyn.chain import link_frames
 from lwr_dyn.errors import OptionError, ShapeError
 from lwr_dyn.kinematics.branches import BRANCHES
 from lwr_dyn.kinematics.srs import _ball_angles, arm_triangle, closed_form, joint_ranges, wrap
 from lwr_dyn.kinematics.srs_best import best_angles
 from lwr_dyn.kinematics.srs_geometry import require_srs, srs_geometry
 from lwr_dyn.kinematics.srs_limits import margin_problem
-from lwr_dyn.spatial import rot_y, rot_z
+from lwr_dyn.model.chain import link_frames
+from lwr_dyn.model.spatial import rot_y, rot_z
 from tests.arms import random_arm
 from tests.kinematics.srs_arms import random_srs_arm
 

@@ -6,13 +6,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import lwr_dyn
-from lwr_dyn.arm import JointLimits
-from lwr_dyn.chain import link_frames
 from lwr_dyn.kinematics.branches import BRANCHES
 from lwr_dyn.kinematics.srs import arm_triangle, closed_form, joint_ranges, wrap
 from lwr_dyn.kinematics.srs_best import CERTAIN, best_angles
 from lwr_dyn.kinematics.srs_geometry import srs_geometry
 from lwr_dyn.kinematics.srs_limits import arcs_at_level, margin_problem, margins
+from lwr_dyn.model.arm import JointLimits
+from lwr_dyn.model.chain import link_frames
 from tests.kinematics.srs_arms import random_srs_arm
 
 ROUNDING = 1e-9

@@ -6,7 +6,7 @@ import pytest
 import lwr_dyn
 from lwr_dyn.krl.check import check_program
 from lwr_dyn.krl.program import load_program, parse_program
-from lwr_dyn.motion import Run
+from lwr_dyn.model.run import Run
 from lwr_dyn.reproduction.kr30ha.program import EXACT_MM, printed_program, program_data, program_report, write_program
 
 FAULTS = {

@@ -5,11 +5,11 @@ import pytest
 from hypothesis import given
 
 import lwr_dyn
-from lwr_dyn.assembly import arm_from_paper
 from lwr_dyn.checks.laws import mass_matrix_rate, potential_gradient, relative
 from lwr_dyn.checks.report import check_arm
 from lwr_dyn.checks.states import random_states
 from lwr_dyn.checks.swing import energy_drift
+from lwr_dyn.papers.assembly import arm_from_paper
 from lwr_dyn.papers.catalog import open_paper
 from lwr_dyn.papers.reader import parse_paper
 from lwr_dyn.papers.template import template

@@ -3,9 +3,9 @@
 import pytest
 
 import lwr_dyn
-from lwr_dyn.actuation import friction_of
 from lwr_dyn.errors import PaperError
-from lwr_dyn.friction.models import Direction, JointFriction, symmetric
+from lwr_dyn.model.friction.models import Direction, JointFriction, symmetric
+from lwr_dyn.papers.actuation import friction_of
 from lwr_dyn.papers.reader import parse_paper
 from lwr_dyn.papers.template import template
 

@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.chain import with_payload
 from lwr_dyn.errors import PaperError, RatingWarning
+from lwr_dyn.model.chain import with_payload
+from lwr_dyn.model.spatial import principal_moments
 from lwr_dyn.papers.catalog import open_paper
 from lwr_dyn.papers.reader import parse_paper
 from lwr_dyn.papers.schema import Solid
 from lwr_dyn.papers.solids import cylinder_body, estimated_bodies
 from lwr_dyn.simulation.plant import loaded
-from lwr_dyn.spatial import principal_moments
 from lwr_dyn.urdf.provenance import provenance_text
 
 TEXT = resources.files("lwr_dyn.papers").joinpath("kr30ha.toml").read_text(encoding="utf-8")

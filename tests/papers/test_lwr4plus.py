@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import lwr_dyn
+from lwr_dyn.model.spatial import principal_moments
 from lwr_dyn.papers.catalog import open_paper
 from lwr_dyn.reproduction.lwr4plus.tables import shell_spread
-from lwr_dyn.spatial import principal_moments
 
 
 def test_principal_moments_of_the_mirror_image_shells_agree_within_0_6_percent():

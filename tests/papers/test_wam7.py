@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.chain import Body
+from lwr_dyn.model.chain import Body
+from lwr_dyn.model.feasibility import is_physical
 from lwr_dyn.papers.catalog import open_paper
-from lwr_dyn.physical import is_physical
 from lwr_dyn.urdf.fileset import model_files
 
 ABOUT_ORIGIN = {  # the same sheet's tensors about the frame origins, tensor convention [kg m^2]: moments, products

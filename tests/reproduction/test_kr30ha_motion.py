@@ -5,10 +5,10 @@ from dataclasses import replace
 import pytest
 import sympy as sp
 
-from lwr_dyn.dynamics.trigonometry import normal_form
 from lwr_dyn.papers.catalog import open_paper
 from lwr_dyn.reproduction.kr30ha.motion import motion_report
 from lwr_dyn.reproduction.kr30ha.planar import finished
+from lwr_dyn.symbolic.trigonometry import normal_form
 
 RIGHT = {"v_1", "P_1", "P_2"}
 OTHER_MODEL = {"planar-model", "unfinished", "lagrangian-label"}

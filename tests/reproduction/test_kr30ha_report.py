@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.motion import Run
+from lwr_dyn.model.run import Run
 from lwr_dyn.reproduction.kr30ha.cycle import RISE, SPEED_SHARE, WAIT, cycle_reference
 from lwr_dyn.reproduction.kr30ha.points import right_points
 from lwr_dyn.reproduction.whole import reproduce

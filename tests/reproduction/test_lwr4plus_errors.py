@@ -6,7 +6,7 @@ import pytest
 import lwr_dyn
 from lwr_dyn.reproduction.lwr4plus.errors import NEAR, TIMINGS, ErrorCell, error_table, fit_arm_angle, velocity_rows
 from lwr_dyn.reproduction.lwr4plus.runs import PLANTS, plants, ranking, trials
-from lwr_dyn.tasks.ist import ist_reference
+from lwr_dyn.trajectory.references.ist import ist_reference
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.motion import Run
+from lwr_dyn.model.run import Run
 from lwr_dyn.reproduction.whole import reproduce
 from tests.headless import logs, opened, screenshot
 from tests.viewer.driven import opened as report_opened

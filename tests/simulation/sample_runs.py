@@ -6,14 +6,14 @@ from functools import cache
 import numpy as np
 
 import lwr_dyn
-from lwr_dyn.arm import Arm, JointLimits
-from lwr_dyn.chain import Body, Chain, ChainLink
 from lwr_dyn.control.inverse_dynamics import InverseDynamics
 from lwr_dyn.control.pd_gravity import PDGravity
 from lwr_dyn.control.pid import PID
-from lwr_dyn.dh import JointKind
-from lwr_dyn.motion import Motion
-from lwr_dyn.spatial import Pose
+from lwr_dyn.model.arm import Arm, JointLimits
+from lwr_dyn.model.chain import Body, Chain, ChainLink
+from lwr_dyn.model.dh import JointKind
+from lwr_dyn.model.run import Motion
+from lwr_dyn.model.spatial import Pose
 
 WORST_CASE = np.array([2.92437, 2.90821, 0.49035, 0.47419, 0.01127, 0.00539, 0.00176])
 """Table IV as the reading `computed` gives it."""

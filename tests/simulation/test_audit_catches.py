@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.arm import Arm
 from lwr_dyn.control.inverse_dynamics import InverseDynamics
 from lwr_dyn.dynamics.ungated import mechanical_energy
+from lwr_dyn.model.arm import Arm
 from lwr_dyn.simulation import quick
 from lwr_dyn.simulation.audit import audit
 from lwr_dyn.simulation.plant import loaded, scaled

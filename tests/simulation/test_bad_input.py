@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.chain import Body, with_bodies
 from lwr_dyn.errors import (
     DivergenceError,
     LwrDynError,
@@ -14,7 +13,8 @@ from lwr_dyn.errors import (
     ShapeError,
     UnknownNameError,
 )
-from lwr_dyn.motion import Run
+from lwr_dyn.model.chain import Body, with_bodies
+from lwr_dyn.model.run import Run
 from lwr_dyn.simulation.plant import scaled
 from lwr_dyn.simulation.sensors import Encoder
 from lwr_dyn.simulation.simulate import simulate

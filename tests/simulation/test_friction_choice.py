@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.actuation import friction_of
 from lwr_dyn.errors import OptionError, ShapeError
-from lwr_dyn.friction.models import Direction, JointFriction, symmetric
+from lwr_dyn.model.friction.models import Direction, JointFriction, symmetric
+from lwr_dyn.papers.actuation import friction_of
 from lwr_dyn.simulation.friction_choice import chosen_friction
 from lwr_dyn.simulation.record import FEEDS
 from lwr_dyn.simulation.simulate import simulate

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lwr_dyn.dh import JointKind
+from lwr_dyn.model.dh import JointKind
 from lwr_dyn.simulation.integrators import dop853, held_rk4, rk4
 from lwr_dyn.simulation.simulate import simulate
 from lwr_dyn.simulation.swing import Rest, no_torque

@@ -7,7 +7,7 @@ import pytest
 from lwr_dyn.simulation.audit import TOLERANCE, audit
 from lwr_dyn.simulation.metrics import metrics
 from lwr_dyn.simulation.simulate import simulate
-from lwr_dyn.tasks.ist import ist_reference
+from lwr_dyn.trajectory.references.ist import ist_reference
 from tests.simulation.sample_runs import controllers, lwr, lwr_dynamics
 
 

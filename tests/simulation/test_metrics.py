@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.dh import JointKind
 from lwr_dyn.errors import ShapeError
-from lwr_dyn.motion import Run
+from lwr_dyn.model.dh import JointKind
+from lwr_dyn.model.run import Run
 from lwr_dyn.simulation.metrics import metrics
 from tests.simulation.sample_runs import lwr, one_joint, with_limits
 

@@ -8,7 +8,7 @@ import pytest
 import lwr_dyn
 from lwr_dyn.control.inverse_dynamics import InverseDynamics
 from lwr_dyn.control.pid import PID
-from lwr_dyn.motion import Run
+from lwr_dyn.model.run import Run
 from lwr_dyn.simulation.audit import audit
 from lwr_dyn.simulation.metrics import metrics
 from lwr_dyn.simulation.plant import loaded, scaled

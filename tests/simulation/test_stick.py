@@ -5,14 +5,14 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import lwr_dyn
-from lwr_dyn.arm import Arm, JointLimits
-from lwr_dyn.chain import Body, Chain, ChainLink
-from lwr_dyn.dh import JointKind
-from lwr_dyn.friction.models import Direction, JointFriction, symmetric
+from lwr_dyn.model.arm import Arm, JointLimits
+from lwr_dyn.model.chain import Body, Chain, ChainLink
+from lwr_dyn.model.dh import JointKind
+from lwr_dyn.model.friction.models import Direction, JointFriction, symmetric
+from lwr_dyn.model.spatial import Pose
 from lwr_dyn.simulation.audit import audit
 from lwr_dyn.simulation.simulate import simulate
 from lwr_dyn.simulation.swing import Rest, no_torque
-from lwr_dyn.spatial import Pose
 from tests.simulation.phases import Phases
 from tests.simulation.sample_runs import Sinusoids, controllers, lwr, one_joint, with_limits
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from lwr_dyn.errors import OptionError, ShapeError
-from lwr_dyn.spatial import rot_x, rot_z
+from lwr_dyn.model.spatial import rot_x, rot_z
 from lwr_dyn.trajectory.blends import blended
 from lwr_dyn.trajectory.path import path_of
 from lwr_dyn.trajectory.segments import arc, line

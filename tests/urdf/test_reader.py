@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given
 
 import lwr_dyn
-from lwr_dyn.chain import Body, lock_joint
-from lwr_dyn.dh import JointKind
 from lwr_dyn.dynamics.newton_euler import NewtonEuler
 from lwr_dyn.errors import FileAccessError, LwrDynError, MissingDataError, UnknownNameError, UrdfError
+from lwr_dyn.model.chain import Body, lock_joint
+from lwr_dyn.model.dh import JointKind
 from lwr_dyn.urdf.reader import read_urdf
 from lwr_dyn.urdf.writer import urdf_text
 from tests.arms import arms, random_arm

@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import lwr_dyn
-from lwr_dyn.arm import JointLimits
-from lwr_dyn.spatial import from_rpy, to_rpy
+from lwr_dyn.model.arm import JointLimits
+from lwr_dyn.model.spatial import from_rpy, to_rpy
 from lwr_dyn.urdf.geometry import primitives
 from lwr_dyn.urdf.writer import UNKNOWN_POSITION, unknown_limits, urdf_text, urdf_trail
 from tests.arms import arms

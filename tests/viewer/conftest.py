@@ -3,7 +3,7 @@
 import pytest
 
 import lwr_dyn
-from lwr_dyn.viewer.report.page import write_report
+from lwr_dyn.reproduction.report.page import write_report
 from tests.viewer.replayed import lagging_run
 from tests.viewer.reported import report
 

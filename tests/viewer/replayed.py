@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from lwr_dyn.motion import Event, Run
+from lwr_dyn.model.run import Event, Run
 
 AMPLITUDES = np.array([0.5, 0.35, 0.3, 0.5, 0.4, 0.3, 0.6])
 MIDDLE = np.array([-0.9, 0.7, 0.3, 1.2, -0.4, -0.6, 0.2])

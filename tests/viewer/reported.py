@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from lwr_dyn.viewer.report.content import (
+from lwr_dyn.reproduction.report.content import (
     Cell,
     Check,
     Erratum,
@@ -15,7 +15,7 @@ from lwr_dyn.viewer.report.content import (
     Section,
     Still,
 )
-from lwr_dyn.viewer.report.curves import Curve, Level, Panel, Plot, Series
+from lwr_dyn.reproduction.report.curves import Curve, Level, Panel, Plot, Series
 
 HOSTILE = "</script><img src=x onerror=\"window.broken=1\"><svg onload='window.broken=1'>${1}@@data@@&amp;<b>"
 CONTROLLERS = ("pd-gravity", "inverse-dynamics")

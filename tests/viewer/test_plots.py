@@ -6,9 +6,9 @@ import matplotlib
 import numpy as np
 import pytest
 
-from lwr_dyn.arm import JointLimits
 from lwr_dyn.errors import FileAccessError, OptionError
 from lwr_dyn.kinematics.forward import forward_kinematics
+from lwr_dyn.model.arm import JointLimits
 from lwr_dyn.viewer import plots
 
 FIGURES = (plots.position_error_figure, plots.velocity_error_figure, plots.torque_figure, plots.path_figure)

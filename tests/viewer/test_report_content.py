@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from lwr_dyn.errors import MissingDataError, OptionError
-from lwr_dyn.viewer.report import page as page_module
-from lwr_dyn.viewer.report.content import Cell, Page, Replay, ReportTable, Row
-from lwr_dyn.viewer.report.curves import Curve, Panel, Plot, Series
-from lwr_dyn.viewer.report.page import report_html
-from lwr_dyn.viewer.report.payload import payload
+from lwr_dyn.reproduction.report import page as page_module
+from lwr_dyn.reproduction.report.content import Cell, Page, Replay, ReportTable, Row
+from lwr_dyn.reproduction.report.curves import Curve, Panel, Plot, Series
+from lwr_dyn.reproduction.report.page import report_html
+from lwr_dyn.reproduction.report.payload import payload
 from tests.viewer.replayed import lagging_run
 from tests.viewer.reported import inertia_table, report
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.viewer.report.content import Page, Replay
-from lwr_dyn.viewer.report.page import report_html, write_report
+from lwr_dyn.reproduction.report.content import Page, Replay
+from lwr_dyn.reproduction.report.page import report_html, write_report
 from tests.headless import logs, screenshot
 from tests.viewer.driven import LAPTOP, opened, screen, until
 from tests.viewer.reported import CONTROLLERS

@@ -4,7 +4,7 @@ import base64
 
 import pytest
 
-from lwr_dyn.viewer.report.page import write_report
+from lwr_dyn.reproduction.report.page import write_report
 from tests.headless import logs, screenshot
 from tests.viewer.driven import LAPTOP, PHONE, opened, screen, until
 from tests.viewer.reported import HOSTILE, report

@@ -11,18 +11,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import Array
 from lwr_dyn.control.by_name import controller_by_name
-from lwr_dyn.dynamics.selection import ENGINES, dynamics_of
+from lwr_dyn.dynamics.selection import dynamics_of
 from lwr_dyn.kinematics.forward import forward_kinematics
-from lwr_dyn.motion import Run
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.run import Run
 from lwr_dyn.reproduction.kr30ha.points import RightPoint
 from lwr_dyn.simulation.simulate import simulate
-from lwr_dyn.tasks.point_to_point import JointReference, point_to_point
+from lwr_dyn.trajectory.references.point_to_point import JointReference, point_to_point
 
 WAIT = 2.0
 """[s] WAIT SEC 2 of Appendix B."""
+ROADS = ("pinocchio", "newton-euler")
+"""Both compute the torque at each stop."""
 SPEED_SHARE = 0.5
 """Assumed: largest axis speed over the rated one."""
 RISE = 0.5
@@ -79,7 +81,7 @@ def cycle(arm: Arm, points: Sequence[RightPoint]) -> Cycle:
     assumed = {name: {"value": x, "kind": "assumed"} for name, x in (("speed_share", SPEED_SHARE), ("rise", RISE))}
     about = {"task": "mastering, Point 1, Point 2, mastering", **assumed}
     run = simulate(arm, controller, reference, meta=about)
-    roads = {engine: dynamics_of(arm, engine) for engine in ENGINES}
+    roads = {engine: dynamics_of(arm, engine) for engine in ROADS}
     stops = []
     for point, end in zip(points, ends, strict=True):
         flange = forward_kinematics(arm.chain, run.q[int(np.searchsorted(run.t, end - 1e-9))])

@@ -6,19 +6,19 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import Array
-from lwr_dyn.chain import Body
 from lwr_dyn.errors import MissingDataError
 from lwr_dyn.kinematics.envelope import working_envelope
 from lwr_dyn.kinematics.forward import forward_kinematics, frames
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.chain import Body
+from lwr_dyn.model.spatial import from_rpy
 from lwr_dyn.papers.schema import Paper
 from lwr_dyn.papers.solids import COM_DIGITS, INERTIA_DIGITS, MASS_DIGITS, cylinder_body
 from lwr_dyn.reproduction.case import Case, Recompute
 from lwr_dyn.reproduction.kr30ha.points import point_misses, right_points, wrist_centre_mm
 from lwr_dyn.reproduction.quantities import AXIS
 from lwr_dyn.reproduction.results import Block
-from lwr_dyn.spatial import from_rpy
 
 
 def misses(case: Case, _: Block) -> dict[str, Any]:

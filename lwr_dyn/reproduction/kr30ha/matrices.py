@@ -13,15 +13,15 @@ import numpy as np
 import sympy as sp
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.assembly import arm_from_paper
-from lwr_dyn.chain import link_frames
-from lwr_dyn.kinematics.symbolic import dh_matrices
+from lwr_dyn.model.chain import link_frames
+from lwr_dyn.papers.assembly import arm_from_paper
 from lwr_dyn.papers.catalog import open_paper
 from lwr_dyn.papers.reader import paper_of_tables
 from lwr_dyn.papers.schema import Paper
 from lwr_dyn.reproduction.expressions import compared
 from lwr_dyn.reproduction.printed import printed_tables
 from lwr_dyn.reproduction.rooms import room
+from lwr_dyn.symbolic.dh_matrices import dh_matrices
 
 PLACES = [(r, c) for r in range(4) for c in range(4)]
 HALF_MM = 0.5

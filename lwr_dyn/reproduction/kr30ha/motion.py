@@ -12,13 +12,13 @@ from typing import Any
 
 import sympy as sp
 
-from lwr_dyn.assembly import arm_from_paper
-from lwr_dyn.dynamics.lagrangian import EquationsOfMotion
-from lwr_dyn.dynamics.trigonometry import normal_form
-from lwr_dyn.kinematics.equations import SubChain, equations_of_motion
+from lwr_dyn.papers.assembly import arm_from_paper
 from lwr_dyn.papers.catalog import open_paper
 from lwr_dyn.reproduction.kr30ha.planar import Counterpart, counterparts, finished, planar_equations
 from lwr_dyn.reproduction.printed import printed_tables
+from lwr_dyn.symbolic.kinematic_equations import SubChain, equations_of_motion
+from lwr_dyn.symbolic.lagrangian import EquationsOfMotion
+from lwr_dyn.symbolic.trigonometry import normal_form
 
 FIRST_TWO = ("A1", "A2")
 

@@ -6,17 +6,17 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from lwr_dyn.arm import Arm
 from lwr_dyn.checks.verdict import Report
 from lwr_dyn.kinematics.envelope import Envelope
-from lwr_dyn.motion import Run
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.run import Run
 from lwr_dyn.reproduction.curves import torque_plot
 from lwr_dyn.reproduction.kr30ha.points import RightPoint
 from lwr_dyn.reproduction.outcome import Shown
 from lwr_dyn.reproduction.pages import audit_of, checks_of
-from lwr_dyn.viewer.envelope_plot import closed_outlines
-from lwr_dyn.viewer.report.content import Replay, Still
-from lwr_dyn.viewer.report.curves import Curve, Panel, Plot, Series
+from lwr_dyn.reproduction.report.content import Replay, Still
+from lwr_dyn.reproduction.report.curves import Curve, Panel, Plot, Series
+from lwr_dyn.reproduction.report.envelope_plot import closed_outlines
 
 
 def shown(

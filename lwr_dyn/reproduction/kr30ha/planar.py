@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from lwr_dyn.dynamics.lagrangian import EquationsOfMotion, euler_lagrange
-from lwr_dyn.dynamics.link_motion import SymbolicBody, Variables, link_of_matrix
-from lwr_dyn.dynamics.trigonometry import normal_form
+from lwr_dyn.symbolic.lagrangian import EquationsOfMotion, euler_lagrange
+from lwr_dyn.symbolic.link_motion import SymbolicBody, Variables, link_of_matrix
+from lwr_dyn.symbolic.trigonometry import normal_form
 
 L1, L2, G0 = sp.symbols("l1 l2 g0")
 ALONG_X = sp.Matrix([-G0, 0, 0])

@@ -14,14 +14,14 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import Array
-from lwr_dyn.assembly import arm_from_paper
 from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.kinematics.inverse import inverse_kinematics
 from lwr_dyn.kinematics.kuka_pose import KukaPose, pose_of_matrix, status, turn
 from lwr_dyn.kinematics.solution import Solution, axis_travel, least_travel
 from lwr_dyn.kinematics.wrist_geometry import require_wrist_arm
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.papers.assembly import arm_from_paper
 from lwr_dyn.papers.catalog import open_paper
 from lwr_dyn.reproduction.printed import agrees, printed_tables
 

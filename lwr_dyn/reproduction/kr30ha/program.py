@@ -10,13 +10,13 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.arm import Arm
 from lwr_dyn.files import write_folder
 from lwr_dyn.krl.check import check_program
 from lwr_dyn.krl.diagnosis import Diagnosis
 from lwr_dyn.krl.job import job_of, job_program
 from lwr_dyn.krl.program import Program, parse_program
 from lwr_dyn.krl.run import ProgramRun, run_program
+from lwr_dyn.model.arm import Arm
 from lwr_dyn.text import table
 from lwr_dyn.viewer.html import write_replay
 

@@ -7,8 +7,9 @@ import math
 import numpy as np
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.assembly import dh_rows
 from lwr_dyn.kinematics.forward import forward_kinematics
+from lwr_dyn.model.spatial import rot_x, rot_z
+from lwr_dyn.papers.assembly import dh_rows
 from lwr_dyn.reproduction.case import Case, Evidence
 from lwr_dyn.reproduction.kr30ha.derived import pose_misses
 from lwr_dyn.reproduction.kr30ha.points import wrist_centre_mm
@@ -18,7 +19,6 @@ from lwr_dyn.reproduction.kr30ha.proofs_of_program import PROGRAM
 from lwr_dyn.reproduction.kr30ha.recomputed import envelope, symbolic_matrices
 from lwr_dyn.reproduction.printed import agrees
 from lwr_dyn.reproduction.proof import Proof, Prove
-from lwr_dyn.spatial import rot_x, rot_z
 
 OFFSET, HALF_TURN, SIGNS = "table2-offset", "table2-half-turn", "kuka-signs"
 

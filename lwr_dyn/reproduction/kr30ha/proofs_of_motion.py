@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from functools import cache, partial
 
-from lwr_dyn.assembly import arm_from_paper
-from lwr_dyn.kinematics.equations import equations_of_motion
+from lwr_dyn.papers.assembly import arm_from_paper
 from lwr_dyn.papers.catalog import open_paper
 from lwr_dyn.reproduction.case import Evidence
 from lwr_dyn.reproduction.expressions import same
 from lwr_dyn.reproduction.kr30ha.motion import FIRST_TWO, Comparison, comparisons
 from lwr_dyn.reproduction.kr30ha.planar import counterparts, finished, planar_equations
 from lwr_dyn.reproduction.proof import Proof, Prove
+from lwr_dyn.symbolic.kinematic_equations import equations_of_motion
 
 
 @cache

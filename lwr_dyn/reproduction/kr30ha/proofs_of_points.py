@@ -7,8 +7,8 @@ from functools import partial
 
 import numpy as np
 
-from lwr_dyn.assembly import dh_rows
 from lwr_dyn.kinematics.forward import forward_kinematics, frames
+from lwr_dyn.papers.assembly import dh_rows
 from lwr_dyn.reproduction.case import Evidence
 from lwr_dyn.reproduction.kr30ha.points import point_misses, right_points, wrist_centre_mm
 from lwr_dyn.reproduction.kr30ha.recomputed import simplified_point

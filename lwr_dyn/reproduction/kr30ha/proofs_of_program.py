@@ -6,10 +6,10 @@ from functools import cache, partial
 
 import numpy as np
 
-from lwr_dyn.assembly import arm_from_paper
 from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.krl.check import check_program
 from lwr_dyn.krl.diagnosis import Diagnosis
+from lwr_dyn.papers.assembly import arm_from_paper
 from lwr_dyn.papers.catalog import open_paper
 from lwr_dyn.reproduction.case import Evidence
 from lwr_dyn.reproduction.kr30ha.points import right_points

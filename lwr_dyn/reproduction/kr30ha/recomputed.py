@@ -7,10 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.assembly import dh_rows
-from lwr_dyn.chain import link_frames
 from lwr_dyn.kinematics.envelope import working_envelope
-from lwr_dyn.kinematics.symbolic import dh_matrices
+from lwr_dyn.model.chain import link_frames
+from lwr_dyn.papers.assembly import dh_rows
 from lwr_dyn.papers.reader import paper_of_tables
 from lwr_dyn.reproduction.case import Case, Recompute, Symbolic
 from lwr_dyn.reproduction.expressions import compared, same
@@ -20,6 +19,7 @@ from lwr_dyn.reproduction.kr30ha.planar import planar_equations
 from lwr_dyn.reproduction.kr30ha.points import simplified_solution, wrist_centre_mm
 from lwr_dyn.reproduction.quantities import SHARED
 from lwr_dyn.reproduction.results import Block
+from lwr_dyn.symbolic.dh_matrices import dh_matrices
 
 IN_MM = np.array([[1, 1, 1, 1e3]] * 3 + [[1, 1, 1, 1]])
 """Factors that bring a homogeneous matrix from m to mm."""

@@ -6,13 +6,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from lwr_dyn.arm import Arm
-from lwr_dyn.assembly import arm_from_paper
-from lwr_dyn.checks.lagrangian import symbolic_verdicts
 from lwr_dyn.checks.verdict import Verdict
-from lwr_dyn.dynamics.lagrangian_text import equations_latex, equations_text
 from lwr_dyn.files import make_folder, write_folder
 from lwr_dyn.kinematics.envelope import Envelope, working_envelope
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.papers.assembly import arm_from_paper
 from lwr_dyn.papers.catalog import open_paper
 from lwr_dyn.reproduction.checked_models import check_line, check_record, models_and_checks, verdict_table
 from lwr_dyn.reproduction.kr30ha.cycle import Cycle, cycle
@@ -30,7 +28,9 @@ from lwr_dyn.reproduction.kr30ha.text import (
     points_text,
 )
 from lwr_dyn.reproduction.outcome import Outcome
-from lwr_dyn.viewer.envelope_plot import envelope_figure
+from lwr_dyn.reproduction.report.envelope_plot import envelope_figure
+from lwr_dyn.symbolic.equation_text import equations_latex, equations_text
+from lwr_dyn.symbolic.verdicts import symbolic_verdicts
 from lwr_dyn.viewer.html import write_replay
 from lwr_dyn.viewer.plots import save_figure, torque_figure
 

@@ -7,16 +7,16 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import Array
-from lwr_dyn.dynamics.lagrangian_text import expression_text
-from lwr_dyn.dynamics.trigonometry import readable
 from lwr_dyn.kinematics.envelope import Envelope
+from lwr_dyn.model.arm import Arm
 from lwr_dyn.papers.schema import Paper
 from lwr_dyn.reproduction.kr30ha.cycle import RISE, SPEED_SHARE, Cycle
 from lwr_dyn.reproduction.kr30ha.matrices import MatrixVerdict, PaperMatrices
 from lwr_dyn.reproduction.kr30ha.motion import Comparison, MotionReport
 from lwr_dyn.reproduction.kr30ha.points import PaperPoints, RightPoint
+from lwr_dyn.symbolic.equation_text import expression_text
+from lwr_dyn.symbolic.trigonometry import readable
 from lwr_dyn.text import table
 
 

@@ -8,11 +8,11 @@ import numpy as np
 import sympy as sp
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.assembly import arm_from_paper
 from lwr_dyn.kinematics.forward import forward_kinematics
-from lwr_dyn.kinematics.symbolic import SymbolicRoute, dh_matrices, full_product, vector_route
+from lwr_dyn.papers.assembly import arm_from_paper
 from lwr_dyn.papers.catalog import open_paper
 from lwr_dyn.reproduction.printed import printed_tables
+from lwr_dyn.symbolic.dh_matrices import SymbolicRoute, dh_matrices, full_product, vector_route
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -6,12 +6,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from lwr_dyn.arm import Arm
 from lwr_dyn.checks.verdict import Report
+from lwr_dyn.model.arm import Arm
 from lwr_dyn.reproduction.lwr4.exercise import Exercise
 from lwr_dyn.reproduction.outcome import Shown
 from lwr_dyn.reproduction.pages import checks_of
-from lwr_dyn.viewer.report.content import Replay, Still
+from lwr_dyn.reproduction.report.content import Replay, Still
 
 
 def shown(arm: Arm, found: Exercise, reports: Sequence[Report]) -> Shown:

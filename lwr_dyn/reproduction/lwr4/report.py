@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from lwr_dyn.assembly import arm_from_paper
 from lwr_dyn.files import make_folder, write_folder
+from lwr_dyn.papers.assembly import arm_from_paper
 from lwr_dyn.papers.catalog import open_paper
 from lwr_dyn.reproduction.checked_models import check_record, models_and_checks
 from lwr_dyn.reproduction.lwr4.exercise import Exercise, exercise

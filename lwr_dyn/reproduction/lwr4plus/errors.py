@@ -13,20 +13,20 @@ from functools import cache
 
 import numpy as np
 
-from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import Array
 from lwr_dyn.control.by_name import Tuning, controller_by_name
 from lwr_dyn.dynamics.newton_euler import Recursion
 from lwr_dyn.kinematics.branches import BRANCHES
 from lwr_dyn.kinematics.srs import closed_form, joint_ranges
 from lwr_dyn.kinematics.srs_geometry import require_srs
-from lwr_dyn.motion import Run
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.run import Run
 from lwr_dyn.reproduction.printed import agrees, printed_tables
 from lwr_dyn.simulation.metrics import metrics
 from lwr_dyn.simulation.simulate import simulate
-from lwr_dyn.tasks.arm_angles import FixedArmAngle
-from lwr_dyn.tasks.ist import ist_reference, timed_ist
-from lwr_dyn.tasks.task_reference import TaskReference
+from lwr_dyn.trajectory.references.arm_angles import FixedArmAngle
+from lwr_dyn.trajectory.references.ist import ist_reference, timed_ist
+from lwr_dyn.trajectory.references.task_reference import TaskReference
 
 TIMINGS = ("constant", "quintic", "smooth")
 NEAR = 0.15

@@ -6,14 +6,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from lwr_dyn.arm import Arm
 from lwr_dyn.checks.verdict import Report
-from lwr_dyn.motion import Run
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.run import Run
 from lwr_dyn.reproduction.curves import joints_plot, path_plot, torque_plot
 from lwr_dyn.reproduction.lwr4plus.runs import Trial
 from lwr_dyn.reproduction.outcome import Shown
 from lwr_dyn.reproduction.pages import audit_of, checks_of
-from lwr_dyn.viewer.report.content import PlainTable, Replay, Section, Still
+from lwr_dyn.reproduction.report.content import PlainTable, Replay, Section, Still
 
 AS_TABLE_VIII = "inverse dynamics, g and feed-forward left out"
 ASSUMED = "timing, tool orientation and arm angle are not printed: assumed here"

@@ -11,7 +11,7 @@ from collections.abc import Collection
 import numpy as np
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.chain import Body, Chain, Rotor
+from lwr_dyn.model.chain import Body, Chain, Rotor
 
 SLIPS = ("moment-omega", "torque-transposes")
 Z0 = np.array([0.0, 0.0, 1.0])

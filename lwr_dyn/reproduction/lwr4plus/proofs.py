@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from lwr_dyn.arm import Arm
-from lwr_dyn.chain import Body, with_bodies
 from lwr_dyn.control.gains import second_order_gains
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.chain import Body, with_bodies
 from lwr_dyn.reproduction.case import Case, Evidence
 from lwr_dyn.reproduction.lwr4plus.proofs_of_laws import LAWS
 from lwr_dyn.reproduction.lwr4plus.recomputed import origin_miss

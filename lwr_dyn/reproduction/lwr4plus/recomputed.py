@@ -7,17 +7,17 @@ from typing import Any
 import numpy as np
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.assembly import arm_from_paper, dh_rows
-from lwr_dyn.chain import Body, with_bodies
 from lwr_dyn.control.gains import second_order_gains
 from lwr_dyn.dynamics.newton_euler import Recursion
+from lwr_dyn.model.chain import Body, with_bodies
+from lwr_dyn.papers.assembly import arm_from_paper, dh_rows
 from lwr_dyn.reproduction.case import Case, Recompute
 from lwr_dyn.reproduction.lwr4plus.errors import COLUMNS, nearest_table, velocity_columns_of
 from lwr_dyn.reproduction.lwr4plus.searches import at_printed, largest
 from lwr_dyn.reproduction.lwr4plus.tables import shell_spread as spread_of
 from lwr_dyn.reproduction.quantities import SHARED
 from lwr_dyn.reproduction.results import Block
-from lwr_dyn.tasks.ist import POINTS, ist_path, ist_reference
+from lwr_dyn.trajectory.references.ist import POINTS, ist_path, ist_reference
 
 
 def rotor_inertia(_: Case, block: Block) -> dict[str, Any]:

@@ -6,10 +6,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from lwr_dyn.assembly import arm_from_paper
 from lwr_dyn.checks.verdict import Report
 from lwr_dyn.errors import OptionError
 from lwr_dyn.files import make_folder, write_folder
+from lwr_dyn.papers.assembly import arm_from_paper
 from lwr_dyn.papers.catalog import open_paper
 from lwr_dyn.reproduction.checked_models import check_line, check_record, models_and_checks
 from lwr_dyn.reproduction.lwr4plus.errors import (
@@ -41,7 +41,7 @@ from lwr_dyn.reproduction.lwr4plus.text import (
     velocity_rows_text,
 )
 from lwr_dyn.reproduction.outcome import Outcome
-from lwr_dyn.tasks.ist import ist_reference
+from lwr_dyn.trajectory.references.ist import ist_reference
 from lwr_dyn.viewer.html import write_replay
 from lwr_dyn.viewer.plots import (
     path_figure,

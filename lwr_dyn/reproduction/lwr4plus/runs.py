@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from lwr_dyn.arm import Arm
 from lwr_dyn.control.by_name import CONTROLLERS, Tuning, controller_by_name
 from lwr_dyn.control.worst_case_inertia import worst_cases
-from lwr_dyn.motion import Reference, Run
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.run import Reference, Run
 from lwr_dyn.simulation.metrics import Metrics, metrics
 from lwr_dyn.simulation.plant import loaded, scaled
 from lwr_dyn.simulation.simulate import simulate

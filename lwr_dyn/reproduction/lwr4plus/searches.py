@@ -9,11 +9,11 @@ from functools import cache
 
 import numpy as np
 
-from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import Array
 from lwr_dyn.control.inertia_climbs import diagonal
 from lwr_dyn.control.worst_case_inertia import worst_case_inertia
 from lwr_dyn.dynamics.newton_euler import Recursion
+from lwr_dyn.model.arm import Arm
 from lwr_dyn.reproduction.lwr4plus.tables import PAPER_ZERO, arms
 
 _found: dict[bytes, float] = {}

@@ -9,13 +9,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lwr_dyn.arm import Arm
-from lwr_dyn.assembly import arm_from_paper
 from lwr_dyn.control.gains import second_order_gains
 from lwr_dyn.control.worst_case_inertia import WorstCase, worst_case_inertia, worst_cases
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.spatial import principal_moments
+from lwr_dyn.papers.assembly import arm_from_paper
 from lwr_dyn.papers.catalog import open_paper, readings
 from lwr_dyn.reproduction.printed import agrees, printed_tables
-from lwr_dyn.spatial import principal_moments
 
 PAPER_ZERO = (0.0, 90.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 """Printed angle minus DH angle [deg]: the paper counts joint 2 from the horizontal."""

@@ -6,17 +6,17 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from lwr_dyn.actuation import friction_of
-from lwr_dyn.arm import Arm
 from lwr_dyn.checks.verdict import Report
-from lwr_dyn.friction.models import FRICTIONLESS
-from lwr_dyn.motion import Run
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.friction.models import FRICTIONLESS
+from lwr_dyn.model.run import Run
+from lwr_dyn.papers.actuation import friction_of
 from lwr_dyn.reproduction.outcome import Shown
 from lwr_dyn.reproduction.pages import audit_of, checks_of
+from lwr_dyn.reproduction.report.content import Replay, Still
+from lwr_dyn.reproduction.report.curves import Curve, Level, Panel, Plot, Series
 from lwr_dyn.reproduction.wam7.runs import BLEND, DURATION, TRAVEL, Experiment
 from lwr_dyn.trajectory.lspb import lspb
-from lwr_dyn.viewer.report.content import Replay, Still
-from lwr_dyn.viewer.report.curves import Curve, Level, Panel, Plot, Series
 
 EVERY = 10
 """Of the samples at 1 kHz one in ten is drawn where curves are given as numbers."""

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.actuation import friction_of
-from lwr_dyn.arm import JointGains
 from lwr_dyn.errors import MissingDataError
-from lwr_dyn.friction.models import FRICTIONLESS
+from lwr_dyn.model.arm import JointGains
+from lwr_dyn.model.friction.models import FRICTIONLESS
+from lwr_dyn.papers.actuation import friction_of
 from lwr_dyn.reproduction.case import Case, Recompute
 from lwr_dyn.reproduction.quantities import SHARED
 from lwr_dyn.reproduction.results import Block

@@ -6,14 +6,20 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from lwr_dyn.actuation import friction_of
-from lwr_dyn.arm import Arm
-from lwr_dyn.assembly import arm_from_paper
 from lwr_dyn.files import make_folder, write_folder
-from lwr_dyn.motion import Run
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.run import Run
+from lwr_dyn.papers.actuation import friction_of
+from lwr_dyn.papers.assembly import arm_from_paper
 from lwr_dyn.papers.catalog import open_paper
 from lwr_dyn.reproduction.checked_models import check_line, check_record, models_and_checks
 from lwr_dyn.reproduction.outcome import Outcome
+from lwr_dyn.reproduction.report.friction_figures import (
+    friction_law_figure,
+    joint_error_figure,
+    register_figure,
+    timing_figure,
+)
 from lwr_dyn.reproduction.wam7.page import shown
 from lwr_dyn.reproduction.wam7.runs import BLEND, DURATION, GRAVITIES, START, Cruise, Experiment, cruises, experiments
 from lwr_dyn.reproduction.wam7.text import (
@@ -24,8 +30,7 @@ from lwr_dyn.reproduction.wam7.text import (
     runs_text,
     verdict,
 )
-from lwr_dyn.tasks.lspb_move import lspb_move
-from lwr_dyn.viewer.friction_figures import friction_law_figure, joint_error_figure, register_figure, timing_figure
+from lwr_dyn.trajectory.references.lspb_move import lspb_move
 from lwr_dyn.viewer.html import write_replay
 from lwr_dyn.viewer.plots import save_figure
 

@@ -11,18 +11,18 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from lwr_dyn.actuation import friction_of
-from lwr_dyn.arm import Arm
 from lwr_dyn.arrays import Array
 from lwr_dyn.control.pd_gravity import PDGravity
 from lwr_dyn.dynamics.selection import dynamics_of
 from lwr_dyn.errors import MissingDataError
-from lwr_dyn.friction.models import FRICTIONLESS, JointFriction
-from lwr_dyn.friction.passivity import SidePassivity, certificate
-from lwr_dyn.motion import Run
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.friction.models import FRICTIONLESS, JointFriction
+from lwr_dyn.model.friction.passivity import SidePassivity, certificate
+from lwr_dyn.model.run import Run
+from lwr_dyn.papers.actuation import friction_of
 from lwr_dyn.simulation.simulate import simulate
-from lwr_dyn.tasks.lspb_move import lspb_move
-from lwr_dyn.tasks.point_to_point import JointReference
+from lwr_dyn.trajectory.references.lspb_move import lspb_move
+from lwr_dyn.trajectory.references.point_to_point import JointReference
 
 START = (0.0, -2.0, 0.0, 1.6, 0.0, 0.0, 0.0)
 TRAVEL, DURATION, BLEND = 0.5, 7.0, 1.0

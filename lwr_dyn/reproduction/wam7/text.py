@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from lwr_dyn.actuation import friction_of
-from lwr_dyn.arm import Arm
-from lwr_dyn.friction.refit import passive_refit
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.friction.refit import passive_refit
+from lwr_dyn.papers.actuation import friction_of
 from lwr_dyn.reproduction.printed import printed_tables
 from lwr_dyn.reproduction.wam7.runs import AGREES, GRAVITIES, Cruise, Experiment, sides_of
 from lwr_dyn.text import table

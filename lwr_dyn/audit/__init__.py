@@ -1,0 +1,1 @@
+"""Slips in tables, how a table is read, and what depends on the reading."""

@@ -1,0 +1,188 @@
+"""The choices a table leaves open, and the bodies that follow from each.
+
+Of the whole table: DH convention, the point the tensors are about, the end of the link that centres of mass are
+measured from. Of each link: sign of the products, order of the axes (of the tensor, or of the whole row).
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+
+from lwr_dyn.arrays import Array
+from lwr_dyn.audit.conventions.printed import TENSOR, PrintedTable
+from lwr_dyn.model.chain import Body
+from lwr_dyn.model.dh import Convention
+
+About = Literal["com", "origin"]
+Products = Literal["tensor", "integral"]
+ComFrom = Literal["own frame", "other end"]
+AXES = tuple("".join(p) for p in itertools.permutations("xyz"))
+"""Order of the axes: "xzy" says that what is printed as y belongs to z and the other way round."""
+_OFF = ~np.eye(3, dtype=bool)
+UNIFORM = 1.0 / np.sqrt(12.0)
+"""Standard deviation of a rounding, in units of the last digit."""
+
+
+@dataclass(frozen=True, slots=True)
+class TableChoice:
+    """How the whole table is read."""
+
+    convention: Convention
+    about: About
+    com_from: ComFrom = "own frame"
+
+
+@dataclass(frozen=True, slots=True)
+class LinkChoice:
+    """How the row of one link is read."""
+
+    products: Products = "tensor"
+    axes: str = "xyz"
+    moves: Literal["tensor", "row"] = "tensor"
+    """What the order of the axes holds for: the tensor alone or the centre of mass with it."""
+
+    @property
+    def moved(self) -> bool:
+        """The axes are in another order than printed."""
+        return self.axes != "xyz"
+
+
+@dataclass(frozen=True, slots=True)
+class CellChange:
+    """One cell that must be another number than printed: link index, column, entry, what is printed, what fits."""
+
+    column: str
+    link: int
+    entry: int
+    printed: float
+    value: float
+
+    @property
+    def name(self) -> str:
+        """Such as "c5z", "I2yy", "m3"."""
+        if self.column == "com":
+            return f"c{self.link + 1}{'xyz'[self.entry]}"
+        if self.column == "mass":
+            return f"m{self.link + 1}"
+        r, c = TENSOR[self.entry]
+        return f"I{self.link + 1}{'xyz'[r]}{'xyz'[c]}"
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """A whole reading: table, links, rows moved, cells changed."""
+
+    table: TableChoice
+    links: tuple[LinkChoice, ...]
+    shift: int = 0
+    """Rows by which the column of vectors between frames belongs lower than printed."""
+    cells: tuple[CellChange, ...] = field(default=())
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LinkOptions:
+    """Every distinct body that one link may be under one table choice, O of them."""
+
+    choices: tuple[tuple[LinkChoice, ...], ...]
+    """Per option the choices that give this same body to the printed digits, the plainest first."""
+    mass: float
+    com: Array
+    """(O, 3) [m]"""
+    inertia_com: Array
+    """(O, 3, 3) [kg m^2]"""
+    parameters: Array
+    """(O, 10): m, m c, tensor about the origin (xx yy zz xy xz yz); what B and g are linear in."""
+    deviation: Array
+    """(10,) what rounding of the printed cells leaves uncertain, one standard deviation."""
+    deviation_com: float
+    """The same of an entry of the tensor about the com."""
+    scale: float
+    """Largest printed entry of the tensor [kg m^2]."""
+
+    def body(self, option: int) -> Body:
+        """The body of one option."""
+        return Body(self.mass, self.com[option], self.inertia_com[option])
+
+
+def moved_axes(axes: str) -> list[int]:
+    """Where each true axis is printed: entry k of the true vector is entry [k] of the printed one.
+
+    >>> moved_axes("xzy")
+    [0, 2, 1]
+    """
+    return ["xyz".index(a) for a in axes]
+
+
+def link_choices() -> tuple[LinkChoice, ...]:
+    """Signs times orders of axes, the plainest first."""
+    out = [LinkChoice(p, a, m) for m in ("tensor", "row") for a in AXES for p in ("tensor", "integral")]
+    return tuple(c for c in out if c.moved or c.moves == "tensor")
+
+
+CHOICES = link_choices()
+
+
+def link_options(
+    table: PrintedTable, link: int, choice: TableChoice, other_end: Array, choices: Sequence[LinkChoice] = CHOICES
+) -> LinkOptions:
+    """The distinct bodies of a link.
+
+    Parameters
+    ----------
+    table : PrintedTable
+    link : int
+        Counted from 0.
+    choice : TableChoice
+    other_end : (3,) array
+        The link's other end in its own frame [m], see `frames.other_ends`.
+    choices : sequence of LinkChoice, optional
+    """
+    mass, tensor = float(table.mass[link]), table.inertia[link]
+    shift = other_end if choice.com_from == "other end" else np.zeros(3)
+    orders = [moved_axes(c.axes) for c in choices]
+    plain = table.com[link]
+    rows = [plain[o] if c.moves == "row" else plain for c, o in zip(choices, orders, strict=True)]
+    com = np.array(rows) + shift
+    signs = [np.where(_OFF, -1.0, 1.0) if c.products == "integral" else np.ones((3, 3)) for c in choices]
+    given = np.array([(tensor * s)[np.ix_(o, o)] for s, o in zip(signs, orders, strict=True)])
+    far = mass * (np.einsum("oi,oi->o", com, com)[:, None, None] * np.eye(3) - com[:, :, None] * com[:, None, :])
+    about_com = given - far if choice.about == "origin" else given
+    about_origin = given if choice.about == "origin" else given + far
+    six = np.stack([about_origin[:, r, c] for r, c in TENSOR], axis=-1)
+    parameters = np.concatenate([np.full((len(com), 1), mass), mass * com, six], axis=-1)
+    kept, members = _distinct(com, about_com, table)
+    reach = float(np.linalg.norm(com, axis=-1).max())
+    return LinkOptions(
+        choices=tuple(tuple(choices[m] for m in group) for group in members), mass=mass, com=com[kept],
+        inertia_com=about_com[kept], parameters=parameters[kept], scale=float(np.abs(tensor).max()),
+        deviation=_deviation(table, mass, reach, choice.about == "com"),
+        deviation_com=float(_deviation(table, mass, reach, choice.about == "origin")[-1]),
+    )  # fmt: skip
+
+
+def _distinct(com: Array, tensor: Array, table: PrintedTable) -> tuple[list[int], list[list[int]]]:
+    """Options that differ by more than half a last digit, each with its equals."""
+    flat = np.concatenate([com / table.com_step, tensor.reshape(len(com), 9) / table.inertia_step], axis=-1)
+    kept: list[int] = []
+    members: list[list[int]] = []
+    for i, row in enumerate(flat):
+        near = [k for k, j in enumerate(kept) if np.abs(flat[j] - row).max() <= 0.5]
+        if near:
+            members[near[0]].append(i)
+        else:
+            kept.append(i)
+            members.append([i])
+    return kept, members
+
+
+def _deviation(table: PrintedTable, mass: float, reach: float, moved: bool) -> Array:
+    """One standard deviation of m, m c and a tensor by rounding of the cells; of a tensor `moved` by m c^2 or not."""
+    m, c, t = (UNIFORM * step for step in (table.mass_step, table.com_step, table.inertia_step))
+    moment = np.hypot(mass * c, m * reach)
+    tensor = np.sqrt(t**2 + (2 * mass * reach * c) ** 2 + (m * reach**2) ** 2) if moved else t
+    return np.array([m, *[moment] * 3, *[tensor] * 6])

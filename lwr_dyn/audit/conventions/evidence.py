@@ -1,0 +1,141 @@
+"""What a source publishes beside its table: numbers derived from it, a second set of tensors, poses, repeated links.
+
+A value is text, so that its printed digits are known: half a unit of the last one is how far a reading may miss it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from decimal import Decimal, InvalidOperation
+from typing import Literal
+
+import numpy as np
+
+from lwr_dyn.arrays import Array, joint_array
+from lwr_dyn.audit.conventions.choices import About, Products
+from lwr_dyn.audit.conventions.printed import BLANK, TENSOR, PrintedTable
+from lwr_dyn.errors import EvidenceError, UnknownNameError
+
+Quantity = Literal["inertia", "worst inertia", "gravity"]
+
+
+@dataclass(frozen=True, slots=True)
+class Printed:
+    """A printed number in SI: value, half a unit of its last digit, and its text."""
+
+    value: float
+    half: float
+    text: str
+
+    @classmethod
+    def of(cls, text: object, factor: float = 1.0, where: str = "evidence") -> Printed:
+        """From text such as "2.924" in a unit of `factor` SI units.
+
+        Raises
+        ------
+        EvidenceError
+            Not text, or text that is no finite number with digits.
+
+        >>> Printed.of("0.4903").half
+        5e-05
+        """
+        if not isinstance(text, str):
+            raise EvidenceError(where, f"{text!r}, a number without its digits", 'text as printed, such as "2.908"')
+        try:
+            number = Decimal(text)
+            exponent = number.as_tuple().exponent
+        except InvalidOperation:
+            number, exponent = Decimal("nan"), "n"
+        if not isinstance(exponent, int) or not np.isfinite(float(number)):
+            raise EvidenceError(where, f"{text!r}, no digits", 'a number as printed, such as "2.908"')
+        return cls(float(number) * factor, 0.5 * float(Decimal(1).scaleb(exponent)) * factor, text)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DerivedNumber:
+    """A number its authors computed from the table: B_ii or g_i at a pose, or the largest B_ii over the joint box."""
+
+    quantity: Quantity
+    joint: int
+    """Counted from 0."""
+    printed: Printed
+    q: Array | None = None
+    """(n,) pose in the DH coordinate [rad or m]; none for "worst inertia"."""
+    where: str = ""
+
+    @property
+    def name(self) -> str:
+        """Such as "b55" or "g2"."""
+        letter = "g" if self.quantity == "gravity" else f"b{self.joint + 1}"
+        return f"{letter}{self.joint + 1}"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SecondTensors:
+    """A second set of tensors for the same links, (n, 6) [kg m^2] in the order xx yy zz xy xz yz, NaN where unknown."""
+
+    values: Array
+    half: Array
+    about: About
+    products: tuple[Products, ...] = ("tensor",)
+    """The signs that its products may have; both where that is not stated."""
+    where: str = ""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FlangePlace:
+    """A printed place of the flange, (3,) [m], at a pose (n,), each with half its last digit."""
+
+    q: Array
+    xyz: Array
+    half: float
+    where: str = ""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Evidence:
+    """Everything a reading can be held against besides the table itself."""
+
+    numbers: tuple[DerivedNumber, ...] = ()
+    tensors: SecondTensors | None = None
+    places: tuple[FlangePlace, ...] = ()
+    alike: tuple[tuple[int, ...], ...] = ()
+    """Groups of links that are declared to be one body, mirrored or turned; found in the table if empty."""
+    convention: str | None = None
+    """DH convention where the source does state it."""
+
+    def check(self, table: PrintedTable) -> None:
+        """Raise `UnknownNameError` or `EvidenceError` where this is about another arm."""
+        known = range(table.n)
+        for joint in [x.joint for x in self.numbers] + [i for group in self.alike for i in group]:
+            if joint not in known:
+                raise UnknownNameError(f"joint of {table.name}", str(joint + 1), table.joints)
+        for number in self.numbers:
+            if number.q is not None:
+                joint_array(f"q of {number.name}", number.q, table.n)
+            elif number.quantity != "worst inertia":
+                raise EvidenceError(number.name, "no pose", "q, or a largest B_ii")
+        for place in self.places:
+            joint_array("q of a flange place", place.q, table.n)
+        if self.tensors is not None and self.tensors.values.shape != (table.n, 6):
+            found = f"{len(self.tensors.values)} rows"
+            raise EvidenceError("tensors.values", found, f"{table.n} rows of xx yy zz xy xz yz, one per link")
+
+
+def second_tensors(
+    rows: Sequence[Sequence[str]], about: About, products: Sequence[Products] = ("tensor",), where: str = ""
+) -> SecondTensors:
+    """Second tensors from printed texts [kg m^2], rows of xx yy zz xy xz yz, "-" where not printed.
+
+    >>> second_tensors([("0.25", "0.5", "0.5", "-", "-", "-")], "origin").half[0, :2]
+    array([0.005, 0.05 ])
+    """
+    cells = [[Printed.of(x, where="tensors.values") if x != BLANK else None for x in row] for row in rows]
+    for i, row in enumerate(cells):
+        if len(row) != len(TENSOR):
+            raise EvidenceError(f"tensors.values[{i}]", f"{len(row)} entries", "6: xx yy zz xy xz yz")
+    values = np.array([[math.nan if c is None else c.value for c in row] for row in cells])
+    half = np.array([[math.nan if c is None else c.half for c in row] for row in cells])
+    return SecondTensors(values, half, about, tuple(products), where)

@@ -1,0 +1,171 @@
+"""Evidence as data: a TOML file says what a source publishes beside its table, number by number, page by page.
+
+    robot = "my arm"
+    [[number]]                     # what the authors computed from the table
+    quantity = "inertia"           # B_ii; "gravity" for g_i; "worst inertia" for the largest B_ii over the limits
+    joint = "joint_2"
+    value = "2.908"                # text, so that its digits are known
+    unit = "kg m^2"                # or "N m" for gravity
+    q = [0, 90, 0]                 # in q_unit, sliding joints in m; left out for "worst inertia"
+    q_unit = "deg"
+    where = "Table IV"
+    [tensors]                      # a second set, xx yy zz xy xz yz a link, "-" where not printed
+    about = "origin"
+    products = "tensor"            # "integral", or "unknown"
+    unit = "kg m^2"
+    where = "..."
+    values = [["0.2948", "0.1135", "0.2506", "0.0079", "-", "-"]]
+    [[place]]                      # where the flange is at a pose
+    q = [0, 0, 0]
+    q_unit = "deg"
+    xyz = ["0.45", "0", "0.910"]
+    unit = "m"
+    where = "..."
+    [arm]
+    convention = "standard"        # where the source does state it
+    alike = [["link_1", "link_2"]] # links that are declared to be one body, mirrored
+
+Every table may be left out.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lwr_dyn.arrays import Array, joint_array
+from lwr_dyn.audit.conventions.evidence import (
+    DerivedNumber,
+    Evidence,
+    FlangePlace,
+    Printed,
+    SecondTensors,
+    second_tensors,
+)
+from lwr_dyn.audit.conventions.printed import PrintedTable
+from lwr_dyn.errors import EvidenceError, PaperError, UnknownNameError
+from lwr_dyn.files import read_text
+from lwr_dyn.model.dh import Convention, JointKind
+from lwr_dyn.papers.fields import Fields, choice
+from lwr_dyn.papers.schema import ABOUT, PRODUCTS
+from lwr_dyn.papers.units import UNITS, to_si, units_of
+
+QUANTITIES = {
+    "inertia": ("inertia", "mass"), "worst inertia": ("inertia", "mass"), "gravity": ("torque", "force"),
+}  # fmt: skip
+"""Quantity of a derived number -> quantity of its unit at a turning joint, at a sliding one."""
+
+
+def read_evidence(path: str | Path, table: PrintedTable) -> Evidence:
+    """Evidence from a TOML file, for the arm of a table.
+
+    Raises
+    ------
+    FileAccessError
+        The file cannot be read.
+    PaperError, EvidenceError
+        Broken TOML, an unknown or missing field, a number without digits.
+    UnknownNameError
+        A joint or link that the arm does not have.
+    """
+    return parse_evidence(read_text(path, "a readable .toml file"), Path(path).name, table)
+
+
+def room_evidence(robot: str, table: PrintedTable) -> Evidence | None:
+    """Evidence that comes with the package for a robot's name, or none."""
+    place = resources.files("lwr_dyn.audit.conventions").joinpath(f"{robot}.toml")
+    return parse_evidence(place.read_text(encoding="utf-8"), f"{robot}.toml", table) if place.is_file() else None
+
+
+def parse_evidence(text: str, file: str, table: PrintedTable) -> Evidence:
+    """`read_evidence` on text; raises as it does."""
+    try:
+        raw = tomllib.loads(text)
+    except (tomllib.TOMLDecodeError, RecursionError) as fault:
+        raise PaperError(file, "TOML", str(fault), "valid TOML 1.0") from None
+    top = Fields(raw, file, "")
+    top.take("robot", str, default="")
+    numbers = [_number(x, file, f"number[{i}]", table) for i, x in enumerate(top.take("number", list, default=[]))]
+    places = [_place(x, file, f"place[{i}]", table) for i, x in enumerate(top.take("place", list, default=[]))]
+    tensors = _tensors(top.take("tensors", dict), file) if "tensors" in raw else None
+    arm = Fields(top.take("arm", dict, default={}), file, "arm")
+    convention = arm.take("convention", str, default=None) if "convention" in raw.get("arm", {}) else None
+    if convention is not None:
+        choice(convention, [c.value for c in Convention], file, "arm.convention")
+    links = [f"link_{i + 1}" for i in range(table.n)]
+    alike = tuple(_group(group, links, file) for group in arm.take("alike", list, default=[]))
+    arm.done()
+    top.done()
+    found = Evidence(tuple(numbers), tensors, tuple(places), alike, convention)
+    found.check(table)
+    return found
+
+
+def _group(names: object, links: list[str], file: str) -> tuple[int, ...]:
+    """Links that are one body, mirrored; a link compared with itself would be no evidence."""
+    found = tuple(_index(x, "link", links) for x in names) if isinstance(names, list) else ()
+    if len(set(found)) < 2 or len(set(found)) < len(found):
+        raise EvidenceError(f"{file}: arm.alike", repr(names), "lists of two or more different links")
+    return found
+
+
+def _index(name: object, kind: str, known: list[str]) -> int:
+    if name not in known:
+        raise UnknownNameError(kind, str(name), known)
+    return known.index(str(name))
+
+
+def _number(entry: Any, file: str, path: str, table: PrintedTable) -> DerivedNumber:
+    fields = Fields(entry, file, path)
+    quantity = choice(fields.take("quantity", str), list(QUANTITIES), file, f"{path}.quantity")
+    joint = _index(fields.take("joint", str), f"joint of {table.name}", list(table.joints))
+    slides = table.kinds[joint] is JointKind.PRISMATIC
+    factor = _factor(fields.take("unit", str), QUANTITIES[quantity][slides], file, f"{path}.unit")
+    printed = Printed.of(fields.take("value", object), factor, f"{path}.value")
+    where = fields.take("where", str)
+    worst = quantity == "worst inertia"
+    q = None if worst else _pose(fields, file, path, table)
+    fields.done()
+    return DerivedNumber(quantity, joint, printed, q, where)  # type: ignore[arg-type] # `choice` has checked it
+
+
+def _place(entry: Any, file: str, path: str, table: PrintedTable) -> FlangePlace:
+    fields = Fields(entry, file, path)
+    q = _pose(fields, file, path, table)
+    factor = _factor(fields.take("unit", str), "length", file, f"{path}.unit")
+    xyz = [Printed.of(x, factor, f"{path}.xyz") for x in fields.take("xyz", list)]
+    if len(xyz) != 3:
+        raise EvidenceError(f"{path}.xyz", f"{len(xyz)} entries", "3: x y z")
+    where = fields.take("where", str)
+    fields.done()
+    return FlangePlace(q, np.array([x.value for x in xyz]), max(x.half for x in xyz), where)
+
+
+def _pose(fields: Fields, file: str, path: str, table: PrintedTable) -> Array:
+    unit = choice(fields.take("q_unit", str, default="deg"), units_of("angle"), file, f"{path}.q_unit")
+    q = joint_array(f"{path}.q", fields.take("q", list), table.n)
+    return np.array(
+        [float(x) if k is JointKind.PRISMATIC else to_si(float(x), unit) for x, k in zip(q, table.kinds, strict=True)]
+    )
+
+
+def _factor(unit: str, quantity: str, file: str, path: str) -> float:
+    choice(unit, units_of(quantity), file, path)
+    return UNITS[unit][1]
+
+
+def _tensors(entry: Any, file: str) -> SecondTensors:
+    fields = Fields(entry, file, "tensors")
+    about = choice(fields.take("about", str), ABOUT, file, "tensors.about")
+    products = choice(fields.take("products", str), (*PRODUCTS, "unknown"), file, "tensors.products")
+    choice(fields.take("unit", str), ("kg m^2",), file, "tensors.unit")
+    where, values = fields.take("where", str), fields.take("values", list)
+    fields.done()
+    if not all(isinstance(row, list) for row in values):
+        raise EvidenceError("tensors.values", "not a list of rows", "one row of xx yy zz xy xz yz per link")
+    signs = PRODUCTS if products == "unknown" else (products,)
+    return second_tensors(values, about, signs, where)  # type: ignore[arg-type] # `choice` has checked them

@@ -1,0 +1,183 @@
+"""What a data file prints, before anybody reads anything into it: cells in SI units, blanks as NaN, printed digits.
+
+The file's own errata, readings, stated convention, `about` and `products` are not looked at: they are what is sought.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from decimal import Decimal
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lwr_dyn.arrays import Array
+from lwr_dyn.errors import MissingDataError
+from lwr_dyn.model.chain import Chain, ChainLink
+from lwr_dyn.model.dh import Convention, DHRow, JointKind
+from lwr_dyn.model.spatial import Pose, from_rpy
+from lwr_dyn.papers.catalog import open_paper
+from lwr_dyn.papers.schema import Paper
+from lwr_dyn.papers.units import to_si
+
+BLANK = "-"
+"""A cell that the source leaves empty."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PrintedTable:
+    """The tables of an arm as printed, n links; a step is the unit of a column's last printed digit."""
+
+    name: str
+    joints: tuple[str, ...]
+    rows: tuple[DHRow, ...]
+    """alpha, a, d, theta offset, sign; in which of the two conventions is not said."""
+    kinds: tuple[JointKind, ...]
+    mass: Array
+    """(n,) [kg]"""
+    com: Array
+    """(n, 3) [m], NaN where blank."""
+    inertia: Array
+    """(n, 3, 3) [kg m^2], point, axes and sign of the products not said."""
+    mass_step: float
+    com_step: float
+    inertia_step: float
+    origin: Array | None = None
+    """(n, 3) [m]: vectors between neighbouring frames that stand beside the table, if any."""
+    armature: Array | None = None
+    """(n,) rotor inertia as the joint feels it [kg m^2]."""
+    lower: Array | None = None
+    upper: Array | None = None
+    """(n,) joint box in the DH coordinate [rad or m]."""
+    gravity: tuple[float, float, float] = (0.0, 0.0, -9.81)
+    flange: Pose = Pose.identity()  # noqa: RUF009 # read-only
+
+    @property
+    def n(self) -> int:
+        """Number of links."""
+        return len(self.joints)
+
+    def chain(self, convention: Convention) -> Chain:
+        """The frames alone, without bodies, under one DH convention."""
+        links = []
+        for i, row in enumerate(self.rows):
+            before, after = row.fixed_poses(convention)
+            links.append(ChainLink(self.joints[i], f"link_{i + 1}", self.kinds[i], before, after))
+        return Chain(tuple(links), self.flange, np.array(self.gravity))
+
+    def with_cell(self, column: str, link: int, index: int, value: float) -> PrintedTable:
+        """The table with one cell of `com` (index 0 to 2), `inertia` (0 to 5, see `TENSOR`) or `mass` changed."""
+        values = getattr(self, column).copy()
+        if column == "inertia":
+            r, c = TENSOR[index]
+            values[link, r, c] = values[link, c, r] = value
+        elif column == "com":
+            values[link, index] = value
+        else:
+            values[link] = value
+        return replace(self, **{column: values})
+
+
+TENSOR = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+"""Order of the six entries of a symmetric tensor: xx, yy, zz, xy, xz, yz."""
+
+
+def printed_table(robot: str) -> PrintedTable:
+    """The printed cells of a robot by name, or of a user's own `.toml` file.
+
+    Raises
+    ------
+    UnknownNameError, FileAccessError, PaperError
+        No such robot or file, or the file breaks the schema.
+    MissingDataError
+        The file has no masses and inertias to read.
+    """
+    paper = open_paper(robot)
+    raw = raw_tables(robot)
+    if "inertial" not in raw:
+        raise MissingDataError(paper.name, "masses and inertias", "a reading of its inertial table")
+    inertial = {name: raw["inertial"][name] for name in ("mass", "com", "inertia")}
+    return PrintedTable(
+        name=paper.name, joints=paper.joints, rows=printed_rows(paper, raw), kinds=paper.kinds,
+        mass=_column(inertial["mass"], paper.n, ()), com=_column(inertial["com"], paper.n, (3,)),
+        inertia=_column(inertial["inertia"], paper.n, (3, 3)),
+        mass_step=last_digit(inertial["mass"]), com_step=last_digit(inertial["com"]),
+        inertia_step=last_digit(inertial["inertia"]),
+        origin=_column(raw["frames"]["origin"], paper.n, (3,)) if "origin" in raw.get("frames", {}) else None,
+        armature=_armature(raw.get("rotors", {}), paper.n),
+        lower=_limits(paper, "lower"), upper=_limits(paper, "upper"),
+        gravity=_gravity(paper), flange=_flange(paper),
+    )  # fmt: skip
+
+
+def printed_rows(paper: Paper, raw: Mapping[str, Any]) -> tuple[DHRow, ...]:
+    """The DH table as printed, without the errata of any reading."""
+    n, table = paper.n, raw["dh"]
+    names = ("alpha", "a", "d", "theta_offset")
+    alpha, a, d, theta = (_column(table[x], n, ()) if x in table else np.zeros(n) for x in names)
+    sign = _column(table["sign"], n, ()) if "sign" in table else np.ones(n)
+    return tuple(
+        DHRow(float(alpha[i]), float(a[i]), float(d[i]), float(theta[i]), -1 if sign[i] < 0 else 1) for i in range(n)
+    )
+
+
+def raw_tables(robot: str) -> dict[str, Any]:
+    """The parsed TOML of a robot by name or of a `.toml` file that `open_paper` has accepted."""
+    if robot.endswith(".toml"):
+        return tomllib.loads(Path(robot).read_text(encoding="utf-8"))
+    return tomllib.loads(resources.files("lwr_dyn.papers").joinpath(f"{robot}.toml").read_text(encoding="utf-8"))
+
+
+def _column(table: Mapping[str, Any], n: int, shape: tuple[int, ...]) -> Array:
+    units = table["unit"] if isinstance(table["unit"], list) else [table["unit"]] * n
+    out = np.full((n, *shape), np.nan)
+    for i, (row, unit) in enumerate(zip(table["values"], units, strict=True)):
+        if row != BLANK:
+            out[i] = np.vectorize(lambda x, u=unit: to_si(float(x), u), otypes=[float])(np.array(row, dtype=float))
+    return out
+
+
+def last_digit(table: Mapping[str, Any]) -> float:
+    """The unit of the last printed digit of a column [SI]: the finest that any of its cells shows.
+
+    >>> last_digit({"values": [0.25, 0.1234], "unit": "m"})
+    0.0001
+    """
+    cells = [x for row in table["values"] if row != BLANK for x in np.ravel(np.array(row, dtype=object))]
+    exponents = [Decimal(repr(x)).normalize().as_tuple().exponent for x in cells]
+    finest = min([e for e in exponents if isinstance(e, int)], default=0)
+    unit = table["unit"][0] if isinstance(table["unit"], list) else table["unit"]
+    return to_si(float(Decimal(1).scaleb(finest)), unit)
+
+
+def _armature(rotors: Mapping[str, Any], n: int) -> Array | None:
+    if "armature" in rotors:
+        return _column(rotors["armature"], n, ())
+    if "gear_ratio" in rotors and "inertia" in rotors:
+        found: Array = _column(rotors["gear_ratio"], n, ()) ** 2 * _column(rotors["inertia"], n, ())
+        return found
+    return None
+
+
+def _limits(paper: Paper, side: str) -> Array | None:
+    if f"limits.{side}" not in paper.columns:
+        return None
+    found: Array = paper.columns[f"limits.{side}"].si()
+    return found + paper.columns["limits.zero"].si() if "limits.zero" in paper.columns else found
+
+
+def _gravity(paper: Paper) -> tuple[float, float, float]:
+    if "base.gravity" not in paper.columns:
+        return (0.0, 0.0, -9.81)
+    x, y, z = (float(v) for v in paper.columns["base.gravity"].si()[0])
+    return (x, y, z)
+
+
+def _flange(paper: Paper) -> Pose:
+    zero = np.zeros((1, 3))
+    xyz, rpy = (paper.columns[name].si() if name in paper.columns else zero for name in ("flange.xyz", "flange.rpy"))
+    return Pose(from_rpy(rpy[0]), xyz[0])

@@ -1,0 +1,109 @@
+"""Arithmetic written out in sentences, "1/2 x 0.0106 x 0.05^2 = 1.325e-7", done again."""
+
+from __future__ import annotations
+
+import ast
+import math
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from lwr_dyn.audit.lint.arithmetic import FUNCTIONS, parsed, value_of
+from lwr_dyn.audit.lint.finding import Finding
+from lwr_dyn.audit.lint.printed_number import Number, number_in, power_of_ten
+from lwr_dyn.audit.lint.sheet import Sheet
+
+_NUM = r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+_TOKEN = rf"(?:{_NUM}|\b(?:{'|'.join(sorted(FUNCTIONS, key=len, reverse=True))})(?=\s*\()|[-+*/^(),]|\bx\b|\bdeg\b|\s)"
+_LEFT = re.compile(rf"(?<![\w.]){_TOKEN}+$")
+_RIGHT = re.compile(rf"\s*([-+]?{_NUM})((?:\s+or\s+[-+]?{_NUM})*)\s*([^\s\d].{{0,3}})?")
+_INNER = re.compile(rf"(?<![\w.]){_NUM}")
+
+
+@dataclass(frozen=True, slots=True)
+class Equality:
+    """left = right as a sentence prints it."""
+
+    left: str
+    tree: ast.expr
+    right: tuple[Number, ...]
+    """Alternatives, where the sentence gives some ("= -90 or 11.01")."""
+
+    @property
+    def slack(self) -> float:
+        """What the rounding of the left side's decimals may change."""
+        spread = 0.0
+        exact = value_of(self.tree, {})
+        for found in _INNER.finditer(self.left):
+            number = number_in(found.group())
+            if number is not None and not number.whole:
+                moved = self.left[: found.start()] + repr(number.value + number.half) + self.left[found.end() :]
+                change = abs(value_of(parsed(moved), {}) - exact)
+                spread += change if math.isfinite(change) else 0.0
+        return spread
+
+
+def equalities(text: str) -> Iterator[Equality]:
+    """Every "= number" of a sentence whose left side is arithmetic on numbers.
+
+    >>> [(e.left, e.right[0].text) for e in equalities("the shoulder: 350 + 820 = 1170, and a = 3")]
+    [('350 + 820', '1170')]
+    """
+    for sign in re.finditer(r"(?<![=<>!])=(?!=)", text):
+        before = _LEFT.search(text[: sign.start()].rstrip())
+        after = _RIGHT.match(text[sign.end() :])
+        if before is None or after is None:
+            continue
+        left = _balanced(before.group().replace("deg", "").strip(" ,"))
+        tree = parsed(left) if left else None
+        rest = (after.group(3) or " ").lstrip()
+        if tree is None or not _computes(tree) or rest[:1] in tuple("+*/^-x("):
+            continue
+        texts = [after.group(1), *re.findall(rf"or\s+([-+]?{_NUM})", after.group(2))]
+        numbers = tuple(n for t in texts if (n := number_in(t)) is not None)
+        if numbers and math.isfinite(value_of(tree, {})):
+            yield Equality(left, tree, numbers)
+
+
+def _balanced(text: str) -> str:
+    """The longest end of the text whose brackets close and that begins with a number, a function or a bracket."""
+    depth, start = 0, len(text)
+    for k in range(len(text) - 1, -1, -1):
+        depth += {")": 1, "(": -1}.get(text[k], 0)
+        if depth < 0:
+            break
+        if depth == 0 and text[k] == ",":
+            break
+        start = k
+    out = text[start:].strip()
+    return "" if out[:1] in tuple("+*/^,x)") else out
+
+
+def _computes(tree: ast.expr) -> bool:
+    """It is more than a number."""
+    return any(isinstance(node, ast.BinOp | ast.Call) for node in ast.walk(tree))
+
+
+def statements(sheet: Sheet) -> Iterator[Finding]:
+    """Rule 4 on sentences: the left side does not give the number on the right."""
+    for statement in sheet.statements:
+        for equality in equalities(statement.text):
+            values = [value_of(equality.tree, {}, degrees) for degrees in (False, True)]
+            if not any(n.meets(v, equality.slack) for v in values for n in equality.right):
+                yield _wrong(sheet.file, statement.place, equality, values)
+
+
+def _wrong(file: str, place: str, equality: Equality, values: list[float]) -> Finding:
+    value = values[-1]
+    printed = " or ".join(n.text for n in equality.right)
+    powers = [k for n in equality.right if (k := power_of_ten(value, n, equality.slack))]
+    if powers:
+        rule, how = "power-of-ten", f"off by 1e{powers[0]}"
+    elif any(n.meets(-value, equality.slack) for n in equality.right):
+        rule, how = "sign", "the sign is the other one"
+    else:
+        rule, how = "arithmetic", f"off by {value - equality.right[0].value:.3g}"
+    return Finding(
+        rule, "error", "certain", file, place, (place,), printed, f"{value:.8g}",
+        f"{equality.left} = {value:.8g}, printed as {printed}: {how}", {"value": value, "formula": equality.left},
+    )  # fmt: skip

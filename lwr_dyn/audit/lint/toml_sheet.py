@@ -1,0 +1,209 @@
+"""Any TOML file of numbers as a sheet: robots' data files, printed results, a user's own tables.
+
+A list of numbers is a column, lists of one length in one table are its rows; lists of lists are vectors or square
+matrices; a table with `values` is a column with its `unit`. What needs declaring stands under `lint` in its table:
+`formula`, `ratio` and `symmetric` are lists of texts, `total`, `role` and `unit` are by column, `joints` is a text.
+"""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from lwr_dyn.audit.lint.list_columns import cell_text, columns_of
+from lwr_dyn.audit.lint.printed_number import number_in
+from lwr_dyn.audit.lint.roles import words_of
+from lwr_dyn.audit.lint.sheet import Column, Declared, Matrix, Sheet, Statement, Table, column
+from lwr_dyn.errors import TableError
+
+LISTS = ("formula", "ratio", "symmetric")
+DECLARED = (*LISTS, "total", "role", "joints", "unit")
+_CELL = re.compile(r"([\w.]+?)\.(\w+)\.values(?:\[(\d+)\])?.*")
+PARTS = ("cells", "given")
+"""Tables inside a table that hold its cells."""
+NOT_CELLS = ("lint", "unit", "units", "schema", "rows", "errata", "needs")
+_PRINTED_IN = re.compile(r"printed in ([^,;]+)")
+
+
+class Printed(str):
+    """A number of the file with its digits as they stand there."""
+
+    __slots__ = ()
+
+
+@dataclass(slots=True)
+class _Found:
+    """What was met on the way through the file."""
+
+    file: str
+    tables: list[Table] = field(default_factory=list)
+    matrices: list[Matrix] = field(default_factory=list)
+    statements: list[Statement] = field(default_factory=list)
+    errata: dict[str, str] = field(default_factory=dict)
+
+
+def sheet_of_toml(text: str, file: str, joints: str = "") -> Sheet:
+    """All tables, matrices and sentences of a TOML text.
+
+    Parameters
+    ----------
+    text, file : str
+    joints : str
+        "revolute" or "prismatic": what the joints are, where the file does not say; "" if nobody knows.
+
+    Raises
+    ------
+    TableError
+        Broken TOML, a declaration that cannot be read.
+
+    >>> sheet_of_toml("[gains]\\nKp = [7310, 7270]\\nKd = [292.4, 290.8]", "x.toml").tables[0].columns[1].cells
+    ('292.4', '290.8')
+    """
+    try:
+        raw = tomllib.loads(text, parse_float=Printed)
+    except (tomllib.TOMLDecodeError, RecursionError, ValueError) as fault:
+        raise TableError(file, "TOML", str(fault), "valid TOML 1.0") from None
+    found = _Found(file)
+    _walk(raw, "", found, joints or _joints(raw))
+    _masses(raw, found)
+    return Sheet(file, tuple(found.tables), tuple(found.matrices), tuple(found.statements), found.errata)
+
+
+def _joints(raw: Mapping[str, Any]) -> str:
+    """What a robot's file says of its joints, if they are all of one kind."""
+    table = raw.get("joints")
+    kinds = table.get("kinds") if isinstance(table, dict) else None
+    same = {str(kind) for kind in kinds} if isinstance(kinds, list) else set()
+    return same.pop() if len(same) == 1 else ""
+
+
+def _walk(raw: Mapping[str, Any], name: str, found: _Found, joints: str) -> None:
+    declared, units = _declared(raw.get("lint", {}), f"{name or 'file'}.lint", found.file, joints)
+    where = str(raw.get("where", ""))
+    columns: list[Column] = []
+    values: dict[str, Column] = {}
+    for key, value in _flat(raw):
+        path = f"{name}.{key}" if name else key
+        unit = units.get(key, "") or _unit_of_table(raw, key, value)
+        if isinstance(value, dict) and "values" in value:
+            columns += columns_of(key, value["values"], path, _unit(value), declared, found.matrices)
+            _sentences({k: v for k, v in value.items() if k != "unit"}, path, found)
+        elif isinstance(value, dict):
+            _walk(value, path, found, joints)
+        elif isinstance(value, list) and value and all(isinstance(x, dict) for x in value):
+            _records(value, path, found, joints)
+        elif isinstance(value, list):
+            columns += columns_of(key, value, path, unit, declared, found.matrices)
+        elif cell_text(value) is not None:
+            values[key] = column(key, (cell_text(value) or "",), unit)
+    _sentences(raw, name, found)
+    named = raw.get("rows")
+    labels = tuple(str(x) for x in named) if isinstance(named, list) else ()
+    _keep(Table(name or "file", tuple(columns), values, where, declared, labels), found)
+
+
+def _flat(raw: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    """What stands in a table, and in its parts that hold cells: those are its own."""
+    for key, value in raw.items():
+        if key in PARTS and isinstance(value, dict) and "values" not in value:
+            yield from value.items()
+        elif key not in NOT_CELLS:
+            yield key, value
+
+
+def _keep(table: Table, found: _Found) -> None:
+    """One table for each length of columns; single values stand beside each."""
+    lengths = list(dict.fromkeys(len(c.cells) for c in table.columns))
+    values = {**table.values, **{c.name: c for c in table.columns if len(c.cells) == 1}}
+    for length in [n for n in lengths if n > 1] or ([0] if values else []):
+        rows = tuple(c for c in table.columns if len(c.cells) == length)
+        found.tables.append(replace(table, columns=rows, values=values))
+
+
+def _records(records: list[dict[str, Any]], path: str, found: _Found, joints: str) -> None:
+    """A list of tables: each by itself, and their single values as columns over the records."""
+    for i, record in enumerate(records):
+        label = record.get("name", record.get("id", i + 1))
+        if path.rsplit(".", 1)[-1] == "erratum":  # what a slip reads right is no table of the source
+            _sentences(record, f"erratum {label}", found)
+            found.errata.update(_patched(record, str(label)))
+        else:
+            _walk(record, f"{path}[{label}]", found, joints)
+    keys = dict.fromkeys(k for r in records for k in r)
+    columns = [column(k, tuple(cell_text(r.get(k, "-")) or "" for r in records)) for k in keys]
+    numeric = [c for c in columns if c.numeric]
+    if numeric and len(records) > 1:
+        found.tables.append(Table(path, tuple(numeric)))
+
+
+def _patched(record: Mapping[str, Any], label: str) -> Iterator[tuple[str, str]]:
+    """The places, in the words of findings, that an erratum is about."""
+    yield f"erratum {label}, ", label
+    patches = record.get("patch", [])
+    for patch in patches if isinstance(patches, list) else []:
+        at = _CELL.fullmatch(str(patch.get("at", ""))) if isinstance(patch, dict) else None
+        if at:
+            table, name, row = at.groups()
+            yield f"{table}.{name}", label
+            yield f"{table}, row {int(row) + 1}, {name}" if row else f"{table}, row", label
+
+
+def _sentences(raw: Mapping[str, Any], path: str, found: _Found) -> None:
+    for key, value in raw.items():
+        if type(value) is str and number_in(value) is None:
+            found.statements.append(Statement(f"{path}, {key}" if path else key, value))
+
+
+def _unit(raw: Mapping[str, Any]) -> str:
+    unit = raw.get("unit", "")
+    units = set(unit) if isinstance(unit, list) else {unit}
+    return str(units.pop()) if len(units) == 1 else ""
+
+
+def _unit_of_table(raw: Mapping[str, Any], key: str, value: Any) -> str:
+    """The unit of a column: as its table says that it is printed ("printed in mm and mm/s"), by column, or for all."""
+    words = _PRINTED_IN.search(str(raw.get("where", "")))
+    if words:
+        listed = re.split(r"\s+and\s+", words.group(1).strip())
+        rate = {"velocity", "vel", "speed"} & set(words_of(key))
+        return next((u for u in listed if ("/s" in u) == bool(rate)), "")
+    units = raw.get("units", raw.get("unit", ""))
+    if isinstance(units, dict):
+        return str(units.get(key, ""))
+    return str(units) if isinstance(value, list) else ""  # what stands beside a table is seldom in its unit
+
+
+def _declared(raw: Any, path: str, file: str, joints: str) -> tuple[Declared, dict[str, str]]:
+    """The `lint` of a table, and the units it states by column."""
+    if not isinstance(raw, dict):
+        raise TableError(file, path, repr(raw), "a table")
+    for key, value in raw.items():
+        kind = list if key in LISTS else str if key == "joints" else dict
+        if key not in DECLARED:
+            raise TableError(file, f"{path}.{key}", "unknown", ", ".join(DECLARED))
+        if not isinstance(value, kind):
+            raise TableError(file, f"{path}.{key}", repr(value), f"a {'text' if kind is str else kind.__name__}")
+    texts = {key: tuple(str(x) for x in raw.get(key, [])) for key in LISTS}
+    maps = {key: {str(k): str(v) for k, v in raw.get(key, {}).items()} for key in ("total", "role", "unit")}
+    said = Declared(
+        formulas=texts["formula"], ratios=texts["ratio"], symmetric=texts["symmetric"], totals=maps["total"],
+        roles=maps["role"], joints=str(raw.get("joints", joints)),
+    )  # fmt: skip
+    return said, maps["unit"]
+
+
+def _masses(raw: Mapping[str, Any], found: _Found) -> None:
+    """A robot's file states its links' masses, its base's, and the total of a data sheet."""
+    tables = [raw.get(name, {}) for name in ("base", "inertial", "ratings")]
+    parts = [table.get("mass", {}) for table in tables if isinstance(table, dict)]
+    if len(parts) < 3 or not all(isinstance(p, dict) and "values" in p for p in parts):
+        return
+    base, links, total = (p["values"] for p in parts)
+    cells = [cell_text(x) for x in (base, *(links if isinstance(links, list) else [links]))]
+    if all(c is not None for c in cells) and cell_text(total) is not None:
+        masses = column("mass", tuple(c or "" for c in cells), "kg")
+        name = "base.mass and inertial.mass against ratings.mass"
+        found.tables.append(Table(name, (masses,), declared=Declared(totals={"mass": cell_text(total) or ""})))

@@ -1,0 +1,51 @@
+"""`lwr-dyn kernels`: the generated source of a batch function, how much it computes, and where kernels are kept."""
+
+from __future__ import annotations
+
+import click
+
+from lwr_dyn.cli.options import load_robot, print_json, robot_options
+from lwr_dyn.codegen.cache import cache_folder
+from lwr_dyn.codegen.form import form_of
+from lwr_dyn.codegen.functions import FUNCTIONS, function_shape
+from lwr_dyn.codegen.kernel import require_packages
+from lwr_dyn.errors import OptionError
+
+
+@click.command("kernels")
+@robot_options
+@click.option("--emit", metavar="F", help=f"Print the source of one function: {', '.join(FUNCTIONS)}.")
+@click.option("--inputs", default="", help="Inputs of the kernel: inertia,payload,gravity,friction.")
+@click.option("--friction", default="none", show_default=True, help="none, or arm for the arm's own as constants.")
+@click.option("--dtype", default="float64", show_default=True, help="float64 or float32.")
+@click.option("--json", "as_json", is_flag=True, help="One JSON object.")
+def command(
+    robot: str, reading: str | None, tip: str | None, locks: tuple[str, ...], emit: str | None, inputs: str,
+    friction: str, dtype: str, as_json: bool,
+) -> None:  # fmt: skip
+    """Batch functions of ROBOT with their operations a state, or with --emit F the generated source of one."""
+    if emit is not None and as_json:
+        raise OptionError("--json", "with --emit", "one of them")
+    if emit is not None:
+        function_shape(emit)
+    chosen = [name.strip() for name in inputs.split(",") if name.strip()]
+    form = form_of(load_robot(robot, reading, tip, locks), chosen, friction, "armature", dtype)
+    require_packages()
+    from lwr_dyn.codegen.build import generate
+
+    if emit is not None:
+        click.echo(generate(form, emit).text, nl=False)
+        return
+    known = {name: generate(form, name).description for name in FUNCTIONS}
+    if as_json:
+        records = [
+            {"name": name, "operations": s.operations, "fused": s.fused, "inputs": list(s.inputs), "result": s.width}
+            for name, s in known.items()
+        ]
+        print_json({"robot": form.name, "dtype": dtype, "cache": str(cache_folder()), "functions": records})
+        return
+    from lwr_dyn.text import table
+
+    rows = [(n, str(s.operations), str(s.fused), FUNCTIONS[n].says) for n, s in known.items()]
+    click.echo(f"{form.name}, {dtype}; kept in {cache_folder()}")
+    click.echo(table(rows, ("function", "operations", "with fused multiply-add", "gives")))

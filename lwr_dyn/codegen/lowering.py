@@ -1,0 +1,122 @@
+"""A straight-line loop over lanes as vector instructions: what numba calls for the body of a kernel.
+
+numba spends a millisecond on the types of every statement and leaves it to an optimiser whether lanes become vectors.
+Here every statement is one LLVM instruction on a vector of W lanes, so thousands of them compile in a second or two.
+"""
+
+from __future__ import annotations
+
+import ast
+import ctypes
+import hashlib
+import inspect
+import textwrap
+from collections.abc import Callable
+from typing import Any
+
+from llvmlite import binding as llvm
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.extending import intrinsic
+
+_FLAGS = ("contract",)
+"""A product and a sum may become one instruction; no other freedom, so rounding tricks and NaN stay what they are."""
+_INSTRUCTIONS = {ast.Add: "fadd", ast.Sub: "fsub", ast.Mult: "fmul", ast.Div: "fdiv"}
+_NUMBERS: dict[str, Any] = {"float64": ir.DoubleType(), "float32": ir.FloatType()}
+_BYTES = {"float64": 8, "float32": 4}
+
+
+def _unlinked() -> None:
+    """What numba finds under the name of a body that `build.compiled` has not linked."""
+    raise RuntimeError("this kernel's body is not linked: compile it with lwr_dyn.codegen.build.compiled")
+
+
+_UNLINKED = ctypes.CFUNCTYPE(None)(_unlinked)
+
+
+def straight_line(dtype: str) -> Callable[[Callable[[Any], None]], Any]:
+    """A decorator: the function `body(b)` of one loop ``for k in range(W)`` as a numba intrinsic on arrays of `dtype`.
+
+    Statements are ``v = b[I + k]``, ``v = x + y`` (also - * /), ``v = 1.0 if x > y else 0.0``, ``b[I + k] = x`` and
+    ``b[I + k] = -x``, where x and y are names or numbers (of the type of b), and I a multiple of W. The intrinsic calls
+    a function of the module `intrinsic.assembly`, to be linked by who compiles (`build.compiled`).
+    """
+
+    def decorate(function: Callable[[Any], None]) -> Any:
+        text = textwrap.dedent(inspect.getsource(function))
+        name = f"lwr_dyn_body_{hashlib.sha256(text.encode()).hexdigest()[:16]}_{dtype}"
+        llvm.add_symbol(name, ctypes.cast(_UNLINKED, ctypes.c_void_p).value)
+
+        @intrinsic  # type: ignore[untyped-decorator]
+        def lowered(typing_context: Any, b: Any) -> Any:
+            def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+                data = context.make_array(signature.args[0])(context, builder, arguments[0]).data
+                kind = ir.FunctionType(ir.VoidType(), [data.type])
+                builder.call(cgutils.get_or_insert_function(builder.module, kind, name), [data])
+                return context.get_dummy_value()
+
+            return types.void(b), code
+
+        lowered.assembly = _assembly(text, name, dtype)
+        return lowered
+
+    return decorate
+
+
+def _assembly(text: str, name: str, dtype: str) -> str:
+    """The body as an LLVM module of one function."""
+    definition: Any = ast.parse(text).body[0]
+    loop = definition.body[0]
+    module = ir.Module(name)
+    kind = ir.FunctionType(ir.VoidType(), [_NUMBERS[dtype].as_pointer()])
+    function = ir.Function(module, kind, name)
+    builder = ir.IRBuilder(function.append_basic_block())
+    _Lanes(builder, function.args[0], dtype, int(loop.iter.args[0].value)).write(loop.body)
+    builder.ret_void()
+    return str(module)
+
+
+class _Lanes:
+    """Writes statements as instructions on vectors of lanes."""
+
+    def __init__(self, builder: Any, data: Any, dtype: str, lanes: int) -> None:
+        self.builder, self.data, self.number, self.lanes = builder, data, _NUMBERS[dtype], lanes
+        self.vector = ir.VectorType(self.number, lanes)
+        self.align = lanes * _BYTES[dtype]
+        self.names: dict[str, Any] = {}
+
+    def write(self, statements: list[Any]) -> None:
+        for statement in statements:
+            target, value = statement.targets[0], statement.value
+            if isinstance(target, ast.Name):
+                self.names[target.id] = self._value(value)
+            else:
+                self.builder.store(self._value(value), self._place(target), align=self.align)
+
+    def _place(self, subscript: Any) -> Any:
+        index = ir.Constant(ir.IntType(64), subscript.slice.left.value)
+        return self.builder.bitcast(self.builder.gep(self.data, [index]), self.vector.as_pointer())
+
+    def _number(self, x: float) -> Any:
+        return ir.Constant(self.vector, [ir.Constant(self.number, x)] * self.lanes)
+
+    def _value(self, node: Any) -> Any:
+        match node:
+            case ast.Name():
+                return self.names[node.id]
+            case ast.Constant(value=float() as x):
+                return self._number(x)
+            case ast.Subscript():
+                return self.builder.load(self._place(node), align=self.align)
+            case ast.UnaryOp():
+                return self.builder.fneg(self._value(node.operand))
+            case ast.BinOp():
+                instruction = getattr(self.builder, _INSTRUCTIONS[type(node.op)])
+                return instruction(self._value(node.left), self._value(node.right), flags=_FLAGS)
+            case ast.IfExp(test=ast.Compare() as test):
+                left, right = self._value(test.left), self._value(test.comparators[0])
+                above = self.builder.fcmp_ordered(">", left, right)
+                return self.builder.select(above, self._number(1.0), self._number(0.0))
+            case _:
+                raise SyntaxError(f"not a straight-line statement: {ast.unparse(node)}")

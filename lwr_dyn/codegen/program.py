@@ -1,0 +1,226 @@
+"""A traced function as a list of additions, products and quotients, each formed once.
+
+CasADi's instructions are value-numbered with the sign kept apart (a - b and b - a are one difference, a negation costs
+nothing), sines and cosines become a range reduction and polynomials, and what no result needs is dropped.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import casadi
+
+from lwr_dyn.codegen.sincos import SinCos
+
+
+class Value(NamedTuple):
+    """A node with a sign."""
+
+    sign: int
+    node: int
+
+
+class Node(NamedTuple):
+    """`in` (row = array, column), `const` (its value), or an operation on two nodes: + - * / or > (1.0 or 0.0)."""
+
+    op: str
+    a: Any
+    b: Any = None
+
+
+OPERATIONS = ("+", "-", "*", "/", ">")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Program:
+    """Straight-line code: `nodes` in order, `results` as signed nodes, and what tells whether a state is in order.
+
+    `flag` is 0 when every input of the lane is finite and every angle within reach of the reduction, NaN when an
+    input is not finite, and something above 0 for a finite angle that is too large.
+    """
+
+    nodes: tuple[Node, ...]
+    results: tuple[Value, ...]
+    flag: Value
+
+    @property
+    def operations(self) -> int:
+        """Additions, products, quotients and comparisons of one state."""
+        return sum(node.op in OPERATIONS for node in self.nodes)
+
+    def operations_after_contraction(self) -> int:
+        """The same, a product that only one sum uses counted as part of it: what a fused multiply-add machine does."""
+        uses: dict[int, list[str]] = {}
+        for node in self.nodes:
+            if node.op in OPERATIONS:
+                for i in {node.a, node.b}:
+                    uses.setdefault(i, []).append(node.op)
+        taken: set[int] = set()
+        fused = 0
+        for i, node in enumerate(self.nodes):
+            if node.op in ("+", "-"):
+                for operand in (node.a, node.b):
+                    if i not in taken and self.nodes[operand].op == "*" and uses[operand] in (["+"], ["-"]):
+                        fused, taken = fused + 1, taken | {i}
+        return self.operations - fused
+
+
+class _Writer:
+    """Hands out nodes, each once."""
+
+    def __init__(self, sincos: SinCos) -> None:
+        self.sincos = sincos
+        self.nodes: list[Node] = []
+        self.index: dict[Node, int] = {}
+        self.turns: dict[int, tuple[Value, Value, Value]] = {}
+
+    def node(self, op: str, a: Any, b: Any = None) -> Value:
+        key = Node(op, a, b)
+        if key not in self.index:
+            self.index[key] = len(self.nodes)
+            self.nodes.append(key)
+        return Value(1, self.index[key])
+
+    def number(self, x: float) -> Value:
+        return Value(-1 if x < 0 else 1, self.node("const", abs(float(x))).node)
+
+    def _known(self, x: Value) -> float | None:
+        node = self.nodes[x.node]
+        return x.sign * node.a if node.op == "const" else None
+
+    def minus(self, x: Value) -> Value:
+        return Value(-x.sign, x.node)
+
+    def plus(self, x: Value, y: Value) -> Value:
+        known_x, known_y = self._known(x), self._known(y)
+        if known_x is not None and known_y is not None:
+            return self.number(known_x + known_y)
+        if known_x == 0.0 or known_y == 0.0:
+            return y if known_x == 0.0 else x
+        first, second = sorted((x, y), key=lambda v: v.node)
+        if x.sign == y.sign:
+            return Value(x.sign, self.node("+", first.node, second.node).node)
+        if x.node == y.node:
+            return self.number(0.0)
+        return Value(first.sign, self.node("-", first.node, second.node).node)
+
+    def times(self, x: Value, y: Value) -> Value:
+        known_x, known_y = self._known(x), self._known(y)
+        if known_x is not None and known_y is not None:
+            return self.number(known_x * known_y)
+        for known, other in ((known_x, y), (known_y, x)):
+            if known in (1.0, -1.0):
+                return other if known == 1.0 else self.minus(other)
+            if known == 0.0:
+                return self.number(0.0)
+        first, second = sorted((x.node, y.node))
+        return Value(x.sign * y.sign, self.node("*", first, second).node)
+
+    def over(self, x: Value, y: Value) -> Value:
+        return Value(x.sign * y.sign, self.node("/", x.node, y.node).node)
+
+    def above_zero(self, x: Value) -> Value:
+        zero = self.number(0.0)
+        return self.node(">", x.node, zero.node) if x.sign > 0 else self.node(">", zero.node, x.node)
+
+    def turn(self, x: Value) -> tuple[Value, Value, Value]:
+        """sin |x|, cos |x| and the number of half turns taken off, for an input x."""
+        if x.node not in self.turns:
+            self.turns[x.node] = self.sincos.expand(self, Value(1, x.node))
+        return self.turns[x.node]
+
+    def apply(self, op: int, x: Sequence[Value]) -> Value:
+        """One CasADi instruction."""
+        match op:
+            case casadi.OP_ADD:
+                return self.plus(x[0], x[1])
+            case casadi.OP_SUB:
+                return self.plus(x[0], self.minus(x[1]))
+            case casadi.OP_NEG:
+                return self.minus(x[0])
+            case casadi.OP_MUL | casadi.OP_SQ:
+                return self.times(x[0], x[-1])
+            case casadi.OP_TWICE:
+                return self.plus(x[0], x[0])
+            case _:
+                return self._apply_rarer(op, x)
+
+    def _apply_rarer(self, op: int, x: Sequence[Value]) -> Value:
+        match op:
+            case casadi.OP_SIN:
+                return Value(x[0].sign, self.turn(x[0])[0].node) if x[0].sign > 0 else self.minus(self.turn(x[0])[0])
+            case casadi.OP_COS:
+                return self.turn(x[0])[1]
+            case casadi.OP_DIV:
+                return self.over(x[0], x[1])
+            case casadi.OP_INV:
+                return self.over(self.number(1.0), x[0])
+            case casadi.OP_LT:
+                return self.above_zero(self.plus(x[1], self.minus(x[0])))
+            case _:
+                raise NotImplementedError(f"CasADi operation {op} in a traced function")
+
+
+def program_of(function: Any, sincos: SinCos) -> Program:
+    """The program of a CasADi function with one output vector.
+
+    Parameters
+    ----------
+    function : casadi.Function
+        Of SX; angles enter only through sines and cosines.
+    sincos : SinCos
+        Range reduction and polynomials of the number type.
+    """
+    writer = _Writer(sincos)
+    work: dict[int, Value] = {}
+    results: dict[int, Value] = {}
+    inputs = [
+        writer.node("in", row, column) for row in range(function.n_in()) for column in range(function.size1_in(row))
+    ]
+    for k in range(function.n_instructions()):
+        op, out, arguments = (
+            function.instruction_id(k), function.instruction_output(k), function.instruction_input(k)
+        )  # fmt: skip
+        if op == casadi.OP_OUTPUT:
+            results[out[1]] = work[arguments[0]]
+        elif op == casadi.OP_INPUT:
+            work[out[0]] = writer.node("in", *arguments)
+        elif op == casadi.OP_CONST:
+            work[out[0]] = writer.number(function.instruction_constant(k))
+        else:
+            work[out[0]] = writer.apply(op, [work[i] for i in arguments])
+    ordered = [results.get(i) or writer.number(0.0) for i in range(function.size1_out(0))]
+    flag = _flag(writer, inputs)
+    return _without_the_unused(writer.nodes, ordered, flag)
+
+
+def _flag(writer: _Writer, inputs: Sequence[Value]) -> Value:
+    """Sum of 0 x over the inputs, plus whether the squared half turns exceed what the reduction can take off."""
+    zero = writer.node("zero", 0.0)  # a zero that is not folded away: 0 NaN is NaN
+    total = writer.number(0.0)
+    for x in inputs:
+        total = writer.plus(total, writer.times(x, zero))
+    if writer.turns:
+        turned = writer.number(0.0)
+        for _, _, turns in writer.turns.values():
+            turned = writer.plus(turned, writer.times(turns, turns))
+        limit = writer.number(float(writer.sincos.most_half_turns) ** 2)
+        total = writer.plus(total, writer.node(">", turned.node, limit.node))
+    return total
+
+
+def _without_the_unused(nodes: Sequence[Node], results: Sequence[Value], flag: Value) -> Program:
+    needed = {value.node for value in (*results, flag)}
+    for i in reversed(range(len(nodes))):
+        if i in needed and nodes[i].op in OPERATIONS:
+            needed |= {nodes[i].a, nodes[i].b}
+    new: dict[int, int] = {}
+    kept: list[Node] = []
+    for i, node in enumerate(nodes):
+        if i in needed:
+            new[i] = len(kept)
+            kept.append(Node(node.op, new[node.a], new[node.b]) if node.op in OPERATIONS else node)
+    moved = [Value(v.sign, new[v.node]) for v in results]
+    return Program(tuple(kept), tuple(moved), Value(flag.sign, new[flag.node]))

@@ -1,0 +1,110 @@
+"""The regressor of an arm: torques are linear in the ten inertial parameters of every link, so columns are torques.
+
+    tau = Y(q, dq, ddq) pi,   pi_i = (m, m cx, m cy, m cz, Ixx, Ixy, Ixz, Iyy, Iyz, Izz) about the origin of frame i
+
+No second derivation: a column is what the Newton-Euler recursion gives for a chain with one parameter of 1 and all
+others 0. Friction and rotors add columns of their own joint.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from lwr_dyn.arrays import Array
+from lwr_dyn.dynamics.recursion import LinkConstants, inverse_dynamics, link_constants
+from lwr_dyn.model.chain import Body, Chain
+from lwr_dyn.model.spatial import steiner
+from lwr_dyn.model.vectors import ZERO, Matrix, Vector
+
+INERTIAL = ("m", "mx", "my", "mz", "Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz")
+JOINT = ("armature", "coulomb+", "viscous+", "coulomb-", "viscous-")
+_PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
+
+
+def inertial_parameters(body: Body) -> Array:
+    """The ten parameters of a body in its frame, in the order of `INERTIAL`.
+
+    >>> inertial_parameters(Body(2.0, np.array([0.0, 0.0, 1.0]), np.zeros((3, 3)))).tolist()
+    [2.0, 0.0, 0.0, 2.0, 2.0, 0.0, 0.0, 2.0, 0.0, 0.0]
+    """
+    tensor = body.inertia_origin()
+    return np.array([body.mass, *(body.mass * body.com), *(tensor[i, j] for i, j in _PAIRS)])
+
+
+def parameter_names(n: int) -> tuple[str, ...]:
+    """Names of all columns: those of link 1, link 2 ..., then those of joint 1, joint 2 ..."""
+    links = [f"{name}_{i}" for i in range(1, n + 1) for name in INERTIAL]
+    return (*links, *(f"{name}_{i}" for i in range(1, n + 1) for name in JOINT))
+
+
+def chain_parameters(chain: Chain) -> Array:
+    """The columns' values in a chain without friction, (15 n,): what the model says before anything is identified."""
+    links = [inertial_parameters(link.body or Body.nothing()) for link in chain.links]
+    joints = [[0.0 if link.rotor is None else link.rotor.armature, 0.0, 0.0, 0.0, 0.0] for link in chain.links]
+    return np.concatenate([*links, *joints])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Regressor:
+    """Y(q, dq, ddq) of one chain's geometry; its masses do not enter."""
+
+    chain: Chain
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the columns."""
+        return parameter_names(self.chain.n)
+
+    def __call__(self, q: Array, dq: Array, ddq: Array) -> Array:
+        """Y (k, n, 15 n) for states (k, n) [rad, rad/s, rad/s^2]: torque of joint j in row k per unit of a parameter.
+
+        References
+        ----------
+        Siciliano et al., *Robotics*, section 7.2.2, eq. 7.52 (linearity in the dynamic parameters).
+        """
+        k, n = q.shape
+        out = np.zeros((k, n, (len(INERTIAL) + len(JOINT)) * n))
+        gravity = Vector.of(self.chain.gravity)
+        q_i, dq_i, ddq_i = ([x[:, i] for i in range(n)] for x in (q, dq, ddq))
+        bare = [_bare(link) for link in link_constants(self.chain)]
+        for i in range(n):
+            for p, unit in enumerate(_unit_bodies(bare[i])):
+                links = [*bare[:i], unit, *bare[i + 1 :]]
+                torque = inverse_dynamics(links, gravity, q_i, dq_i, ddq_i, rotors="none")
+                for j, values in enumerate(torque):
+                    out[:, j, len(INERTIAL) * i + p] = values
+            mass = out[:, :, len(INERTIAL) * i, None]
+            out[:, :, len(INERTIAL) * i + 1 : len(INERTIAL) * i + 4] -= mass  # a first moment needs a mass to carry it
+        first = len(INERTIAL) * n
+        for i in range(n):
+            columns = slice(first + len(JOINT) * i, first + len(JOINT) * (i + 1))
+            out[:, i, columns] = friction_columns(dq[:, i], ddq[:, i])
+        return out
+
+
+def friction_columns(dq: Array, ddq: Array) -> Array:
+    """Rotor and friction of one joint, (k, 5): ddq, then 1 and dq while it moves up, -1 and dq while it moves down."""
+    up, down = (dq > 0.0).astype(np.float64), (dq < 0.0).astype(np.float64)
+    return np.column_stack([ddq, up, up * dq, -down, down * dq])
+
+
+def _bare(link: LinkConstants) -> LinkConstants:
+    return replace(link, mass=0.0, com=ZERO, inertia=Matrix(ZERO, ZERO, ZERO), gear_ratio=0.0, rotor_inertia=0.0)
+
+
+def _unit_bodies(bare: LinkConstants) -> Sequence[LinkConstants]:
+    """The link with a mass of 1; with that mass one unit out along each axis; with each element of the tensor 1.
+
+    The middle three have no inertia about the origin, so that the tensor about their centre of mass is negative.
+    """
+    bodies = [replace(bare, mass=1.0)]
+    for axis in np.eye(3):
+        bodies.append(replace(bare, mass=1.0, com=Vector.of(axis), inertia=Matrix.of(-steiner(1.0, axis))))
+    for a, b in _PAIRS:
+        tensor = np.zeros((3, 3))
+        tensor[a, b] = tensor[b, a] = 1.0
+        bodies.append(replace(bare, inertia=Matrix.of(tensor)))
+    return bodies

@@ -1,0 +1,123 @@
+"""`lwr-dyn identify`: friction from constant-velocity logs, or friction and inertia from any motion."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import click
+
+from lwr_dyn.cli.options import print_json
+from lwr_dyn.errors import LwrDynError
+from lwr_dyn.files import check_writable
+from lwr_dyn.front import load
+from lwr_dyn.identification.columns import declared_units
+from lwr_dyn.identification.command_text import friction_record, friction_text, motion_record, motion_text
+from lwr_dyn.identification.cruise import USUAL_RULE, CruiseRule
+from lwr_dyn.identification.direction_fit import MODELS
+from lwr_dyn.identification.friction import FrictionIdentification, How, identify_friction_files
+from lwr_dyn.identification.logs import JointLog, read_log
+from lwr_dyn.identification.motion import USUAL_MOTION, MotionRule, identify_motion
+from lwr_dyn.identification.torque_model import SUBTRACT
+from lwr_dyn.model.arm import Arm
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+def _log_options(command: F) -> F:
+    for option in (
+        click.option("--json", "as_json", is_flag=True, help="One JSON object."),
+        click.option("--units", help="Units of columns that declare none, such as time=ms,q=deg,tau=mN m."),
+        click.option("--reading", help="Of the robot; its default if not given."),
+        click.argument("logs", nargs=-1, required=True, metavar="LOG..."),
+    ):
+        command = option(command)
+    return command
+
+
+@click.group("identify")
+def command() -> None:
+    """Parameters of an arm from its logs (.csv, .parquet).
+
+    Columns: time, q1.., tau1.., and dq1.. where measured, each with its unit in brackets (q1 [deg]) or in SI;
+    other columns are passed over. Exit 2 when a file or joint could not be used; the others are reported all the same.
+    """
+
+
+@command.command("friction")
+@_log_options
+@click.option("--robot", help="Take the model of this robot out of the torques (name, .toml or .urdf).")
+@click.option("--subtract", type=click.Choice(SUBTRACT), default="gravity", show_default=True,
+              help="What the model takes out: g; B ddq + C dq; all of it.")  # fmt: skip
+@click.option("--model", type=click.Choice(MODELS), default=MODELS[0], show_default=True, help="What is fitted.")
+@click.option("--robust", is_flag=True, help="Huber's loss: wild points pull little.")
+@click.option("--equal-weights", is_flag=True, help="Every cruise counts the same, not every sample.")
+@click.option("--shortest", type=float, default=USUAL_RULE.shortest, show_default=True, help="Cruise, seconds.")
+@click.option("--tolerance", type=float, default=USUAL_RULE.tolerance, show_default=True,
+              help="Share by which a cruise's speed may wander.")  # fmt: skip
+@click.option("--plot", help="Write the friction-velocity maps there, .png and .svg.")
+def friction(logs: tuple[str, ...], robot: str | None, reading: str | None, units: str | None, **given: Any) -> None:
+    """Friction of each joint and direction from constant-velocity runs."""
+    if given["plot"] is not None:
+        check_writable(given["plot"])
+    rule = CruiseRule(shortest=given["shortest"], tolerance=given["tolerance"])
+    how = How(given["model"], given["robust"], given["equal_weights"], rule)
+    arm = None if robot is None else load(robot, reading)
+    found = identify_friction_files(logs, declared_units(units), arm, given["subtract"], how)
+    subtract = "none" if arm is None else given["subtract"]
+    if found.points and given["as_json"]:
+        print_json(friction_record(found, how, robot, subtract))
+    elif found.points:
+        click.echo(friction_text(found, how, subtract))
+    if found.points and given["plot"] is not None:
+        _plot(found, given["plot"], given["as_json"])
+    _end(found.faults)
+
+
+def _plot(found: FrictionIdentification, path: str, quiet: bool) -> None:
+    from lwr_dyn.identification.map_figures import friction_map_figure
+    from lwr_dyn.viewer.plots import save_figure
+
+    written = save_figure(friction_map_figure(found), path)
+    if not quiet:
+        click.echo(f"wrote {written[0]} and {written[1]}")
+
+
+@command.command("motion")
+@_log_options
+@click.option("--robot", required=True, help="Whose geometry it is (name, .toml or .urdf).")
+@click.option("--window", type=float, default=USUAL_MOTION.window, show_default=True, help="Of smoothing, seconds.")
+@click.option("--held-out", type=float, default=USUAL_MOTION.held_out, show_default=True,
+              help="Share of every log kept for validation.")  # fmt: skip
+def motion(
+    logs: tuple[str, ...], robot: str, reading: str | None, units: str | None, window: float, held_out: float,
+    as_json: bool,
+) -> None:  # fmt: skip
+    """Friction and inertial base parameters from any motion, by regression, validated on held-out time."""
+    rule, arm, declared = MotionRule(window=window, held_out=held_out), load(robot, reading), declared_units(units)
+    good, faults = _readable(logs, declared, arm)
+    if good:
+        found = identify_motion(good, arm, rule)
+        if as_json:
+            print_json(motion_record(found, robot))
+        else:
+            click.echo(motion_text(found))
+    _end(faults)
+
+
+def _readable(paths: tuple[str, ...], units: dict[str, str], arm: Arm) -> tuple[list[JointLog], list[LwrDynError]]:
+    good: list[JointLog] = []
+    faults: list[LwrDynError] = []
+    for path in paths:
+        try:
+            good.append(read_log(path, units, arm))
+        except LwrDynError as fault:
+            faults.append(fault)
+    return good, faults
+
+
+def _end(faults: list[LwrDynError] | tuple[LwrDynError, ...]) -> None:
+    for fault in faults:
+        click.echo(f"lwr-dyn: {' '.join(str(fault).split())}", err=True)
+    sys.exit(2 if faults else 0)

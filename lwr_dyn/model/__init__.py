@@ -1,0 +1,1 @@
+"""A robot's arm as numbers: links, joints, drives, friction."""

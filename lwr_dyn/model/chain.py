@@ -1,0 +1,195 @@
+"""The native kinematic chain: what both roads start from, in the frames of its own paper.
+
+    T_{i-1,i}(q) = before_i @ motion_z(q_i) @ after_i
+
+Standard DH has before = identity, modified DH has after = Rz Tz only, a URDF has its joint origin before and a turn of
+the axis after. A payload, a changed mass and a locked joint are Chain -> Chain, so both roads see them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from lwr_dyn.arrays import Array, fixed_array, read_only
+from lwr_dyn.errors import OptionError
+from lwr_dyn.model.dh import JointKind
+from lwr_dyn.model.spatial import Pose, rot_z, steiner
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Body:
+    """A rigid body in its link's frame: mass [kg], com (3,) [m], inertia_com (3, 3) [kg m^2] about the com."""
+
+    mass: float
+    com: Array
+    inertia_com: Array
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "com", read_only(self.com))
+        object.__setattr__(self, "inertia_com", read_only(self.inertia_com))
+
+    @classmethod
+    def nothing(cls) -> Body:
+        """No body: mass zero."""
+        return cls(0.0, np.zeros(3), np.zeros((3, 3)))
+
+    def inertia_origin(self) -> Array:
+        """The tensor about the origin of the link's frame, (3, 3) [kg m^2]."""
+        return self.inertia_com + steiner(self.mass, self.com)
+
+    def seen_from(self, pose: Pose) -> Body:
+        """The same body in the parent of `pose`."""
+        r = pose.rotation
+        return Body(self.mass, r @ self.com + pose.position, r @ self.inertia_com @ r.T)
+
+    def __add__(self, other: Body) -> Body:
+        """Two bodies welded together, in the same frame."""
+        mass = self.mass + other.mass
+        if mass == 0.0:
+            return Body.nothing()
+        com = (self.mass * self.com + other.mass * other.com) / mass
+        tensor = self.inertia_com + steiner(self.mass, self.com - com)
+        return Body(mass, com, tensor + other.inertia_com + steiner(other.mass, other.com - com))
+
+
+@dataclass(frozen=True, slots=True)
+class Rotor:
+    """A motor's rotor on the link before its joint, turning `gear_ratio` times as fast about the joint's axis."""
+
+    gear_ratio: float
+    inertia: float
+    """Moment of inertia about its own axis [kg m^2]."""
+    reflected: bool = False
+    """`inertia` is given as the joint feels it and `gear_ratio` is 1 in place of an unknown one: no spin couplings."""
+
+    @property
+    def armature(self) -> float:
+        """The rotor's inertia as the joint feels it, k_r^2 I_m [kg m^2]."""
+        return self.gear_ratio**2 * self.inertia
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ChainLink:
+    """One joint and the link it moves; `body` is None where the source gives no inertia."""
+
+    joint: str
+    link: str
+    kind: JointKind
+    before: Pose
+    after: Pose
+    body: Body | None = None
+    rotor: Rotor | None = None
+
+    def pose(self, q: float) -> Pose:
+        """T_{i-1,i}(q), q in rad or m."""
+        return self.before @ joint_motion(self.kind, q) @ self.after
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Chain:
+    """A serial arm: links from the base outward, the flange in the last link's frame, gravity in the base [m/s^2]."""
+
+    links: tuple[ChainLink, ...]
+    flange: Pose
+    gravity: Array
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "gravity", read_only(self.gravity))
+
+    @property
+    def n(self) -> int:
+        """Number of joints."""
+        return len(self.links)
+
+    @property
+    def bodies(self) -> tuple[Body, ...] | None:
+        """The bodies in order, or None where one is not given."""
+        found = tuple(link.body for link in self.links if link.body is not None)
+        return found if len(found) == self.n else None
+
+
+def joint_motion(kind: JointKind, q: float) -> Pose:
+    """The joint's own motion: a turn about z by q [rad], or a shift along z by q [m]."""
+    if kind is JointKind.REVOLUTE:
+        return Pose(rot_z(q), np.zeros(3))
+    return Pose(np.eye(3), np.array([0.0, 0.0, q]))
+
+
+def link_frames(chain: Chain, q: Array) -> Iterator[Array]:
+    """T_{0,1}(q) ... T_{0,n}(q), each (..., 4, 4), for q (..., n); then T_{0,flange}."""
+    batch = q.shape[:-1]
+    pose = np.broadcast_to(np.eye(4), (*batch, 4, 4))
+    for i, link in enumerate(chain.links):
+        motion = np.broadcast_to(np.eye(4), (*batch, 4, 4)).astype(q.dtype)
+        if link.kind is JointKind.REVOLUTE:
+            c, s = np.cos(q[..., i]), np.sin(q[..., i])
+            motion[..., 0, 0], motion[..., 0, 1] = c, -s
+            motion[..., 1, 0], motion[..., 1, 1] = s, c
+        else:
+            motion[..., 2, 3] = q[..., i]
+        pose = pose @ link.before.matrix() @ motion @ link.after.matrix()
+        yield pose
+    yield pose @ chain.flange.matrix()
+
+
+def with_payload(chain: Chain, mass: float, com: Any = (0.0, 0.0, 0.0), inertia_com: Any = None) -> Chain:
+    """The chain with a load welded to its flange.
+
+    Parameters
+    ----------
+    mass : float
+        [kg], not negative.
+    com : (3,) array_like
+        In the flange frame [m].
+    inertia_com : (3, 3) array_like, optional
+        About the load's centre of mass, flange axes [kg m^2]; a point mass if not given.
+
+    Raises
+    ------
+    OptionError
+        Negative or non-finite mass.
+    """
+    if not (np.isfinite(mass) and mass >= 0.0):
+        raise OptionError("payload mass", mass, "a number >= 0, in kg")
+    tensor = np.zeros((3, 3)) if inertia_com is None else fixed_array("payload inertia", inertia_com, (3, 3))
+    load = Body(float(mass), fixed_array("payload com", com, (3,)), tensor).seen_from(chain.flange)
+    last = chain.links[-1]
+    body = load if last.body is None else last.body + load
+    return replace(chain, links=(*chain.links[:-1], replace(last, body=body)))
+
+
+def with_bodies(chain: Chain, bodies: Sequence[Body]) -> Chain:
+    """The chain with other bodies, one per link."""
+    links = tuple(replace(link, body=body) for link, body in zip(chain.links, bodies, strict=True))
+    return replace(chain, links=links)
+
+
+def lock_joint(chain: Chain, index: int, value: float) -> Chain:
+    """The chain with joint `index` (0-based) held at `value` [rad or m]: its link is welded to the one before.
+
+    The rotor of a locked joint turns no more; its mass is part of the link that carries it.
+    """
+    held = chain.links[index]
+    weld = held.pose(value)
+    links = list(chain.links)
+    if index > 0 and held.body is not None:
+        before = links[index - 1]
+        moved = held.body.seen_from(weld)
+        links[index - 1] = replace(before, body=moved if before.body is None else before.body + moved)
+    flange = chain.flange
+    if index + 1 < chain.n:
+        after = links[index + 1]
+        links[index + 1] = replace(after, before=weld @ after.before)
+    else:
+        flange = weld @ flange
+    del links[index]
+    return replace(chain, links=tuple(links), flange=flange)
+
+
+def cut_after(chain: Chain, count: int) -> Chain:
+    """The first `count` links alone; the flange is then the frame of the last of them."""
+    return replace(chain, links=chain.links[:count], flange=Pose.identity()) if count < chain.n else chain

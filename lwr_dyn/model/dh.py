@@ -1,0 +1,60 @@
+"""Denavit-Hartenberg rows in both conventions, as the constant poses before and after the joint's own motion.
+
+standard  T_{i-1,i} = Rz(theta) Tz(d) Tx(a) Rx(alpha)        (Denavit and Hartenberg 1955; Siciliano eq. 2.52)
+modified  T_{i-1,i} = Rx(alpha) Tx(a) Rz(theta) Tz(d)        (Craig, Introduction to Robotics, eq. 3.6)
+
+theta = sign q + theta_offset for a revolute joint, d = sign q + d for a prismatic one. `sign` is -1 where a maker
+counts the joint against the DH axis: the motion is then about the turned axis, which half turns about x express.
+"""
+
+from __future__ import annotations
+
+import enum
+from dataclasses import dataclass
+
+import numpy as np
+
+from lwr_dyn.model.spatial import Pose, rot_x, rot_z
+
+
+class Convention(enum.Enum):
+    """Which of the two DH conventions a table follows; there is no default."""
+
+    STANDARD = "standard"
+    MODIFIED = "modified"
+
+
+class JointKind(enum.Enum):
+    """How a joint moves: about its axis or along it."""
+
+    REVOLUTE = "revolute"
+    PRISMATIC = "prismatic"
+
+
+@dataclass(frozen=True, slots=True)
+class DHRow:
+    """One row of a DH table: angles [rad], lengths [m]."""
+
+    alpha: float
+    a: float
+    d: float
+    theta_offset: float = 0.0
+    sign: int = 1
+
+    def fixed_poses(self, convention: Convention) -> tuple[Pose, Pose]:
+        """The constant poses around the motion: T_{i-1,i}(q) = before @ motion_z(q) @ after.
+
+        >>> before, after = DHRow(alpha=0.0, a=0.5, d=0.2).fixed_poses(Convention.STANDARD)
+        >>> before.is_identity(), after.position
+        (True, array([0.5, 0. , 0.2]))
+        """
+        twist, shift = Pose(rot_x(self.alpha), np.zeros(3)), Pose(np.eye(3), np.array([self.a, 0.0, 0.0]))
+        rise = Pose(rot_z(self.theta_offset), np.array([0.0, 0.0, self.d]))
+        if convention is Convention.STANDARD:
+            before, after = Pose.identity(), rise @ shift @ twist
+        else:
+            before, after = twist @ shift, rise
+        if self.sign < 0:
+            half_turn = Pose(rot_x(np.pi), np.zeros(3))
+            before, after = before @ half_turn, half_turn @ after
+        return before, after

@@ -1,0 +1,152 @@
+"""Friction of one joint: Coulomb, viscous, static and Stribeck per direction, and an offset.
+
+Every number of a `Direction` is a magnitude, positive when the friction opposes the motion of that direction; the
+friction torque itself is signed like the velocity, and the arm moves by B ddq + C dq + g = tau - tau_friction(dq).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lwr_dyn.arrays import Array, joint_array
+from lwr_dyn.errors import OptionError
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+
+@dataclass(frozen=True, slots=True)
+class Direction:
+    """Friction while the joint moves one way.
+
+    magnitude(v) = coulomb + viscous v + (static - coulomb) exp(-(v / stribeck_velocity)^2),  v = |dq| > 0.
+
+    Parameters
+    ----------
+    coulomb : float
+        Level at vanishing speed of a joint that slips, at least 0 [N m or N].
+    viscous : float
+        Slope [N m s/rad or N s/m]. Negative values are taken as they are: beyond some speed they feed energy in
+        (see `lwr_dyn.model.friction.passivity`).
+    static : float, optional
+        What holds the joint at rest, at least `coulomb`; None is unknown and counts as `coulomb`.
+    stribeck_velocity : float, optional
+        Speed scale of the fall from static to Coulomb, above 0 [rad/s or m/s]; None is a fall at the first motion.
+
+    Raises
+    ------
+    OptionError
+        A number is not finite or outside what is said above.
+
+    References
+    ----------
+    WAM paper, eq. (6), for Coulomb and viscous; Olsson et al., Friction models and friction compensation (1998).
+    """
+
+    coulomb: float
+    viscous: float
+    static: float | None = None
+    stribeck_velocity: float | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("coulomb", "viscous", "static", "stribeck_velocity"):
+            value = getattr(self, name)
+            if value is not None and not math.isfinite(value):
+                raise OptionError(f"friction {name}", value, "a finite number")
+        if self.coulomb < 0.0:
+            raise OptionError("friction coulomb", self.coulomb, "0 or more")
+        if self.static is not None and self.static < self.coulomb:
+            raise OptionError("friction static", self.static, f"at least the Coulomb level {self.coulomb:g}, or none")
+        if self.stribeck_velocity is not None and self.stribeck_velocity <= 0.0:
+            raise OptionError("friction stribeck_velocity", self.stribeck_velocity, "above 0, or none")
+
+    @property
+    def holding(self) -> float:
+        """What holds the joint at rest: static, or Coulomb where static is unknown [N m or N]."""
+        return self.coulomb if self.static is None else self.static
+
+    def magnitude(self, speed: ArrayLike) -> Array:
+        """Friction against the motion at speeds (...) > 0 [rad/s or m/s]; shape (...) [N m or N]."""
+        v = np.asarray(speed, dtype=float)
+        level = self.coulomb + self.viscous * v
+        extra = self.holding - self.coulomb
+        if extra > 0.0 and self.stribeck_velocity is not None:
+            level = level + extra * np.exp(-np.square(v / self.stribeck_velocity))
+        return np.asarray(level)
+
+
+@dataclass(frozen=True, slots=True)
+class JointFriction:
+    """Friction of one joint: a pair of directions and an offset that is there at any speed, rest included.
+
+    >>> wam_1 = JointFriction(positive=Direction(4.4748, 1.3348), negative=Direction(4.3609, 0.8266))
+    >>> wam_1.torque([-0.1, 0.1]).round(4).tolist()
+    [-4.4436, 4.6083]
+    >>> wam_1.breakaway
+    (-4.3609, 4.4748)
+    """
+
+    positive: Direction
+    negative: Direction
+    offset: float = 0.0
+    covered: float | None = None
+    """The largest speed at which it was measured [rad/s or m/s]; None is unknown."""
+
+    def __post_init__(self) -> None:
+        if not math.isfinite(self.offset):
+            raise OptionError("friction offset", self.offset, "a finite number")
+        if self.covered is not None and not (math.isfinite(self.covered) and self.covered > 0.0):
+            raise OptionError("friction covered", self.covered, "a speed above 0, or none")
+
+    def torque(self, dq: ArrayLike) -> Array:
+        """Slip torque, offset + sign(dq) magnitude(|dq|) of that direction.
+
+        Parameters
+        ----------
+        dq : (...) array
+            Velocity of this joint [rad/s or m/s]. At exactly 0 friction is whatever holds the joint, anything between
+            the two `breakaway` levels; the offset is returned there.
+
+        Returns
+        -------
+        (...) array
+            Friction torque tau_friction, to be subtracted from the drive torque [N m or N].
+        """
+        v = np.asarray(dq, dtype=float)
+        moving = np.where(v > 0.0, self.positive.magnitude(np.abs(v)), -self.negative.magnitude(np.abs(v)))
+        return np.asarray(self.offset + np.where(v == 0.0, 0.0, moving))
+
+    @property
+    def breakaway(self) -> tuple[float, float]:
+        """What friction can hold at rest (most negative, most positive) [N m or N]; beyond it the joint moves."""
+        return self.offset - self.negative.holding, self.offset + self.positive.holding
+
+
+FRICTIONLESS = JointFriction(Direction(0.0, 0.0), Direction(0.0, 0.0))
+"""What a joint without known friction moves with."""
+
+
+def symmetric(coulomb: float, viscous: float) -> JointFriction:
+    """The same Coulomb and viscous friction both ways, which is all that a URDF can say.
+
+    >>> symmetric(2.0, 0.5).torque(-1.0).item()
+    -2.5
+    """
+    both = Direction(coulomb, viscous)
+    return JointFriction(both, both)
+
+
+def friction_torque(models: tuple[JointFriction | None, ...], dq: ArrayLike) -> Array:
+    """Slip torques tau_friction(dq) of a whole arm (..., n) at joint velocities (..., n); 0 where nothing is known.
+
+    Raises
+    ------
+    ShapeError
+        `dq` has not one column per joint, or is not finite.
+    """
+    v = joint_array("dq", dq, len(models))
+    return np.stack([(m or FRICTIONLESS).torque(v[..., i]) for i, m in enumerate(models)], axis=-1)

@@ -1,0 +1,135 @@
+"""Does friction only brake? A certificate per joint and direction.
+
+Friction feeds energy in where tau_friction(dq) dq < 0. In one direction, with v = |dq| and a the Coulomb level plus
+(positive) or minus (negative) the offset, that is where a + viscous v + (static - coulomb) exp(-(v / v_s)^2) < 0.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import brentq
+
+from lwr_dyn.model.friction.models import Direction, JointFriction, friction_torque
+
+Side = Literal["positive", "negative"]
+SIDES: tuple[Side, Side] = ("positive", "negative")
+TIGHT = 1e-15
+"""Tolerance of the roots, relative and absolute: what floats can hold."""
+GONE = 30.0
+"""exp(-30^2) is zero in floats."""
+
+
+@dataclass(frozen=True, slots=True)
+class SidePassivity:
+    """What the friction of one joint (0-based) does in one direction of motion."""
+
+    joint: int
+    side: Side
+    from_speed: float | None
+    """It feeds energy in at speeds above this [rad/s or m/s]; None: at no speed, it is passive."""
+    to_speed: float
+    """... and below this; infinite where it never stops to (the first such range, should there be two)."""
+    least_slope: float
+    """Least d tau_friction / d dq over all speeds [N m s/rad or N s/m]: what it adds to a loop's damping at worst."""
+    covered: float | None
+    """The speed up to which the friction was measured."""
+
+    @property
+    def passive(self) -> bool:
+        """Never feeds energy in."""
+        return self.from_speed is None
+
+    def net_damping(self, Kd: float) -> float:
+        """Kd + least slope: a velocity gain Kd keeps a slow motion steady only while this is above 0."""
+        return Kd + self.least_slope
+
+
+@dataclass(frozen=True, slots=True)
+class SideCurve:
+    """Friction against the motion of one direction: a + b v + e exp(-(v / scale)^2), v = |dq| > 0, offset included."""
+
+    a: float
+    b: float
+    e: float
+    scale: float
+
+    @classmethod
+    def of(cls, model: JointFriction, side: Side) -> SideCurve:
+        """The curve of one side of a joint."""
+        direction: Direction = getattr(model, side)
+        share = model.offset if side == "positive" else -model.offset
+        fading = direction.holding - direction.coulomb if direction.stribeck_velocity else 0.0
+        return cls(direction.coulomb + share, direction.viscous, fading, direction.stribeck_velocity or 1.0)
+
+    def at(self, v: float) -> float:
+        """Value at speed v [N m or N]."""
+        x = v / self.scale
+        return self.a + self.b * v + self.e * math.exp(-x * x)
+
+    def slope(self, v: float) -> float:
+        """Derivative at speed v [N m s/rad or N s/m]."""
+        x = v / self.scale
+        return self.b - 2.0 * self.e * x / self.scale * math.exp(-x * x)
+
+
+def certificate(models: Sequence[JointFriction | None]) -> tuple[SidePassivity, ...]:
+    """Both directions of every joint with known friction, joint by joint.
+
+    >>> wam_4 = JointFriction(Direction(1.5414, -2.7045), Direction(0.7342, -1.0969), covered=0.4)
+    >>> [round(side.from_speed, 3) for side in certificate([wam_4])]
+    [0.57, 0.669]
+    >>> round(certificate([wam_4])[0].net_damping(2.0), 4)
+    -0.7045
+    """
+    out = []
+    for i, model in ((i, m) for i, m in enumerate(models) if m is not None):
+        for side in SIDES:
+            curve = SideCurve.of(model, side)
+            low, high = _negative_from_to(curve)
+            out.append(SidePassivity(i, side, low, high, _least_slope(curve), model.covered))
+    return tuple(out)
+
+
+def feeds_energy(models: Sequence[JointFriction | None], dq: ArrayLike) -> NDArray[np.bool_]:
+    """Whether friction drives a joint at dq (..., n) [rad/s or m/s] instead of braking it, (..., n) bool."""
+    v = np.asarray(dq, dtype=float)
+    return np.asarray(friction_torque(tuple(models), v) * v < 0.0)
+
+
+def _least_slope(c: SideCurve) -> float:
+    return c.slope(c.scale / math.sqrt(2.0)) if c.e > 0.0 else c.b
+
+
+def _negative_from_to(c: SideCurve) -> tuple[float | None, float]:
+    """Where the curve is below zero: the first speed of it, and the one where that ends."""
+    start: float | None = 0.0 if c.at(0.0) < 0.0 else None
+    for low, high in pairwise(_monotone_pieces(c)):
+        before, after = c.at(low), c.at(high)
+        if start is None and before >= 0.0 > after:
+            start = float(brentq(c.at, low, high, xtol=TIGHT, rtol=TIGHT))
+        elif start is not None and before < 0.0 <= after:
+            return start, float(brentq(c.at, low, high, xtol=TIGHT, rtol=TIGHT))
+    if start is None:  # from here on the line alone
+        root = -c.a / c.b if c.b < 0.0 else math.inf
+        return (root, math.inf) if math.isfinite(root) else (None, math.inf)
+    return start, -c.a / c.b if c.b > 0.0 else math.inf
+
+
+def _monotone_pieces(c: SideCurve) -> list[float]:
+    """Speeds between which the curve only rises or only falls, up to where its Stribeck part is zero to the last bit.
+
+    The slope is least at v_s / sqrt(2), where the Stribeck part falls steepest; none of it: no piece.
+    """
+    if c.e <= 0.0:
+        return []
+    steepest, gone = c.scale / math.sqrt(2.0), GONE * c.scale
+    if c.b <= 0.0 or c.slope(steepest) >= 0.0:
+        return [0.0, gone]
+    return [0.0, *(float(brentq(c.slope, *ends)) for ends in ((0.0, steepest), (steepest, gone))), gone]

@@ -1,0 +1,105 @@
+"""The motor map dq_m = T dq of an arm whose motors need not stand one to a joint: gears, cable differentials.
+
+Power is the same on both sides, tau^T dq = tau_m^T dq_m, so torques go the other way by the transpose, tau = T^T tau_m.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from lwr_dyn.arrays import Array, fixed_array, joint_array, read_only, real_array
+from lwr_dyn.errors import OptionError, ShapeError
+from lwr_dyn.model.friction.models import JointFriction, friction_torque
+
+SINGULAR = 1e-12
+"""Smallest over largest singular value below which motors do not determine the joints."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Transmission:
+    """A constant motor map T (n, n), motors by rows, joints by columns [1].
+
+    Raises
+    ------
+    ShapeError
+        Not a square matrix of finite numbers.
+    OptionError
+        A singular matrix: some motion of the joints would turn no motor.
+
+    References
+    ----------
+    WAM Arm User's Manual (2008), section 9.2.3, Equations 6 to 9; torques follow from equal power.
+
+    >>> pair = Transmission([[28.25, -16.8155], [-28.25, -16.8155]])
+    >>> pair.motor_velocity([1.0, 0.0]).tolist()
+    [28.25, -28.25]
+    >>> pair.reflected_inertia([1e-4, 1e-4]).diagonal().round(4).tolist()
+    [0.1596, 0.0566]
+    """
+
+    matrix: Array
+
+    def __post_init__(self) -> None:
+        T = real_array("transmission", self.matrix)
+        if T.ndim != 2 or T.shape[0] != T.shape[1] or not T.size:
+            raise ShapeError("transmission", f"shape {T.shape}", "(n, n), a motor a row, a joint a column")
+        sizes = np.linalg.svd(T, compute_uv=False)
+        if sizes[-1] <= SINGULAR * sizes[0]:
+            raise OptionError("transmission", "a singular matrix", "as many independent motors as joints")
+        object.__setattr__(self, "matrix", read_only(T))
+
+    @property
+    def n(self) -> int:
+        """Number of joints, and of motors."""
+        return int(self.matrix.shape[0])
+
+    def motor_velocity(self, dq: ArrayLike) -> Array:
+        """dq_m = T dq, (..., n) for joint velocities (..., n) [rad/s]; also positions, up to where zero is counted."""
+        return joint_array("dq", dq, self.n) @ self.matrix.T
+
+    def joint_velocity(self, dq_m: ArrayLike) -> Array:
+        """dq = T^-1 dq_m, (..., n) for motor velocities (..., n) [rad/s]."""
+        return self._solved(self.matrix, joint_array("dq_m", dq_m, self.n))
+
+    def joint_torque(self, tau_m: ArrayLike) -> Array:
+        """Tau = T^T tau_m, (..., n) for motor torques (..., n) [N m]."""
+        return joint_array("tau_m", tau_m, self.n) @ self.matrix
+
+    def motor_torque(self, tau: ArrayLike) -> Array:
+        """tau_m = T^-T tau, (..., n) for joint torques (..., n) [N m]."""
+        return self._solved(self.matrix.T, joint_array("tau", tau, self.n))
+
+    def reflected_inertia(self, rotor_inertia: ArrayLike) -> Array:
+        """T^T J_m T, (n, n) [kg m^2]: what the rotors add to the mass matrix.
+
+        A pair of joints that shares two motors is coupled by it unless its motors are alike.
+
+        Parameters
+        ----------
+        rotor_inertia : (n,) array_like
+            Rotor inertias about their own axes, one a motor, at least 0 [kg m^2].
+
+        Raises
+        ------
+        ShapeError, OptionError
+            Another number of rotors, a negative inertia.
+        """
+        J = fixed_array("rotor_inertia", rotor_inertia, (self.n,))
+        if (J < 0.0).any():
+            raise OptionError("rotor_inertia", float(J.min()), "0 or more, in kg m^2")
+        half = np.sqrt(J)[:, None] * self.matrix  # half^T half is symmetric to the last bit
+        return np.asarray(half.T @ half)
+
+    def reflected_friction(self, motors: tuple[JointFriction | None, ...], dq: ArrayLike) -> Array:
+        """T^T f(T dq), (..., n) [N m]: slip friction of the motors as the joints feel it, at dq (..., n) [rad/s].
+
+        A joint at rest beside a moving one of its pair feels friction too. Raises `ShapeError`.
+        """
+        return friction_torque(motors, self.motor_velocity(dq)) @ self.matrix
+
+    @staticmethod
+    def _solved(matrix: Array, rows: Array) -> Array:
+        return np.asarray(np.linalg.solve(matrix, rows[..., None])[..., 0])

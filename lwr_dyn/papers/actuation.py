@@ -1,0 +1,106 @@
+"""What drives and brakes the joints: rotors, motor map, gains and friction of a paper, each with its cells.
+
+An arm may carry its friction in two ways; `friction_of` reads either.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from lwr_dyn.arrays import read_only
+from lwr_dyn.model.arm import Arm, JointGains
+from lwr_dyn.model.chain import Rotor
+from lwr_dyn.model.friction.models import Direction, JointFriction, symmetric
+from lwr_dyn.model.transmission import Transmission
+from lwr_dyn.papers.schema import FRICTION_OF_A_SIDE, SIDES, Paper
+
+Part = tuple[str, int, str]
+"""Column, row, and how its number is used."""
+
+
+def rotor_of(paper: Paper, i: int) -> Rotor | None:
+    """The rotor of joint i: its own numbers, or what is given of it at the joint."""
+    if "rotors.armature" in paper.columns:
+        return Rotor(1.0, _cell(paper, "rotors.armature", i) or 0.0, reflected=True)
+    if "rotors.inertia" not in paper.columns:
+        return None
+    ratio, inertia = (float(paper.columns[f"rotors.{name}"].si()[i]) for name in ("gear_ratio", "inertia"))
+    return Rotor(ratio, inertia)
+
+
+def transmission_of(paper: Paper) -> Transmission | None:
+    """The motor map T_ij = signs_ij ratio_j / stage_j; None where the paper gives none."""
+    if "transmission.ratio" not in paper.columns:
+        return None
+    ratio, signs = (paper.columns[f"transmission.{name}"].si() for name in ("ratio", "signs"))
+    stage = paper.columns["transmission.stage"].si() if "transmission.stage" in paper.columns else np.ones(paper.n)
+    return Transmission(signs * (ratio / stage))
+
+
+def gains_of(paper: Paper) -> JointGains | None:
+    """The controller gains that the source gives; None where it gives none."""
+    if "gains.kp" not in paper.columns:
+        return None
+    found = {
+        name: paper.columns[f"gains.{name}"].si()
+        for name in ("kp", "ki", "kd", "effort")
+        if f"gains.{name}" in paper.columns
+    }
+    ki, effort = (None if name not in found else read_only(found[name]) for name in ("ki", "effort"))
+    return JointGains(read_only(found["kp"]), read_only(found["kd"]), ki, effort)
+
+
+def friction_per_direction(paper: Paper) -> tuple[JointFriction, ...]:
+    """Friction of every joint where the paper tells directions apart; empty where it does not."""
+    if "friction.positive_coulomb" not in paper.columns:
+        return ()
+    return tuple(
+        JointFriction(
+            positive=_direction(paper, "positive", i),
+            negative=_direction(paper, "negative", i),
+            offset=_cell(paper, "friction.offset", i) or 0.0,
+            covered=_cell(paper, "friction.covered", i),
+        )
+        for i in range(paper.n)
+    )
+
+
+def friction_of(arm: Arm) -> tuple[JointFriction | None, ...]:
+    """Friction of every joint of an arm, None where nothing is known of it.
+
+    Friction per direction (`Arm.friction`) where the source gives it, else the symmetric pair of the joint's limits.
+    """
+    models: list[JointFriction | None] = []
+    for i, limits in enumerate(arm.limits):
+        given = arm.friction[i] if arm.friction else None
+        if given is None and (limits.viscous is not None or limits.coulomb is not None):
+            given = symmetric(limits.coulomb or 0.0, limits.viscous or 0.0)
+        models.append(given)
+    return tuple(models)
+
+
+def _direction(paper: Paper, side: str, i: int) -> Direction:
+    found = {name: _cell(paper, f"friction.{side}_{name}", i) for name in FRICTION_OF_A_SIDE}
+    return Direction(found["coulomb"] or 0.0, found["viscous"] or 0.0, found["static"], found["stribeck_velocity"])
+
+
+def _cell(paper: Paper, name: str, i: int) -> float | None:
+    return float(paper.columns[name].si()[i]) if name in paper.columns else None
+
+
+def actuation_parts(paper: Paper) -> Iterator[tuple[str, tuple[Part, ...]]]:
+    """Quantity of the arm -> the columns and rows it is made from."""
+    for i, joint in enumerate(paper.joints):
+        product = [(f"rotors.{name}", i, "k_r^2 I_m") for name in ("gear_ratio", "inertia")]
+        yield f"{joint}.armature", (*product, ("rotors.armature", i, "to SI"))
+        for name in ("viscous", "coulomb"):
+            yield f"{joint}.{name}", ((f"friction.{name}", i, "to SI"),)
+        for name in (*(f"{side}_{x}" for side in SIDES for x in FRICTION_OF_A_SIDE), "offset", "covered"):
+            yield f"{joint}.friction.{name}", ((f"friction.{name}", i, "to SI"),)
+        for name in ("kp", "ki", "kd", "effort"):
+            yield f"{joint}.gains.{name}", ((f"gains.{name}", i, "to SI"),)
+        map_ = [(f"transmission.{name}", i, "T_ij = signs_ij ratio_j / stage_j") for name in ("ratio", "stage")]
+        columns = [("transmission.signs", k, "column of the motor map") for k in range(paper.n)]
+        yield f"{joint}.motors", (*map_, *columns)

@@ -1,0 +1,172 @@
+"""Paper -> Arm: SI columns become DH rows, bodies, rotors and limits, each number with its cells."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lwr_dyn.arrays import Array
+from lwr_dyn.model.arm import Arm, Drawing, DrawnCylinder, JointLimits, Ratings, Source
+from lwr_dyn.model.chain import Body, Chain, ChainLink
+from lwr_dyn.model.dh import DHRow
+from lwr_dyn.model.spatial import Pose, from_rpy, steiner
+from lwr_dyn.papers.actuation import actuation_parts, friction_per_direction, gains_of, rotor_of, transmission_of
+from lwr_dyn.papers.schema import Column, Paper, Solid
+from lwr_dyn.papers.units import to_si
+
+STANDARD_GRAVITY = (0.0, 0.0, -9.81)
+"""Gravity of an arm whose file names none [m/s^2]; marked `assumed`."""
+
+
+def arm_from_paper(paper: Paper) -> Arm:
+    """The arm that a paper describes under its reading.
+
+    Chain frames are the paper's DH frames. Tensors are brought to the centre of mass (Steiner) with the tensor sign
+    of the products; limits move from the printed to the DH coordinate (q = printed + zero).
+    """
+    columns = paper.columns
+    gravity = columns["base.gravity"].si()[0] if "base.gravity" in columns else np.array(STANDARD_GRAVITY)
+    chain = Chain(links=_links(paper), flange=_flange(paper), gravity=gravity)
+    return Arm(
+        name=paper.name, reading=paper.reading.name, title=paper.title, chain=chain, limits=_limits(paper),
+        drawing=_drawing(paper, chain), ratings=_ratings(paper), mastering=_mastering(paper),
+        sources=_sources(paper), errata=paper.reading.errata, digest=paper.digest,
+        friction=friction_per_direction(paper), transmission=transmission_of(paper), gains=gains_of(paper),
+    )  # fmt: skip
+
+
+def _si(paper: Paper, name: str, default: float) -> Array:
+    return paper.columns[name].si() if name in paper.columns else np.full(paper.n, default)
+
+
+def dh_rows(paper: Paper) -> tuple[DHRow, ...]:
+    """The DH table in SI units."""
+    names = ("dh.alpha", "dh.a", "dh.d", "dh.theta_offset")
+    alpha, a, d, theta = (_si(paper, name, 0.0) for name in names)
+    sign = _si(paper, "dh.sign", 1.0)
+    return tuple(DHRow(alpha[i], a[i], d[i], theta[i], int(sign[i])) for i in range(paper.n))
+
+
+def _links(paper: Paper) -> tuple[ChainLink, ...]:
+    links = []
+    for i, row in enumerate(dh_rows(paper)):
+        before, after = row.fixed_poses(paper.convention)
+        link = f"link_{i + 1}"
+        links.append(
+            ChainLink(paper.joints[i], link, paper.kinds[i], before, after, _body(paper, i), rotor_of(paper, i))
+        )
+    return tuple(links)
+
+
+def _body(paper: Paper, i: int) -> Body | None:
+    if "inertial.mass" not in paper.columns:
+        return None
+    mass, com, tensor = (paper.columns[f"inertial.{name}"].si()[i] for name in ("mass", "com", "inertia"))
+    if paper.inertia_products[i] == "integral":
+        tensor = np.where(np.eye(3, dtype=bool), tensor, -tensor)
+    if paper.inertia_about == "origin":
+        tensor = tensor - steiner(float(mass), com)
+    return Body(float(mass), com, tensor)
+
+
+def _flange(paper: Paper) -> Pose:
+    zero = np.zeros((1, 3))
+    xyz, rpy = (paper.columns[name].si() if name in paper.columns else zero for name in ("flange.xyz", "flange.rpy"))
+    return Pose(from_rpy(rpy[0]), xyz[0])
+
+
+def _limits(paper: Paper) -> tuple[JointLimits, ...]:
+    def column(name: str) -> list[float | None]:
+        if name not in paper.columns:
+            return [None] * paper.n
+        return [float(v) for v in paper.columns[name].si()]
+
+    lower, upper = _from_printed_zero(paper, "limits.lower"), _from_printed_zero(paper, "limits.upper")
+    rest = [column(n) for n in ("limits.velocity", "limits.effort", "friction.viscous", "friction.coulomb")]
+    return tuple(JointLimits(*row) for row in zip(lower, upper, *rest, strict=True))
+
+
+def _from_printed_zero(paper: Paper, name: str) -> list[float | None]:
+    """q = printed + zero; added before the conversion where the units allow, so that 210 - 90 deg is 120 deg."""
+    if name not in paper.columns:
+        return [None] * paper.n
+    printed, zero = paper.columns[name], paper.columns.get("limits.zero")
+    if zero is None:
+        return [float(v) for v in printed.si()]
+    if zero.unit == printed.unit:
+        sums = [p + z for p, z in zip(printed.values, zero.values, strict=True)]
+        return [to_si(value, unit) for value, unit in zip(sums, printed.unit, strict=True)]
+    return [float(v) for v in printed.si() + zero.si()]
+
+
+def _ratings(paper: Paper) -> Ratings:
+    def one(name: str) -> float | None:
+        return float(paper.columns[name].si()[0]) if name in paper.columns else None
+
+    names = ("ratings.payload", "ratings.mass", "base.mass", "ratings.reach", "ratings.envelope_volume")
+    return Ratings(*(one(name) for name in names))
+
+
+def _mastering(paper: Paper) -> tuple[float, ...]:
+    given = paper.columns.get("poses.mastering")
+    return () if given is None else tuple(float(x) for x in given.si())
+
+
+def _drawing(paper: Paper, chain: Chain) -> Drawing:
+    pedestal = paper.columns.get("drawing.pedestal")
+    radius = paper.columns.get("drawing.radius")
+    return Drawing(
+        pedestal=0.0 if pedestal is None else float(pedestal.si()[0]),
+        radius=() if radius is None else tuple(float(r) for r in radius.si()),
+        cylinders=() if paper.solids is None else tuple(_drawn(solid, chain) for solid in paper.solids.cylinders),
+    )
+
+
+def _drawn(solid: Solid, chain: Chain) -> DrawnCylinder:
+    """A solid moved from its DH frame to the URDF frame of its link."""
+    frame = {"base": Pose.identity()} | {link.link: link.after for link in chain.links}
+    turn, shift = frame[solid.link].rotation, frame[solid.link].position
+    ends = [tuple(float(x) for x in turn @ np.array(end) + shift) for end in (solid.start, solid.end)]
+    (x0, y0, z0), (x1, y1, z1) = ends
+    return DrawnCylinder(solid.link, (x0, y0, z0), (x1, y1, z1), solid.radius, solid.colour)
+
+
+def _sources(paper: Paper) -> dict[str, tuple[Source, ...]]:
+    """Every quantity of the arm with the cells it is made from."""
+
+    def made(*parts: tuple[str, int, str]) -> tuple[Source, ...]:
+        return tuple(_source(paper, paper.columns[c], i, how) for c, i, how in parts if c in paper.columns)
+
+    out: dict[str, tuple[Source, ...]] = {}
+    moved = "moved by q = printed + zero" if "limits.zero" in paper.columns else "to SI"
+    about = "to the centre of mass (Steiner)" if paper.inertia_about == "origin" else "about the centre of mass"
+    for i, joint in enumerate(paper.joints):
+        link = f"link_{i + 1}"
+        row = [(f"dh.{name}", i, "DH row to pose") for name in ("alpha", "a", "d", "theta_offset", "sign")]
+        out[f"{joint}.dh"] = made(*row)
+        for side in ("lower", "upper"):
+            out[f"{joint}.{side}"] = made((f"limits.{side}", i, moved), ("limits.zero", i, moved))
+        for name in ("velocity", "effort"):
+            out[f"{joint}.{name}"] = made((f"limits.{name}", i, "to SI"))
+        out[f"{link}.mass"] = made(("inertial.mass", i, "to SI"))
+        out[f"{link}.com"] = made(("inertial.com", i, "DH frame to URDF frame"))
+        products = paper.inertia_products[i]
+        sign = ", products negated" if products == "integral" else ""
+        tensor = [("inertial.inertia", i, f"{about}{sign}, DH axes to URDF axes")]
+        needs = [("inertial.mass", i, about), ("inertial.com", i, about)] if paper.inertia_about == "origin" else []
+        out[f"{link}.inertia"] = made(*tensor, *needs)
+    out |= {name: found for name, parts in actuation_parts(paper) if (found := made(*parts))}
+    out["flange"] = made(("flange.xyz", 0, "to SI"), ("flange.rpy", 0, "to SI"))
+    out["pedestal"] = made(("drawing.pedestal", 0, "drawn only"))
+    return out
+
+
+def _source(paper: Paper, column: Column, row: int, conversion: str) -> Source:
+    """A row of a column; an erratum's patch may say that what is read there is of another kind than the column."""
+    errata = column.errata.get(row, ())
+    patches = [p for e in paper.errata if e.id in errata for p in e.patches]
+    kinds = [p.kind for p in patches if p.kind and p.at.startswith(f"{column.name}.values[{row}]")]
+    cell = f"{column.name}.values[{row}]" if len(column.values) > 1 else f"{column.name}.values"
+    return Source(
+        cell=cell, where=column.where, kind=[column.kind, *kinds][-1], value=column.values[row], unit=column.unit[row],
+        conversion=conversion, errata=errata,
+    )  # fmt: skip

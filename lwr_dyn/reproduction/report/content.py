@@ -1,0 +1,201 @@
+"""What a report page shows: plain records of text and numbers that know nothing of papers or of HTML.
+
+All text is plain: the page escapes it. Line breaks are kept in `Erratum.proof`, `Section.text` and `note`s.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal, get_args
+
+from lwr_dyn.arrays import Array
+from lwr_dyn.errors import OptionError
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.run import Run
+from lwr_dyn.reproduction.report.curves import Plot
+
+Verdict = Literal["reproduced", "after erratum", "differs", "not reproducible", ""]
+"""Of one printed number; "" for a cell that is only told."""
+VERDICTS: tuple[Verdict, ...] = get_args(Verdict)[:-1]
+Fact = tuple[str, str]
+"""A name and what is said of it."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Cell:
+    """One printed number beside ours; `source`, `formula` and `conversion` are what the reader is told on demand.
+
+    `errata` are ids of the page's errata; an id that is not on the page is shown without a link.
+    """
+
+    printed: str
+    ours: str = ""
+    verdict: Verdict = ""
+    source: str = ""
+    formula: str = ""
+    conversion: str = ""
+    note: str = ""
+    errata: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.verdict not in (*VERDICTS, ""):
+            raise OptionError("verdict", repr(self.verdict), ", ".join(VERDICTS))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Row:
+    """A row of a table: its label and a cell per column."""
+
+    label: str
+    cells: tuple[Cell, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ReportTable:
+    """A table of the document with our numbers; `columns` head the cells, `row_heading` the labels."""
+
+    id: str
+    title: str
+    where: str
+    columns: tuple[str, ...]
+    rows: tuple[Row, ...]
+    unit: str = ""
+    row_heading: str = ""
+    note: str = ""
+
+    def __post_init__(self) -> None:
+        for row in self.rows:
+            if len(row.cells) != len(self.columns):
+                where = f"table {self.id}, row {row.label!r}"
+                raise OptionError(where, f"{len(row.cells)} cells", f"{len(self.columns)}, one a column")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Erratum:
+    """A slip of the document: where, what is printed, what is right, and the computation that shows it.
+
+    `holds` is False when that computation did not come out as told while the report was made, or is owed and missing.
+    """
+
+    id: str
+    where: str
+    printed: str
+    right: str
+    proof: str
+    holds: bool
+    effect: str
+    severity: str
+    status: str
+    computed: bool = True
+    """Whether `proof` tells of a computation, or only of reasons."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Still:
+    """An arm standing at q (n,) [rad or m], shown with its DH frames when asked for, as a figure of the document."""
+
+    label: str
+    arm: Arm
+    q: Array
+    note: str = ""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Replay:
+    """The 3D view: runs with an arm and a label each, and still poses; either may be empty, not both."""
+
+    runs: tuple[Run, ...] = ()
+    arms: tuple[Arm, ...] = ()
+    labels: tuple[str, ...] = ()
+    stills: tuple[Still, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not (self.runs or self.stills):
+            raise OptionError("replay", "no run and no still", "at least one of either")
+        for what, given in (("arms", self.arms), ("labels", self.labels)):
+            if len(given) != len(self.runs):
+                raise OptionError(what, f"{len(given)} for {len(self.runs)} runs", "one per run")
+
+
+@dataclass(frozen=True, slots=True)
+class Check:
+    """A law, an agreement or an audit: a value against what is allowed, both as text with their unit."""
+
+    name: str
+    value: str
+    allowed: str
+    holds: bool
+    note: str = ""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PlainTable:
+    """A table of text; `shades` (one of 0 to 1 per cell but the first column) tint cells, more is darker."""
+
+    title: str
+    columns: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    note: str = ""
+    shades: tuple[tuple[float, ...], ...] = ()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Section:
+    """Something more to tell: text, tables, plots; stands in the navigation under its title."""
+
+    id: str
+    title: str
+    text: str = ""
+    tables: tuple[PlainTable, ...] = ()
+    plots: tuple[Plot, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class FileFact:
+    """A file beside the report or behind it."""
+
+    name: str
+    size: int
+    sha256: str
+    what: str = ""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Page:
+    """A whole report; empty parts are left out of the page.
+
+    `counts` is how many printed numbers got each verdict; counted over the tables' cells if not given.
+    `words` is the outcome in a sentence or two. Ids of tables, errata, plots and sections are unique on a page.
+    """
+
+    title: str
+    subtitle: str = ""
+    words: str = ""
+    document: tuple[Fact, ...] = ()
+    counts: Mapping[Verdict, int] | None = None
+    tables: tuple[ReportTable, ...] = ()
+    errata: tuple[Erratum, ...] = ()
+    plots: tuple[Plot, ...] = ()
+    replay: Replay | None = None
+    checks: tuple[Check, ...] = ()
+    audit: tuple[Check, ...] = ()
+    sections: tuple[Section, ...] = ()
+    files: tuple[FileFact, ...] = ()
+    versions: tuple[Fact, ...] = field(default=())
+
+    def __post_init__(self) -> None:
+        ids = [one.id for one in self.tables]
+        ids += [one.id for one in self.errata] + [one.id for one in self.sections]
+        ids += [one.id for one in self.plots] + [plot.id for section in self.sections for plot in section.plots]
+        twice = sorted({one for one in ids if ids.count(one) > 1})
+        if twice:
+            raise OptionError("ids of a page", f"{', '.join(twice)} more than once", "unique ids")
+
+    @property
+    def counted(self) -> dict[Verdict, int]:
+        """How many printed numbers got each verdict."""
+        if self.counts is not None:
+            return {verdict: self.counts.get(verdict, 0) for verdict in VERDICTS}
+        found = [cell.verdict for table in self.tables for row in table.rows for cell in row.cells]
+        return {verdict: found.count(verdict) for verdict in VERDICTS}

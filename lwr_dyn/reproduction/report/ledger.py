@@ -1,0 +1,140 @@
+"""Errata, checks, sections and files of a report as HTML that is readable without scripts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from lwr_dyn.reproduction.report.content import Check, Erratum, Fact, FileFact, PlainTable, Section
+from lwr_dyn.reproduction.report.curves import Plot
+from lwr_dyn.reproduction.report.markup import Html, anchor, element, raised
+from lwr_dyn.reproduction.report.tables import sign
+
+
+def facts_html(facts: Sequence[Fact]) -> Html:
+    """Names and what is said of them."""
+    pairs = [item for name, text in facts for item in (element("dt", name), element("dd", text))]
+    return element("dl", pairs, class_="facts-list")
+
+
+def erratum_html(erratum: Erratum) -> Html:
+    """One slip: what is printed and what is right in one line, the proof on demand."""
+    heading = [
+        element("span", erratum.id, class_="id"),
+        element("span", erratum.where, class_="where"),
+        element(
+            "span",
+            element("span" if erratum.status == "open" else "del", erratum.printed),
+            element("span", " \u2192 ", aria_hidden="true"),
+            element("span", "right: ", class_="word"),
+            element("ins", erratum.right),
+            class_="change",
+        ),
+        element(
+            "span", erratum.status if erratum.holds else f"{erratum.status}, FAILS", class_=f"chip {_status(erratum)}"
+        ),
+    ]
+    told: list[Fact] = [("proof" if erratum.computed else "reason", erratum.proof), ("checked", _outcome(erratum))]
+    told.append(("effect", erratum.effect))
+    told.append(("severity", erratum.severity))
+    body = facts_html([(name, text) for name, text in told if text])
+    return element(
+        "details", element("summary", heading), body, id=anchor("erratum", erratum.id), class_="erratum", tabindex=-1
+    )
+
+
+def _outcome(erratum: Erratum) -> str:
+    if not erratum.holds:
+        return "THE COMPUTATION DOES NOT COME OUT AS TOLD"
+    return "the computation comes out as told" if erratum.computed else "no computation decides it"
+
+
+def _status(erratum: Erratum) -> str:
+    return "fails" if not erratum.holds else "proven" if erratum.status == "proven" else "likely"
+
+
+def checks_html(checks: Sequence[Check]) -> Html:
+    """Values against what is allowed."""
+    head = element("tr", [element("th", name, scope="col") for name in ("check", "value", "allowed", "outcome")])
+    rows = [
+        element(
+            "tr",
+            element("th", check.name, element("small", check.note) if check.note else None, scope="row"),
+            element("td", check.value, class_="figure"),
+            element("td", check.allowed, class_="figure"),
+            element("td", sign("reproduced" if check.holds else "differs"), "holds" if check.holds else "FAILS"),
+        )
+        for check in checks
+    ]
+    grid = element("table", element("thead", head), element("tbody", rows), class_="plain")
+    return element("div", scrolling(grid, "checks"), class_="block")
+
+
+def plain_table_html(table: PlainTable) -> Html:
+    """A table of text, its cells tinted where it says so."""
+    head = element("tr", [element("th", raised(name), scope="col") for name in table.columns])
+    rows = [element("tr", _plain_cells(row, table.shades[i : i + 1])) for i, row in enumerate(table.rows)]
+    grid = element("table", element("thead", head), element("tbody", rows), class_="plain")
+    return element(
+        "div",
+        element("h3", table.title) if table.title else None,
+        element("p", table.note, class_="note") if table.note else None,
+        scrolling(grid, table.title),
+        class_="block",
+    )
+
+
+def _plain_cells(row: Sequence[str], shades: Sequence[Sequence[float]]) -> list[Html]:
+    first = [element("th", text, scope="row") for text in row[:1]]
+    if not shades:
+        return [*first, *(element("td", text) for text in row[1:])]
+    tints = [f"--shade: {min(max(shade, 0.0), 1.0):.3f}" for shade in shades[0]]
+    return [*first, *(element("td", t, class_="shaded", style=s) for t, s in zip(row[1:], tints, strict=True))]
+
+
+def scrolling(table: Html, name: str) -> Html:
+    """A table that scrolls sideways by itself where the window is narrow."""
+    return element("div", table, class_="scroll", role="region", tabindex=0, aria_label=f"{name}, scrolls sideways")
+
+
+def figure_html(plot: Plot) -> Html:
+    """The place of a plot; the script fills it."""
+    name = anchor("plot", plot.id)
+    caption = element(
+        "figcaption",
+        element("h3", plot.title, element("span", plot.figure, class_="where") if plot.figure else None, id=name),
+        element("p", plot.note, class_="note") if plot.note else None,
+    )
+    place = element("div", class_="plot", data_plot=plot.id, role="group", aria_labelledby=name)
+    return element("figure", caption, place, class_="block")
+
+
+def _paragraph(text: str) -> Html:
+    """Words as a paragraph; columns aligned with spaces as they stand."""
+    return element("pre", text, tabindex=0) if "  " in text else element("p", text)
+
+
+def section_html(section: Section) -> list[Html]:
+    """What stands under the heading of a section."""
+    text = [_paragraph(part) for part in section.text.split("\n\n") if part.strip()]
+    return [
+        element("div", text, class_="prose"),
+        *map(plain_table_html, section.tables),
+        *map(figure_html, section.plots),
+    ]
+
+
+def files_html(files: Sequence[FileFact]) -> Html:
+    """Files with their sizes and hashes."""
+    head = element("tr", [element("th", name, scope="col") for name in ("file", "what", "bytes", "SHA-256")])
+    rows = [
+        element(
+            "tr",
+            element("th", file.name, scope="row"),
+            element("td", file.what),
+            element("td", f"{file.size:,}".replace(",", "\u202f"), class_="figure"),
+            element("td", element("code", file.sha256), class_="hash"),
+        )
+        for file in files
+    ]
+    grid = element("table", element("thead", head), element("tbody", rows), class_="plain")
+    return element("div", scrolling(grid, "files"), class_="block")

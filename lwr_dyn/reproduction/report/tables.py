@@ -1,0 +1,110 @@
+"""The document's tables beside ours as HTML: a verdict per cell, and what each number was computed from."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence, Set
+
+from lwr_dyn.reproduction.report.content import Cell, ReportTable, Row, Verdict
+from lwr_dyn.reproduction.report.markup import Html, anchor, element, joined, raised
+
+CLASS: dict[Verdict, str] = {
+    "reproduced": "reproduced",
+    "after erratum": "after",
+    "differs": "differs",
+    "not reproducible": "open",
+    "": "told",
+}
+"""Of each verdict: the class of its cell and the name of its sign."""
+
+
+def sign(verdict: Verdict) -> Html | None:
+    """The shape that stands for a verdict; the word must stand beside it."""
+    if verdict == "":
+        return None
+    use = element("use", href=f"#sign-{CLASS[verdict]}")
+    return element("svg", use, class_=f"sign {CLASS[verdict]}", viewBox="0 0 16 16", aria_hidden="true")
+
+
+def table_html(table: ReportTable, errata: Set[str]) -> Html:
+    """A table with its heading; `errata` are the ids that are on the page."""
+    name = anchor("table", table.id)
+    unit = f" [{raised(table.unit)}]" if table.unit else ""
+    head = element("tr", element("th", table.row_heading, scope="col"), [_heading(c) for c in table.columns])
+    body = [_row(table, row, errata) for row in table.rows]
+    grid = element("table", element("thead", head), element("tbody", body), class_="printed", aria_labelledby=name)
+    return element(
+        "section",
+        element("h3", table.title, element("span", f"{table.where}{unit}", class_="where"), id=name),
+        element("p", table.note, class_="note") if table.note else None,
+        element("div", grid, class_="scroll", role="region", tabindex=0, aria_label=f"{table.title}, scrolls sideways"),
+        _how(table),
+        class_="block",
+    )
+
+
+def _heading(column: str) -> Html:
+    return element("th", raised(column), scope="col")
+
+
+def _row(table: ReportTable, row: Row, errata: Set[str]) -> Html:
+    cells = [_cell(cell, f"{row.label}, {name}", errata) for cell, name in zip(row.cells, table.columns, strict=True)]
+    return element("tr", element("th", row.label, scope="row"), cells)
+
+
+def _cell(cell: Cell, place: str, errata: Set[str]) -> Html:
+    quiet = "word" if cell.verdict in ("", "reproduced") else "word seen"
+    inside = [
+        element("span", sign(cell.verdict), cell.printed, class_="number"),
+        element("span", cell.ours, class_="ours") if cell.ours else None,
+        element("span", cell.verdict, class_=quiet) if cell.verdict else None,
+    ]
+    told = {"source": cell.source, "formula": cell.formula, "conversion": cell.conversion, "note": cell.note}
+    facts = {f"data_{name}": text for name, text in told.items() if text}
+    button = element(
+        "button", inside, type="button", class_="cell", data_place=place, data_verdict=cell.verdict, **facts
+    )
+    links = [_erratum_link(name, errata) for name in cell.errata]
+    return element("td", button, links, class_=CLASS[cell.verdict])
+
+
+def _erratum_link(name: str, errata: Set[str]) -> Html:
+    if name not in errata:
+        return element("span", name, class_="erratum-link")
+    return element("a", name, class_="erratum-link", href=f"#{anchor('erratum', name)}")
+
+
+def _how(table: ReportTable) -> Html | None:
+    """Formulas and conversions as text: for print, for readers of the whole, for screen readers."""
+    groups: dict[tuple[str, str, str], list[tuple[Row, int]]] = {}
+    for row in table.rows:
+        for i, cell in enumerate(row.cells):
+            groups.setdefault((cell.formula, cell.conversion, cell.note), []).append((row, i))
+    groups.pop(("", "", ""), None)
+    if not groups:
+        return None
+    items = [element("li", _sentence(told), element("span", _places(table, cells))) for told, cells in groups.items()]
+    return element("details", element("summary", "How each number was computed"), element("ul", items), class_="how")
+
+
+def _sentence(told: tuple[str, str, str]) -> Html:
+    formula, conversion, note = told
+    words = [element("code", formula) if formula else None, conversion or None, note or None]
+    return element("p", joined([[word, ". "] for word in words if word]))
+
+
+def _places(table: ReportTable, cells: Sequence[tuple[Row, int]]) -> str:
+    """Where a group of cells stands, row by row, and which places of the document they were read from."""
+    rows: dict[str, list[int]] = {}
+    for row, i in cells:
+        rows.setdefault(row.label, []).append(i)
+    whole = len(cells) == sum(len(row.cells) for row in table.rows)
+    named = [f"{label}: {_columns(table, columns)}" for label, columns in rows.items()]
+    sources = list(dict.fromkeys(row.cells[i].source for row, i in cells if row.cells[i].source))
+    read = f" Read from {'; '.join(sources)}." if sources else ""
+    return ("All cells." if whole else f"{'; '.join(named)}.") + read
+
+
+def _columns(table: ReportTable, columns: Sequence[int]) -> str:
+    if len(columns) == len(table.columns) > 1:
+        return "all"
+    return ", ".join(raised(table.columns[i]) for i in columns)

@@ -1,0 +1,1 @@
+"""Equations of motion by Euler and Lagrange, and DH matrices, in SymPy."""

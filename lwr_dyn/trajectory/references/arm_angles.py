@@ -1,0 +1,129 @@
+"""The arm angle along a task's path: the best curve, one fixed angle, or one that is given."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING, NamedTuple, Protocol
+
+import numpy as np
+
+from lwr_dyn.arrays import Array
+from lwr_dyn.errors import OptionError, OutOfReachError, OutsideLimitsError, PathLimitError
+from lwr_dyn.kinematics.arm_angle import best_arm_angle
+from lwr_dyn.kinematics.branches import BRANCHES, Branch
+from lwr_dyn.kinematics.srs import arm_triangle, closed_form, joint_ranges
+from lwr_dyn.kinematics.srs_geometry import require_srs
+from lwr_dyn.trajectory.references.limits import tightest
+
+if TYPE_CHECKING:
+    from lwr_dyn.model.arm import Arm
+    from lwr_dyn.trajectory.poses import TimedPosePath
+
+PLACES = 1401
+"""Places on the path at which the arm angle is chosen: 1 mm apart on IST."""
+
+
+class ArmAngle(Protocol):
+    """An arm angle along a path, and the branch of the inverse kinematics it belongs to."""
+
+    @property
+    def branch(self) -> Branch:
+        """Signs of shoulder, elbow and wrist."""
+
+    @property
+    def reference(self) -> Array | None:
+        """The direction (3,) the angle is counted from; None for the arm's own."""
+
+    def evaluate(self, s: Array) -> tuple[Array, Array, Array]:
+        """psi, dpsi/ds, d2psi/ds2 at lengths s (k,) [rad, rad/m, rad/m^2]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FixedArmAngle:
+    """The same arm angle `psi` [rad] all along, on a branch of one's own choice."""
+
+    psi: float
+    branch: Branch
+    reference: Array | None = None
+
+    def evaluate(self, s: Array) -> tuple[Array, Array, Array]:
+        """psi, dpsi/ds, d2psi/ds2 at lengths s (k,)."""
+        still = np.zeros(len(s))
+        return np.full(len(s), self.psi), still, still
+
+
+class Choice(NamedTuple):
+    """An arm angle, and how it was chosen, in words."""
+
+    curve: ArmAngle
+    how: str
+
+
+def choose_arm_angle(arm: Arm, poses: TimedPosePath, wanted: float | ArmAngle | None) -> Choice:
+    """The arm angle for a task; see `task_reference` for `wanted` and what is raised."""
+    if wanted is None:
+        return Choice(_best(arm, poses), "the curve of the largest joint-limit margin; the paper's own is not known")
+    if isinstance(wanted, float | int | np.number):
+        return Choice(_fixed(arm, poses, float(wanted)), f"{float(wanted)!r} rad all along, given")
+    return Choice(wanted, "a curve, given")
+
+
+def place_at(poses: TimedPosePath, t: float) -> str:
+    """The point of the path at time t [s], in words."""
+    x, y, z = poses.at(t).T[0, :3, 3] + 0.0
+    return f"point ({x:.4g}, {y:.4g}, {z:.4g}) m"
+
+
+def _best(arm: Arm, poses: TimedPosePath) -> ArmAngle:
+    s = _places(poses)
+    try:
+        return best_arm_angle(arm, s, poses.poses(s))
+    except OutOfReachError as fault:
+        raise out_of_reach(poses, _when(poses, fault.at), fault.distance) from fault
+    except OutsideLimitsError as fault:
+        when = _when(poses, fault.at)
+        said = f"no arm angle keeps {fault.joint} within its limits, {fault.excess:.3g} rad outside ({fault.why})"
+        allowed = "a path inside the position limits"
+        raise PathLimitError(when, place_at(poses, when), said, allowed, fault.joint, fault.excess) from fault
+
+
+def _fixed(arm: Arm, poses: TimedPosePath, psi: float) -> FixedArmAngle:
+    """The branch whose smallest margin over the path is the largest."""
+    if not math.isfinite(psi):
+        raise OptionError("arm_angle", repr(psi), "a finite number of radians")
+    geometry, ranges, s = require_srs(arm), joint_ranges(arm), _places(poses)
+    T = poses.poses(s)
+    beyond = arm_triangle(geometry, T).beyond
+    if np.any(beyond > 0.0):
+        worst = int(np.argmax(beyond))
+        raise out_of_reach(poses, _when(poses, float(s[worst])), float(beyond[worst]))
+    angles = np.full(len(s), psi)
+    margins = [tightest(arm, s, closed_form(geometry, ranges, T, angles, branch)).margin for branch in BRANCHES]
+    return FixedArmAngle(psi, BRANCHES[int(np.argmax(margins))])
+
+
+def _places(poses: TimedPosePath) -> Array:
+    """Lengths along the path, segment by segment, so that every joint of the path is one of them."""
+    starts = poses.path.starts
+    gap = poses.length / (PLACES - 1)
+    parts = [np.linspace(a, b, max(math.ceil((b - a) / gap), 1), endpoint=False) for a, b in pairwise(starts)]
+    return np.concatenate([*parts, starts[-1:]])
+
+
+def out_of_reach(poses: TimedPosePath, when: float, distance: float) -> PathLimitError:
+    """The error for a wrist out of reach at time `when` [s], by `distance` [m]."""
+    said = f"the wrist is {distance:.3g} m out of reach"
+    return PathLimitError(when, place_at(poses, when), said, "a path within reach of the arm")
+
+
+def _when(poses: TimedPosePath, s: float) -> float:
+    """The time at which the law has travelled s [m]: s never falls, so bisection finds it."""
+    if s <= 0.0:
+        return 0.0
+    low, high = 0.0, poses.duration
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if poses.law.at(middle).s[0] < s else (low, middle)
+    return high

@@ -1,0 +1,136 @@
+"""A reference for the joints made from a timed pose path, the arm's inverse kinematics and an arm angle."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from lwr_dyn.arrays import Array, real_array
+from lwr_dyn.errors import OutOfReachError, PathLimitError, SingularArmError
+from lwr_dyn.kinematics.path_following import follow
+from lwr_dyn.model.run import Motion
+from lwr_dyn.trajectory.references.arm_angles import ArmAngle, choose_arm_angle, out_of_reach, place_at
+from lwr_dyn.trajectory.references.limits import Tightest, tightest, worst_outside
+
+if TYPE_CHECKING:
+    from lwr_dyn.model.arm import Arm
+    from lwr_dyn.trajectory.poses import TimedPosePath
+
+TIMES = 1401
+"""Times at which the position limits are looked at, besides the knots of the law: 10 ms apart on IST."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TaskReference:
+    """A drawn path as a reference for the joints; q, dq, ddq are exact derivatives.
+
+    `poses` is the path in space with its timing, `arm_angle` the arm angle along it, `tightest` the place where the
+    motion comes nearest to a position limit, and `about` (JSON) says what of it is printed, assumed or estimated.
+    """
+
+    arm: Arm
+    poses: TimedPosePath
+    arm_angle: ArmAngle
+    tightest: Tightest
+    about: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def duration(self) -> float:
+        """[s]"""
+        return self.poses.duration
+
+    @property
+    def margin(self) -> float:
+        """Smallest distance from a position limit [rad]."""
+        return self.tightest.margin
+
+    def sample(self, t: ArrayLike) -> Motion:
+        """The motion at times t (k,) [s]; before 0 and after `duration` it stands still; raises `ShapeError`."""
+        return _motion(self.arm, self.poses, self.arm_angle, np.atleast_1d(real_array("t", t)))
+
+    def trace(self, places: int = TIMES) -> Array:
+        """Points (places, 3) [m] of the drawn path in the base frame, evenly spaced."""
+        return self.poses.path.at(np.linspace(0.0, self.poses.length, places)).p
+
+
+def task_reference(
+    arm: Arm,
+    poses: TimedPosePath,
+    arm_angle: float | ArmAngle | None = None,
+    about: Mapping[str, Any] | None = None,
+    limits: bool = True,
+) -> TaskReference:
+    """A timed pose path of the flange as a reference for the joints of an S-R-S arm.
+
+    Parameters
+    ----------
+    arm : Arm
+    poses : TimedPosePath
+        Of the flange, in the arm's base frame.
+    arm_angle : float or ArmAngle, optional
+        [rad], the same all along, on the branch with the largest margin; or a curve. If not given, the curve of
+        `best_arm_angle`: the one that keeps the largest joint-limit margin.
+    about : mapping, optional
+        What a run file should say of the task.
+    limits : bool
+        False lets a fixed or given arm angle leave the position limits, for the study of a path as somebody else may
+        have drawn it: the margin is then negative, and `about` says so.
+
+    Raises
+    ------
+    OptionError
+        The arm is no S-R-S arm, or the arm angle is not finite.
+    PathLimitError
+        The path leaves the reach or the position limits; says when, where, which joint and by how much.
+    SingularArmError
+        The path passes a singularity at speed.
+    """
+    curve, how = choose_arm_angle(arm, poses, arm_angle)
+    t = np.union1d(np.linspace(0.0, poses.duration, TIMES), poses.law.knots)
+    q = _placed_motion(arm, poses, curve, t).q
+    outside = worst_outside(arm, q)
+    if limits and outside is not None:
+        when = float(t[outside.row])
+        where = place_at(poses, when)
+        raise PathLimitError(when, where, outside.fault, outside.allowed, outside.joint, outside.excess)
+    nearest = tightest(arm, t, q)
+    record = {
+        **(about or {}),
+        "arm_angle": {"value": how, "branch": curve.branch.label, "kind": "assumed"},
+        "margin": _said(nearest, outside is None),
+    }
+    return TaskReference(arm, poses, curve, nearest, record)
+
+
+def _said(nearest: Tightest, kept: bool) -> dict[str, Any] | None:
+    """None where the arm has no limits: JSON knows no infinity."""
+    if not np.isfinite(nearest.margin):
+        return None
+    return {"value": nearest.margin, "joint": nearest.joint, "t": nearest.t, "limits_kept": kept}
+
+
+def _placed_motion(arm: Arm, poses: TimedPosePath, curve: ArmAngle, t: Array) -> Motion:
+    """`_motion`, whose errors count rows, with errors that say when and where."""
+    try:
+        return _motion(arm, poses, curve, t)
+    except OutOfReachError as fault:
+        raise out_of_reach(poses, float(t[int(fault.at)]), fault.distance) from fault
+    except SingularArmError as fault:
+        when = float(t[fault.index])
+        raise SingularArmError(fault.index, f"{fault.why} at t = {when:.6g} s, {place_at(poses, when)}") from fault
+
+
+def _motion(arm: Arm, poses: TimedPosePath, curve: ArmAngle, t: Array) -> Motion:
+    """psi is a function of the length s, so dpsi/dt = psi' ds and d2psi/dt2 = psi'' ds^2 + psi' dds."""
+    at = poses.at(t)
+    ds, dds = at.law.ds, at.law.dds
+    psi, slope, bend = curve.evaluate(at.law.s)
+    rates = (slope * ds, bend * ds**2 + slope * dds)
+    q, dq, ddq = follow(
+        arm, curve.branch, at.T, at.velocity, at.acceleration, psi, *rates, reference=curve.reference
+    )  # fmt: skip
+    return Motion(t, q, dq, ddq)

@@ -1,0 +1,144 @@
+"""Kernels on disk: found again without a compiler, rebuilt when damaged, and safe when processes are killed or meet."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import lwr_dyn
+from lwr_dyn.codegen import cache, kernel
+from lwr_dyn.codegen.form import form_of
+from lwr_dyn.errors import CacheWarning, MissingPackageError
+from lwr_dyn.model.friction.models import symmetric
+
+ARM = lwr_dyn.load("lwr4plus")
+Q = np.full((3, 7), 0.3)
+ONE = """
+import sys, time, numpy as np, lwr_dyn
+batch = lwr_dyn.batch_dynamics(lwr_dyn.load("lwr4plus"))
+start = time.perf_counter()
+g = batch.gravity_vector(np.full((3, 7), 0.3))
+print(time.perf_counter() - start, "numba" in sys.modules, "casadi" in sys.modules, g[0, 1])
+"""
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """A cache of its own, and a process that has loaded nothing."""
+    monkeypatch.setenv("LWR_DYN_CACHE", str(tmp_path / "kernels"))
+    monkeypatch.setattr(kernel, "_loaded", {})
+    monkeypatch.setattr(cache, "_told", set())
+    return tmp_path / "kernels"
+
+
+def gravity():
+    return lwr_dyn.batch_dynamics(ARM).gravity_vector(Q)
+
+
+def in_a_new_process(wait=True):
+    process = subprocess.Popen([sys.executable, "-c", ONE], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    if not wait:
+        return process
+    out, err = process.communicate()
+    assert process.returncode == 0, err
+    seconds, numba, casadi, value = out.split()
+    return float(seconds), numba == "True", casadi == "True", float(value)
+
+
+def test_the_second_process_finds_what_the_first_compiled(folder):
+    first = in_a_new_process()
+    second = in_a_new_process()
+    assert first[0] < 5.0
+    assert second[0] < 0.3
+    assert first[1:3] == (True, True)
+    assert second[1:3] == (False, False)  # neither compiler is even imported
+    assert first[3] == second[3]
+    assert os.stat(folder).st_mode & 0o777 == 0o700
+
+
+@pytest.mark.parametrize("damage", ["cut", "flipped", "empty", "other", "folder"])
+def test_a_damaged_kernel_is_built_anew(folder, monkeypatch, damage):
+    right = gravity()
+    (file,) = folder.glob("*.kernel")
+    whole = file.read_bytes()
+    if damage == "folder":
+        file.unlink()
+        file.mkdir()
+    else:
+        middle = len(whole) // 2
+        flipped = whole[:middle] + bytes([whole[middle] ^ 1]) + whole[middle + 1 :]
+        file.write_bytes({"cut": whole[:-5], "flipped": flipped, "empty": b"", "other": b"something else"}[damage])
+    monkeypatch.setattr(kernel, "_loaded", {})
+    if damage == "folder":
+        with pytest.warns(CacheWarning, match="directory"):
+            assert np.array_equal(gravity(), right)
+    else:
+        assert np.array_equal(gravity(), right)
+        assert cache.kept(file.stem) is not None
+
+
+def test_a_folder_that_cannot_be_written_is_said_once_and_worked_without(tmp_path, monkeypatch):
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv("LWR_DYN_CACHE", str(tmp_path / "file" / "kernels"))
+    monkeypatch.setattr(kernel, "_loaded", {})
+    monkeypatch.setattr(cache, "_told", set())
+    with pytest.warns(CacheWarning, match="this process compiles its own; name another folder in LWR_DYN_CACHE"):
+        right = gravity()
+    lwr_dyn.batch_dynamics(ARM).potential_energy(Q)  # no second warning: warnings are errors here
+    assert np.abs(right - lwr_dyn.dynamics_of(ARM).gravity_vector(Q)).max() < 1e-12
+
+
+def test_two_processes_at_once_and_a_killed_one(folder):
+    several = [in_a_new_process(wait=False) for _ in range(3)]
+    time.sleep(0.8)
+    several[0].send_signal(signal.SIGKILL)
+    answers = [process.communicate()[0].split()[-1] for process in several[1:]]
+    several[0].communicate()
+    assert len(set(answers)) == 1
+    assert in_a_new_process()[0] < 0.3
+    assert len(list(folder.glob("*.kernel"))) == 1
+
+
+def test_what_a_killed_process_left_is_swept_later(folder):
+    folder.mkdir()
+    old, young = folder / ".gravity.kernel.abc", folder / ".gravity.kernel.def"
+    for path in (old, young):
+        path.write_bytes(b"half")
+    os.utime(old, (time.time() - 2 * 3600,) * 2)
+    gravity()
+    assert not old.exists()
+    assert young.exists()
+
+
+def test_the_key_tells_arms_choices_and_functions_apart():
+    forms = [
+        form_of(ARM),
+        form_of(lwr_dyn.load("lwr4plus", "printed")),
+        form_of(ARM, dtype="float32"),
+        form_of(ARM, inputs=["gravity"]),
+        form_of(ARM, rotors="none"),
+        form_of(replace(ARM, friction=(symmetric(1.0, 0.1),) * 7), friction="arm"),
+    ]
+    keys = {kernel.key_of(form, name) for form in forms for name in ("gravity_vector", "mass_matrix")}
+    assert len(keys) == 12
+    assert kernel.key_of(form_of(lwr_dyn.load("lwr4plus")), "mass_matrix") in keys
+
+
+@pytest.mark.parametrize("package", ["numba", "casadi"])
+def test_what_to_install_is_said(monkeypatch, package):
+    monkeypatch.setattr(kernel, "find_spec", lambda name: None if name == package else object())
+    for make in (lwr_dyn.batch_dynamics, lambda arm: lwr_dyn.dynamics_of(arm, "kernels")):
+        with pytest.raises(MissingPackageError, match=rf"{package} is not installed.*pip install 'lwr_dyn\[batch\]'"):
+            make(ARM)
+
+
+def test_the_folder_follows_the_users_cache(monkeypatch, tmp_path):
+    monkeypatch.delenv("LWR_DYN_CACHE", raising=False)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    monkeypatch.setattr(sys, "platform", "linux")
+    assert cache.cache_folder() == tmp_path / "lwr_dyn"

@@ -1,0 +1,120 @@
+"""Friction models: levels, signs, directions, what is refused; the smooth form against the law it stands for."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import lwr_dyn
+from lwr_dyn.errors import OptionError, ShapeError
+from lwr_dyn.model.arm import JointLimits
+from lwr_dyn.model.friction.models import (
+    FRICTIONLESS,
+    Direction,
+    JointFriction,
+    friction_torque,
+    symmetric,
+)
+from lwr_dyn.model.friction.smooth import smooth_friction
+from lwr_dyn.papers.actuation import friction_of
+
+ONE_SIDED = JointFriction(Direction(4.0, 0.5, 6.0, 0.1), Direction(3.0, -0.2), offset=0.25)
+SMEARED = 1e-9
+"""tanh is 1 to the last bit at twenty widths, so away from rest both forms differ by rounding only."""
+
+levels = st.floats(0.0, 10.0)
+slopes = st.floats(-5.0, 5.0)
+
+
+def test_each_direction_has_its_own_level_slope_and_stribeck_fall():
+    up = 0.25 + 4.0 + 0.5 * 0.3 + 2.0 * np.exp(-9.0)
+    down = 0.25 - (3.0 - 0.2 * 0.3)
+    assert ONE_SIDED.torque([0.3, -0.3]) == pytest.approx([up, down], rel=1e-15)
+
+
+def test_at_rest_the_offset_is_returned_and_breakaway_says_what_is_held():
+    assert ONE_SIDED.torque(0.0) == 0.25
+    assert ONE_SIDED.breakaway == (0.25 - 3.0, 0.25 + 6.0)
+    assert JointFriction(Direction(1.0, 0.0), Direction(1.0, 0.0)).breakaway == (-1.0, 1.0)
+
+
+def test_static_without_a_stribeck_velocity_is_gone_with_the_first_motion():
+    stiff = JointFriction(Direction(1.0, 0.0, 2.0), Direction(1.0, 0.0, 2.0))
+    assert stiff.torque([1e-300, -1e-300]).tolist() == [1.0, -1.0]
+    assert stiff.breakaway == (-2.0, 2.0)
+
+
+def test_the_stribeck_law_starts_at_static():
+    assert Direction(1.0, 0.3, 1.5, 0.05).magnitude(1e-12) == pytest.approx(1.5, rel=1e-11)
+
+
+@given(levels, slopes, levels, slopes, st.floats(1e-6, 10.0))
+def test_without_offset_a_mirrored_joint_mirrors_the_torque(c1, s1, c2, s2, v):
+    model = JointFriction(Direction(c1, s1), Direction(c2, s2))
+    mirrored = JointFriction(Direction(c2, s2), Direction(c1, s1))
+    assert model.torque(v) == -mirrored.torque(-v)
+
+
+def test_torques_of_an_arm_keep_the_batch_and_are_zero_where_nothing_is_known():
+    dq = np.random.default_rng(0).uniform(-1, 1, (4, 5, 2))
+    tau = friction_torque((None, ONE_SIDED), dq)
+    assert tau.shape == dq.shape
+    assert not tau[..., 0].any()
+    np.testing.assert_array_equal(tau[..., 1], ONE_SIDED.torque(dq[..., 1]))
+    assert not FRICTIONLESS.torque(dq).any()
+
+
+@pytest.mark.parametrize("dq", [[0.0], [[1.0], [2.0]], 3.0, [np.nan, 0.0]])
+def test_velocities_of_the_wrong_shape_are_refused(dq):
+    with pytest.raises(ShapeError, match="dq: "):
+        friction_torque((None, ONE_SIDED), dq)
+
+
+@pytest.mark.parametrize(
+    ("make", "says"),
+    [
+        (lambda: Direction(-1.0, 0.0), "friction coulomb: -1.0; allowed: 0 or more"),
+        (lambda: Direction(np.nan, 0.0), "friction coulomb: nan; allowed: a finite number"),
+        (lambda: Direction(1.0, np.inf), "friction viscous: inf; allowed: a finite"),
+        (lambda: Direction(1.0, 0.0, 0.9), "friction static: 0.9; allowed: at least the Coulomb level 1, or none"),
+        (lambda: Direction(1.0, 0.0, 2.0, 0.0), "stribeck_velocity: 0.0; allowed: above 0"),
+        (lambda: JointFriction(Direction(1, 0), Direction(1, 0), np.inf), "friction offset: inf; allowed: a finite"),
+        (
+            lambda: JointFriction(Direction(1, 0), Direction(1, 0), covered=0.0),
+            "covered: 0.0; allowed: a speed above 0",
+        ),
+        (lambda: smooth_friction([ONE_SIDED], 0.0), "width: 0.0; allowed: a speed above 0"),
+        (lambda: smooth_friction([ONE_SIDED], np.nan), "width: nan; allowed: a speed above 0"),
+    ],
+)
+def test_numbers_that_mean_nothing_are_refused(make, says):
+    with pytest.raises(OptionError, match=says):
+        make()
+
+
+def test_an_arm_gives_its_directed_friction_else_the_pair_of_its_limits_else_nothing():
+    from dataclasses import replace
+
+    wam = lwr_dyn.load("wam7")
+    assert friction_of(wam) == wam.friction
+    assert friction_of(lwr_dyn.load("lwr4plus")) == (None,) * 7
+    limits = (JointLimits(viscous=0.5), JointLimits(coulomb=2.0), *[JointLimits()] * 5)
+    plain = replace(wam, friction=(), limits=limits)
+    assert friction_of(plain) == (symmetric(0.0, 0.5), symmetric(2.0, 0.0), *[None] * 5)
+
+
+def test_away_from_rest_the_smooth_form_is_the_law_itself():
+    dq = np.random.default_rng(1).uniform(-1, 1, (200, 2))
+    dq = dq[(np.abs(dq) > 20e-3).all(axis=1)]
+    smooth = smooth_friction((None, ONE_SIDED), 1e-3)(dq)
+    np.testing.assert_allclose(smooth, friction_torque((None, ONE_SIDED), dq), atol=SMEARED)
+
+
+def test_the_smooth_form_is_the_offset_at_rest_continuous_and_never_above_the_levels():
+    law = smooth_friction([ONE_SIDED], 1e-3)
+    assert law(np.array([0.0])) == 0.25
+    v = np.linspace(-5e-3, 5e-3, 20001)[:, None]
+    tau = law(v)[:, 0]
+    assert np.abs(np.diff(tau)).max() < 6.0 / 1e-3 * 5e-7 * 1.01  # the slope at rest is level / width
+    assert tau.max() < ONE_SIDED.breakaway[1]
+    assert tau.min() > ONE_SIDED.breakaway[0]

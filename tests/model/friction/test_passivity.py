@@ -1,0 +1,167 @@
+"""Where friction feeds energy in: against closed forms, against a fine grid, and the nearest friction that does not."""
+
+from dataclasses import astuple
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.optimize import minimize
+
+import lwr_dyn
+from lwr_dyn.errors import OptionError
+from lwr_dyn.model.friction.models import Direction, JointFriction
+from lwr_dyn.model.friction.passivity import SideCurve, certificate, feeds_energy
+from lwr_dyn.model.friction.refit import passive_refit
+from tests.examples import examples
+
+NOTHING = 1e-14
+"""[N m] Rounding of a level of a few N m from which the offset was taken and to which it was added again."""
+
+levels = st.floats(0.0, 5.0)
+slopes = st.floats(-5.0, 5.0)
+offsets = st.floats(-3.0, 3.0)
+extras = st.floats(0.0, 3.0)
+scales = st.floats(0.01, 1.0)
+
+
+@st.composite
+def joints(draw):
+    sides = []
+    for _ in range(2):
+        c = draw(levels)
+        sides.append(Direction(c, draw(slopes), c + draw(extras), draw(scales)))
+    return JointFriction(*sides, offset=draw(offsets), covered=0.4)
+
+
+def wam():
+    return lwr_dyn.load("wam7").friction
+
+
+def test_the_wam_feeds_energy_in_where_table_1_has_negative_slopes_and_nowhere_else():
+    active = {(s.joint + 1, s.side): s.from_speed for s in certificate(wam()) if not s.passive}
+    expected = {
+        (2, "negative"): 3.5643 / 2.3951,
+        (4, "positive"): 1.5414 / 2.7045,
+        (4, "negative"): 0.7342 / 1.0969,
+        (5, "positive"): 0.2798 / 0.1972,
+    }
+    assert active.keys() == expected.keys()
+    for key, speed in expected.items():
+        assert active[key] == pytest.approx(speed, rel=1e-14)
+        assert active[key] > 0.4  # beyond what the maps cover
+
+
+def test_joint_4_has_no_net_damping_under_the_manufacturers_gains():
+    Kd = lwr_dyn.load("wam7").gains.Kd
+    undamped = {(s.joint + 1, s.side) for s in certificate(wam()) if s.net_damping(Kd[s.joint]) <= 0.0}
+    assert undamped == {(4, "positive")}
+    (side,) = [s for s in certificate(wam()) if (s.joint, s.side) == (3, "positive")]
+    assert side.net_damping(2.0) == pytest.approx(-0.7045)
+
+
+@given(joints())
+@examples(150)
+def test_the_certificate_says_what_a_fine_grid_of_speeds_says(model):
+    v = np.geomspace(1e-4, 1e3, 4000)
+    for side in certificate([model]):
+        sign = 1.0 if side.side == "positive" else -1.0
+        power = model.torque(sign * v) * sign * v
+        curve = SideCurve.of(model, side.side)
+        noise = 1e-12 * (abs(curve.a) + abs(curve.b) * v + curve.e) * v
+        fed = power < -noise
+        if side.passive:
+            assert not fed.any()
+            continue
+        if fed.any():
+            assert v[fed].min() >= side.from_speed * (1 - 1e-9)
+        inside = (v > side.from_speed * (1 + 1e-9)) & (v < side.to_speed * (1 - 1e-9))
+        assert (power[inside] <= noise[inside]).all()
+
+
+def test_a_dip_between_two_speeds_is_found_with_both_ends():
+    # exp(-(v/0.1)^2) + 0.1 v - 0.1: above zero at rest, below in between, above again from 1 on
+    model = JointFriction(Direction(0.0, 0.1, 1.0, 0.1), Direction(1.0, 0.0), offset=-0.1)
+    (up, down) = certificate([model])
+    assert 0.1 < up.from_speed < 0.2
+    assert up.to_speed == pytest.approx(1.0)
+    curve = SideCurve.of(model, "positive")
+    assert abs(curve.at(up.from_speed)) < 1e-15
+    assert abs(curve.at(up.to_speed)) < 1e-15
+    assert down.passive
+
+
+def test_an_offset_beyond_coulomb_drives_from_rest():
+    (up, down) = certificate([JointFriction(Direction(1.0, 0.5), Direction(1.0, 0.5), offset=-2.0)])
+    assert (up.from_speed, up.to_speed) == (0.0, pytest.approx(2.0))
+    assert down.passive
+
+
+def test_the_least_slope_of_a_stribeck_law_is_at_its_steepest_fall():
+    direction = Direction(1.0, 0.3, 1.5, 0.05)
+    v = np.linspace(0, 0.3, 300001)
+    slope = np.gradient(direction.magnitude(v), v)
+    assert certificate([JointFriction(direction, direction)])[0].least_slope == pytest.approx(slope.min(), rel=1e-6)
+
+
+def test_feeding_is_told_state_by_state():
+    dq = np.zeros((3, 7))
+    dq[:, 3] = [0.56, 0.58, -0.68]
+    assert feeds_energy(wam(), dq)[:, 3].tolist() == [False, True, True]
+    assert not feeds_energy(wam(), dq)[:, :3].any()
+
+
+@given(joints(), st.floats(0.1, 2.0))
+@examples(60)
+def test_the_refit_is_passive_and_no_passive_level_and_slope_are_nearer(model, top):
+    refit = passive_refit([model], top)
+    for side in certificate([model]) if refit.changes else ():
+        curve = SideCurve.of(refit.models[0], side.side)
+        assert min(curve.a, curve.b) > -NOTHING  # with the Stribeck part above zero: passive at every speed
+    assert bool(refit.changes) == any(not side.passive for side in certificate([model]))
+    v = np.linspace(0.0, top, 401)
+    for change in refit.changes:
+        old = SideCurve.of(model, change.side)
+
+        def cost(x, old=old):
+            return np.mean((x[0] - old.a + (x[1] - old.b) * v) ** 2)
+
+        best = min(minimize(cost, start, bounds=[(0, None)] * 2, tol=1e-14).fun for start in ([1, 0], [0, 1]))
+        assert change.rms <= np.sqrt(best) * 1.01 + 1e-3  # the grid's own error
+
+
+def test_what_is_passive_is_left_alone():
+    models = (None, JointFriction(Direction(1.0, 0.2), Direction(0.5, 0.0), offset=0.1))
+    assert passive_refit(models) == type(passive_refit(models))(models, ())
+
+
+def test_the_refit_of_the_wam_and_its_cost():
+    refit = passive_refit(wam())
+    costs = {(c.joint + 1, c.side): c.rms for c in refit.changes}
+    slopes = {(2, "negative"): 2.3951, (4, "positive"): 2.7045, (4, "negative"): 1.0969, (5, "positive"): 0.1972}
+    assert costs.keys() == slopes.keys()
+    for key, slope in slopes.items():  # a line replaced by its mean: slope times width over sqrt(12)
+        assert costs[key] == pytest.approx(slope * 0.4 / np.sqrt(12), rel=1e-12)
+    assert [m for i, m in enumerate(refit.models) if i not in (1, 3, 4)] == [wam()[i] for i in (0, 2, 5, 6)]
+    assert astuple(refit.models[3].positive) == (pytest.approx(1.0005), 0.0, None, None)
+
+
+def test_static_keeps_its_distance_and_the_offset_is_kept_where_it_can_be():
+    model = JointFriction(Direction(1.0, -1.0, 1.5, 0.1), Direction(1.0, 0.5), offset=0.2, covered=1.0)
+    (after,) = passive_refit([model]).models
+    # level 1.2 - v with the offset, nearest 0.7 flat, of which 0.2 is the offset
+    assert astuple(after.positive) == (pytest.approx(0.5), 0.0, pytest.approx(1.0), 0.1)
+    assert (after.negative.coulomb, after.offset) == (pytest.approx(1.0), 0.2)
+
+
+@pytest.mark.parametrize("speed", [0.0, -1.0, np.nan, np.inf])
+def test_a_speed_that_is_none_is_refused(speed):
+    with pytest.raises(OptionError, match=r"speed: .*; allowed: a number above 0"):
+        passive_refit(wam(), speed)
+
+
+def test_a_joint_that_does_not_know_its_range_needs_a_speed():
+    blind = JointFriction(Direction(1.0, -1.0), Direction(1.0, 0.0))
+    with pytest.raises(OptionError, match="speed: not given, and joint 2 does not say up to where it was measured"):
+        passive_refit([None, blind])
+    assert passive_refit([None, blind], 0.5).changes[0].speed == 0.5

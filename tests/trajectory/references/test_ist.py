@@ -1,0 +1,134 @@
+"""The IST path and its timings, before any arm is asked."""
+
+import math
+
+import numpy as np
+import pytest
+
+from lwr_dyn.errors import OptionError, ShapeError
+from lwr_dyn.model.spatial import rot_z
+from lwr_dyn.trajectory.references.ist import LAWS, POINTS, TIMINGS, TOOL, Smoothness, ist_path, timed_ist
+
+ROUNDING = 1e-12
+STENCIL = np.array([-4, -3, -2, -1, 1, 2, 3, 4])
+WEIGHTS = np.array([1 / 280, -4 / 105, 1 / 5, -4 / 5, 4 / 5, -1 / 5, 4 / 105, -1 / 280])
+STEP = 1e-3
+
+
+def test_the_length_is_the_one_of_the_drawing():
+    # lines .3 + .1 + .15 + .05 + .3, two half circles of radius .075
+    assert ist_path().length == pytest.approx(0.9 + 2 * math.pi * 0.075, abs=ROUNDING)
+    assert round(ist_path().length, 5) == 1.37124
+
+
+def test_the_pen_passes_every_point_of_table_v_but_the_two_centres():
+    points, drawn = POINTS.si(), ist_path().at(np.linspace(0.0, ist_path().length, 137_125)).p
+    away = np.array([np.linalg.norm(drawn - p, axis=1).min() for p in points])
+    np.testing.assert_allclose(away[[0, 1, 2, 5, 6, 7, 8]], 0.0, atol=2e-5)  # half a step of the sampling
+    np.testing.assert_allclose(away[[3, 4]], 0.075, atol=1e-6)
+    assert POINTS.kind == "printed"
+    assert "Table V" in POINTS.where
+
+
+def test_the_s_bulges_to_plus_y_below_and_to_minus_y_above():
+    path = ist_path()
+    below, above = path.at([0.4 + 0.0375 * math.pi, 0.4 + 0.1125 * math.pi]).p
+    np.testing.assert_allclose(below, [-0.05, -0.275, 0.325], atol=ROUNDING)
+    np.testing.assert_allclose(above, [-0.05, -0.425, 0.475], atol=ROUNDING)
+
+
+def test_it_has_three_corners_and_three_bends():
+    path = ist_path()
+    assert [round(math.degrees(c.turn)) for c in path.corners()] == [90, 180, 90]
+    assert [round(j.bend, 3) for j in path.joints() if j.is_bend] == [13.333, 26.667, 13.333]
+
+
+@pytest.mark.parametrize("timing", TIMINGS)
+def test_every_timing_goes_from_point_1_to_point_9_in_14_s_with_the_tool_along_y(timing):
+    poses = timed_ist(timing)
+    assert poses.duration == 14.0
+    T = poses.at([0.0, 14.0]).T
+    np.testing.assert_allclose(T[:, :3, 3], POINTS.si()[[0, 8]], atol=ROUNDING)
+    np.testing.assert_allclose(T[:, :3, :3], [TOOL, TOOL])
+    np.testing.assert_allclose(T[:, :3, 2], [[0, 1, 0]] * 2)
+    assert timing in LAWS
+
+
+def test_constant_speed_is_constant_and_turns_with_a_jump_at_the_corners():
+    poses = timed_ist("constant")
+    speed = np.linalg.norm(poses.at(np.linspace(0, 14, 997)).velocity[:, :3], axis=1)
+    np.testing.assert_allclose(speed, 1.3712389 / 14, rtol=1e-7)
+    corner = 0.3 / speed[0]
+    before, after = poses.at([corner - 1e-6, corner + 1e-6]).velocity[:, :3] / speed[0]
+    np.testing.assert_allclose([before, after], [[0, 0, -1], [0, 1, 0]], atol=1e-6)
+
+
+def test_quintic_stands_still_at_every_end_of_a_segment_in_times_proportional_to_length():
+    poses = timed_ist("quintic")
+    stops = poses.path.starts / poses.length * 14.0
+    at = poses.at(stops)
+    np.testing.assert_allclose(at.velocity, 0.0, atol=ROUNDING)
+    np.testing.assert_allclose(at.acceleration, 0.0, atol=1e-10)
+    np.testing.assert_allclose(at.law.s, poses.path.starts, atol=ROUNDING)
+
+
+@pytest.mark.parametrize("timing", ["smooth", "smooth-blended"])
+def test_smooth_timings_bound_acceleration_and_jerk_in_space(timing):
+    keep = Smoothness()
+    poses = timed_ist(timing)
+    peaks = poses.law.peaks()
+    assert peaks.acceleration <= keep.acceleration * (1 + 1e-9)
+    assert peaks.jerk <= keep.jerk * (1 + 1e-9)
+    t = np.linspace(0.0, 14.0, 28_001)
+    a = poses.at(t).acceleration[:, :3]
+    jerk = np.linalg.norm(np.diff(a, axis=0), axis=1).max() / (t[1] - t[0])
+    assert jerk < 2.0 * keep.jerk  # along the path plus across it; an uneased bend gives 260 at this step
+    assert np.linalg.norm(a, axis=1).max() < 2.0 * keep.acceleration
+
+
+def test_smooth_stops_at_the_three_corners_only_and_stays_within_a_hundredth_of_a_millimetre():
+    poses = timed_ist("smooth")
+    t = np.linspace(0.0, 14.0, 28_001)[1:-1]
+    moving = poses.at(t)
+    slow = moving.law.ds < 1e-3
+    stops = 1 + np.count_nonzero(np.diff(np.flatnonzero(slow)) > 1)
+    assert stops == 3 + 2  # and the two ends
+    # distance from the two full circles inside the S, where the eased bends are
+    p = moving.T[:, :3, 3]
+    s_part = (moving.law.s > 0.41) & (moving.law.s < 0.86)
+    radius = np.min([np.abs(np.hypot(p[:, 1] + 0.35, p[:, 2] - z) - 0.075) for z in (0.325, 0.475)], axis=0)
+    assert radius[s_part].max() < 1e-5
+
+
+def test_without_easing_the_path_is_table_v_to_the_letter_and_the_acceleration_jumps_at_the_bends():
+    poses = timed_ist("smooth", smoothness=Smoothness(ease=0.0))
+    assert poses.length == pytest.approx(ist_path().length, abs=ROUNDING)
+    s = poses.law.at(np.linspace(0, 14, 28_001)).s
+    k = int(np.argmin(np.abs(s - 0.4)))
+    t = np.linspace(0, 14, 28_001)[[k - 1, k + 1]]
+    before, after = poses.at(t).acceleration[:, :3]
+    speed = poses.law.at(t).ds[0]
+    assert np.linalg.norm(after - before) == pytest.approx(speed**2 / 0.075, rel=1e-3)
+
+
+def test_another_tool_orientation_is_taken():
+    R = rot_z(0.3) @ np.array(TOOL)
+    np.testing.assert_allclose(timed_ist("quintic", R_07=R).at([3.0]).T[0, :3, :3], R)
+
+
+@pytest.mark.parametrize(
+    ("options", "error", "says"),
+    [
+        ({"timing": "cubic"}, OptionError, "allowed: constant, quintic, smooth, smooth-blended"),
+        ({"duration": 0.0}, OptionError, "duration"),
+        ({"duration": -14.0, "timing": "constant"}, OptionError, "duration"),
+        ({"duration": 5.0}, OptionError, r"duration: 5 s; allowed: at least 6\.549\d+ s with 4 stops"),
+        ({"R_07": np.diag([1.0, 1.0, -1.0])}, OptionError, "R_07: left-handed"),
+        ({"R_07": np.eye(4)}, ShapeError, "shape"),
+        ({"smoothness": Smoothness(ease=0.2)}, OptionError, "blend"),
+        ({"smoothness": Smoothness(jerk=-1.0)}, OptionError, "jerk"),
+    ],
+)
+def test_what_cannot_be_is_refused(options, error, says):
+    with pytest.raises(error, match=says):
+        timed_ist(**options)
