@@ -10,7 +10,7 @@ from lwr_dyn.checks.report import check_arm
 from lwr_dyn.checks.verdict import Report
 from lwr_dyn.cli.options import load_robot, print_json, robot_options
 from lwr_dyn.papers.catalog import open_paper
-from lwr_dyn.text import table
+from lwr_dyn.tables import aligned
 
 
 @click.command("check")
@@ -39,7 +39,7 @@ def _print_json(report: Report) -> None:
 def _print_table(report: Report) -> None:
     rows = [(v.name, f"{v.value:.3g}", f"{v.bound} {v.tolerance:.3g}", v.unit, v.word) for v in report.verdicts]
     click.echo(f"{report.robot}, reading {report.reading}")
-    click.echo(table(rows, ("check", "value", "allowed", "unit", "verdict")))
+    click.echo(aligned(rows, ("check", "value", "allowed", "unit", "verdict")))
     for note in report.notes:
         click.echo(f"note: {note}")
     failed = sum(not v.holds for v in report.verdicts)

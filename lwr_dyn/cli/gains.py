@@ -12,7 +12,7 @@ from lwr_dyn.control.gains import second_order_gains
 from lwr_dyn.control.worst_case_inertia import WorstCase, worst_cases
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind
-from lwr_dyn.text import table
+from lwr_dyn.tables import aligned
 
 HEAD = ("joint", "b [kg m^2]", "Kp [N m/rad]", "Kd [N m s/rad]", "where (deg; * any)")
 """Units of turning joints; sliding ones are in kg, N/m, N s/m and m."""
@@ -52,7 +52,7 @@ def command(
         )
         for w in found
     ]
-    click.echo(table(rows, HEAD))
+    click.echo(aligned(rows, HEAD))
     for w in found:
         click.echo(f"{arm.joint_names[w.joint]}: {w.statement()}")
 

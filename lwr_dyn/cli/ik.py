@@ -19,7 +19,7 @@ from lwr_dyn.kinematics.kuka_pose import has_kuka_axes, pose_of_matrix, rotation
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind
 from lwr_dyn.model.spatial import from_rpy
-from lwr_dyn.text import table
+from lwr_dyn.tables import aligned
 
 
 @click.command("ik")
@@ -118,7 +118,7 @@ def _print_branches(arm: Arm, pose: NDArray[np.float64], found: InverseResult) -
             )
         )
     apart = "S, T" if has_kuka_axes(arm) else "arm angle"
-    click.echo(table(rows, ("branch", apart, " ".join(f"{n:>9}" for n in arm.joint_names), "margin", "at", "", "")))
+    click.echo(aligned(rows, ("branch", apart, " ".join(f"{n:>9}" for n in arm.joint_names), "margin", "at", "", "")))
     note = degenerate_note(pose[:3, :3]) if has_kuka_axes(arm) else None
     if note is not None:
         click.echo(f"note: {note}")

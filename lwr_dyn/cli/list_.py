@@ -8,7 +8,7 @@ import click
 
 from lwr_dyn.cli.options import print_json
 from lwr_dyn.papers.catalog import open_paper, readings, robots
-from lwr_dyn.text import table
+from lwr_dyn.tables import aligned
 
 
 @click.command("list")
@@ -22,7 +22,7 @@ def command(as_json: bool) -> None:
     rows = []
     for e in entries:
         rows.append((e["name"], str(e["joints"]), e["title"], ", ".join(e["readings"])))
-    click.echo(table(rows, ("robot", "joints", "title", "readings (default first)")))
+    click.echo(aligned(rows, ("robot", "joints", "title", "readings (default first)")))
     for e in entries:
         click.echo(f"\n{e['name']}: {e['document']['title']} ({e['document']['origin']})")
         for name, about in e["readings"].items():

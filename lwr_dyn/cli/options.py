@@ -10,7 +10,7 @@ import click
 from lwr_dyn.errors import OptionError
 from lwr_dyn.front import load
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.text import json_text
+from lwr_dyn.tables import json_text
 
 F = TypeVar("F", bound=Callable[..., Any])
 

@@ -13,7 +13,7 @@ from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind
 from lwr_dyn.model.run import Run
 from lwr_dyn.simulation.metrics import Metrics, metrics
-from lwr_dyn.text import table
+from lwr_dyn.tables import aligned
 
 
 def run_record(run: Run, arm: Arm) -> dict[str, Any]:
@@ -62,7 +62,7 @@ def _errors(arm: Arm, found: Metrics) -> str:
         uses = [f"{found.peak_torque[i]:.4g}", _share(found.torque_use[i]), _share(found.speed_use[i])]
         rows.append((name, _unit(arm, i), *errors, *uses, f"{found.saturated_s[i]:.3g}"))
     head = ("error of", "in", "mean", "mean|e|", "max", "min", "RMS", "mean|de|", "max", "min per s")
-    return table(rows, (*head, "peak N m (N)", "of limit", "speed", "cut s"))
+    return aligned(rows, (*head, "peak N m (N)", "of limit", "speed", "cut s"))
 
 
 def _share(use: float) -> str:

@@ -44,8 +44,8 @@ def command(
         ]
         print_json({"robot": form.name, "dtype": dtype, "cache": str(cache_folder()), "functions": records})
         return
-    from lwr_dyn.text import table
+    from lwr_dyn.tables import aligned
 
     rows = [(n, str(s.operations), str(s.fused), FUNCTIONS[n].says) for n, s in known.items()]
     click.echo(f"{form.name}, {dtype}; kept in {cache_folder()}")
-    click.echo(table(rows, ("function", "operations", "with fused multiply-add", "gives")))
+    click.echo(aligned(rows, ("function", "operations", "with fused multiply-add", "gives")))

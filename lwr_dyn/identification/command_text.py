@@ -10,7 +10,7 @@ import numpy as np
 from lwr_dyn.identification.direction_fit import NAMES, DirectionFit
 from lwr_dyn.identification.friction import FrictionIdentification, How
 from lwr_dyn.identification.motion import MotionIdentification
-from lwr_dyn.text import table
+from lwr_dyn.tables import aligned
 
 _UNITS = {"coulomb": "N m", "viscous": "N m s/rad", "static": "N m", "stribeck_velocity": "rad/s"}
 
@@ -49,7 +49,7 @@ def friction_text(found: FrictionIdentification, how: How, subtract: str) -> str
     loss = "Huber's loss" if how.robust else "least squares"
     lines = [f"{len(found.points)} cruises in {files} files, {loss}, taken out of the torques: {_taken(subtract)}"]
     if found.fits:
-        lines.append(table([_row(fit) for fit in found.fits], head))
+        lines.append(aligned([_row(fit) for fit in found.fits], head))
         lines.append(
             "value +- standard error; magnitudes against the motion; an offset raises one way, lowers the other"
         )
@@ -121,8 +121,8 @@ def motion_text(found: MotionIdentification) -> str:
     return "\n".join(
         (
             f"{found.base.count} base parameters from {found.equations} equations, condition {found.condition:.3g}",
-            table(named, ("parameter (SI)", "value", "of the model")),
+            aligned(named, ("parameter (SI)", "value", "of the model")),
             "",
-            table(checked, ("joint", "RMS torque", "left, fitted time", "left, held-out time", "left by the model")),
+            aligned(checked, ("joint", "RMS torque", "left, fitted time", "left, held-out time", "left by the model")),
         )
     )

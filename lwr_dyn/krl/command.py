@@ -20,7 +20,7 @@ from lwr_dyn.krl.job import job_program, read_job
 from lwr_dyn.krl.program import load_program
 from lwr_dyn.krl.run import ProgramRun, run_program
 from lwr_dyn.krl.settings import Settings
-from lwr_dyn.text import table
+from lwr_dyn.tables import aligned
 
 _WORLD = (
     click.option("--robot", default="kr30ha", show_default=True, help="A robot with KUKA's axes."),
@@ -148,8 +148,8 @@ def run_text(done: ProgramRun) -> str:
     assumed = f"assumed: {done.settings.ramp:g} s to rated speed; masses of {arm.name} as its data file has them"
     return "\n".join([
         f"{done.program} on {arm.name}: {done.cycle_time:.3f} s",
-        table(rows, head),
-        table(axes, ("axis", "peak deg/s", "of rated", "static N m", "dynamic N m")),
+        aligned(rows, head),
+        aligned(axes, ("axis", "peak deg/s", "of rated", "static N m", "dynamic N m")),
         assumed,
         *map(str, done.found),
     ])  # fmt: skip

@@ -11,7 +11,7 @@ from lwr_dyn.checks.verdict import Report, Verdict
 from lwr_dyn.files import write_file, write_folder
 from lwr_dyn.papers.assembly import arm_from_paper
 from lwr_dyn.papers.catalog import open_paper, readings
-from lwr_dyn.text import table
+from lwr_dyn.tables import aligned
 from lwr_dyn.urdf.fileset import model_files
 
 
@@ -32,7 +32,7 @@ def models_and_checks(place: Path, robot: str) -> list[Report]:
 def verdict_table(verdicts: Sequence[Verdict]) -> str:
     """Verdicts as aligned text."""
     rows = [(v.name, f"{v.value:.3g}", f"{v.tolerance:.3g}", v.unit, v.word) for v in verdicts]
-    return table(rows, ("check", "value", "tolerance", "unit", "verdict"))
+    return aligned(rows, ("check", "value", "tolerance", "unit", "verdict"))
 
 
 def check_line(report: Report) -> str:

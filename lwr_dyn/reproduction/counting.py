@@ -8,7 +8,7 @@ from typing import Any
 from lwr_dyn.reproduction.judge import AFTER, DIFFERS, NOT, REPRODUCED
 from lwr_dyn.reproduction.ledger import Entry
 from lwr_dyn.reproduction.verdicts import Judgement
-from lwr_dyn.text import table
+from lwr_dyn.tables import aligned
 
 HEAD = (
     "paper", "printed", "reproduced", "after erratum", "differs", "not reproducible", "derived", "of them reproduced",
@@ -32,7 +32,7 @@ def counts_text(records: dict[str, dict[str, Any]]) -> str:
     if len(rows) > 1:
         sums = [str(sum(int(row[i]) for row in rows)) for i in range(1, len(HEAD))]
         rows.append(("all", *sums))
-    return table(rows, HEAD)
+    return aligned(rows, HEAD)
 
 
 def _row(paper: str, found: dict[str, Any]) -> tuple[str, ...]:
@@ -55,7 +55,7 @@ def differing_text(found: Judgement) -> str:
         for j in found.data
         if j.verdict == DIFFERS
     ]
-    return table(rows, ("cell", "printed", "recomputed", "D", "in last digits")) if rows else ""
+    return aligned(rows, ("cell", "printed", "recomputed", "D", "in last digits")) if rows else ""
 
 
 def _told(value: Any) -> str:

@@ -20,7 +20,7 @@ from lwr_dyn.reproduction.readings import SPREAD, sections_of
 from lwr_dyn.reproduction.report.page import write_report
 from lwr_dyn.reproduction.rooms import PAPERS, room
 from lwr_dyn.reproduction.verdicts import judged
-from lwr_dyn.text import json_text
+from lwr_dyn.tables import json_text
 
 Say = Callable[[str], None]
 ALL = "all"

@@ -19,7 +19,7 @@ from lwr_dyn.cli.options import print_json
 from lwr_dyn.errors import OptionError
 from lwr_dyn.papers.catalog import open_paper, robots
 from lwr_dyn.papers.schema import Paper
-from lwr_dyn.text import table as text_table
+from lwr_dyn.tables import aligned
 
 HEAD = ("#", "DH", "about", "com from", "products", "axes moved", "cells", "apart", "repeated differ", "fullness")
 
@@ -80,7 +80,7 @@ def _print(found: Resolution) -> None:
     for name, (ranking, _) in rankings(found).items():
         if ranking:
             click.echo(f"\nreadings, best first: {titles[name]} (t tensor entries, i +integral, link by link)")
-            click.echo(text_table(ranking_rows(ranking), HEAD))
+            click.echo(aligned(ranking_rows(ranking), HEAD))
 
 
 def _record(robot: str, found: Resolution | None, zero: ZeroResolution | None) -> dict[str, Any]:

@@ -16,7 +16,7 @@ from lwr_dyn.cli.options import print_json
 from lwr_dyn.errors import OptionError
 from lwr_dyn.front import load, readings
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.text import table
+from lwr_dyn.tables import aligned
 
 
 @click.command("spread")
@@ -73,7 +73,7 @@ def _text(found: Spread) -> str:
         *(_matrix(found, law.name) for law in found.job.laws),
         *_notes(found),
         "\nwhat survives",
-        table([(c.text, c.verdict()) for c in found.conclusions], ("conclusion", "verdict")),
+        aligned([(c.text, c.verdict()) for c in found.conclusions], ("conclusion", "verdict")),
     ]
     return "\n".join(parts)
 
@@ -85,7 +85,7 @@ def _gravity(found: Spread) -> str:
         rows.append((name, "largest |g|", *_numbers(np.abs(s.gravity).max(axis=0))))
         if s is not first:
             rows.append((name, f"largest difference to {found.names[0]}", *_numbers(s.gravity_off(first))))
-    return table(rows, ("reading", "figure", *found.joints))
+    return aligned(rows, ("reading", "figure", *found.joints))
 
 
 def _inertias(found: Spread) -> str:
@@ -94,7 +94,7 @@ def _inertias(found: Spread) -> str:
         rows += [(name, f, *_numbers(x)) for f, x in (("b", s.b), ("Kp", s.gains.Kp), ("Kd", s.gains.Kd))]
         if s is not first:
             rows.append((name, f"off {found.names[0]}", *(f"{x:+.2%}" for x in s.b / first.b - 1.0)))
-    return table(rows, ("reading", "figure", *found.joints))
+    return aligned(rows, ("reading", "figure", *found.joints))
 
 
 def _numbers(values: Array) -> tuple[str, ...]:
@@ -115,7 +115,7 @@ def _matrix(found: Spread, law: str) -> str:
             mark = "*" if (believed, real) in raised else ""
             cells.append("no run" if math.isnan(tips[i, j]) else f"{tips[i, j]:.3g} ({worst[i, j]:.3g}){mark}")
         rows.append((believed, *cells))
-    return table(rows, (law, *(f"on {name}" for name in found.names)))
+    return aligned(rows, (law, *(f"on {name}" for name in found.names)))
 
 
 def _notes(found: Spread) -> list[str]:

@@ -17,7 +17,7 @@ from lwr_dyn.krl.job import job_of, job_program
 from lwr_dyn.krl.program import Program, parse_program
 from lwr_dyn.krl.run import ProgramRun, run_program
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.text import table
+from lwr_dyn.tables import aligned
 from lwr_dyn.viewer.html import write_replay
 
 NAME = "TwoPointMotionPath"
@@ -128,7 +128,7 @@ def program_text(report: ProgramReport) -> str:
         f"The report's program (Appendix B): {counted}",
         *map(str, report.printed),
         f"\nThe corrected program: {len(report.said)} diagnoses, cycle {report.run.cycle_time:.3f} s",
-        table(rows, ("point", "flange [mm]", "branch", "missed by [mm]")),
+        aligned(rows, ("point", "flange [mm]", "branch", "missed by [mm]")),
         f"back at mastering within {report.home_missed:.1e} rad",
     ]
     return "\n".join(lines)

@@ -17,7 +17,7 @@ from lwr_dyn.reproduction.kr30ha.motion import Comparison, MotionReport
 from lwr_dyn.reproduction.kr30ha.points import PaperPoints, RightPoint
 from lwr_dyn.symbolic.equation_text import expression_text
 from lwr_dyn.symbolic.trigonometry import readable
-from lwr_dyn.text import table
+from lwr_dyn.tables import aligned
 
 
 def points_text(found: PaperPoints) -> str:
@@ -37,13 +37,13 @@ def points_text(found: PaperPoints) -> str:
     return "\n".join(
         [
             "The report's own simplified solution, recomputed [deg; D bare]",
-            table(cells, ("point", "cell", "printed", "recomputed", "verdict")),
+            aligned(cells, ("point", "cell", "printed", "recomputed", "verdict")),
             "\nThe flange at the points with A = B = C = 0 (home: mastering), least axis travel from the one before",
-            table(
+            aligned(
                 right, ("point", "branch", "A1 to A6 [deg]", "travel [deg]", "solutions in limits", "wrist centre [mm]")
             ),
             "\nThe angles of Table 5 put through the true arm: how far wrist centre and flange miss the point [mm]",
-            table(misses, ("point", "read as", "wrist centre", "misses by", "flange", "misses by")),
+            aligned(misses, ("point", "read as", "wrist centre", "misses by", "flange", "misses by")),
         ]
     )
 
@@ -61,7 +61,7 @@ def matrices_text(found: PaperMatrices) -> str:
         "Composites against the arm at A = 0": found.composite,
     }
     head = ("matrix", "entries right", "differing (printed | right)", "verdict")
-    return "\n\n".join(f"{title}\n{table([_matrix_row(v) for v in rows], head)}" for title, rows in groups.items())
+    return "\n\n".join(f"{title}\n{aligned([_matrix_row(v) for v in rows], head)}" for title, rows in groups.items())
 
 
 def _matrix_row(v: MatrixVerdict) -> tuple[str, ...]:
@@ -82,7 +82,7 @@ def envelope_text(found: Envelope, arm: Arm) -> str:
         ("reach [mm]", f"{1e3 * found.reach:.2f}", _sheet(rated.reach, 1e3)),
         ("volume [m^3]", f"{found.volume:.4f}", _sheet(rated.envelope_volume, 1.0)),
     ]
-    return f"Envelope of the wrist centre from geometry and limits\n{table(rows, ('', 'computed', 'data sheet'))}"
+    return f"Envelope of the wrist centre from geometry and limits\n{aligned(rows, ('', 'computed', 'data sheet'))}"
 
 
 def _sheet(value: float | None, factor: float) -> str:
@@ -97,15 +97,15 @@ def comparison_text(found: MotionReport) -> str:
     return "\n".join(
         [
             "The report's expressions against its own planar model done right; printed = right + the slips named",
-            table(rows, ("expression", "verdict", "where")),
+            aligned(rows, ("expression", "verdict", "where")),
             "\nTerm by term where they differ",
-            table(terms, ("expression", "times", "printed", "right")),
+            aligned(terms, ("expression", "times", "printed", "right")),
             "\nThe report's equations, which it leaves unfinished, carried to the end: from its own Lagrangian",
             *_torques(found.printed_torques, found),
             "and from the right one of the same planar model",
             *_torques(found.planar.tau, found),
             "\nThe planar model beside the arm's first joints; l1/2 = a1 + c1x, l2/2 = a2 + c2x, I1 = I1yy, I2 = I2zz",
-            table(beside, ("", "planar", "arm", "")),
+            aligned(beside, ("", "planar", "arm", "")),
         ]
     )
 
@@ -140,7 +140,7 @@ def cycle_text(found: Cycle, arm: Arm) -> str:
         [
             f"Mastering, Point 1, Point 2, mastering in {found.reference.duration:.2f} s, at most {SPEED_SHARE:.0%} of"
             f" rated speed, {RISE} s to come to it (both assumed), inverse dynamics, estimated masses",
-            table(rows, ("at", "g(q), A1 to A6 [N m]", "road A - road B", "run misses by [mm]")),
+            aligned(rows, ("at", "g(q), A1 to A6 [N m]", "road A - road B", "run misses by [mm]")),
             f"largest |tau|, A1 to A6 [N m]: {_numbers(found.peak_torque)}",
             f"largest speed over rated, A1 to A6: {_numbers(share, 3)}",
         ]

@@ -8,7 +8,7 @@ from lwr_dyn.control.worst_case_inertia import WorstCase
 from lwr_dyn.reproduction.lwr4plus.errors import NEAR, ErrorTable
 from lwr_dyn.reproduction.lwr4plus.runs import PLANTS, Trial, ranking
 from lwr_dyn.reproduction.lwr4plus.tables import GainCell, InertiaRow, errata_that_matter, in_paper_angles
-from lwr_dyn.text import table
+from lwr_dyn.tables import aligned
 
 READINGS = ("printed", "computed", "physical")
 
@@ -23,7 +23,7 @@ def table_iv_text(rows: Sequence[InertiaRow]) -> str:
         )
     head = ("joint", "Table IV", *READINGS, "printed q [deg]", "B_ii there, at most", "maximisers [deg]")
     lines = ["Table IV, worst-case inertia [kg m^2]; = reproduced to the printed digits; * any; q2 from the horizontal"]
-    lines.append(table(cells, head))
+    lines.append(aligned(cells, head))
     lines += [f"b{r.joint + 1}{r.joint + 1}: {r.worst.statement()}" for r in rows]
     lines.append(f"what makes the difference between printed and computed: {' and '.join(errata_that_matter())}")
     return "\n".join(lines)
@@ -48,7 +48,7 @@ def table_vi_text(cells: Sequence[GainCell]) -> str:
         verdict = "reproduced" if c.reproduced else f"printed here: the value of {c.fits}" if c.fits else "open"
         rows.append((f"{c.name}_{c.joint + 1}", c.printed, f"{c.value:.6g}", verdict))
     head = "Table VI, gains from omega_n = 50 rad/s, xi = 1 and the printed b"
-    return f"{head}\n{table(rows, ('cell', 'printed', 'recomputed', 'verdict'))}"
+    return f"{head}\n{aligned(rows, ('cell', 'printed', 'recomputed', 'verdict'))}"
 
 
 def error_tables_text(found: Sequence[ErrorTable]) -> str:
@@ -59,12 +59,12 @@ def error_tables_text(found: Sequence[ErrorTable]) -> str:
     hypothesis = "" if ranked[0].name == "table_vii" else " (hypothesis: no feed-forward, no gravity in n)"
     head = ("timing (assumed)", "arm angle", "RMS miss / row range", "reproduced", f"near ({NEAR:.0%})", "differs")
     nearest = ranked[0]
-    lines = [f"{title[nearest.name]}{hypothesis}: position errors, printed in mm, read as mrad", table(rows, head)]
+    lines = [f"{title[nearest.name]}{hypothesis}: position errors, printed in mm, read as mrad", aligned(rows, head)]
     lines.append(f"nearest: {nearest.timing} timing, arm angle: {nearest.arm_angle}")
     cells = [
         (f"J{c.joint + 1} {c.column}", c.printed, f"{c.value:.3g}", f"{c.miss:+.0%}", c.verdict) for c in nearest.cells
     ]
-    lines.append(table(cells, ("cell", "printed", "recomputed", "of row range", "verdict")))
+    lines.append(aligned(cells, ("cell", "printed", "recomputed", "of row range", "verdict")))
     return "\n".join(lines)
 
 
@@ -90,4 +90,4 @@ def ranking_text(found: Sequence[Trial]) -> str:
             kept = "kept" if m.within_limits else "NOT kept"
             rows.append((plant, str(place), t.controller, *figures, kept, f"{audit['residual']:.1e}"))
     head = ("plant", "place", "controller", "tip RMS mm", "tip max mm", "torque", "speed", "limits", "audit J")
-    return f"Controllers on IST, ranked by RMS tip error; they believe in the arm as modelled\n{table(rows, head)}"
+    return f"Controllers on IST, ranked by RMS tip error; they believe in the arm as modelled\n{aligned(rows, head)}"

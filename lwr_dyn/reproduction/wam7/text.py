@@ -9,7 +9,7 @@ from lwr_dyn.model.friction.refit import passive_refit
 from lwr_dyn.papers.actuation import friction_of
 from lwr_dyn.reproduction.printed import printed_tables
 from lwr_dyn.reproduction.wam7.runs import AGREES, GRAVITIES, Cruise, Experiment, sides_of
-from lwr_dyn.text import table
+from lwr_dyn.tables import aligned
 
 SIGN = {1: "+", -1: "-"}
 
@@ -24,7 +24,7 @@ def cruises_text(found: Sequence[Cruise]) -> str:
         for c in found
     ]  # fmt: skip
     head = ("joint", "gravity", "kd + sigma", "(F_c + sigma v)/kp", "simulated", "miss", "range", "verdict")
-    lines = [f"Steady cruise error q_ref - q [mrad] at 0.5/6 rad/s; agreement within {AGREES:.1%}", table(rows, head)]
+    lines = [f"Steady cruise error q_ref - q [mrad] at 0.5/6 rad/s; agreement within {AGREES:.1%}", aligned(rows, head)]
     return "\n".join(lines)
 
 
@@ -45,7 +45,7 @@ def figure_7_text(found: Sequence[Cruise]) -> str:
         words = "not readable in the text" if printed is None else "inside" if inside else "OUTSIDE"
         limits = "-" if printed is None else f"{1e3 * float(printed[0]):g} to {1e3 * float(printed[1]):g}"
         rows.append((f"J{c.joint + 1}", limits, f"{1e3 * c.mean:.2f}", words))
-    return f"Figure 7, axes [mrad] (the gains are not the paper's)\n{table(rows, ('joint', 'axis', 'simulated', ''))}"
+    return f"Figure 7, axes [mrad] (the gains are not the paper's)\n{aligned(rows, ('joint', 'axis', 'simulated', ''))}"
 
 
 def figure_7_holds(found: Sequence[Cruise]) -> bool:
@@ -65,7 +65,7 @@ def passivity_text(arm: Arm) -> str:
         damping = "-" if arm.gains is None else f"{found.net_damping(float(arm.gains.Kd[joint])):.4f}"
         rows.append((f"J{joint + 1} {SIGN[side]}", start, damping, refit, cost))
     head = ("joint", "feeds energy in from [rad/s]", "kd + sigma", "passive F_c, sigma", "RMS cost [N m]")
-    return f"Passivity of Table 1's friction (measured up to 0.4 rad/s)\n{table(rows, head)}"
+    return f"Passivity of Table 1's friction (measured up to 0.4 rad/s)\n{aligned(rows, head)}"
 
 
 def runs_text(made: Sequence[Experiment]) -> str:
@@ -76,4 +76,4 @@ def runs_text(made: Sequence[Experiment]) -> str:
         figures = (f"{error:.3f}", str(len(e.run.events)), str(e.run.meta["evaluations"]), f"{audit['residual']:.1e}")
         rows.append((e.name, *figures, f"{audit['channels']['friction']:.4f}"))
     head = ("run", "largest error [mrad]", "events", "evaluations", "audit [J]", "work of friction [J]")
-    return f"The runs\n{table(rows, head)}"
+    return f"The runs\n{aligned(rows, head)}"
