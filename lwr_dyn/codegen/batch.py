@@ -18,11 +18,22 @@ from lwr_dyn.codegen.form import Form, form_of
 from lwr_dyn.codegen.functions import function_shape
 from lwr_dyn.codegen.kernel import Kernel, kernel_of, require_packages, thread_count
 from lwr_dyn.codegen.rows import address_and_step, input_rows, nearer, result_array
-from lwr_dyn.errors import NotFiniteWarning, OptionError
+from lwr_dyn.errors import OptionError
 from lwr_dyn.model.arm import Arm
 
 Numbers = NDArray[Any]
 """An array of the batch's number type."""
+
+
+class NotFiniteWarning(UserWarning):
+    """States of a batch hold a value that is not finite; their results are NaN, all others are computed."""
+
+    def __init__(self, function: str, indices: Iterable[int], count: int) -> None:
+        self.function, self.indices = function, tuple(int(i) for i in indices)
+        shown = ", ".join(str(i) for i in self.indices[:5]) + (", ..." if len(self.indices) > 5 else "")
+        super().__init__(
+            f"{function}: {len(self.indices)} of {count} states are not finite (index {shown}): their results are NaN"
+        )
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -15,13 +15,24 @@ import warnings
 from pathlib import Path
 from typing import Any
 
-from lwr_dyn.errors import CacheWarning, FileAccessError
+from lwr_dyn.errors import FileAccessError
 from lwr_dyn.files import write_file
 
 _MARK = b"lwr_dyn kernel 1\n"
 _LEFT_OVER = 3600.0
 """Seconds after which an unfinished file is of a process that was killed."""
 _told: set[str] = set()
+
+
+class CacheWarning(UserWarning):
+    """Compiled kernels cannot be kept in a file; every process compiles them again."""
+
+    def __init__(self, folder: str, reason: str) -> None:
+        super().__init__(
+            f"compiled kernels cannot be kept in {folder} ({reason}): this process compiles its own; "
+            "name another folder in LWR_DYN_CACHE"
+        )
+        self.folder, self.reason = folder, reason
 
 
 def cache_folder() -> Path:

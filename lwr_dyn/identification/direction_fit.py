@@ -10,7 +10,8 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from lwr_dyn.arrays import Array, read_only
-from lwr_dyn.errors import LogError, OptionError
+from lwr_dyn.errors import OptionError
+from lwr_dyn.identification.columns import LogError
 from lwr_dyn.identification.friction_map import MapPoint
 from lwr_dyn.identification.least_squares import HUBER, Estimate, determined, huber, weighted
 from lwr_dyn.model.friction.models import Direction

@@ -6,7 +6,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from lwr_dyn.errors import LogError, LwrDynError
+from lwr_dyn.errors import LwrDynError
+from lwr_dyn.identification.columns import LogError
 from lwr_dyn.identification.cruise import USUAL_RULE, CruiseRule
 from lwr_dyn.identification.direction_fit import DirectionFit, Model, fit_direction
 from lwr_dyn.identification.friction_map import MapPoint, map_points, points_of

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.errors import LogError
+from lwr_dyn.identification.columns import LogError
 from lwr_dyn.identification.cruise import USUAL_RULE, Cruise, CruiseRule, find_cruises
 from lwr_dyn.identification.logs import JointLog
 from lwr_dyn.identification.torque_model import ModelTorque

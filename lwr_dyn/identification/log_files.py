@@ -15,7 +15,8 @@ from typing import Any
 import numpy as np
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.errors import FileAccessError, LogError, MissingPackageError
+from lwr_dyn.errors import FileAccessError, MissingPackageError
+from lwr_dyn.identification.columns import LogError
 
 SUFFIXES = (".csv", ".parquet")
 _AT = re.compile(r"at row (\d+)")

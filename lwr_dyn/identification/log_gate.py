@@ -8,8 +8,7 @@ from math import pi
 import numpy as np
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.errors import LogError
-from lwr_dyn.identification.columns import Column
+from lwr_dyn.identification.columns import Column, LogError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind
 

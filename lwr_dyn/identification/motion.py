@@ -16,8 +16,9 @@ from scipy.signal import savgol_filter
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.dynamics.regressor import JOINT, Regressor, chain_parameters
-from lwr_dyn.errors import LogError, OptionError
+from lwr_dyn.errors import OptionError
 from lwr_dyn.identification.base_parameters import BaseParameters, base_parameters
+from lwr_dyn.identification.columns import LogError
 from lwr_dyn.identification.cruise import recordings
 from lwr_dyn.identification.least_squares import Estimate, determined, weighted
 from lwr_dyn.identification.logs import JointLog

@@ -10,7 +10,8 @@ from scipy.signal import savgol_filter
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.dynamics.newton_euler import Recursion
-from lwr_dyn.errors import LogError, OptionError
+from lwr_dyn.errors import OptionError
+from lwr_dyn.identification.columns import LogError
 from lwr_dyn.identification.cruise import recordings
 from lwr_dyn.identification.logs import JointLog
 from lwr_dyn.model.arm import Arm

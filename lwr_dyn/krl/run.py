@@ -11,7 +11,7 @@ import numpy as np
 from lwr_dyn.arrays import Array
 from lwr_dyn.dynamics.selection import dynamics_of
 from lwr_dyn.dynamics.ungated import mechanical_energy
-from lwr_dyn.errors import ProgramError
+from lwr_dyn.errors import LwrDynError
 from lwr_dyn.kinematics.kuka_pose import KukaPose, kuka_pose
 from lwr_dyn.krl.diagnosis import Diagnosis
 from lwr_dyn.krl.machine import Machine
@@ -27,6 +27,14 @@ from lwr_dyn.simulation.record import origin
 
 OVER = 1e-6
 """How far, relative, an axis may be over its speed: rounding."""
+
+
+class ProgramError(LwrDynError, RuntimeError):
+    """A KRL program cannot start or continue: the `place`, a `code`, the `message` and a `hint`."""
+
+    def __init__(self, place: str, code: str, message: str, hint: str) -> None:
+        super().__init__(f"{place}: {message}" + (f"; {hint}" if hint else ""))
+        self.place, self.code, self.message, self.hint = place, code, message, hint
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 import lwr_dyn
+from lwr_dyn.codegen.batch import NotFiniteWarning
 from lwr_dyn.codegen.sincos import sincos
-from lwr_dyn.errors import NotFiniteWarning, ShapeError
+from lwr_dyn.errors import ShapeError
 from tests.codegen.evaluate import states
 
 ARM = lwr_dyn.load("lwr4plus")

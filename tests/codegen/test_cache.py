@@ -12,8 +12,9 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.codegen import cache, kernel
+from lwr_dyn.codegen.cache import CacheWarning
 from lwr_dyn.codegen.form import form_of
-from lwr_dyn.errors import CacheWarning, MissingPackageError
+from lwr_dyn.errors import MissingPackageError
 from lwr_dyn.model.friction.models import symmetric
 
 ARM = lwr_dyn.load("lwr4plus")

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from lwr_dyn.errors import FileAccessError, LogError, LwrDynError, OptionError
-from lwr_dyn.identification.columns import declared_units
+from lwr_dyn.errors import FileAccessError, LwrDynError, OptionError
+from lwr_dyn.identification.columns import LogError, declared_units
 from lwr_dyn.identification.friction import identify_friction, identify_friction_files
 from lwr_dyn.identification.generator import LogSensors, ideal_cruise
 from lwr_dyn.identification.logs import JointLog, read_log, write_log

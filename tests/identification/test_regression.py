@@ -7,8 +7,9 @@ from hypothesis import strategies as st
 
 import lwr_dyn
 from lwr_dyn.dynamics.regressor import INERTIAL, JOINT, Regressor, chain_parameters
-from lwr_dyn.errors import LogError, OptionError
+from lwr_dyn.errors import OptionError
 from lwr_dyn.identification.base_parameters import base_parameters
+from lwr_dyn.identification.columns import LogError
 from lwr_dyn.identification.generator import LogSensors
 from lwr_dyn.identification.logs import JointLog
 from lwr_dyn.identification.motion import MotionRule, chain_base, identify_motion

@@ -3,11 +3,11 @@
 import pytest
 
 import lwr_dyn
-from lwr_dyn.errors import FileAccessError, OptionError, ProgramError
+from lwr_dyn.errors import FileAccessError, OptionError
 from lwr_dyn.krl.check import check_program
 from lwr_dyn.krl.given import given_values
 from lwr_dyn.krl.program import load_program, parse_program
-from lwr_dyn.krl.run import run_program
+from lwr_dyn.krl.run import ProgramError, run_program
 from lwr_dyn.krl.settings import Settings
 
 HOME = "PTP {A1 0, A2 -90, A3 90, A4 0, A5 30, A6 0}"

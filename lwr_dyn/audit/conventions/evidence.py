@@ -16,9 +16,17 @@ import numpy as np
 from lwr_dyn.arrays import Array, joint_array
 from lwr_dyn.audit.conventions.choices import About, Products
 from lwr_dyn.audit.conventions.printed import BLANK, TENSOR, PrintedTable
-from lwr_dyn.errors import EvidenceError, UnknownNameError
+from lwr_dyn.errors import FaultError, UnknownNameError
 
 Quantity = Literal["inertia", "worst inertia", "gravity"]
+
+
+class EvidenceError(FaultError, ValueError):
+    """Evidence for a reading cannot be used: `where` is the entry."""
+
+    def __init__(self, where: str, found: str, allowed: str) -> None:
+        super().__init__(f"evidence: {where}", found, allowed)
+        self.where = where
 
 
 @dataclass(frozen=True, slots=True)

@@ -41,13 +41,14 @@ from lwr_dyn.arrays import Array, joint_array
 from lwr_dyn.audit.conventions.evidence import (
     DerivedNumber,
     Evidence,
+    EvidenceError,
     FlangePlace,
     Printed,
     SecondTensors,
     second_tensors,
 )
 from lwr_dyn.audit.conventions.printed import PrintedTable
-from lwr_dyn.errors import EvidenceError, PaperError, UnknownNameError
+from lwr_dyn.errors import PaperError, UnknownNameError
 from lwr_dyn.files import read_text
 from lwr_dyn.model.dh import Convention, JointKind
 from lwr_dyn.papers.fields import Fields, choice

@@ -7,8 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from lwr_dyn.audit.lint.roles import TOTALS, name_in, role_of, unit_in, words_of
-from lwr_dyn.audit.lint.sheet import Declared, Sheet, Statement, Table, column
-from lwr_dyn.errors import TableError
+from lwr_dyn.audit.lint.sheet import Declared, Sheet, Statement, Table, TableError, column
 
 SEPARATORS = ",;\t|"
 DECLARATIONS = ("title", "formula", "ratio", "joints", "total", "role")

@@ -13,8 +13,7 @@ from lwr_dyn.audit.lint.dimensions import Powers, Unit, UnlikeError, dimension_o
 from lwr_dyn.audit.lint.finding import Finding
 from lwr_dyn.audit.lint.printed_number import Number, power_of_ten
 from lwr_dyn.audit.lint.roles import plain_name
-from lwr_dyn.audit.lint.sheet import Column, Sheet, Table
-from lwr_dyn.errors import TableError
+from lwr_dyn.audit.lint.sheet import Column, Sheet, Table, TableError
 
 FORM = "NAME = numbers, names, + - * / ^ and functions such as sqrt, sin, hypot"
 

@@ -12,8 +12,7 @@ from dataclasses import dataclass
 
 from lwr_dyn.audit.lint.finding import Finding
 from lwr_dyn.audit.lint.printed_number import ROUND, Number
-from lwr_dyn.audit.lint.sheet import Column, Sheet, Table
-from lwr_dyn.errors import TableError
+from lwr_dyn.audit.lint.sheet import Column, Sheet, Table, TableError
 
 LEAST_ROWS = 3
 """Rows that have to agree before a ratio counts as one."""

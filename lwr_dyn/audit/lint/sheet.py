@@ -6,6 +6,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from lwr_dyn.audit.lint.printed_number import Number, number_in
+from lwr_dyn.errors import FaultError
+
+
+class TableError(FaultError, ValueError):
+    """A file of tables cannot be read: which `file` and which `place` in it."""
+
+    def __init__(self, file: str, place: str, found: str, allowed: str) -> None:
+        super().__init__(f"{file}: {place}", found, allowed)
+        self.file, self.place = file, place
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,8 +16,7 @@ from typing import Any
 from lwr_dyn.audit.lint.list_columns import cell_text, columns_of
 from lwr_dyn.audit.lint.printed_number import number_in
 from lwr_dyn.audit.lint.roles import words_of
-from lwr_dyn.audit.lint.sheet import Column, Declared, Matrix, Sheet, Statement, Table, column
-from lwr_dyn.errors import TableError
+from lwr_dyn.audit.lint.sheet import Column, Declared, Matrix, Sheet, Statement, Table, TableError, column
 
 LISTS = ("formula", "ratio", "symmetric")
 DECLARED = (*LISTS, "total", "role", "joints", "unit")

@@ -5,9 +5,9 @@ import pytest
 from lwr_dyn.audit.lint.csv_sheet import sheet_of_csv
 from lwr_dyn.audit.lint.dimensions import unit_of
 from lwr_dyn.audit.lint.examine import lint
+from lwr_dyn.audit.lint.sheet import TableError
 from lwr_dyn.audit.lint.statements import equalities
 from lwr_dyn.audit.lint.toml_sheet import sheet_of_toml
-from lwr_dyn.errors import TableError
 
 
 def rules(text, kind="csv"):
