@@ -7,11 +7,15 @@ from __future__ import annotations
 
 import argparse
 import random
+import sys
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
+from pathlib import Path
 
-from lwr_dyn.reproduction.mutants import Mutant, Survey, mutants, survey
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))  # for `tests`
+
 from lwr_dyn.reproduction.rooms import PAPERS
+from tests.reproduction.mutants import Mutant, Survey, mutants, survey
 
 PIECES = 8
 """In which the mutants of a paper are handed to processes."""

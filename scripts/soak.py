@@ -191,8 +191,8 @@ def data_mutants() -> tuple[str, bool]:
     """Every numeric cell of every data file changed in four ways, one at a time; survivors: scripts/data_mutants.py."""
     from data_mutants import surveyed
 
-    from lwr_dyn.reproduction.mutants import mutants
     from lwr_dyn.reproduction.rooms import PAPERS
+    from tests.reproduction.mutants import mutants
 
     found = {paper: surveyed(paper, list(mutants(paper)), 2) for paper in PAPERS}
     missed = sum(len(one.missed) for one in found.values())

@@ -4,7 +4,8 @@ import random
 
 import pytest
 
-from lwr_dyn.reproduction.mutants import (
+from lwr_dyn.reproduction.rooms import PAPERS, room
+from tests.reproduction.mutants import (
     KINDS,
     REFUSED,
     UNSEEN,
@@ -17,7 +18,6 @@ from lwr_dyn.reproduction.mutants import (
     survey,
     usual_judgement,
 )
-from lwr_dyn.reproduction.rooms import PAPERS, room
 
 SHARE = 40
 """Mutants a paper."""
