@@ -11,18 +11,18 @@ import platform
 import statistics
 import subprocess
 import sys
+from collections.abc import Callable
 from importlib.metadata import version
 
 import numpy as np
 import pinocchio as pin
-from benchmark_friction import with_friction
-from benchmark_kernels import kernels
-from dynamics_peers import mujoco_calls, mujoco_loop, toolbox_calls
-from timing import Call, head, installed, paired, row, seconds
+from benchmarks.dynamics_peers import mujoco_calls, mujoco_loop, toolbox_calls
+from benchmarks.friction import with_friction
+from benchmarks.kernels import kernels
+from benchmarks.timing import Call, head, installed, paired, row, seconds
 
 import lwr_dyn
 from lwr_dyn.control.inverse_dynamics import InverseDynamics
-from lwr_dyn.model.arm import Arm
 from lwr_dyn.simulation.simulate import simulate
 from lwr_dyn.trajectory.references.ist import ist_reference
 
@@ -30,8 +30,9 @@ PEERS = ("pin", "mujoco", "roboticstoolbox-python", "numpy", "scipy", "numba", "
 METHODS = ("mass_matrix", "coriolis_matrix", "gravity_vector", "inverse_dynamics", "forward_dynamics")
 
 
-def single_calls(arm: Arm, pairs: int) -> None:
+def single_calls(pairs: int) -> None:
     """B, C, g, inverse and forward dynamics of one state through the front door."""
+    arm = lwr_dyn.load("lwr4plus")
     dyn = lwr_dyn.dynamics_of(arm)
     q, dq, ddq = np.random.default_rng(0).uniform(-1, 1, (3, arm.n))
     model, data = dyn.model, dyn.data
@@ -62,8 +63,9 @@ def single_calls(arm: Arm, pairs: int) -> None:
             row(name, "rtb", paired(ours[name], call, pairs, number), f"differ by {check(dyn):.1e}")
 
 
-def batches(arm: Arm, pairs: int) -> None:
+def batches(pairs: int) -> None:
     """The hand-written recursion over many states at once against a loop of raw Pinocchio calls."""
+    arm = lwr_dyn.load("lwr4plus")
     dyn, road_b = lwr_dyn.dynamics_of(arm), lwr_dyn.dynamics_of(arm, "newton-euler")
     model, data, count = dyn.model, dyn.data, 10000
     q, dq, ddq = np.random.default_rng(1).uniform(-1, 1, (3, count, arm.n))
@@ -79,8 +81,9 @@ def batches(arm: Arm, pairs: int) -> None:
     row("inverse_dynamics, one state", "pinocchio", result)
 
 
-def closed_loop(arm: Arm, pairs: int) -> None:
+def closed_loop(pairs: int) -> None:
     """14 s of IST at 1 kHz: our loop with limits, log and audit against a bare one, and against MuJoCo."""
+    arm = lwr_dyn.load("lwr4plus")
     dyn, reference = lwr_dyn.dynamics_of(arm), ist_reference(arm)
     motion = reference.sample(np.arange(14000) / 1000.0)
     controller = InverseDynamics(dyn, 2500.0, 100.0)
@@ -126,21 +129,30 @@ def starts(pairs: int) -> None:
     print(f"| IK of the IST path, 1401 poses, best arm angle | {statistics.median(times):.3f} |")
 
 
+PARTS: dict[str, Callable[[int], None]] = {
+    "calls": single_calls,
+    "batches": batches,
+    "loop": closed_loop,
+    "friction": with_friction,
+    "processes": starts,
+    "kernels": kernels,
+}
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("parts", nargs="*", metavar="PART", help=f"{', '.join(PARTS)}; all of them if not given")
     parser.add_argument("--pairs", type=int, default=9, help="pairs of measurements a line (at least 7 to quote)")
     options = parser.parse_args()
+    unknown = [part for part in options.parts if part not in PARTS]
+    if unknown:
+        parser.error(f"no part named {unknown[0]!r}; allowed: {', '.join(PARTS)}")
     names = [p for p in PEERS if importlib.util.find_spec(p.replace("-python", "").replace("pin", "pinocchio"))]
-    found = ", ".join(f"{name} {version(name)}" for name in names)
-    print(f"Python {platform.python_version()}, {platform.machine()}; {found}; medians of {options.pairs} pairs")
-    arm = lwr_dyn.load("lwr4plus")
-    single_calls(arm, options.pairs)
-    batches(arm, options.pairs)
-    closed_loop(arm, max(3, options.pairs))
-    with_friction(options.pairs)
-    starts(options.pairs)
-    if installed("numba"):
-        kernels(options.pairs)
+    versions = ", ".join(f"{name} {version(name)}" for name in names)
+    print(f"Python {platform.python_version()}, {platform.machine()}; {versions}; medians of {options.pairs} pairs")
+    for part in options.parts or PARTS:
+        if part != "kernels" or installed("numba"):
+            PARTS[part](options.pairs)
 
 
 if __name__ == "__main__":

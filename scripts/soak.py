@@ -177,7 +177,7 @@ def recovery() -> tuple[str, bool]:
 
 def kernels() -> tuple[str, bool]:
     """Every generated function of every robot against Pinocchio over 100 000 states."""
-    from kernel_peers import agreement
+    from benchmarks.kernel_peers import agreement
 
     arms = [lwr_dyn.load(robot) for robot in lwr_dyn.robots()]
     worst = {arm.name: agreement(arm, 100_000) for arm in arms if arm.chain.bodies is not None}

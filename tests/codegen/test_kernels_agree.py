@@ -10,7 +10,7 @@ from lwr_dyn.checks.states import random_states
 from lwr_dyn.codegen.functions import FUNCTIONS
 from lwr_dyn.codegen.trace import EXPRESSIONS
 from lwr_dyn.dynamics.newton_euler import NewtonEuler
-from scripts.kernel_peers import pinocchio_answers, relative_difference
+from scripts.benchmarks.kernel_peers import pinocchio_answers, relative_difference
 from tests.arms import random_arm
 from tests.codegen.evaluate import evaluated, states
 from tests.tolerances import EXACT

@@ -12,7 +12,7 @@ from lwr_dyn.cli.main import COMMANDS, main
 
 ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
-ELSEWHERE = ("reproduce lwr4plus", "reproduce all", "identify friction logs/*.csv")
+ELSEWHERE = ("reproduce lwr4plus", "reproduce all", "identify friction out/friction_wam/*.csv")
 """Run by tests/reproduction (paper by paper) and by tests/identification/test_identify_command.py."""
 EXIT_1 = "panda.urdf"
 """The README says so: a link of it cannot hold its inertia."""

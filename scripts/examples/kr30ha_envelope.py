@@ -1,10 +1,12 @@
-"""Reach, envelope volume and the section with the report's points: python scripts/kr30ha_envelope.py --out envelope."""
+"""Reach, envelope volume and the section with the report's points: python scripts/examples/kr30ha_envelope.py"""
 
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 
 import lwr_dyn
+from lwr_dyn.files import make_folder
 from lwr_dyn.kinematics.envelope import working_envelope
 from lwr_dyn.reproduction.kr30ha.points import right_points
 from lwr_dyn.reproduction.report.envelope_plot import envelope_figure
@@ -13,7 +15,7 @@ from lwr_dyn.viewer.plots import save_figure
 
 def main(arguments: list[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--out", default="kr30ha_envelope", help="the figure, without .png and .svg")
+    parser.add_argument("--out", type=Path, default=Path("out/kr30ha_envelope"), help="the figure without its ending")
     options = parser.parse_args(arguments)
     arm = lwr_dyn.load("kr30ha")
     found, rated = working_envelope(arm), arm.ratings
@@ -21,6 +23,7 @@ def main(arguments: list[str] | None = None) -> None:
     print(f"envelope volume {found.volume:.4f} m^3, data sheet {rated.envelope_volume}")
     print(f"outline: {len(found.outline)} arcs")
     points = {f"{point.name}, wrist centre": point.wrist_mm / 1e3 for point in right_points(arm)}
+    make_folder(options.out.parent)
     files = save_figure(envelope_figure(arm, points), options.out)
     print(f"wrote {', '.join(str(file) for file in files)}")
 

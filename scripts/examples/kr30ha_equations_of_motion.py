@@ -1,6 +1,6 @@
 """Equations of motion of some joints of an arm in symbols, with numbers beside Pinocchio's; --latex writes a document.
 
-python scripts/kr30ha_equations_of_motion.py --joints A1,A2 --latex equations.tex
+python scripts/examples/kr30ha_equations_of_motion.py --joints A1,A2 --latex equations.tex
 """
 
 from __future__ import annotations

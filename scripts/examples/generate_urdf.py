@@ -1,4 +1,4 @@
-"""Write a robot as URDF with its sidecars: python scripts/generate_urdf.py lwr4plus --reading physical --out out."""
+"""Write a robot as URDF with its sidecars: python scripts/examples/generate_urdf.py lwr4plus --reading physical."""
 
 from __future__ import annotations
 

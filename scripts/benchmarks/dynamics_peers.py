@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from timing import Call
 
+from benchmarks.timing import Call
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Motion
 from lwr_dyn.papers.assembly import dh_rows

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 
 import numpy as np
 
 import lwr_dyn
+from lwr_dyn.files import make_folder
 from lwr_dyn.krl.check import check_program
 from lwr_dyn.krl.diagnosis import summary
 from lwr_dyn.krl.job import job_of, job_program
@@ -25,7 +25,7 @@ TASK = {
 
 def main(arguments: list[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--out", default=".", help="folder for TwoPoints.src, .dat and .npz")
+    parser.add_argument("--out", default="out/krl_two_points", help="folder for TwoPoints.src, .dat and .npz")
     options = parser.parse_args(arguments)
 
     arm = lwr_dyn.load("kr30ha")
@@ -40,12 +40,13 @@ def main(arguments: list[str] | None = None) -> None:
     peak = ", ".join(f"{x:.0f}" for x in np.abs(done.torque).max(axis=0))
     print(f"cycle {done.cycle_time:.3f} s; largest torques {peak} N m (masses estimated)")
 
-    folder = Path(options.out)
+    folder = make_folder(options.out)
     program.source.save(folder / program.source.name)
     if program.data is not None:
         program.data.save(folder / program.data.name)
-    done.to_run().save(folder / "TwoPoints.npz")
-    print(f"wrote {folder / 'TwoPoints.npz'}; see it:  lwr-dyn replay TwoPoints.npz --html two_points.html")
+    file = folder / "TwoPoints.npz"
+    done.to_run().save(file)
+    print(f"wrote {file}; see it:  lwr-dyn replay {file} --html {file.with_suffix('.html')}")
 
 
 if __name__ == "__main__":

@@ -15,7 +15,7 @@ def main(arguments: list[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--robot", default="lwr4plus")
     parser.add_argument("--seconds", type=float, default=2.0)
-    parser.add_argument("--out", type=Path, default=Path("swing"), help="folder of the run files and the page")
+    parser.add_argument("--out", type=Path, default=Path("out/swing"), help="folder of the run files and the page")
     options = parser.parse_args(arguments)
 
     arm = lwr_dyn.load(options.robot)

@@ -7,9 +7,9 @@ import time
 
 import numpy as np
 from scipy.integrate import solve_ivp
-from timing import Call, seconds
 
 import lwr_dyn
+from benchmarks.timing import Call, seconds
 from lwr_dyn.control.pd_gravity import PDGravity
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.friction.smooth import smooth_friction

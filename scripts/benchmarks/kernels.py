@@ -1,24 +1,21 @@
 """Generated kernels against Pinocchio, NumPy, JAX and CasADi over a batch of states; their agreement, compile times,
 memory, and how far they are from what the machine's arithmetic allows.
-
-    python scripts/benchmark_kernels.py            # or as the last part of benchmark.py
 """
 
 from __future__ import annotations
 
-import argparse
 import os
 import time
 
 import numpy as np
 import pinocchio as pin
-from kernel_limit import arithmetic_limit
-from kernel_peers import agreement
-from kernel_processes import compile_times, memory
-from recursion_peers import other_peers
-from timing import Call, head, paired, row
 
 import lwr_dyn
+from benchmarks.kernel_limit import arithmetic_limit
+from benchmarks.kernel_peers import agreement
+from benchmarks.kernel_processes import compile_times, memory
+from benchmarks.recursion_peers import other_peers
+from benchmarks.timing import Call, head, paired, row
 from lwr_dyn.checks.states import random_states
 from lwr_dyn.dynamics.engine import pinocchio_model
 from lwr_dyn.model.arm import Arm
@@ -87,13 +84,3 @@ def kernels(pairs: int) -> None:
         memory(arm)
     other_peers(lwr_dyn.load("lwr4plus"), COUNT, pairs)
     print(f"\n({time.perf_counter() - begin:.0f} s for this part)")
-
-
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--pairs", type=int, default=9, help="pairs of measurements a line (at least 7 to quote)")
-    kernels(parser.parse_args().pairs)
-
-
-if __name__ == "__main__":
-    main()

@@ -8,10 +8,10 @@ import subprocess
 import tempfile
 
 import numpy as np
-from kernel_peers import relative_difference
-from timing import Call, head, installed, paired, row
 
 import lwr_dyn
+from benchmarks.kernel_peers import relative_difference
+from benchmarks.timing import Call, head, installed, paired, row
 from lwr_dyn.checks.states import random_states
 from lwr_dyn.dynamics.newton_euler import Recursion
 from lwr_dyn.dynamics.recursion import inverse_dynamics

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 
 import numpy as np
 
 import lwr_dyn
+from lwr_dyn.files import make_folder
 from lwr_dyn.simulation.metrics import metrics
 from lwr_dyn.trajectory.references.ist import ist_reference
 
@@ -14,7 +16,7 @@ from lwr_dyn.trajectory.references.ist import ist_reference
 def main(arguments: list[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--stiffness", type=float, default=900.0, help="1/s^2")
-    parser.add_argument("--out", default="own_controller.npz")
+    parser.add_argument("--out", type=Path, default=Path("out/own_controller.npz"))
     options = parser.parse_args(arguments)
 
     arm = lwr_dyn.load("lwr4plus")
@@ -27,10 +29,11 @@ def main(arguments: list[str] | None = None) -> None:
         return model.inverse_dynamics(q, dq, ddq_ref + np.clip(correction, -5.0, 5.0))
 
     run = lwr_dyn.simulate(arm, gentle, ist_reference(arm))
+    make_folder(options.out.parent)
     run.save(options.out)
     found = metrics(run, arm)
     print(f"tip error at most {found.tip_max_mm:.4f} mm, energy audit {run.meta['audit']['residual']:.1e} J")
-    print(f"wrote {options.out}; see it:  lwr-dyn replay {options.out} --html own_controller.html")
+    print(f"wrote {options.out}; see it:  lwr-dyn replay {options.out} --html {options.out.with_suffix('.html')}")
 
 
 if __name__ == "__main__":

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import statistics
 
-from timing import Call, seconds
-
 import lwr_dyn
+from benchmarks.timing import Call, seconds
 from lwr_dyn.checks.states import random_states
 from lwr_dyn.codegen.functions import FUNCTIONS
 from lwr_dyn.model.arm import Arm
