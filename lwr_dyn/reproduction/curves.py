@@ -7,13 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.reproduction.report.curves import Curve, Level, Panel, Plot, Quantity, Series
+from lwr_dyn.viewer.figures import Curve, Figure, Level, Panel, Quantity, Series
 
 
 def joints_plot(
     name: str, title: str, figure: str, runs: Sequence[tuple[str, int]], arm: Arm, quantity: Quantity, unit: str,
     note: str = "",
-) -> Plot:  # fmt: skip
+) -> Figure:  # fmt: skip
     """A joint quantity of runs (label, index on the page) times 1000, a panel a run, a curve a joint."""
     panels = tuple(
         Panel(
@@ -24,10 +24,10 @@ def joints_plot(
         )
         for label, run in runs
     )
-    return Plot(name, title, figure, "time", "s", panels, over_time=True, note=note)
+    return Figure(name, title, figure, "time", "s", panels, over_time=True, note=note)
 
 
-def torque_plot(name: str, title: str, runs: Sequence[tuple[str, int]], arm: Arm) -> Plot:
+def torque_plot(name: str, title: str, runs: Sequence[tuple[str, int]], arm: Arm) -> Figure:
     """Applied torques, a panel a joint, with the limits that are known [N m]."""
     panels = []
     for j, joint in enumerate(arm.joint_names):
@@ -35,13 +35,13 @@ def torque_plot(name: str, title: str, runs: Sequence[tuple[str, int]], arm: Arm
         limit = float(arm.effort[j])
         levels = (Level("limit", limit), Level("limit", -limit)) if np.isfinite(limit) else ()
         panels.append(Panel(joint, "torque", "N m", curves, levels))
-    return Plot(name, title, "", "time", "s", tuple(panels), over_time=True, columns=2)
+    return Figure(name, title, "", "time", "s", tuple(panels), over_time=True, columns=2)
 
 
-def path_plot(name: str, title: str, figure: str, runs: Sequence[tuple[str, int]], note: str = "") -> Plot:
+def path_plot(name: str, title: str, figure: str, runs: Sequence[tuple[str, int]], note: str = "") -> Figure:
     """The path of the flange in the y-z plane of the base beside what was asked [m]."""
     run = runs[0][1]
     asked = Curve("reference", Series(run, "reference z"), Series(run, "reference y"), dashed=True)
     drawn = tuple(Curve(label, Series(r, "flange z"), Series(r, "flange y")) for label, r in runs)
     panel = Panel("", "z", "m", (asked, *drawn))
-    return Plot(name, title, figure, "y", "m", (panel,), equal_aspect=True, note=note)
+    return Figure(name, title, figure, "y", "m", (panel,), equal_aspect=True, note=note)

@@ -7,14 +7,14 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from lwr_dyn.reproduction.report.content import Check, Replay, Section
-from lwr_dyn.reproduction.report.curves import Plot
+from lwr_dyn.viewer.figures import Figure
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Shown:
-    """What a report page shows beside numbers and errata: plots in the form of the paper's figures, runs, checks."""
+    """What a report page shows beside numbers and errata: figures in the form of the paper's figures, runs, checks."""
 
-    plots: tuple[Plot, ...] = ()
+    figures: tuple[Figure, ...] = ()
     replay: Replay | None = None
     checks: tuple[Check, ...] = ()
     audit: tuple[Check, ...] = ()

@@ -46,7 +46,7 @@ def page_of(here: Room, found: Outcome, judgement: Judgement, entries: Sequence[
         counts={cast(Verdict, verdict): count for verdict, count in counted.items()},
         tables=(*_tables(printed), *_tables(derived)),
         errata=tuple(map(_erratum, entries)),
-        plots=found.shown.plots,
+        figures=found.shown.figures,
         replay=found.shown.replay,
         checks=found.shown.checks,
         audit=found.shown.audit,

@@ -15,7 +15,7 @@ from lwr_dyn.reproduction.report.content import (
     Section,
     Still,
 )
-from lwr_dyn.reproduction.report.curves import Curve, Level, Panel, Plot, Series
+from lwr_dyn.viewer.figures import Curve, Figure, Level, Panel, Series
 
 HOSTILE = "</script><img src=x onerror=\"window.broken=1\"><svg onload='window.broken=1'>${1}@@data@@&amp;<b>"
 CONTROLLERS = ("pd-gravity", "inverse-dynamics")
@@ -91,9 +91,9 @@ def run_plots(arm, name=""):
         ),
     )
     return (
-        Plot("errors", "Joint errors" + name, "Figure 6", "time" + name, "s", errors, over_time=True, note="[mrad]"),
-        Plot("torque", "Torque of both", "", "time", "s", joints, over_time=True, columns=2),
-        Plot("path", "Path of the flange", "Figure 7", "x", "m", (path,), equal_aspect=True),
+        Figure("errors", "Joint errors" + name, "Figure 6", "time" + name, "s", errors, over_time=True, note="[mrad]"),
+        Figure("torque", "Torque of both", "", "time", "s", joints, over_time=True, columns=2),
+        Figure("path", "Path of the flange", "Figure 7", "x", "m", (path,), equal_aspect=True),
     )
 
 
@@ -102,7 +102,7 @@ def map_plot(name=""):
     law = np.where(v == 0, np.nan, 2.0 * np.sign(v) + 3.0 * v)
     measured = Curve("mean of a cruise" + name, law[::10] + 0.1, v[::10], "points", text=("run" + name,) * 9)
     panel = Panel("J1" + name, "friction", "N m", (Curve("law", law, v), measured), (Level("v", 0.1, "x"),))
-    return Plot("map" + name, "Friction map" + name, "Figure 6", "velocity", "rad/s", (panel, panel), columns=2)
+    return Figure("map" + name, "Friction map" + name, "Figure 6", "velocity", "rad/s", (panel, panel), columns=2)
 
 
 def report(arm, runs, name="", stills=True):
@@ -117,7 +117,7 @@ def report(arm, runs, name="", stills=True):
         document=(("title", "A paper" + name), ("pages", "6")),
         tables=(inertia_table(name),),
         errata=errata(name),
-        plots=run_plots(arm, name),
+        figures=run_plots(arm, name),
         replay=Replay(tuple(runs), (arm,) * len(runs), tuple(c + name for c in CONTROLLERS), (pose,) if stills else ()),
         checks=(Check("mass matrix" + name, "1.2e-15", "1e-12 of the largest" + name, True, "two roads" + name),),
         audit=(Check("energy", "3e-3 J", "1e-3 J", False),),

@@ -11,9 +11,9 @@ import pytest
 from lwr_dyn.errors import MissingDataError, OptionError
 from lwr_dyn.reproduction.report import page as page_module
 from lwr_dyn.reproduction.report.content import Cell, Page, Replay, ReportTable, Row
-from lwr_dyn.reproduction.report.curves import Curve, Panel, Plot, Series
 from lwr_dyn.reproduction.report.page import report_html
 from lwr_dyn.reproduction.report.payload import payload
+from lwr_dyn.viewer.figures import Curve, Figure, Panel, Series
 from tests.viewer.replayed import lagging_run
 from tests.viewer.reported import inertia_table, report
 
@@ -23,7 +23,7 @@ TWO = np.array([1.0, 2.0])
 
 
 def plot_of(*curves):
-    return Plot("p", "p", "", "x", "", (Panel("", "y", "", curves),))
+    return Figure("p", "p", "", "x", "", (Panel("", "y", "", curves),))
 
 
 @pytest.mark.parametrize(
@@ -40,7 +40,7 @@ def plot_of(*curves):
         (lambda: Curve("c", TWO, TWO, text=("one",)), "1 names; allowed: one per point"),
         (lambda: Replay(), "no run and no still"),
         (lambda: Page("p", tables=(inertia_table(), inertia_table())), "ids of a page: IV more than once"),
-        (lambda: report_html(Page("p", plots=(plot_of(Curve("c", Series(0, "q", 0))),))), "no run on this page"),
+        (lambda: report_html(Page("p", figures=(plot_of(Curve("c", Series(0, "q", 0))),))), "no run on this page"),
     ],
 )  # fmt: skip
 def test_what_cannot_be_shown_is_told(make, said):
@@ -49,7 +49,7 @@ def test_what_cannot_be_shown_is_told(make, said):
 
 
 def test_series_of_a_joint_that_is_not_there(arm, two_runs):
-    page = Page("p", plots=(plot_of(Curve("c", Series(0, "q", 7))),), replay=Replay(two_runs[:1], (arm,), ("a",)))
+    page = Page("p", figures=(plot_of(Curve("c", Series(0, "q", 7))),), replay=Replay(two_runs[:1], (arm,), ("a",)))
     with pytest.raises(OptionError, match="joint of a series: 7; allowed: 0 to 6"):
         report_html(page)
 
@@ -64,8 +64,8 @@ def test_counts_are_those_of_the_cells_unless_given():
 def test_gaps_and_shared_numbers(arm, two_runs):
     x = np.linspace(0.0, 1.0, 100)
     y = np.where(x > 0.5, np.nan, x)
-    data = payload(Page("p", plots=(plot_of(Curve("a", y, x), Curve("b", x, x), Curve("c", TWO, TWO)),)))
-    curves = data["plots"][0]["panels"][0]["curves"]
+    data = payload(Page("p", figures=(plot_of(Curve("a", y, x), Curve("b", x, x), Curve("c", TWO, TWO)),)))
+    curves = data["figures"][0]["panels"][0]["curves"]
     assert curves[0]["x"] == curves[1]["x"] == curves[1]["y"] != curves[0]["y"]
     assert data["numbers"][curves[0]["y"]]["gaps"] == list(range(50, 100))
     assert data["numbers"][curves[2]["x"]] == [1.0, 2.0]

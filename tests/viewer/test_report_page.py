@@ -60,7 +60,7 @@ def test_page_asks_for_nothing_says_nothing_and_draws_all(window, report_path, r
     drawn = window.execute_script(
         "return lwrReport.charts.map((c) => [c.id, c.graph.querySelectorAll('.scatterlayer .trace').length])"
     )
-    plots = [*report_content.plots, *report_content.sections[0].plots]
+    plots = [*report_content.figures, *report_content.sections[0].figures]
     assert drawn == [[plot.id, sum(len(panel.curves) for panel in plot.panels)] for plot in plots]
     assert window.find_elements("css selector", ".notice") == []
 
@@ -187,8 +187,8 @@ def test_without_webgl_figures_and_cursors_still_work(browser, tmp_path, report_
 def test_parts_may_be_missing(browser, tmp_path, report_content, parts):
     replay = report_content.replay
     page = {
-        "still only": replace(report_content, plots=(), sections=(), replay=Replay(stills=replay.stills)),
-        "figures only": replace(report_content, plots=(), replay=None),
+        "still only": replace(report_content, figures=(), sections=(), replay=Replay(stills=replay.stills)),
+        "figures only": replace(report_content, figures=(), replay=None),
         "tables only": Page("tables", tables=report_content.tables),
     }[parts]
     write_report(tmp_path / "part.html", page)

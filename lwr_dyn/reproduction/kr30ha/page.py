@@ -15,8 +15,8 @@ from lwr_dyn.reproduction.kr30ha.points import RightPoint
 from lwr_dyn.reproduction.outcome import Shown
 from lwr_dyn.reproduction.pages import audit_of, checks_of
 from lwr_dyn.reproduction.report.content import Replay, Still
-from lwr_dyn.reproduction.report.curves import Curve, Panel, Plot, Series
 from lwr_dyn.reproduction.report.envelope_plot import closed_outlines
+from lwr_dyn.viewer.figures import Curve, Figure, Panel, Series
 
 
 def shown(
@@ -43,27 +43,27 @@ def shown(
     return Shown(plots, replay, checks_of(reports), audit_of(runs))
 
 
-def _side(right: Sequence[RightPoint], envelope: Envelope) -> Plot:
+def _side(right: Sequence[RightPoint], envelope: Envelope) -> Figure:
     edges = [Curve("envelope", loop[:, 1], loop[:, 0], colour=0) for loop in closed_outlines(envelope)]
     places = np.array([[np.hypot(*p.wrist_mm[:2]), p.wrist_mm[2]] for p in right]) / 1e3
     points = Curve("wrist centre", places[:, 1], places[:, 0], "points", text=tuple(p.name for p in right))
     panel = Panel("section at any A1", "z", "m", (*edges, points))
     note = f"reach {1e3 * envelope.reach:.1f} mm, volume {envelope.volume:.3f} m^3"
-    return Plot("figure-3", "Working envelope, side view", "Figure 3", "distance from axis 1", "m", (panel,),
+    return Figure("figure-3", "Working envelope, side view", "Figure 3", "distance from axis 1", "m", (panel,),
                 equal_aspect=True, note=note)  # fmt: skip
 
 
-def _top(arm: Arm, right: Sequence[RightPoint], envelope: Envelope) -> Plot:
+def _top(arm: Arm, right: Sequence[RightPoint], envelope: Envelope) -> Figure:
     turn = np.linspace(arm.lower[0], arm.upper[0], 181)
     ring = Curve("reach", -envelope.reach * np.sin(turn), envelope.reach * np.cos(turn))
     places = np.array([p.wrist_mm[:2] for p in right]) / 1e3
     points = Curve("wrist centre", places[:, 1], places[:, 0], "points", text=tuple(p.name for p in right))
     panel = Panel("", "y", "m", (ring, points))
-    return Plot("figure-4", "Working envelope, top view", "Figure 4", "x", "m", (panel,), equal_aspect=True)
+    return Figure("figure-4", "Working envelope, top view", "Figure 4", "x", "m", (panel,), equal_aspect=True)
 
 
-def _axes(arm: Arm, run: int) -> Plot:
+def _axes(arm: Arm, run: int) -> Figure:
     curves = tuple(Curve(name, Series(run, "q", j, 180.0 / np.pi)) for j, name in enumerate(arm.joint_names))
-    return Plot(
+    return Figure(
         "movement", "Axes over the movement", "", "time", "s", (Panel("", "axis", "deg", curves),), over_time=True
     )

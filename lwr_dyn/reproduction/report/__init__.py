@@ -1,1 +1,1 @@
-"""A report as one HTML file: `content` and `curves` are what it shows, `page` writes it."""
+"""A report as one HTML file: `content` is what it shows, `page` writes it."""

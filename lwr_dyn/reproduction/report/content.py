@@ -13,7 +13,7 @@ from lwr_dyn.arrays import Array
 from lwr_dyn.errors import OptionError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
-from lwr_dyn.reproduction.report.curves import Plot
+from lwr_dyn.viewer.figures import Figure
 
 Verdict = Literal["reproduced", "after erratum", "differs", "not reproducible", ""]
 """Of one printed number; "" for a cell that is only told."""
@@ -142,13 +142,13 @@ class PlainTable:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Section:
-    """Something more to tell: text, tables, plots; stands in the navigation under its title."""
+    """Something more to tell: text, tables, figures; stands in the navigation under its title."""
 
     id: str
     title: str
     text: str = ""
     tables: tuple[PlainTable, ...] = ()
-    plots: tuple[Plot, ...] = ()
+    figures: tuple[Figure, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -166,7 +166,7 @@ class Page:
     """A whole report; empty parts are left out of the page.
 
     `counts` is how many printed numbers got each verdict; counted over the tables' cells if not given.
-    `words` is the outcome in a sentence or two. Ids of tables, errata, plots and sections are unique on a page.
+    `words` is the outcome in a sentence or two. Ids of tables, errata, figures and sections are unique on a page.
     """
 
     title: str
@@ -176,7 +176,7 @@ class Page:
     counts: Mapping[Verdict, int] | None = None
     tables: tuple[ReportTable, ...] = ()
     errata: tuple[Erratum, ...] = ()
-    plots: tuple[Plot, ...] = ()
+    figures: tuple[Figure, ...] = ()
     replay: Replay | None = None
     checks: tuple[Check, ...] = ()
     audit: tuple[Check, ...] = ()
@@ -187,7 +187,7 @@ class Page:
     def __post_init__(self) -> None:
         ids = [one.id for one in self.tables]
         ids += [one.id for one in self.errata] + [one.id for one in self.sections]
-        ids += [one.id for one in self.plots] + [plot.id for section in self.sections for plot in section.plots]
+        ids += [one.id for one in self.figures] + [figure.id for section in self.sections for figure in section.figures]
         twice = sorted({one for one in ids if ids.count(one) > 1})
         if twice:
             raise OptionError("ids of a page", f"{', '.join(twice)} more than once", "unique ids")

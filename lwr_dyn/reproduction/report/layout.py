@@ -15,7 +15,7 @@ from lwr_dyn.reproduction.report.ledger import (
     section_html,
 )
 from lwr_dyn.reproduction.report.markup import Html, anchor, element
-from lwr_dyn.reproduction.report.payload import all_plots
+from lwr_dyn.reproduction.report.payload import all_figures
 from lwr_dyn.reproduction.report.tables import CLASS, sign, table_html
 from lwr_dyn.viewer.html import beside_this_file, filled, made_by
 
@@ -37,7 +37,7 @@ def header(page: Page) -> Html:
 
 def footer(page: Page) -> Html:
     """What made the page."""
-    plotted = ", plots by plotly.js" if all_plots(page) else ""
+    plotted = ", plots by plotly.js" if all_figures(page) else ""
     return element("footer", f"One file, nothing is loaded. Made by {made_by()}{plotted}.")
 
 
@@ -77,21 +77,21 @@ def _tile(verdict: Verdict, count: int) -> Html:
 
 
 def _theatre(page: Page) -> list[Html]:
-    if not (page.replay or page.plots):
+    if not (page.replay or page.figures):
         return []
     template = files("lwr_dyn.reproduction.report").joinpath("player.html").read_text(encoding="utf-8")
     player = Html(filled(template, {"controls": beside_this_file("controls.html")}))
-    plots = element("div", map(figure_html, page.plots), class_="plots") if page.plots else None
-    both = "both" if page.replay and page.plots else "one"
+    figures = element("div", map(figure_html, page.figures), class_="plots") if page.figures else None
+    both = "both" if page.replay and page.figures else "one"
     return _part(
         "replay",
         _theatre_title(page),
-        element("div", player if page.replay else None, plots, class_=f"theatre {both}"),
+        element("div", player if page.replay else None, figures, class_=f"theatre {both}"),
     )
 
 
 def _theatre_title(page: Page) -> str:
-    return "Replay and figures" if page.replay and page.plots else "Figures" if page.plots else "3D view"
+    return "Replay and figures" if page.replay and page.figures else "Figures" if page.figures else "3D view"
 
 
 def _tables(page: Page) -> list[Html]:
@@ -153,7 +153,7 @@ def navigation(page: Page) -> Html:
     """Links to the parts that are there."""
     pairs = [
         ("summary", "Summary", True),
-        ("replay", _theatre_title(page), bool(page.replay or page.plots)),
+        ("replay", _theatre_title(page), bool(page.replay or page.figures)),
         ("tables", "Tables", bool(page.tables)),
         ("errata", "Errata", bool(page.errata)),
         *((anchor("section", section.id), section.title, True) for section in page.sections),

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from lwr_dyn.reproduction.report.content import Check, Erratum, Fact, FileFact, PlainTable, Section
-from lwr_dyn.reproduction.report.curves import Plot
 from lwr_dyn.reproduction.report.markup import Html, anchor, element, raised
 from lwr_dyn.reproduction.report.tables import sign
+from lwr_dyn.viewer.figures import Figure
 
 
 def facts_html(facts: Sequence[Fact]) -> Html:
@@ -96,15 +96,15 @@ def scrolling(table: Html, name: str) -> Html:
     return element("div", table, class_="scroll", role="region", tabindex=0, aria_label=f"{name}, scrolls sideways")
 
 
-def figure_html(plot: Plot) -> Html:
+def figure_html(figure: Figure) -> Html:
     """The place of a plot; the script fills it."""
-    name = anchor("plot", plot.id)
+    name = anchor("plot", figure.id)
     caption = element(
         "figcaption",
-        element("h3", plot.title, element("span", plot.figure, class_="where") if plot.figure else None, id=name),
-        element("p", plot.note, class_="note") if plot.note else None,
+        element("h3", figure.title, element("span", figure.where, class_="where") if figure.where else None, id=name),
+        element("p", figure.note, class_="note") if figure.note else None,
     )
-    place = element("div", class_="plot", data_plot=plot.id, role="group", aria_labelledby=name)
+    place = element("div", class_="plot", data_plot=figure.id, role="group", aria_labelledby=name)
     return element("figure", caption, place, class_="block")
 
 
@@ -119,7 +119,7 @@ def section_html(section: Section) -> list[Html]:
     return [
         element("div", text, class_="prose"),
         *map(plain_table_html, section.tables),
-        *map(figure_html, section.plots),
+        *map(figure_html, section.figures),
     ]
 
 

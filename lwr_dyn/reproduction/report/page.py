@@ -18,7 +18,7 @@ from lwr_dyn.files import write_file
 from lwr_dyn.reproduction.report.content import Page
 from lwr_dyn.reproduction.report.layout import footer, header, navigation, parts_of
 from lwr_dyn.reproduction.report.markup import Html, element, joined
-from lwr_dyn.reproduction.report.payload import all_plots, payload
+from lwr_dyn.reproduction.report.payload import all_figures, payload
 from lwr_dyn.viewer.html import PLAYER, beside_this_file, filled, meshcat_bundle
 
 _POLICY = (
@@ -52,7 +52,7 @@ def report_html(page: Page) -> str:
         libraries["player"] = "\n".join([meshcat_bundle(), *map(beside_this_file, PLAYER)])
     else:
         libraries["player"] = "\n".join(map(beside_this_file, _WITHOUT_3D))
-    if all_plots(page):
+    if all_figures(page):
         libraries["plotly"] = plotly_bundle()
     parts = {
         "title": element("title", page.title),

@@ -1,4 +1,4 @@
-"""What the scripts of a report read: the runs, packed once for the 3D view and for the plots, and the plots."""
+"""What the scripts of a report read: the runs, packed once for the 3D view and for the figures, and the figures."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from lwr_dyn.errors import OptionError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
 from lwr_dyn.reproduction.report.content import Page, Replay, Still
-from lwr_dyn.reproduction.report.curves import Curve, Panel, Plot, Quantity, Series
 from lwr_dyn.viewer import scene
+from lwr_dyn.viewer.figures import Curve, Figure, Panel, Quantity, Series
 from lwr_dyn.viewer.html import every, made_by, packed, run_record
 from lwr_dyn.viewer.shown import Shown, shown_runs
 
@@ -30,21 +30,21 @@ _AXES = "xyz"
 
 
 def payload(page: Page) -> dict[str, Any]:
-    """Runs, stills, arms and plots of a page; raises `OptionError` for a series of no run or joint of the page."""
-    plots = all_plots(page)
+    """Runs, stills, arms and figures of a page; raises `OptionError` for a series of no run or joint of the page."""
+    figures = all_figures(page)
     pool: dict[bytes, Array] = {}
-    drawn = [_plot(plot, pool) for plot in plots]
-    data: dict[str, Any] = {"plots": drawn, "numbers": [_numbers(values) for values in pool.values()]}
+    drawn = [_figure(figure, pool) for figure in figures]
+    data: dict[str, Any] = {"figures": drawn, "numbers": [_numbers(values) for values in pool.values()]}
     replay = page.replay
-    _check_series(plots, () if replay is None else replay.arms)
+    _check_series(figures, () if replay is None else replay.arms)
     if replay is not None:
-        data |= _replay(replay, _quantities(plots))
+        data |= _replay(replay, _quantities(figures))
     return data
 
 
-def all_plots(page: Page) -> tuple[Plot, ...]:
-    """The plots of a page in their order on it: beside the replay, then section by section."""
-    return (*page.plots, *(plot for section in page.sections for plot in section.plots))
+def all_figures(page: Page) -> tuple[Figure, ...]:
+    """The figures of a page in their order on it: beside the replay, then section by section."""
+    return (*page.figures, *(figure for section in page.sections for figure in section.figures))
 
 
 def _replay(replay: Replay, wanted: Mapping[int, list[Quantity]]) -> dict[str, Any]:
@@ -90,40 +90,40 @@ def _still(still: Still) -> Shown:
     return shown_runs([run], still.arm, [still.label])[0]
 
 
-def _check_series(plots: Iterable[Plot], arms: tuple[Arm, ...]) -> None:
-    for series in _all_series(plots):
+def _check_series(figures: Iterable[Figure], arms: tuple[Arm, ...]) -> None:
+    for series in _all_series(figures):
         if not 0 <= series.run < len(arms):
             raise OptionError("run of a series", series.run, f"0 to {len(arms) - 1}" if arms else "no run on this page")
         if series.joint is not None and not 0 <= series.joint < arms[series.run].n:
             raise OptionError("joint of a series", series.joint, f"0 to {arms[series.run].n - 1}")
 
 
-def _quantities(plots: Iterable[Plot]) -> defaultdict[int, list[Quantity]]:
+def _quantities(figures: Iterable[Figure]) -> defaultdict[int, list[Quantity]]:
     """What has to be packed beside the player's series, run by run."""
     found = defaultdict[int, list[Quantity]](list)
-    for series in _all_series(plots):
+    for series in _all_series(figures):
         if series.quantity not in (*_FROM_PLAYER, *found[series.run]):
             found[series.run].append(series.quantity)
     return found
 
 
-def _all_series(plots: Iterable[Plot]) -> Iterator[Series]:
-    for plot in plots:
-        for panel in plot.panels:
+def _all_series(figures: Iterable[Figure]) -> Iterator[Series]:
+    for figure in figures:
+        for panel in figure.panels:
             for curve in panel.curves:
                 yield from (one for one in (curve.x, curve.y) if isinstance(one, Series))
 
 
-def _plot(plot: Plot, pool: dict[bytes, Array]) -> dict[str, Any]:
+def _figure(figure: Figure, pool: dict[bytes, Array]) -> dict[str, Any]:
     return {
-        "id": plot.id,
-        "title": plot.title,
-        "x_label": plot.x_label,
-        "x_unit": plot.x_unit,
-        "over_time": plot.over_time,
-        "equal": plot.equal_aspect,
-        "columns": plot.columns,
-        "panels": [_panel(panel, pool) for panel in plot.panels],
+        "id": figure.id,
+        "title": figure.title,
+        "x_label": figure.x_label,
+        "x_unit": figure.x_unit,
+        "over_time": figure.over_time,
+        "equal": figure.equal_aspect,
+        "columns": figure.columns,
+        "panels": [_panel(panel, pool) for panel in figure.panels],
     }
 
 

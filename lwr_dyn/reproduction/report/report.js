@@ -232,7 +232,7 @@ async function startReport() {
   const player = await startPlayer(data), clock = clockOf(player), sources = curveSources(data);
   const places = new Map([...document.querySelectorAll(".plot")].map((place) => [place.dataset.plot, place]));
   await runPacked("plotly");
-  const charts = data.plots.map((record) => new Chart(places.get(record.id), record, sources));
+  const charts = data.figures.map((record) => new Chart(places.get(record.id), record, sources));
   const drawing = new Drawing(charts);
   charts.forEach((chart) => new Overlay(chart, clock));
   printing(drawing, player);

@@ -14,9 +14,9 @@ from lwr_dyn.papers.actuation import friction_of
 from lwr_dyn.reproduction.outcome import Shown
 from lwr_dyn.reproduction.pages import audit_of, checks_of
 from lwr_dyn.reproduction.report.content import Replay, Still
-from lwr_dyn.reproduction.report.curves import Curve, Level, Panel, Plot, Series
 from lwr_dyn.reproduction.wam7.runs import BLEND, DURATION, TRAVEL, Experiment
 from lwr_dyn.trajectory.lspb import lspb
+from lwr_dyn.viewer.figures import Curve, Figure, Level, Panel, Series
 
 EVERY = 10
 """Of the samples at 1 kHz one in ten is drawn where curves are given as numbers."""
@@ -48,7 +48,7 @@ def shown(
     return Shown(plots, replay, checks_of(reports), audit_of((e.name, e.run) for e in made))
 
 
-def _figure_4() -> Plot:
+def _figure_4() -> Figure:
     t = np.linspace(0.0, DURATION, 281)
     way = lspb(TRAVEL, DURATION, BLEND).at(t)
     rows = (("position", way.s - 0.55, "rad", (-0.6, 0.0)), ("velocity", way.ds, "rad/s", (0.0, 0.1)),
@@ -57,21 +57,21 @@ def _figure_4() -> Plot:
         Panel(name, name, unit, (Curve("LSPB", values, t),), tuple(Level("axis in print", x) for x in axis))
         for name, values, unit, axis in rows
     )
-    return Plot("figure-4", "LSPB from -0.55 to -0.05 rad", "Figure 4", "time", "s", panels, over_time=True)
+    return Figure("figure-4", "LSPB from -0.55 to -0.05 rad", "Figure 4", "time", "s", panels, over_time=True)
 
 
-def _figure_5(run: int) -> Plot:
+def _figure_5(run: int) -> Figure:
     panels = (
         Panel("position", "position", "rad", (Curve("q", Series(run, "q", 0)),)),
         Panel("velocity", "velocity", "rad/s", (Curve("dq", Series(run, "dq", 0)),)),
         Panel("torque", "torque", "N m",
               (Curve("motor", Series(run, "torque", 0)), Curve("friction", Series(run, "friction", 0)))),
     )  # fmt: skip
-    return Plot("figure-5", "Register of joint 1 turned by 0.5 rad", "Figure 5", "time", "s", panels, over_time=True,
+    return Figure("figure-5", "Register of joint 1 turned by 0.5 rad", "Figure 5", "time", "s", panels, over_time=True,
                 note=GAINS)  # fmt: skip
 
 
-def _figure_6(arm: Arm) -> Plot:
+def _figure_6(arm: Arm) -> Figure:
     v = np.linspace(0.0, MAP_END, 81)[1:]
     speeds = np.concatenate([-v[::-1], [0.0], v])
     panels = []
@@ -79,12 +79,12 @@ def _figure_6(arm: Arm) -> Plot:
         law = (model or FRICTIONLESS).torque(speeds)
         law[v.size] = np.nan  # at rest anything between both sides
         panels.append(Panel(joint, "friction", "N m", (Curve("Table 1", law, speeds),)))
-    return Plot(
+    return Figure(
         "figure-6", "Friction-velocity maps of Table 1", "Figure 6", "velocity", "rad/s", tuple(panels), columns=2
     )
 
 
-def _errors(name: str, title: str, figure: str, arm: Arm, series: Mapping[str, Sequence[Run]]) -> Plot:
+def _errors(name: str, title: str, figure: str, arm: Arm, series: Mapping[str, Sequence[Run]]) -> Figure:
     panels = []
     for j, joint in enumerate(arm.joint_names):
         curves = []
@@ -93,4 +93,4 @@ def _errors(name: str, title: str, figure: str, arm: Arm, series: Mapping[str, S
             error = 1e3 * (run.q_ref - run.q)[::EVERY, j]
             curves.append(Curve(label, error, run.t[::EVERY], colour=k))
         panels.append(Panel(joint, "position error", "mrad", tuple(curves)))
-    return Plot(name, title, figure, "time", "s", tuple(panels), over_time=True, columns=2, note=GAINS)
+    return Figure(name, title, figure, "time", "s", tuple(panels), over_time=True, columns=2, note=GAINS)

@@ -89,15 +89,15 @@ class Panel:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Plot:
-    """A figure in the form of the document's; `figure` is its name there.
+class Figure:
+    """A figure in the form of the document's; `where` is its name there ("Fig. 4").
 
     With `over_time` x is the run's time [s], and the cursor of the replay follows. `columns` of panels on wide screens.
     """
 
     id: str
     title: str
-    figure: str
+    where: str
     x_label: str
     x_unit: str
     panels: tuple[Panel, ...]
