@@ -113,13 +113,13 @@ def urdf_text(arm: Arm) -> str:
 def dynamics_of(arm: Arm, engine: str = "pinocchio", rotors: str = "armature") -> Dynamics:
     """The dynamics of an arm by the engine "pinocchio", "newton-euler" or "kernels" (generated, for large batches).
 
-    Rotors other than "armature" ("full", "none") need one of the last two; see `dynamics.selection.dynamics_of`.
+    Rotors other than "armature" ("full", "none") need one of the last two; see `dynamics.engines.dynamics_of`.
     Raises `UnknownNameError` (no such engine), `OptionError` (rotors it does not know), `MissingDataError` (no masses),
     `MissingPackageError` ("kernels" without the extra `batch`).
     """
-    from lwr_dyn.dynamics import selection
+    from lwr_dyn.dynamics import engines
 
-    return selection.dynamics_of(_an_arm(arm), engine, rotors)
+    return engines.dynamics_of(_an_arm(arm), engine, rotors)
 
 
 def batch_dynamics(arm: Arm, **options: Any) -> BatchDynamics:

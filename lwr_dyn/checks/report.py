@@ -9,8 +9,8 @@ from lwr_dyn.checks.laws import gravity_law, mass_matrix_laws, velocity_laws
 from lwr_dyn.checks.states import States, random_states
 from lwr_dyn.checks.swing import swing_verdict
 from lwr_dyn.checks.verdict import Report
-from lwr_dyn.dynamics.engine import Pinocchio, flange_poses
 from lwr_dyn.dynamics.newton_euler import NewtonEuler
+from lwr_dyn.dynamics.pinocchio_engine import Pinocchio, flange_poses
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.papers.schema import Paper
 

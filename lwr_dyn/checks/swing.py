@@ -7,8 +7,7 @@ from scipy.integrate import solve_ivp
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.checks.verdict import Verdict
-from lwr_dyn.dynamics.protocol import Dynamics
-from lwr_dyn.dynamics.ungated import mechanical_energy
+from lwr_dyn.dynamics.protocol import Dynamics, mechanical_energy
 
 SECONDS, RTOL = 2.0, 1e-12
 DRIFT = 1e-8

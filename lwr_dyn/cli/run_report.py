@@ -8,7 +8,7 @@ import numpy as np
 
 from lwr_dyn.cli.friction import friction_lines
 from lwr_dyn.control.sampled_damping import UNSTABLE, sampled_damping
-from lwr_dyn.dynamics.selection import dynamics_of
+from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind
 from lwr_dyn.model.run import Run

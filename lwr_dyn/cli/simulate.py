@@ -15,7 +15,7 @@ from lwr_dyn.cli.run_report import run_record, run_text
 from lwr_dyn.control.by_name import CONTROLLERS, Tuning, controller_by_name
 from lwr_dyn.control.pd_gravity import PDGravity
 from lwr_dyn.control.protocol import Controller
-from lwr_dyn.dynamics.selection import ENGINES, dynamics_of
+from lwr_dyn.dynamics.engines import ENGINES, dynamics_of
 from lwr_dyn.errors import DivergenceError, FileAccessError, MissingDataError, OptionError
 from lwr_dyn.files import check_writable
 from lwr_dyn.front import load

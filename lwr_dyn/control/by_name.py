@@ -13,7 +13,7 @@ from lwr_dyn.control.pd_gravity import PDGravity
 from lwr_dyn.control.pid import PID
 from lwr_dyn.control.protocol import Controller
 from lwr_dyn.control.worst_case_inertia import worst_cases
-from lwr_dyn.dynamics.selection import dynamics_of
+from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.errors import UnknownNameError
 from lwr_dyn.model.arm import Arm
 

@@ -9,8 +9,7 @@ from numpy.typing import ArrayLike
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.control.protocol import positive_gains
-from lwr_dyn.dynamics.protocol import Dynamics
-from lwr_dyn.dynamics.ungated import ungated
+from lwr_dyn.dynamics.protocol import Dynamics, ungated
 
 
 class InverseDynamics:

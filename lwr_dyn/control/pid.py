@@ -10,8 +10,7 @@ from numpy.typing import ArrayLike
 
 from lwr_dyn.arrays import Array, read_only
 from lwr_dyn.control.protocol import positive_gains
-from lwr_dyn.dynamics.protocol import Dynamics
-from lwr_dyn.dynamics.ungated import ungated
+from lwr_dyn.dynamics.protocol import Dynamics, ungated
 from lwr_dyn.errors import OptionError
 
 DEFAULT_OMEGA_N = 50.0

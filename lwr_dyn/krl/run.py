@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.dynamics.selection import dynamics_of
-from lwr_dyn.dynamics.ungated import mechanical_energy
+from lwr_dyn.dynamics.engines import dynamics_of
+from lwr_dyn.dynamics.protocol import mechanical_energy
 from lwr_dyn.errors import LwrDynError
 from lwr_dyn.kinematics.kuka_pose import KukaPose, kuka_pose
 from lwr_dyn.krl.diagnosis import Diagnosis

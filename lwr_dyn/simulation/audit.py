@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.dynamics.protocol import Dynamics
-from lwr_dyn.dynamics.ungated import mechanical_energy
+from lwr_dyn.dynamics.protocol import Dynamics, mechanical_energy
 from lwr_dyn.model.run import Run
 
 TOLERANCE = 1e-9

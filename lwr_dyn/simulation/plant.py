@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.dynamics.protocol import Dynamics
-from lwr_dyn.dynamics.ungated import UngatedDynamics, ungated
+from lwr_dyn.dynamics.protocol import Dynamics, UngatedDynamics, ungated
 from lwr_dyn.errors import NotPhysicalError, OptionError, RatingWarning
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import Body, with_bodies, with_payload

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.dynamics.ungated import mechanical_energy
+from lwr_dyn.dynamics.protocol import mechanical_energy
 from lwr_dyn.errors import DivergenceError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from lwr_dyn.control.protocol import Controller, describe, reset
+from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.dynamics.protocol import Dynamics
-from lwr_dyn.dynamics.selection import dynamics_of
 from lwr_dyn.errors import OptionError, ShapeError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Reference, Run

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from lwr_dyn.arrays import Array, joint_array, read_only
-from lwr_dyn.dynamics.selection import dynamics_of
+from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.errors import UnknownNameError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Motion, Run

@@ -10,7 +10,7 @@ import numpy as np
 from lwr_dyn.arrays import Array
 from lwr_dyn.checks.states import ACCELERATION, SPEED
 from lwr_dyn.checks.verdict import Verdict
-from lwr_dyn.dynamics.engine import Pinocchio
+from lwr_dyn.dynamics.pinocchio_engine import Pinocchio
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import Body, Chain
 from lwr_dyn.papers.assembly import dh_rows

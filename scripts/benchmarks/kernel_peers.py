@@ -11,7 +11,7 @@ from lwr_dyn.checks.states import random_states
 from lwr_dyn.codegen.batch import batch_dynamics
 from lwr_dyn.codegen.functions import FUNCTIONS
 from lwr_dyn.codegen.parameters import moved
-from lwr_dyn.dynamics.engine import pinocchio_model
+from lwr_dyn.dynamics.pinocchio_engine import pinocchio_model
 from lwr_dyn.model.arm import Arm
 
 Answer = Callable[..., np.ndarray]

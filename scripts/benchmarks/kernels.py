@@ -17,7 +17,7 @@ from benchmarks.kernel_processes import compile_times, memory
 from benchmarks.recursion_peers import other_peers
 from benchmarks.timing import Call, head, paired, row
 from lwr_dyn.checks.states import random_states
-from lwr_dyn.dynamics.engine import pinocchio_model
+from lwr_dyn.dynamics.pinocchio_engine import pinocchio_model
 from lwr_dyn.model.arm import Arm
 
 COUNT = 100_000

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from lwr_dyn.dynamics.engine import Pinocchio
 from lwr_dyn.dynamics.newton_euler import NewtonEuler
+from lwr_dyn.dynamics.pinocchio_engine import Pinocchio
 from lwr_dyn.model.arm import Arm, JointLimits
 from lwr_dyn.model.chain import Chain, ChainLink, Rotor, link_frames, lock_joint, with_payload
 from lwr_dyn.model.dh import Convention, DHRow, JointKind

@@ -8,7 +8,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.checks import report
-from lwr_dyn.dynamics import engine, newton_euler, recursion
+from lwr_dyn.dynamics import newton_euler, pinocchio_engine, recursion
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.urdf.writer import urdf_text
 
@@ -102,7 +102,7 @@ def test_a_fault_in_the_urdf_is_caught(monkeypatch, name):
     arm = lwr_dyn.load("lwr4plus", "physical")
     text = URDF_FAULTS[name](urdf_text(arm))
     assert text != urdf_text(arm)
-    monkeypatch.setattr(engine, "urdf_text", lambda _: text)
+    monkeypatch.setattr(pinocchio_engine, "urdf_text", lambda _: text)
     assert not report.check_arm(arm, states=STATES).holds
 
 

@@ -9,7 +9,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.control.inverse_dynamics import InverseDynamics
-from lwr_dyn.dynamics.ungated import mechanical_energy
+from lwr_dyn.dynamics.protocol import mechanical_energy
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.simulation import quick
 from lwr_dyn.simulation.audit import audit

@@ -15,7 +15,7 @@ from lwr_dyn.control.inverse_dynamics import InverseDynamics
 from lwr_dyn.control.pd_gravity import PDGravity
 from lwr_dyn.control.protocol import Controller
 from lwr_dyn.control.sampled_damping import UNSTABLE
-from lwr_dyn.dynamics.selection import dynamics_of
+from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.errors import LwrDynError, MissingDataError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.simulation.metrics import Metrics, metrics

@@ -10,7 +10,7 @@ import numpy as np
 from lwr_dyn.arrays import Array, read_only
 from lwr_dyn.control.gains import Gains, second_order_gains
 from lwr_dyn.control.worst_case_inertia import worst_cases
-from lwr_dyn.dynamics.selection import dynamics_of
+from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.model.arm import Arm
 
 

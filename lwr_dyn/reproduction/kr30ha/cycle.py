@@ -13,7 +13,7 @@ import numpy as np
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.control.by_name import controller_by_name
-from lwr_dyn.dynamics.selection import dynamics_of
+from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run

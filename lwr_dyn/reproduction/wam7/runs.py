@@ -13,7 +13,7 @@ import numpy as np
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.control.pd_gravity import PDGravity
-from lwr_dyn.dynamics.selection import dynamics_of
+from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.errors import MissingDataError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.friction.models import FRICTIONLESS, JointFriction

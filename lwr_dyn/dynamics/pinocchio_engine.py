@@ -47,7 +47,7 @@ def flange_poses(arm: Arm, q: Array) -> Array:
     return np.array(poses)
 
 
-class RawCalls:
+class PinocchioCalls:
     """Pinocchio's functions bound to one model and its data, nothing checked: for loops."""
 
     __slots__ = (
@@ -82,7 +82,7 @@ class Pinocchio:
         self.data = self.model.createData()
         self.n: int = arm.n
         self._shape = (arm.n,)
-        self.ungated = RawCalls(self.model, self.data)
+        self.ungated = PinocchioCalls(self.model, self.data)
 
     def mass_matrix(self, q: ArrayLike) -> Array:
         """B(q), (..., n, n)."""

@@ -14,7 +14,9 @@ ENGINES: Registry[Callable[[Arm, str], Dynamics]] = Registry(
     "engine",
     {
         "pinocchio": Row(
-            "lwr_dyn.dynamics.engine:pinocchio_engine", "URDF text and Pinocchio", facts={"rotors": ("armature",)}
+            "lwr_dyn.dynamics.pinocchio_engine:pinocchio_engine",
+            "URDF text and Pinocchio",
+            facts={"rotors": ("armature",)},
         ),
         "newton-euler": Row(
             "lwr_dyn.dynamics.newton_euler:newton_euler_engine",
@@ -55,5 +57,7 @@ def dynamics_of(arm: Arm, engine: str = "pinocchio", rotors: str = "armature") -
     """
     known = ENGINES[engine].facts.get("rotors", ROTORS)
     if rotors not in known:
-        raise OptionError("rotors", f"{rotors!r} with engine {engine}", ", ".join(known))
+        others = [name for name, row in ENGINES.rows.items() if rotors in row.facts["rotors"]]
+        allowed = ", ".join(known) + (f", or engine {' or '.join(others)}" if others else "")
+        raise OptionError("rotors", f"{rotors!r} with engine {engine}", allowed)
     return ENGINES.load(engine)(arm, rotors)
