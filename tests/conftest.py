@@ -42,3 +42,33 @@ def browser(tmp_path_factory) -> Iterator:
         yield window
     finally:
         window.quit()
+
+
+@pytest.fixture
+def lwr_dyn_command(capsys):
+    """The command as a function: arguments in; exit code, stdout and stderr out."""
+    from lwr_dyn.cli.main import main
+
+    def run(*arguments):
+        with pytest.raises(SystemExit) as stop:
+            main(list(arguments))
+        out, err = capsys.readouterr()
+        return stop.value.code, out, err
+
+    return run
+
+
+@pytest.fixture(scope="session")
+def arm():
+    """The LWR 4+ in its default reading."""
+    import lwr_dyn
+
+    return lwr_dyn.load("lwr4plus")
+
+
+@pytest.fixture(scope="session")
+def two_runs(arm):
+    """Two short runs of that arm, made without a simulation."""
+    from tests.viewer.replayed import lagging_run
+
+    return (lagging_run(arm, 0.04, "pd-gravity"), lagging_run(arm, 0.01, "inverse-dynamics"))

@@ -11,8 +11,6 @@ ARM = lwr_dyn.load("lwr4plus")
 SLIPS = {
     "a name for an arm, text": (lambda: lwr_dyn.urdf_text("lwr4plus"), "arm: 'lwr4plus'; allowed: an arm"),
     "a name for an arm, engine": (lambda: lwr_dyn.dynamics_of("lwr4plus"), "arm: 'lwr4plus'"),
-    "a name for an arm, kernels": (lambda: lwr_dyn.dynamics_of("lwr4plus", "kernels"), "arm: 'lwr4plus'"),
-    "a name for an arm, batch": (lambda: lwr_dyn.batch_dynamics("lwr4plus"), "arm: 'lwr4plus'"),
     "a name for an arm, pose": (lambda: lwr_dyn.forward_kinematics("lwr4plus", np.zeros(7)), "arm: 'lwr4plus'"),
     "a name for an arm, inverse": (lambda: lwr_dyn.inverse_kinematics("lwr4plus", np.eye(4)), "arm: 'lwr4plus'"),
     "a name for an arm, run": (lambda: lwr_dyn.simulate("lwr4plus", None, None), "arm: 'lwr4plus'"),

@@ -31,7 +31,6 @@ BAD = {
         "convention: 'x'; allowed: standard, modified",
     ),
     "urdf into a folder that is not there": (("urdf", "lwr4", "--out", "none/x.urdf"), "none"),
-    "paper nobody reproduces": (("reproduce", "lwr5"), "no paper to reproduce named 'lwr5'"),
     "lock without a value": (("check", "x.urdf", "--lock", "finger"), "--lock: 'finger'; allowed: JOINT=VALUE"),
     "tip of a named robot": (("check", "lwr4", "--tip", "x"), "only with a .urdf file"),
 }
@@ -97,21 +96,13 @@ def test_new_never_overwrites(lwr_dyn_command, tmp_path):
     assert "exists already; allowed: a new file" in err
 
 
-def test_reproduce_the_exercise(lwr_dyn_command, tmp_path):
-    code, out, _ = lwr_dyn_command("reproduce", "lwr4", "--out", str(tmp_path / "o"), "--json")
-    assert code == 0
-    assert json.loads(out)["tool"] == pytest.approx([-0.3, -0.39, -0.05])
-    assert {p.name for p in (tmp_path / "o").iterdir()} >= {"exercise.txt", "results.json", "report.html", "models"}
-
-
-def test_every_command_has_help_and_symbols_print(lwr_dyn_command):
+def test_every_command_has_help(lwr_dyn_command):
     from lwr_dyn.cli.main import COMMANDS
 
-    for command in COMMANDS.names:
+    for command in (name for name in COMMANDS.names if COMMANDS[name].is_installed):
         code, out, _ = lwr_dyn_command(command, "--help")
         assert code == 0
         assert out.startswith("Usage: lwr-dyn ")
-    assert "vector route: 12 products, 5 sums" in lwr_dyn_command("fk", "lwr4", "--symbolic")[1]
 
 
 def test_the_front_door_is_light():

@@ -1,4 +1,4 @@
-"""`lwr-dyn simulate` and `reproduce`: what they write, and one line for every bad input, nothing half-written."""
+"""`lwr-dyn simulate`: what they write, and one line for every bad input, nothing half-written."""
 
 import json
 
@@ -106,14 +106,3 @@ def test_a_run_of_an_own_or_locked_arm_can_be_replayed(lwr_dyn_command, tmp_path
     )
     assert "no joint of own named 'joint_9'" in lwr_dyn_command("check", own, "--lock", "joint_9=0")[2]
     assert lwr_dyn_command("check", own, "--lock", "joint_2=0.2")[0] == 0
-
-
-def test_reproduce_into_a_folder_that_cannot_be_made(lwr_dyn_command, tmp_path):
-    (tmp_path / "file").write_text("mine")
-    code, _, err = lwr_dyn_command("reproduce", "lwr4", "--out", str(tmp_path / "file" / "x"))
-    assert code == 2
-    assert err.count("\n") == 1
-    assert "allowed: a directory that can be made and written" in err
-    code, _, err = lwr_dyn_command("reproduce", "lwr4plus", "--timing", "slow", "--out", str(tmp_path / "x"))
-    assert "timing: 'slow'; allowed: constant, quintic, smooth" in err
-    assert [p.name for p in tmp_path.iterdir()] == ["file"]

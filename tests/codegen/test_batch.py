@@ -9,7 +9,7 @@ import pytest
 import lwr_dyn
 from lwr_dyn.codegen.batch import NotFiniteWarning
 from lwr_dyn.codegen.sincos import sincos
-from lwr_dyn.errors import ShapeError
+from lwr_dyn.errors import OptionError, ShapeError
 from tests.codegen.evaluate import states
 
 ARM = lwr_dyn.load("lwr4plus")
@@ -155,3 +155,9 @@ def test_numbers_of_rows_must_fit(batch):
 def test_a_place_for_the_results_must_be_one(batch, out, message):
     with pytest.raises(ShapeError, match=message):
         batch.gravity_vector(Q, out=out)
+
+
+@pytest.mark.parametrize("call", [lwr_dyn.batch_dynamics, lambda arm: lwr_dyn.dynamics_of(arm, "kernels")])
+def test_a_name_in_place_of_an_arm(call):
+    with pytest.raises(OptionError, match="arm: 'lwr4plus'; allowed: an arm"):
+        call("lwr4plus")

@@ -6,8 +6,8 @@ import pytest
 
 from lwr_dyn.reproduction.report.page import write_report
 from tests.headless import logs, screenshot
+from tests.reproduction.report.reported import HOSTILE, report
 from tests.viewer.driven import LAPTOP, PHONE, opened, screen, until
-from tests.viewer.reported import HOSTILE, report
 
 
 @pytest.fixture(scope="module")

@@ -1,21 +1,9 @@
-"""An arm and two runs of it."""
+"""A report with every part, and its page."""
 
 import pytest
 
-import lwr_dyn
 from lwr_dyn.reproduction.report.page import write_report
-from tests.viewer.replayed import lagging_run
-from tests.viewer.reported import report
-
-
-@pytest.fixture(scope="session")
-def arm():
-    return lwr_dyn.load("lwr4plus")
-
-
-@pytest.fixture(scope="session")
-def two_runs(arm):
-    return (lagging_run(arm, 0.04, "pd-gravity"), lagging_run(arm, 0.01, "inverse-dynamics"))
+from tests.reproduction.report.reported import report
 
 
 @pytest.fixture(scope="session")

@@ -14,8 +14,8 @@ from lwr_dyn.reproduction.report.content import Cell, Page, Replay, ReportTable,
 from lwr_dyn.reproduction.report.page import report_html
 from lwr_dyn.reproduction.report.payload import payload
 from lwr_dyn.viewer.figures import Curve, Figure, Panel, Series
+from tests.reproduction.report.reported import inertia_table, report
 from tests.viewer.replayed import lagging_run
-from tests.viewer.reported import inertia_table, report
 
 LARGEST_PAGE = 6_000_000
 """Bytes: the issue's bound on a report."""

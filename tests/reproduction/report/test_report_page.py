@@ -9,8 +9,8 @@ import lwr_dyn
 from lwr_dyn.reproduction.report.content import Page, Replay
 from lwr_dyn.reproduction.report.page import report_html, write_report
 from tests.headless import logs, screenshot
+from tests.reproduction.report.reported import CONTROLLERS
 from tests.viewer.driven import LAPTOP, opened, screen, until
-from tests.viewer.reported import CONTROLLERS
 
 POSE = 1e-6
 """[m], and the same for rotation entries: the issue's bound between the pose on the page and FK."""
