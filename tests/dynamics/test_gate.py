@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.dynamics.selection import ENGINES
+from lwr_dyn.dynamics.engines import ENGINES
 from lwr_dyn.errors import MissingDataError, OptionError, ShapeError, UnknownNameError
 
 METHODS = {
