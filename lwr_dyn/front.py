@@ -165,12 +165,12 @@ def simulate(arm: Arm, controller: Controller, reference: Reference, **options: 
 
 
 def replay(runs: Run | Sequence[Run], path: str | Path, **options: Any) -> None:
-    """One HTML page, no network, that replays runs in 3D; options are those of `lwr_dyn.viewer.html.replay_html`.
+    """One HTML page, no network, that replays runs in 3D; options as of `lwr_dyn.viewer.replay_page.replay_html`.
 
     The arms are those that the runs name. Raises `FileAccessError`, `UnknownNameError` (a run of an unknown robot).
     """
     from lwr_dyn.model.run import Run
-    from lwr_dyn.viewer.html import write_replay
+    from lwr_dyn.viewer.replay_page import write_replay
 
     if not isinstance(runs, (Run, Sequence)):
         raise OptionError("runs", repr(runs), "a run or a list of runs, as simulate or Run.load give them")

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import lwr_dyn
 from lwr_dyn.files import write_folder
-from lwr_dyn.urdf.fileset import model_files
+from lwr_dyn.urdf.model_files import model_files
 
 MODELS = Path(__file__).resolve().parent.parent / "models"
 

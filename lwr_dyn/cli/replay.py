@@ -47,7 +47,7 @@ def command(
     arms = [_arm_of(run, path) for run, path in zip(runs, run_files, strict=True)]
     layout = "beside" if beside else "overlaid"
     if html is not None:
-        from lwr_dyn.viewer.html import write_replay
+        from lwr_dyn.viewer.replay_page import write_replay
 
         write_replay(html, runs, arms, labels=labels or None, title=title, frames=frames, layout=layout)
         click.echo(str(html))

@@ -21,7 +21,7 @@ def command(robot: str, reading: str | None, tip: str | None, locks: tuple[str, 
     if out is None:
         click.echo(urdf_text(arm), nl=False)
         return
-    from lwr_dyn.urdf.fileset import model_files, model_stem
+    from lwr_dyn.urdf.model_files import model_files, model_stem
 
     target = Path(out)
     if target.suffix != ".urdf":

@@ -21,7 +21,7 @@ from lwr_dyn.dynamics.newton_euler import Recursion
 from lwr_dyn.dynamics.recursion import LinkConstants, link_constants
 from lwr_dyn.kinematics.jacobian import jacobian_at, joint_axes
 from lwr_dyn.model.chain import link_frames
-from lwr_dyn.model.vectors import ZERO, Matrix, Vector
+from lwr_dyn.model.vectors import ZERO, Matrix3, Vector
 
 Symbols = Any
 """A NumPy array of casadi.SX scalars."""
@@ -111,12 +111,12 @@ def _slip(dq: Any, c_up: Any, v_up: Any, c_down: Any, v_down: Any, offset: Any) 
 
 
 def _with_body(link: LinkConstants, p: Any) -> LinkConstants:
-    tensor = Matrix(Vector(p[4], p[5], p[7]), Vector(p[5], p[6], p[8]), Vector(p[7], p[8], p[9]))
+    tensor = Matrix3(Vector(p[4], p[5], p[7]), Vector(p[5], p[6], p[8]), Vector(p[7], p[8], p[9]))
     return replace(link, mass=p[0], com=Vector(*p[1:4]), inertia=tensor)
 
 
 def _without_body(link: LinkConstants) -> LinkConstants:
-    return replace(link, mass=0.0, com=ZERO, inertia=Matrix(ZERO, ZERO, ZERO))
+    return replace(link, mass=0.0, com=ZERO, inertia=Matrix3(ZERO, ZERO, ZERO))
 
 
 def _mass_matrix(x: Traced) -> Any:

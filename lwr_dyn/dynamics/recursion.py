@@ -18,7 +18,7 @@ import numpy as np
 
 from lwr_dyn.model.chain import Chain
 from lwr_dyn.model.dh import JointKind
-from lwr_dyn.model.vectors import ZERO, Matrix, Scalar, Vector, Z, add, multiply
+from lwr_dyn.model.vectors import ZERO, Matrix3, Scalar, Vector, Z, add, multiply
 
 Rotors = Literal["armature", "full", "none"]
 
@@ -28,17 +28,17 @@ class LinkConstants:
     """What the recursion needs of one link, as scalars: constants today, symbols when a kernel is traced."""
 
     revolute: bool
-    turn_before: Matrix
+    turn_before: Matrix3
     shift_before: Vector
     at_once: bool
     """`before` is the identity, as in every standard DH table."""
-    turn: Matrix
+    turn: Matrix3
     """Rotation of frame i in the moved joint frame."""
     shift: Vector
     """Origin of frame i in the moved joint frame."""
     mass: Scalar
     com: Vector
-    inertia: Matrix
+    inertia: Matrix3
     gear_ratio: Scalar
     rotor_inertia: Scalar
     reflected: bool
@@ -53,14 +53,14 @@ def link_constants(chain: Chain) -> tuple[LinkConstants, ...]:
         out.append(
             LinkConstants(
                 revolute=link.kind is JointKind.REVOLUTE,
-                turn_before=Matrix.of(link.before.rotation),
+                turn_before=Matrix3.of(link.before.rotation),
                 shift_before=Vector.of(link.before.position),
                 at_once=link.before.is_identity(),
-                turn=Matrix.of(link.after.rotation),
+                turn=Matrix3.of(link.after.rotation),
                 shift=Vector.of(link.after.position),
                 mass=0.0 if body is None else float(body.mass),
                 com=ZERO if body is None else Vector.of(body.com),
-                inertia=Matrix(ZERO, ZERO, ZERO) if body is None else Matrix.of(body.inertia_com),
+                inertia=Matrix3(ZERO, ZERO, ZERO) if body is None else Matrix3.of(body.inertia_com),
                 gear_ratio=0.0 if rotor is None else float(rotor.gear_ratio),
                 rotor_inertia=0.0 if rotor is None else float(rotor.inertia),
                 reflected=rotor is not None and rotor.reflected,
@@ -73,7 +73,7 @@ def link_constants(chain: Chain) -> tuple[LinkConstants, ...]:
 class _Moving:
     """Link i in motion: what the forward recursion leaves for the backward one, in frame i."""
 
-    R: Matrix
+    R: Matrix3
     """R_i^{i-1}, frame i in the joint frame."""
     r: Vector
     """r_{i-1,i}, from the joint to the origin of frame i."""
@@ -182,10 +182,10 @@ def _backward(
     return tau
 
 
-def turn_about_z(angle: Scalar) -> Matrix:
+def turn_about_z(angle: Scalar) -> Matrix3:
     """Rz(angle) for any scalar."""
     c, s = np.cos(angle), np.sin(angle)
-    return Matrix(Vector(c, -s, 0.0), Vector(s, c, 0.0), Z)
+    return Matrix3(Vector(c, -s, 0.0), Vector(s, c, 0.0), Z)
 
 
 def acceleration_of_arm(omega: Vector, domega: Vector, r: Vector) -> Vector:
@@ -195,7 +195,7 @@ def acceleration_of_arm(omega: Vector, domega: Vector, r: Vector) -> Vector:
 
 def potential_energy(links: Sequence[LinkConstants], gravity: Vector, q: Sequence[Scalar]) -> Scalar:
     """U = -sum m_i g . p_{C_i} [J], zero for masses at the base origin (Siciliano eq. 7.36)."""
-    R, p, energy = Matrix.of(np.eye(3)), ZERO, 0.0
+    R, p, energy = Matrix3.of(np.eye(3)), ZERO, 0.0
     for i, link in enumerate(links):
         p = p + R @ link.shift_before
         R = R.compose(link.turn_before)

@@ -17,7 +17,7 @@ from lwr_dyn.arrays import Array
 from lwr_dyn.dynamics.recursion import LinkConstants, inverse_dynamics, link_constants
 from lwr_dyn.model.chain import Body, Chain
 from lwr_dyn.model.spatial import steiner
-from lwr_dyn.model.vectors import ZERO, Matrix, Vector
+from lwr_dyn.model.vectors import ZERO, Matrix3, Vector
 
 INERTIAL = ("m", "mx", "my", "mz", "Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz")
 JOINT = ("armature", "coulomb+", "viscous+", "coulomb-", "viscous-")
@@ -92,7 +92,7 @@ def friction_columns(dq: Array, ddq: Array) -> Array:
 
 
 def _bare(link: LinkConstants) -> LinkConstants:
-    return replace(link, mass=0.0, com=ZERO, inertia=Matrix(ZERO, ZERO, ZERO), gear_ratio=0.0, rotor_inertia=0.0)
+    return replace(link, mass=0.0, com=ZERO, inertia=Matrix3(ZERO, ZERO, ZERO), gear_ratio=0.0, rotor_inertia=0.0)
 
 
 def _unit_bodies(bare: LinkConstants) -> Sequence[LinkConstants]:
@@ -102,9 +102,9 @@ def _unit_bodies(bare: LinkConstants) -> Sequence[LinkConstants]:
     """
     bodies = [replace(bare, mass=1.0)]
     for axis in np.eye(3):
-        bodies.append(replace(bare, mass=1.0, com=Vector.of(axis), inertia=Matrix.of(-steiner(1.0, axis))))
+        bodies.append(replace(bare, mass=1.0, com=Vector.of(axis), inertia=Matrix3.of(-steiner(1.0, axis))))
     for a, b in _PAIRS:
         tensor = np.zeros((3, 3))
         tensor[a, b] = tensor[b, a] = 1.0
-        bodies.append(replace(bare, inertia=Matrix.of(tensor)))
+        bodies.append(replace(bare, inertia=Matrix3.of(tensor)))
     return bodies

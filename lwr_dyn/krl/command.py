@@ -104,7 +104,7 @@ def run(file: str, robot: str, lent: tuple[str, ...], given: tuple[str, ...], ra
     if out is not None:
         done.to_run().save(out)
     if html is not None:
-        from lwr_dyn.viewer.html import write_replay
+        from lwr_dyn.viewer.replay_page import write_replay
 
         write_replay(html, [done.to_run()], arm)
     if as_json:

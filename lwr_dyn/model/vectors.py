@@ -92,7 +92,7 @@ class Vector:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Matrix:
+class Matrix3:
     """Three rows."""
 
     x: Vector
@@ -100,23 +100,23 @@ class Matrix:
     z: Vector
 
     @classmethod
-    def of(cls, rows: Any) -> Matrix:
+    def of(cls, rows: Any) -> Matrix3:
         """From three rows of three numbers."""
         return cls(*(Vector.of(row) for row in rows))
 
     @property
-    def T(self) -> Matrix:
+    def T(self) -> Matrix3:
         """The transpose."""
         a, b, c = self.x, self.y, self.z
-        return Matrix(Vector(a.x, b.x, c.x), Vector(a.y, b.y, c.y), Vector(a.z, b.z, c.z))
+        return Matrix3(Vector(a.x, b.x, c.x), Vector(a.y, b.y, c.y), Vector(a.z, b.z, c.z))
 
     def __matmul__(self, v: Vector) -> Vector:
         return Vector(self.x.dot(v), self.y.dot(v), self.z.dot(v))
 
-    def compose(self, other: Matrix) -> Matrix:
+    def compose(self, other: Matrix3) -> Matrix3:
         """The product self other of two matrices."""
         columns = other.T
-        return Matrix(columns @ self.x, columns @ self.y, columns @ self.z)
+        return Matrix3(columns @ self.x, columns @ self.y, columns @ self.z)
 
 
 def constant(x: Any) -> Scalar:

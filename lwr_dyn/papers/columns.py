@@ -28,7 +28,7 @@ def read_columns(
                 columns[name] = column
             elif rule.required:
                 raise PaperError(file, f"{table_name}.{column_name}", "missing", "a column")
-        fields.done()
+        fields.refuse_unknown()
     return columns
 
 
@@ -41,7 +41,7 @@ def _column(
     where, kind = fields.take("where", str), fields.take("kind", str)
     note = fields.take("note", str, default="")
     symbols = tuple(str(x) for x in fields.take("symbols", list, default=[]))
-    fields.done()
+    fields.refuse_unknown()
     choice(kind, KINDS, file, f"{name}.kind")
     count = n if rule.per_joint else 1
     rows = values if rule.per_joint else [values]

@@ -36,7 +36,7 @@ class Fields:
             raise PaperError(self._file, self._name(key), repr(value), _WORDS.get(kind, kind.__name__))
         return value
 
-    def done(self) -> None:
+    def refuse_unknown(self) -> None:
         """Raise `PaperError` for a field nobody asked for."""
         for key in self._left:
             raise PaperError(self._file, self._name(key), "unknown field", ", ".join(self._taken))

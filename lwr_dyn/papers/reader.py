@@ -15,7 +15,7 @@ from lwr_dyn.model.dh import Convention, JointKind
 from lwr_dyn.papers.columns import read_columns
 from lwr_dyn.papers.errata import apply_errata, one_erratum_a_cell
 from lwr_dyn.papers.fields import Fields, choice
-from lwr_dyn.papers.meaning import check_meaning
+from lwr_dyn.papers.plausibility import check_plausibility
 from lwr_dyn.papers.schema import (
     ABOUT,
     KINDS,
@@ -96,14 +96,14 @@ def paper_of_tables(
     tables = {key: top.take(key, dict) for key in TABLES if key in raw}
     if "dh" not in tables:
         raise PaperError(file, "dh", "missing", "a table of DH columns")
-    top.done()
+    top.refuse_unknown()
     tables = copy.deepcopy(tables)
     touched = apply_errata(tables, tuple(e for e in errata if e.id in chosen.errata), file)
     convention = choice(tables["dh"].pop("convention", None), [c.value for c in Convention], file, "dh.convention")
     about, products = _inertia_words(tables, len(joints), file)
     solids = _solids(tables, len(joints), file)
     columns = read_columns(tables, len(joints), touched, file)
-    check_meaning(columns, joints, kinds, file)
+    check_plausibility(columns, joints, kinds, file)
     return Paper(
         name=name, title=title, file=file, document=document, reading=chosen, readings=readings, errata=errata,
         joints=joints, kinds=kinds, convention=Convention(convention), columns=columns,
@@ -119,7 +119,7 @@ def _joints(table: dict[str, Any], file: str) -> tuple[tuple[str, ...], tuple[Jo
     for i, kind in enumerate(kinds):
         choice(kind, [k.value for k in JointKind], file, f"joints.kinds[{i}]")
     names = fields.take("names", list, default=[f"joint_{i + 1}" for i in range(len(kinds))])
-    fields.done()
+    fields.refuse_unknown()
     if not all(isinstance(x, str) for x in names) or len(names) != len(kinds) or len(set(names)) != len(names):
         raise PaperError(file, "joints.names", f"{names}", f"{len(kinds)} different names")
     _printable({f"joints.names[{i}]": name for i, name in enumerate(names)}, file)
@@ -146,8 +146,8 @@ def _erratum(table: Any, file: str, index: int) -> Erratum:
         if kind:
             choice(kind, KINDS, file, f"erratum[{index}].patch[{j}].kind")
         patches.append(Patch(patch.take("at", str), patch.take("printed", object), patch.take("read", object), kind))
-        patch.done()
-    fields.done()
+        patch.refuse_unknown()
+    fields.refuse_unknown()
     return Erratum(**words, patches=tuple(patches), severity=severity)
 
 
@@ -158,7 +158,7 @@ def _readings(table: dict[str, Any], errata: tuple[Erratum, ...], file: str) -> 
         fields = Fields(entry, file, f"reading.{name}")
         wanted = tuple(fields.take("errata", list, default=[]))
         out[name] = Reading(name, fields.take("about", str), wanted)
-        fields.done()
+        fields.refuse_unknown()
         for missing in [w for w in wanted if w not in ids]:
             raise PaperError(file, f"reading.{name}.errata", repr(missing), f"one of {', '.join(ids) or 'none'}")
         one_erratum_a_cell([e for e in errata if e.id in wanted], file)

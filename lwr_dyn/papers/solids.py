@@ -38,7 +38,7 @@ def read_solids(table: Any, links: Sequence[str], file: str) -> Solids:
     unit, where = fields.take("unit", str), fields.take("where", str)
     kind = choice(fields.take("kind", str), KINDS, file, f"{name}.kind")
     rows = fields.take("rows", list)
-    fields.done()
+    fields.refuse_unknown()
     if unit not in UNITS or UNITS[unit][0] != "length":
         raise PaperError(file, f"{name}.unit", repr(unit), ", ".join(units_of("length")))
     cylinders = tuple(_solid(row, links, unit, file, f"{name}.rows[{i}]") for i, row in enumerate(rows))
@@ -55,7 +55,7 @@ def _solid(row: Any, links: Sequence[str], unit: str, file: str, name: str) -> S
     if start == end:
         raise PaperError(file, name, f"from and to are both {list(start)}", "a cylinder with a length")
     colour = choice(fields.take("colour", str), COLOURS, file, f"{name}.colour")
-    fields.done()
+    fields.refuse_unknown()
     return Solid(link, start, end, to_si(float(radius), unit), colour)
 
 

@@ -12,7 +12,7 @@ from lwr_dyn.files import write_file, write_folder
 from lwr_dyn.papers.assembly import arm_from_paper
 from lwr_dyn.papers.catalog import open_paper, readings
 from lwr_dyn.tables import aligned
-from lwr_dyn.urdf.fileset import model_files
+from lwr_dyn.urdf.model_files import model_files
 
 
 def models_and_checks(place: Path, robot: str) -> list[Report]:

@@ -110,7 +110,7 @@ def _block(name: str, table: Any, file: str) -> Block:
     lists = {key: tuple(str(x) for x in fields.take(key, list, default=[])) for key in ("needs", "errata")}
     reading, note, step = (fields.take(key, str, default="") for key in ("reading", "note", "step"))
     _step(step, file, f"{name}.step")
-    fields.done()
+    fields.refuse_unknown()
     if not (compute or lists["needs"]):
         raise PaperError(
             file, f"{name}.compute", "missing", "a recomputing function, or needs that say what is missing"

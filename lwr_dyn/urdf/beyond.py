@@ -14,7 +14,7 @@ ONE_SIDED = (
 """The header line of an arm whose friction is left out."""
 
 
-def left_out(arm: Arm) -> dict[str, Any]:
+def sidecar_blocks(arm: Arm) -> dict[str, Any]:
     """Block of the sidecar -> its content in SI; only what the arm has."""
     out: dict[str, Any] = {}
     if arm.friction:
@@ -37,8 +37,8 @@ def left_out(arm: Arm) -> dict[str, Any]:
     return out
 
 
-def left_out_quantities(arm: Arm) -> tuple[str, ...]:
-    """The quantities that `left_out` is made of."""
+def sidecar_quantities(arm: Arm) -> tuple[str, ...]:
+    """The quantities that `sidecar_blocks` is made of."""
     endings = [("friction.", bool(arm.friction)), ("gains.", arm.gains is not None)]
     parts = [f"{joint}.{part}" for joint in arm.joint_names for part, there in endings if there]
     motors = [f"{joint}.motors" for joint in arm.joint_names] if arm.transmission is not None else []

@@ -12,8 +12,8 @@ from lwr_dyn.model.chain import Body
 from lwr_dyn.model.dh import JointKind
 from lwr_dyn.model.spatial import Pose
 from lwr_dyn.urdf.geometry import COLOURS, Primitive, primitives
-from lwr_dyn.urdf.text import comment, number, numbers
 from lwr_dyn.urdf.writer import header
+from lwr_dyn.urdf.xml_text import comment, number, numbers
 
 _TYPES = {JointKind.REVOLUTE: "hinge", JointKind.PRISMATIC: "slide"}
 

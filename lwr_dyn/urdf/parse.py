@@ -19,8 +19,8 @@ import numpy as np
 
 from lwr_dyn.errors import FileAccessError, UrdfError
 from lwr_dyn.model.chain import Rotor
-from lwr_dyn.urdf.text import comment
 from lwr_dyn.urdf.writer import GRAVITY, REFLECTED, UNKNOWN_LIMITS, WRITTEN_BY
+from lwr_dyn.urdf.xml_text import comment
 
 _WIDTHS = {"xyz": 3, "rpy": 3}
 _SCALARS = ("value", "ixx", "ixy", "ixz", "iyy", "iyz", "izz", "damping", "friction", "multiplier", "offset")
@@ -40,7 +40,7 @@ class UrdfFile:
     links: Mapping[str, Any]
     joints: Mapping[str, Any]
     rotors: Mapping[str, Rotor]
-    stand_ins: frozenset[str]
+    placeholders: frozenset[str]
     """"joint limit" pairs that a header of ours calls unknown."""
     gravity: tuple[float, ...] | None
     """What a header of ours says."""
@@ -78,7 +78,7 @@ def parse_urdf(path: str | Path) -> UrdfFile:
     return UrdfFile(
         file=file, name=root.attrib["name"], digest=hashlib.sha256(content).hexdigest(),
         links={x.name: x for x in parsed.robot.links}, joints={x.name: x for x in parsed.robot.joints},
-        rotors=rotors, stand_ins=_named(lines, UNKNOWN_LIMITS),
+        rotors=rotors, placeholders=_named(lines, UNKNOWN_LIMITS),
         gravity=tuple(gravity) if len(gravity) == 3 and np.isfinite(gravity).all() else None,
     )  # fmt: skip
 
@@ -94,7 +94,7 @@ def _keep(parent: ElementTree.Element, tags: tuple[str, ...]) -> None:
         parent.remove(child)
 
 
-def stand_in_name(joint: str, limit: str) -> str:
+def placeholder_name(joint: str, limit: str) -> str:
     """How our header names an unknown limit."""
     return comment(f"{joint} {limit}")
 

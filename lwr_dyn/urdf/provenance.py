@@ -8,8 +8,8 @@ from typing import Any
 
 from lwr_dyn.model.arm import Arm, Source
 from lwr_dyn.model.spatial import Pose
-from lwr_dyn.urdf.beyond import left_out, left_out_quantities
-from lwr_dyn.urdf.writer import Entry, urdf_trail
+from lwr_dyn.urdf.beyond import sidecar_blocks, sidecar_quantities
+from lwr_dyn.urdf.writer import Attribute, urdf_with_sources
 
 SCHEMA = 1
 UNSOURCED = "no source given"
@@ -31,9 +31,9 @@ def provenance_text(arm: Arm) -> str:
     >>> sidecar["quantities"]["link_1.mass"][0]["where"]
     'Fig. 1, column Mass'
     """
-    entries = urdf_trail(arm).entries
-    used = dict.fromkeys(name for entry in entries.values() for name in entry.quantities)
-    used |= dict.fromkeys(left_out_quantities(arm))
+    attributes = urdf_with_sources(arm).attributes
+    used = dict.fromkeys(name for attribute in attributes.values() for name in attribute.quantities)
+    used |= dict.fromkeys(sidecar_quantities(arm))
     cells = {name: quantity_sources(arm, name) for name in used}
     top: dict[str, Any] = {
         "schema": SCHEMA,
@@ -44,11 +44,11 @@ def provenance_text(arm: Arm) -> str:
         "source_sha256": arm.digest,
         "gravity": [float(x) for x in arm.chain.gravity],
     }
-    top |= left_out(arm)
+    top |= sidecar_blocks(arm)
     head = json.dumps(top, indent=1, ensure_ascii=False).removesuffix("\n}")
     quantities = _block({name: [_plain(source) for source in found] for name, found in cells.items()})
-    attributes = _block({path: _attribute(entry, cells) for path, entry in entries.items()})
-    return f'{head},\n "quantities": {quantities},\n "attributes": {attributes}\n}}\n'
+    sourced = _block({path: _attribute(item, cells) for path, item in attributes.items()})
+    return f'{head},\n "quantities": {quantities},\n "attributes": {sourced}\n}}\n'
 
 
 def quantity_sources(arm: Arm, quantity: str) -> tuple[Source, ...]:
@@ -83,12 +83,12 @@ def _of_columns(sources: tuple[Source, ...], columns: tuple[str, ...]) -> tuple[
     return tuple(s for s in sources if s.cell.partition(".values")[0] in columns)
 
 
-def _attribute(entry: Entry, cells: dict[str, tuple[Source, ...]]) -> dict[str, Any]:
-    out: dict[str, Any] = {"written": list(entry.written)}
-    if entry.quantities:
-        out["quantities"] = list(entry.quantities)
-    word = entry.word
-    if not word and not any(cells[name] for name in entry.quantities):
+def _attribute(item: Attribute, cells: dict[str, tuple[Source, ...]]) -> dict[str, Any]:
+    out: dict[str, Any] = {"written": list(item.written)}
+    if item.quantities:
+        out["quantities"] = list(item.quantities)
+    word = item.word
+    if not word and not any(cells[name] for name in item.quantities):
         word = UNSOURCED
     return {**out, "word": word} if word else out
 

@@ -21,9 +21,9 @@ from lwr_dyn.model.arm import Arm, JointLimits, Source
 from lwr_dyn.model.chain import Body, Chain, ChainLink
 from lwr_dyn.model.spatial import Pose
 from lwr_dyn.papers.assembly import STANDARD_GRAVITY
-from lwr_dyn.urdf.parse import UrdfFile, parse_urdf, stand_in_name
+from lwr_dyn.urdf.parse import UrdfFile, parse_urdf, placeholder_name
 from lwr_dyn.urdf.tree import KINDS, Tree, axis_pose, build_tree, origin_pose, position_limits
-from lwr_dyn.urdf.writer import STAND_INS
+from lwr_dyn.urdf.writer import PLACEHOLDERS
 
 READING = "urdf"
 """The reading of an arm that comes from a URDF."""
@@ -105,7 +105,7 @@ def _groups(tree: Tree, path: Sequence[Any]) -> list[_Group]:
         _check_moving(tree.urdf, joint)
     if not moving:
         raise UrdfError(tree.urdf.file, "chain", "no moving joint between root and tip", "another tip, or fewer locks")
-    tree.refuse_loose(path)
+    tree.check_connected(path)
     starts = [-1, *(k for k, joint in enumerate(path) if joint in moving), len(path)]
     out = []
     for start, end in pairwise(starts):
@@ -162,7 +162,7 @@ def _limits(urdf: UrdfFile, joint: Any) -> JointLimits:
     for name, value in found.items():
         if name not in ("lower", "upper") and value is not None and value < 0.0:
             raise UrdfError(urdf.file, f"joint {joint.name!r} {name}", repr(value), "a number of at least 0")
-        if stand_in_name(joint.name, name) in urdf.stand_ins and value == STAND_INS.get(name):
+        if placeholder_name(joint.name, name) in urdf.placeholders and value == PLACEHOLDERS.get(name):
             found[name] = None
     return JointLimits(**found)
 

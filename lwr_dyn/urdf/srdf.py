@@ -8,7 +8,7 @@ from __future__ import annotations
 from xml.sax.saxutils import quoteattr
 
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.urdf.text import comment, number
+from lwr_dyn.urdf.xml_text import comment, number
 
 
 def srdf_text(arm: Arm) -> str:

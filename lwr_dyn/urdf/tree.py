@@ -78,7 +78,7 @@ class Tree:
             parts += [(j.child, pose @ self.weld(j)) for j in self.out_of[here] if self.is_weld(j)]
         return parts
 
-    def refuse_loose(self, path: Sequence[Any]) -> None:
+    def check_connected(self, path: Sequence[Any]) -> None:
         """Raise `UrdfError` when an unlocked joint off the path moves what the path moves; name all of them."""
         on_path = {joint.name for joint in path}
         moving = {joint.name for joint in path if not self.is_weld(joint)}

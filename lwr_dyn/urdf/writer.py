@@ -16,13 +16,13 @@ from lwr_dyn.model.feasibility import unphysical_links
 from lwr_dyn.model.spatial import Pose, to_rpy
 from lwr_dyn.urdf.beyond import ONE_SIDED
 from lwr_dyn.urdf.geometry import COLOURS, Primitive, primitives
-from lwr_dyn.urdf.text import comment, numbers
+from lwr_dyn.urdf.xml_text import comment, numbers
 
 UNKNOWN_POSITION = 2 * math.pi
 """Stand-in for an unknown position limit [rad or m]."""
 UNKNOWN_LARGE = 1e9
 """Stand-in for an unknown effort or velocity."""
-STAND_INS = {
+PLACEHOLDERS = {
     "lower": -UNKNOWN_POSITION,
     "upper": UNKNOWN_POSITION,
     "effort": UNKNOWN_LARGE,
@@ -41,7 +41,7 @@ DRAWN, UNKNOWN, CHOICE = "drawn", "unknown", "by choice"
 
 
 @dataclass(frozen=True, slots=True)
-class Entry:
+class Attribute:
     """One numeric attribute: its numbers, and the arm's quantities they are made from or a word in their place."""
 
     written: tuple[float, ...]
@@ -50,39 +50,39 @@ class Entry:
 
 
 @dataclass(slots=True)
-class Trail:
-    """The text of a URDF, and attribute path -> entry for every number in it."""
+class SourcedText:
+    """The text of a URDF, and attribute path -> source of every number in it."""
 
     text: list[str] = field(default_factory=list)
-    entries: dict[str, Entry] = field(default_factory=dict)
+    attributes: dict[str, Attribute] = field(default_factory=dict)
 
     def line(self, depth: int, xml: str) -> None:
         """A line without numbers."""
         self.text.append("  " * depth + xml)
 
-    def numbers(self, depth: int, tag: str, path: str, **attributes: Entry) -> None:
+    def numbers(self, depth: int, tag: str, path: str, **attributes: Attribute) -> None:
         """An element that holds nothing but numbers; `path` is its parent's."""
-        text = " ".join(f'{name}="{numbers(entry.written)}"' for name, entry in attributes.items())
+        text = " ".join(f'{name}="{numbers(attribute.written)}"' for name, attribute in attributes.items())
         self.line(depth, f"<{tag} {text}/>")
-        for name, entry in attributes.items():
-            self.entries[f"{path}/{tag}/@{name}"] = entry
+        for name, attribute in attributes.items():
+            self.attributes[f"{path}/{tag}/@{name}"] = attribute
 
 
 def urdf_text(arm: Arm) -> str:
     """The arm as URDF text; the same arm gives the same bytes."""
-    return "\n".join(urdf_trail(arm).text) + "\n"
+    return "\n".join(urdf_with_sources(arm).text) + "\n"
 
 
-def urdf_trail(arm: Arm) -> Trail:
+def urdf_with_sources(arm: Arm) -> SourcedText:
     """The lines of the URDF and, for every numeric attribute, what it is made from."""
-    out = Trail()
+    out = SourcedText()
     out.line(0, '<?xml version="1.0" encoding="utf-8"?>')
     for line in header(arm):
         out.line(0, line)
     out.line(0, f'<robot name={quoteattr(arm.name)} xmlns:drake="{DRAKE}">')
     for name, rgba in COLOURS.items():
         out.line(1, f'<material name="{name}">')
-        out.numbers(2, "color", f"/robot/material[@name='{name}']", rgba=Entry(rgba, word=DRAWN))
+        out.numbers(2, "color", f"/robot/material[@name='{name}']", rgba=Attribute(rgba, word=DRAWN))
         out.line(1, "</material>")
     shapes = primitives(arm)
     _link(out, "base", shapes)
@@ -162,14 +162,20 @@ def _placed_by(arm: Arm) -> list[tuple[str, ...]]:
     return [(*a, *b) for a, b in zip(after, [*before, flange], strict=True)]
 
 
-def _origin(out: Trail, path: str, pose: Pose, quantities: tuple[str, ...], word: str = CHOICE, depth: int = 2) -> None:
+def _origin(
+    out: SourcedText, path: str, pose: Pose, quantities: tuple[str, ...], word: str = CHOICE, depth: int = 2
+) -> None:
     word = "" if quantities else word
-    xyz, rpy = (Entry(tuple(map(float, v)), quantities, word) for v in (pose.position, to_rpy(pose.rotation)))
+    xyz, rpy = (Attribute(tuple(map(float, v)), quantities, word) for v in (pose.position, to_rpy(pose.rotation)))
     out.numbers(depth, "origin", path, xyz=xyz, rpy=rpy)
 
 
 def _link(
-    out: Trail, name: str, shapes: tuple[Primitive, ...], body: Body | None = None, frame: tuple[str, ...] = ()
+    out: SourcedText,
+    name: str,
+    shapes: tuple[Primitive, ...],
+    body: Body | None = None,
+    frame: tuple[str, ...] = (),
 ) -> None:
     path = f"/robot/link[@name='{name}']"
     out.line(1, f"<link name={quoteattr(name)}>")
@@ -182,23 +188,26 @@ def _link(
     out.line(1, "</link>")
 
 
-def _inertial(out: Trail, path: str, name: str, body: Body, frame: tuple[str, ...]) -> None:
+def _inertial(out: SourcedText, path: str, name: str, body: Body, frame: tuple[str, ...]) -> None:
     """`frame` is what turns and shifts the paper's frame of the link into the URDF's."""
     out.line(2, "<inertial>")
-    com = Entry(tuple(map(float, body.com)), (f"{name}.com", *frame))
-    out.numbers(3, "origin", path, xyz=com, rpy=Entry((0.0, 0.0, 0.0), word=CHOICE))
-    out.numbers(3, "mass", path, value=Entry((float(body.mass),), (f"{name}.mass",)))
+    com = Attribute(tuple(map(float, body.com)), (f"{name}.com", *frame))
+    out.numbers(3, "origin", path, xyz=com, rpy=Attribute((0.0, 0.0, 0.0), word=CHOICE))
+    out.numbers(3, "mass", path, value=Attribute((float(body.mass),), (f"{name}.mass",)))
     cells = {f"i{'xyz'[r]}{'xyz'[c]}": float(body.inertia_com[r, c]) for r in range(3) for c in range(r, 3)}
     made_from = (f"{name}.inertia", *frame)
-    out.numbers(3, "inertia", path, **{key: Entry((value,), made_from) for key, value in cells.items()})
+    out.numbers(3, "inertia", path, **{key: Attribute((value,), made_from) for key, value in cells.items()})
     out.line(2, "</inertial>")
 
 
-def _shape(out: Trail, tag: str, shape: Primitive, path: str) -> None:
+def _shape(out: SourcedText, tag: str, shape: Primitive, path: str) -> None:
     out.line(2, f"<{tag}>")
     _origin(out, path, shape.pose, (), DRAWN, depth=3)
     out.line(3, "<geometry>")
-    sizes = {"radius": Entry((shape.radius,), word=DRAWN), "length": Entry((shape.length,), word=DRAWN)}
+    sizes = {
+        "radius": Attribute((shape.radius,), word=DRAWN),
+        "length": Attribute((shape.length,), word=DRAWN),
+    }
     out.numbers(4, "cylinder", f"{path}/geometry", **sizes)
     out.line(3, "</geometry>")
     if tag == "visual":
@@ -206,27 +215,27 @@ def _shape(out: Trail, tag: str, shape: Primitive, path: str) -> None:
     out.line(2, f"</{tag}>")
 
 
-def _joint(out: Trail, joint: Joint, parent: str, child: str, placed: tuple[str, ...]) -> None:
+def _joint(out: SourcedText, joint: Joint, parent: str, child: str, placed: tuple[str, ...]) -> None:
     path, limits = f"/robot/joint[@name='{joint.name}']", joint.limits
     out.line(1, f'<joint name={quoteattr(joint.name)} type="{joint.kind.value}">')
     _origin(out, path, joint.origin, placed)
     out.line(2, f"<parent link={quoteattr(parent)}/>")
     out.line(2, f"<child link={quoteattr(child)}/>")
-    out.numbers(2, "axis", path, xyz=Entry((0.0, 0.0, 1.0), word=CHOICE))
+    out.numbers(2, "axis", path, xyz=Attribute((0.0, 0.0, 1.0), word=CHOICE))
     cells = {}
-    for name, stand_in in STAND_INS.items():
+    for name, stand_in in PLACEHOLDERS.items():
         value = getattr(limits, name)
-        unknown = Entry((stand_in,), word=UNKNOWN)
-        cells[name] = unknown if value is None else Entry((value,), (f"{joint.name}.{name}",))
+        unknown = Attribute((stand_in,), word=UNKNOWN)
+        cells[name] = unknown if value is None else Attribute((value,), (f"{joint.name}.{name}",))
     out.numbers(2, "limit", path, **cells)
     friction = {"damping": ("viscous", limits.viscous), "friction": ("coulomb", limits.coulomb)}
-    known = {tag: Entry((v,), (f"{joint.name}.{name}",)) for tag, (name, v) in friction.items() if v is not None}
+    known = {tag: Attribute((v,), (f"{joint.name}.{name}",)) for tag, (name, v) in friction.items() if v is not None}
     if known:
         out.numbers(2, "dynamics", path, **known)
     out.line(1, "</joint>")
 
 
-def _transmission(out: Trail, link: ChainLink) -> None:
+def _transmission(out: SourcedText, link: ChainLink) -> None:
     """Rotor inertia for Drake, which reads it only here."""
     rotor, joint = link.rotor, link.joint
     if rotor is None:
@@ -239,8 +248,11 @@ def _transmission(out: Trail, link: ChainLink) -> None:
     ratio = (f"{joint}.gear_ratio",), ""
     stand_in = (), UNKNOWN
     out.numbers(
-        3, "drake:gear_ratio", path, value=Entry((rotor.gear_ratio,), *(stand_in if rotor.reflected else ratio))
+        3,
+        "drake:gear_ratio",
+        path,
+        value=Attribute((rotor.gear_ratio,), *(stand_in if rotor.reflected else ratio)),
     )
-    out.numbers(3, "drake:rotor_inertia", path, value=Entry((rotor.inertia,), (f"{joint}.rotor_inertia",)))
+    out.numbers(3, "drake:rotor_inertia", path, value=Attribute((rotor.inertia,), (f"{joint}.rotor_inertia",)))
     out.line(2, "</actuator>")
     out.line(1, "</transmission>")

@@ -28,8 +28,9 @@ from lwr_dyn.errors import OptionError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
 from lwr_dyn.viewer import scene
-from lwr_dyn.viewer.html import meshcat_folder, replay_html
-from lwr_dyn.viewer.shown import Shown, shown_runs
+from lwr_dyn.viewer.page_parts import meshcat_folder
+from lwr_dyn.viewer.replay_page import replay_html
+from lwr_dyn.viewer.replayed_runs import ReplayedRun, replayed_runs
 
 with warnings.catch_warnings():  # meshcat imports a module of pyzmq that says so; it makes no use of it
     warnings.filterwarnings("ignore", message="zmq.eventloop.ioloop is deprecated", category=DeprecationWarning)
@@ -46,7 +47,7 @@ _STARTS_WITHIN = 30.0
 class LiveReplay:
     """A running server; `close()` it, or use it as a context."""
 
-    def __init__(self, page: str, shown: Sequence[Shown], sockets: Sequence[socket.socket]) -> None:
+    def __init__(self, page: str, shown: Sequence[ReplayedRun], sockets: Sequence[socket.socket]) -> None:
         self.port = int(sockets[0].getsockname()[1])
         self.url = f"http://{LOOPBACK}:{self.port}/"
         self.zmq_url = ""
@@ -113,7 +114,7 @@ def serve(
     Parameters
     ----------
     runs, arms
-        As `lwr_dyn.viewer.html.replay_html`, which also names `page_options`.
+        As `lwr_dyn.viewer.replay_page.replay_html`, which also names `page_options`.
     port : int
         0 takes any free one; it is then in `LiveReplay.port`.
 
@@ -125,7 +126,7 @@ def serve(
         As `replay_html`.
     """
     page = replay_html(runs, arms, live=True, **page_options)
-    shown = shown_runs(runs, arms, page_options.get("labels"))
+    shown = replayed_runs(runs, arms, page_options.get("labels"))
     return LiveReplay(page, shown, _bound(port))
 
 

@@ -20,7 +20,7 @@ from lwr_dyn.files import write_file
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind
 from lwr_dyn.model.run import Run
-from lwr_dyn.viewer.shown import Shown, shown_runs
+from lwr_dyn.viewer.replayed_runs import ReplayedRun, replayed_runs
 
 _HOUSE_STYLE = {
     "svg.hashsalt": "lwr_dyn",
@@ -40,8 +40,8 @@ _PLANES = {"xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
 def position_error_figure(
     runs: Sequence[Run], arms: Arm | Sequence[Arm], labels: Sequence[str] | None = None
 ) -> Figure:
-    """Joint position errors q_ref - q [mrad, mm] over time, one panel per run; raises as `shown_runs`."""
-    shown = shown_runs(runs, arms, labels)
+    """Joint position errors q_ref - q [mrad, mm] over time, one panel per run; raises as `replayed_runs`."""
+    shown = replayed_runs(runs, arms, labels)
     errors = [1e3 * (one.run.q_ref - one.run.q) for one in shown]
     return _joint_panels(shown, errors, "position error", "")
 
@@ -50,16 +50,16 @@ def position_error_figure(
 def velocity_error_figure(
     runs: Sequence[Run], arms: Arm | Sequence[Arm], labels: Sequence[str] | None = None
 ) -> Figure:
-    """Joint velocity errors dq_ref - dq [mrad/s, mm/s] over time, one panel per run; raises as `shown_runs`."""
-    shown = shown_runs(runs, arms, labels)
+    """Joint velocity errors dq_ref - dq [mrad/s, mm/s] over time, one panel per run; raises as `replayed_runs`."""
+    shown = replayed_runs(runs, arms, labels)
     errors = [1e3 * (one.run.dq_ref - one.run.dq) for one in shown]
     return _joint_panels(shown, errors, "velocity error", "/s")
 
 
 @in_house_style
 def torque_figure(runs: Sequence[Run], arms: Arm | Sequence[Arm], labels: Sequence[str] | None = None) -> Figure:
-    """Applied torques [N m, N] of all runs, one panel per joint, limits as broken lines; raises as `shown_runs`."""
-    shown = shown_runs(runs, arms, labels)
+    """Applied torques [N m, N] of all runs, one panel per joint, limits as broken lines; raises as `replayed_runs`."""
+    shown = replayed_runs(runs, arms, labels)
     arm = max((one.arm for one in shown), key=lambda a: a.n)
     rows = -(-arm.n // 2)
     figure = Figure(figsize=(9.0, 1.0 + 1.55 * rows), layout="constrained")
@@ -95,7 +95,7 @@ def path_figure(
     Parameters
     ----------
     runs, arms, labels
-        As `shown_runs`, and raises as it does.
+        As `replayed_runs`, and raises as it does.
     plane : {"xy", "xz", "yz"}, optional
         The one in which the reference is widest, if not given.
 
@@ -106,7 +106,7 @@ def path_figure(
     """
     if plane is not None and plane not in _PLANES:
         raise OptionError("plane", repr(plane), ", ".join(_PLANES))
-    shown = shown_runs(runs, arms, labels)
+    shown = replayed_runs(runs, arms, labels)
     chosen = plane or widest_plane(shown[0].reference_path)
     a, b = _PLANES[chosen]
     figure = Figure(figsize=(6.4, 6.4), layout="constrained")
@@ -156,7 +156,7 @@ def save_figure(figure: Figure, path: str | Path) -> tuple[Path, Path]:
     return targets
 
 
-def _joint_panels(shown: Sequence[Shown], series: Sequence[Array], what: str, per: str) -> Figure:
+def _joint_panels(shown: Sequence[ReplayedRun], series: Sequence[Array], what: str, per: str) -> Figure:
     figure = Figure(figsize=(9.0, 1.1 + 2.5 * len(shown)), layout="constrained")
     panels = figure.subplots(len(shown), 1, sharex=True, squeeze=False).ravel()
     for panel, one, values in zip(panels, shown, series, strict=True):

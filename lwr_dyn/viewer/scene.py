@@ -17,7 +17,7 @@ from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import joint_motion
 from lwr_dyn.model.spatial import Pose, rot_x
 from lwr_dyn.urdf.geometry import COLOURS, Primitive, primitives
-from lwr_dyn.viewer.shown import Shown
+from lwr_dyn.viewer.replayed_runs import ReplayedRun
 
 Command = Mapping[str, Any]
 
@@ -37,7 +37,7 @@ def link_path(run: int, link: int) -> str:
     return "/".join([run_path(run), *(f"link_{i}" for i in range(link + 1))])
 
 
-def arm_commands(shown: Shown, run: int) -> Iterator[Command]:
+def arm_commands(shown: ReplayedRun, run: int) -> Iterator[Command]:
     """The shapes of an arm, then its links at the first sample of the run."""
     links = ["base", *(link.link for link in shown.arm.chain.links), "flange"]
     for k, shape in enumerate(primitives(shown.arm)):

@@ -6,7 +6,7 @@ import argparse
 
 import lwr_dyn
 from lwr_dyn.files import write_folder
-from lwr_dyn.urdf.fileset import model_files
+from lwr_dyn.urdf.model_files import model_files
 
 
 def main(arguments: list[str] | None = None) -> None:

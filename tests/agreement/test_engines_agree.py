@@ -9,8 +9,8 @@ import pytest
 import yourdfpy
 
 import lwr_dyn
-from lwr_dyn.urdf.fileset import model_files, model_stem
 from lwr_dyn.urdf.geometry import primitives
+from lwr_dyn.urdf.model_files import model_files, model_stem
 from tests.tolerances import EXACT, METRES
 
 STATES = 50

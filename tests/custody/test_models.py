@@ -18,7 +18,7 @@ import pytest
 import lwr_dyn
 from lwr_dyn.model.spatial import rot_x, rot_y, rot_z, steiner
 from lwr_dyn.papers.units import to_si
-from lwr_dyn.urdf.fileset import model_files, model_stem
+from lwr_dyn.urdf.model_files import model_files, model_stem
 from lwr_dyn.urdf.provenance import UNSOURCED, provenance_text, quantity_sources
 from lwr_dyn.urdf.writer import CHOICE, DRAWN, UNKNOWN
 from tests.tolerances import EXACT

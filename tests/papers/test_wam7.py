@@ -10,7 +10,7 @@ import lwr_dyn
 from lwr_dyn.model.chain import Body
 from lwr_dyn.model.feasibility import is_physical
 from lwr_dyn.papers.catalog import open_paper
-from lwr_dyn.urdf.fileset import model_files
+from lwr_dyn.urdf.model_files import model_files
 
 ABOUT_ORIGIN = {  # the same sheet's tensors about the frame origins, tensor convention [kg m^2]: moments, products
     1: ((0.294863503, 0.113500168, 0.25065343), {"xy": 0.007950225}),

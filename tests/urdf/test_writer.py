@@ -12,7 +12,7 @@ import lwr_dyn
 from lwr_dyn.model.arm import JointLimits
 from lwr_dyn.model.spatial import from_rpy, to_rpy
 from lwr_dyn.urdf.geometry import primitives
-from lwr_dyn.urdf.writer import UNKNOWN_POSITION, unknown_limits, urdf_text, urdf_trail
+from lwr_dyn.urdf.writer import UNKNOWN_POSITION, unknown_limits, urdf_text, urdf_with_sources
 from tests.arms import arms
 
 ROUNDING = 2e-15
@@ -94,7 +94,7 @@ def test_known_friction_is_written_and_unknown_friction_is_not():
     ],
 )
 def test_in_a_standard_table_the_row_before_places_a_joint(path, quantities):
-    assert urdf_trail(lwr_dyn.load("lwr4plus")).entries[path].quantities == quantities
+    assert urdf_with_sources(lwr_dyn.load("lwr4plus")).attributes[path].quantities == quantities
 
 
 def test_every_drawn_shape_is_both_visual_and_collision():

@@ -6,7 +6,7 @@ from hypothesis import given
 
 from lwr_dyn.urdf.geometry import COLOURS, primitives
 from lwr_dyn.viewer import scene
-from lwr_dyn.viewer.shown import Shown
+from lwr_dyn.viewer.replayed_runs import ReplayedRun
 from tests.arms import arms, random_arm
 
 
@@ -47,6 +47,6 @@ def test_scene_names_each_node_once(arm, two_runs):
     for shown_arm, run in ((arm, two_runs[0]), (random_arm(3), None)):
         q = np.zeros((1, shown_arm.n)) if run is None else run.q
         pose = np.eye(4)[None]
-        one = Shown(type("R", (), {"q": q})(), shown_arm, "x", "#1c7ed6", pose, pose)
+        one = ReplayedRun(type("R", (), {"q": q})(), shown_arm, "x", "#1c7ed6", pose, pose)
         paths = [c["path"] for c in scene.arm_commands(one, 0) if c["type"] == "set_object"]
         assert len(paths) == len(set(paths)) == len(primitives(shown_arm))

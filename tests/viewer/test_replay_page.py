@@ -13,7 +13,7 @@ from hypothesis.extra.numpy import arrays
 
 import lwr_dyn
 from lwr_dyn.errors import FileAccessError, OptionError, ShapeError
-from lwr_dyn.viewer import html
+from lwr_dyn.viewer import page_parts, replay_page
 from tests.headless import logs, opened, screenshot
 from tests.viewer.replayed import lagging_run
 
@@ -28,7 +28,7 @@ PACKING = 2.4e-10
 @pytest.fixture(scope="module")
 def page(tmp_path_factory, arm, two_runs):
     path = tmp_path_factory.mktemp("page") / "replay.html"
-    html.write_replay(path, two_runs, arm)
+    replay_page.write_replay(path, two_runs, arm)
     return path
 
 
@@ -121,7 +121,7 @@ def test_trace_grows_with_time_and_the_readout_is_the_tip_error(window, arm, two
         counts.append(count)
         texts.append(text)
     assert counts[0] == 0 < counts[1] < counts[2]
-    shown = html.shown_runs(two_runs, arm)[0]
+    shown = replay_page.replayed_runs(two_runs, arm)[0]
     assert float(texts[1].split()[0]) == pytest.approx(1e3 * shown.tip_error[1500], rel=5e-3)  # three digits shown
 
 
@@ -160,15 +160,15 @@ def test_page_is_whole_at_the_end(window):
 
 
 def test_page_is_deterministic_and_small(arm, two_runs, page):
-    text = html.replay_html(two_runs, arm)
+    text = replay_page.replay_html(two_runs, arm)
     assert text == page.read_text(encoding="utf-8")
     assert len(text.encode()) < LARGEST_PAGE
 
 
 def test_long_runs_are_thinned_and_say_so(arm, monkeypatch):
-    monkeypatch.setattr(html, "SERIES_BUDGET", 300_000)
+    monkeypatch.setattr(replay_page, "SERIES_BUDGET", 300_000)
     run = lagging_run(arm, 0.02, "pd-gravity", k=7001)
-    record = embedded(html.replay_html([run], arm))["runs"][0]
+    record = embedded(replay_page.replay_html([run], arm))["runs"][0]
     kept, of = record["samples"]
     assert kept < of == 7001
     assert unpacked(record["t"])[[0, -1]].tolist() == pytest.approx([0.0, 6.0])
@@ -177,47 +177,48 @@ def test_long_runs_are_thinned_and_say_so(arm, monkeypatch):
 
 def test_four_runs_of_fourteen_seconds_stay_small(arm):
     runs = [lagging_run(arm, 0.01 * i, f"controller {i}", k=14001, duration=14.0) for i in range(1, 7)]
-    assert len(html.replay_html(runs, arm).encode()) < LARGEST_PAGE
+    assert len(replay_page.replay_html(runs, arm).encode()) < LARGEST_PAGE
 
 
 @given(arrays(np.float64, (5, 3), elements=st.floats(-1e6, 1e6)))
 def test_packing_keeps_nine_digits(values):
-    back = unpacked(html.packed(values))
-    assert np.abs(back - values).max() <= html.NOTHING + PACKING * np.abs(values).max()
+    back = unpacked(page_parts.pack_int32(values))
+    assert np.abs(back - values).max() <= page_parts.SMALLEST + PACKING * np.abs(values).max()
 
 
 def test_labels_cannot_break_out_of_the_page(arm, two_runs):
     wicked = "</script><script>alert(1)</script>"
-    text = html.replay_html(two_runs[:1], arm, labels=[wicked], title=wicked)
+    text = replay_page.replay_html(two_runs[:1], arm, labels=[wicked], title=wicked)
     assert wicked not in text
     assert embedded(text)["runs"][0]["label"] == wicked
 
 
 def test_like_controllers_are_numbered(arm, two_runs):
-    labels = [record["label"] for record in embedded(html.replay_html([two_runs[0]] * 2, arm))["runs"]]
+    labels = [record["label"] for record in embedded(replay_page.replay_html([two_runs[0]] * 2, arm))["runs"]]
     assert labels == ["pd-gravity 1", "pd-gravity 2"]
 
 
 def test_the_tasks_own_path_is_drawn_when_the_run_carries_it(arm, two_runs):
     run = replace(two_runs[0], meta={**two_runs[0].meta, "reference_trace": [[0, 0, 0], [0, 0, 1]]})
-    assert unpacked(embedded(html.replay_html([run], arm))["runs"][0]["reference"]).tolist() == [[0, 0, 0], [0, 0, 1]]
+    record = embedded(replay_page.replay_html([run], arm))["runs"][0]
+    assert unpacked(record["reference"]).tolist() == [[0, 0, 0], [0, 0, 1]]
 
 
 def test_bad_input_is_told(arm, two_runs, tmp_path):
     run = two_runs[0]
     with pytest.raises(OptionError, match="runs: none"):
-        html.replay_html([], arm)
+        replay_page.replay_html([], arm)
     with pytest.raises(OptionError, match="labels: 1 for 2 runs; allowed: one per run"):
-        html.replay_html(two_runs, arm, labels=["a"])
+        replay_page.replay_html(two_runs, arm, labels=["a"])
     with pytest.raises(OptionError, match="layout: 'stacked'"):
-        html.replay_html(two_runs, arm, layout="stacked")
+        replay_page.replay_html(two_runs, arm, layout="stacked")
     with pytest.raises(ShapeError, match=r"q of pd-gravity: shape \(3001, 6\)"):
-        html.replay_html([replace(run, q=run.q[:, :6])], arm)
+        replay_page.replay_html([replace(run, q=run.q[:, :6])], arm)
     with pytest.raises(ShapeError, match="nan"):
-        html.replay_html([replace(run, q=np.full_like(run.q, np.nan))], arm)
+        replay_page.replay_html([replace(run, q=np.full_like(run.q, np.nan))], arm)
     with pytest.raises(ShapeError, match="strictly growing"):
-        html.replay_html([replace(run, t=run.t[::-1])], arm)
+        replay_page.replay_html([replace(run, t=run.t[::-1])], arm)
     with pytest.raises(ShapeError, match="reference_trace"):
-        html.replay_html([replace(run, meta={"reference_trace": [1, 2, 3]})], arm)
+        replay_page.replay_html([replace(run, meta={"reference_trace": [1, 2, 3]})], arm)
     with pytest.raises(FileAccessError):
-        html.write_replay(tmp_path / "none" / "x.html", two_runs, arm)
+        replay_page.write_replay(tmp_path / "none" / "x.html", two_runs, arm)

@@ -22,7 +22,7 @@ from lwr_dyn.dynamics.recursion import LinkConstants, link_constants
 from lwr_dyn.model.chain import Body, Chain, link_frames, with_bodies
 from lwr_dyn.model.dh import Convention
 from lwr_dyn.model.feasibility import is_physical
-from lwr_dyn.model.vectors import Matrix, Vector
+from lwr_dyn.model.vectors import Matrix3, Vector
 
 ROOM = 2.0
 """Half digits within which a number counts as the printed one: the table's own rounding adds to its own."""
@@ -128,7 +128,9 @@ def _batch(chain: Chain, link: int, bodies: Sequence[Body]) -> Recursion:
     com = np.array([b.com for b in bodies])[:, None]
     tensor = np.array([b.inertia_com for b in bodies])[:, None]
     rows = [Vector(*(tensor[..., r, c] for c in range(3))) for r in range(3)]
-    constants[link] = replace(constants[link], com=Vector(com[..., 0], com[..., 1], com[..., 2]), inertia=Matrix(*rows))
+    constants[link] = replace(
+        constants[link], com=Vector(com[..., 0], com[..., 1], com[..., 2]), inertia=Matrix3(*rows)
+    )
     return replace(Recursion.of(chain), links=tuple(constants))
 
 

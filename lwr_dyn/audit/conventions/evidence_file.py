@@ -99,8 +99,8 @@ def parse_evidence(text: str, file: str, table: PrintedTable) -> Evidence:
         choice(convention, [c.value for c in Convention], file, "arm.convention")
     links = [f"link_{i + 1}" for i in range(table.n)]
     alike = tuple(_group(group, links, file) for group in arm.take("alike", list, default=[]))
-    arm.done()
-    top.done()
+    arm.refuse_unknown()
+    top.refuse_unknown()
     found = Evidence(tuple(numbers), tensors, tuple(places), alike, convention)
     found.check(table)
     return found
@@ -130,7 +130,7 @@ def _number(entry: Any, file: str, path: str, table: PrintedTable) -> DerivedNum
     where = fields.take("where", str)
     worst = quantity == "worst inertia"
     q = None if worst else _pose(fields, file, path, table)
-    fields.done()
+    fields.refuse_unknown()
     return DerivedNumber(quantity, joint, printed, q, where)  # type: ignore[arg-type] # `choice` has checked it
 
 
@@ -142,7 +142,7 @@ def _place(entry: Any, file: str, path: str, table: PrintedTable) -> FlangePlace
     if len(xyz) != 3:
         raise EvidenceError(f"{path}.xyz", f"{len(xyz)} entries", "3: x y z")
     where = fields.take("where", str)
-    fields.done()
+    fields.refuse_unknown()
     return FlangePlace(q, np.array([x.value for x in xyz]), max(x.half for x in xyz), where)
 
 
@@ -165,7 +165,7 @@ def _tensors(entry: Any, file: str) -> SecondTensors:
     products = choice(fields.take("products", str), (*PRODUCTS, "unknown"), file, "tensors.products")
     choice(fields.take("unit", str), ("kg m^2",), file, "tensors.unit")
     where, values = fields.take("where", str), fields.take("values", list)
-    fields.done()
+    fields.refuse_unknown()
     if not all(isinstance(row, list) for row in values):
         raise EvidenceError("tensors.values", "not a list of rows", "one row of xx yy zz xy xz yz per link")
     signs = PRODUCTS if products == "unknown" else (products,)

@@ -18,7 +18,7 @@ from lwr_dyn.krl.program import Program, parse_program
 from lwr_dyn.krl.run import ProgramRun, run_program
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.tables import aligned
-from lwr_dyn.viewer.html import write_replay
+from lwr_dyn.viewer.replay_page import write_replay
 
 NAME = "TwoPointMotionPath"
 EXACT_MM = 1e-6

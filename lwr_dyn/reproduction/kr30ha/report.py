@@ -31,8 +31,8 @@ from lwr_dyn.reproduction.outcome import Outcome
 from lwr_dyn.reproduction.report.envelope_plot import envelope_figure
 from lwr_dyn.symbolic.equation_text import equations_latex, equations_text
 from lwr_dyn.symbolic.verdicts import symbolic_verdicts
-from lwr_dyn.viewer.html import write_replay
 from lwr_dyn.viewer.plots import save_figure, torque_figure
+from lwr_dyn.viewer.replay_page import write_replay
 
 Say = Callable[[str], None]
 SYMMETRIC = "First two joints of the arm, links symmetric about its plane (as estimated); vectors in the base frame"

@@ -42,7 +42,6 @@ from lwr_dyn.reproduction.lwr4plus.text import (
 )
 from lwr_dyn.reproduction.outcome import Outcome
 from lwr_dyn.trajectory.references.ist import ist_reference
-from lwr_dyn.viewer.html import write_replay
 from lwr_dyn.viewer.plots import (
     path_figure,
     position_error_figure,
@@ -50,6 +49,7 @@ from lwr_dyn.viewer.plots import (
     torque_figure,
     velocity_error_figure,
 )
+from lwr_dyn.viewer.replay_page import write_replay
 
 Say = Callable[[str], None]
 DEFAULT_TIMING = "smooth"

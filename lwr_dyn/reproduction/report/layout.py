@@ -17,7 +17,7 @@ from lwr_dyn.reproduction.report.ledger import (
 from lwr_dyn.reproduction.report.markup import Html, anchor, element
 from lwr_dyn.reproduction.report.payload import all_figures
 from lwr_dyn.reproduction.report.tables import CLASS, sign, table_html
-from lwr_dyn.viewer.html import beside_this_file, filled, made_by
+from lwr_dyn.viewer.page_parts import fill_template, generator_line, resource_text
 
 _HELP = (
     "Above what is printed, below ours. A cell tells its source, formula and conversion when it is pointed at, tapped "
@@ -38,7 +38,7 @@ def header(page: Page) -> Html:
 def footer(page: Page) -> Html:
     """What made the page."""
     plotted = ", plots by plotly.js" if all_figures(page) else ""
-    return element("footer", f"One file, nothing is loaded. Made by {made_by()}{plotted}.")
+    return element("footer", f"One file, nothing is loaded. Made by {generator_line()}{plotted}.")
 
 
 def _summary(page: Page) -> list[Html]:
@@ -80,7 +80,7 @@ def _theatre(page: Page) -> list[Html]:
     if not (page.replay or page.figures):
         return []
     template = files("lwr_dyn.reproduction.report").joinpath("player.html").read_text(encoding="utf-8")
-    player = Html(filled(template, {"controls": beside_this_file("controls.html")}))
+    player = Html(fill_template(template, {"controls": resource_text("controls.html")}))
     figures = element("div", map(figure_html, page.figures), class_="plots") if page.figures else None
     both = "both" if page.replay and page.figures else "one"
     return _part(

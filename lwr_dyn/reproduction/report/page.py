@@ -19,7 +19,7 @@ from lwr_dyn.reproduction.report.content import Page
 from lwr_dyn.reproduction.report.layout import footer, header, navigation, parts_of
 from lwr_dyn.reproduction.report.markup import Html, element, joined
 from lwr_dyn.reproduction.report.payload import all_figures, payload
-from lwr_dyn.viewer.html import PLAYER, beside_this_file, filled, meshcat_bundle
+from lwr_dyn.viewer.page_parts import PLAYER, fill_template, meshcat_bundle, resource_text
 
 _POLICY = (
     "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; "
@@ -49,24 +49,24 @@ def report_html(page: Page) -> str:
     data = json.dumps(payload(page), sort_keys=True, separators=(",", ":"), allow_nan=False)
     libraries = {"numbers": data}
     if page.replay is not None:
-        libraries["player"] = "\n".join([meshcat_bundle(), *map(beside_this_file, PLAYER)])
+        libraries["player"] = "\n".join([meshcat_bundle(), *map(resource_text, PLAYER)])
     else:
-        libraries["player"] = "\n".join(map(beside_this_file, _WITHOUT_3D))
+        libraries["player"] = "\n".join(map(resource_text, _WITHOUT_3D))
     if all_figures(page):
         libraries["plotly"] = plotly_bundle()
     parts = {
         "title": element("title", page.title),
         "policy": _POLICY,
-        "style": beside_this_file("player.css") + _beside_this_file("report.css"),
-        "signs": _beside_this_file("signs.svg"),
+        "style": resource_text("player.css") + _resource_text("report.css"),
+        "signs": _resource_text("signs.svg"),
         "navigation": navigation(page),
         "header": header(page),
         "main": joined(parts_of(page)),
         "footer": footer(page),
         "libraries": joined(_library(name, text) for name, text in libraries.items()),
-        "scripts": "\n".join(map(_beside_this_file, _SCRIPTS)),
+        "scripts": "\n".join(map(_resource_text, _SCRIPTS)),
     }
-    return filled(_beside_this_file("report.html"), parts)
+    return fill_template(_resource_text("report.html"), parts)
 
 
 def write_report(path: str | Path, page: Page) -> None:
@@ -89,5 +89,5 @@ def _library(name: str, text: str) -> Html:
     return Html(f'<script type="text/plain" id="packed-{name}">{packed}</script>\n')
 
 
-def _beside_this_file(name: str) -> str:
+def _resource_text(name: str) -> str:
     return files("lwr_dyn.reproduction.report").joinpath(name).read_text(encoding="utf-8")

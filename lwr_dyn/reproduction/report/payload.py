@@ -15,8 +15,9 @@ from lwr_dyn.model.run import Run
 from lwr_dyn.reproduction.report.content import Page, Replay, Still
 from lwr_dyn.viewer import scene
 from lwr_dyn.viewer.figures import Curve, Figure, Panel, Quantity, Series
-from lwr_dyn.viewer.html import every, made_by, packed, run_record
-from lwr_dyn.viewer.shown import Shown, shown_runs
+from lwr_dyn.viewer.page_parts import generator_line, pack_int32, subsample
+from lwr_dyn.viewer.replay_page import run_record
+from lwr_dyn.viewer.replayed_runs import ReplayedRun, replayed_runs
 
 SERIES_BUDGET = 2_600_000
 """Bytes the series of all runs may take before compression; beyond, samples are left out, and the page says so."""
@@ -48,7 +49,7 @@ def all_figures(page: Page) -> tuple[Figure, ...]:
 
 
 def _replay(replay: Replay, wanted: Mapping[int, list[Quantity]]) -> dict[str, Any]:
-    runs = shown_runs(replay.runs, replay.arms, replay.labels) if replay.runs else ()
+    runs = replayed_runs(replay.runs, replay.arms, replay.labels) if replay.runs else ()
     stills = [_still(still) for still in replay.stills]
     width = [2 * one.arm.n + 2 + sum(_series(one, name)[0].size for name in wanted[i]) for i, one in enumerate(runs)]
     samples = sum(one.run.t.size * w for one, w in zip(runs, width, strict=True))
@@ -59,18 +60,18 @@ def _replay(replay: Replay, wanted: Mapping[int, list[Quantity]]) -> dict[str, A
         "runs": records,
         "stills": [run_record(one) | {"note": still.note} for one, still in zip(stills, replay.stills, strict=True)],
         "scene": commands,
-        "made_by": made_by(),
+        "made_by": generator_line(),
         "start": {"trace": True, "frames": False, "beside": False},
     }
 
 
-def _run(shown: Shown, stride: int, wanted: Iterable[Quantity]) -> dict[str, Any]:
-    keep = every(shown.run.t.size, stride)
-    series = {name: packed(_series(shown, name)[keep]) for name in wanted}
+def _run(shown: ReplayedRun, stride: int, wanted: Iterable[Quantity]) -> dict[str, Any]:
+    keep = subsample(shown.run.t.size, stride)
+    series = {name: pack_int32(_series(shown, name)[keep]) for name in wanted}
     return run_record(shown, stride) | {"series": series}
 
 
-def _series(shown: Shown, name: Quantity) -> Array:
+def _series(shown: ReplayedRun, name: Quantity) -> Array:
     """A quantity that the player does not hold, over all samples; joints last where it has joints."""
     run = shown.run
     if name.startswith(("flange ", "reference ")):
@@ -82,12 +83,12 @@ def _series(shown: Shown, name: Quantity) -> Array:
     return np.asarray(getattr(run, field))
 
 
-def _still(still: Still) -> Shown:
+def _still(still: Still) -> ReplayedRun:
     """A pose as a run of one sample."""
     q = np.asarray(still.q, dtype=np.float64)[None, :]
     nothing, zero = np.zeros_like(q), np.zeros(1)
     run = Run(zero, q, nothing, q, nothing, nothing, nothing, nothing, zero, {})
-    return shown_runs([run], still.arm, [still.label])[0]
+    return replayed_runs([run], still.arm, [still.label])[0]
 
 
 def _check_series(figures: Iterable[Figure], arms: tuple[Arm, ...]) -> None:
@@ -139,7 +140,7 @@ def _panel(panel: Panel, pool: dict[bytes, Array]) -> dict[str, Any]:
 
 def _curve(curve: Curve, pool: dict[bytes, Array]) -> dict[str, Any]:
     size = 1 if isinstance(curve.y, Series) else curve.y.size
-    keep = every(size, -(-size // LARGEST_CURVE))
+    keep = subsample(size, -(-size // LARGEST_CURVE))
     kept = [value if value is None or isinstance(value, Series) else value[keep] for value in (curve.x, curve.y)]
     return {
         "label": curve.label,
@@ -167,4 +168,4 @@ def _numbers(values: Array) -> Any:
     gaps = np.flatnonzero(~np.isfinite(values))
     if values.size <= _AS_TEXT:
         return [float(x) if np.isfinite(x) else None for x in values]
-    return packed(np.nan_to_num(values, nan=0.0, posinf=0.0, neginf=0.0)) | {"gaps": gaps.tolist()}
+    return pack_int32(np.nan_to_num(values, nan=0.0, posinf=0.0, neginf=0.0)) | {"gaps": gaps.tolist()}

@@ -31,8 +31,8 @@ from lwr_dyn.reproduction.wam7.text import (
     verdict,
 )
 from lwr_dyn.trajectory.references.lspb_move import lspb_move
-from lwr_dyn.viewer.html import write_replay
 from lwr_dyn.viewer.plots import save_figure
+from lwr_dyn.viewer.replay_page import write_replay
 
 Say = Callable[[str], None]
 Series = dict[str, list[Run]]

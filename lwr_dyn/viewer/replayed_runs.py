@@ -1,4 +1,4 @@
-"""`Shown`: a run beside its arm, its label and its colour, which is what every picture of this room starts from."""
+"""`ReplayedRun`: a run with its arm, label and colour; every picture of this package starts from it."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ RUN_COLOURS = ("#e8590c", "#1c7ed6", "#2b8a3e", "#9c36b5", "#c2255c", "#0c8599")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Shown:
+class ReplayedRun:
     """One run as it is shown; `pose` and `pose_ref` are T_{0,flange} (k, 4, 4) [m] of what happened, what was asked."""
 
     run: Run
@@ -45,9 +45,9 @@ class Shown:
         return points
 
 
-def shown_runs(
+def replayed_runs(
     runs: Sequence[Run], arms: Arm | Sequence[Arm], labels: Sequence[str] | None = None
-) -> tuple[Shown, ...]:
+) -> tuple[ReplayedRun, ...]:
     """Runs with their arms, labels and colours.
 
     Parameters
@@ -76,7 +76,7 @@ def shown_runs(
     return tuple(_shown(*row) for row in zip(runs, arm_of, names, colours, strict=True))
 
 
-def _shown(run: Run, arm: Arm, label: str, colour: str) -> Shown:
+def _shown(run: Run, arm: Arm, label: str, colour: str) -> ReplayedRun:
     if run.t.ndim != 1 or run.t.size == 0:
         raise ShapeError(f"t of {label}", f"shape {run.t.shape}", "(k,) with at least one time")
     if not (np.diff(run.t) > 0.0).all():
@@ -87,7 +87,7 @@ def _shown(run: Run, arm: Arm, label: str, colour: str) -> Shown:
         if array.shape != shape:
             raise ShapeError(f"{name} of {label}", f"shape {array.shape}", f"{shape} for {arm.name}")
     pose, pose_ref = (forward.forward_kinematics(arm.chain, q) for q in (run.q, run.q_ref))
-    return Shown(run, arm, label, colour, pose, pose_ref)
+    return ReplayedRun(run, arm, label, colour, pose, pose_ref)
 
 
 def _labels(runs: Sequence[Run]) -> list[str]:

@@ -29,7 +29,9 @@ MOST_GRAVITY = 1e3
 _DIRECTED = tuple(f"friction.{side}_{name}" for side in SIDES for name in ("coulomb", "viscous"))
 
 
-def check_meaning(columns: Mapping[str, Column], joints: Sequence[str], kinds: Sequence[JointKind], file: str) -> None:
+def check_plausibility(
+    columns: Mapping[str, Column], joints: Sequence[str], kinds: Sequence[JointKind], file: str
+) -> None:
     """Raise `PaperError` for the first number or unit that cannot be meant."""
     _units(columns, joints, kinds, file)
     _signs(columns, file)

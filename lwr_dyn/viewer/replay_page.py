@@ -1,0 +1,136 @@
+"""Runs -> one HTML file that replays them in 3D: meshcat's viewer, the runs and our player in one page.
+
+The page makes no request: everything is inside it, and its content security policy forbids loading anything else.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from html import escape
+from pathlib import Path
+from typing import Any
+
+from lwr_dyn.errors import OptionError
+from lwr_dyn.files import write_file
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.run import Run
+from lwr_dyn.viewer import scene
+from lwr_dyn.viewer.page_parts import (
+    PLAYER,
+    fill_template,
+    generator_line,
+    meshcat_bundle,
+    pack_int32,
+    resource_text,
+    script_safe,
+    subsample,
+)
+from lwr_dyn.viewer.replayed_runs import ReplayedRun, facts, replayed_runs
+
+SERIES_BUDGET = 4_300_000
+"""Bytes the series of all runs may take in the page; beyond, samples are left out, and the page says so."""
+_TRACE_POINTS = 1500
+"""A drawn path has at most this many points."""
+_EVENTS = 400
+
+
+def replay_html(
+    runs: Sequence[Run],
+    arms: Arm | Sequence[Arm],
+    *,
+    labels: Sequence[str] | None = None,
+    title: str | None = None,
+    trace: bool = True,
+    frames: bool = False,
+    layout: str = "overlaid",
+    live: bool = False,
+) -> str:
+    """One self-contained page that replays runs in 3D; the same runs give the same text.
+
+    Parameters
+    ----------
+    runs : sequence of Run
+        Shown together; the page lasts as long as the longest.
+    arms : Arm or sequence of Arm
+        One for all, or one per run.
+    labels : sequence of str, optional
+        One per run; the controllers' names if not given.
+    title : str, optional
+        Headline; the arm's title if not given.
+    trace, frames : bool
+        Whether the drawn trace and the frames of the paper are shown at first; both have a switch on the page.
+    layout : {"overlaid", "beside"}
+        Whether several arms stand in one place or side by side at first; a switch too.
+    live : bool
+        Whether the page listens to the meshcat server it comes from (`lwr_dyn.viewer.live`).
+
+    Raises
+    ------
+    OptionError
+        No run, not one arm and one label per run, or a layout of another name.
+    ShapeError
+        A run that is empty, not finite, or has other joints than its arm.
+    """
+    if layout not in ("overlaid", "beside"):
+        raise OptionError("layout", repr(layout), "overlaid, beside")
+    shown = replayed_runs(runs, arms, labels)
+    headline = shown[0].arm.title if title is None else title
+    data = page_data(shown) | {"title": headline, "live": live}
+    data["start"] = {"trace": trace, "frames": frames, "beside": layout == "beside"}
+    parts = {
+        "title": escape(headline),
+        "policy": _policy(live),
+        "style": resource_text("player.css") + resource_text("page.css"),
+        "controls": resource_text("controls.html"),
+        "meshcat": meshcat_bundle(),
+        "data": script_safe(json.dumps(data, sort_keys=True, separators=(",", ":"), allow_nan=False)),
+        "player": "\n".join(resource_text(name) for name in (*PLAYER, "start.js")),
+    }
+    return fill_template(resource_text("page.html"), parts)
+
+
+def write_replay(path: str | Path, runs: Sequence[Run], arms: Arm | Sequence[Arm], **options: Any) -> None:
+    """Write `replay_html(runs, arms, **options)` to a file; raises as it does, and `FileAccessError`."""
+    write_file(path, replay_html(runs, arms, **options))
+
+
+def page_data(shown: Sequence[ReplayedRun]) -> dict[str, Any]:
+    """What the player reads: the runs, and the arms as meshcat commands."""
+    samples = sum(one.run.t.size * (2 * one.arm.n + 2) for one in shown)
+    stride = max(1, -(-samples * 16 // 3 // SERIES_BUDGET))  # four bytes a number, a third more as base64
+    commands = [command for i, one in enumerate(shown) for command in scene.arm_commands(one, i)]
+    return {"runs": [run_record(one, stride) for one in shown], "scene": commands, "made_by": generator_line()}
+
+
+def run_record(shown: ReplayedRun, stride: int = 1) -> dict[str, Any]:
+    """One run as JSON: who it is, its joints as origins and kinds, its series as packed integers."""
+    run, arm = shown.run, shown.arm
+    keep = subsample(run.t.size, stride)
+    drawn = subsample(run.t.size, -(-run.t.size // _TRACE_POINTS))
+    path = shown.reference_path
+    path = path[subsample(len(path), -(-len(path) // _TRACE_POINTS))]
+    return {
+        "label": shown.label,
+        "colour": shown.colour,
+        "facts": [[name, value] for name, value in facts(run).items()],
+        "joints": [
+            {"name": j.name, "kind": j.kind.value, "origin": scene.column_major(j.origin)} for j in arm.joints()
+        ],
+        "flange": scene.column_major(arm.flange()),
+        "native": [scene.column_major(link.after) for link in arm.chain.links],
+        "floor": -arm.drawing.pedestal,
+        "samples": [int(keep.size), int(run.t.size)],
+        "t": pack_int32(run.t[keep]),
+        "q": pack_int32(run.q[keep]),
+        "q_ref": pack_int32(run.q_ref[keep]),
+        "tip_error": pack_int32(shown.tip_error[keep]),
+        "trace": {"t": pack_int32(run.t[drawn]), "points": pack_int32(shown.pose[drawn, :3, 3])},
+        "reference": pack_int32(path),
+        "events": [[event.t, event.kind, event.joint] for event in run.events[:_EVENTS]],
+    }
+
+
+def _policy(live: bool) -> str:
+    listens = "connect-src 'self' ws:" if live else "connect-src 'none'"
+    return f"default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; {listens}"
