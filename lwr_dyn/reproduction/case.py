@@ -13,23 +13,23 @@ from lwr_dyn.papers.assembly import arm_from_paper
 from lwr_dyn.papers.errata import apply_errata, apply_patch
 from lwr_dyn.papers.reader import paper_of_tables
 from lwr_dyn.papers.schema import Erratum, Paper
-from lwr_dyn.reproduction.results import Block, Results, results_of_tables
+from lwr_dyn.reproduction.results import ResultBlock, Results, results_of_tables
 
 
 @dataclass(frozen=True, slots=True)
-class Symbolic:
+class ComparedExpression:
     """What is printed as an expression: ours as text, and whether both are the same for all values of its letters."""
 
     text: str
     same: bool
 
 
-Value = float | Symbolic | None
+Value = float | ComparedExpression | None
 """Of one cell, in its printed unit; None when there is no value."""
 
 
 @dataclass(frozen=True, eq=False)
-class Case:
+class PaperCase:
     """A paper's tables and results with exactly the errata `applied`; paper and arm are read when first asked for."""
 
     tables: Mapping[str, Any]
@@ -68,13 +68,13 @@ class Case:
         """A column's values as printed, errata applied."""
         return list(self.tables[table][column]["values"])
 
-    def block(self, name: str) -> Block:
+    def block(self, name: str) -> ResultBlock:
         """A block of the results."""
         return self.results.blocks[name]
 
     @property
     def printed(self) -> dict[str, Mapping[str, Any]]:
-        """Block -> its cells and what is given beside them, by name."""
+        """ResultBlock -> its cells and what is given beside them, by name."""
         return {name: block.printed for name, block in self.results.blocks.items()}
 
     def numbers(self, block: str, name: str) -> list[float]:
@@ -83,10 +83,10 @@ class Case:
 
 
 @dataclass(frozen=True, slots=True)
-class Recompute:
+class PaperFormula:
     """A recomputing function: (case, block) -> column -> a value per cell, nested as the cells are."""
 
-    function: Callable[[Case, Block], Mapping[str, Any]]
+    function: Callable[[PaperCase, ResultBlock], Mapping[str, Any]]
     slow: bool = False
     """Takes a simulation or algebra with letters: left out where tables are judged by the hundred."""
 
@@ -98,29 +98,29 @@ class Recompute:
 
 def case_of(
     tables: Mapping[str, Any], results: Results, file: str, applied: Collection[Erratum], warm: bool = False
-) -> Case:
+) -> PaperCase:
     """The case of parsed tables under some of their errata; raises `PaperError` when a patch does not find its cell."""
     ids = {e.id for e in applied}
     patched = copy.deepcopy(dict(tables))
     apply_errata(patched, tuple(applied), file)
     results = patched_results(results, applied)
-    return Case(patched, results, file, frozenset(ids), warm)
+    return PaperCase(patched, results, file, frozenset(ids), warm)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Evidence:
+class PaperData:
     """A paper's tables and results, from which cases are made at will: what a proof is given."""
 
     tables: Mapping[str, Any]
     results: Results
     file: str
 
-    def case(self, *errata: str) -> Case:
+    def case(self, *errata: str) -> PaperCase:
         """The case with exactly these errata."""
         known = paper_of_tables(dict(self.tables), self.file).errata
         return case_of(self.tables, self.results, self.file, [e for e in known if e.id in errata])
 
-    def reading(self, name: str = "", *more: str) -> Case:
+    def reading(self, name: str = "", *more: str) -> PaperCase:
         """The case of a reading (the default one if not named) and of further errata."""
         paper = paper_of_tables(dict(self.tables), self.file)
         read = paper.readings[name or self.tables.get("default_reading", "printed")].errata
@@ -134,11 +134,11 @@ def patched_results(results: Results, applied: Collection[Erratum]) -> Results:
     raw = copy.deepcopy(dict(results.raw))
     for erratum in applied:
         for patch in erratum.of_results():
-            apply_patch({"results": _Printed(raw)}, patch, erratum.id, results.file)
+            apply_patch({"results": _PatchedBlocks(raw)}, patch, erratum.id, results.file)
     return results_of_tables(raw, results.file)
 
 
-class _Printed(dict[str, Any]):
+class _PatchedBlocks(dict[str, Any]):
     """Blocks by name, each as one table of its cells and what is given beside them."""
 
     def __init__(self, raw: Mapping[str, Any]) -> None:
@@ -146,10 +146,10 @@ class _Printed(dict[str, Any]):
 
     def __getitem__(self, name: str) -> Any:
         block = super().__getitem__(name)
-        return _Block(block.get("cells", {}), block.get("given", {}))
+        return _PatchedBlock(block.get("cells", {}), block.get("given", {}))
 
 
-class _Block(dict[str, Any]):
+class _PatchedBlock(dict[str, Any]):
     def __init__(self, cells: dict[str, Any], given: dict[str, Any]) -> None:
         super().__init__(given | cells)
         self._parts = (cells, given)

@@ -18,7 +18,7 @@ from lwr_dyn.cli.options import print_json
 @click.option("--json", "as_json", is_flag=True, help="One JSON object instead of the tables.")
 def command(paper: str, out: str | None, timing: str | None, fit_arm_angle: bool, spread: bool, as_json: bool) -> None:
     """Recompute what PAPER prints (lwr4, lwr4plus, wam7, kr30ha, or all); exit 1 when a number is left unexplained."""
-    from lwr_dyn.reproduction.whole import ALL, reproduce
+    from lwr_dyn.reproduction.reproduce import ALL, reproduce
 
     folder = out or ("out" if paper == ALL else f"out/{paper}")
     outcome = reproduce(paper, folder, timing, fit_arm_angle, spread, _say)

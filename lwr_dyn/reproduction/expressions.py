@@ -15,7 +15,7 @@ from functools import lru_cache
 import sympy as sp
 
 from lwr_dyn.errors import OptionError
-from lwr_dyn.reproduction.case import Symbolic
+from lwr_dyn.reproduction.case import ComparedExpression
 
 SAME = 1e-9
 _OPERATORS: dict[type, Callable[[float, float], float]] = {
@@ -74,8 +74,8 @@ def same(printed: str, ours: str) -> bool:
     return all(abs(value_of(printed, k) - value_of(ours, k)) <= SAME for k in (0, 1))
 
 
-def compared(printed: Iterable[Sequence[str]], ours: sp.Matrix) -> list[list[Symbolic]]:
+def compared(printed: Iterable[Sequence[str]], ours: sp.Matrix) -> list[list[ComparedExpression]]:
     """A printed matrix of expressions beside ours, entry by entry."""
     texts = [[str(ours[r, c]) for c in range(ours.cols)] for r in range(ours.rows)]
     rows = zip(printed, texts, strict=True)
-    return [[Symbolic(t, same(p, t)) for p, t in zip(row, text, strict=True)] for row, text in rows]
+    return [[ComparedExpression(t, same(p, t)) for p, t in zip(row, text, strict=True)] for row, text in rows]

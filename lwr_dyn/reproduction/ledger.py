@@ -16,7 +16,7 @@ from lwr_dyn.reproduction.rooms import Room
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Entry:
+class LedgerEntry:
     """One slip of a paper with its proof; None where it is not proven."""
 
     paper: str
@@ -34,12 +34,12 @@ def errata_of(room: Room) -> tuple[Erratum, ...]:
     return paper_of_tables(dict(room.tables), room.file).errata
 
 
-def ledger(room: Room) -> tuple[Entry, ...]:
+def ledger(room: Room) -> tuple[LedgerEntry, ...]:
     """All entries of a paper, each proof run now."""
     return tuple(entry(room, erratum) for erratum in errata_of(room))
 
 
-def entry(room: Room, erratum: Erratum) -> Entry:
+def entry(room: Room, erratum: Erratum) -> LedgerEntry:
     """One entry, its proof run now."""
     prove = room.proofs.get(erratum.id)
-    return Entry(room.paper, erratum, None if prove is None else prove(room.evidence))
+    return LedgerEntry(room.paper, erratum, None if prove is None else prove(room.evidence))

@@ -11,8 +11,8 @@ from lwr_dyn.viewer.figures import Figure
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Shown:
-    """What a report page shows beside numbers and errata: figures in the form of the paper's figures, runs, checks."""
+class PageExtras:
+    """What a report page shows beside numbers and errata: figures in the form of the paper's, runs, checks."""
 
     figures: tuple[Figure, ...] = ()
     replay: Replay | None = None
@@ -22,13 +22,13 @@ class Shown:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Outcome:
+class Reproduction:
     """Whether everything printed is reproduced or explained, the text for people, the record for programs."""
 
     holds: bool
     text: str
     record: dict[str, Any]
     known: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
-    """Block of `results.toml` -> columns of values that the work came by."""
-    shown: Shown = field(default_factory=Shown)
+    """ResultBlock of `results.toml` -> columns of values that the work came by."""
+    shown: PageExtras = field(default_factory=PageExtras)
     """For the report page."""

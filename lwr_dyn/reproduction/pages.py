@@ -12,15 +12,15 @@ from typing import cast
 from lwr_dyn.checks.verdict import Report
 from lwr_dyn.model.run import Run
 from lwr_dyn.papers.reader import paper_of_tables
-from lwr_dyn.reproduction.case import Symbolic
-from lwr_dyn.reproduction.judge import DIFFERS, NOT, Judged
-from lwr_dyn.reproduction.ledger import Entry
-from lwr_dyn.reproduction.outcome import Outcome
+from lwr_dyn.reproduction.case import ComparedExpression
+from lwr_dyn.reproduction.compare import DIFFERS, NOT, ComparedNumber
+from lwr_dyn.reproduction.ledger import LedgerEntry
+from lwr_dyn.reproduction.outcome import Reproduction
 from lwr_dyn.reproduction.printed import last_digit
 from lwr_dyn.reproduction.report.content import Cell, Check, Erratum, FileFact, Page, ReportTable, Row, Section, Verdict
-from lwr_dyn.reproduction.results import Block
+from lwr_dyn.reproduction.results import ResultBlock
 from lwr_dyn.reproduction.rooms import Room
-from lwr_dyn.reproduction.verdicts import Judgement
+from lwr_dyn.reproduction.verdicts import Verdicts
 from lwr_dyn.simulation.audit import TOLERANCE
 from lwr_dyn.simulation.record import versions
 
@@ -32,7 +32,7 @@ REPORT = "report.html"
 _KINDS = {".npz": "run", ".urdf": "model", ".xml": "model", ".srdf": "model", ".png": "plot", ".svg": "plot"}
 
 
-def page_of(here: Room, found: Outcome, judgement: Judgement, entries: Sequence[Entry], place: Path) -> Page:
+def page_of(here: Room, found: Reproduction, judgement: Verdicts, entries: Sequence[LedgerEntry], place: Path) -> Page:
     """The whole page of a paper, with the files that lie in its folder by then."""
     paper = paper_of_tables(dict(here.tables), here.file)
     printed, derived = (tuple(j for j in judgement.data if j.block.derived == d) for d in (False, True))
@@ -56,7 +56,7 @@ def page_of(here: Room, found: Outcome, judgement: Judgement, entries: Sequence[
     )
 
 
-def _words(counted: Mapping[str, int], entries: Sequence[Entry], holds: bool) -> str:
+def _words(counted: Mapping[str, int], entries: Sequence[LedgerEntry], holds: bool) -> str:
     numbers = ", ".join(f"{count} {verdict}" for verdict, count in counted.items() if count)
     proven = sum(e.holds for e in entries if e.erratum.status == "proven")
     end = "No difference is left unexplained." if holds else "Something printed, checked or claimed is NOT explained."
@@ -64,12 +64,12 @@ def _words(counted: Mapping[str, int], entries: Sequence[Entry], holds: bool) ->
     return f"Of {sum(counted.values())} printed numbers: {numbers}.{slips} {end}"
 
 
-def _tables(data: Sequence[Judged]) -> list[ReportTable]:
+def _tables(data: Sequence[ComparedNumber]) -> list[ReportTable]:
     blocks = dict.fromkeys(j.block.name for j in data)
     return [table for name in blocks for table in _block([j for j in data if j.block.name == name])]
 
 
-def _block(data: Sequence[Judged]) -> list[ReportTable]:
+def _block(data: Sequence[ComparedNumber]) -> list[ReportTable]:
     """The plain columns of a block as one table, each matrix as one of its own."""
     block, out = data[0].block, []
     plain = [j for j in data if not _in_matrix(j)]
@@ -87,13 +87,13 @@ def _block(data: Sequence[Judged]) -> list[ReportTable]:
     return out
 
 
-def _in_matrix(judged: Judged) -> bool:
+def _in_matrix(judged: ComparedNumber) -> bool:
     return "][" in judged.cell.path
 
 
 def _table(
-    block: Block, name: str, columns: Sequence[str], rows: Sequence[str], cells: Mapping[tuple[str, ...], Cell],
-    data: Sequence[Judged], matrix: str = "",
+    block: ResultBlock, name: str, columns: Sequence[str], rows: Sequence[str], cells: Mapping[tuple[str, ...], Cell],
+    data: Sequence[ComparedNumber], matrix: str = "",
 ) -> ReportTable:  # fmt: skip
     units = list(dict.fromkeys(j.cell.unit for j in data))
     title = block.where.split(",")[0].split(":")[0].split(";")[0].strip("'")
@@ -110,7 +110,7 @@ def _table(
     )
 
 
-def _cell(judged: Judged) -> Cell:
+def _cell(judged: ComparedNumber) -> Cell:
     cell, verdict = judged.cell, judged.verdict
     notes = []
     if judged.missing:
@@ -135,12 +135,12 @@ def _cell(judged: Judged) -> Cell:
     )
 
 
-def _ours(judged: Judged) -> str:
+def _ours(judged: ComparedNumber) -> str:
     """Ours with a few digits more than printed."""
     value = judged.value
     if value is None:
         return ""
-    if isinstance(value, Symbolic):
+    if isinstance(value, ComparedExpression):
         return value.text
     if abs(value - round(value)) < 1e-9 and last_digit(judged.cell.printed) == 1:
         return f"{round(value):d}"
@@ -151,7 +151,7 @@ def _ours(judged: Judged) -> str:
     return f"{abs(shown) if shown == 0 else shown:f}"
 
 
-def _erratum(entry: Entry) -> Erratum:
+def _erratum(entry: LedgerEntry) -> Erratum:
     e, proof = entry.erratum, entry.proof
     told = e.why if proof is None else f"{e.why}\n{proof.told}"
     return Erratum(

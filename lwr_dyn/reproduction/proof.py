@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
-from lwr_dyn.reproduction.case import Evidence
+from lwr_dyn.reproduction.case import PaperData
 
 Number = float | str
 
@@ -30,5 +30,5 @@ class Proof:
         return "\n".join([self.statement, *rows])
 
 
-Prove = Callable[[Evidence], Proof]
+Prove = Callable[[PaperData], Proof]
 """What a room proves an erratum with."""

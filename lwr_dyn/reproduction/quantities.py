@@ -13,23 +13,23 @@ from lwr_dyn.arrays import Array
 from lwr_dyn.dynamics.newton_euler import Recursion
 from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.model.chain import with_payload
-from lwr_dyn.reproduction.case import Case, Recompute
-from lwr_dyn.reproduction.results import Block
+from lwr_dyn.reproduction.case import PaperCase, PaperFormula
+from lwr_dyn.reproduction.results import ResultBlock
 
 AXIS = np.array([1.0, 2.0, 3.0]) / np.sqrt(14.0)
 """An axis on which every entry of a tensor counts, each with another weight."""
 
 
-def _state(case: Case, block: Block, name: str) -> Array:
+def _state(case: PaperCase, block: ResultBlock, name: str) -> Array:
     return np.array(block.printed.get(name, np.zeros(case.n)), dtype=np.float64)
 
 
-def total_mass(case: Case, _: Block) -> dict[str, Any]:
+def total_mass(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
     """sum m_i over the moving links [kg]"""
     return {"mass": [sum(case.values("inertial", "mass"))]}
 
 
-def torques(case: Case, block: Block) -> dict[str, Any]:
+def torques(case: PaperCase, block: ResultBlock) -> dict[str, Any]:
     """g(q), B(q) ddq, C(q, dq) dq by the hand-written recursion [N m]"""
     recursion = Recursion.of(case.arm.require_dynamics())
     q, dq, ddq = (_state(case, block, name) for name in ("q", "dq", "ddq"))
@@ -38,48 +38,48 @@ def torques(case: Case, block: Block) -> dict[str, Any]:
     return {"g": g, "B_ddq": inertial, "C_dq": recursion.inverse_dynamics(q, dq, ddq) - inertial - g}
 
 
-def payload_torque(case: Case, block: Block) -> dict[str, Any]:
+def payload_torque(case: PaperCase, block: ResultBlock) -> dict[str, Any]:
     """g(q) with the rated payload at the flange [N m]"""
     chain = with_payload(case.arm.require_dynamics(), case.arm.ratings.payload or 0.0)
     return {"g": Recursion.of(chain).gravity_vector(_state(case, block, "q"))}
 
 
-def link_moments(case: Case, _: Block) -> dict[str, Any]:
+def link_moments(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
     """n . I_i n about each link's centre of mass, n = (1, 2, 3)/sqrt(14) in the DH frame [kg m^2]"""
     return {"moment": [AXIS @ body.inertia_com @ AXIS for body in case.arm.chain.bodies or ()]}
 
 
-def flange(case: Case, block: Block) -> dict[str, Any]:
+def flange(case: PaperCase, block: ResultBlock) -> dict[str, Any]:
     """T_0n(q): position [m] and the flange's axes in the base"""
     T = forward_kinematics(case.arm.chain, _state(case, block, "q"))
     return {"position": T[:3, 3], "rotation": T[:3, :3].tolist()}
 
 
-def limits(case: Case, block: Block) -> dict[str, Any]:
+def limits(case: PaperCase, block: ResultBlock) -> dict[str, Any]:
     """Limits in SI, positions in the DH coordinate: [rad], [rad/s], [N m]"""
     arm = case.arm
     columns = {"lower": arm.lower, "upper": arm.upper, "velocity": arm.velocity, "effort": arm.effort}
     return {name: columns[name] for name in dict.fromkeys(c.column for c in block.cells)}
 
 
-def height(case: Case, block: Block) -> dict[str, Any]:
+def height(case: PaperCase, block: ResultBlock) -> dict[str, Any]:
     """Height of the flange above the floor at q: pedestal plus p_z [m]"""
     T = forward_kinematics(case.arm.chain, _state(case, block, "q"))
     return {"height": [case.arm.drawing.pedestal + T[2, 3]]}
 
 
-def armature(case: Case, _: Block) -> dict[str, Any]:
+def armature(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
     """k_r^2 I_m: rotor inertia seen at the joint [kg m^2]"""
     return {"armature": case.arm.armature}
 
 
 SHARED = {
-    "total_mass": Recompute(total_mass),
-    "torques": Recompute(torques),
-    "payload_torque": Recompute(payload_torque),
-    "link_moments": Recompute(link_moments),
-    "flange": Recompute(flange),
-    "limits": Recompute(limits),
-    "height": Recompute(height),
-    "armature": Recompute(armature),
+    "total_mass": PaperFormula(total_mass),
+    "torques": PaperFormula(torques),
+    "payload_torque": PaperFormula(payload_torque),
+    "link_moments": PaperFormula(link_moments),
+    "flange": PaperFormula(flange),
+    "limits": PaperFormula(limits),
+    "height": PaperFormula(height),
+    "armature": PaperFormula(armature),
 }

@@ -23,7 +23,7 @@ DERIVED = "derived"
 
 
 @dataclass(frozen=True, slots=True)
-class Cell:
+class PrintedCell:
     """One printed result: its text, place in the block, unit, and for a figure the range it can be read in."""
 
     path: str
@@ -38,7 +38,7 @@ class Cell:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Block:
+class ResultBlock:
     """A table, a figure, an equation or a sentence with results."""
 
     name: str
@@ -46,7 +46,7 @@ class Block:
     form: str
     compute: str
     """Name of the recomputing function; empty when there can be none, and `needs` says why."""
-    cells: tuple[Cell, ...]
+    cells: tuple[PrintedCell, ...]
     printed: Mapping[str, Any]
     """Cells and `given` by name, as parsed."""
     needs: tuple[str, ...] = ()
@@ -70,7 +70,7 @@ class Results:
 
     paper: str
     file: str
-    blocks: Mapping[str, Block]
+    blocks: Mapping[str, ResultBlock]
     raw: Mapping[str, Any] = field(default_factory=dict)
 
 
@@ -98,7 +98,7 @@ def results_of_tables(raw: Mapping[str, Any], file: str) -> Results:
     return Results(paper, file, blocks, raw)
 
 
-def _block(name: str, table: Any, file: str) -> Block:
+def _block(name: str, table: Any, file: str) -> ResultBlock:
     fields = Fields(table, file, name)
     where, form = fields.take("where", str), fields.take("form", str)
     choice(form, FORMS, file, f"{name}.form")
@@ -123,13 +123,13 @@ def _block(name: str, table: Any, file: str) -> Block:
         raise PaperError(file, f"{name}.given.{twice}", "also a column of cells", "each name once")
     for unknown in set(spans) - set(cells):
         raise PaperError(file, f"{name}.ranges.{unknown}", "no such column", ", ".join(cells))
-    found: list[Cell] = []
+    found: list[PrintedCell] = []
     for column, entries in cells.items():
         unit = units.get(column) if isinstance(units, dict) else units
         if not isinstance(unit, str):
             raise PaperError(file, f"{name}.unit", repr(unit), f"text, or a table with text for {column}")
         found += [replace(c, step=step) for c in _column(name, column, entries, unit, rows, spans.get(column), file)]
-    return Block(
+    return ResultBlock(
         name,
         where,
         form,
@@ -143,7 +143,9 @@ def _block(name: str, table: Any, file: str) -> Block:
     )
 
 
-def _column(block: str, column: str, entries: Any, unit: str, rows: list[str], spans: Any, file: str) -> list[Cell]:
+def _column(
+    block: str, column: str, entries: Any, unit: str, rows: list[str], spans: Any, file: str
+) -> list[PrintedCell]:
     name = f"{block}.cells.{column}"
     if not isinstance(entries, list) or not entries:
         raise PaperError(file, name, repr(entries), "a list of texts, one per row")
@@ -163,7 +165,7 @@ def _column(block: str, column: str, entries: Any, unit: str, rows: list[str], s
         if not isinstance(text, str) or not text.strip():
             raise PaperError(file, f"{name}{place}", repr(text), "text, digit for digit as printed")
         span = None if spans is None else _span(text, spans[k], file, f"{block}.ranges.{column}[{k}]")
-        out.append(Cell(f"results.{block}.{column}{place}", row, column, text, unit, span))
+        out.append(PrintedCell(f"results.{block}.{column}{place}", row, column, text, unit, span))
     return out
 
 

@@ -10,7 +10,7 @@ from importlib import import_module, resources
 from typing import Any
 
 from lwr_dyn.errors import UnknownNameError
-from lwr_dyn.reproduction.case import Evidence, Recompute
+from lwr_dyn.reproduction.case import PaperData, PaperFormula
 from lwr_dyn.reproduction.proof import Prove
 from lwr_dyn.reproduction.results import Results, read_results, results_text
 
@@ -25,7 +25,7 @@ class Room:
     tables: Mapping[str, Any]
     """Its data file as parsed."""
     results: Results
-    functions: Mapping[str, Recompute]
+    functions: Mapping[str, PaperFormula]
     proofs: Mapping[str, Prove]
     """Erratum -> proof."""
 
@@ -35,9 +35,9 @@ class Room:
         return f"{self.paper}.toml"
 
     @property
-    def evidence(self) -> Evidence:
+    def evidence(self) -> PaperData:
         """What its proofs are given."""
-        return Evidence(self.tables, self.results, self.file)
+        return PaperData(self.tables, self.results, self.file)
 
 
 @cache
@@ -46,7 +46,7 @@ def room(paper: str) -> Room:
     if paper not in PAPERS:
         raise UnknownNameError("paper to reproduce", paper, PAPERS)
     text = resources.files("lwr_dyn.papers").joinpath(f"{paper}.toml").read_text(encoding="utf-8")
-    functions = import_module(f"lwr_dyn.reproduction.{paper}.recomputed").FUNCTIONS
+    functions = import_module(f"lwr_dyn.reproduction.{paper}.formulas").FORMULAS
     proofs = import_module(f"lwr_dyn.reproduction.{paper}.proofs").PROOFS
     results = read_results(results_text(paper), f"reproduction/{paper}/results.toml")
     return Room(paper, tomllib.loads(text), results, functions, proofs)

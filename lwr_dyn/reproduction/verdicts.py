@@ -16,18 +16,18 @@ from typing import Any
 from lwr_dyn.errors import PaperError
 from lwr_dyn.papers.reader import paper_of_tables
 from lwr_dyn.papers.schema import Paper
-from lwr_dyn.reproduction.case import Recompute
-from lwr_dyn.reproduction.judge import VERDICTS, Columns, Judge, Judged
+from lwr_dyn.reproduction.case import PaperFormula
+from lwr_dyn.reproduction.compare import VERDICTS, BlockComparer, Columns, ComparedNumber
 from lwr_dyn.reproduction.results import Results, results_of_tables
 from lwr_dyn.reproduction.rooms import room
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Judgement:
+class Verdicts:
     """All numbers of a paper with their verdicts."""
 
     paper: str
-    data: tuple[Judged, ...]
+    data: tuple[ComparedNumber, ...]
 
     def counts(self, derived: bool = False) -> dict[str, int]:
         """How many of the printed (or derived) numbers have which verdict."""
@@ -35,11 +35,11 @@ class Judgement:
         return {verdict: found[verdict] for verdict in VERDICTS}
 
     def keys(self) -> dict[str, tuple[str, tuple[str, ...]]]:
-        """Cell -> verdict and errata: what a change of the data may turn."""
+        """PrintedCell -> verdict and errata: what a change of the data may turn."""
         return {j.cell.path: (j.verdict, j.errata) for j in self.data}
 
 
-def judged(
+def compare_numbers(
     paper: str,
     tables: Mapping[str, Any] | None = None,
     results: Mapping[str, Any] | None = None,
@@ -47,8 +47,8 @@ def judged(
     slow: bool = False,
     known: Mapping[str, Columns] | None = None,
     warm: bool | None = None,
-) -> Judgement:
-    """Judge every number of a paper.
+) -> Verdicts:
+    """BlockComparer every number of a paper.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ def judged(
     slow : bool
         Also what needs simulations or algebra with letters.
     known : dict, optional
-        Block -> columns of values that were computed elsewhere, under the default reading.
+        ResultBlock -> columns of values that were computed elsewhere, under the default reading.
     warm : bool, optional
         Let global searches start where they ended for the package's own tables; so, if not given, when `tables` are.
 
@@ -73,16 +73,16 @@ def judged(
     table = here.tables if tables is None else tables
     own = paper_of_tables(dict(table), here.file)
     check(printed, own, here.functions)
-    judge = Judge(table, printed, here.file, here.functions, own, tables is not None if warm is None else warm)
-    data: list[Judged] = []
+    judge = BlockComparer(table, printed, here.file, here.functions, own, tables is not None if warm is None else warm)
+    data: list[ComparedNumber] = []
     for block in printed.blocks.values():
         function = here.functions.get(block.compute)
         if block.name in (known or {}) or function is None or slow or not function.slow:
             data += judge.block(block, (known or {}).get(block.name))
-    return Judgement(paper, tuple(data))
+    return Verdicts(paper, tuple(data))
 
 
-def check(results: Results, paper: Paper, functions: Mapping[str, Recompute]) -> None:
+def check(results: Results, paper: Paper, functions: Mapping[str, PaperFormula]) -> None:
     """Raise `PaperError` when a function, an erratum or a reading that the results name does not exist."""
     known = [e.id for e in paper.errata]
     if results.paper != paper.name:

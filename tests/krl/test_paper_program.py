@@ -7,7 +7,13 @@ import lwr_dyn
 from lwr_dyn.krl.check import check_program
 from lwr_dyn.krl.program import load_program, parse_program
 from lwr_dyn.model.run import Run
-from lwr_dyn.reproduction.kr30ha.program import EXACT_MM, printed_program, program_data, program_report, write_program
+from lwr_dyn.reproduction.kr30ha.krl_program import (
+    EXACT_MM,
+    printed_program,
+    program_data,
+    program_report,
+    write_program,
+)
 
 FAULTS = {
     "late-declaration": [13, 14, 15],

@@ -20,7 +20,7 @@ from lwr_dyn.errors import LwrDynError
 from lwr_dyn.reproduction.case import Value
 from lwr_dyn.reproduction.printed import last_digit
 from lwr_dyn.reproduction.rooms import room
-from lwr_dyn.reproduction.verdicts import Judgement, judged
+from lwr_dyn.reproduction.verdicts import Verdicts, compare_numbers
 
 KINDS = ("sign", "times ten", "neighbour", "one percent")
 REFUSED, VERDICT, UNSEEN = "refused", "verdict", "unseen"
@@ -111,8 +111,8 @@ def mutated(raw: Mapping[str, Any], mutant: Mutant) -> dict[str, Any]:
     return out
 
 
-def fate(mutant: Mutant, usual: Judgement) -> Fate:
-    """Judge a paper with one changed cell; `usual` is its judgement without."""
+def fate(mutant: Mutant, usual: Verdicts) -> Fate:
+    """BlockComparer a paper with one changed cell; `usual` is its judgement without."""
     here = room(mutant.paper)
     tables, results = here.tables, here.results.raw
     if mutant.file == "tables":
@@ -120,7 +120,7 @@ def fate(mutant: Mutant, usual: Judgement) -> Fate:
     else:
         results = mutated(results, mutant)
     try:
-        found = judged(mutant.paper, tables, results)
+        found = compare_numbers(mutant.paper, tables, results)
     except LwrDynError:
         return Fate(mutant, REFUSED)
     before, after = usual.keys(), found.keys()
@@ -129,12 +129,12 @@ def fate(mutant: Mutant, usual: Judgement) -> Fate:
     return Fate(mutant, VERDICT if turned else UNSEEN, turned, moved, mover)
 
 
-def usual_judgement(paper: str) -> Judgement:
+def usual_judgement(paper: str) -> Verdicts:
     """The judgement that mutants are compared with: quick numbers only, warm searches, as for the mutants."""
-    return judged(paper, room(paper).tables)
+    return compare_numbers(paper, room(paper).tables)
 
 
-def _largest_move(usual: Judgement, found: Judgement) -> tuple[float, str]:
+def _largest_move(usual: Verdicts, found: Verdicts) -> tuple[float, str]:
     now = {j.cell.path: j for j in found.data}
     moves = [(_move(j.value, now[j.cell.path].value, j.cell.printed), j.cell.path) for j in usual.data
              if j.cell.path in now and j.verdict == now[j.cell.path].verdict]  # fmt: skip
@@ -199,6 +199,6 @@ class Survey:
 
 
 def survey(paper: str, chosen: Sequence[Mutant] | None = None) -> Survey:
-    """Judge the chosen mutants of a paper; all of them if not given."""
+    """BlockComparer the chosen mutants of a paper; all of them if not given."""
     usual = usual_judgement(paper)
     return Survey(tuple(fate(m, usual) for m in (tuple(mutants(paper)) if chosen is None else chosen)))

@@ -6,8 +6,8 @@ import pytest
 
 from lwr_dyn.errors import LwrDynError
 from lwr_dyn.papers.schema import SEVERITIES
-from lwr_dyn.reproduction.case import Evidence
-from lwr_dyn.reproduction.ledger import Entry, entry, errata_of
+from lwr_dyn.reproduction.case import PaperData
+from lwr_dyn.reproduction.ledger import LedgerEntry, entry, errata_of
 from lwr_dyn.reproduction.proof import Proof
 from lwr_dyn.reproduction.results import results_of_tables
 from lwr_dyn.reproduction.rooms import PAPERS, room
@@ -40,10 +40,10 @@ def test_every_entry_says_how_severe_it_is():
 
 def test_a_proven_entry_without_a_proof_or_with_a_broken_one_does_not_hold():
     paper, erratum = PROVEN[0]
-    assert not Entry(paper, erratum, None).holds
-    assert not Entry(paper, erratum, Proof("nothing", False)).holds
+    assert not LedgerEntry(paper, erratum, None).holds
+    assert not LedgerEntry(paper, erratum, Proof("nothing", False)).holds
     likely = next(e for _, e in ALL if e.status == "likely")
-    assert Entry("lwr4plus", likely, None).holds
+    assert LedgerEntry("lwr4plus", likely, None).holds
 
 
 def without_the_slip(paper, erratum):
@@ -65,7 +65,7 @@ def without_the_slip(paper, erratum):
     for entry_of in tables["erratum"]:
         if entry_of["id"] == erratum.id:
             entry_of.pop("patch")
-    return Evidence(tables, results_of_tables(results, "results.toml"), here.file)
+    return PaperData(tables, results_of_tables(results, "results.toml"), here.file)
 
 
 PATCHED = [(paper, e) for paper, e in PROVEN if e.patches]

@@ -7,7 +7,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.model.run import Run
-from lwr_dyn.reproduction.whole import reproduce
+from lwr_dyn.reproduction.reproduce import reproduce
 from tests.headless import logs, opened, screenshot
 from tests.viewer.driven import opened as report_opened
 

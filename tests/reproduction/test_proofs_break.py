@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from lwr_dyn.krl.program import parse_program
-from lwr_dyn.reproduction.case import Evidence
+from lwr_dyn.reproduction.case import PaperData
 from lwr_dyn.reproduction.kr30ha import proofs_of_motion, proofs_of_program
-from lwr_dyn.reproduction.kr30ha.planar import planar_equations
+from lwr_dyn.reproduction.kr30ha.planar_model import planar_equations
 from lwr_dyn.reproduction.ledger import errata_of
 from lwr_dyn.reproduction.lwr4plus import proofs_of_laws
 from lwr_dyn.reproduction.results import results_of_tables
@@ -112,7 +112,7 @@ def test_a_broken_proof_does_not_hold(paper, name, monkeypatch):
     assert here.proofs[name](here.evidence).holds
     tables, results = copy.deepcopy(dict(here.tables)), copy.deepcopy(dict(here.results.raw))
     BROKEN[paper, name](tables, results, monkeypatch)
-    evidence = Evidence(tables, results_of_tables(results, "results.toml"), here.file)
+    evidence = PaperData(tables, results_of_tables(results, "results.toml"), here.file)
     assert not here.proofs[name](evidence).holds
 
 

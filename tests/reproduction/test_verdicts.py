@@ -6,16 +6,16 @@ import tomllib
 import pytest
 
 from lwr_dyn.errors import OptionError, PaperError
+from lwr_dyn.reproduction.compare import AFTER, DIFFERS, NOT, REPRODUCED
 from lwr_dyn.reproduction.expressions import same, value_of
-from lwr_dyn.reproduction.judge import AFTER, DIFFERS, NOT, REPRODUCED
 from lwr_dyn.reproduction.results import read_results, results_of_tables
 from lwr_dyn.reproduction.rooms import PAPERS, room
-from lwr_dyn.reproduction.verdicts import judged
+from lwr_dyn.reproduction.verdicts import compare_numbers
 
 
 @pytest.fixture(scope="module")
 def found():
-    return {paper: judged(paper, warm=True) for paper in PAPERS}
+    return {paper: compare_numbers(paper, warm=True) for paper in PAPERS}
 
 
 def of(judgement, path):
@@ -63,17 +63,17 @@ def test_what_is_not_printed_is_named_and_how_far_assumptions_come_is_told(found
 def test_a_changed_cell_turns_what_depends_on_it_and_nothing_else(found):
     tables = copy.deepcopy(dict(room("lwr4plus").tables))
     tables["inertial"]["mass"]["values"][6] *= 1.01
-    changed, same = judged("lwr4plus", tables=tables).keys(), found["lwr4plus"].keys()
+    changed, same = compare_numbers("lwr4plus", tables=tables).keys(), found["lwr4plus"].keys()
     turned = {path for path in same if changed[path] != same[path]}
     assert {"results.figure_1.mass[0]", "results.torques.g[1]"} <= turned
     assert not any(path.startswith(("results.table_ii.", "results.table_vi.", "results.limits.")) for path in turned)
-    assert judged("lwr4plus", tables=dict(room("lwr4plus").tables)).keys() == same
+    assert compare_numbers("lwr4plus", tables=dict(room("lwr4plus").tables)).keys() == same
 
 
 def test_a_difference_is_told_in_units_and_last_digits(found):
     raw = copy.deepcopy(dict(room("lwr4plus").results.raw))
     raw["figure_1"]["cells"]["mass"] = ["14.4465"]
-    one = of(judged("lwr4plus", results=raw, warm=True), "results.figure_1.mass[0]")
+    one = of(compare_numbers("lwr4plus", results=raw, warm=True), "results.figure_1.mass[0]")
     assert one.verdict == DIFFERS
     assert one.miss == pytest.approx(-0.0003)
     assert one.digits == pytest.approx(-3.0)
@@ -135,12 +135,12 @@ cells = { count = ["7"] }
 def test_a_broken_file_of_results_is_refused_in_one_line(old, new, said):
     text = SMALL.replace(old, new)
     with pytest.raises(PaperError, match=said) as caught:
-        judged("wam7", results=tomllib.loads(text))
+        compare_numbers("wam7", results=tomllib.loads(text))
     assert "\n" not in str(caught.value)
 
 
 def test_the_small_file_is_good_and_broken_toml_is_told():
-    assert judged("wam7", results=tomllib.loads(SMALL)).counts()[REPRODUCED] == 1
+    assert compare_numbers("wam7", results=tomllib.loads(SMALL)).counts()[REPRODUCED] == 1
     assert results_of_tables(tomllib.loads(SMALL), "x").paper == "wam7"
     with pytest.raises(PaperError, match="TOML"):
         read_results("a = = 1", "x.toml")
@@ -150,13 +150,13 @@ def test_a_reading_of_an_unknown_erratum_or_of_two_on_one_cell_is_refused():
     tables = copy.deepcopy(dict(room("lwr4plus").tables))
     tables["reading"]["printed"]["errata"] = ["table-nine"]
     with pytest.raises(PaperError, match=r"reading.printed.errata: 'table-nine'; allowed: one of table2-rows"):
-        judged("lwr4plus", tables=tables)
+        compare_numbers("lwr4plus", tables=tables)
     tables = copy.deepcopy(dict(room("lwr4plus").tables))
     twice = copy.deepcopy(next(e for e in tables["erratum"] if e["id"] == "table2-c5z")) | {"id": "again"}
     tables["erratum"].append(twice)
     tables["reading"]["computed"]["errata"].append("again")
     with pytest.raises(PaperError, match=r"errata table2-c5z and again: both read inertial.com.values\[4\]"):
-        judged("lwr4plus", tables=tables)
+        compare_numbers("lwr4plus", tables=tables)
     tables["default_reading"] = "printed"  # a reading that is not asked for is refused as well
     with pytest.raises(PaperError, match="errata table2-c5z and again"):
-        judged("lwr4plus", tables=tables)
+        compare_numbers("lwr4plus", tables=tables)

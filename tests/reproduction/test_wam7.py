@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.reproduction.wam7 import report as wam7_report
+from lwr_dyn.reproduction.wam7 import study as wam7_report
 from lwr_dyn.reproduction.wam7.runs import (
     AGREES,
     GRAVITIES,
@@ -97,7 +97,7 @@ def test_the_folder_and_a_verdict_that_can_fail(tmp_path, monkeypatch):
     joints = [*range(7), None]
     fake = [Experiment(j, 1, g, True, run) for g in GRAVITIES for j in joints]
     fake += [Experiment(j, 1, GRAVITIES[0], False, run) for j in joints]
-    monkeypatch.setattr(wam7_report, "experiments", lambda arm, say: tuple(fake))
+    monkeypatch.setattr(wam7_report, "experiments", lambda arm, progress: tuple(fake))
     outcome = wam7_report.reproduce(tmp_path / "wam7")
     assert not outcome.holds
     assert outcome.text.count("DIFFERS") == 10

@@ -34,7 +34,7 @@ PEAK_SPEED, PEAK_ACCELERATION = 15.0 / 8.0, 10.0 / 3.0**0.5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Stop:
+class Waypoint:
     """The arm at rest at one of the points: the torque that holds it by either road, and where the run put it."""
 
     name: str
@@ -50,7 +50,7 @@ class Cycle:
 
     reference: JointReference
     run: Run
-    stops: tuple[Stop, ...]
+    stops: tuple[Waypoint, ...]
 
     @property
     def peak_torque(self) -> Array:
@@ -86,5 +86,5 @@ def cycle(arm: Arm, points: Sequence[RightPoint]) -> Cycle:
     for point, end in zip(points, ends, strict=True):
         flange = forward_kinematics(arm.chain, run.q[int(np.searchsorted(run.t, end - 1e-9))])
         missed = float(1e3 * np.linalg.norm(flange[:3, 3] - point.target.matrix()[:3, 3]))
-        stops.append(Stop(point.name, {name: road.gravity_vector(point.q) for name, road in roads.items()}, missed))
+        stops.append(Waypoint(point.name, {name: road.gravity_vector(point.q) for name, road in roads.items()}, missed))
     return Cycle(reference, run, tuple(stops))

@@ -15,42 +15,42 @@ from lwr_dyn.model.chain import Body
 from lwr_dyn.model.spatial import from_rpy
 from lwr_dyn.papers.schema import Paper
 from lwr_dyn.papers.solids import COM_DIGITS, INERTIA_DIGITS, MASS_DIGITS, cylinder_body
-from lwr_dyn.reproduction.case import Case, Recompute
+from lwr_dyn.reproduction.case import PaperCase, PaperFormula
 from lwr_dyn.reproduction.kr30ha.points import point_misses, right_points, wrist_centre_mm
 from lwr_dyn.reproduction.quantities import AXIS
-from lwr_dyn.reproduction.results import Block
+from lwr_dyn.reproduction.results import ResultBlock
 
 
-def misses(case: Case, _: Block) -> dict[str, Any]:
+def misses(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
     """|wrist centre - point| and |flange - point| with A = -theta of Table 5 [mm]"""
     found = point_misses(case.arm, case.printed)[:2]
     return {"wrist": [m.wrist_miss_mm for m in found], "flange": [m.flange_miss_mm for m in found]}
 
 
-def right_angles(case: Case, _: Block) -> dict[str, Any]:
+def right_angles(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
     """A1 to A6 [deg] of the true inverse kinematics"""
     return {point.name: np.degrees(point.q) for point in right_points(case.arm, case.printed)[:2]}
 
 
-def branches(case: Case, _: Block) -> dict[str, Any]:
+def branches(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
     """How many solutions of the inverse kinematics there are"""
     found = right_points(case.arm, case.printed)[:2]
     return {"inside": [p.inside_limits for p in found], "all": [p.solutions for p in found]}
 
 
-def mastering(case: Case, _: Block) -> dict[str, Any]:
+def mastering(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
     """Forward kinematics at the mastering position [mm]"""
     q = np.array(case.arm.mastering)
     return {"flange": 1e3 * forward_kinematics(case.arm.chain, q)[:3, 3], "wrist": wrist_centre_mm(case.arm, q)}
 
 
-def elbow(case: Case, _: Block) -> dict[str, Any]:
+def elbow(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
     """hypot(a_3, d_4) [mm], atan2(a_3, d_4) [deg]"""
     a3, d4 = case.values("dh", "a")[2], case.values("dh", "d")[3]
     return {"length": [np.hypot(a3, d4)], "phi": [np.degrees(np.arctan2(a3, d4))]}
 
 
-def envelope_figures(case: Case, _: Block) -> dict[str, Any]:
+def envelope_figures(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
     """Reach [mm] and volume [m^3] of the envelope, and what the data sheet has less"""
     found, rated = working_envelope(case.arm), case.arm.ratings
     reach, volume = 1e3 * found.reach, found.volume
@@ -62,7 +62,7 @@ def envelope_figures(case: Case, _: Block) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def pose_misses(case: Case, _: Block) -> dict[str, Any]:
+def pose_misses(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
     """[poses] of the data file less forward kinematics: lengths [mm], directions [1]"""
     arm, columns, zero = case.arm, case.paper.columns, np.zeros(case.n)
     at_zero = forward_kinematics(arm.chain, zero)
@@ -85,20 +85,20 @@ def _axes(arm: Arm, q: Array) -> Array:
     return np.asarray(out) / (2.0 * float(np.sin(1e-3)))
 
 
-def masses(case: Case, _: Block) -> dict[str, Any]:
+def masses(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
     """sum m_i [kg], alone and with the base"""
     moving = sum(case.values("inertial", "mass"))
     return {"moving": [moving], "with_base": [moving + float(case.tables["base"]["mass"]["values"])]}
 
 
-def solids(case: Case, _: Block) -> dict[str, Any]:
+def solids(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
     """Mass, centre of mass and n . I n, n = (1, 2, 3)/sqrt(14), of each link's cylinders at one density"""
     bodies = list(_bodies(case.paper).values())
     columns = {"mass": [b.mass for b in bodies], "com": [b.com.tolist() for b in bodies]}
     return columns | {"moment": [AXIS @ b.inertia_com @ AXIS for b in bodies]}
 
 
-def estimate_misses(case: Case, _: Block) -> dict[str, Any]:
+def estimate_misses(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
     """|estimate - body of the solids| of the data file in units of its last digit, the half that rounding leaves off"""
     found = list(_bodies(case.paper).values())[1:]
     out: dict[str, Any] = {}
@@ -124,4 +124,4 @@ def _bodies(paper: Paper) -> dict[str, Body]:
 _ALL = (
     misses, right_angles, branches, mastering, elbow, envelope_figures, pose_misses, masses, solids, estimate_misses,
 )  # fmt: skip
-DERIVED = {function.__name__: Recompute(function) for function in _ALL}
+DERIVED = {function.__name__: PaperFormula(function) for function in _ALL}

@@ -29,7 +29,7 @@ HALF_MM = 0.5
 
 
 @dataclass(frozen=True, slots=True)
-class Entry:
+class MatrixEntry:
     """One entry of a printed matrix, 1-based, beside what it should be."""
 
     row: int
@@ -45,7 +45,7 @@ class MatrixVerdict:
 
     name: str
     against: str
-    entries: tuple[Entry, ...]
+    entries: tuple[MatrixEntry, ...]
     erratum: str = ""
     is_row: str = ""
     """Which row of equation (1) the printed symbols are: "alpha = -90, theta = q1"."""
@@ -56,7 +56,7 @@ class MatrixVerdict:
         return all(entry.same for entry in self.entries)
 
     @property
-    def differing(self) -> tuple[Entry, ...]:
+    def differing(self) -> tuple[MatrixEntry, ...]:
         """The entries that do not."""
         return tuple(entry for entry in self.entries if not entry.same)
 
@@ -114,7 +114,7 @@ def _in_mm(matrix: Array) -> Array:
 
 def _numeric(name: str, against: str, printed: Array, right: Array) -> MatrixVerdict:
     entries = tuple(
-        Entry(
+        MatrixEntry(
             r + 1, c + 1, f"{printed[r, c]:g}", f"{right[r, c] + 0.0:.6g}", bool(abs(printed[r, c] - right[r, c]) < tol)
         )
         for (r, c), tol in ((place, HALF_MM if place[1] == 3 and place[0] < 3 else 1e-9) for place in PLACES)
@@ -133,7 +133,7 @@ def printed_symbols(rows: Sequence[Sequence[str]], i: int) -> sp.Matrix:
 def _symbolic(i: int, rows: Sequence[Sequence[str]], right: sp.Matrix) -> MatrixVerdict:
     name, printed = f"A{i + 1}", printed_symbols(rows, i)
     entries = tuple(
-        Entry(r + 1, c + 1, str(printed[r, c]), str(right[r, c]), sp.simplify(printed[r, c] - right[r, c]) == 0)
+        MatrixEntry(r + 1, c + 1, str(printed[r, c]), str(right[r, c]), sp.simplify(printed[r, c] - right[r, c]) == 0)
         for r, c in PLACES
     )
     same = all(entry.same for entry in entries)
@@ -142,7 +142,7 @@ def _symbolic(i: int, rows: Sequence[Sequence[str]], right: sp.Matrix) -> Matrix
     )
 
 
-def _read_right(name: str, entries: Sequence[Entry], rows: Sequence[Sequence[str]], i: int) -> str:
+def _read_right(name: str, entries: Sequence[MatrixEntry], rows: Sequence[Sequence[str]], i: int) -> str:
     """The erratum that reads just the differing entries otherwise, or with which Table 2 gives the printed matrix."""
     wrong = {f"results.symbolic.{name}[{e.row - 1}][{e.column - 1}]" for e in entries if not e.same}
     for erratum in open_paper("kr30ha").errata:

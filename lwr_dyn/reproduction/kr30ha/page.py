@@ -12,7 +12,7 @@ from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
 from lwr_dyn.reproduction.curves import torque_plot
 from lwr_dyn.reproduction.kr30ha.points import RightPoint
-from lwr_dyn.reproduction.outcome import Shown
+from lwr_dyn.reproduction.outcome import PageExtras
 from lwr_dyn.reproduction.pages import audit_of, checks_of
 from lwr_dyn.reproduction.report.content import Replay, Still
 from lwr_dyn.reproduction.report.envelope_plot import closed_outlines
@@ -25,7 +25,7 @@ def shown(
     envelope: Envelope,
     runs: Sequence[tuple[str, Run]],
     reports: Sequence[Report],
-) -> Shown:
+) -> PageExtras:
     """Figures 3 and 4 (envelope), 5 (frames) and 6 (elbow up) of the report, axes and torques of the movement."""
     numbered = [(label, i) for i, (label, _) in enumerate(runs)]
     plots = (
@@ -40,7 +40,7 @@ def shown(
         *(Still(f"Figure 6: {p.name}, elbow up", arm, p.q, "flange there with A = B = C = 0") for p in right[:2]),
     )
     replay = Replay(tuple(r for _, r in runs), (arm,) * len(runs), tuple(label for label, _ in runs), stills)
-    return Shown(plots, replay, checks_of(reports), audit_of(runs))
+    return PageExtras(plots, replay, checks_of(reports), audit_of(runs))
 
 
 def _side(right: Sequence[RightPoint], envelope: Envelope) -> Figure:

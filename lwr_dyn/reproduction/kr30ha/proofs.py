@@ -10,20 +10,20 @@ from lwr_dyn.arrays import Array
 from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.model.spatial import rot_x, rot_z
 from lwr_dyn.papers.assembly import dh_rows
-from lwr_dyn.reproduction.case import Case, Evidence
+from lwr_dyn.reproduction.case import PaperCase, PaperData
 from lwr_dyn.reproduction.kr30ha.derived import pose_misses
+from lwr_dyn.reproduction.kr30ha.formulas import envelope, symbolic_matrices
 from lwr_dyn.reproduction.kr30ha.points import wrist_centre_mm
 from lwr_dyn.reproduction.kr30ha.proofs_of_motion import MOTION
 from lwr_dyn.reproduction.kr30ha.proofs_of_points import POINTS
 from lwr_dyn.reproduction.kr30ha.proofs_of_program import PROGRAM
-from lwr_dyn.reproduction.kr30ha.recomputed import envelope, symbolic_matrices
 from lwr_dyn.reproduction.printed import agrees
 from lwr_dyn.reproduction.proof import Proof, Prove
 
 OFFSET, HALF_TURN, SIGNS = "table2-offset", "table2-half-turn", "kuka-signs"
 
 
-def table2_offset(given: Evidence) -> Proof:
+def table2_offset(given: PaperData) -> Proof:
     """The wrist centre at mastering with the offset on theta_2 and on theta_3, against the report's own home."""
     home = np.array(given.case().numbers("home_position", "table_4"))
     as_printed, as_read = (
@@ -37,11 +37,11 @@ def table2_offset(given: Evidence) -> Proof:
     )
 
 
-def _mastering_wrist(case: Case) -> Array:
+def _mastering_wrist(case: PaperCase) -> Array:
     return wrist_centre_mm(case.arm, np.array(case.arm.mastering))
 
 
-def half_turn(given: Evidence) -> Proof:
+def half_turn(given: PaperData) -> Proof:
     """T_TCP^5: the symbolic matrix against theta_6 + 180 deg; KUKA's A, B, C of the flange at zero."""
     differing = [_differing(given.case(*ids), ("A6",)) for ids in ((), (HALF_TURN,))]
     numeric = np.array(given.case().printed["numeric"]["T6"], dtype=float)[:3, :3]
@@ -57,13 +57,13 @@ def half_turn(given: Evidence) -> Proof:
     )  # fmt: skip
 
 
-def _differing(case: Case, names: tuple[str, ...]) -> int:
+def _differing(case: PaperCase, names: tuple[str, ...]) -> int:
     """How many entries of printed symbolic matrices are not those of Table 2."""
     found = symbolic_matrices(case, case.block("symbolic"))
     return sum(not entry.same for name in names for row in found[name] for entry in row)
 
 
-def kuka_signs(given: Evidence) -> Proof:
+def kuka_signs(given: PaperData) -> Proof:
     """Axes at zero and the volume of the envelope with theta_i = A_i and theta_i = -A_i."""
     plus, minus = given.case(OFFSET, HALF_TURN), given.reading()
     axes = [float(np.max(pose_misses(c, c.block("pose_misses"))["axis"])) for c in (plus, minus)]
@@ -76,7 +76,7 @@ def kuka_signs(given: Evidence) -> Proof:
     )
 
 
-def symbolic_signs(given: Evidence) -> Proof:
+def symbolic_signs(given: PaperData) -> Proof:
     """Symbolic A_1, A_3, A_4, A_5 against equation (1) with Table 2, entry by entry."""
     names = ("A1", "A3", "A4", "A5")
     counts = [_differing(given.case(*ids), names) for ids in ((), ("symbolic-signs",))]
@@ -84,7 +84,7 @@ def symbolic_signs(given: Evidence) -> Proof:
                  {"entries that differ as printed": counts[0], "as read": counts[1]})  # fmt: skip
 
 
-def symbolic_a2(given: Evidence) -> Proof:
+def symbolic_a2(given: PaperData) -> Proof:
     """Symbolic T_2^1 against equation (1) at theta_2 + 90 deg, at 90 deg - theta_2, and as read."""
     counts = [_differing(given.case(*ids), ("A2",)) for ids in ((), ("symbolic-a2",))]
     printed = given.case().printed["symbolic"]["A2"]
@@ -103,7 +103,7 @@ def _number(text: str, values: dict[str, float]) -> float:
     return -values[text[1:]] if text.startswith("-") else values[text]
 
 
-def composition_order(given: Evidence) -> Proof:
+def composition_order(given: PaperData) -> Proof:
     """T_1^0 as Trans x Trans z Rot x Rot z and as Rot z Trans z Trans x Rot x, against equation (1)."""
     row, theta = dh_rows(given.case().geometry)[0], 0.4
     c, s, ca, sa = math.cos(theta), math.sin(theta), math.cos(row.alpha), math.sin(row.alpha)
@@ -130,7 +130,7 @@ def _turned(rotation: Array) -> Array:
     return out
 
 
-def mastering_transform(given: Evidence) -> Proof:
+def mastering_transform(given: PaperData) -> Proof:
     """The flange at A = 0 and at mastering, against the printed T_TCP^0."""
     case = given.reading()
     printed = np.array(case.numbers("mastering_flange", "position"))

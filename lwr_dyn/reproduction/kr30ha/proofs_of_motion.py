@@ -6,10 +6,10 @@ from functools import cache, partial
 
 from lwr_dyn.papers.assembly import arm_from_paper
 from lwr_dyn.papers.catalog import open_paper
-from lwr_dyn.reproduction.case import Evidence
+from lwr_dyn.reproduction.case import PaperData
 from lwr_dyn.reproduction.expressions import same
-from lwr_dyn.reproduction.kr30ha.motion import FIRST_TWO, Comparison, comparisons
-from lwr_dyn.reproduction.kr30ha.planar import counterparts, finished, planar_equations
+from lwr_dyn.reproduction.kr30ha.planar_dynamics import FIRST_TWO, Comparison, comparisons
+from lwr_dyn.reproduction.kr30ha.planar_model import counterparts, finished, planar_equations
 from lwr_dyn.reproduction.proof import Proof, Prove
 from lwr_dyn.symbolic.kinematic_equations import equations_of_motion
 
@@ -19,7 +19,7 @@ def _comparisons() -> tuple[Comparison, ...]:
     return comparisons(planar_equations())
 
 
-def named_slip(_: Evidence, erratum: str) -> Proof:
+def named_slip(_: PaperData, erratum: str) -> Proof:
     """Every expression that the erratum names: printed less right is its slips' sum, and is not without this one."""
     touched = [c for c in _comparisons() if erratum in c.slips]
     with_it = [_explained(c, c.slips) for c in touched]
@@ -39,7 +39,7 @@ def _explained(c: Comparison, slips: object) -> bool:
     return all(same(str(entry), "0") for entry in rest)
 
 
-def planar_model(_: Evidence) -> Proof:
+def planar_model(_: PaperData) -> Proof:
     """Every entry of B, C and g of the planar model, done right, beside those of the arm's first two joints."""
     paper = open_paper("kr30ha")
     arm = equations_of_motion(arm_from_paper(paper), FIRST_TWO, None, paper, True).equations
@@ -53,7 +53,7 @@ def planar_model(_: Evidence) -> Proof:
     )
 
 
-def unfinished(_: Evidence) -> Proof:
+def unfinished(_: PaperData) -> Proof:
     """The report's own Lagrangian carried to the end, against the right one of its model."""
     planar = planar_equations()
     lagrangian = next(c for c in _comparisons() if c.name == "L").printed[0]
@@ -66,7 +66,7 @@ def unfinished(_: Evidence) -> Proof:
     )
 
 
-def lagrangian_label(_: Evidence) -> Proof:
+def lagrangian_label(_: PaperData) -> Proof:
     """L as printed less K_TOTAL as printed."""
     printed = {c.name: c.printed[0] for c in _comparisons() if c.printed.shape == (1, 1)}
     rest = printed["L"] - printed["K_TOTAL"]

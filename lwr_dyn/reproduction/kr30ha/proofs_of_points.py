@@ -9,14 +9,14 @@ import numpy as np
 
 from lwr_dyn.kinematics.forward import forward_kinematics, frames
 from lwr_dyn.papers.assembly import dh_rows
-from lwr_dyn.reproduction.case import Evidence
+from lwr_dyn.reproduction.case import PaperData
+from lwr_dyn.reproduction.kr30ha.formulas import simplified_point
 from lwr_dyn.reproduction.kr30ha.points import point_misses, right_points, wrist_centre_mm
-from lwr_dyn.reproduction.kr30ha.recomputed import simplified_point
 from lwr_dyn.reproduction.printed import agrees
 from lwr_dyn.reproduction.proof import Proof, Prove
 
 
-def home_x(given: Evidence) -> Proof:
+def home_x(given: PaperData) -> Proof:
     """Both printed homes against the wrist centre and the flange at mastering."""
     case = given.reading()
     text, table = (float(case.printed["home_position"][name][0]) for name in ("text", "table_4"))
@@ -29,7 +29,7 @@ def home_x(given: Evidence) -> Proof:
     )
 
 
-def theta1_offset(given: Evidence) -> Proof:
+def theta1_offset(given: PaperData) -> Proof:
     """Azimuth of Point 1 with and without the shoulder's offset taken off, and how far beside it the arm turns."""
     case = given.reading()
     x, y, _ = case.block("point_1").printed["xyz"]
@@ -46,7 +46,7 @@ def theta1_offset(given: Evidence) -> Proof:
     )
 
 
-def _last_digit(given: Evidence, point: str, column: str, index: int, erratum: str) -> Proof:
+def _last_digit(given: PaperData, point: str, column: str, index: int, erratum: str) -> Proof:
     """A printed number against the report's own formula, as printed and as read."""
     texts = [given.case(*ids).printed[point][column][index] for ids in ((), (erratum,))]
     case = given.case()
@@ -58,7 +58,7 @@ def _last_digit(given: Evidence, point: str, column: str, index: int, erratum: s
     )
 
 
-def theta1_p2(given: Evidence) -> Proof:
+def theta1_p2(given: PaperData) -> Proof:
     """theta_1 of Point 2 by the report's formula against both values that it prints."""
     table = given.case().printed["table_5"]["point_2"][0]
     proof = _last_digit(given, "point_2", "theta_1", 0, "theta1-p2")
@@ -66,7 +66,7 @@ def theta1_p2(given: Evidence) -> Proof:
                  {**proof.numbers, "Table 5": table})  # fmt: skip
 
 
-def elbow_offset(given: Evidence) -> Proof:
+def elbow_offset(given: PaperData) -> Proof:
     """Distances between axis 2, axis 3 and the wrist centre in the true arm."""
     case = given.reading()
     found = frames(case.arm.chain, np.zeros(6))
@@ -82,7 +82,7 @@ def elbow_offset(given: Evidence) -> Proof:
     )
 
 
-def target_frame(given: Evidence) -> Proof:
+def target_frame(given: PaperData) -> Proof:
     """Where the wrist centre stands with the flange at the points, and how far Table 5's angles miss."""
     case = given.reading()
     right = right_points(case.arm, case.printed)[0]
@@ -96,7 +96,7 @@ def target_frame(given: Evidence) -> Proof:
     )  # fmt: skip
 
 
-def references(given: Evidence) -> Proof:
+def references(given: PaperData) -> Proof:
     """Every reference of the text against the caption that it means."""
     block = given.case().printed["references"]
     right = [1 + block[kind].index(title) for kind, title in block["meant"]]
@@ -105,7 +105,7 @@ def references(given: Evidence) -> Proof:
                  set(off) == {0, 1} and sum(off) >= 10, {"off by": str(off)})  # fmt: skip
 
 
-def link_two(given: Evidence) -> Proof:
+def link_two(given: PaperData) -> Proof:
     """820 mm in Table 3 and Table 4."""
     case = given.case()
     a2, a3 = (case.numbers("geometry", name)[0] for name in ("a2", "a3"))

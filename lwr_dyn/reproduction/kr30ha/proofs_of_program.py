@@ -11,9 +11,9 @@ from lwr_dyn.krl.check import check_program
 from lwr_dyn.krl.diagnosis import Diagnosis
 from lwr_dyn.papers.assembly import arm_from_paper
 from lwr_dyn.papers.catalog import open_paper
-from lwr_dyn.reproduction.case import Evidence
+from lwr_dyn.reproduction.case import PaperData
+from lwr_dyn.reproduction.kr30ha.krl_program import corrected_program, printed_program
 from lwr_dyn.reproduction.kr30ha.points import right_points
-from lwr_dyn.reproduction.kr30ha.program import corrected_program, printed_program
 from lwr_dyn.reproduction.proof import Proof, Prove
 
 
@@ -23,7 +23,7 @@ def _diagnoses(corrected: bool) -> tuple[Diagnosis, ...]:
     return check_program(corrected_program(arm) if corrected else printed_program(), arm)
 
 
-def diagnosed(_: Evidence, codes: tuple[str, ...], lines: tuple[int, ...]) -> Proof:
+def diagnosed(_: PaperData, codes: tuple[str, ...], lines: tuple[int, ...]) -> Proof:
     """The printed program is told off for it at these lines and no other; the program put right is not."""
     found = {code: tuple(sorted(d.place.line for d in _diagnoses(False) if d.code == code)) for code in codes}
     left = [d for d in _diagnoses(True) if d.code in codes]
@@ -35,7 +35,7 @@ def diagnosed(_: Evidence, codes: tuple[str, ...], lines: tuple[int, ...]) -> Pr
     )
 
 
-def status_turn(given: Evidence) -> Proof:
+def status_turn(given: PaperData) -> Proof:
     """How many solutions the points without S and T leave inside the limits."""
     case = given.reading()
     counts = [point.inside_limits for point in right_points(case.arm, case.printed)[:2]]
@@ -44,7 +44,7 @@ def status_turn(given: Evidence) -> Proof:
                  {**told.numbers, "solutions in limits, Point 1": counts[0], "Point 2": counts[1]})  # fmt: skip
 
 
-def mastering_cartesian(given: Evidence) -> Proof:
+def mastering_cartesian(given: PaperData) -> Proof:
     """The Cartesian point (0, 0, 0) against where the arm stands at mastering."""
     case = given.reading()
     flange = 1e3 * forward_kinematics(case.arm.chain, np.array(case.arm.mastering))[:3, 3]
@@ -53,7 +53,7 @@ def mastering_cartesian(given: Evidence) -> Proof:
                  {**told.numbers, "flange at mastering from there [mm]": float(np.linalg.norm(flange))})  # fmt: skip
 
 
-def no_loop(_: Evidence) -> Proof:
+def no_loop(_: PaperData) -> Proof:
     """Loop keywords in the printed program."""
     lines = printed_program().source.to_bytes().decode().upper().splitlines()
     words = [w for line in lines for w in line.split(";")[0].split() if w in ("LOOP", "FOR", "WHILE", "REPEAT", "GOTO")]

@@ -13,7 +13,7 @@ from lwr_dyn.model.arm import Arm
 from lwr_dyn.papers.schema import Paper
 from lwr_dyn.reproduction.kr30ha.cycle import RISE, SPEED_SHARE, Cycle
 from lwr_dyn.reproduction.kr30ha.matrices import MatrixVerdict, PaperMatrices
-from lwr_dyn.reproduction.kr30ha.motion import Comparison, MotionReport
+from lwr_dyn.reproduction.kr30ha.planar_dynamics import Comparison, MotionReport
 from lwr_dyn.reproduction.kr30ha.points import PaperPoints, RightPoint
 from lwr_dyn.symbolic.equation_text import expression_text
 from lwr_dyn.symbolic.trigonometry import readable
@@ -55,7 +55,7 @@ def _counted(point: RightPoint) -> tuple[str, str]:
 def matrices_text(found: PaperMatrices) -> str:
     """Every printed matrix: how many of its entries are right, which are not, and the erratum."""
     groups = {
-        "Symbolic matrices against equation (1) with Table 2": found.symbolic,
+        "ComparedExpression matrices against equation (1) with Table 2": found.symbolic,
         "Numeric matrices against the arm at A = 0": found.numeric,
         "Composites against the product of the printed factors": found.products,
         "Composites against the arm at A = 0": found.composite,

@@ -10,8 +10,8 @@ from lwr_dyn.checks.verdict import Report
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
 from lwr_dyn.reproduction.curves import joints_plot, path_plot, torque_plot
-from lwr_dyn.reproduction.lwr4plus.runs import Trial
-from lwr_dyn.reproduction.outcome import Shown
+from lwr_dyn.reproduction.lwr4plus.runs import ControllerRun
+from lwr_dyn.reproduction.outcome import PageExtras
 from lwr_dyn.reproduction.pages import audit_of, checks_of
 from lwr_dyn.reproduction.report.content import PlainTable, Replay, Section, Still
 
@@ -20,8 +20,8 @@ ASSUMED = "timing, tool orientation and arm angle are not printed: assumed here"
 
 
 def shown(
-    arm: Arm, found: Sequence[Trial], replayed: Sequence[str], reports: Sequence[Report], table_viii: Run
-) -> Shown:
+    arm: Arm, found: Sequence[ControllerRun], replayed: Sequence[str], reports: Sequence[Report], table_viii: Run
+) -> PageExtras:
     """Figures 4, 6, 7, 9 and 10 of the paper from the runs on the arm as modelled; Figure 2 as a still.
 
     `table_viii` is the run that Table VIII seems to be of; Figure 9 shows it beside the law as printed.
@@ -47,13 +47,13 @@ def shown(
         (*(t.controller for t in mine), AS_TABLE_VIII),
         (Still("Fig. 2: frames, arm stretched up", arm, np.zeros(arm.n), "q = 0, DH frames of every link"),),
     )
-    return Shown(
+    return PageExtras(
         plots, replay, checks_of(reports), audit_of((f"{t.controller}, {t.plant}", t.run) for t in found),
         (_ranking(found),),
     )  # fmt: skip
 
 
-def _ranking(found: Sequence[Trial]) -> Section:
+def _ranking(found: Sequence[ControllerRun]) -> Section:
     """Every controller on every plant."""
     rows = [
         (t.plant, t.controller, f"{t.metrics.tip_rms_mm:.4g}", f"{t.metrics.tip_max_mm:.4g}",

@@ -10,17 +10,17 @@ import numpy as np
 from lwr_dyn.control.gains import second_order_gains
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import Body, with_bodies
-from lwr_dyn.reproduction.case import Case, Evidence
+from lwr_dyn.reproduction.case import PaperCase, PaperData
+from lwr_dyn.reproduction.lwr4plus.cached_maxima import at_printed, largest
+from lwr_dyn.reproduction.lwr4plus.formulas import origin_miss
 from lwr_dyn.reproduction.lwr4plus.proofs_of_laws import LAWS
-from lwr_dyn.reproduction.lwr4plus.recomputed import origin_miss
-from lwr_dyn.reproduction.lwr4plus.searches import at_printed, largest
 from lwr_dyn.reproduction.printed import agrees
 from lwr_dyn.reproduction.proof import Proof, Prove
 
 ROWS, SWAPPED, C5Z = "table2-rows", "table1-swapped-yz", "table2-c5z"
 
 
-def table2_rows(given: Evidence) -> Proof:
+def table2_rows(given: PaperData) -> Proof:
     """Table II's left column against the DH rows, as printed and one row lower."""
     before, after = (
         float(np.max(origin_miss(c, c.block("table_ii"))["miss"])) for c in (given.case(), given.case(ROWS))
@@ -34,7 +34,7 @@ def table2_rows(given: Evidence) -> Proof:
     )
 
 
-def table1_swapped(given: Evidence) -> Proof:
+def table1_swapped(given: PaperData) -> Proof:
     """All 36 orders of the axes of I_2 and I_4 against b11 to b44 of Table IV."""
     case = given.case(ROWS, C5Z)
     orders = list(itertools.permutations(range(3)))
@@ -49,7 +49,7 @@ def table1_swapped(given: Evidence) -> Proof:
     )
 
 
-def _b_agree(case: Case, orders: dict[int, tuple[int, ...]]) -> bool:
+def _b_agree(case: PaperCase, orders: dict[int, tuple[int, ...]]) -> bool:
     """b44 to b11 follow when the axes of some links are put in another order."""
     bodies = list(case.arm.chain.bodies or ())
     for i, order in orders.items():
@@ -58,11 +58,11 @@ def _b_agree(case: Case, orders: dict[int, tuple[int, ...]]) -> bool:
     return all(agrees(_b(case)[joint], largest(arm, joint, warm=False)) for joint in (3, 2, 1, 0))
 
 
-def _b(case: Case) -> list[str]:
+def _b(case: PaperCase) -> list[str]:
     return list(case.block("table_iv").printed["b"])
 
 
-def table2_c5z(given: Evidence) -> Proof:
+def table2_c5z(given: PaperData) -> Proof:
     """The printed number against link 6's; every c5z on a grid of 1e-4 m against b55, the best against b11 to b44."""
     case = given.case(ROWS, SWAPPED)
     fifth, sixth = (float(case.arm.chain.bodies[i].com[2]) for i in (4, 5))  # type: ignore[index]
@@ -88,7 +88,7 @@ def _with_c5z(arm: Arm, z: float) -> Arm:
     return arm.with_chain(with_bodies(arm.chain, bodies))
 
 
-def rotor_power(given: Evidence) -> Proof:
+def rotor_power(given: PaperData) -> Proof:
     """The formula's own numbers against its result, and which of both Table IV's b77 was made with."""
     block = given.results.blocks["rotor_inertia"].printed
     formula, printed = 0.5 * block["m"] * block["r"] ** 2, float(block["I_m"][0])
@@ -105,7 +105,7 @@ def rotor_power(given: Evidence) -> Proof:
     )  # fmt: skip
 
 
-def table6_exchanged(given: Evidence) -> Proof:
+def table6_exchanged(given: PaperData) -> Proof:
     """All fourteen gains from the printed b; the two that differ are each other's."""
     case = given.case()
     table = case.block("table_vi").printed
@@ -120,7 +120,7 @@ def table6_exchanged(given: Evidence) -> Proof:
     )
 
 
-def table4_configurations(given: Evidence) -> Proof:
+def table4_configurations(given: PaperData) -> Proof:
     """B_ii over what the printed and the read configurations leave free."""
     own = given.reading()
     read = given.reading("", "table4-configurations")
@@ -137,7 +137,7 @@ def table4_configurations(given: Evidence) -> Proof:
     )
 
 
-def com_from(given: Evidence) -> Proof:
+def com_from(given: PaperData) -> Proof:
     """r_{i,Ci} taken from the origin of link i-1, as the heading says, against Table IV."""
     case = given.reading()
     bodies, moved = list(case.arm.chain.bodies or ()), []
@@ -153,7 +153,7 @@ def com_from(given: Evidence) -> Proof:
     )
 
 
-def velocity_limits(given: Evidence) -> Proof:
+def velocity_limits(given: PaperData) -> Proof:
     """Which columns the data file has from Table III."""
     columns = given.tables["limits"]
     printed = sorted(name for name, column in columns.items() if column["kind"] == "printed")
@@ -163,7 +163,7 @@ def velocity_limits(given: Evidence) -> Proof:
     )
 
 
-def table8_caption(given: Evidence) -> Proof:
+def table8_caption(given: PaperData) -> Proof:
     """Tables VII and VIII side by side: one trajectory, two tables, one caption."""
     case = given.case()
     pairs = [[case.numbers(t, c) for c in ("average", "maximum", "minimum")] for t in ("table_vii", "table_viii")]
@@ -177,7 +177,7 @@ def table8_caption(given: Evidence) -> Proof:
     )
 
 
-def table8_velocity_order(given: Evidence) -> Proof:
+def table8_velocity_order(given: PaperData) -> Proof:
     """Rows of Table VIII whose printed maximum velocity error is below the printed minimum."""
     case = given.case()
     most, least = (case.numbers("table_viii", f"velocity_{x}") for x in ("maximum", "minimum"))
@@ -186,7 +186,7 @@ def table8_velocity_order(given: Evidence) -> Proof:
                  {"rows": str(rows)})  # fmt: skip
 
 
-def largest_error_side(given: Evidence) -> Proof:
+def largest_error_side(given: PaperData) -> Proof:
     """Maxima of joints 2 and 4 in Table VII against their minima."""
     case = given.case()
     most, least = (case.numbers("table_vii", x) for x in ("maximum", "minimum"))
@@ -199,7 +199,7 @@ def largest_error_side(given: Evidence) -> Proof:
     )
 
 
-def conclusion_errors(given: Evidence) -> Proof:
+def conclusion_errors(given: PaperData) -> Proof:
     """Average position errors of Table VIII against Table VII, joint by joint."""
     before, after = (given.case().numbers(t, "average") for t in ("table_vii", "table_viii"))
     worse = [i + 1 for i, (b, a) in enumerate(zip(before, after, strict=True)) if a > b]

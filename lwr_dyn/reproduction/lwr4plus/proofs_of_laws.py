@@ -8,7 +8,7 @@ import numpy as np
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.dynamics.newton_euler import Recursion
-from lwr_dyn.reproduction.case import Case, Evidence
+from lwr_dyn.reproduction.case import PaperCase, PaperData
 from lwr_dyn.reproduction.lwr4plus.printed_recursion import printed_torque
 from lwr_dyn.reproduction.proof import Proof, Prove
 
@@ -21,7 +21,7 @@ EXACT = 1e-12
 """[N m] Two ways to one torque of a few tens of N m."""
 
 
-def coriolis_vector(given: Evidence) -> Proof:
+def coriolis_vector(given: PaperData) -> Proof:
     """tau(ddq = 0) - g at dq and 2 dq: quadratic, so multiplied by dq already."""
     recursion = _recursion(given.reading())
     q, dq = STATE["q"], STATE["dq"]
@@ -37,7 +37,7 @@ def coriolis_vector(given: Evidence) -> Proof:
     )
 
 
-def n_without_dq(given: Evidence) -> Proof:
+def n_without_dq(given: PaperData) -> Proof:
     """tau - B ddq against C dq + g, and against the nearest that C without dq can be."""
     recursion = _recursion(given.reading())
     q, dq, ddq = STATE["q"], STATE["dq"], STATE["ddq"]
@@ -51,11 +51,11 @@ def n_without_dq(given: Evidence) -> Proof:
     )
 
 
-def _recursion(case: Case, rotors: Any = "full") -> Recursion:
+def _recursion(case: PaperCase, rotors: Any = "full") -> Recursion:
     return Recursion.of(case.arm.require_dynamics(), rotors)
 
 
-def _to_the_letter(given: Evidence, slip: str) -> tuple[float, float, float]:
+def _to_the_letter(given: PaperData, slip: str) -> tuple[float, float, float]:
     """How far the page's recursion is from ours: with everything put right, with one slip, and with it at rest."""
     case = given.reading()
     chain, ours = case.arm.require_dynamics(), _recursion(case)
@@ -67,7 +67,7 @@ def _to_the_letter(given: Evidence, slip: str) -> tuple[float, float, float]:
     return good, bad, rest
 
 
-def moment_omega(given: Evidence) -> Proof:
+def moment_omega(given: PaperData) -> Proof:
     """The moment equation with I omega, to the letter, at rest and in motion."""
     good, bad, at_rest = _to_the_letter(given, "moment-omega")
     case = given.reading()
@@ -82,7 +82,7 @@ def moment_omega(given: Evidence) -> Proof:
     )
 
 
-def torque_transposes(given: Evidence) -> Proof:
+def torque_transposes(given: PaperData) -> Proof:
     """The torque equation with R z_0 in place of R^T z_0."""
     good, bad, _ = _to_the_letter(given, "torque-transposes")
     return Proof(
@@ -92,7 +92,7 @@ def torque_transposes(given: Evidence) -> Proof:
     )
 
 
-def outer_loop_q(given: Evidence) -> Proof:
+def outer_loop_q(given: PaperData) -> Proof:
     """Both outer laws on ddq = y for two seconds, from rest at 0 to a constant q_d of 0.5 rad."""
     Kp, Kd = _outer(given)
     goal = 0.5
@@ -106,7 +106,7 @@ def outer_loop_q(given: Evidence) -> Proof:
     )
 
 
-def _outer(given: Evidence) -> tuple[float, float]:
+def _outer(given: PaperData) -> tuple[float, float]:
     case = given.case()
     return case.numbers("centralized_gains", "Kp")[0], case.numbers("centralized_gains", "Kd")[0]
 
@@ -126,7 +126,7 @@ def _moved(law: Any, duration: float = 2.0, steps: int = 4000) -> Array:
     return x
 
 
-def error_second_derivative(given: Evidence) -> Proof:
+def error_second_derivative(given: PaperData) -> Proof:
     """The error that the closed loop really has, put into both equations."""
     Kp, Kd = _outer(given)
     poles = np.roots([1.0, Kd, Kp])
@@ -143,7 +143,7 @@ def error_second_derivative(given: Evidence) -> Proof:
     )  # fmt: skip
 
 
-def pid_is_pd(given: Evidence) -> Proof:
+def pid_is_pd(given: PaperData) -> Proof:
     """The printed law and one with an integral under a constant load on joint 1: what error stays."""
     case = given.case()
     Kp, Kd, b = (case.numbers(*x)[0] for x in (("table_vi", "Kp"), ("table_vi", "Kd"), ("table_iv", "b")))

@@ -18,7 +18,7 @@ PLANTS = ("as modelled", "10 % heavier", "3 kg at the flange")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Trial:
+class ControllerRun:
     """One controller on one plant."""
 
     controller: str
@@ -32,7 +32,7 @@ def plants(arm: Arm) -> dict[str, Arm]:
     return dict(zip(PLANTS, (arm, scaled(arm, 1.1), loaded(arm, 3.0)), strict=True))
 
 
-def trials(arm: Arm, reference: Reference) -> tuple[Trial, ...]:
+def trials(arm: Arm, reference: Reference) -> tuple[ControllerRun, ...]:
     """Every controller on every plant: PD in the paper's form, PID, inverse dynamics with feed-forward."""
     inertia = [w.value for w in worst_cases(arm)]
     out = []
@@ -40,10 +40,10 @@ def trials(arm: Arm, reference: Reference) -> tuple[Trial, ...]:
         for name in CONTROLLERS:
             controller = controller_by_name(name, arm, Tuning(), inertia)
             run = simulate(arm, controller, reference, plant=plant, meta={"task": "ist", "plant": plant_name})
-            out.append(Trial(name, plant_name, run, metrics(run, arm)))
+            out.append(ControllerRun(name, plant_name, run, metrics(run, arm)))
     return tuple(out)
 
 
-def ranking(found: Sequence[Trial], plant: str) -> tuple[Trial, ...]:
+def ranking(found: Sequence[ControllerRun], plant: str) -> tuple[ControllerRun, ...]:
     """The trials on a plant, smallest RMS error of the tip first."""
     return tuple(sorted((t for t in found if t.plant == plant), key=lambda t: t.metrics.tip_rms_mm))

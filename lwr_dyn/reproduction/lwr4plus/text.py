@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from lwr_dyn.control.worst_case_inertia import WorstCase
 from lwr_dyn.reproduction.lwr4plus.errors import NEAR, ErrorTable
-from lwr_dyn.reproduction.lwr4plus.runs import PLANTS, Trial, ranking
+from lwr_dyn.reproduction.lwr4plus.runs import PLANTS, ControllerRun, ranking
 from lwr_dyn.reproduction.lwr4plus.tables import GainCell, InertiaRow, errata_that_matter, in_paper_angles
 from lwr_dyn.tables import aligned
 
@@ -75,7 +75,7 @@ def velocity_rows_text(distances: Mapping[str, float]) -> str:
     return f"Table VIII, velocity maxima and minima, RMS miss over row range: {words}; nearer: {nearest}"
 
 
-def ranking_text(found: Sequence[Trial]) -> str:
+def ranking_text(found: Sequence[ControllerRun]) -> str:
     """The controllers on each plant, best first."""
     rows = []
     for plant in PLANTS:

@@ -11,7 +11,7 @@ from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.friction.models import FRICTIONLESS
 from lwr_dyn.model.run import Run
 from lwr_dyn.papers.actuation import friction_of
-from lwr_dyn.reproduction.outcome import Shown
+from lwr_dyn.reproduction.outcome import PageExtras
 from lwr_dyn.reproduction.pages import audit_of, checks_of
 from lwr_dyn.reproduction.report.content import Replay, Still
 from lwr_dyn.reproduction.wam7.runs import BLEND, DURATION, TRAVEL, Experiment
@@ -30,7 +30,7 @@ def shown(
     alone: Mapping[str, Sequence[Run]],
     together: Mapping[str, Sequence[Run]],
     reports: Sequence[Report],
-) -> Shown:
+) -> PageExtras:
     """`alone` and `together`: label -> a run per joint, with friction and without."""
     both = [runs[0] for runs in together.values()]
     register = len(both)
@@ -45,7 +45,7 @@ def shown(
     first = next(iter(alone.values()))[0]
     still = Still("Figure 1: Denavit-Hartenberg frames, q = 0", arm, np.zeros(arm.n))
     replay = Replay((*both, first), (arm,) * len(labels), labels, (still,))
-    return Shown(plots, replay, checks_of(reports), audit_of((e.name, e.run) for e in made))
+    return PageExtras(plots, replay, checks_of(reports), audit_of((e.name, e.run) for e in made))
 
 
 def _figure_4() -> Figure:

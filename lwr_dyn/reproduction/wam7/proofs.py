@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from lwr_dyn.reproduction.case import Case, Evidence
+from lwr_dyn.reproduction.case import PaperCase, PaperData
 from lwr_dyn.reproduction.proof import Proof, Prove
-from lwr_dyn.reproduction.wam7.recomputed import figure_4, sheet_tensors
+from lwr_dyn.reproduction.wam7.formulas import figure_4, sheet_tensors
 
 SHEET = 1e-6
 """[kg m^2] The sheet's two tables differ in the last digits that the coarser one prints."""
 
 
-def products_sign(given: Evidence) -> Proof:
+def products_sign(given: PaperData) -> Proof:
     """The sheet's own tensors about the frame origins against the parallel-axis theorem, with both signs."""
     as_tensor, as_integral = (_misses(given.case(*ids)) for ids in ((), ("products-sign",)))
     return Proof(
@@ -22,13 +22,13 @@ def products_sign(given: Evidence) -> Proof:
     )
 
 
-def _misses(case: Case) -> float:
+def _misses(case: PaperCase) -> float:
     block = case.block("sheet_tensors")
     found = sheet_tensors(case, block)
     return float(max(np.abs(np.subtract(found[name], case.numbers(block.name, name))).max() for name in found))
 
 
-def home_outside(given: Evidence) -> Proof:
+def home_outside(given: PaperData) -> Proof:
     """libbarrett's home against the manual's limits."""
     case = given.reading()
     home = np.array(case.block("home").printed["q"], dtype=float)
@@ -38,7 +38,7 @@ def home_outside(given: Evidence) -> Proof:
                  {"joint": str(outside), "by [rad]": float(over.max())})  # fmt: skip
 
 
-def lspb_velocity(given: Evidence) -> Proof:
+def lspb_velocity(given: PaperData) -> Proof:
     """Equation (2) with velocity and acceleration of (3) and (4), for t_c = 1 s and 2 s: its jump at t_c."""
     case = given.case()
     travel = case.numbers("motion", "travel")[0]
@@ -61,7 +61,7 @@ def _jump(travel: float, t_f: float, t_c: float, as_printed: bool) -> float:
     return abs(after - before)
 
 
-def figure4_signs(given: Evidence) -> Proof:
+def figure4_signs(given: PaperData) -> Proof:
     """The caption's motion against the axes of its own figure, with the printed signs and with minus before both."""
     inside = []
     for case in (given.case(), given.case("figure4-acceleration")):

@@ -54,7 +54,7 @@ class Experiment:
 
 
 @dataclass(frozen=True, slots=True)
-class Cruise:
+class CruiseError:
     """The second half of a cruise of one joint: errors q_ref - q [rad] and speeds [rad/s] from least to most."""
 
     joint: int
@@ -134,7 +134,7 @@ def experiment(
     return Experiment(joint, side, gravity, friction, run)
 
 
-def experiments(arm: Arm, say: Callable[[str], None] = lambda _: None) -> tuple[Experiment, ...]:
+def experiments(arm: Arm, progress: Callable[[str], None] = lambda _: None) -> tuple[Experiment, ...]:
     """The eight simulations under both gravities, the first also without friction, and each joint's way back."""
     moves = [*range(arm.n), None]
     cases = [(joint, 1, gravity, True) for gravity in GRAVITIES for joint in moves]
@@ -143,7 +143,7 @@ def experiments(arm: Arm, say: Callable[[str], None] = lambda _: None) -> tuple[
     out = []
     for joint, side, gravity, friction in cases:
         out.append(experiment(arm, joint, side, gravity, friction))
-        say(out[-1].name)
+        progress(out[-1].name)
     return tuple(out)
 
 
@@ -152,7 +152,7 @@ def sides_of(arm: Arm) -> dict[tuple[int, int], SidePassivity]:
     return {(s.joint, 1 if s.side == "positive" else -1): s for s in certificate(friction_of(arm))}
 
 
-def cruise(arm: Arm, made: Experiment) -> Cruise:
+def cruise(arm: Arm, made: Experiment) -> CruiseError:
     """What an experiment of one joint shows in the second half of its cruise."""
     joint, run, gains = made.joint, made.run, arm.gains
     if joint is None or gains is None:
@@ -162,14 +162,14 @@ def cruise(arm: Arm, made: Experiment) -> Cruise:
     velocity = made.side * TRAVEL / (DURATION - BLEND)
     model: JointFriction = friction_of(arm)[joint] or FRICTIONLESS
     stuck = [e for e in run.events if e.kind == "stick" and e.joint == joint and SETTLED <= e.t <= DURATION - BLEND]
-    return Cruise(
+    return CruiseError(
         joint, made.side, made.gravity, float(model.torque(velocity) / gains.Kp[joint]), float(error.mean()),
         float(error.min()), float(error.max()), float(speed.min()), float(speed.max()),
         sides_of(arm)[joint, made.side].net_damping(float(gains.Kd[joint])), len(stuck),
     )  # fmt: skip
 
 
-def cruises(arm: Arm, made: tuple[Experiment, ...]) -> tuple[Cruise, ...]:
+def cruises(arm: Arm, made: tuple[Experiment, ...]) -> tuple[CruiseError, ...]:
     """Of all experiments of one joint with friction."""
     return tuple(cruise(arm, one) for one in made if one.joint is not None and one.friction)
 

@@ -8,13 +8,13 @@ from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.friction.refit import passive_refit
 from lwr_dyn.papers.actuation import friction_of
 from lwr_dyn.reproduction.printed import printed_tables
-from lwr_dyn.reproduction.wam7.runs import AGREES, GRAVITIES, Cruise, Experiment, sides_of
+from lwr_dyn.reproduction.wam7.runs import AGREES, GRAVITIES, CruiseError, Experiment, sides_of
 from lwr_dyn.tables import aligned
 
 SIGN = {1: "+", -1: "-"}
 
 
-def cruises_text(found: Sequence[Cruise]) -> str:
+def cruises_text(found: Sequence[CruiseError]) -> str:
     """Every joint, direction and gravity: predicted and simulated cruise error."""
     rows = [
         (
@@ -28,7 +28,7 @@ def cruises_text(found: Sequence[Cruise]) -> str:
     return "\n".join(lines)
 
 
-def verdict(c: Cruise) -> str:
+def verdict(c: CruiseError) -> str:
     """Of one cruise, computed."""
     if c.stable:
         return "agrees" if c.holds else "DIFFERS"
@@ -36,7 +36,7 @@ def verdict(c: Cruise) -> str:
     return f"no steady cruise (net damping {c.net_damping:.2f}): {swing}, {c.sticks} stops"
 
 
-def figure_7_text(found: Sequence[Cruise]) -> str:
+def figure_7_text(found: Sequence[CruiseError]) -> str:
     """Simulated cruise errors against the axes of Figure 7, where the text lets them be read."""
     axes, rows = printed_tables("wam7")["figure_7"], []
     for c in (c for c in found if c.side > 0 and c.gravity == GRAVITIES[0]):
@@ -48,7 +48,7 @@ def figure_7_text(found: Sequence[Cruise]) -> str:
     return f"Figure 7, axes [mrad] (the gains are not the paper's)\n{aligned(rows, ('joint', 'axis', 'simulated', ''))}"
 
 
-def figure_7_holds(found: Sequence[Cruise]) -> bool:
+def figure_7_holds(found: Sequence[CruiseError]) -> bool:
     """No readable axis of Figure 7 is left by a cruise error."""
     return "OUTSIDE" not in figure_7_text(found)
 

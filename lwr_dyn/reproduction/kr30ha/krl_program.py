@@ -28,7 +28,7 @@ Fault = tuple[int, str, str]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Stop:
+class ProgramPoint:
     """A point of the program and where the run puts the flange."""
 
     name: str
@@ -51,7 +51,7 @@ class ProgramReport:
     said: tuple[Diagnosis, ...]
     """Of the corrected program."""
     run: ProgramRun
-    stops: tuple[Stop, ...]
+    stops: tuple[ProgramPoint, ...]
     home_missed: float
     """How far the axes end from mastering [rad]."""
 
@@ -90,7 +90,7 @@ def program_report(arm: Arm) -> ProgramReport:
     stops = []
     for point, (_, pose) in zip(data["points"], moved, strict=False):
         off = np.array([pose.x_mm, pose.y_mm, pose.z_mm]) - point["xyz"]
-        stops.append(Stop(point["name"], tuple(point["xyz"]), float(np.linalg.norm(off)), pose.s, pose.t))
+        stops.append(ProgramPoint(point["name"], tuple(point["xyz"]), float(np.linalg.norm(off)), pose.s, pose.t))
     return ProgramReport(
         printed=found, missing=tuple(sorted(known - seen)), false=tuple(sorted(seen - known)), corrected=right,
         said=check_program(right, arm), run=run, stops=tuple(stops),

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from lwr_dyn.reproduction.judge import AFTER, DIFFERS, NOT, REPRODUCED
-from lwr_dyn.reproduction.ledger import Entry
-from lwr_dyn.reproduction.verdicts import Judgement
+from lwr_dyn.reproduction.compare import AFTER, DIFFERS, NOT, REPRODUCED
+from lwr_dyn.reproduction.ledger import LedgerEntry
+from lwr_dyn.reproduction.verdicts import Verdicts
 from lwr_dyn.tables import aligned
 
 HEAD = (
@@ -16,7 +16,7 @@ HEAD = (
 )  # fmt: skip
 
 
-def counts(found: Judgement, entries: Sequence[Entry]) -> dict[str, Any]:
+def counts(found: Verdicts, entries: Sequence[LedgerEntry]) -> dict[str, Any]:
     """Printed and derived numbers apart, errata by status."""
     proven = [e for e in entries if e.erratum.status == "proven"]
     return {
@@ -42,7 +42,7 @@ def _row(paper: str, found: dict[str, Any]) -> tuple[str, ...]:
     return paper, *map(str, numbers)
 
 
-def differing_text(found: Judgement) -> str:
+def differing_text(found: Verdicts) -> str:
     """Every number that differs, with D in its unit and in last digits; empty when none does."""
     rows = [
         (
@@ -66,7 +66,7 @@ def _difference(value: float | None) -> str:
     return "-" if value is None else f"{value:+.3g}"
 
 
-def entry_record(entry: Entry) -> dict[str, Any]:
+def entry_record(entry: LedgerEntry) -> dict[str, Any]:
     """An entry of the ledger as JSON values."""
     e, proof = entry.erratum, entry.proof
     words = {

@@ -5,13 +5,13 @@ import json
 import pytest
 
 from lwr_dyn.errors import OptionError, UnknownNameError
-from lwr_dyn.reproduction import whole
-from lwr_dyn.reproduction.outcome import Outcome
+from lwr_dyn.reproduction import reproduce
+from lwr_dyn.reproduction.outcome import Reproduction
 from lwr_dyn.reproduction.rooms import PAPERS
 
 
 def test_a_second_run_writes_the_same_results_byte_for_byte_and_the_same_page(tmp_path):
-    made = [whole.reproduce("lwr4", tmp_path / name) for name in ("a", "b")]
+    made = [reproduce.reproduce("lwr4", tmp_path / name) for name in ("a", "b")]
     for file in ("results.json", "report.html"):
         texts = [(tmp_path / name / file).read_bytes() for name in ("a", "b")]
         assert texts[0] == texts[1]
@@ -24,20 +24,20 @@ def test_a_second_run_writes_the_same_results_byte_for_byte_and_the_same_page(tm
 @pytest.mark.parametrize(("option", "said"), [({"timing": "smooth"}, "timing"), ({"fit": True}, "fit-arm-angle")])
 def test_options_of_the_lwr4plus_are_refused_elsewhere_and_nothing_is_written(tmp_path, paper, option, said):
     with pytest.raises(OptionError, match=f"{said}: given for {paper}; allowed: only for lwr4plus"):
-        whole.reproduce(paper, tmp_path / "out", **option)
+        reproduce.reproduce(paper, tmp_path / "out", **option)
     assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize("paper", ["lwr4", "kr30ha"])
 def test_a_spread_is_refused_where_there_is_none(tmp_path, paper):
     with pytest.raises(OptionError, match=f"spread: given for {paper}; allowed: only for lwr4plus, wam7, all"):
-        whole.reproduce(paper, tmp_path / "out", with_spread=True)
+        reproduce.reproduce(paper, tmp_path / "out", with_spread=True)
     assert not (tmp_path / "out").exists()
 
 
 def test_an_unknown_paper(tmp_path):
     with pytest.raises(UnknownNameError, match="no paper to reproduce named 'lwr9'"):
-        whole.reproduce("lwr9", tmp_path / "out")
+        reproduce.reproduce("lwr9", tmp_path / "out")
 
 
 def test_all_papers_in_a_folder_each_and_one_table(tmp_path, monkeypatch):
@@ -63,11 +63,11 @@ def test_all_papers_in_a_folder_each_and_one_table(tmp_path, monkeypatch):
         made.append((paper, folder.name))
         kinds = {"all": 2, "reproduced": 1, "after erratum": 1, "differs": 0, "not reproducible": 0}
         counts = {"printed": kinds, "derived": kinds, "errata": {"all": 1, "proven": 1, "proofs that hold": 1}}
-        return Outcome(paper != "wam7", "", {"counts": counts})
+        return Reproduction(paper != "wam7", "", {"counts": counts})
 
-    monkeypatch.setattr(whole, "ProcessPoolExecutor", Here)
-    monkeypatch.setattr(whole, "_one", one)
-    outcome = whole.reproduce("all", tmp_path)
+    monkeypatch.setattr(reproduce, "ProcessPoolExecutor", Here)
+    monkeypatch.setattr(reproduce, "_one", one)
+    outcome = reproduce.reproduce("all", tmp_path)
     assert sorted(made) == sorted((paper, paper) for paper in PAPERS)
     assert not outcome.holds
     assert outcome.text.splitlines()[-1].split() == ["all", "8", "4", "4", "0", "0", "8", "4", "4", "4"]
@@ -85,9 +85,9 @@ def test_a_number_that_differs_is_listed_and_fails_the_paper(tmp_path, monkeypat
     raw = copy.deepcopy(dict(here.results.raw))
     raw["tool"]["cells"]["position"][0] = "-0.3001"
     other = dataclasses.replace(here, results=results_of_tables(raw, here.results.file))
-    monkeypatch.setattr("lwr_dyn.reproduction.whole.room", lambda _: other)
+    monkeypatch.setattr("lwr_dyn.reproduction.reproduce.room", lambda _: other)
     monkeypatch.setattr("lwr_dyn.reproduction.verdicts.room", lambda _: other)
-    outcome = whole.reproduce("lwr4", tmp_path)
+    outcome = reproduce.reproduce("lwr4", tmp_path)
     assert not outcome.holds
     assert "tool.position[0]" in outcome.text
     assert "+0.0001" in outcome.text
@@ -98,9 +98,9 @@ def test_what_was_left_before_it_was_whole_says_so_until_it_is(tmp_path, monkeyp
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr(whole, "write_report", interrupted)
+        patch.setattr(reproduce, "write_report", interrupted)
         with pytest.raises(KeyboardInterrupt):
-            whole.reproduce("lwr4", tmp_path / "out")
-    assert (tmp_path / "out" / whole.INCOMPLETE).is_file()
-    whole.reproduce("lwr4", tmp_path / "out")
-    assert not (tmp_path / "out" / whole.INCOMPLETE).exists()
+            reproduce.reproduce("lwr4", tmp_path / "out")
+    assert (tmp_path / "out" / reproduce.INCOMPLETE).is_file()
+    reproduce.reproduce("lwr4", tmp_path / "out")
+    assert not (tmp_path / "out" / reproduce.INCOMPLETE).exists()

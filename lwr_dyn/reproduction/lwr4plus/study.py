@@ -20,9 +20,9 @@ from lwr_dyn.reproduction.lwr4plus.errors import (
     fit_arm_angle,
     velocity_rows,
 )
+from lwr_dyn.reproduction.lwr4plus.formulas import error_columns
 from lwr_dyn.reproduction.lwr4plus.page import shown
-from lwr_dyn.reproduction.lwr4plus.recomputed import error_columns
-from lwr_dyn.reproduction.lwr4plus.runs import Trial, trials
+from lwr_dyn.reproduction.lwr4plus.runs import ControllerRun, trials
 from lwr_dyn.reproduction.lwr4plus.tables import (
     GainCell,
     InertiaRow,
@@ -40,7 +40,7 @@ from lwr_dyn.reproduction.lwr4plus.text import (
     table_vi_text,
     velocity_rows_text,
 )
-from lwr_dyn.reproduction.outcome import Outcome
+from lwr_dyn.reproduction.outcome import Reproduction
 from lwr_dyn.trajectory.references.ist import ist_reference
 from lwr_dyn.viewer.plots import (
     path_figure,
@@ -51,14 +51,14 @@ from lwr_dyn.viewer.plots import (
 )
 from lwr_dyn.viewer.replay_page import write_replay
 
-Say = Callable[[str], None]
+Progress = Callable[[str], None]
 DEFAULT_TIMING = "smooth"
 REPLAYED = ("pd-gravity", "inverse-dynamics")
 
 
 def reproduce(
-    folder: str | Path, timing: str = DEFAULT_TIMING, fit: bool = False, say: Say = lambda _: None
-) -> Outcome:
+    folder: str | Path, timing: str = DEFAULT_TIMING, fit: bool = False, progress: Progress = lambda _: None
+) -> Reproduction:
     """Recompute the paper and write `folder`: models, checks, tables, runs, plots and the replay.
 
     Parameters
@@ -84,22 +84,22 @@ def reproduce(
     place = make_folder(folder)
     for name in ("models", "runs", "plots"):
         make_folder(place / name)
-    say("models and checks")
+    progress("models and checks")
     reports = models_and_checks(place, "lwr4plus")
-    say("Tables IV and VI")
+    progress("Tables IV and VI")
     inertias, gains = table_iv(), table_vi()
     arm = arm_from_paper(open_paper("lwr4plus"))
     spreads = {name: shell_spread(a) for name, a in arms().items()}
-    say("Tables VII and VIII")
+    progress("Tables VII and VIII")
     angles = [None, *([fit_arm_angle(arm)] if fit else [])]
     errors = {
         name: [error_table(arm, name, t, angle) for angle in angles for t in TIMINGS]
         for name in ("table_vii", "table_viii")
     }
     velocity = velocity_rows(min(errors["table_viii"], key=lambda t: t.distance), arm)
-    say("controllers on three plants")
+    progress("controllers on three plants")
     found = trials(arm, ist_reference(arm, timing))
-    say("plots and replay")
+    progress("plots and replay")
     _pictures(place, found)
     text = "\n\n".join(
         [
@@ -123,10 +123,10 @@ def reproduce(
     nearest = {name: min(tables, key=lambda t: t.distance) for name, tables in own.items()}
     known = {name: error_columns(one, arm) for name, one in nearest.items()}
     page = shown(arm, found, REPLAYED, reports, nearest["table_viii"].run)
-    return Outcome(holds, text, record, known, page)
+    return Reproduction(holds, text, record, known, page)
 
 
-def _pictures(place: Path, found: tuple[Trial, ...]) -> None:
+def _pictures(place: Path, found: tuple[ControllerRun, ...]) -> None:
     """Runs of both controllers on the arm as modelled; figures 4, 6, 7, 9, 10 redrawn, torques, and the replay."""
     arm = arm_from_paper(open_paper("lwr4plus"))
     replayed = [t for t in found if t.plant == "as modelled" and t.controller in REPLAYED]
@@ -158,7 +158,7 @@ def _record(
     inertias: tuple[InertiaRow, ...],
     gains: tuple[GainCell, ...],
     errors: dict[str, list[ErrorTable]],
-    found: tuple[Trial, ...],
+    found: tuple[ControllerRun, ...],
 ) -> dict[str, Any]:
     return {
         "checks": check_record(reports),

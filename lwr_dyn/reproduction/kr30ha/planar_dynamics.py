@@ -14,7 +14,7 @@ import sympy as sp
 
 from lwr_dyn.papers.assembly import arm_from_paper
 from lwr_dyn.papers.catalog import open_paper
-from lwr_dyn.reproduction.kr30ha.planar import Counterpart, counterparts, finished, planar_equations
+from lwr_dyn.reproduction.kr30ha.planar_model import Counterpart, counterparts, finished, planar_equations
 from lwr_dyn.reproduction.printed import printed_tables
 from lwr_dyn.symbolic.kinematic_equations import SubChain, equations_of_motion
 from lwr_dyn.symbolic.lagrangian import EquationsOfMotion

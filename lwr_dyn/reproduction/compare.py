@@ -10,9 +10,9 @@ from typing import Any
 
 from lwr_dyn.errors import LwrDynError, PaperError
 from lwr_dyn.papers.schema import Erratum, Paper
-from lwr_dyn.reproduction.case import Case, Recompute, Symbolic, Value, case_of
+from lwr_dyn.reproduction.case import ComparedExpression, PaperCase, PaperFormula, Value, case_of
 from lwr_dyn.reproduction.printed import agrees, last_digit
-from lwr_dyn.reproduction.results import Block, Cell, Results
+from lwr_dyn.reproduction.results import PrintedCell, ResultBlock, Results
 
 REPRODUCED, AFTER, DIFFERS, NOT = VERDICTS = ("reproduced", "after erratum", "differs", "not reproducible")
 Columns = Mapping[str, Any]
@@ -21,11 +21,11 @@ _TOGETHER = 4
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Judged:
+class ComparedNumber:
     """One number with its verdict."""
 
-    block: Block
-    cell: Cell
+    block: ResultBlock
+    cell: PrintedCell
     verdict: str
     errata: tuple[str, ...] = ()
     """Without which it is not reproduced."""
@@ -37,7 +37,7 @@ class Judged:
     @property
     def miss(self) -> float | None:
         """Recomputed less printed, in the printed unit; of a figure, how far outside its range."""
-        if self.value is None or isinstance(self.value, Symbolic):
+        if self.value is None or isinstance(self.value, ComparedExpression):
             return None
         if self.cell.span is not None:
             least, most = (float(x) for x in self.cell.span)
@@ -51,7 +51,7 @@ class Judged:
 
     def to_json(self) -> dict[str, Any]:
         """As JSON values."""
-        value = self.value.text if isinstance(self.value, Symbolic) else self.value
+        value = self.value.text if isinstance(self.value, ComparedExpression) else self.value
         return {
             "cell": self.cell.path, "where": self.block.where, "row": self.cell.row, "column": self.cell.column,
             "printed": self.cell.printed, "unit": self.cell.unit, "derived": self.block.derived, "value": value,
@@ -60,19 +60,19 @@ class Judged:
         }  # fmt: skip
 
 
-class Judge:
+class BlockComparer:
     """Judges block by block; each set of errata is read once, each block computed once under it."""
 
     def __init__(
-        self, tables: Mapping[str, Any], results: Results, file: str, functions: Mapping[str, Recompute], own: Paper,
+        self, tables: Mapping[str, Any], results: Results, file: str, functions: Mapping[str, PaperFormula], own: Paper,
         warm: bool,
     ) -> None:  # fmt: skip
         self._tables, self._results, self._file, self._functions = tables, results, file, functions
         self._own, self._warm = own, warm
-        self._cases: dict[frozenset[str], Case | None] = {}
+        self._cases: dict[frozenset[str], PaperCase | None] = {}
         self._values: dict[tuple[str, frozenset[str]], dict[str, tuple[str, Value]]] = {}
 
-    def block(self, block: Block, known: Columns | None) -> Iterator[Judged]:
+    def block(self, block: ResultBlock, known: Columns | None) -> Iterator[ComparedNumber]:
         """All cells of a block."""
         own = frozenset(self._own.reading.errata)
         if known is not None:
@@ -84,21 +84,21 @@ class Judge:
             for cell in block.cells:
                 printed, value = self._value(block, cell, read) if block.compute else (cell.printed, None)
                 verdict = NOT if missing else REPRODUCED if agree(cell, printed, value) else DIFFERS
-                yield Judged(block, cell, verdict, (), value, missing, formula)
+                yield ComparedNumber(block, cell, verdict, (), value, missing, formula)
             return
         for cell in block.cells:
             yield self._searched(block, cell, formula)
 
-    def _searched(self, block: Block, cell: Cell, formula: str) -> Judged:
+    def _searched(self, block: ResultBlock, cell: PrintedCell, formula: str) -> ComparedNumber:
         for applied in _subsets(self._candidates(block)):
             printed, value = self._value(block, cell, applied)
             if agree(cell, printed, value):
                 ids = tuple(e.id for e in self._own.errata if e.id in applied)
-                return Judged(block, cell, AFTER if ids else REPRODUCED, ids, value, (), formula)
+                return ComparedNumber(block, cell, AFTER if ids else REPRODUCED, ids, value, (), formula)
         _, value = self._value(block, cell, frozenset(self._own.reading.errata))
-        return Judged(block, cell, DIFFERS, (), value, (), formula)
+        return ComparedNumber(block, cell, DIFFERS, (), value, (), formula)
 
-    def _candidates(self, block: Block) -> list[str]:
+    def _candidates(self, block: ResultBlock) -> list[str]:
         """Errata that could matter to a block: of the default reading, of its own list, and those that patch it."""
         start = f"results.{block.name}."
 
@@ -108,14 +108,14 @@ class Judge:
 
         return [e.id for e in self._own.errata if counts(e)]
 
-    def _value(self, block: Block, cell: Cell, applied: frozenset[str]) -> tuple[str, Value]:
+    def _value(self, block: ResultBlock, cell: PrintedCell, applied: frozenset[str]) -> tuple[str, Value]:
         """What is printed in a cell once some errata are applied, and the value recomputed with them."""
         key = (block.name, applied)
         if key not in self._values:
             self._values[key] = self._computed(block, applied)
         return self._values[key].get(cell.path, (cell.printed, None))
 
-    def _computed(self, block: Block, applied: frozenset[str]) -> dict[str, tuple[str, Value]]:
+    def _computed(self, block: ResultBlock, applied: frozenset[str]) -> dict[str, tuple[str, Value]]:
         case = self._case(applied)
         if case is None:
             return {}
@@ -125,7 +125,7 @@ class Judge:
         except (LwrDynError, ArithmeticError, ValueError):
             return {}  # these tables give no value: no arm, no solution
 
-    def _case(self, applied: frozenset[str]) -> Case | None:
+    def _case(self, applied: frozenset[str]) -> PaperCase | None:
         if applied not in self._cases:
             try:
                 errata = [e for e in self._own.errata if e.id in applied]
@@ -135,18 +135,18 @@ class Judge:
         return self._cases[applied]
 
 
-def agree(cell: Cell, printed: str, value: Value) -> bool:
+def agree(cell: PrintedCell, printed: str, value: Value) -> bool:
     """A value is what is printed: to the digits, within the range of a figure, or as an expression."""
     if value is None:
         return False
-    if isinstance(value, Symbolic):
+    if isinstance(value, ComparedExpression):
         return value.same
     if cell.span is not None:
         return float(cell.span[0]) <= value <= float(cell.span[1])
     return bool(value == value) and abs(value) < float("inf") and agrees(printed, value, cell.step)
 
 
-def _by_path(block: Block, columns: Columns) -> dict[str, tuple[str, Value]]:
+def _by_path(block: ResultBlock, columns: Columns) -> dict[str, tuple[str, Value]]:
     out: dict[str, tuple[str, Value]] = {}
     for column in dict.fromkeys(cell.column for cell in block.cells):
         cells = [c for c in block.cells if c.column == column]
@@ -158,7 +158,7 @@ def _by_path(block: Block, columns: Columns) -> dict[str, tuple[str, Value]]:
 
 
 def _plain(value: Any) -> Value:
-    return value if value is None or isinstance(value, Symbolic) else float(value)
+    return value if value is None or isinstance(value, ComparedExpression) else float(value)
 
 
 def _flat(values: Any) -> Iterator[Any]:

@@ -14,11 +14,11 @@ from lwr_dyn.papers.assembly import arm_from_paper
 from lwr_dyn.papers.catalog import open_paper
 from lwr_dyn.reproduction.checked_models import check_line, check_record, models_and_checks, verdict_table
 from lwr_dyn.reproduction.kr30ha.cycle import Cycle, cycle
+from lwr_dyn.reproduction.kr30ha.krl_program import program_record, program_report, program_text, write_program
 from lwr_dyn.reproduction.kr30ha.matrices import PaperMatrices, paper_matrices
-from lwr_dyn.reproduction.kr30ha.motion import FIRST_TWO, MotionReport, motion_report
 from lwr_dyn.reproduction.kr30ha.page import shown
+from lwr_dyn.reproduction.kr30ha.planar_dynamics import FIRST_TWO, MotionReport, motion_report
 from lwr_dyn.reproduction.kr30ha.points import PaperPoints, RightPoint, paper_points
-from lwr_dyn.reproduction.kr30ha.program import program_record, program_report, program_text, write_program
 from lwr_dyn.reproduction.kr30ha.text import (
     comparison_text,
     cycle_text,
@@ -27,20 +27,20 @@ from lwr_dyn.reproduction.kr30ha.text import (
     matrices_text,
     points_text,
 )
-from lwr_dyn.reproduction.outcome import Outcome
+from lwr_dyn.reproduction.outcome import Reproduction
 from lwr_dyn.reproduction.report.envelope_plot import envelope_figure
 from lwr_dyn.symbolic.equation_text import equations_latex, equations_text
 from lwr_dyn.symbolic.verdicts import symbolic_verdicts
 from lwr_dyn.viewer.plots import save_figure, torque_figure
 from lwr_dyn.viewer.replay_page import write_replay
 
-Say = Callable[[str], None]
+Progress = Callable[[str], None]
 SYMMETRIC = "First two joints of the arm, links symmetric about its plane (as estimated); vectors in the base frame"
 TITLE, LABEL = "KUKA KR 30 HA: mastering, Point 1, Point 2, mastering", ["inverse dynamics"]
 GENERAL = "First two joints of the arm, any links: ten letters a link"
 
 
-def reproduce(folder: str | Path, say: Say = lambda _: None) -> Outcome:
+def reproduce(folder: str | Path, progress: Progress = lambda _: None) -> Reproduction:
     """Recompute the report and write `folder`: models, checks, tables, envelope, equations, run and replay.
 
     It holds when the default reading passes every check, the symbols equal Pinocchio's numbers, and each printed
@@ -48,18 +48,18 @@ def reproduce(folder: str | Path, say: Say = lambda _: None) -> Outcome:
     """
     place, paper = make_folder(folder), open_paper("kr30ha")
     arm = arm_from_paper(paper)
-    say("models and checks")
+    progress("models and checks")
     reports = models_and_checks(place, "kr30ha")
-    say("points, matrices, envelope")
+    progress("points, matrices, envelope")
     points, matrices, envelope = paper_points(), paper_matrices(), working_envelope(arm)
-    say("equations of motion")
+    progress("equations of motion")
     motion = motion_report()
     symbolic = symbolic_verdicts(arm, paper, FIRST_TWO)
     _equations(place, motion)
-    say("movement and replay")
+    progress("movement and replay")
     found = cycle(arm, points.right)
     _pictures(place, arm, points.right, found)
-    say("KRL program")
+    progress("KRL program")
     program = program_report(arm)
     write_program(program, arm, make_folder(place / "program"))
     checked = next(r for r in reports if r.reading == paper.reading.name)
@@ -83,7 +83,7 @@ def reproduce(folder: str | Path, say: Say = lambda _: None) -> Outcome:
     files = {"tables.txt": text, "errata.txt": errata_text(paper)}
     write_folder(place, {name: content + "\n" for name, content in files.items()})
     runs = [(LABEL[0], found.run), ("KRL program, corrected", program.run.to_run())]
-    return Outcome(holds, text, record, shown=shown(arm, points.right, envelope, runs, reports))
+    return Reproduction(holds, text, record, shown=shown(arm, points.right, envelope, runs, reports))
 
 
 def _equations(place: Path, motion: MotionReport) -> None:

@@ -9,27 +9,27 @@ import sympy as sp
 
 from lwr_dyn.kinematics.forward import forward_kinematics, frames
 from lwr_dyn.papers.assembly import dh_rows
-from lwr_dyn.reproduction.case import Case, Recompute
+from lwr_dyn.reproduction.case import PaperCase, PaperFormula
 from lwr_dyn.reproduction.expressions import compared
 from lwr_dyn.reproduction.quantities import SHARED
-from lwr_dyn.reproduction.results import Block
+from lwr_dyn.reproduction.results import ResultBlock
 from lwr_dyn.symbolic.dh_matrices import dh_matrices as matrices_of
 from lwr_dyn.symbolic.dh_matrices import vector_route
 
 
-def dh_matrices(case: Case, block: Block) -> dict[str, Any]:
+def dh_matrices(case: PaperCase, block: ResultBlock) -> dict[str, Any]:
     """A_i = Rz(q_i) Tz(d_i) Tx(a_i) Rx(alpha_i)"""
     found = matrices_of(case.paper)
     return {f"A{i + 1}": compared(block.printed[f"A{i + 1}"], m) for i, m in enumerate(found)}
 
 
-def last_three(case: Case, block: Block) -> dict[str, Any]:
+def last_three(case: PaperCase, block: ResultBlock) -> dict[str, Any]:
     """A_5 A_6 A_7 (0, 0, 0, 1)^T"""
     found = vector_route(matrices_of(case.paper)[4:], sp.Matrix([0, 0, 0, 1])).value
     return {"p": [row[0] for row in compared([[text] for text in block.printed["p"]], found)]}
 
 
-def joints_by_group(case: Case, _: Block) -> dict[str, Any]:
+def joints_by_group(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
     """Joints whose axes meet in one point: from the first on, from the last back, and what is left between"""
     rows = dh_rows(case.paper)
     shoulder = 1 + next(i for i, row in enumerate(rows[1:], start=1) if row.d != 0.0 or row.a != 0.0)
@@ -37,18 +37,18 @@ def joints_by_group(case: Case, _: Block) -> dict[str, Any]:
     return {"joints": [len(rows), shoulder, len(rows) - shoulder - wrist, wrist]}
 
 
-def tool_point(case: Case, block: Block) -> dict[str, Any]:
+def tool_point(case: PaperCase, block: ResultBlock) -> dict[str, Any]:
     """T_07(q) (0, 0.05, 0.1, 1)^T [m]"""
     T = forward_kinematics(case.arm.chain, np.radians(block.printed["q_deg"]))
     return {"position": T[:3, :3] @ np.array(block.printed["point"]) + T[:3, 3]}
 
 
-def wrist_centre(case: Case, block: Block) -> dict[str, Any]:
+def wrist_centre(case: PaperCase, block: ResultBlock) -> dict[str, Any]:
     """Origin of frame 6 [m]"""
     return {"position": frames(case.arm.chain, block.printed["q"])[5, :3, 3]}
 
 
-FUNCTIONS = SHARED | {
-    function.__name__: Recompute(function)
+FORMULAS = SHARED | {
+    function.__name__: PaperFormula(function)
     for function in (dh_matrices, last_three, joints_by_group, tool_point, wrist_centre)
 }

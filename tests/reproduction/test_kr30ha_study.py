@@ -9,7 +9,7 @@ import lwr_dyn
 from lwr_dyn.model.run import Run
 from lwr_dyn.reproduction.kr30ha.cycle import RISE, SPEED_SHARE, WAIT, cycle_reference
 from lwr_dyn.reproduction.kr30ha.points import right_points
-from lwr_dyn.reproduction.whole import reproduce
+from lwr_dyn.reproduction.reproduce import reproduce
 
 ARM = lwr_dyn.load("kr30ha")
 ROADS = 1e-9
@@ -22,7 +22,7 @@ TRACKED = 1e-3
 def outcome(tmp_path_factory):
     place = tmp_path_factory.mktemp("kr30ha")
     steps = []
-    return reproduce("kr30ha", place, say=steps.append), place, steps
+    return reproduce("kr30ha", place, progress=steps.append), place, steps
 
 
 def test_it_holds_and_writes_what_it_promises(outcome):

@@ -10,26 +10,26 @@ from lwr_dyn.errors import MissingDataError
 from lwr_dyn.model.arm import JointGains
 from lwr_dyn.model.friction.models import FRICTIONLESS
 from lwr_dyn.papers.actuation import friction_of
-from lwr_dyn.reproduction.case import Case, Recompute
+from lwr_dyn.reproduction.case import PaperCase, PaperFormula
 from lwr_dyn.reproduction.quantities import SHARED
-from lwr_dyn.reproduction.results import Block
+from lwr_dyn.reproduction.results import ResultBlock
 from lwr_dyn.reproduction.wam7.runs import cruise, experiment, sides_of
 from lwr_dyn.trajectory.lspb import lspb
 
 DIRECTIONS = {"positive": 1, "negative": -1}
 
 
-def joints(case: Case, _: Block) -> dict[str, Any]:
+def joints(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
     """Number of joints"""
     return {"count": [case.n]}
 
 
-def simulations(case: Case, _: Block) -> dict[str, Any]:
+def simulations(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
     """One per joint, and one with all"""
     return {"count": [case.n + 1]}
 
 
-def motion(case: Case, block: Block) -> dict[str, Any]:
+def motion(case: PaperCase, block: ResultBlock) -> dict[str, Any]:
     """|q_f - q_i| of Figure 4, and its speed (q_f - q_i)/(t_f - t_c)"""
     caption = case.block("caption_4").printed
     travel = abs(float(caption["q_f"]) - float(caption["q_i"]))
@@ -39,20 +39,20 @@ def motion(case: Case, block: Block) -> dict[str, Any]:
     }
 
 
-def printed_velocity(case: Case, _: Block) -> dict[str, Any]:
+def printed_velocity(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
     """4 (q_f - q_i)/(t_f^2 - (2 (t_c - 0.5 t_f))^2), and the same as acceleration (eq. 4)"""
     t_f, t_c = (float(case.block("motion").printed[name]) for name in ("duration", "blend"))
     value = 4 * case.numbers("motion", "travel")[0] / (t_f**2 - (2 * (t_c - 0.5 * t_f)) ** 2)
     return {"dq_c": [value], "ddq_c": [value]}
 
 
-def caption_acceleration(_: Case, block: Block) -> dict[str, Any]:
+def caption_acceleration(_: PaperCase, block: ResultBlock) -> dict[str, Any]:
     """(q_f - q_i)/(t_c (t_f - t_c))"""
     q_i, q_f, t_f, t_c = (float(block.printed[name]) for name in ("q_i", "q_f", "t_f", "t_c"))
     return {"ddq_c": [(q_f - q_i) / (t_c * (t_f - t_c))]}
 
 
-def figure_4(case: Case, _: Block) -> dict[str, Any]:
+def figure_4(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
     """Least and most of q, dq and ddq of the caption's LSPB"""
     q_i, q_f, t_f, t_c = (float(case.block("caption_4").printed[name]) for name in ("q_i", "q_f", "t_f", "t_c"))
     way = lspb(abs(q_f - q_i), t_f, t_c).at(np.linspace(0.0, t_f, 701))
@@ -61,50 +61,50 @@ def figure_4(case: Case, _: Block) -> dict[str, Any]:
     return {name: [curve.min(), curve.max()] for name, curve in curves.items()}
 
 
-def covered(case: Case, _: Block) -> dict[str, Any]:
+def covered(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
     """-/+ the speed up to which Table 1 was identified"""
     speeds = np.array([model.covered for model in _friction(case)])
     return {"least": -speeds, "most": speeds}
 
 
-def most_affected(case: Case, _: Block) -> dict[str, Any]:
+def most_affected(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
     """The joint with the largest F_c, both directions taken together"""
     return {"joint": [1 + int(np.argmax(_coulomb(case)))]}
 
 
-def least_influenced(case: Case, _: Block) -> dict[str, Any]:
+def least_influenced(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
     """The three joints with the smallest F_c, both directions taken together"""
     return {"joints": sorted(1 + int(i) for i in np.argsort(_coulomb(case))[:3])}
 
 
-def _coulomb(case: Case) -> Any:
+def _coulomb(case: PaperCase) -> Any:
     return np.array([m.positive.coulomb + m.negative.coulomb for m in _friction(case)])
 
 
-def _friction(case: Case) -> list[Any]:
+def _friction(case: PaperCase) -> list[Any]:
     return [model or FRICTIONLESS for model in friction_of(case.arm)]
 
 
-def _gains(case: Case) -> JointGains:
+def _gains(case: PaperCase) -> JointGains:
     if case.arm.gains is None:
         raise MissingDataError(case.arm.name, "gains", "cruise errors")
     return case.arm.gains
 
 
-def cruise_errors(case: Case, _: Block) -> dict[str, Any]:
+def cruise_errors(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
     """tau_friction(v)/kp at v = 0.5/6 rad/s [mrad]"""
     speed, Kp = 0.5 / 6.0, _gains(case).Kp
     found = np.array([[1e3 * float(m.torque(s * speed)) for m in _friction(case)] for s in DIRECTIONS.values()]) / Kp
     return dict(zip(DIRECTIONS, found, strict=True))
 
 
-def cruise_in_figure(case: Case, block: Block) -> dict[str, Any]:
+def cruise_in_figure(case: PaperCase, block: ResultBlock) -> dict[str, Any]:
     """tau_friction(v)/kp at v = 0.5/6 rad/s, manufacturer's kp [rad]"""
     errors = cruise_errors(case, block)["positive"] / 1e3
     return {name: [errors[int(name[-1]) - 1]] * 2 for name in dict.fromkeys(c.column for c in block.cells)}
 
 
-def net_damping(case: Case, _: Block) -> dict[str, Any]:
+def net_damping(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
     """kd + sigma per direction [N m s/rad]"""
     sides, Kd = sides_of(case.arm), _gains(case).Kd
     return {
@@ -112,18 +112,18 @@ def net_damping(case: Case, _: Block) -> dict[str, Any]:
     }
 
 
-def feeds_energy(case: Case, _: Block) -> dict[str, Any]:
+def feeds_energy(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
     """Speed from which friction feeds energy in, joint by joint, positive direction first [rad/s]"""
     order = sorted(sides_of(case.arm).items(), key=lambda item: (item[0][0], -item[0][1]))
     return {"speed": [side.from_speed for _, side in order if side.from_speed is not None]}
 
 
-def friction_at_end(case: Case, _: Block) -> dict[str, Any]:
+def friction_at_end(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
     """F_c sign(v) + sigma v at the end of the maps [N m]"""
     return {name: [float(m.torque(sign * 0.4)) for m in _friction(case)] for name, sign in DIRECTIONS.items()}
 
 
-def controller(case: Case, _: Block) -> dict[str, Any]:
+def controller(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
     """kp/ki [s], effort/kp [rad]"""
     gains = _gains(case)
     if gains.Ki is None or gains.effort is None:
@@ -131,14 +131,14 @@ def controller(case: Case, _: Block) -> dict[str, Any]:
     return {"integral_time": gains.Kp / gains.Ki, "error_at_cut": gains.effort / gains.Kp}
 
 
-def motor_speeds(case: Case, block: Block) -> dict[str, Any]:
+def motor_speeds(case: PaperCase, block: ResultBlock) -> dict[str, Any]:
     """T dq [rad/s]"""
     if case.arm.transmission is None:
         raise MissingDataError(case.arm.name, "a transmission", "motor speeds")
     return {"speed": case.arm.transmission.motor_velocity(np.array(block.printed["dq"], dtype=float))}
 
 
-def sheet_tensors(case: Case, block: Block) -> dict[str, Any]:
+def sheet_tensors(case: PaperCase, block: ResultBlock) -> dict[str, Any]:
     """I_i + m_i S(c_i)^T S(c_i) about the origin of frame i [kg m^2]"""
     found = tensors_about_origin(case, block)
     products = {"xy_of_link_1": ("xy", 0), "xy_of_link_3": ("xy", 2), "yz_of_link_6": ("yz", 5)}
@@ -146,20 +146,20 @@ def sheet_tensors(case: Case, block: Block) -> dict[str, Any]:
     return moments | {name: [found[entry][i]] for name, (entry, i) in products.items()}
 
 
-def tensors_about_origin(case: Case, _: Block) -> dict[str, Any]:
+def tensors_about_origin(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
     """I_i + m_i S(c_i)^T S(c_i) about the origin of frame i [kg m^2]"""
     tensors = np.array([body.inertia_origin() for body in case.arm.chain.bodies or ()])
     pairs = {"xx": (0, 0), "yy": (1, 1), "zz": (2, 2), "xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
     return {name: tensors[:, r, c] for name, (r, c) in pairs.items()}
 
 
-def home_excess(case: Case, block: Block) -> dict[str, Any]:
+def home_excess(case: PaperCase, block: ResultBlock) -> dict[str, Any]:
     """How far home stands outside the limits, at most [rad]"""
     home = np.array(block.printed["q"], dtype=float)
     return {"excess": [np.maximum(home - case.arm.upper, case.arm.lower - home).max()]}
 
 
-def settled_errors(case: Case, _: Block) -> dict[str, Any]:
+def settled_errors(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
     """Mean of q_ref - q over the second half of the simulated cruise [mrad]"""
     moved = (i for i in range(case.n) if i != 3)
     return {"error": [1e3 * cruise(case.arm, experiment(case.arm, i)).mean for i in moved]}
@@ -170,8 +170,8 @@ _QUICK = (
     least_influenced, cruise_errors, cruise_in_figure, net_damping, feeds_energy, friction_at_end, controller,
     motor_speeds, sheet_tensors, tensors_about_origin, home_excess,
 )  # fmt: skip
-FUNCTIONS: dict[str, Recompute] = (
+FORMULAS: dict[str, PaperFormula] = (
     SHARED
-    | {function.__name__: Recompute(function) for function in _QUICK}
-    | {"settled_errors": Recompute(settled_errors, slow=True)}
+    | {function.__name__: PaperFormula(function) for function in _QUICK}
+    | {"settled_errors": PaperFormula(settled_errors, slow=True)}
 )

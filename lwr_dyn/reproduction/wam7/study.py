@@ -13,7 +13,7 @@ from lwr_dyn.papers.actuation import friction_of
 from lwr_dyn.papers.assembly import arm_from_paper
 from lwr_dyn.papers.catalog import open_paper
 from lwr_dyn.reproduction.checked_models import check_line, check_record, models_and_checks
-from lwr_dyn.reproduction.outcome import Outcome
+from lwr_dyn.reproduction.outcome import Reproduction
 from lwr_dyn.reproduction.report.friction_figures import (
     friction_law_figure,
     joint_error_figure,
@@ -21,7 +21,16 @@ from lwr_dyn.reproduction.report.friction_figures import (
     timing_figure,
 )
 from lwr_dyn.reproduction.wam7.page import shown
-from lwr_dyn.reproduction.wam7.runs import BLEND, DURATION, GRAVITIES, START, Cruise, Experiment, cruises, experiments
+from lwr_dyn.reproduction.wam7.runs import (
+    BLEND,
+    DURATION,
+    GRAVITIES,
+    START,
+    CruiseError,
+    Experiment,
+    cruises,
+    experiments,
+)
 from lwr_dyn.reproduction.wam7.text import (
     cruises_text,
     figure_7_holds,
@@ -34,22 +43,22 @@ from lwr_dyn.trajectory.references.lspb_move import lspb_move
 from lwr_dyn.viewer.plots import save_figure
 from lwr_dyn.viewer.replay_page import write_replay
 
-Say = Callable[[str], None]
+Progress = Callable[[str], None]
 Series = dict[str, list[Run]]
 
 
-def reproduce(folder: str | Path, say: Say = lambda _: None) -> Outcome:
+def reproduce(folder: str | Path, progress: Progress = lambda _: None) -> Reproduction:
     """Recompute the paper's simulations and write `folder`; raises `FileAccessError` when it cannot be written.
 
     It holds when every cruise of a loop with damping settles on (F_c + sigma v)/kp, and no readable axis of Figure 7
     is left. The loop without damping is a finding, told as such.
     """
     place, arm = make_folder(folder), arm_from_paper(open_paper("wam7"))
-    say("models and checks")
+    progress("models and checks")
     reports = models_and_checks(place, "wam7")
-    made = experiments(arm, say)
+    made = experiments(arm, progress)
     found = cruises(arm, made)
-    say("plots and replay")
+    progress("plots and replay")
     alone, together = _pictures(place, arm, made)
     text = "\n\n".join(
         [
@@ -67,10 +76,10 @@ def reproduce(folder: str | Path, say: Say = lambda _: None) -> Outcome:
     write_folder(place, {"tables.txt": text + "\n"})
     settled = [1e3 * c.mean for c in found if c.side > 0 and c.gravity == GRAVITIES[0] and c.stable]
     page = shown(arm, made, alone, together, reports)
-    return Outcome(holds, text, record, {"settled": {"error": settled}}, page)
+    return Reproduction(holds, text, record, {"settled": {"error": settled}}, page)
 
 
-def findings_text(found: Sequence[Cruise]) -> str:
+def findings_text(found: Sequence[CruiseError]) -> str:
     """Loops that cannot cruise steadily, as findings."""
     lines = [
         f"J{c.joint + 1} {'positive' if c.side > 0 else 'negative'}, {c.gravity}: {verdict(c)}"
@@ -113,7 +122,7 @@ def _pictures(place: Path, arm: Arm, made: Sequence[Experiment]) -> tuple[Series
     return alone, together
 
 
-def _cruise(c: Cruise) -> dict[str, Any]:
+def _cruise(c: CruiseError) -> dict[str, Any]:
     words = {"joint": c.joint + 1, "side": c.side, "gravity": c.gravity, "predicted": c.predicted, "mean": c.mean}
     words |= {"least": c.least, "most": c.most, "slowest": c.slowest, "fastest": c.fastest, "sticks": c.sticks}
     return words | {"net_damping": c.net_damping, "stable": c.stable, "holds": c.holds}

@@ -11,10 +11,10 @@ from lwr_dyn.papers.catalog import open_paper
 from lwr_dyn.reproduction.checked_models import check_record, models_and_checks
 from lwr_dyn.reproduction.lwr4.exercise import Exercise, exercise
 from lwr_dyn.reproduction.lwr4.page import shown
-from lwr_dyn.reproduction.outcome import Outcome
+from lwr_dyn.reproduction.outcome import Reproduction
 
 
-def reproduce(folder: str | Path) -> Outcome:
+def reproduce(folder: str | Path) -> Reproduction:
     """Solve the exercise and write `folder`; raises `FileAccessError` when it cannot be written."""
     place, e = make_folder(folder), exercise()
     arm = arm_from_paper(open_paper("lwr4"))
@@ -30,7 +30,7 @@ def reproduce(folder: str | Path) -> Outcome:
     write_folder(place, {"exercise.txt": text + "\n"})
     record |= {"checks": check_record(reports)}
     holds = e.holds and all(r.holds for r in reports)
-    return Outcome(holds, text, record, shown=shown(arm, e, reports))
+    return Reproduction(holds, text, record, shown=shown(arm, e, reports))
 
 
 def _text(e: Exercise) -> str:

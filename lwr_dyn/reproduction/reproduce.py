@@ -11,18 +11,18 @@ from typing import Any
 
 from lwr_dyn.errors import OptionError, UnknownNameError
 from lwr_dyn.files import make_folder, write_folder
-from lwr_dyn.reproduction.counting import counts, counts_text, differing_text, entry_record
-from lwr_dyn.reproduction.judge import DIFFERS
+from lwr_dyn.reproduction.audit_sections import SPREAD, sections_of
+from lwr_dyn.reproduction.compare import DIFFERS
 from lwr_dyn.reproduction.ledger import ledger
-from lwr_dyn.reproduction.outcome import Outcome
+from lwr_dyn.reproduction.outcome import Reproduction
 from lwr_dyn.reproduction.pages import REPORT, page_of
-from lwr_dyn.reproduction.readings import SPREAD, sections_of
 from lwr_dyn.reproduction.report.page import write_report
 from lwr_dyn.reproduction.rooms import PAPERS, room
-from lwr_dyn.reproduction.verdicts import judged
+from lwr_dyn.reproduction.summary import counts, counts_text, differing_text, entry_record
+from lwr_dyn.reproduction.verdicts import compare_numbers
 from lwr_dyn.tables import json_text
 
-Say = Callable[[str], None]
+Progress = Callable[[str], None]
 ALL = "all"
 INCOMPLETE = "INCOMPLETE.txt"
 """Lies in a folder that an interrupt or an error left before it was whole."""
@@ -36,8 +36,8 @@ def reproduce(
     timing: str | None = None,
     fit: bool = False,
     with_spread: bool = False,
-    say: Say = lambda _: None,
-) -> Outcome:
+    progress: Progress = lambda _: None,
+) -> Reproduction:
     """Recompute a paper, or all of them side by side, and write `folder` (with "all": a folder a paper inside it).
 
     Parameters
@@ -71,34 +71,36 @@ def reproduce(
     if with_spread and paper not in (*SPREAD, ALL):
         raise OptionError("spread", f"given for {paper}", f"only for {', '.join(SPREAD)}, {ALL}")
     if paper == ALL:
-        return _all(make_folder(folder), with_spread, say)
-    return _one(paper, folder, timing, fit, with_spread, say)
+        return _all(make_folder(folder), with_spread, progress)
+    return _one(paper, folder, timing, fit, with_spread, progress)
 
 
-def _all(place: Path, with_spread: bool, say: Say) -> Outcome:
+def _all(place: Path, with_spread: bool, progress: Progress) -> Reproduction:
     """Each paper in a process of its own, two at a time."""
     with ProcessPoolExecutor(PROCESSES, mp_context=get_context("spawn")) as pool:
         begun = {paper: pool.submit(_quiet, paper, place / paper, with_spread) for paper in LONGEST_FIRST}
-        done: dict[str, Outcome] = {}
+        done: dict[str, Reproduction] = {}
         for paper in LONGEST_FIRST:
             done[paper] = begun[paper].result()
-            say(paper)
+            progress(paper)
     record = {paper: done[paper].record["counts"] for paper in PAPERS}
     holds = all(outcome.holds for outcome in done.values())
     write_folder(place, {"results.json": json_text({"papers": record, "holds": holds}) + "\n"})
-    return Outcome(holds, counts_text(record), {"papers": record, "holds": holds})
+    return Reproduction(holds, counts_text(record), {"papers": record, "holds": holds})
 
 
-def _quiet(paper: str, folder: Path, with_spread: bool) -> Outcome:
+def _quiet(paper: str, folder: Path, with_spread: bool) -> Reproduction:
     """One paper in a process of its own; what is sent back is small."""
     found = _one(paper, folder, None, False, with_spread, lambda _: None)
-    return Outcome(found.holds, "", {"counts": found.record["counts"]})
+    return Reproduction(found.holds, "", {"counts": found.record["counts"]})
 
 
-def _one(paper: str, folder: str | Path, timing: str | None, fit: bool, with_spread: bool, say: Say) -> Outcome:
+def _one(
+    paper: str, folder: str | Path, timing: str | None, fit: bool, with_spread: bool, progress: Progress
+) -> Reproduction:
     place = Path(folder)  # made by the room, once it knows its options
     try:
-        done = _written(paper, place, timing, fit, with_spread, say)
+        done = _written(paper, place, timing, fit, with_spread, progress)
     except BaseException:
         if place.is_dir():
             (place / INCOMPLETE).write_text("This folder was left before it was whole: run the command again.\n")
@@ -107,12 +109,14 @@ def _one(paper: str, folder: str | Path, timing: str | None, fit: bool, with_spr
     return done
 
 
-def _written(paper: str, place: Path, timing: str | None, fit: bool, with_spread: bool, say: Say) -> Outcome:
-    found = _report(paper, place, timing, fit, say)
-    say("verdicts and proofs")
+def _written(
+    paper: str, place: Path, timing: str | None, fit: bool, with_spread: bool, progress: Progress
+) -> Reproduction:
+    found = _report(paper, place, timing, fit, progress)
+    progress("verdicts and proofs")
     here = room(paper)
-    judgement, entries = judged(paper, slow=True, known=found.known), ledger(here)
-    say("readings")
+    judgement, entries = compare_numbers(paper, slow=True, known=found.known), ledger(here)
+    progress("readings")
     parts, read = sections_of(here, with_spread)
     summary = counts(judgement, entries)
     explained = not judgement.counts()[DIFFERS] and not judgement.counts(True)[DIFFERS]
@@ -124,26 +128,26 @@ def _written(paper: str, place: Path, timing: str | None, fit: bool, with_spread
     text = "\n\n".join(x for x in (counts_text({paper: summary}), differing_text(judgement), found.text) if x)
     write_folder(place, {"results.json": json_text(record) + "\n"})
     shown = replace(found.shown, sections=(*found.shown.sections, *parts))
-    done = Outcome(holds, text, record, found.known, shown)
-    say("report page")
+    done = Reproduction(holds, text, record, found.known, shown)
+    progress("report page")
     write_report(place / REPORT, page_of(here, done, judgement, entries, place))
     return done
 
 
-def _report(paper: str, place: Path, timing: str | None, fit: bool, say: Say) -> Outcome:
+def _report(paper: str, place: Path, timing: str | None, fit: bool, progress: Progress) -> Reproduction:
     """What the paper's room makes of it."""
     if paper == "lwr4plus":
-        from lwr_dyn.reproduction.lwr4plus import report as lwr4plus
+        from lwr_dyn.reproduction.lwr4plus import study as lwr4plus
 
-        return lwr4plus.reproduce(place, timing or lwr4plus.DEFAULT_TIMING, fit, say)
+        return lwr4plus.reproduce(place, timing or lwr4plus.DEFAULT_TIMING, fit, progress)
     if paper == "lwr4":
-        from lwr_dyn.reproduction.lwr4 import report as lwr4
+        from lwr_dyn.reproduction.lwr4 import study as lwr4
 
         return lwr4.reproduce(place)
     if paper == "wam7":
-        from lwr_dyn.reproduction.wam7 import report as wam7
+        from lwr_dyn.reproduction.wam7 import study as wam7
 
-        return wam7.reproduce(place, say)
-    from lwr_dyn.reproduction.kr30ha import report as kr30ha
+        return wam7.reproduce(place, progress)
+    from lwr_dyn.reproduction.kr30ha import study as kr30ha
 
-    return kr30ha.reproduce(place, say)
+    return kr30ha.reproduce(place, progress)
