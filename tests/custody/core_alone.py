@@ -1,0 +1,68 @@
+"""The core in an environment of its own: installed from a built wheel, the optional packages deleted."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+OPTIONAL = ("audit", "codegen", "identification", "krl", "reproduction", "symbolic")
+"""Packages of `lwr_dyn` that the core must run without."""
+NEEDED = ("pytest", "hypothesis")
+"""What tests of the core need beside it; `EVERYTHING` of them needs more."""
+EVERYTHING = (*NEEDED, "mujoco", "example-robot-data", "casadi", "matplotlib", "selenium")
+FOLDERS = (
+    "agreement", "checks", "cli", "control", "dynamics", "kinematics", "laws", "model", "papers", "simulation",
+    "trajectory", "urdf", "viewer",
+)  # fmt: skip
+"""Tests of the core."""
+
+
+def run(command: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
+    """A command in a folder without this checkout on its path."""
+
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
+
+
+def installed_core(folder: Path, packages: tuple[str, ...] = NEEDED) -> Path:
+    """The Python of a new environment with the wheel, its plain dependencies and `packages`; raises `RuntimeError`.
+
+    `folder` also gets the tests and the committed models, but no source: what is imported comes from the wheel.
+    """
+    source = folder / "source"
+    shutil.copytree(ROOT / "lwr_dyn", source / "lwr_dyn", ignore=shutil.ignore_patterns("__pycache__"))
+    for name in ("pyproject.toml", "README.md", "LICENSE"):
+        shutil.copy(ROOT / name, source / name)
+    python = folder / "environment" / "bin" / "python"
+    steps = (
+        [sys.executable, "-m", "pip", "wheel", "-q", "--no-deps", "-w", str(folder), str(source)],
+        [sys.executable, "-m", "venv", str(folder / "environment")],
+    )
+    for step in steps:
+        _succeed(step, folder)
+    wheel = next(folder.glob("*.whl"))
+    _succeed([str(python), "-m", "pip", "install", "-q", str(wheel), *packages], folder)
+    site = next((folder / "environment" / "lib").glob("python3*")) / "site-packages" / "lwr_dyn"
+    for name in OPTIONAL:
+        shutil.rmtree(site / name)
+    shutil.rmtree(source)
+    shutil.copytree(ROOT / "tests", folder / "tests", ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copytree(ROOT / "models", folder / "models")
+    shutil.copy(ROOT / "pyproject.toml", folder / "pyproject.toml")
+    return python
+
+
+def run_tests(python: Path, folder: Path, names: tuple[str, ...]) -> subprocess.CompletedProcess[str]:
+    """The tests of these folders in the environment."""
+    places = [f"tests/{name}" for name in names]
+    return run([str(python), "-m", "pytest", "-q", "-p", "no:cacheprovider", *places], folder)
+
+
+def _succeed(command: list[str], folder: Path) -> None:
+    process = run(command, folder)
+    if process.returncode != 0:
+        raise RuntimeError(f"{' '.join(command)}: {process.stderr[-2000:]}")
