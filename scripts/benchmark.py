@@ -35,7 +35,7 @@ def single_calls(pairs: int) -> None:
     arm = lwr_dyn.load("lwr4plus")
     dyn = lwr_dyn.dynamics_of(arm)
     q, dq, ddq = np.random.default_rng(0).uniform(-1, 1, (3, arm.n))
-    model, data = dyn.model, dyn.data
+    model, data = dyn.ungated.model, dyn.ungated.data
     raw: dict[str, Call] = {
         "mass_matrix": lambda: pin.crba(model, data, q),
         "coriolis_matrix": lambda: pin.computeCoriolisMatrix(model, data, q, dq),
@@ -67,7 +67,7 @@ def batches(pairs: int) -> None:
     """The hand-written recursion over many states at once against a loop of raw Pinocchio calls."""
     arm = lwr_dyn.load("lwr4plus")
     dyn, road_b = lwr_dyn.dynamics_of(arm), lwr_dyn.dynamics_of(arm, "newton-euler")
-    model, data, count = dyn.model, dyn.data, 10000
+    model, data, count = dyn.ungated.model, dyn.ungated.data, 10000
     q, dq, ddq = np.random.default_rng(1).uniform(-1, 1, (3, count, arm.n))
 
     def loop() -> None:
@@ -87,7 +87,7 @@ def closed_loop(pairs: int) -> None:
     dyn, reference = lwr_dyn.dynamics_of(arm), ist_reference(arm)
     motion = reference.sample(np.arange(14000) / 1000.0)
     controller = InverseDynamics(dyn, 2500.0, 100.0)
-    model, data, h = dyn.model, dyn.data, 1e-3
+    model, data, h = dyn.ungated.model, dyn.ungated.data, 1e-3
 
     def bare() -> None:
         q, v = motion.q[0].copy(), motion.dq[0].copy()

@@ -8,7 +8,8 @@ from lwr_dyn.arrays import Array
 from lwr_dyn.checks.laws import EXACT, coriolis_floor, relative, torque_floor
 from lwr_dyn.checks.states import States
 from lwr_dyn.checks.verdict import Verdict
-from lwr_dyn.dynamics.newton_euler import NewtonEuler
+from lwr_dyn.dynamics.gate import Gated
+from lwr_dyn.dynamics.newton_euler import Recursion
 from lwr_dyn.dynamics.protocol import Dynamics
 from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.model.arm import Arm
@@ -20,7 +21,7 @@ METRES = 1e-12
 """Poses [m and entries of R]: the arm is about a metre long, each of its products rounds at 1e-16."""
 
 
-def roads_agree(road_a: Dynamics, road_b: NewtonEuler, states: States) -> list[Verdict]:
+def roads_agree(road_a: Dynamics, road_b: Gated[Recursion], states: States) -> list[Verdict]:
     """B, C, g, inverse and forward dynamics of both roads over the same states."""
     q, dq, ddq = states.q, states.dq, states.ddq
     tau = road_b.inverse_dynamics(q, dq, ddq)

@@ -9,8 +9,9 @@ from lwr_dyn.checks.laws import gravity_law, mass_matrix_laws, velocity_laws
 from lwr_dyn.checks.states import States, random_states
 from lwr_dyn.checks.swing import swing_verdict
 from lwr_dyn.checks.verdict import Report
-from lwr_dyn.dynamics.newton_euler import NewtonEuler
-from lwr_dyn.dynamics.pinocchio_engine import Pinocchio, flange_poses
+from lwr_dyn.dynamics.gate import Gated
+from lwr_dyn.dynamics.newton_euler import Recursion, newton_euler_dynamics
+from lwr_dyn.dynamics.pinocchio_engine import flange_poses, pinocchio_dynamics
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.papers.schema import Paper
 
@@ -36,7 +37,7 @@ def check_arm(arm: Arm, paper: Paper | None = None, states: int = STATES, seed: 
     if arm.chain.bodies is None:
         notes = ("masses and inertias are not given: no dynamics to check",)
         return Report(arm.name, arm.reading, tuple(verdicts), notes)
-    road_a, road_b = Pinocchio(arm), NewtonEuler(arm.chain)
+    road_a, road_b = pinocchio_dynamics(arm), newton_euler_dynamics(arm.chain)
     verdicts += feasibility_verdicts(arm)
     verdicts += mass_matrix_laws(road_a, x)
     verdicts += velocity_laws(road_a, road_b.ungated, x)
@@ -46,11 +47,11 @@ def check_arm(arm: Arm, paper: Paper | None = None, states: int = STATES, seed: 
     return Report(arm.name, arm.reading, tuple(verdicts), _notes(arm, road_b, x))
 
 
-def _notes(arm: Arm, road_b: NewtonEuler, x: States) -> tuple[str, ...]:
+def _notes(arm: Arm, road_b: Gated[Recursion], x: States) -> tuple[str, ...]:
     if all(link.rotor is None for link in arm.chain.links):
         return ("no rotor inertia is given",)
     if all(link.rotor is None or link.rotor.reflected for link in arm.chain.links):
         return ("rotor inertia is given at the joints, without gear ratios: no spin couplings to compute",)
-    full = NewtonEuler(arm.chain, rotors="full")
+    full = newton_euler_dynamics(arm.chain, rotors="full")
     more = abs(full.inverse_dynamics(x.q, x.dq, x.ddq) - road_b.inverse_dynamics(x.q, x.dq, x.ddq)).max()
     return (f"rotors' spin couplings, which engines drop: at most {more:.2g} N m over these states",)

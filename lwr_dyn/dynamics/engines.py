@@ -14,17 +14,17 @@ ENGINES: Registry[Callable[[Arm, str], Dynamics]] = Registry(
     "engine",
     {
         "pinocchio": Row(
-            "lwr_dyn.dynamics.pinocchio_engine:pinocchio_engine",
+            "lwr_dyn.dynamics.pinocchio_engine:pinocchio_dynamics",
             "URDF text and Pinocchio",
             facts={"rotors": ("armature",)},
         ),
         "newton-euler": Row(
-            "lwr_dyn.dynamics.newton_euler:newton_euler_engine",
+            "lwr_dyn.dynamics.newton_euler:newton_euler_of_arm",
             "the recursion on the paper's own frames",
             facts={"rotors": ROTORS},
         ),
         "kernels": Row(
-            "lwr_dyn.codegen.engine:Kernels",
+            "lwr_dyn.codegen.engine:kernel_engine",
             "generated code, for large batches",
             extra="batch",
             facts={"rotors": ROTORS},

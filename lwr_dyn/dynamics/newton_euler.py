@@ -1,4 +1,4 @@
-"""Road B as an engine: B, C and g drawn from the recursion as the LWR 4+ paper draws them.
+"""Road B as an engine: B, C and g derived from the recursion as in the LWR 4+ paper.
 
 g(q) = NE(q, 0, 0); column j of B = NE(q, 0, e_j) without gravity; C e_j = [h(dq + e_j) - h(dq) - h(e_j)] / 2 with
 h(dq) = NE(q, dq, 0) without gravity, which is quadratic in dq: its polar form is the Christoffel matrix.
@@ -7,13 +7,12 @@ h(dq) = NE(q, dq, 0) without gravity, which is quadratic in dq: its polar form i
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from lwr_dyn.arrays import Array, joint_array, same_batch
+from lwr_dyn.dynamics.gate import Gated
 from lwr_dyn.dynamics.recursion import LinkConstants, Rotors, inverse_dynamics, link_constants, potential_energy
 from lwr_dyn.model.chain import Chain
 from lwr_dyn.model.vectors import ZERO, Scalar, Vector
@@ -23,7 +22,7 @@ _REST = 0.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Recursion:
-    """The ungated maths of a chain: arrays (..., n) of any scalar NumPy can hold, symbols too."""
+    """The functions of a chain without the gate: arrays (..., n) of any scalar NumPy can hold, symbols too."""
 
     links: tuple[LinkConstants, ...]
     gravity: Vector
@@ -89,65 +88,12 @@ def _joined(scalars: Sequence[Scalar]) -> Any:
     return np.stack(np.broadcast_arrays(*scalars), axis=-1)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class NewtonEuler:
-    """The engine "newton-euler": `Recursion` behind the shape gate; implements the `Dynamics` protocol."""
-
-    chain: Chain
-    rotors: Rotors = "armature"
-    ungated: Recursion = field(init=False)
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "ungated", Recursion.of(self.chain, self.rotors))
-
-    @property
-    def n(self) -> int:
-        """Number of joints."""
-        return self.chain.n
-
-    def _gate(self, **arrays: ArrayLike) -> list[Array]:
-        checked = {name: joint_array(name, value, self.n) for name, value in arrays.items()}
-        batch = same_batch(**checked)
-        return [np.broadcast_to(a, (*batch, self.n)) for a in checked.values()]
-
-    def mass_matrix(self, q: ArrayLike) -> Array:
-        """B(q), (..., n, n)."""
-        (checked,) = self._gate(q=q)
-        return _array(np.broadcast_to(self.ungated.mass_matrix(checked), (*checked.shape, self.n)))
-
-    def coriolis_matrix(self, q: ArrayLike, dq: ArrayLike) -> Array:
-        """C(q, dq), (..., n, n), Christoffel form."""
-        checked, speed = self._gate(q=q, dq=dq)
-        return _array(np.broadcast_to(self.ungated.coriolis_matrix(checked, speed), (*checked.shape, self.n)))
-
-    def gravity_vector(self, q: ArrayLike) -> Array:
-        """g(q), (..., n)."""
-        (checked,) = self._gate(q=q)
-        return _array(np.broadcast_to(self.ungated.gravity_vector(checked), checked.shape))
-
-    def bias_torque(self, q: ArrayLike, dq: ArrayLike) -> Array:
-        """C(q, dq) dq + g(q), (..., n)."""
-        checked, speed = self._gate(q=q, dq=dq)
-        return _array(np.broadcast_to(self.ungated.bias_torque(checked, speed), checked.shape))
-
-    def inverse_dynamics(self, q: ArrayLike, dq: ArrayLike, ddq: ArrayLike) -> Array:
-        """tau, (..., n)."""
-        return _array(self.ungated.inverse_dynamics(*self._gate(q=q, dq=dq, ddq=ddq)))
-
-    def forward_dynamics(self, q: ArrayLike, dq: ArrayLike, tau: ArrayLike) -> Array:
-        """ddq = B^-1 (tau - C dq - g), (..., n)."""
-        return _array(self.ungated.forward_dynamics(*self._gate(q=q, dq=dq, tau=tau)))
-
-    def potential_energy(self, q: ArrayLike) -> Array:
-        """U(q), (...)."""
-        (checked,) = self._gate(q=q)
-        return _array(np.broadcast_to(self.ungated.potential_energy(checked), checked.shape[:-1]))
+def newton_euler_dynamics(chain: Chain, rotors: Rotors = "armature") -> Gated[Recursion]:
+    """The recursion of a chain behind the shape gate; implements the `Dynamics` protocol."""
+    recursion = Recursion.of(chain, rotors)
+    return Gated("newton-euler", chain.n, recursion, batched=recursion)
 
 
-def _array(value: Any) -> Array:
-    return np.array(value, dtype=np.float64)
-
-
-def newton_euler_engine(arm: Any, rotors: Rotors) -> NewtonEuler:
-    """The row "newton-euler" of the engines."""
-    return NewtonEuler(arm.require_dynamics(), rotors)
+def newton_euler_of_arm(arm: Any, rotors: Rotors) -> Gated[Recursion]:
+    """The engine "newton-euler"; raises `MissingDataError` for an arm without inertias."""
+    return newton_euler_dynamics(arm.require_dynamics(), rotors)

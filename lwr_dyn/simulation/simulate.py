@@ -125,9 +125,10 @@ def simulate(
     friction_rate = check_rate(body, choice, start[0], settings)
     sensor = None if encoder is None else encoder.sensor(start[0], start[1], motion.t.size, rate, seed)
     log, flow = Log.blank(motion, start, continuous, sticks=body.dry is not None), _flow(body, settings)
+    engine_name = engine if isinstance(engine, str) else getattr(engine, "name", type(engine).__name__)
     story = {
         **origin(arm), "plant": origin(moved), "payload": _payload(payload, payload_com, payload_inertia),
-        "controller": describe(controller), "engine": engine if isinstance(engine, str) else type(engine).__name__,
+        "controller": describe(controller), "engine": engine_name,
         "reference": {
             "name": type(reference).__name__, "duration": float(reference.duration),
             "about": dict(getattr(reference, "about", {})),

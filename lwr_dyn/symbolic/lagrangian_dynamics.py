@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 import sympy as sp
-from numpy.typing import ArrayLike
 
-from lwr_dyn.arrays import Array, joint_array, same_batch
+from lwr_dyn.arrays import Array
+from lwr_dyn.dynamics.gate import Gated
 from lwr_dyn.errors import OptionError
 from lwr_dyn.symbolic.lagrangian import EquationsOfMotion
 
@@ -18,7 +18,7 @@ Entries = Callable[..., Sequence[Any]]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Compiled:
+class CompiledEquations:
     """Functions of (q, dq, ddq, parameters), scalars or batches, that give entries in order; no symbol is left."""
 
     equations: EquationsOfMotion
@@ -28,7 +28,7 @@ class Compiled:
     tau: Entries
     U: Entries
 
-    def at(self, values: Mapping[str, float]) -> LagrangianDynamics:
+    def at(self, values: Mapping[str, float]) -> Gated[LagrangianCalls]:
         """The engine at `values`, one for every parameter of the equations; further names are ignored.
 
         Raises `OptionError` for a parameter without a value.
@@ -37,10 +37,11 @@ class Compiled:
         missing = [name for name in names if name not in values]
         if missing:
             raise OptionError("values", f"none for {', '.join(missing)}", f"a number for each of {', '.join(names)}")
-        return LagrangianDynamics(self, tuple(float(values[name]) for name in names))
+        calls = LagrangianCalls(self, tuple(float(values[name]) for name in names))
+        return Gated("euler-lagrange", self.equations.n, calls, batched=calls)
 
 
-def compile_equations(equations: EquationsOfMotion) -> Compiled:
+def compile_equations(equations: EquationsOfMotion) -> CompiledEquations:
     """The equations as functions of NumPy arrays, common factors computed once."""
     x = equations.variables
     symbols = [*x.q, *x.dq, *x.ddq, *equations.parameters]
@@ -50,56 +51,47 @@ def compile_equations(equations: EquationsOfMotion) -> Compiled:
         return compiled
 
     e = equations
-    return Compiled(e, function(e.B), function(e.C), function(e.g), function(e.tau), function([e.potential]))
+    return CompiledEquations(e, function(e.B), function(e.C), function(e.g), function(e.tau), function([e.potential]))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class LagrangianDynamics:
-    """Symbolic equations with numbers in them, behind the shape gate; implements the `Dynamics` protocol."""
+class LagrangianCalls:
+    """The compiled equations with numbers for their parameters: functions of states (..., n), nothing checked."""
 
-    compiled: Compiled
+    compiled: CompiledEquations
     values: tuple[float, ...]
 
-    @property
-    def n(self) -> int:
-        """Number of joints."""
-        return self.compiled.equations.n
+    def _entries(self, entries: Entries, axes: int, q: Any, dq: Any = None, ddq: Any = None) -> Array:
+        batch, n = q.shape[:-1], q.shape[-1]
+        states = [np.zeros(n) if x is None else x for x in (q, dq, ddq)]
+        scalars = [x[..., i] for x in states for i in range(n)]
+        rows = [np.broadcast_to(np.asarray(v, dtype=np.float64), batch) for v in entries(*scalars, *self.values)]
+        return np.stack(rows, axis=-1).reshape((*batch, *(n,) * axes))
 
-    def _entries(self, entries: Entries, shape: tuple[int, ...], **arrays: ArrayLike) -> Array:
-        checked = {name: joint_array(name, value, self.n) for name, value in arrays.items()}
-        batch = same_batch(**checked)
-        rest = np.zeros(self.n)
-        states = [checked.get(name, rest) for name in ("q", "dq", "ddq")]
-        scalars = [x[..., i] for x in states for i in range(self.n)]
-        found = [np.broadcast_to(np.asarray(v, dtype=np.float64), batch) for v in entries(*scalars, *self.values)]
-        return np.stack(found, axis=-1).reshape(*batch, *shape)
-
-    def mass_matrix(self, q: ArrayLike) -> Array:
+    def mass_matrix(self, q: Any) -> Array:
         """B(q), (..., n, n)."""
-        return self._entries(self.compiled.B, (self.n, self.n), q=q)
+        return self._entries(self.compiled.B, 2, q)
 
-    def coriolis_matrix(self, q: ArrayLike, dq: ArrayLike) -> Array:
+    def coriolis_matrix(self, q: Any, dq: Any) -> Array:
         """C(q, dq), (..., n, n), Christoffel form."""
-        return self._entries(self.compiled.C, (self.n, self.n), q=q, dq=dq)
+        return self._entries(self.compiled.C, 2, q, dq)
 
-    def gravity_vector(self, q: ArrayLike) -> Array:
+    def gravity_vector(self, q: Any) -> Array:
         """g(q), (..., n)."""
-        return self._entries(self.compiled.g, (self.n,), q=q)
+        return self._entries(self.compiled.g, 1, q)
 
-    def bias_torque(self, q: ArrayLike, dq: ArrayLike) -> Array:
+    def bias_torque(self, q: Any, dq: Any) -> Array:
         """C(q, dq) dq + g(q), (..., n): the Lagrange equations without acceleration."""
-        return self._entries(self.compiled.tau, (self.n,), q=q, dq=dq)
+        return self._entries(self.compiled.tau, 1, q, dq)
 
-    def inverse_dynamics(self, q: ArrayLike, dq: ArrayLike, ddq: ArrayLike) -> Array:
+    def inverse_dynamics(self, q: Any, dq: Any, ddq: Any) -> Array:
         """tau, (..., n): the Lagrange equations."""
-        return self._entries(self.compiled.tau, (self.n,), q=q, dq=dq, ddq=ddq)
+        return self._entries(self.compiled.tau, 1, q, dq, ddq)
 
-    def forward_dynamics(self, q: ArrayLike, dq: ArrayLike, tau: ArrayLike) -> Array:
+    def forward_dynamics(self, q: Any, dq: Any, tau: Any) -> Any:
         """ddq = B^-1 (tau - C dq - g), (..., n)."""
-        torque = joint_array("tau", tau, self.n)
-        rest = torque - self.bias_torque(q, dq)
-        return np.asarray(np.linalg.solve(self.mass_matrix(q), rest[..., None])[..., 0])
+        return np.linalg.solve(self.mass_matrix(q), (tau - self.bias_torque(q, dq))[..., None])[..., 0]
 
-    def potential_energy(self, q: ArrayLike) -> Array:
+    def potential_energy(self, q: Any) -> Array:
         """U(q), (...)."""
-        return self._entries(self.compiled.U, (), q=q)
+        return self._entries(self.compiled.U, 0, q)

@@ -10,7 +10,7 @@ import numpy as np
 from lwr_dyn.arrays import Array
 from lwr_dyn.checks.states import ACCELERATION, SPEED
 from lwr_dyn.checks.verdict import Verdict
-from lwr_dyn.dynamics.pinocchio_engine import Pinocchio
+from lwr_dyn.dynamics.pinocchio_engine import pinocchio_dynamics
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import Body, Chain
 from lwr_dyn.papers.assembly import dh_rows
@@ -47,7 +47,7 @@ def symbolic_verdicts(
     for _ in range(count):
         chain, lengths = _random_chain(bare.chain, paper, rng)
         symbolic = compiled.at(symbol_values(chain) | lengths)
-        engine = Pinocchio(reduced_arm(replace(bare, chain=chain), moving, still))
+        engine = pinocchio_dynamics(reduced_arm(replace(bare, chain=chain), moving, still))
         q = rng.uniform(-np.pi, np.pi, len(moving))
         state = (q, rng.uniform(-SPEED, SPEED, q.size), rng.uniform(-ACCELERATION, ACCELERATION, q.size))
         for name, takes in QUANTITIES.items():

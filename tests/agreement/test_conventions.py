@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from lwr_dyn.dynamics.newton_euler import NewtonEuler
-from lwr_dyn.dynamics.pinocchio_engine import Pinocchio
+from lwr_dyn.dynamics.newton_euler import newton_euler_dynamics
+from lwr_dyn.dynamics.pinocchio_engine import pinocchio_dynamics
 from lwr_dyn.model.arm import Arm, JointLimits
 from lwr_dyn.model.chain import Chain, ChainLink, Rotor, link_frames, lock_joint, with_payload
 from lwr_dyn.model.dh import Convention, DHRow, JointKind
@@ -41,8 +41,8 @@ def two_chains(seed, kinds):
 def test_both_conventions_give_the_same_torque(seed, kinds, rotors):
     standard, modified = two_chains(seed, kinds)
     q, dq, ddq = np.random.default_rng(seed).uniform(-2, 2, (3, 20, len(kinds)))
-    a = NewtonEuler(standard, rotors).inverse_dynamics(q, dq, ddq)
-    b = NewtonEuler(modified, rotors).inverse_dynamics(q, dq, ddq)
+    a = newton_euler_dynamics(standard, rotors).inverse_dynamics(q, dq, ddq)
+    b = newton_euler_dynamics(modified, rotors).inverse_dynamics(q, dq, ddq)
     assert np.abs(a - b).max() <= EXACT * np.abs(a).max()
     flange_a, flange_b = list(link_frames(standard, q))[-1], list(link_frames(modified, q))[-1]
     assert np.abs(flange_a - flange_b).max() <= 1e-12
@@ -56,9 +56,9 @@ def test_a_locked_joint_moves_like_one_that_is_held(index):
     q, dq, ddq = rng.uniform(-1, 1, (3, 10, 4))
     q[:, index], dq[:, index], ddq[:, index] = value, 0.0, 0.0
     free = np.delete(np.arange(4), index)
-    held = NewtonEuler(chain).inverse_dynamics(q, dq, ddq)[:, free]
+    held = newton_euler_dynamics(chain).inverse_dynamics(q, dq, ddq)[:, free]
     locked_chain = lock_joint(chain, index, value)
-    locked = NewtonEuler(locked_chain).inverse_dynamics(q[:, free], dq[:, free], ddq[:, free])
+    locked = newton_euler_dynamics(locked_chain).inverse_dynamics(q[:, free], dq[:, free], ddq[:, free])
     assert np.abs(held - locked).max() <= EXACT * np.abs(held).max()
     poses = list(link_frames(chain, q))[-1] - list(link_frames(locked_chain, q[:, free]))[-1]
     assert np.abs(poses).max() <= 1e-12
@@ -69,11 +69,11 @@ def test_a_payload_is_seen_by_both_roads_and_weighs_what_it_weighs():
     loaded = with_payload(chain, 3.0, com=(0.1, 0.0, 0.2))
     arm = Arm("loaded", "", "", loaded, (JointLimits(),) * 3)
     q = np.random.default_rng(2).uniform(-1, 1, 3)
-    roads = Pinocchio(arm), NewtonEuler(loaded)
+    roads = pinocchio_dynamics(arm), newton_euler_dynamics(loaded)
     torques = [road.gravity_vector(q) for road in roads]
     assert np.abs(torques[0] - torques[1]).max() <= EXACT * np.abs(torques[0]).max()
     step = 1e-6
-    more = torques[1] - NewtonEuler(chain).gravity_vector(q)
+    more = torques[1] - newton_euler_dynamics(chain).gravity_vector(q)
     point = [
         (list(link_frames(chain, q + s * step * np.eye(3)))[-1] @ np.array([0.1, 0, 0.2, 1]))[:, :3] for s in (1, -1)
     ]

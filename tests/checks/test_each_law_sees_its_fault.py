@@ -11,7 +11,7 @@ from lwr_dyn.checks.agreement import tabulated_frames
 from lwr_dyn.checks.laws import gravity_law, mass_matrix_laws, velocity_laws
 from lwr_dyn.checks.states import random_states
 from lwr_dyn.checks.swing import energy_drift
-from lwr_dyn.dynamics.newton_euler import NewtonEuler
+from lwr_dyn.dynamics.newton_euler import newton_euler_dynamics
 from lwr_dyn.papers.catalog import open_paper
 
 SMALL = 1e-6
@@ -28,7 +28,7 @@ class Faulty:
     """Road B with one of its answers changed."""
 
     def __init__(self, chain, **changes):
-        self.right, self.changes = NewtonEuler(chain), changes
+        self.right, self.changes = newton_euler_dynamics(chain), changes
         self.n = chain.n
 
     def __getattr__(self, name):
@@ -66,20 +66,24 @@ def test_mass_matrix_laws(arm, states):
 @pytest.mark.parametrize("name", ["coriolis_matrix", "bias_torque"])
 def test_velocity_laws(arm, states, name):
     wrong = Faulty(arm.chain, **{name: lambda x: x * (1 + SMALL)})
-    found = failing(velocity_laws(wrong, NewtonEuler(arm.chain).ungated, states))
+    found = failing(velocity_laws(wrong, newton_euler_dynamics(arm.chain).ungated, states))
     assert "C dq + g - bias torque" in found
     assert ("dB/dt - C - C^T" in found) is (name == "coriolis_matrix")
 
 
 def test_gravity_law(arm, states):
     wrong = Faulty(arm.chain, gravity_vector=lambda g: g + SMALL)
-    assert not gravity_law(wrong, NewtonEuler(arm.chain).ungated, states).holds
+    assert not gravity_law(wrong, newton_euler_dynamics(arm.chain).ungated, states).holds
 
 
 def test_energy_drift_sees_a_brake(arm):
     brake = Faulty(arm.chain, forward_dynamics=lambda ddq: ddq * (1 - 1e-3))
     q, dq = np.full(7, 0.3), np.full(7, 0.2)
-    assert energy_drift(brake, q, dq, seconds=0.2) > 1e-6 > energy_drift(NewtonEuler(arm.chain), q, dq, seconds=0.2)
+    assert (
+        energy_drift(brake, q, dq, seconds=0.2)
+        > 1e-6
+        > energy_drift(newton_euler_dynamics(arm.chain), q, dq, seconds=0.2)
+    )
 
 
 def test_tabulated_frames_see_the_rows_as_printed():

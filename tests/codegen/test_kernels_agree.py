@@ -9,7 +9,7 @@ from lwr_dyn.checks.laws import gravity_law, mass_matrix_laws, velocity_laws
 from lwr_dyn.checks.states import random_states
 from lwr_dyn.codegen.functions import FUNCTIONS
 from lwr_dyn.codegen.trace import EXPRESSIONS
-from lwr_dyn.dynamics.newton_euler import NewtonEuler
+from lwr_dyn.dynamics.newton_euler import newton_euler_dynamics
 from scripts.benchmarks.kernel_peers import pinocchio_answers, relative_difference
 from tests.arms import random_arm
 from tests.codegen.evaluate import evaluated, states
@@ -69,7 +69,11 @@ def test_arms_that_nobody_drew_agree(seed, joints):
 @pytest.mark.parametrize("robot", ROBOTS)
 def test_the_engine_passes_the_laws_and_agrees_with_road_b(robot):
     arm = lwr_dyn.load(robot)
-    x, kernels, road_b = random_states(arm, 200, seed=4), lwr_dyn.dynamics_of(arm, "kernels"), NewtonEuler(arm.chain)
+    x, kernels, road_b = (
+        random_states(arm, 200, seed=4),
+        lwr_dyn.dynamics_of(arm, "kernels"),
+        newton_euler_dynamics(arm.chain),
+    )
     verdicts = [
         *mass_matrix_laws(kernels, x),
         *velocity_laws(kernels, road_b.ungated, x),

@@ -1,11 +1,13 @@
-"""The shape gate of both engines: batches, lists, and one clear error for anything else."""
+"""The shape gate of all engines: batches, lists, and one clear error for anything else."""
 
 import numpy as np
 import pytest
 
 import lwr_dyn
 from lwr_dyn.dynamics.engines import ENGINES
+from lwr_dyn.dynamics.protocol import Dynamics
 from lwr_dyn.errors import MissingDataError, OptionError, ShapeError, UnknownNameError
+from tests.arms import random_arm
 
 METHODS = {
     "mass_matrix": 1,
@@ -60,6 +62,19 @@ def test_no_value_that_is_not_finite_slips_through(engine, method, bad):
                 getattr(engine, method)(*x[: METHODS[method]])
 
 
+@pytest.mark.parametrize("seed", range(12))
+def test_no_value_that_is_not_finite_slips_through_whatever_the_joints(seed):
+    """Sliding joints hide more: B_11 of a sliding first joint is the mass of the arm at every q."""
+    arm = random_arm(seed)
+    engine = lwr_dyn.dynamics_of(arm)
+    for method, count in METHODS.items():
+        for argument, joint in np.ndindex(count, arm.n):
+            x = np.full((3, arm.n), 0.3)
+            x[argument, joint] = np.nan
+            with pytest.raises(ShapeError, match=f"at index \\({joint},\\)"):
+                getattr(engine, method)(*x[:count])
+
+
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("shape", [(6,), (7, 1), (8,), ()])
 def test_a_wrong_number_of_joints_is_refused(engine, method, shape):
@@ -79,6 +94,12 @@ def test_results_are_the_callers_own(engine):
     kept = B.copy()
     engine.mass_matrix(-q)
     assert np.array_equal(B, kept)
+
+
+def test_an_engine_says_what_it_is(engine):
+    assert isinstance(engine, Dynamics)
+    assert repr(engine) == f"<engine {engine.name}, 7 joints>"
+    assert engine.mass_matrix.__doc__ == Dynamics.mass_matrix.__doc__
 
 
 def test_names_and_options_that_do_not_exist():

@@ -55,7 +55,7 @@ def test_engines_agree_on_the_motion():
     for run in runs[1:]:
         np.testing.assert_allclose(run.q, runs[0].q, rtol=0, atol=1e-11)
         np.testing.assert_allclose(np.diff(run.energy), np.diff(runs[0].energy), rtol=0, atol=1e-9)
-    assert [run.meta["engine"] for run in runs] == ["pinocchio", "newton-euler", "NewtonEuler"]
+    assert [run.meta["engine"] for run in runs] == ["pinocchio", "newton-euler", "newton-euler"]
 
 
 def test_sampled_tends_to_continuous():

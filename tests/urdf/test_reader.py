@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 
 import lwr_dyn
-from lwr_dyn.dynamics.newton_euler import NewtonEuler
+from lwr_dyn.dynamics.newton_euler import newton_euler_dynamics
 from lwr_dyn.errors import FileAccessError, LwrDynError, MissingDataError, UnknownNameError, UrdfError
 from lwr_dyn.model.chain import Body, lock_joint
 from lwr_dyn.model.dh import JointKind
@@ -35,7 +35,7 @@ def same_motion(a, b):
 def same_dynamics(a, b):
     """B, C, g and the flange; a single joint has C = 0, which is compared on the scale of B."""
     q, dq = np.random.default_rng(3).uniform(-2, 2, (2, 20, a.n))
-    one, two = NewtonEuler(a.chain), NewtonEuler(b.chain)
+    one, two = newton_euler_dynamics(a.chain), newton_euler_dynamics(b.chain)
     mass = two.mass_matrix(q)
     return (
         close(one.mass_matrix(q), mass)
@@ -185,7 +185,7 @@ def test_a_link_without_inertial_is_massless_only_if_mass_hangs_on_it(tmp_path):
     joints = joint("j1", "a", "b"), joint("j2", "b", "c", axis="1 0 0")
     inner = read_urdf(written(tmp_path, robot(*joints, a="", b="", c=LINK)))
     assert inner.chain.links[0].body.mass == Body.nothing().mass
-    assert np.linalg.eigvalsh(NewtonEuler(inner.chain).mass_matrix([0.1, 0.2]))[0] > 0.0
+    assert np.linalg.eigvalsh(newton_euler_dynamics(inner.chain).mass_matrix([0.1, 0.2]))[0] > 0.0
     outer = read_urdf(written(tmp_path, robot(*joints, a=LINK, b=LINK, c="")))
     assert outer.chain.links[1].body is None
     with pytest.raises(MissingDataError):
