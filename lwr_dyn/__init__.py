@@ -15,11 +15,14 @@ __version__ = VERSION
 
 if TYPE_CHECKING:
     from lwr_dyn.front import batch_dynamics as batch_dynamics
+    from lwr_dyn.front import controller as controller
     from lwr_dyn.front import dynamics_of as dynamics_of
+    from lwr_dyn.front import engines as engines
     from lwr_dyn.front import forward_kinematics as forward_kinematics
     from lwr_dyn.front import inverse_kinematics as inverse_kinematics
     from lwr_dyn.front import load as load
     from lwr_dyn.front import readings as readings
+    from lwr_dyn.front import reference as reference
     from lwr_dyn.front import replay as replay
     from lwr_dyn.front import robots as robots
     from lwr_dyn.front import simulate as simulate
@@ -29,11 +32,14 @@ if TYPE_CHECKING:
 __all__ = [
     "Run",
     "batch_dynamics",
+    "controller",
     "dynamics_of",
+    "engines",
     "forward_kinematics",
     "inverse_kinematics",
     "load",
     "readings",
+    "reference",
     "replay",
     "robots",
     "simulate",

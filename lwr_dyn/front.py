@@ -111,7 +111,7 @@ def urdf_text(arm: Arm) -> str:
 
 
 def dynamics_of(arm: Arm, engine: str = "pinocchio", rotors: str = "armature") -> Dynamics:
-    """The dynamics of an arm by the engine "pinocchio", "newton-euler" or "kernels" (generated, for large batches).
+    """The dynamics of an arm by one of `engines()`: "pinocchio", "newton-euler", or "kernels" for large batches.
 
     Rotors other than "armature" ("full", "none") need one of the last two; see `dynamics.engines.dynamics_of`.
     Raises `UnknownNameError` (no such engine), `OptionError` (rotors it does not know), `MissingDataError` (no masses),
@@ -120,6 +120,48 @@ def dynamics_of(arm: Arm, engine: str = "pinocchio", rotors: str = "armature") -
     from lwr_dyn.dynamics import engines
 
     return engines.dynamics_of(_an_arm(arm), engine, rotors)
+
+
+def engines() -> dict[str, str]:
+    """Names of the engines of `dynamics_of`, with a line on each.
+
+    >>> list(engines())[:2]
+    ['pinocchio', 'newton-euler']
+    """
+    from lwr_dyn.dynamics.engines import ENGINES
+
+    return {name: ENGINES[name].about for name in ENGINES.names}
+
+
+def controller(name: str, arm: Arm, *, engine: str | Dynamics = "pinocchio", **options: Any) -> Controller:
+    """A controller by name ("pd-gravity", "pid", "inverse-dynamics", or one that a package adds), or from a .py file.
+
+    Options are those of its factory, such as omega_n [rad/s] and xi; see
+    `lwr_dyn.control.controllers.make_controller`, whose errors it raises.
+
+    >>> controller("inverse-dynamics", load("lwr4plus"), omega_n=20.0).Kp[0]
+    np.float64(400.0)
+    """
+    from lwr_dyn.control.controllers import make_controller
+
+    return make_controller(name, _an_arm(arm), engine, **options)
+
+
+def reference(name: str, arm: Arm, **options: Any) -> Reference:
+    """A reference for the joints by name: "ist", "point-to-point", "lspb", "hold", or one that a package adds.
+
+    Options are those of its factory in `lwr_dyn.trajectory.references`, positions in rad (m for sliding joints), such
+    as q, duration [s] of "hold". Raises `UnknownNameError`, `OptionError` for an option that is unknown or missing, and
+    the factory's own errors (`PathLimitError` where the path leaves the arm's limits).
+
+    >>> move = reference("point-to-point", load("lwr4plus"), start=[0] * 7, end=[1] * 7, duration=3.0)
+    >>> move.duration
+    3.0
+    """
+    from lwr_dyn.trajectory.references.tasks import REFERENCES
+
+    made: Reference = REFERENCES.make(name, _an_arm(arm), **options)
+    return made
 
 
 def batch_dynamics(arm: Arm, **options: Any) -> BatchDynamics:

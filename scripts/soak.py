@@ -17,7 +17,8 @@ import lwr_dyn
 from lwr_dyn.checks.report import check_arm
 from lwr_dyn.kinematics.inverse import inverse_kinematics
 from lwr_dyn.papers.catalog import open_paper
-from lwr_dyn.trajectory.references.ist import TIMINGS, ist_reference
+from lwr_dyn.trajectory.references.ist import ist_reference
+from lwr_dyn.trajectory.timings import MOTION_PROFILES
 
 ROOT = Path(__file__).resolve().parent.parent
 EXACT, METRES = 1e-12, 1e-12
@@ -65,15 +66,15 @@ def poses() -> tuple[str, bool]:
 
 def runs() -> tuple[str, bool]:
     """The energy audit of every controller, timing and reading on IST."""
-    from lwr_dyn.control.by_name import CONTROLLERS, controller_by_name
+    from lwr_dyn.control.controllers import CONTROLLERS, make_controller
 
     worst, count = 0.0, 0
     for reading in lwr_dyn.readings("lwr4plus"):
         arm = lwr_dyn.load("lwr4plus", reading)
-        for timing in TIMINGS:
+        for timing in MOTION_PROFILES.rows:
             reference = ist_reference(arm, timing)
-            for name in CONTROLLERS:
-                run = lwr_dyn.simulate(arm, controller_by_name(name, arm), reference)
+            for name in CONTROLLERS.rows:
+                run = lwr_dyn.simulate(arm, make_controller(name, arm), reference)
                 worst, count = max(worst, run.meta["audit"]["residual"]), count + 1
     return f"{count} runs of 14 s, audit residual {worst:.1e} J at most", worst <= 1e-9
 

@@ -8,12 +8,11 @@ from numpy.typing import NDArray
 
 from lwr_dyn.arrays import fixed_array, joint_array
 from lwr_dyn.cli.kuka_units import NAMED_AXES, degenerate_note, kuka_record, pose_line, positions_of_named
-from lwr_dyn.cli.options import NUMBERS, load_robot, print_json, robot_options
+from lwr_dyn.cli.options import NUMBERS, from_degrees, load_robot, print_json, robot_options
 from lwr_dyn.errors import OptionError
 from lwr_dyn.front import FUNCTIONS, forward_kinematics
 from lwr_dyn.kinematics.kuka_pose import has_kuka_axes, kuka_pose
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.dh import JointKind
 from lwr_dyn.model.spatial import to_rpy
 from lwr_dyn.papers.catalog import open_paper
 
@@ -85,13 +84,6 @@ def _positions(
     if q is not None:
         return joint_array("--q", q, arm.n)
     return from_degrees(arm, q_deg or (), "--q-deg")
-
-
-def from_degrees(arm: Arm, values: tuple[float, ...], name: str) -> NDArray[np.float64]:
-    """Joint positions given in deg (m for sliding joints) as rad and m; raises `ShapeError`."""
-    q = joint_array(name, values, arm.n)
-    turning = [link.kind is JointKind.REVOLUTE for link in arm.chain.links]
-    return np.where(turning, np.radians(q), q)
 
 
 def _outside(arm: Arm, q: NDArray[np.float64]) -> list[str]:

@@ -1,10 +1,11 @@
-"""`lwr-dyn`: finds the subcommand's module only when it is called, and turns errors into one line and an exit code."""
+"""`lwr-dyn`: the subcommands, and how errors become one line and an exit code."""
 
 from __future__ import annotations
 
 import sys
 import warnings
 from collections.abc import Callable
+from typing import Any
 
 import click
 
@@ -16,35 +17,38 @@ COMMANDS: Registry[click.Command] = Registry(
     "command",
     {
         "list": Row("lwr_dyn.cli.list_:command", "Robots, readings and where their numbers come from."),
-        "new": Row("lwr_dyn.cli.new:command", "Write a commented data file for your own arm."),
+        "new": Row("lwr_dyn.cli.new:command", "Write a commented file to start from: arm, controller."),
         "urdf": Row("lwr_dyn.cli.urdf:command", "Write a robot as URDF with its sidecars."),
-        "check": Row("lwr_dyn.cli.check:command", "Every law and agreement, with value, tolerance and verdict."),
+        "check": Row(
+            "lwr_dyn.cli.check:command",
+            "Check a robot's model: each check with value, tolerance and verdict.",
+        ),
         "fk": Row("lwr_dyn.cli.fk:command", "Pose of the flange; the DH matrices in symbols."),
-        "gains": Row("lwr_dyn.cli.gains:command", "Worst-case inertia of each joint and the gains drawn from it."),
+        "gains": Row("lwr_dyn.cli.gains:command", "Worst-case inertia of each joint, and gains from it."),
         "ik": Row("lwr_dyn.cli.ik:command", "Joint positions for a pose: all branches, limits told apart from reach."),
         "kernels": Row(
             "lwr_dyn.codegen.command:command",
             "The generated source of a batch function, what it costs, and where it is kept.",
             extra="batch",
         ),
-        "replay": Row("lwr_dyn.cli.replay:command", "Runs in the browser: one file without network, or live."),
+        "replay": Row("lwr_dyn.cli.replay:command", "Show runs in the browser: one file without network, or live."),
         "simulate": Row("lwr_dyn.cli.simulate:command", "A task under a controller: run file, metrics, energy audit."),
         "identify": Row(
             "lwr_dyn.identification.command:command",
             "Friction, or friction and inertia, from logs of an arm that moved.",
             extra="plots",
         ),
-        "lint": Row("lwr_dyn.audit.lint.command:command", "Slips in tables of numbers that show without a model."),
+        "lint": Row("lwr_dyn.audit.lint.command:command", "Faults in tables of numbers that show without a model."),
         "krl": Row(
             "lwr_dyn.krl.command:command", "KUKA programs: write, check and run them on a robot's model.", extra="krl"
         ),
-        "resolve": Row(
+        "conventions": Row(
             "lwr_dyn.audit.conventions.command:command",
-            "How a table whose conventions nobody states may be read, ranked, with what decides it.",
+            "The possible conventions of a table that states none, ranked, with the reasons.",
         ),
-        "spread": Row(
+        "sensitivity": Row(
             "lwr_dyn.audit.sensitivity.command:command",
-            "One task under all readings: what depends on the reading, which conclusions survive.",
+            "One task under all readings: which results and conclusions depend on the reading.",
         ),
         "reproduce": Row("lwr_dyn.reproduction.command:command", "Recompute what a paper prints.", extra="all"),
     },
@@ -53,27 +57,35 @@ COMMANDS: Registry[click.Command] = Registry(
 
 
 PIPE_CLOSED = 141
-"""Exit code of a command whose output nobody reads any more, as a shell has it (128 + SIGPIPE)."""
+"""Exit code after a broken pipe (128 + SIGPIPE)."""
 
 
-class LazyGroup(click.Group):
-    """A group that imports a subcommand when it is used, so that `--help` stays quick."""
+class RegistryGroup(click.Group):
+    """A group whose commands are rows of a registry, imported when they are used: `--help` stays quick."""
+
+    def __init__(self, *arguments: Any, registry: Registry[click.Command], **options: Any) -> None:
+        super().__init__(*arguments, **options)
+        self.registry = registry
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """Names in the order of `COMMANDS`, without those whose package is not installed."""
-        return [name for name in COMMANDS.names if COMMANDS[name].is_installed]
+        """Names in the order of the rows, without those whose package is not installed."""
+        return [name for name in self.registry.names if self.registry[name].is_installed]
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """The subcommand from its module; raises `MissingPackageError`."""
-        return COMMANDS.load(cmd_name) if cmd_name in COMMANDS.names else None
+        """The command from its module; raises `MissingPackageError`."""
+        return self.registry.load(cmd_name) if cmd_name in self.registry.names else None
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """The help lines, without importing a subcommand."""
+        """The help lines, without importing a command."""
         with formatter.section("Commands"):
-            formatter.write_dl([(name, COMMANDS[name].about) for name in self.list_commands(ctx)])
+            formatter.write_dl([(name, self.registry[name].about) for name in self.list_commands(ctx)])
 
 
-@click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
+@click.group(
+    cls=RegistryGroup,
+    registry=COMMANDS,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
+)
 @click.version_option(VERSION, prog_name="lwr-dyn")
 def group() -> None:
     """From a robot paper's tables to a URDF, B, C and g, controllers and a replay you can trust.

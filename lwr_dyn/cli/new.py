@@ -1,31 +1,64 @@
-"""`lwr-dyn new`: a commented data file for a user's own arm."""
+"""`lwr-dyn new`: commented files to start from, each kind a row of `KINDS`."""
 
 from __future__ import annotations
 
 import re
+from importlib.resources import files
 from pathlib import Path
 
 import click
 
+from lwr_dyn.cli.main import RegistryGroup
 from lwr_dyn.errors import FileAccessError
 from lwr_dyn.files import write_file
 from lwr_dyn.papers.template import template
+from lwr_dyn.registry import Registry, Row
+
+KINDS: Registry[click.Command] = Registry(
+    "new",
+    {
+        "arm": Row("lwr_dyn.cli.new:arm", "A data file for your own arm."),
+        "controller": Row("lwr_dyn.cli.new:controller", "A Python file for your own controller."),
+    },
+)
+"""What `lwr-dyn new` can write; optional packages bring theirs as rows."""
 
 
-@click.command("new")
+@click.group("new", cls=RegistryGroup, registry=KINDS)
+def command() -> None:
+    """Write a commented file to start from; it runs as it stands."""
+
+
+@click.command("arm")
 @click.argument("file")
 @click.option(
     "--joints", default="RRRRRR", show_default=True, help="R (turning) or P (sliding) per joint, base outward."
 )
 @click.option("--convention", default="standard", show_default=True, help="DH convention: standard or modified.")
-def command(file: str, joints: str, convention: str) -> None:
-    """Write a commented data file for your own arm; every command takes it instead of a name."""
+def arm(file: str, joints: str, convention: str) -> None:
+    """Write a data file for your own arm; every command takes it instead of a name."""
+    path = new_file(file, ".toml")
+    write_file(path, template(file, path.stem, joints.upper(), convention))
+    click.echo(f"wrote {file}; next: fill it in, then  lwr-dyn check {file}")
+
+
+@click.command("controller")
+@click.argument("file")
+def controller(file: str) -> None:
+    """Write a Python file with a controller of your own; `simulate --controller` takes it instead of a name."""
+    path = new_file(file, ".py")
+    text = (files("lwr_dyn.cli") / "new_controller.txt").read_text(encoding="utf-8")
+    write_file(path, text.replace("@@file@@", file))
+    click.echo(f"wrote {file}; next: edit it, then  lwr-dyn simulate lwr4plus --controller {file}")
+
+
+def new_file(file: str, ending: str) -> Path:
+    """The path of a file to write; raises `FileAccessError` for another ending, an odd name, or a file that exists."""
     path = Path(file)
-    if path.suffix != ".toml":
-        raise FileAccessError(file, f"ends in {path.suffix or 'nothing'!r}", "a path that ends in .toml")
+    if path.suffix != ending:
+        raise FileAccessError(file, f"ends in {path.suffix or 'nothing'!r}", f"a path that ends in {ending}")
     if not re.fullmatch(r"[\w.-]+", path.stem):
         raise FileAccessError(file, "a name with other characters", "letters, digits, '.', '_' and '-'")
     if path.exists():
         raise FileAccessError(file, "exists already", "a new file")
-    write_file(path, template(file, path.stem, joints.upper(), convention))
-    click.echo(f"wrote {file}; next: fill it in, then  lwr-dyn check {file}")
+    return path

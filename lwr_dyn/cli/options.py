@@ -6,10 +6,13 @@ from collections.abc import Callable
 from typing import Any, TypeVar
 
 import click
+import numpy as np
 
+from lwr_dyn.arrays import Array, joint_array
 from lwr_dyn.errors import OptionError
 from lwr_dyn.front import load
 from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.dh import JointKind
 from lwr_dyn.tables import json_text
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -58,6 +61,13 @@ def _lock(text: str) -> tuple[str, float]:
         return joint, float(value)
     except ValueError:
         raise OptionError("--lock", repr(text), "JOINT=VALUE, such as finger=0.02") from None
+
+
+def from_degrees(arm: Arm, values: tuple[float, ...], name: str) -> Array:
+    """Joint positions given in deg (m for sliding joints) as rad and m; raises `ShapeError`."""
+    q = joint_array(name, values, arm.n)
+    turning = [link.kind is JointKind.REVOLUTE for link in arm.chain.links]
+    return np.where(turning, np.radians(q), q)
 
 
 def print_json(record: Any) -> None:

@@ -3,13 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from lwr_dyn.arrays import Array, read_only, real_array
+from lwr_dyn.control.worst_case_inertia import worst_cases
 from lwr_dyn.errors import OptionError
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.registry import Option
 
+OMEGA_N, XI = 50.0, 1.0
+"""Natural frequency [rad/s] and damping ratio of the LWR 4+ paper."""
+NaturalFrequency = Annotated[float, Option(float, "Natural frequency, rad/s.", unless="own_gains")]
+DampingRatio = Annotated[float, Option(float, "Damping ratio.", unless="own_gains")]
 LARGEST = 1e9
 """[rad/s] No joint moves faster; beyond it gains overflow."""
 
@@ -28,7 +36,7 @@ class Gains:
         object.__setattr__(self, "Kd", read_only(self.Kd))
 
 
-def second_order_gains(inertia: ArrayLike, omega_n: float = 50.0, xi: float = 1.0) -> Gains:
+def second_order_gains(inertia: ArrayLike, omega_n: float = OMEGA_N, xi: float = XI) -> Gains:
     """Kp = omega_n^2 b, Kd = 2 xi omega_n b (LWR 4+ paper, before Table VI; Siciliano eq. 8.22).
 
     Parameters
@@ -57,3 +65,13 @@ def second_order_gains(inertia: ArrayLike, omega_n: float = 50.0, xi: float = 1.
     if max(omega_n, xi) > LARGEST:
         raise OptionError("omega_n, xi", max(omega_n, xi), f"at most {LARGEST:g}")
     return Gains(omega_n**2 * b, 2 * xi * omega_n * b, float(omega_n), float(xi))
+
+
+def worst_case_gains(arm: Arm, omega_n: float = OMEGA_N, xi: float = XI, inertia: ArrayLike | None = None) -> Gains:
+    """`second_order_gains` of the largest inertia that each joint can have over its box (Table IV of the LWR 4+ paper).
+
+    `inertia` (n,) [kg m^2] takes its place. Raises as `second_order_gains` and `worst_case_inertia`.
+    """
+    second_order_gains([1.0], omega_n, xi)  # refuse bad options before the search
+    b = [w.value for w in worst_cases(arm)] if inertia is None else inertia
+    return second_order_gains(b, omega_n, xi)

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Annotated, Any
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from lwr_dyn.arrays import Array
+from lwr_dyn.control.gains import OMEGA_N, XI, DampingRatio, NaturalFrequency, second_order_gains
 from lwr_dyn.control.protocol import positive_gains
 from lwr_dyn.dynamics.protocol import Dynamics, ungated
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.registry import Option
 
 
 class InverseDynamics:
@@ -65,3 +69,17 @@ class InverseDynamics:
             y += ddq_ref
         tau = self._torque(q, dq, y)
         return tau if self._gravity is None else tau - self._gravity(q)
+
+
+def tuned_inverse_dynamics(
+    arm: Arm,
+    dynamics: Dynamics,
+    *,
+    omega_n: NaturalFrequency = OMEGA_N,
+    xi: DampingRatio = XI,
+    feedforward: Annotated[bool, Option(bool, "Without ddq_ref, as the paper has it.")] = True,
+    gravity: Annotated[bool, Option(bool, "Without g in n.")] = True,
+) -> InverseDynamics:
+    """Inverse dynamics with omega_n^2 and 2 xi omega_n for gains; raises `OptionError` when they are not positive."""
+    unit = second_order_gains(np.ones(arm.n), omega_n, xi)
+    return InverseDynamics(dynamics, unit.Kp, unit.Kd, feedforward, gravity)

@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Annotated, Any
 
 from numpy.typing import ArrayLike
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.control.protocol import positive_gains
+from lwr_dyn.control.gains import OMEGA_N, XI, DampingRatio, NaturalFrequency, worst_case_gains
+from lwr_dyn.control.protocol import VelocityError, positive_gains
 from lwr_dyn.dynamics.protocol import Dynamics, ungated
+from lwr_dyn.errors import MissingDataError
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.registry import Option
+
+OwnGains = Annotated[bool, Option(bool, "The gains of the arm's file.")]
 
 
 class PDGravity:
@@ -54,3 +60,28 @@ class PDGravity:
         if self.velocity_error:
             dq = dq - dq_ref
         return self._gravity(q) + self.Kp * (q_ref - q) - self.Kd * dq
+
+
+def tuned_pd_gravity(
+    arm: Arm,
+    dynamics: Dynamics,
+    *,
+    omega_n: NaturalFrequency = OMEGA_N,
+    xi: DampingRatio = XI,
+    velocity_error: VelocityError = False,
+    own_gains: OwnGains = False,
+    inertia: ArrayLike | None = None,
+) -> PDGravity:
+    """PD with the gains of the arm's file (`own_gains`), or with `worst_case_gains`.
+
+    Raises
+    ------
+    MissingDataError
+        The arm's file gives no gains; no limits to search the worst-case inertia in.
+    OptionError, ShapeError
+        As `worst_case_gains`.
+    """
+    if own_gains and arm.gains is None:
+        raise MissingDataError(arm.name, "controller gains", "own_gains (--own-gains)")
+    gains = arm.gains if own_gains and arm.gains else worst_case_gains(arm, omega_n, xi, inertia)
+    return PDGravity(dynamics, gains.Kp, gains.Kd, velocity_error)

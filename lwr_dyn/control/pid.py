@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from lwr_dyn.arrays import Array, read_only
-from lwr_dyn.control.protocol import positive_gains
+from lwr_dyn.control.gains import OMEGA_N, XI, DampingRatio, NaturalFrequency, worst_case_gains
+from lwr_dyn.control.protocol import VelocityError, positive_gains
 from lwr_dyn.dynamics.protocol import Dynamics, ungated
 from lwr_dyn.errors import OptionError
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.registry import Option
 
-DEFAULT_OMEGA_N = 50.0
-"""The paper's natural frequency [rad/s]."""
 
-
-def default_integral_gain(Kp: ArrayLike, omega_n: float = DEFAULT_OMEGA_N) -> Array:
+def default_integral_gain(Kp: ArrayLike, omega_n: float = OMEGA_N) -> Array:
     """Ki = omega_n^3 b / 10 = omega_n Kp / 10, since Kp = omega_n^2 b, [N m/(rad s)].
 
     A tenth of omega_n^3 b is a twentieth of where the loop of one unit mass with xi = 1 would turn unstable
@@ -75,7 +75,7 @@ class PID:
         Ki: ArrayLike | None = None,
         dynamics: Dynamics | None = None,
         velocity_error: bool = False,
-        omega_n: float = DEFAULT_OMEGA_N,
+        omega_n: float = OMEGA_N,
         tracking_time: ArrayLike | None = None,
     ) -> None:
         ceiling = np.array(effort, dtype=np.float64)
@@ -134,3 +134,19 @@ class PID:
         tau, self._rate = self.law(self._integral, q, dq, q_ref, dq_ref, ddq_ref)
         self._t = t
         return tau
+
+
+def tuned_pid(
+    arm: Arm,
+    dynamics: Dynamics,
+    *,
+    omega_n: NaturalFrequency = OMEGA_N,
+    xi: DampingRatio = XI,
+    ki: Annotated[float | None, Option(float, "Integral gain, N m/(rad s); omega_n^3 b/10 if not given.")] = None,
+    velocity_error: VelocityError = False,
+    gravity: Annotated[bool, Option(bool, "No gravity compensation beside the integral.")] = True,
+    inertia: ArrayLike | None = None,
+) -> PID:
+    """PID with `worst_case_gains`, whose errors it raises; without `gravity` the integral finds the gravity torque."""
+    gains = worst_case_gains(arm, omega_n, xi, inertia)
+    return PID(gains.Kp, gains.Kd, arm.effort, ki, dynamics if gravity else None, velocity_error, omega_n)

@@ -7,13 +7,16 @@ remembers and may also run continuously gives its memory a derivative (`WithMemo
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Protocol, runtime_checkable
+from typing import Annotated, Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from lwr_dyn.arrays import Array, read_only, real_array
 from lwr_dyn.errors import OptionError, ShapeError
+from lwr_dyn.registry import Option
+
+VelocityError = Annotated[bool, Option(bool, "Kd on dq_ref - dq, not the paper's -dq.")]
 
 
 class Controller(Protocol):

@@ -130,7 +130,7 @@ def simulate(
         **origin(arm), "plant": origin(moved), "payload": _payload(payload, payload_com, payload_inertia),
         "controller": describe(controller), "engine": engine_name,
         "reference": {
-            "name": type(reference).__name__, "duration": float(reference.duration),
+            "name": getattr(reference, "name", type(reference).__name__), "duration": float(reference.duration),
             "about": dict(getattr(reference, "about", {})),
         },
         "options": asdict(settings), "encoder": None if encoder is None else asdict(encoder),

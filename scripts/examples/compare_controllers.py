@@ -5,10 +5,9 @@ from __future__ import annotations
 import argparse
 
 import lwr_dyn
-from lwr_dyn.control.by_name import CONTROLLERS, controller_by_name
+from lwr_dyn.control.controllers import CONTROLLERS
 from lwr_dyn.simulation.metrics import metrics
 from lwr_dyn.simulation.plant import loaded, scaled
-from lwr_dyn.trajectory.references.ist import ist_reference
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -19,8 +18,8 @@ def main(arguments: list[str] | None = None) -> None:
     options = parser.parse_args(arguments)
 
     arm = lwr_dyn.load("lwr4plus")
-    reference = ist_reference(arm, options.timing)
-    controllers = {name: controller_by_name(name, arm) for name in CONTROLLERS}
+    reference = lwr_dyn.reference("ist", arm, timing=options.timing)
+    controllers = {name: lwr_dyn.controller(name, arm) for name in CONTROLLERS.names}
     plants = {
         "as modelled": arm,
         f"{options.heavier:g} x heavier": scaled(arm, options.heavier),

@@ -10,7 +10,6 @@ import numpy as np
 import lwr_dyn
 from lwr_dyn.files import make_folder
 from lwr_dyn.simulation.metrics import metrics
-from lwr_dyn.trajectory.references.ist import ist_reference
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -28,7 +27,7 @@ def main(arguments: list[str] | None = None) -> None:
         correction = Kp * (q_ref - q) + Kd * (dq_ref - dq)
         return model.inverse_dynamics(q, dq, ddq_ref + np.clip(correction, -5.0, 5.0))
 
-    run = lwr_dyn.simulate(arm, gentle, ist_reference(arm))
+    run = lwr_dyn.simulate(arm, gentle, lwr_dyn.reference("ist", arm))
     make_folder(options.out.parent)
     run.save(options.out)
     found = metrics(run, arm)

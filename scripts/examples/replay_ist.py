@@ -6,9 +6,7 @@ import argparse
 from pathlib import Path
 
 import lwr_dyn
-from lwr_dyn.control.by_name import controller_by_name
 from lwr_dyn.files import make_folder
-from lwr_dyn.trajectory.references.ist import ist_reference
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -19,8 +17,8 @@ def main(arguments: list[str] | None = None) -> None:
     options = parser.parse_args(arguments)
 
     arm = lwr_dyn.load("lwr4plus", options.reading)
-    reference = ist_reference(arm)
-    runs = [lwr_dyn.simulate(arm, controller_by_name(name, arm), reference) for name in options.controllers]
+    reference = lwr_dyn.reference("ist", arm)
+    runs = [lwr_dyn.simulate(arm, lwr_dyn.controller(name, arm), reference) for name in options.controllers]
     make_folder(options.out.parent)
     lwr_dyn.replay(runs, options.out, title="KUKA LWR 4+ draws IST")
     print(f"wrote {options.out}: open it in a browser, no network needed")

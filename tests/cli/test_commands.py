@@ -23,11 +23,11 @@ BAD = {
     ),
     "gain not positive": (("gains", "lwr4plus", "--omega-n", "-1"), "omega_n: -1.0; allowed: a number above 0"),
     "no masses": (("gains", "lwr4"), "masses and inertias not given"),
-    "new without .toml": (("new", "arm.yaml"), "ends in '.yaml'; allowed: a path that ends in .toml"),
-    "new in no folder": (("new", "none/arm.toml"), "no such file or directory"),
-    "new with odd joints": (("new", "arm.toml", "--joints", "RX"), "joints: 'RX'; allowed: R or P per joint"),
+    "new without .toml": (("new", "arm", "arm.yaml"), "ends in '.yaml'; allowed: a path that ends in .toml"),
+    "new in no folder": (("new", "arm", "none/arm.toml"), "no such file or directory"),
+    "new with odd joints": (("new", "arm", "arm.toml", "--joints", "RX"), "joints: 'RX'; allowed: R or P per joint"),
     "new in another convention": (
-        ("new", "arm.toml", "--convention", "x"),
+        ("new", "arm", "arm.toml", "--convention", "x"),
         "convention: 'x'; allowed: standard, modified",
     ),
     "urdf into a folder that is not there": (("urdf", "lwr4", "--out", "none/x.urdf"), "none"),
@@ -77,7 +77,7 @@ def test_check_passes_and_a_fault_gives_exit_code_1(lwr_dyn_command, tmp_path):
     assert report["holds"]
     assert {"name", "value", "tolerance", "holds"} <= set(report["verdicts"][0])
     own = tmp_path / "own.toml"
-    assert lwr_dyn_command("new", str(own), "--joints", "RR")[0] == 0
+    assert lwr_dyn_command("new", "arm", str(own), "--joints", "RR")[0] == 0
     text = own.read_text()
     own.write_text(
         text.replace("[[0.01, 0, 0], [0, 0.01, 0], [0, 0, 0.004]]", "[[-1, 0, 0], [0, 0.01, 0], [0, 0, 0.004]]", 1)
@@ -91,7 +91,7 @@ def test_check_passes_and_a_fault_gives_exit_code_1(lwr_dyn_command, tmp_path):
 def test_new_never_overwrites(lwr_dyn_command, tmp_path):
     own = tmp_path / "own.toml"
     own.write_text("mine")
-    code, _, err = lwr_dyn_command("new", str(own))
+    code, _, err = lwr_dyn_command("new", "arm", str(own))
     assert (code, own.read_text()) == (2, "mine")
     assert "exists already; allowed: a new file" in err
 

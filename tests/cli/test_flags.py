@@ -53,7 +53,7 @@ def test_uses_of_limits_stand_in_their_columns(lwr_dyn_command, simulated):
 
 def test_sliding_joints_are_told_in_their_units(lwr_dyn_command, tmp_path):
     own = str(tmp_path / "own.toml")
-    lwr_dyn_command("new", own, "--joints", "RPR")
+    lwr_dyn_command("new", "arm", own, "--joints", "RPR")
     out = lwr_dyn_command("gains", own)[1]
     assert "0.5" in out.splitlines()[3]  # the slider is fully out where joint 1 feels most, 0.5 m
     move = ("--task", "hold", "--from-deg", "0,0.2,0", "--duration", "0.05", "--controller", "inverse-dynamics")
@@ -86,7 +86,7 @@ def test_ctrl_c_ends_with_130(lwr_dyn_command, monkeypatch):
 
 def test_a_file_that_changed_since_the_run_is_not_drawn(lwr_dyn_command, tmp_path):
     own, run = tmp_path / "own.toml", str(tmp_path / "run.npz")
-    lwr_dyn_command("new", str(own), "--joints", "RR")
+    lwr_dyn_command("new", "arm", str(own), "--joints", "RR")
     move = ("--task", "hold", "--from-deg", "0,0", "--duration", "0.01", "--controller", "inverse-dynamics")
     assert lwr_dyn_command("simulate", str(own), *move, "--out", run)[0] == 0
     own.write_text(own.read_text().replace("values = [0.3, 0]", "values = [0.9, 0]"))

@@ -38,7 +38,10 @@ def test_without_friction(lwr_dyn_command):
 BAD = {
     "refit of nothing": (("--passive-refit", "--friction", "none"), "--passive-refit: with --friction none; allowed:"),
     "too stiff": (("--friction", "smooth"), "allowed: substeps from"),
-    "own gains of another controller": (("--controller", "pid"), "--own-gains: with --controller pid; allowed:"),
+    "own gains of another controller": (
+        ("--controller", "pid"),
+        "--own-gains: would do nothing here; allowed: with --controller pd-gravity",
+    ),
     "no such form": (("--friction", "dry"), "'dry' is not one of"),
     "blend too long": (("--blend", "0.7"), "blend"),
 }
@@ -58,4 +61,4 @@ def test_an_arm_without_gains_says_so(lwr_dyn_command):
         "simulate", "lwr4plus", "--task", "hold", "--from-deg", "0,0,0,0,0,0,0", "--own-gains"
     )
     assert code == 2
-    assert "lwr4plus: controller gains not given; needed for --own-gains" in err
+    assert "lwr4plus: controller gains not given; needed for own_gains (--own-gains)" in err

@@ -96,7 +96,7 @@ def test_an_arm_that_cannot_exist_is_refused_unless_asked_for(lwr_dyn_command, t
 
 def test_a_run_of_an_own_or_locked_arm_can_be_replayed(lwr_dyn_command, tmp_path):
     own, run, page = (str(tmp_path / name) for name in ("own.toml", "run.npz", "page.html"))
-    lwr_dyn_command("new", own, "--joints", "RPR")
+    lwr_dyn_command("new", "arm", own, "--joints", "RPR")
     move = ("--task", "hold", "--from-deg", "10,20", "--duration", "0.05", "--controller", "inverse-dynamics")
     assert lwr_dyn_command("simulate", own, "--lock", "joint_2=0.2", *move, "--out", run)[0] == 0
     assert Run.load(run).n == 2

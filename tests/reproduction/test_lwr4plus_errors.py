@@ -27,10 +27,10 @@ def test_table_viii_rows_1_to_5_come_out_within_15_percent_under_the_hypothesis(
 
 def test_with_gravity_in_the_law_table_viii_is_out_of_reach(arm, fitted):
     # the hypothesis carries it: with gravity compensated the errors are below a milliradian
-    from lwr_dyn.control.by_name import Tuning, controller_by_name
+    from lwr_dyn.control.controllers import make_controller
     from lwr_dyn.simulation.metrics import metrics
 
-    law = controller_by_name("inverse-dynamics", arm, Tuning(feedforward=False))
+    law = make_controller("inverse-dynamics", arm, feedforward=False)
     run = lwr_dyn.simulate(arm, law, fitted.reference, position_limits=False)
     assert np.abs(metrics(run, arm).position_mrad.max).max() < 1.0
 

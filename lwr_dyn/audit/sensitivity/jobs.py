@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.control.by_name import Tuning
 from lwr_dyn.errors import OptionError, UnknownNameError
 from lwr_dyn.kinematics.inverse import inverse_kinematics
 from lwr_dyn.model.arm import Arm
@@ -30,17 +30,13 @@ MIDDLE = 0.1
 """A move of the joints goes this share of their ranges, about the middle."""
 
 
-USUAL = Tuning()
-
-
 @dataclass(frozen=True, slots=True)
 class Law:
-    """A control law by name; `own_gains` takes those of the arm's file."""
+    """A controller by name, with the options of its factory."""
 
     name: str
     controller: str
-    tuning: Tuning = USUAL
-    own_gains: bool = False
+    options: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,8 +64,8 @@ class Job:
 
 PAPER_LAWS = (
     Law(PD, "pd-gravity"),
-    Law(INVERSE, "inverse-dynamics", Tuning(feedforward=False)),
-    Law(NO_GRAVITY, "inverse-dynamics", Tuning(feedforward=False, gravity=False)),
+    Law(INVERSE, "inverse-dynamics", {"feedforward": False}),
+    Law(NO_GRAVITY, "inverse-dynamics", {"feedforward": False, "gravity": False}),
 )
 """The laws as the LWR 4+ paper writes them: omega_n = 50 rad/s, xi = 1, no feed-forward of ddq; and without g, as its
 Table VIII comes out."""
@@ -93,7 +89,7 @@ def lspb(arm: Arm) -> Job:
         raise OptionError("task lspb", f"{arm.n} joints", f"an arm of {len(WAM_START)} joints")
     start = np.array(WAM_START)
     move = lspb_move(arm, start, start + WAM_TRAVEL, duration=WAM_DURATION, blend=WAM_BLEND)
-    pd = Law(f"{PD}, the maker's gains", "pd-gravity", own_gains=True) if arm.gains is not None else PAPER_LAWS[0]
+    pd = Law(f"{PD}, the maker's gains", "pd-gravity", {"own_gains": True}) if arm.gains is not None else PAPER_LAWS[0]
     about = "all joints by 0.5 rad in 7 s on an LSPB with 1 s of blend, gravity compensated, friction of the file"
     return Job("lspb", about, move, (pd, Law(INVERSE, "inverse-dynamics")), substeps=2)
 

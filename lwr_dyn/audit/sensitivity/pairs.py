@@ -5,18 +5,18 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from lwr_dyn.audit.sensitivity.jobs import Job, Law
 from lwr_dyn.audit.sensitivity.statics import Statics
-from lwr_dyn.control.by_name import controller_by_name
+from lwr_dyn.control.controllers import make_controller
 from lwr_dyn.control.inverse_dynamics import InverseDynamics
-from lwr_dyn.control.pd_gravity import PDGravity
 from lwr_dyn.control.protocol import Controller
 from lwr_dyn.control.sampled_damping import UNSTABLE
 from lwr_dyn.dynamics.engines import dynamics_of
-from lwr_dyn.errors import LwrDynError, MissingDataError
+from lwr_dyn.errors import LwrDynError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.simulation.metrics import Metrics, metrics
 from lwr_dyn.simulation.simulate import simulate
@@ -71,11 +71,8 @@ def outcomes(
 
 
 def _controller(arm: Arm, law: Law, statics: Statics) -> Controller:
-    if not law.own_gains:
-        return controller_by_name(law.controller, arm, law.tuning, inertia=statics.b)
-    if arm.gains is None:
-        raise MissingDataError(arm.name, "controller gains", law.name)
-    return PDGravity(dynamics_of(arm), arm.gains.Kp, arm.gains.Kd, law.tuning.velocity_error)
+    searched: dict[str, Any] = {"inertia": statics.b} if law.controller == "pd-gravity" else {}
+    return make_controller(law.controller, arm, **law.options, **searched)
 
 
 def _outcome(

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.control.by_name import controller_by_name
+from lwr_dyn.control.controllers import make_controller
 from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.model.arm import Arm
@@ -77,7 +77,7 @@ def cycle_reference(arm: Arm, points: Sequence[RightPoint]) -> tuple[JointRefere
 def cycle(arm: Arm, points: Sequence[RightPoint]) -> Cycle:
     """The movement under inverse dynamics; torque limits are not known, so none are kept."""
     reference, ends = cycle_reference(arm, points)
-    controller = controller_by_name("inverse-dynamics", arm)
+    controller = make_controller("inverse-dynamics", arm)
     assumed = {name: {"value": x, "kind": "assumed"} for name, x in (("speed_share", SPEED_SHARE), ("rise", RISE))}
     about = {"task": "mastering, Point 1, Point 2, mastering", **assumed}
     run = simulate(arm, controller, reference, meta=about)

@@ -14,7 +14,7 @@ from functools import cache
 import numpy as np
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.control.by_name import Tuning, controller_by_name
+from lwr_dyn.control.controllers import make_controller
 from lwr_dyn.dynamics.newton_euler import Recursion
 from lwr_dyn.kinematics.branches import BRANCHES
 from lwr_dyn.kinematics.srs import closed_form, joint_ranges
@@ -39,8 +39,8 @@ OMEGA_N = 50.0
 """[rad/s] Of both controllers, printed."""
 COLUMNS = {"average": "mean_abs", "maximum": "max", "minimum": "min"}
 LAWS = {
-    "table_vii": ("pd-gravity", Tuning()),
-    "table_viii": ("inverse-dynamics", Tuning(feedforward=False, gravity=False)),
+    "table_vii": "pd-gravity",
+    "table_viii": "inverse-dynamics",
 }
 
 
@@ -104,8 +104,9 @@ def error_table(arm: Arm, name: str, timing: str, arm_angle: FixedArmAngle | Non
     kept = arm_angle is None
     reference = ist_reference(arm, timing, arm_angle=arm_angle, limits=kept)
     angle = LARGEST_MARGIN if arm_angle is None else _fitted(arm_angle)
-    controller, tuning = LAWS[name]
-    law = controller_by_name(controller, arm, tuning, inertia=_printed_b())
+    controller = LAWS[name]
+    options = {"inertia": _printed_b()} if controller == "pd-gravity" else {"feedforward": False, "gravity": False}
+    law = make_controller(controller, arm, **options)
     run = simulate(arm, law, reference, position_limits=kept, meta={"task": "ist", "table": name})
     figures, printed = metrics(run, arm).position_mrad, printed_tables("lwr4plus")[name]
     cells = []

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
-from lwr_dyn.control.by_name import CONTROLLERS, Tuning, controller_by_name
+from lwr_dyn.control.controllers import make_controller
 from lwr_dyn.control.worst_case_inertia import worst_cases
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Reference, Run
@@ -34,11 +35,12 @@ def plants(arm: Arm) -> dict[str, Arm]:
 
 def trials(arm: Arm, reference: Reference) -> tuple[ControllerRun, ...]:
     """Every controller on every plant: PD in the paper's form, PID, inverse dynamics with feed-forward."""
-    inertia = [w.value for w in worst_cases(arm)]
+    searched = {"inertia": [w.value for w in worst_cases(arm)]}
+    controllers: dict[str, dict[str, Any]] = {"pd-gravity": searched, "pid": searched, "inverse-dynamics": {}}
     out = []
     for plant_name, plant in plants(arm).items():
-        for name in CONTROLLERS:
-            controller = controller_by_name(name, arm, Tuning(), inertia)
+        for name, options in controllers.items():
+            controller = make_controller(name, arm, **options)
             run = simulate(arm, controller, reference, plant=plant, meta={"task": "ist", "plant": plant_name})
             out.append(ControllerRun(name, plant_name, run, metrics(run, arm)))
     return tuple(out)

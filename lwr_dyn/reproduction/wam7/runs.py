@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.control.pd_gravity import PDGravity
+from lwr_dyn.control.pd_gravity import PDGravity, tuned_pd_gravity
 from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.errors import MissingDataError
 from lwr_dyn.model.arm import Arm
@@ -103,9 +103,7 @@ def manufacturers_pd(arm: Arm) -> PDGravity:
 
     Raises `MissingDataError` for an arm without gains.
     """
-    if arm.gains is None:
-        raise MissingDataError(arm.name, "controller gains", "the manufacturer's PD")
-    return PDGravity(dynamics_of(arm), arm.gains.Kp, arm.gains.Kd, velocity_error=True)
+    return tuned_pd_gravity(arm, dynamics_of(arm), own_gains=True, velocity_error=True)
 
 
 def move(arm: Arm, joint: int | None, side: int = 1) -> JointReference:

@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from lwr_dyn.arrays import Array, fixed_array, real_array
 from lwr_dyn.errors import OptionError, PathLimitError, ShapeError
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.registry import Option
 from lwr_dyn.trajectory.laws import Law, positive
 from lwr_dyn.trajectory.lspb import lspb, lspb_at_rates, lspb_at_velocity
 from lwr_dyn.trajectory.references.limits import worst_outside
 from lwr_dyn.trajectory.references.point_to_point import JointReference
-
-if TYPE_CHECKING:
-    from lwr_dyn.model.arm import Arm
+from lwr_dyn.trajectory.references.tasks import Duration, End, Start
 
 FORMS = "duration and blend, duration and velocity, or velocity and acceleration"
 
@@ -81,6 +81,18 @@ def lspb_move(
         raise OptionError("LSPB", f"given by {', '.join(sorted(names)) or 'nothing'}", FORMS)
     _check(arm, law, points)
     return JointReference(points, (law,))
+
+
+def timed_lspb_move(
+    arm: Arm,
+    *,
+    start: Start,
+    end: End,
+    duration: Duration = 7.0,
+    blend: Annotated[float, Option(float, "Time of each of the two blends, s.")] = 1.0,
+) -> JointReference:
+    """`lspb_move` given by duration and blend, by default those of the WAM paper; raises as `lspb_move`."""
+    return lspb_move(arm, start, end, duration=duration, blend=blend)
 
 
 def _at_velocity(arm: Arm, travel: Array, duration: float, velocity: Array) -> Law:

@@ -4,19 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from lwr_dyn.arrays import Array, joint_array, read_only, real_array
 from lwr_dyn.errors import OptionError, PathLimitError
+from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Motion
 from lwr_dyn.trajectory.laws import Law, positive, quintic
 from lwr_dyn.trajectory.references.limits import worst_outside
-
-if TYPE_CHECKING:
-    from lwr_dyn.model.arm import Arm
+from lwr_dyn.trajectory.references.tasks import Duration, End, Start
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -25,6 +24,7 @@ class JointReference:
 
     waypoints: Array
     laws: tuple[Law, ...]
+    name: ClassVar[str] = "JointReference"
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "waypoints", read_only(self.waypoints))
@@ -85,7 +85,13 @@ def point_to_point(arm: Arm, waypoints: ArrayLike, durations: Sequence[float]) -
     return JointReference(points, laws)
 
 
-def hold(arm: Arm, q: ArrayLike, duration: float) -> JointReference:
+def one_move(arm: Arm, *, start: Start, end: End, duration: Duration = 2.0) -> JointReference:
+    """`point_to_point` of a single leg from `start` to `end` (n,) [rad or m]."""
+    ends = [joint_array(name, q, arm.n) for name, q in (("start", start), ("end", end))]
+    return point_to_point(arm, np.stack(ends), [duration])
+
+
+def hold(arm: Arm, q: Start, duration: Duration = 2.0) -> JointReference:
     """Standing still at q (n,) [rad or m] for `duration` [s].
 
     Raises

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -37,6 +37,7 @@ class TaskReference:
     arm_angle: ArmAngle
     tightest: Tightest
     about: Mapping[str, Any] = field(default_factory=dict)
+    name: ClassVar[str] = "TaskReference"
 
     @property
     def duration(self) -> float:

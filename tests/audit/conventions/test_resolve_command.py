@@ -1,4 +1,4 @@
-"""`lwr-dyn resolve`: output, exit codes, one clear line for bad input."""
+"""`lwr-dyn conventions`: output, exit codes, one clear line for bad input."""
 
 import json
 
@@ -22,7 +22,7 @@ where = "somewhere"
 def command(capsys):
     def run(*arguments):
         with pytest.raises(SystemExit) as stop:
-            main(["resolve", *map(str, arguments)])
+            main(["conventions", *map(str, arguments)])
         out, err = capsys.readouterr()
         return stop.value.code, out, err
 

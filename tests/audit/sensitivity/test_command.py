@@ -1,4 +1,4 @@
-"""`lwr-dyn spread`: its tables, its JSON, one line for bad input."""
+"""`lwr-dyn sensitivity`: its tables, its JSON, one line for bad input."""
 
 import json
 
@@ -11,7 +11,7 @@ QUICK = ("--task", "joint-move", "--rate", "250", "--poses", "20")
 
 def run(*arguments):
     with pytest.raises(SystemExit) as stop:
-        main(["spread", *arguments])
+        main(["sensitivity", *arguments])
     return stop.value.code
 
 

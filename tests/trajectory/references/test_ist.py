@@ -5,9 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from lwr_dyn.errors import OptionError, ShapeError
+from lwr_dyn.errors import OptionError, ShapeError, UnknownNameError
 from lwr_dyn.model.spatial import rot_z
-from lwr_dyn.trajectory.references.ist import LAWS, POINTS, TIMINGS, TOOL, Smoothness, ist_path, timed_ist
+from lwr_dyn.trajectory.references.ist import POINTS, TOOL, ist_path, timed_ist
+from lwr_dyn.trajectory.timings import MOTION_PROFILES, SmoothTiming
 
 ROUNDING = 1e-12
 STENCIL = np.array([-4, -3, -2, -1, 1, 2, 3, 4])
@@ -43,7 +44,7 @@ def test_it_has_three_corners_and_three_bends():
     assert [round(j.bend, 3) for j in path.joints() if j.is_bend] == [13.333, 26.667, 13.333]
 
 
-@pytest.mark.parametrize("timing", TIMINGS)
+@pytest.mark.parametrize("timing", MOTION_PROFILES.rows)
 def test_every_timing_goes_from_point_1_to_point_9_in_14_s_with_the_tool_along_y(timing):
     poses = timed_ist(timing)
     assert poses.duration == 14.0
@@ -51,7 +52,7 @@ def test_every_timing_goes_from_point_1_to_point_9_in_14_s_with_the_tool_along_y
     np.testing.assert_allclose(T[:, :3, 3], POINTS.si()[[0, 8]], atol=ROUNDING)
     np.testing.assert_allclose(T[:, :3, :3], [TOOL, TOOL])
     np.testing.assert_allclose(T[:, :3, 2], [[0, 1, 0]] * 2)
-    assert timing in LAWS
+    assert MOTION_PROFILES[timing].about
 
 
 def test_constant_speed_is_constant_and_turns_with_a_jump_at_the_corners():
@@ -74,7 +75,7 @@ def test_quintic_stands_still_at_every_end_of_a_segment_in_times_proportional_to
 
 @pytest.mark.parametrize("timing", ["smooth", "smooth-blended"])
 def test_smooth_timings_bound_acceleration_and_jerk_in_space(timing):
-    keep = Smoothness()
+    keep = SmoothTiming()
     poses = timed_ist(timing)
     peaks = poses.law.peaks()
     assert peaks.acceleration <= keep.acceleration * (1 + 1e-9)
@@ -101,7 +102,7 @@ def test_smooth_stops_at_the_three_corners_only_and_stays_within_a_hundredth_of_
 
 
 def test_without_easing_the_path_is_table_v_to_the_letter_and_the_acceleration_jumps_at_the_bends():
-    poses = timed_ist("smooth", smoothness=Smoothness(ease=0.0))
+    poses = timed_ist("smooth", smoothness=SmoothTiming(ease=0.0))
     assert poses.length == pytest.approx(ist_path().length, abs=ROUNDING)
     s = poses.law.at(np.linspace(0, 14, 28_001)).s
     k = int(np.argmin(np.abs(s - 0.4)))
@@ -119,14 +120,14 @@ def test_another_tool_orientation_is_taken():
 @pytest.mark.parametrize(
     ("options", "error", "says"),
     [
-        ({"timing": "cubic"}, OptionError, "allowed: constant, quintic, smooth, smooth-blended"),
+        ({"timing": "cubic"}, UnknownNameError, "known: constant, quintic, smooth, smooth-blended"),
         ({"duration": 0.0}, OptionError, "duration"),
         ({"duration": -14.0, "timing": "constant"}, OptionError, "duration"),
         ({"duration": 5.0}, OptionError, r"duration: 5 s; allowed: at least 6\.549\d+ s with 4 stops"),
         ({"R_07": np.diag([1.0, 1.0, -1.0])}, OptionError, "R_07: left-handed"),
         ({"R_07": np.eye(4)}, ShapeError, "shape"),
-        ({"smoothness": Smoothness(ease=0.2)}, OptionError, "blend"),
-        ({"smoothness": Smoothness(jerk=-1.0)}, OptionError, "jerk"),
+        ({"smoothness": SmoothTiming(ease=0.2)}, OptionError, "blend"),
+        ({"smoothness": SmoothTiming(jerk=-1.0)}, OptionError, "jerk"),
     ],
 )
 def test_what_cannot_be_is_refused(options, error, says):

@@ -14,9 +14,10 @@ from lwr_dyn.trajectory.orientations import constant, slerp
 from lwr_dyn.trajectory.path import path_of
 from lwr_dyn.trajectory.poses import timed
 from lwr_dyn.trajectory.references.arm_angles import FixedArmAngle
-from lwr_dyn.trajectory.references.ist import TIMINGS, TOOL, Smoothness, ist_reference, timed_ist
+from lwr_dyn.trajectory.references.ist import TOOL, ist_reference, timed_ist
 from lwr_dyn.trajectory.references.task_reference import task_reference
 from lwr_dyn.trajectory.segments import line
+from lwr_dyn.trajectory.timings import MOTION_PROFILES, SmoothTiming
 
 ARM = lwr_dyn.load("lwr4plus")
 STENCIL = np.array([-4, -3, -2, -1, 1, 2, 3, 4])
@@ -28,7 +29,7 @@ DIFFERENCE = 1e-9
 POSE = 1e-12
 """[m, and entries of R] Closed-form IK and forward kinematics, both to rounding."""
 
-REFERENCES = {timing: ist_reference(ARM, timing) for timing in TIMINGS}
+REFERENCES = {timing: ist_reference(ARM, timing) for timing in MOTION_PROFILES.rows}
 
 
 def breaks(reference):
@@ -45,7 +46,7 @@ def _rising(s, t):
     return s[keep], t[keep]
 
 
-@pytest.mark.parametrize("timing", TIMINGS)
+@pytest.mark.parametrize("timing", MOTION_PROFILES.rows)
 def test_the_flange_draws_the_path(timing):
     reference = REFERENCES[timing]
     t = np.linspace(0.0, 14.0, 1401)
@@ -53,7 +54,7 @@ def test_the_flange_draws_the_path(timing):
     np.testing.assert_allclose(T, reference.poses.at(t).T, atol=POSE)
 
 
-@pytest.mark.parametrize("timing", TIMINGS)
+@pytest.mark.parametrize("timing", MOTION_PROFILES.rows)
 def test_dq_and_ddq_are_the_derivatives_of_q_between_the_breaks(timing):
     reference = REFERENCES[timing]
     t = np.linspace(0.013, 13.987, 431)
@@ -77,7 +78,7 @@ def test_q_dq_and_ddq_have_no_jump_anywhere(timing):
 
 
 def test_the_same_look_finds_the_jump_of_ddq_at_a_bend_that_is_not_eased():
-    sharp = ist_reference(ARM, smoothness=Smoothness(ease=0.0)).sample(np.arange(-0.1, 14.1, 5e-4))
+    sharp = ist_reference(ARM, smoothness=SmoothTiming(ease=0.0)).sample(np.arange(-0.1, 14.1, 5e-4))
     assert np.abs(np.diff(sharp.ddq, axis=0)).max() > 0.5
     assert np.abs(np.diff(sharp.dq, axis=0)).max() < 5.0 * 5e-4
 
@@ -101,7 +102,7 @@ def test_it_stands_still_before_and_after():
     assert not motion.ddq[[0, 3]].any()
 
 
-@pytest.mark.parametrize("timing", TIMINGS)
+@pytest.mark.parametrize("timing", MOTION_PROFILES.rows)
 def test_the_tightest_place_is_joint_6_at_point_1_by_1_2_degrees(timing):
     reference = REFERENCES[timing]
     assert np.degrees(reference.margin) == pytest.approx(1.2, abs=0.05)
@@ -111,7 +112,7 @@ def test_the_tightest_place_is_joint_6_at_point_1_by_1_2_degrees(timing):
     assert np.min(np.minimum(ARM.upper - q, q - ARM.lower)) >= reference.margin
 
 
-@pytest.mark.parametrize("timing", TIMINGS)
+@pytest.mark.parametrize("timing", MOTION_PROFILES.rows)
 def test_speed_limits_are_kept(timing):
     dq = REFERENCES[timing].sample(np.linspace(0, 14, 1401)).dq
     assert np.all(np.abs(dq).max(axis=0) < ARM.velocity)

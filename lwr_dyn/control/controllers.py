@@ -1,0 +1,57 @@
+"""Controllers by name, or from a Python file of one's own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from lwr_dyn.control.controller_file import controller_from_file
+from lwr_dyn.control.protocol import Controller
+from lwr_dyn.dynamics.engines import dynamics_of
+from lwr_dyn.dynamics.protocol import Dynamics
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.registry import Registry, Row
+
+CONTROLLERS: Registry[Callable[..., Controller]] = Registry(
+    "controller",
+    {
+        "pd-gravity": Row("lwr_dyn.control.pd_gravity:tuned_pd_gravity", "PD with gravity compensation"),
+        "pid": Row("lwr_dyn.control.pid:tuned_pid", "PID with back-calculation against wind-up"),
+        "inverse-dynamics": Row(
+            "lwr_dyn.control.inverse_dynamics:tuned_inverse_dynamics", "inverse dynamics: the model linearises the arm"
+        ),
+    },
+)
+"""Each row makes a controller: `factory(arm, dynamics, **options)`."""
+
+
+def make_controller(name: str, arm: Arm, engine: str | Dynamics = "pinocchio", **options: Any) -> Controller:
+    """A controller by name, or from a file.
+
+    Parameters
+    ----------
+    name : str
+        A name of `CONTROLLERS`, or a path that ends in .py (see `controller_from_file`).
+    arm : Arm
+        The arm as the controller knows it.
+    engine : str or Dynamics
+        Computes the controller's model: a name, or dynamics that are already built for this arm.
+    options
+        Of the row's factory, such as omega_n [rad/s], xi, velocity_error.
+
+    Raises
+    ------
+    UnknownNameError
+        No controller or engine of that name.
+    OptionError, ShapeError
+        An option that this controller does not know, gains that are not positive, inertias of the wrong shape.
+    MissingDataError
+        The arm has no inertias, no gains of its own, or no limits to search its worst case in.
+    FileAccessError
+        A file that cannot be read, does not run, or holds no controller.
+    """
+    dynamics = dynamics_of(arm, engine) if isinstance(engine, str) else engine
+    if str(name).endswith(".py"):
+        return controller_from_file(name, arm, dynamics, **options)
+    controller: Controller = CONTROLLERS.make(name, arm, dynamics, **options)
+    return controller

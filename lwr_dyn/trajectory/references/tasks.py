@@ -1,0 +1,30 @@
+"""Tasks by name: references for the joints that `lwr-dyn simulate --task` takes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Annotated
+
+from numpy.typing import ArrayLike
+
+from lwr_dyn.model.run import Reference
+from lwr_dyn.registry import Option, Quantity, Registry, Row
+
+REFERENCES: Registry[Callable[..., Reference]] = Registry(
+    "reference",
+    {
+        "ist": Row("lwr_dyn.trajectory.references.ist:ist_reference", "the letters IST of the LWR 4+ paper"),
+        "point-to-point": Row(
+            "lwr_dyn.trajectory.references.point_to_point:one_move", "a move of the joints from rest to rest, a quintic"
+        ),
+        "lspb": Row(
+            "lwr_dyn.trajectory.references.lspb_move:timed_lspb_move", "a move of the joints with a trapezoid of speed"
+        ),
+        "hold": Row("lwr_dyn.trajectory.references.point_to_point:hold", "standing still"),
+    },
+)
+"""Each row makes a reference: `factory(arm, **options)`."""
+
+Duration = Annotated[float, Option(float, "Duration, s.")]
+Start = Annotated[ArrayLike, Option(Quantity.JOINT_POSITIONS, "Where the joints start (m for sliding).", "from-deg")]
+End = Annotated[ArrayLike, Option(Quantity.JOINT_POSITIONS, "Where the joints end (m for sliding).", "to-deg")]

@@ -1,0 +1,185 @@
+"""Registries: each row loads, options come from the factory's signature, other packages add rows."""
+
+import subprocess
+import sys
+from typing import TYPE_CHECKING, Annotated
+
+import numpy as np
+import pytest
+
+import lwr_dyn
+from lwr_dyn.cli.main import COMMANDS
+from lwr_dyn.cli.new import KINDS
+from lwr_dyn.control.controllers import CONTROLLERS
+from lwr_dyn.dynamics.engines import ENGINES
+from lwr_dyn.errors import LwrDynError, MissingPackageError, OptionError, UnknownNameError
+from lwr_dyn.front import FUNCTIONS
+from lwr_dyn.registry import REQUIRED, Option, Quantity, Registry, Row, options_of
+from lwr_dyn.trajectory.references.tasks import REFERENCES
+from lwr_dyn.trajectory.timings import MOTION_PROFILES
+
+if TYPE_CHECKING:
+    from decimal import Decimal
+
+REGISTRIES = (CONTROLLERS, REFERENCES, MOTION_PROFILES, ENGINES, COMMANDS, KINDS, FUNCTIONS)
+ROWS = [pytest.param(registry, name, id=f"{registry.kind} {name}") for registry in REGISTRIES for name in registry.rows]
+
+ADDED = """
+import numpy as np
+from typing import Annotated
+from lwr_dyn.dynamics.newton_euler import newton_euler_engine
+from lwr_dyn.registry import Option, Quantity
+from lwr_dyn.trajectory.references.point_to_point import hold
+
+
+def spring(arm, dynamics, *, gain: Annotated[float, Option(float, "Stiffness, 1/s^2.")] = 100.0):
+    def mine(t, q, dq, q_ref, dq_ref, ddq_ref):
+        return dynamics.inverse_dynamics(q, dq, gain * (q_ref - q) - 20.0 * dq)
+
+    mine.parameters = {"gain": gain}
+    return mine
+
+
+def still(arm, *, seconds: Annotated[float, Option(float, "Duration, s.")] = 0.02):
+    return hold(arm, np.zeros(arm.n), seconds)
+
+
+def broken(arm, dynamics, *, rate: Annotated[float, Option(float, "Taken by simulate itself.")] = 1.0):
+    return spring(arm, dynamics)
+"""
+POINTS = """
+[lwr_dyn.controller]
+mine = added_rows:spring
+gone = added_rows:nothing
+absent = no_such_module:make
+sick = sick_module:make
+[lwr_dyn.reference]
+still = added_rows:still
+[lwr_dyn.engine]
+my-engine = added_rows:newton_euler_engine
+[lwr_dyn.new]
+pid = added_rows:spring
+"""
+
+
+@pytest.fixture
+def distribution(tmp_path, monkeypatch):
+    """A package with rows, installed as far as `importlib.metadata` can see."""
+    (tmp_path / "added_rows.py").write_text(ADDED)
+    (tmp_path / "sick_module.py").write_text("1 / 0\n")
+    info = tmp_path / "added_rows-1.0.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: added-rows\nVersion: 1.0\n")
+    (info / "entry_points.txt").write_text(POINTS)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    yield tmp_path
+    for name in ("added_rows", "sick_module"):
+        sys.modules.pop(name, None)
+
+
+@pytest.mark.parametrize(("registry", "name"), ROWS)
+def test_every_row_names_something_that_can_be_called(registry, name):
+    assert callable(registry.load(name))
+    assert registry[name].about
+
+
+@pytest.mark.parametrize("registry", [CONTROLLERS, REFERENCES])
+def test_options_of_rows_have_help_and_a_default_in_the_signature(registry):
+    for name in registry.rows:
+        options = options_of(registry.load(name))
+        assert options
+        assert all(option.help.endswith(".") for option in options.values())
+    assert options_of(CONTROLLERS.load("pid"))["omega_n"].default == 50.0
+    assert options_of(REFERENCES.load("hold"))["q"].default is REQUIRED
+
+
+def test_the_front_door_makes_controllers_and_references():
+    arm = lwr_dyn.load("lwr4plus")
+    pid = lwr_dyn.controller("pid", arm, ki=3.0, inertia=np.ones(7), engine="newton-euler")
+    assert pid.parameters["Ki"] == [3.0] * 7
+    dynamics = lwr_dyn.dynamics_of(arm)
+    assert lwr_dyn.controller("pd-gravity", arm, engine=dynamics, inertia=np.ones(7), omega_n=10.0).Kp[0] == 100.0
+    wam = lwr_dyn.load("wam7")
+    assert (lwr_dyn.controller("pd-gravity", wam, own_gains=True).Kp == wam.gains.Kp).all()
+    assert lwr_dyn.reference("hold", arm, q=np.zeros(7)).duration == 2.0
+    assert lwr_dyn.reference("lspb", arm, start=np.zeros(7), end=np.ones(7)).duration == 7.0
+    assert list(lwr_dyn.engines()) == ["pinocchio", "newton-euler", "kernels"]
+
+
+ARM = lwr_dyn.load("lwr4plus")
+BAD = {
+    "controller": (lambda: lwr_dyn.controller("fuzzy", ARM), "no controller named 'fuzzy'"),
+    "engine": (lambda: lwr_dyn.controller("pid", ARM, engine="none"), "no engine named 'none'"),
+    "reference": (lambda: lwr_dyn.reference("dance", ARM), "no reference named 'dance'"),
+    "unknown option": (
+        lambda: lwr_dyn.controller("inverse-dynamics", ARM, ki=1.0),
+        "ki: no option of controller inverse-dynamics; allowed: omega_n, xi, feedforward, gravity",
+    ),
+    "missing option": (
+        lambda: lwr_dyn.reference("hold", ARM),
+        "q: not given; allowed: a value, which reference hold needs",
+    ),
+    "no effect": (
+        lambda: lwr_dyn.controller("pd-gravity", lwr_dyn.load("wam7"), own_gains=True, omega_n=9.0),
+        "omega_n: would do nothing here; allowed: without own_gains",
+    ),
+    "no gains": (lambda: lwr_dyn.controller("pd-gravity", ARM, own_gains=True), "controller gains not given"),
+    "no arm": (lambda: lwr_dyn.controller("pid", "lwr4plus"), "arm: 'lwr4plus'; allowed: an arm"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_a_bad_choice_is_one_line(case):
+    call, message = BAD[case]
+    with pytest.raises(LwrDynError) as fault:
+        call()
+    assert message in str(fault.value)
+
+
+def test_rows_of_another_package_come_after_our_own(distribution):
+    assert CONTROLLERS.names[:4] == (*CONTROLLERS.rows, "mine")
+    assert CONTROLLERS["mine"].about == "from added-rows"
+    assert lwr_dyn.controller("mine", ARM, gain=4.0).parameters == {"gain": 4.0}
+    assert lwr_dyn.reference("still", ARM).duration == 0.02
+    assert "my-engine" in lwr_dyn.engines()
+    with pytest.raises(UnknownNameError, match="no function of added_rows named 'nothing'"):
+        CONTROLLERS.load("gone")
+    with pytest.raises(MissingPackageError, match="no_such_module is not installed"):
+        CONTROLLERS.load("absent")
+    with pytest.raises(OptionError, match="from added-rows: sick_module: ZeroDivisionError"):
+        CONTROLLERS.load("sick")
+
+
+def test_an_own_name_is_not_replaced(distribution):
+    assert Registry("controller", {"mine": Row("math:sin", "ours")}).load("mine").__name__ == "sin"
+
+
+def _command(folder, *arguments):
+    code = f"import sys; sys.path.insert(0, {str(folder)!r}); from lwr_dyn.cli.main import main; main(sys.argv[1:])"
+    return subprocess.run([sys.executable, "-c", code, *arguments], capture_output=True, text=True)
+
+
+def test_the_command_takes_rows_of_another_package_with_their_options(distribution):
+    simulate = ("simulate", "lwr4plus", "--task", "still", "--seconds", "0.01", "--engine", "my-engine")
+    done = _command(distribution, *simulate, "--controller", "mine", "--gain", "9")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "mine, 0.01 s, 11 samples" in done.stdout
+    done = _command(distribution, *simulate, "--controller", "pid", "--gain", "9")
+    assert done.stderr == "lwr-dyn: --gain: would do nothing here; allowed: with --controller mine\n"
+    done = _command(distribution, *simulate, "--controller", "sick")
+    assert done.stderr.count("\n") == 1
+    assert "sick_module: ZeroDivisionError" in done.stderr
+
+
+def test_an_annotation_that_cannot_be_read_is_named():
+    def factory(arm, *, digits: Annotated["Decimal", Option(float, "Digits.")] = 3): ...
+
+    with pytest.raises(OptionError, match="annotation: name 'Decimal' is not defined"):
+        options_of(factory)
+
+
+def test_a_class_can_be_a_factory():
+    class Spring:
+        def __init__(self, arm, dynamics, *, lean: Annotated[float, Option(Quantity.ANGLE, "Lean.")] = 0.5): ...
+
+    assert options_of(Spring)["lean"].default == 0.5
