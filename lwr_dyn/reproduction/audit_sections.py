@@ -18,7 +18,7 @@ from lwr_dyn.audit.conventions.zero import resolve_zero, zero_statements
 from lwr_dyn.audit.lint.examine import lint
 from lwr_dyn.audit.lint.finding import Finding
 from lwr_dyn.audit.lint.toml_sheet import sheet_of_toml
-from lwr_dyn.audit.sensitivity.matrix import Spread, spread
+from lwr_dyn.audit.sensitivity.analysis import Sensitivity, sensitivity
 from lwr_dyn.papers.assembly import arm_from_paper
 from lwr_dyn.papers.catalog import open_paper, readings
 from lwr_dyn.reproduction.report.content import PlainTable, Section
@@ -59,10 +59,10 @@ def spread_section(paper: str) -> Told | None:
     """The paper's task under all readings: the controller believes in one, the plant is another."""
     if paper not in SPREAD:
         return None
-    found = spread({name: arm_from_paper(open_paper(paper, name)) for name in readings(paper)})
-    laws = [law.name for law in found.job.laws]
+    found = sensitivity({name: arm_from_paper(open_paper(paper, name)) for name in readings(paper)})
+    laws = [choice.name for choice in found.study.task.controllers]
     tables = [*(_matrix(found, law) for law in laws), _inertias(found), _survivors(found)]
-    text = f"{found.job.about}; {len(found.outcomes)} runs at {found.rate:g} Hz or more"
+    text = f"{found.study.task.about}; {len(found.runs)} runs at {found.rate:g} Hz or more"
     record = {
         "rms_mm": {law: found.tip_rms_mm(law) for law in laws},
         "conclusions": {c.text: c.verdict() for c in found.conclusions},
@@ -70,7 +70,7 @@ def spread_section(paper: str) -> Told | None:
     return Section("spread", "Readings", text, tuple(tables)), record
 
 
-def _matrix(found: Spread, law: str) -> PlainTable:
+def _matrix(found: Sensitivity, law: str) -> PlainTable:
     tips, worst = found.tip_rms_mm(law), found.worst_mrad(law)
     rows = tuple(
         (name, *(f"{tips[i, j]:.3g} ({worst[i, j]:.3g})" for j in range(len(found.names))))
@@ -87,12 +87,12 @@ def _shades(values: Array) -> tuple[tuple[float, ...], ...]:
     return tuple(tuple(float(x) for x in row) for row in scaled)
 
 
-def _inertias(found: Spread) -> PlainTable:
+def _inertias(found: Sensitivity) -> PlainTable:
     rows = tuple((name, *(f"{x:.4g}" for x in found.statics[name].b)) for name in found.names)
     return PlainTable("Largest inertia b = max B_ii [kg m^2]", ("reading", *found.joints), rows)
 
 
-def _survivors(found: Spread) -> PlainTable:
+def _survivors(found: Sensitivity) -> PlainTable:
     rows = tuple((c.text, c.verdict()) for c in found.conclusions)
     return PlainTable("What survives", ("conclusion", "under which readings"), rows)
 

@@ -78,7 +78,7 @@ def read_evidence(path: str | Path, table: PrintedTable) -> Evidence:
 
 def room_evidence(robot: str, table: PrintedTable) -> Evidence | None:
     """Evidence that comes with the package for a robot's name, or none."""
-    place = resources.files("lwr_dyn.audit.conventions").joinpath(f"{robot}.toml")
+    place = resources.files("lwr_dyn.papers").joinpath("evidence", f"{robot}.toml")
     return parse_evidence(place.read_text(encoding="utf-8"), f"{robot}.toml", table) if place.is_file() else None
 
 

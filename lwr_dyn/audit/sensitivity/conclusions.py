@@ -1,4 +1,4 @@
-"""What a paper concludes, as propositions that every pair of readings either bears out or does not."""
+"""What a paper concludes, as propositions that hold or fail for every pair of readings (model, plant)."""
 
 from __future__ import annotations
 
@@ -9,12 +9,13 @@ from functools import partial
 
 import numpy as np
 
-from lwr_dyn.audit.sensitivity.jobs import INVERSE, PD, Job, Said
-from lwr_dyn.audit.sensitivity.pairs import Outcome
+from lwr_dyn.audit.sensitivity.closed_loops import ClosedLoopResult
 from lwr_dyn.audit.sensitivity.statics import Statics
+from lwr_dyn.papers.study_tasks import PublishedClaim, StudyTask
+from lwr_dyn.simulation.metrics import Metrics
 
-Runs = Mapping[str, Outcome]
-"""Law -> its run, of one pair of readings."""
+Runs = Mapping[str, ClosedLoopResult]
+"""Controller -> its run, of one pair of readings."""
 Rule = Callable[[Runs], bool | None]
 SAME_GAINS = (0.01, 0.05)
 """Shares within which gains count as the same."""
@@ -22,11 +23,11 @@ SAME_GAINS = (0.01, 0.05)
 
 @dataclass(frozen=True, slots=True)
 class Conclusion:
-    """A proposition and whether it holds for each (believed, real); None where a run came to nothing."""
+    """A proposition and whether it holds for each (model, plant); None where a simulation failed."""
 
     text: str
     holds: Mapping[tuple[str, ...], bool | None]
-    """By (believed, real), or by (reading,) where only one is asked."""
+    """By (model, plant), or by (reading,) where there is only one."""
 
     @property
     def survives(self) -> bool:
@@ -40,72 +41,75 @@ class Conclusion:
 
     def verdict(self) -> str:
         """In words: under all pairs, under none, or under which, whichever list is shorter."""
-        said = [k for k, h in self.holds.items() if h is True]
-        fails = [k for k, h in self.holds.items() if h is not True]
+        good = [k for k, h in self.holds.items() if h is True]
+        bad = [k for k, h in self.holds.items() if h is not True]
         over = "pairs" if len(next(iter(self.holds))) == 2 else "readings"
-        if not fails:
-            return f"holds under all {len(said)} {over}"
-        if not said:
-            return f"holds under none of {len(fails)} {over}"
-        names = said if len(said) <= len(fails) else fails
-        word = "holds only" if names is said else "fails"
-        return f"{word} for {', '.join(_pair(*key) for key in names)} ({len(said)} of {len(self.holds)} hold)"
+        if not bad:
+            return f"holds under all {len(good)} {over}"
+        if not good:
+            return f"holds under none of {len(bad)} {over}"
+        shorter, word = (good, "holds only") if len(good) <= len(bad) else (bad, "fails")
+        return f"{word} for {', '.join(_pair(*key) for key in shorter)} ({len(good)} of {len(self.holds)} hold)"
 
 
-def _pair(believed: str, real: str = "") -> str:
-    if not real:
-        return believed
-    return f"{believed} on {real}" if believed != real else f"{believed} on itself"
+def _pair(model: str, plant: str = "") -> str:
+    if not plant:
+        return model
+    return f"{model} on {plant}" if model != plant else f"{model} on itself"
 
 
-def conclusions(job: Job, runs: Sequence[Outcome], statics: Mapping[str, Statics]) -> tuple[Conclusion, ...]:
-    """The propositions about a job, each judged for every pair."""
-    pairs: dict[tuple[str, str], dict[str, Outcome]] = {}
+def conclusions(
+    task: StudyTask, runs: Sequence[ClosedLoopResult], statics: Mapping[str, Statics]
+) -> tuple[Conclusion, ...]:
+    """The propositions about a task, each judged for every pair."""
+    pairs: dict[tuple[str, str], dict[str, ClosedLoopResult]] = {}
     for run in runs:
-        pairs.setdefault((run.believed, run.real), {})[run.law] = run
-    judged = [Conclusion(text, {(*key,): rule(r) for key, r in pairs.items()}) for text, rule in _rules(job, runs)]
+        pairs.setdefault((run.model, run.plant), {})[run.controller] = run
+    judged = [Conclusion(text, {(*key,): rule(r) for key, r in pairs.items()}) for text, rule in _rules(task, runs)]
     return (*judged, *_gains(statics))
 
 
-def _rules(job: Job, runs: Sequence[Outcome]) -> Iterator[tuple[str, Rule]]:
-    """Propositions that can be judged: an arm without a known limit keeps to none."""
-    figures = [run.figures for run in runs if run.figures is not None]
-    names = [law.name for law in job.laws]
-    for pd, other in itertools.product(names, names):
-        if pd.startswith(PD) and other.startswith(INVERSE):
-            yield f"{other} tracks better than {pd} (RMS of the tip)", partial(_better, other, pd)
-    for name in names:
-        if any(np.isfinite(f.torque_use).any() for f in figures):
-            yield f"torques keep to their limits under {name}", partial(_torques, name)
-        if any(np.isfinite(f.speed_use).any() for f in figures):
-            yield f"speeds keep to their limits under {name}", partial(_speeds, name)
-    for said in job.said:
-        yield said.text, partial(_largest, said)
+def _rules(task: StudyTask, runs: Sequence[ClosedLoopResult]) -> Iterator[tuple[str, Rule]]:
+    """Propositions that can be judged: none about limits where the arm has no known ones."""
+    known = [run.metrics for run in runs if run.metrics is not None]
+    for pd, other in itertools.product(task.controllers, task.controllers):
+        if (pd.controller, other.controller) == ("pd-gravity", "inverse-dynamics"):
+            yield f"{other.name} tracks better than {pd.name} (RMS of the tip)", partial(_better, other.name, pd.name)
+    for choice in task.controllers:
+        name = choice.name
+        if any(np.isfinite(m.torque_use).any() for m in known):
+            yield f"torques keep to their limits under {name}", partial(_judge, name, _within_torques)
+        if any(np.isfinite(m.speed_use).any() for m in known):
+            yield f"speeds keep to their limits under {name}", partial(_judge, name, _within_speeds)
+    for claim in task.claims:
+        yield claim.text, partial(_judge, claim.controller, partial(_are_largest, claim))
 
 
-def _better(law: str, other: str, runs: Runs) -> bool | None:
-    if runs[law].figures is None or runs[other].figures is None:
+def _better(controller: str, other: str, runs: Runs) -> bool | None:
+    if runs[controller].metrics is None or runs[other].metrics is None:
         return None
-    return runs[law].tip_rms_mm < runs[other].tip_rms_mm
+    return runs[controller].tip_rms_mm < runs[other].tip_rms_mm
 
 
-def _torques(law: str, runs: Runs) -> bool | None:
+def _judge(controller: str, rule: Callable[[Metrics], bool], runs: Runs) -> bool | None:
+    """A rule about one controller's run; None where its simulation failed."""
+    result = runs[controller].metrics
+    return None if result is None else rule(result)
+
+
+def _within_torques(result: Metrics) -> bool:
     """No torque was cut at a known limit."""
-    figures = runs[law].figures
-    return None if figures is None else bool((figures.saturated_s == 0.0).all())
+    return bool((result.saturated_s == 0.0).all())
 
 
-def _speeds(law: str, runs: Runs) -> bool | None:
-    figures = runs[law].figures
-    return None if figures is None else bool(np.nanmax([0.0, *figures.speed_use]) <= 1.0)
+def _within_speeds(result: Metrics) -> bool:
+    return bool(np.nanmax([0.0, *result.speed_use]) <= 1.0)
 
 
-def _largest(said: Said, runs: Runs) -> bool | None:
-    figures = runs[said.law].figures
-    if figures is None:
-        return None
-    sizes = np.abs(getattr(figures.position_mrad, said.figure))
-    return set(np.argsort(-sizes)[: len(said.joints)].tolist()) == set(said.joints)
+def _are_largest(claim: PublishedClaim, result: Metrics) -> bool:
+    """The claim's joints have the largest errors."""
+    sizes = np.abs(getattr(result.position_mrad, claim.statistic))
+    return set(np.argsort(-sizes)[: len(claim.joints)].tolist()) == set(claim.joints)
 
 
 def _gains(statics: Mapping[str, Statics]) -> Iterator[Conclusion]:
@@ -113,5 +117,5 @@ def _gains(statics: Mapping[str, Statics]) -> Iterator[Conclusion]:
     first = next(iter(statics))
     for share in SAME_GAINS:
         text = f"gains from max B_ii are those of {first} within {share:.0%}"
-        off = {name: np.abs(s.b / statics[first].b - 1.0).max() for name, s in statics.items() if name != first}
-        yield Conclusion(text, {(name,): bool(o <= share) for name, o in off.items()})
+        gaps = {name: np.abs(s.b / statics[first].b - 1.0).max() for name, s in statics.items() if name != first}
+        yield Conclusion(text, {(name,): bool(gap <= share) for name, gap in gaps.items()})

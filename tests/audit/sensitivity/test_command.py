@@ -33,7 +33,7 @@ def test_json(capsys):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
         (("lwr4",), "one reading"),
         (("lwr4plus", "kr30ha"), "joints"),
@@ -44,8 +44,8 @@ def test_json(capsys):
         (("kr30ha", "--rate", "-1"), "rate"),
     ],
 )
-def test_bad_input(arguments, said, capsys):
+def test_bad_input(arguments, message, capsys):
     assert run(*arguments) == 2
     captured = capsys.readouterr()
-    assert said in captured.err
+    assert message in captured.err
     assert captured.err.count("\n") == 1

@@ -1,4 +1,4 @@
-"""The spread over readings: what it compares, what it concludes, and what it refuses."""
+"""A task under several readings: what is compared, which conclusions follow, which input is refused."""
 
 from dataclasses import replace
 
@@ -6,15 +6,17 @@ import numpy as np
 import pytest
 
 import lwr_dyn
+from lwr_dyn.audit.sensitivity.analysis import sensitivity
+from lwr_dyn.audit.sensitivity.closed_loops import closed_loops
 from lwr_dyn.audit.sensitivity.conclusions import Conclusion, conclusions
-from lwr_dyn.audit.sensitivity.jobs import INVERSE, PD, Said, job_of
-from lwr_dyn.audit.sensitivity.matrix import spread
-from lwr_dyn.audit.sensitivity.pairs import outcomes
+from lwr_dyn.audit.sensitivity.simulated_task import simulated_task
 from lwr_dyn.audit.sensitivity.statics import shared_poses, statics_of
 from lwr_dyn.errors import LwrDynError, MissingDataError, OptionError, ShapeError, UnknownNameError
+from lwr_dyn.papers.study_tasks import PublishedClaim
 from lwr_dyn.simulation.plant import scaled
 from lwr_dyn.trajectory.references.point_to_point import point_to_point
 
+PD, INVERSE = "PD + gravity", "inverse dynamics"
 RATE = 250.0
 """[Hz] Loops of 50 rad/s hold at it."""
 
@@ -26,54 +28,58 @@ def arms():
 
 
 @pytest.fixture(scope="module")
-def found(arms):
-    return spread(arms, "joint-move", rate=RATE, poses=50)
+def result(arms):
+    return sensitivity(arms, "joint-move", rate=RATE, poses=50)
 
 
-def test_gravity_and_inertia_scale_with_the_masses(found):
-    true, heavy = found.statics["true"], found.statics["heavy"]
+def test_gravity_and_inertia_scale_with_the_masses(result):
+    true, heavy = result.statics["true"], result.statics["heavy"]
     assert heavy.gravity == pytest.approx(1.1 * true.gravity, rel=1e-9, abs=1e-12)
     assert heavy.gravity_off(true) == pytest.approx(0.1 * np.abs(true.gravity).max(axis=0), rel=1e-6, abs=1e-12)
     assert heavy.gains.Kp == pytest.approx(2500.0 * heavy.b)
 
 
-def test_a_controller_that_knows_its_plant_does_best(found):
-    tips = found.tip_rms_mm(INVERSE)
+def test_a_controller_that_knows_its_plant_does_best(result):
+    tips = result.tip_rms_mm(INVERSE)
     assert np.argmin(tips, axis=0).tolist() == [0, 1]
     assert tips[0, 1] > 10 * tips[0, 0]
-    assert np.isfinite(found.tip_rms_mm(PD)).all()
+    assert np.isfinite(result.tip_rms_mm(PD)).all()
 
 
-def test_the_matrix_is_believed_by_real(arms, found):
-    """The droop of inverse dynamics hangs down where it believes in less than is there."""
-    runs = {(o.believed, o.real): o for o in found.outcomes if o.law == INVERSE}
-    light = runs["true", "heavy"].figures.position_mrad.mean
-    heavy = runs["heavy", "true"].figures.position_mrad.mean
+def test_rows_are_models_and_columns_plants(arms, result):
+    """The arm droops under inverse dynamics where the model is lighter than the plant."""
+    runs = {(o.model, o.plant): o for o in result.runs if o.controller == INVERSE}
+    light = runs["true", "heavy"].metrics.position_mrad.mean
+    heavy = runs["heavy", "true"].metrics.position_mrad.mean
     assert np.sign(light[1]) == -np.sign(heavy[1])
-    assert found.worst_mrad(INVERSE)[0, 1] == runs["true", "heavy"].worst_mrad
+    assert result.worst_mrad(INVERSE)[0, 1] == runs["true", "heavy"].worst_mrad
 
 
-def test_conclusions_are_computed(found):
-    said = {c.text: c for c in found.conclusions}
-    better = said[f"{INVERSE} tracks better than {PD} (RMS of the tip)"]
-    tips = {law: found.tip_rms_mm(law) for law in (INVERSE, PD)}
-    for i, believed in enumerate(found.names):
-        for j, real in enumerate(found.names):
-            assert better.holds[believed, real] == (tips[INVERSE][i, j] < tips[PD][i, j])
-    gains = {c.text: c.holds for c in found.conclusions if c.text.startswith("gains")}
+def test_conclusions_are_computed(result):
+    by_text = {c.text: c for c in result.conclusions}
+    better = by_text[f"{INVERSE} tracks better than {PD} (RMS of the tip)"]
+    tips = {law: result.tip_rms_mm(law) for law in (INVERSE, PD)}
+    for i, model in enumerate(result.names):
+        for j, plant in enumerate(result.names):
+            assert better.holds[model, plant] == (tips[INVERSE][i, j] < tips[PD][i, j])
+    gains = {c.text: c.holds for c in result.conclusions if c.text.startswith("gains")}
     assert list(gains.values()) == [{("heavy",): False}, {("heavy",): False}]
 
 
-def test_largest_joints_are_a_proposition(found):
-    job = replace(found.job, said=(Said("as found", PD, _two_largest(found), "max"), Said("never", PD, (5, 6), "max")))
-    said = {c.text: c for c in conclusions(job, found.outcomes, found.statics)}
-    assert said["as found"].holds["true", "true"] is True
-    assert not said["never"].survives
+def test_largest_joints_are_a_proposition(result):
+    claims = (
+        PublishedClaim("as published", "", PD, _two_largest(result), "max"),
+        PublishedClaim("never", "", PD, (5, 6), "max"),
+    )
+    task = replace(result.study.task, claims=claims)
+    by_text = {c.text: c for c in conclusions(task, result.runs, result.statics)}
+    assert by_text["as published"].holds["true", "true"] is True
+    assert not by_text["never"].survives
 
 
-def _two_largest(found):
-    run = next(o for o in found.outcomes if (o.law, o.believed, o.real) == (PD, "true", "true"))
-    return tuple(np.argsort(-np.abs(run.figures.position_mrad.max))[:2].tolist())
+def _two_largest(result):
+    run = next(o for o in result.runs if (o.controller, o.model, o.plant) == (PD, "true", "true"))
+    return tuple(np.argsort(-np.abs(run.metrics.position_mrad.max))[:2].tolist())
 
 
 def test_verdicts_in_words():
@@ -89,26 +95,28 @@ def test_verdicts_in_words():
 def test_a_loop_that_would_chatter_is_sampled_faster():
     """The physical wrist has 90 times the inertia that the computed one has: its Kd is far too strong there."""
     arms = {name: lwr_dyn.load("lwr4plus", name) for name in ("computed", "physical")}
-    job = job_of(arms["computed"], "joint-move")
-    move = point_to_point(arms["computed"], job.reference.waypoints[:2], [0.5])
+    study = simulated_task(arms["computed"], "joint-move")
+    move = point_to_point(arms["computed"], study.reference.waypoints[:2], [0.5])
     statics = statics_of(arms, 5, 0, 50.0, 1.0)
     runs = {
-        (o.believed, o.real): o for o in outcomes(arms, replace(job, reference=move), statics, 1000.0) if o.law == PD
+        (o.model, o.plant): o
+        for o in closed_loops(arms, replace(study, reference=move), statics, 1000.0)
+        if o.controller == PD
     }
     assert runs["computed", "physical"].rate == 1000.0
     assert runs["physical", "computed"].rate > 5000.0
     assert runs["physical", "computed"].worst_mrad < 2 * runs["physical", "physical"].worst_mrad
 
 
-def test_a_run_that_comes_to_nothing_is_told(arms):
+def test_a_simulation_that_fails_is_reported(arms):
     arm = arms["true"]
     narrow = replace(arm, limits=(replace(arm.limits[0], lower=1.0, upper=2.0), *arm.limits[1:]))
-    found = spread({"true": arm, "narrow": narrow}, "joint-move", rate=RATE, poses=5)
-    faults = {(o.believed, o.real): o.fault for o in found.outcomes if o.law == PD}
+    result = sensitivity({"true": arm, "narrow": narrow}, "joint-move", rate=RATE, poses=5)
+    faults = {(o.model, o.plant): o.fault for o in result.runs if o.controller == PD}
     assert not faults["narrow", "true"]
     assert "joint_1" in faults["true", "narrow"]
-    assert np.isnan(found.tip_rms_mm(PD)[0, 1])
-    assert next(iter(found.conclusions)).holds["true", "narrow"] is None
+    assert np.isnan(result.tip_rms_mm(PD)[0, 1])
+    assert next(iter(result.conclusions)).holds["true", "narrow"] is None
 
 
 def test_poses_lie_in_the_box_that_all_allow(arms):
@@ -133,16 +141,16 @@ def test_readings_of_the_lwr_differ_in_gravity_by_the_copied_centre_of_mass():
 @pytest.mark.parametrize(("robot", "task"), [("lwr4plus", "ist"), ("wam7", "lspb"), ("kr30ha", "two-points")])
 def test_each_paper_sets_its_task(robot, task):
     arm = lwr_dyn.load(robot)
-    job = job_of(arm)
-    assert job.name == task
-    q = job.reference.sample(np.linspace(0, job.reference.duration, 50)).q
+    study = simulated_task(arm)
+    assert study.task.name == task
+    q = study.reference.sample(np.linspace(0, study.reference.duration, 50)).q
     assert (q >= arm.lower - 1e-9).all()
     assert (q <= arm.upper + 1e-9).all()
 
 
 def test_two_points_reach_the_points():
     arm = lwr_dyn.load("kr30ha")
-    q = job_of(arm).reference.waypoints
+    q = simulated_task(arm).reference.waypoints
     T = lwr_dyn.forward_kinematics(arm, q)
     assert T[1, :3, 3] == pytest.approx([0.091, -1.139, 1.392], abs=1e-9)
     assert T[2, :3, :3] == pytest.approx(np.eye(3), abs=1e-9)
@@ -161,10 +169,10 @@ BAD = [
 @pytest.mark.parametrize(("make", "options", "error"), BAD)
 def test_bad_input(arms, make, options, error):
     with pytest.raises(error) as caught:
-        spread(make(arms["true"]), **options)
+        sensitivity(make(arms["true"]), **options)
     assert isinstance(caught.value, LwrDynError)
 
 
 def test_poses_are_bounded():
     with pytest.raises(OptionError, match="poses: 99999999999; allowed: from 1 to 1000000"):
-        spread({name: lwr_dyn.load("lwr4plus", name) for name in ("computed", "printed")}, poses=99999999999)
+        sensitivity({name: lwr_dyn.load("lwr4plus", name) for name in ("computed", "printed")}, poses=99999999999)

@@ -1,17 +1,16 @@
-"""The spread: one task, all readings, controllers on one and plants on another."""
+"""The same task under all readings of a robot: every controller simulated on every plant, and what follows."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from lwr_dyn.arrays import Array, read_only
+from lwr_dyn.audit.sensitivity.closed_loops import ClosedLoopResult, Progress, closed_loops
 from lwr_dyn.audit.sensitivity.conclusions import Conclusion, conclusions
-from lwr_dyn.audit.sensitivity.jobs import Job, job_of
-from lwr_dyn.audit.sensitivity.pairs import Outcome, Progress, outcomes
+from lwr_dyn.audit.sensitivity.simulated_task import SimulatedTask, simulated_task
 from lwr_dyn.audit.sensitivity.statics import Statics, statics_of
 from lwr_dyn.errors import OptionError, ShapeError
 from lwr_dyn.model.arm import Arm
@@ -19,39 +18,39 @@ from lwr_dyn.trajectory.laws import positive
 
 POSES = 500
 OMEGA_N, XI = 50.0, 1.0
-"""Of the gains that are compared: the LWR 4+ paper's."""
+"""[rad/s], 1: of the gains that are compared."""
 MOST_POSES = 1_000_000
-MOST = 8
-"""Arms at once: the runs grow with the square."""
+MOST_ARMS = 8
+"""Arms at once: the number of runs grows with the square."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Spread:
+class Sensitivity:
     """What depends on the reading, and what does not."""
 
     names: tuple[str, ...]
     joints: tuple[str, ...]
-    job: Job
+    study: SimulatedTask
     rate: float
     poses: int
     statics: Mapping[str, Statics]
-    outcomes: tuple[Outcome, ...]
+    runs: tuple[ClosedLoopResult, ...]
     conclusions: tuple[Conclusion, ...]
 
-    def tip_rms_mm(self, law: str) -> Array:
-        """RMS errors of the tip [mm], rows believed, columns real; NaN where a run came to nothing."""
-        return self._matrix(law, lambda run: run.tip_rms_mm)
+    def tip_rms_mm(self, controller: str) -> Array:
+        """RMS errors of the tip [mm], a row per model, a column per plant; NaN where a simulation failed."""
+        return self._matrix(controller, lambda run: run.tip_rms_mm)
 
-    def worst_mrad(self, law: str) -> Array:
-        """Largest joint errors [mrad], rows believed, columns real."""
-        return self._matrix(law, lambda run: run.worst_mrad)
+    def worst_mrad(self, controller: str) -> Array:
+        """Largest joint errors [mrad], a row per model, a column per plant."""
+        return self._matrix(controller, lambda run: run.worst_mrad)
 
-    def _matrix(self, law: str, figure: Any) -> Array:
-        found = {(o.believed, o.real): figure(o) for o in self.outcomes if o.law == law}
-        return read_only(np.array([[found[b, r] for r in self.names] for b in self.names]))
+    def _matrix(self, controller: str, figure: Callable[[ClosedLoopResult], float]) -> Array:
+        values = {(r.model, r.plant): figure(r) for r in self.runs if r.controller == controller}
+        return read_only(np.array([[values[model, plant] for plant in self.names] for model in self.names]))
 
 
-def spread(
+def sensitivity(
     arms: Mapping[str, Arm],
     task: str | None = None,
     *,
@@ -59,15 +58,15 @@ def spread(
     seed: int = 0,
     rate: float = 1000.0,
     progress: Progress | None = None,
-) -> Spread:
+) -> Sensitivity:
     """The same task under several readings (or files) of a robot, for every controller and plant.
 
     Parameters
     ----------
     arms : mapping
         Name -> arm, two to eight; the first sets the reference and is what others are compared with.
-    task : {"ist", "lspb", "two-points", "joint-move"}, optional
-        The one that the first arm's paper sets it, if not given.
+    task : str, optional
+        A task of `lwr_dyn.papers.study_tasks`, or "joint-move"; that of the first arm's paper if not given.
     poses, seed : int
         How many joint positions the gravity torques are compared at.
     rate : float
@@ -77,7 +76,7 @@ def spread(
 
     Returns
     -------
-    Spread
+    Sensitivity
 
     Raises
     ------
@@ -90,8 +89,8 @@ def spread(
     MissingDataError, PathLimitError
         An arm without inertias, a task beyond the limits of the first arm.
     """
-    if not 2 <= len(arms) <= MOST:
-        raise OptionError("arms", f"{len(arms)}", f"2 to {MOST} readings or files")
+    if not 2 <= len(arms) <= MOST_ARMS:
+        raise OptionError("arms", f"{len(arms)}", f"2 to {MOST_ARMS} readings or files")
     if not 1 <= poses <= MOST_POSES:
         raise OptionError("poses", poses, f"from 1 to {MOST_POSES}")
     positive("rate", rate)
@@ -101,10 +100,10 @@ def spread(
             raise ShapeError(name, f"{arm.n} joints", f"{first[1].n}, as {first[0]} has")
     for arm in arms.values():
         arm.require_dynamics()
-    job = job_of(first[1], task)
+    study = simulated_task(first[1], task)
     statics = statics_of(arms, poses, seed, OMEGA_N, XI)
-    runs = tuple(outcomes(arms, job, statics, rate, progress))
-    return Spread(
-        names=tuple(arms), joints=first[1].joint_names, job=job, rate=rate, poses=poses, statics=statics,
-        outcomes=runs, conclusions=conclusions(job, runs, statics),
+    runs = tuple(closed_loops(arms, study, statics, rate, progress))
+    return Sensitivity(
+        names=tuple(arms), joints=first[1].joint_names, study=study, rate=rate, poses=poses, statics=statics,
+        runs=runs, conclusions=conclusions(study.task, runs, statics),
     )  # fmt: skip

@@ -1,0 +1,118 @@
+"""Closed-loop runs: a controller whose model is one reading of a robot, a plant that is another; every pair."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from lwr_dyn.arrays import Array
+from lwr_dyn.audit.sensitivity.simulated_task import SimulatedTask
+from lwr_dyn.audit.sensitivity.statics import Statics
+from lwr_dyn.control.by_name import Tuning, controller_by_name
+from lwr_dyn.control.inverse_dynamics import InverseDynamics
+from lwr_dyn.control.pd_gravity import PDGravity
+from lwr_dyn.control.protocol import Controller
+from lwr_dyn.control.sampled_damping import UNSTABLE
+from lwr_dyn.dynamics.engines import dynamics_of
+from lwr_dyn.errors import LwrDynError, MissingDataError, OptionError
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.papers.study_tasks import ControllerChoice
+from lwr_dyn.simulation.metrics import Metrics, metrics
+from lwr_dyn.simulation.simulate import simulate
+
+Progress = Callable[[float], None]
+PLACES = 50
+"""Places along the reference at which the damping of a loop is computed."""
+SAFE = 1.25
+"""T lambda of the sampling that is chosen where the usual one would pass `UNSTABLE`."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ClosedLoopResult:
+    """One closed-loop run: the controller, its model, the simulated plant, and the result."""
+
+    controller: str
+    model: str
+    plant: str
+    metrics: Metrics | None
+    """None when the simulation failed."""
+    fault: str = ""
+    rate: float = 0.0
+    """Samples a second [Hz]: more than wanted where a torque held that long would make the loop chatter."""
+
+    @property
+    def tip_rms_mm(self) -> float:
+        """RMS error of the tip [mm], NaN when the simulation failed."""
+        return np.nan if self.metrics is None else self.metrics.tip_rms_mm
+
+    @property
+    def worst_mrad(self) -> float:
+        """Largest error of a joint [mrad; mm for a sliding one]."""
+        if self.metrics is None:
+            return np.nan
+        errors = self.metrics.position_mrad
+        return float(np.maximum(errors.max, -errors.min).max())
+
+
+def closed_loops(
+    arms: Mapping[str, Arm],
+    study: SimulatedTask,
+    statics: Mapping[str, Statics],
+    rate: float,
+    progress: Progress | None = None,
+) -> Iterator[ClosedLoopResult]:
+    """A run for every controller, model and plant."""
+    choices = study.task.controllers
+    total, done = len(choices) * len(arms) ** 2, 0
+    for choice in choices:
+        for model in arms:
+            controller = _controller(arms[model], choice, statics[model].b)
+            for plant in arms:
+                yield _run(arms, study, choice.name, controller, model, plant, rate)
+                done += 1
+                if progress is not None:
+                    progress(done / total)
+
+
+def _controller(arm: Arm, choice: ControllerChoice, b: Array) -> Controller:
+    try:
+        tuning = Tuning(**choice.options)
+    except TypeError:
+        raise OptionError(choice.name, f"options {', '.join(choice.options)}", "those of a `Tuning`") from None
+    if not choice.file_gains:
+        return controller_by_name(choice.controller, arm, tuning, inertia=b)
+    if arm.gains is None:
+        raise MissingDataError(arm.name, "controller gains", choice.name)
+    return PDGravity(dynamics_of(arm), arm.gains.Kp, arm.gains.Kd, tuning.velocity_error)
+
+
+def _run(
+    arms: Mapping[str, Arm],
+    study: SimulatedTask,
+    name: str,
+    controller: Controller,
+    model: str,
+    plant: str,
+    rate: float,
+) -> ClosedLoopResult:
+    damping = loop_damping(arms[model], arms[plant], controller, study) / rate
+    used = rate if damping < UNSTABLE else rate * math.ceil(damping / SAFE)
+    substeps = study.task.substeps
+    try:
+        run = simulate(arms[model], controller, study.reference, plant=arms[plant], rate=used, substeps=substeps)
+    except LwrDynError as fault:
+        return ClosedLoopResult(name, model, plant, None, str(fault), used)
+    return ClosedLoopResult(name, model, plant, metrics(run, arms[plant]), rate=used)
+
+
+def loop_damping(model: Arm, plant: Arm, controller: Controller, study: SimulatedTask) -> float:
+    """Largest |lambda(B_plant^-1 D)| along the reference [1/s]; D is Kd, or B_model Kd of inverse dynamics."""
+    reference = study.reference
+    q = reference.sample(np.linspace(0.0, reference.duration, PLACES)).q
+    Kd = np.diag(np.asarray(controller.Kd))  # type: ignore[attr-defined] # both kinds of controller have it
+    D = dynamics_of(model).mass_matrix(q) @ Kd if isinstance(controller, InverseDynamics) else Kd
+    loop = np.linalg.solve(dynamics_of(plant).mass_matrix(q), np.broadcast_to(D, (len(q), *Kd.shape)))
+    return float(np.abs(np.linalg.eigvals(loop)).max())

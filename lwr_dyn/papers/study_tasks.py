@@ -1,0 +1,148 @@
+"""The tasks that papers set: a motion, the controllers that follow it, and what the paper concludes from it.
+
+`tasks/ROBOT.toml` stands beside the robot's file, not in it: that file's digest is in every model.
+
+    robot = "my_arm"
+    [[task]]
+    name = "wave"                                          # different from the tasks of other robots
+    about = "joint 1 there and back"
+    where = "section 3"
+    reference = { name = "lspb", start = [0.0, 1.0], ... } # what the reference of that name needs
+    controllers = [{ name = "PD", controller = "pd-gravity", gains = "file", options = { velocity_error = true } }]
+    substeps = 1                                           # RK4 steps a sample
+    [[task.claim]]
+    text = "joint 2 has the highest errors"
+    where = "below Table 3"
+    controller = "PD"                                      # one of the names above
+    joints = [2]                                           # counted from 1
+    statistic = "max"                                      # of the joints' position errors
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from importlib import resources
+from typing import Any
+
+from lwr_dyn.errors import PaperError
+from lwr_dyn.papers.fields import Fields, choice
+
+STATISTICS = ("mean", "mean_abs", "max", "min", "rms")
+
+
+@dataclass(frozen=True, slots=True)
+class ControllerChoice:
+    """A controller of a task: the name that the paper's tables use, the controller's own name, and its options."""
+
+    name: str
+    controller: str
+    options: Mapping[str, Any] = field(default_factory=dict)
+    file_gains: bool = False
+    """Its gains are those of the arm's file, where it has some, in place of ones drawn from the largest inertias."""
+
+
+@dataclass(frozen=True, slots=True)
+class PublishedClaim:
+    """A conclusion of a paper: these joints (counted from 0) have the largest errors under a controller."""
+
+    text: str
+    where: str
+    controller: str
+    joints: tuple[int, ...]
+    statistic: str
+    """One of `STATISTICS`; its absolute value ranks the joints."""
+
+
+@dataclass(frozen=True, slots=True)
+class StudyTask:
+    """A task as its file states it; `options` are those of the reference."""
+
+    robot: str
+    name: str
+    about: str
+    where: str
+    reference: str
+    options: Mapping[str, Any]
+    controllers: tuple[ControllerChoice, ...]
+    claims: tuple[PublishedClaim, ...] = ()
+    substeps: int = 1
+
+    def fields(self) -> Fields:
+        """The options of the reference, to be read field by field."""
+        return Fields(self.options, f"tasks/{self.robot}.toml", f"task {self.name}.reference")
+
+
+def study_tasks() -> dict[str, StudyTask]:
+    """All tasks by name, robot by robot; the first of a robot is the one its paper is known for.
+
+    >>> study_tasks()["lspb"].robot
+    'wam7'
+    """
+    folder = resources.files("lwr_dyn.papers").joinpath("tasks")
+    tasks: dict[str, StudyTask] = {}
+    for file in sorted((f for f in folder.iterdir() if f.name.endswith(".toml")), key=lambda f: f.name):
+        for task in parse_tasks(file.read_text(encoding="utf-8"), file.name):
+            if task.name in tasks:
+                raise PaperError(file.name, "task.name", f"{task.name!r} of {tasks[task.name].robot}", "another name")
+            tasks[task.name] = task
+    return tasks
+
+
+def parse_tasks(text: str, file: str) -> tuple[StudyTask, ...]:
+    """The tasks of one file's text.
+
+    Raises
+    ------
+    PaperError
+        Broken TOML; a field that is unknown, missing or of another type; a claim about no controller of its task.
+    """
+    try:
+        top = Fields(tomllib.loads(text), file, "")
+    except (tomllib.TOMLDecodeError, RecursionError) as fault:
+        raise PaperError(file, "TOML", str(fault), "valid TOML 1.0") from None
+    robot = top.take("robot", str)
+    tasks = tuple(_task(x, robot, file, f"task[{i}]") for i, x in enumerate(top.take("task", list)))
+    top.done()
+    return tasks
+
+
+def _task(entry: Any, robot: str, file: str, path: str) -> StudyTask:
+    fields = Fields(entry, file, path)
+    texts = {key: fields.take(key, str) for key in ("name", "about", "where")}
+    options = dict(fields.take("reference", dict))
+    reference = options.pop("name", None)
+    if not isinstance(reference, str):
+        raise PaperError(file, f"{path}.reference.name", repr(reference), "the name of a reference")
+    listed = enumerate(fields.take("controllers", list))
+    controllers = tuple(_controller(x, file, f"{path}.controllers[{i}]") for i, x in listed)
+    names = [c.name for c in controllers]
+    claimed = enumerate(fields.take("claim", list, default=[]))
+    claims = tuple(_claim(x, names, file, f"{path}.claim[{i}]") for i, x in claimed)
+    substeps = fields.take("substeps", int, default=1)
+    fields.done()
+    return StudyTask(
+        robot, **texts, reference=reference, options=options, controllers=controllers, claims=claims, substeps=substeps
+    )
+
+
+def _controller(entry: Any, file: str, path: str) -> ControllerChoice:
+    fields = Fields(entry, file, path)
+    name, controller = fields.take("name", str), fields.take("controller", str)
+    options = fields.take("options", dict, default={})
+    gains = choice(fields.take("gains", str, default="inertia"), ("file", "inertia"), file, f"{path}.gains")
+    fields.done()
+    return ControllerChoice(name, controller, options, gains == "file")
+
+
+def _claim(entry: Any, controllers: list[str], file: str, path: str) -> PublishedClaim:
+    fields = Fields(entry, file, path)
+    text, where = fields.take("text", str), fields.take("where", str)
+    controller = choice(fields.take("controller", str), controllers, file, f"{path}.controller")
+    joints = fields.take("joints", list)
+    if not joints or any(type(j) is not int or j < 1 for j in joints):
+        raise PaperError(file, f"{path}.joints", repr(joints), "numbers of joints, counted from 1")
+    statistic = choice(fields.take("statistic", str), STATISTICS, file, f"{path}.statistic")
+    fields.done()
+    return PublishedClaim(text, where, controller, tuple(j - 1 for j in joints), statistic)

@@ -1,0 +1,60 @@
+"""The tasks of the papers as data: what the files hold, and faults that name file and field."""
+
+import pytest
+
+import lwr_dyn
+from lwr_dyn.errors import PaperError
+from lwr_dyn.papers.study_tasks import parse_tasks, study_tasks
+
+TASK = """
+robot = "mine"
+[[task]]
+name = "wave"
+about = "joint 1 there and back"
+where = "section 3"
+reference = { name = "lspb", start = [0.0], travel = 1.0, duration = 2.0, blend = 0.5 }
+controllers = [{ name = "PD", controller = "pd-gravity", gains = "file", options = { velocity_error = true } }]
+[[task.claim]]
+text = "joint 2 has the highest errors"
+where = "below Table 3"
+controller = "PD"
+joints = [2]
+statistic = "max"
+"""
+
+
+def test_every_task_is_one_of_a_robot_with_that_file():
+    tasks = study_tasks()
+    assert {"ist", "lspb", "two-points"} <= set(tasks)
+    assert {task.robot for task in tasks.values()} <= set(lwr_dyn.robots())
+    for task in tasks.values():
+        joints = lwr_dyn.load(task.robot).n
+        assert all(j < joints for claim in task.claims for j in claim.joints)
+
+
+def test_a_task_holds_what_its_file_says():
+    (task,) = parse_tasks(TASK, "mine.toml")
+    assert (task.reference, task.options["blend"], task.substeps) == ("lspb", 0.5, 1)
+    (choice,), (claim,) = task.controllers, task.claims
+    assert (choice.name, choice.file_gains, choice.options) == ("PD", True, {"velocity_error": True})
+    assert (claim.joints, claim.statistic) == ((1,), "max")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "field", "allowed"),
+    [
+        ('robot = "mine"', "", "robot", "text"),
+        ('about = "joint 1', 'abuot = "joint 1', r"task\[0\].about", "text"),
+        ('where = "section 3"', 'where = "section 3"\nwhy = "x"', r"task\[0\].why", "name, about, where"),
+        ('name = "lspb", ', "", r"task\[0\].reference.name", "the name of a reference"),
+        ('gains = "file"', 'gains = "mine"', r"task\[0\].controllers\[0\].gains", "file, inertia"),
+        ('controller = "PD"', 'controller = "PID"', r"task\[0\].claim\[0\].controller", "one of PD"),
+        ("joints = [2]", "joints = [0]", r"task\[0\].claim\[0\].joints", "counted from 1"),
+        ('statistic = "max"', 'statistic = "most"', r"task\[0\].claim\[0\].statistic", "mean_abs"),
+        ("[[task]]", "[[task]", "TOML", "valid TOML"),
+    ],
+)
+def test_faults_name_file_and_field(old, new, field, allowed):
+    assert old in TASK
+    with pytest.raises(PaperError, match=rf"mine\.toml.*{field}.*{allowed}"):
+        parse_tasks(TASK.replace(old, new, 1), "mine.toml")
