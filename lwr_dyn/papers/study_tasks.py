@@ -104,7 +104,7 @@ def parse_tasks(text: str, file: str) -> tuple[StudyTask, ...]:
         raise PaperError(file, "TOML", str(fault), "valid TOML 1.0") from None
     robot = top.take("robot", str)
     tasks = tuple(_task(x, robot, file, f"task[{i}]") for i, x in enumerate(top.take("task", list)))
-    top.done()
+    top.refuse_unknown()
     return tasks
 
 
@@ -121,7 +121,7 @@ def _task(entry: Any, robot: str, file: str, path: str) -> StudyTask:
     claimed = enumerate(fields.take("claim", list, default=[]))
     claims = tuple(_claim(x, names, file, f"{path}.claim[{i}]") for i, x in claimed)
     substeps = fields.take("substeps", int, default=1)
-    fields.done()
+    fields.refuse_unknown()
     return StudyTask(
         robot, **texts, reference=reference, options=options, controllers=controllers, claims=claims, substeps=substeps
     )
@@ -132,7 +132,7 @@ def _controller(entry: Any, file: str, path: str) -> ControllerChoice:
     name, controller = fields.take("name", str), fields.take("controller", str)
     options = fields.take("options", dict, default={})
     gains = choice(fields.take("gains", str, default="inertia"), ("file", "inertia"), file, f"{path}.gains")
-    fields.done()
+    fields.refuse_unknown()
     return ControllerChoice(name, controller, options, gains == "file")
 
 
@@ -144,5 +144,5 @@ def _claim(entry: Any, controllers: list[str], file: str, path: str) -> Publishe
     if not joints or any(type(j) is not int or j < 1 for j in joints):
         raise PaperError(file, f"{path}.joints", repr(joints), "numbers of joints, counted from 1")
     statistic = choice(fields.take("statistic", str), STATISTICS, file, f"{path}.statistic")
-    fields.done()
+    fields.refuse_unknown()
     return PublishedClaim(text, where, controller, tuple(j - 1 for j in joints), statistic)

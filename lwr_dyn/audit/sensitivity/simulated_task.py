@@ -79,7 +79,7 @@ def _with_known_gains(choice: ControllerChoice, arm: Arm) -> ControllerChoice:
 def _ist(arm: Arm, task: StudyTask) -> Reference:
     fields = task.fields()
     timing = fields.take("timing", str)
-    fields.done()
+    fields.refuse_unknown()
     return ist_reference(arm, timing)
 
 
@@ -88,7 +88,7 @@ def _lspb(arm: Arm, task: StudyTask) -> Reference:
     fields = task.fields()
     start, travel = fields.take("start", list), fields.take("travel", float)
     duration, blend = fields.take("duration", float), fields.take("blend", float)
-    fields.done()
+    fields.refuse_unknown()
     if arm.n != len(start):
         raise OptionError(f"task {task.name}", f"{arm.n} joints", f"an arm of {len(start)} joints")
     q = fixed_array("start", start, (arm.n,))
@@ -99,7 +99,7 @@ def _mastering_cycle(arm: Arm, task: StudyTask) -> Reference:
     """From the mastering position through points of the flange, which is not turned, and back; quintics."""
     fields = task.fields()
     points_mm, leg = fields.take("points_mm", list), fields.take("leg", float)
-    fields.done()
+    fields.refuse_unknown()
     if not arm.mastering:
         raise OptionError(f"task {task.name}", f"{arm.name} has no mastering position", "an arm whose file gives one")
     home = np.array(arm.mastering)
