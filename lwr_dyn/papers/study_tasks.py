@@ -7,8 +7,8 @@
     name = "wave"                                          # different from the tasks of other robots
     about = "joint 1 there and back"
     where = "section 3"
-    reference = { name = "lspb", start = [0.0, 1.0], ... } # what the reference of that name needs
-    controllers = [{ name = "PD", controller = "pd-gravity", gains = "file", options = { velocity_error = true } }]
+    reference = { name = "hold", q = [0.0, 1.0] }           # a row of references, with its options
+    controllers = [{ name = "PD", controller = "pd-gravity", options = { own_gains = true } }]
     substeps = 1                                           # RK4 steps a sample
     [[task.claim]]
     text = "joint 2 has the highest errors"
@@ -34,13 +34,11 @@ STATISTICS = ("mean", "mean_abs", "max", "min", "rms")
 
 @dataclass(frozen=True, slots=True)
 class ControllerChoice:
-    """A controller of a task: the name that the paper's tables use, the controller's own name, and its options."""
+    """A controller of a task: its name in the task, its row of `lwr_dyn.control.controllers`, and options of that."""
 
     name: str
     controller: str
     options: Mapping[str, Any] = field(default_factory=dict)
-    file_gains: bool = False
-    """Its gains are those of the arm's file, where it has some, in place of ones drawn from the largest inertias."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +55,7 @@ class PublishedClaim:
 
 @dataclass(frozen=True, slots=True)
 class StudyTask:
-    """A task as its file states it; `options` are those of the reference."""
+    """A task as its file states it; `options` are those of the row of references."""
 
     robot: str
     name: str
@@ -68,10 +66,6 @@ class StudyTask:
     controllers: tuple[ControllerChoice, ...]
     claims: tuple[PublishedClaim, ...] = ()
     substeps: int = 1
-
-    def fields(self) -> Fields:
-        """The options of the reference, to be read field by field."""
-        return Fields(self.options, f"tasks/{self.robot}.toml", f"task {self.name}.reference")
 
 
 def study_tasks() -> dict[str, StudyTask]:
@@ -131,9 +125,8 @@ def _controller(entry: Any, file: str, path: str) -> ControllerChoice:
     fields = Fields(entry, file, path)
     name, controller = fields.take("name", str), fields.take("controller", str)
     options = fields.take("options", dict, default={})
-    gains = choice(fields.take("gains", str, default="inertia"), ("file", "inertia"), file, f"{path}.gains")
     fields.refuse_unknown()
-    return ControllerChoice(name, controller, options, gains == "file")
+    return ControllerChoice(name, controller, options)
 
 
 def _claim(entry: Any, controllers: list[str], file: str, path: str) -> PublishedClaim:

@@ -5,19 +5,19 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.audit.sensitivity.simulated_task import SimulatedTask
 from lwr_dyn.audit.sensitivity.statics import Statics
-from lwr_dyn.control.by_name import Tuning, controller_by_name
+from lwr_dyn.control.controllers import make_controller
 from lwr_dyn.control.inverse_dynamics import InverseDynamics
-from lwr_dyn.control.pd_gravity import PDGravity
 from lwr_dyn.control.protocol import Controller
 from lwr_dyn.control.sampled_damping import UNSTABLE
 from lwr_dyn.dynamics.engines import dynamics_of
-from lwr_dyn.errors import LwrDynError, MissingDataError, OptionError
+from lwr_dyn.errors import LwrDynError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.papers.study_tasks import ControllerChoice
 from lwr_dyn.simulation.metrics import Metrics, metrics
@@ -78,15 +78,8 @@ def closed_loops(
 
 
 def _controller(arm: Arm, choice: ControllerChoice, b: Array) -> Controller:
-    try:
-        tuning = Tuning(**choice.options)
-    except TypeError:
-        raise OptionError(choice.name, f"options {', '.join(choice.options)}", "those of a `Tuning`") from None
-    if not choice.file_gains:
-        return controller_by_name(choice.controller, arm, tuning, inertia=b)
-    if arm.gains is None:
-        raise MissingDataError(arm.name, "controller gains", choice.name)
-    return PDGravity(dynamics_of(arm), arm.gains.Kp, arm.gains.Kd, tuning.velocity_error)
+    known: dict[str, Any] = {"inertia": b} if choice.controller == "pd-gravity" else {}
+    return make_controller(choice.controller, arm, **choice.options, **known)
 
 
 def _run(
