@@ -21,6 +21,7 @@ from lwr_dyn.trajectory.references.ist import ist_reference
 from lwr_dyn.trajectory.timings import MOTION_PROFILES
 
 ROOT = Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT))  # some counts are those of `tests`
 EXACT, METRES = 1e-12, 1e-12
 SAID_ELSEWHERE = ("the maker's", "as printed", "data sheet")
 """Ends of the names of checks against a second statement of the arm, which the reading `printed` may not meet."""
@@ -82,8 +83,8 @@ def runs() -> tuple[str, bool]:
 def coverage() -> tuple[str, bool]:
     """3-sigma intervals of the WAM's friction over 200 noise draws on one simulated set of logs."""
     from lwr_dyn.control.pd_gravity import PDGravity
-    from lwr_dyn.identification.experiment import cruise_logs, interval_coverage
-    from lwr_dyn.identification.generator import LogSensors
+    from lwr_dyn.identification.simulated_logs import LogSensors, cruise_logs
+    from tests.identification.simulated import interval_coverage
 
     arm = lwr_dyn.load("wam7")
     Kd = np.array(arm.gains.Kd)
@@ -98,7 +99,7 @@ def coverage() -> tuple[str, bool]:
 def long_log() -> tuple[str, bool]:
     """A log of 1 000 000 rows and 15 columns identified, in a process of its own (10 s, 1 GB)."""
 
-    from lwr_dyn.identification.generator import ideal_cruise
+    from tests.identification.simulated import ideal_cruise
 
     arm, rows = lwr_dyn.load("wam7"), 1_000_000
     once = [ideal_cruise(arm.friction, np.full(7, v), arm) for v in (0.1, -0.1, 0.2, -0.2)]

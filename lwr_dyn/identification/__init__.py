@@ -1,1 +1,11 @@
-"""Identification: logs of an arm that moved, the cruises in them, friction maps, fits, and regression on the model."""
+"""Parameters of an arm from its logs (`lwr-dyn identify`).
+
+logs, log_columns, log_checks: `JointLog`, read from CSV or Parquet with units, refused with row and column
+simulated_logs: constant-velocity runs of a simulated arm, `LogSensors` for noise and rounding
+cruise, friction_map: stretches of constant speed, and one `FrictionPoint` each
+direction_fit, friction: Coulomb, viscous and Stribeck friction per direction (`identify_friction`)
+torque_model: gravity and inertia by the recursion, taken out of measured torques
+base_parameters, motion_fit: inertial and friction parameters from any motion (`identify_motion`)
+least_squares: weighted and Huber estimates with covariance
+map_figures, command, command_tables: figures, the subcommand, its tables
+"""

@@ -1,4 +1,4 @@
-"""Base parameters: what a regressor's columns let one tell apart, by a QR decomposition that reveals the rank."""
+"""Base parameters: the combinations of parameters that a regressor determines, by a rank-revealing QR decomposition."""
 
 from __future__ import annotations
 

@@ -12,13 +12,13 @@ from lwr_dyn.cli.options import print_json
 from lwr_dyn.errors import LwrDynError
 from lwr_dyn.files import check_writable
 from lwr_dyn.front import load
-from lwr_dyn.identification.columns import declared_units
-from lwr_dyn.identification.command_text import friction_record, friction_text, motion_record, motion_text
-from lwr_dyn.identification.cruise import USUAL_RULE, CruiseRule
+from lwr_dyn.identification.command_tables import friction_record, friction_text, motion_record, motion_text
+from lwr_dyn.identification.cruise import DEFAULT_CRUISE, CruiseRule
 from lwr_dyn.identification.direction_fit import MODELS
-from lwr_dyn.identification.friction import FrictionIdentification, How, identify_friction_files
+from lwr_dyn.identification.friction import FitOptions, FrictionIdentification, identify_friction_files
+from lwr_dyn.identification.log_columns import declared_units
 from lwr_dyn.identification.logs import JointLog, read_log
-from lwr_dyn.identification.motion import USUAL_MOTION, MotionRule, identify_motion
+from lwr_dyn.identification.motion_fit import DEFAULT_MOTION, MotionRule, identify_motion
 from lwr_dyn.identification.torque_model import SUBTRACT
 from lwr_dyn.model.arm import Arm
 
@@ -41,7 +41,7 @@ def command() -> None:
     """Parameters of an arm from its logs (.csv, .parquet).
 
     Columns: time, q1.., tau1.., and dq1.. where measured, each with its unit in brackets (q1 [deg]) or in SI;
-    other columns are passed over. Exit 2 when a file or joint could not be used; the others are reported all the same.
+    other columns are ignored. Exit 2 when a file or joint could not be used; the others are reported all the same.
     """
 
 
@@ -51,10 +51,10 @@ def command() -> None:
 @click.option("--subtract", type=click.Choice(SUBTRACT), default="gravity", show_default=True,
               help="What the model takes out: g; B ddq + C dq; all of it.")  # fmt: skip
 @click.option("--model", type=click.Choice(MODELS), default=MODELS[0], show_default=True, help="What is fitted.")
-@click.option("--robust", is_flag=True, help="Huber's loss: wild points pull little.")
+@click.option("--robust", is_flag=True, help="Huber's loss: outliers have little influence.")
 @click.option("--equal-weights", is_flag=True, help="Every cruise counts the same, not every sample.")
-@click.option("--shortest", type=float, default=USUAL_RULE.shortest, show_default=True, help="Cruise, seconds.")
-@click.option("--tolerance", type=float, default=USUAL_RULE.tolerance, show_default=True,
+@click.option("--shortest", type=float, default=DEFAULT_CRUISE.shortest, show_default=True, help="Cruise, seconds.")
+@click.option("--tolerance", type=float, default=DEFAULT_CRUISE.tolerance, show_default=True,
               help="Share by which a cruise's speed may wander.")  # fmt: skip
 @click.option("--plot", help="Write the friction-velocity maps there, .png and .svg.")
 def friction(logs: tuple[str, ...], robot: str | None, reading: str | None, units: str | None, **given: Any) -> None:
@@ -62,24 +62,24 @@ def friction(logs: tuple[str, ...], robot: str | None, reading: str | None, unit
     if given["plot"] is not None:
         check_writable(given["plot"])
     rule = CruiseRule(shortest=given["shortest"], tolerance=given["tolerance"])
-    how = How(given["model"], given["robust"], given["equal_weights"], rule)
+    how = FitOptions(given["model"], given["robust"], given["equal_weights"], rule)
     arm = None if robot is None else load(robot, reading)
-    found = identify_friction_files(logs, declared_units(units), arm, given["subtract"], how)
+    result = identify_friction_files(logs, declared_units(units), arm, given["subtract"], how)
     subtract = "none" if arm is None else given["subtract"]
-    if found.points and given["as_json"]:
-        print_json(friction_record(found, how, robot, subtract))
-    elif found.points:
-        click.echo(friction_text(found, how, subtract))
-    if found.points and given["plot"] is not None:
-        _plot(found, given["plot"], given["as_json"])
-    _end(found.faults)
+    if result.points and given["as_json"]:
+        print_json(friction_record(result, how, robot, subtract))
+    elif result.points:
+        click.echo(friction_text(result, how, subtract))
+    if result.points and given["plot"] is not None:
+        _plot(result, given["plot"], given["as_json"])
+    _end(result.faults)
 
 
-def _plot(found: FrictionIdentification, path: str, quiet: bool) -> None:
+def _plot(result: FrictionIdentification, path: str, quiet: bool) -> None:
     from lwr_dyn.identification.map_figures import friction_map_figure
     from lwr_dyn.viewer.plots import save_figure
 
-    written = save_figure(friction_map_figure(found), path)
+    written = save_figure(friction_map_figure(result), path)
     if not quiet:
         click.echo(f"wrote {written[0]} and {written[1]}")
 
@@ -87,8 +87,8 @@ def _plot(found: FrictionIdentification, path: str, quiet: bool) -> None:
 @command.command("motion")
 @_log_options
 @click.option("--robot", required=True, help="Whose geometry it is (name, .toml or .urdf).")
-@click.option("--window", type=float, default=USUAL_MOTION.window, show_default=True, help="Of smoothing, seconds.")
-@click.option("--held-out", type=float, default=USUAL_MOTION.held_out, show_default=True,
+@click.option("--window", type=float, default=DEFAULT_MOTION.window, show_default=True, help="Of smoothing, seconds.")
+@click.option("--held-out", type=float, default=DEFAULT_MOTION.held_out, show_default=True,
               help="Share of every log kept for validation.")  # fmt: skip
 def motion(
     logs: tuple[str, ...], robot: str, reading: str | None, units: str | None, window: float, held_out: float,
@@ -96,25 +96,25 @@ def motion(
 ) -> None:  # fmt: skip
     """Friction and inertial base parameters from any motion, by regression, validated on held-out time."""
     rule, arm, declared = MotionRule(window=window, held_out=held_out), load(robot, reading), declared_units(units)
-    good, faults = _readable(logs, declared, arm)
-    if good:
-        found = identify_motion(good, arm, rule)
+    usable, faults = _readable(logs, declared, arm)
+    if usable:
+        result = identify_motion(usable, arm, rule)
         if as_json:
-            print_json(motion_record(found, robot))
+            print_json(motion_record(result, robot))
         else:
-            click.echo(motion_text(found))
+            click.echo(motion_text(result))
     _end(faults)
 
 
 def _readable(paths: tuple[str, ...], units: dict[str, str], arm: Arm) -> tuple[list[JointLog], list[LwrDynError]]:
-    good: list[JointLog] = []
+    usable: list[JointLog] = []
     faults: list[LwrDynError] = []
     for path in paths:
         try:
-            good.append(read_log(path, units, arm))
+            usable.append(read_log(path, units, arm))
         except LwrDynError as fault:
             faults.append(fault)
-    return good, faults
+    return usable, faults
 
 
 def _end(faults: list[LwrDynError] | tuple[LwrDynError, ...]) -> None:

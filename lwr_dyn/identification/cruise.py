@@ -1,4 +1,4 @@
-"""Cruises: the stretches of a recording in which a joint moves at constant speed, found from its positions alone."""
+"""Cruises: the stretches of a recording in which a joint moves at constant speed, by its positions alone."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class CruiseRule:
                 raise OptionError(f"cruise {name}", value, "a number above 0")
 
 
-USUAL_RULE = CruiseRule()
+DEFAULT_CRUISE = CruiseRule()
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +64,7 @@ class Cruise:
     duration: float
 
 
-def find_cruises(t: Array, q: Array, rule: CruiseRule = USUAL_RULE) -> tuple[Cruise, ...]:
+def find_cruises(t: Array, q: Array, rule: CruiseRule = DEFAULT_CRUISE) -> tuple[Cruise, ...]:
     """Every constant-speed stretch of one joint, t and q (k,), the short ones too: see `CruiseRule.shortest`.
 
     The speed of a row is the slope between the rows half a window before and after it. It is steady where neighbouring
@@ -75,10 +75,10 @@ def find_cruises(t: Array, q: Array, rule: CruiseRule = USUAL_RULE) -> tuple[Cru
     >>> [(c.first, c.last) for c in find_cruises(t, 0.2 * np.clip(t, 0.5, 2.5))]
     [(67, 233)]
     """
-    found: list[Cruise] = []
+    cruises: list[Cruise] = []
     for piece in recordings(t):
-        found += _in_piece(t[piece], q[piece], piece.start, rule)
-    return tuple(found)
+        cruises += _in_piece(t[piece], q[piece], piece.start, rule)
+    return tuple(cruises)
 
 
 def recordings(t: Array) -> Iterator[slice]:
@@ -116,7 +116,7 @@ def _in_piece(t: Array, q: Array, start: int, rule: CruiseRule) -> list[Cruise]:
     change = np.abs(speed[2 * h :] - speed[: -2 * h])
     moving = np.abs(here) > np.maximum(rule.slowest, 2 * noise)
     steady = moving & (change <= rule.tolerance * np.abs(here) + sqrt(2.0) * noise)
-    found = []
+    cruises = []
     for first, last in _stretches(steady, LEAST_ROWS):
         part = here[first : last + 1]
         middle = float(np.median(part))
@@ -125,8 +125,8 @@ def _in_piece(t: Array, q: Array, start: int, rule: CruiseRule) -> list[Cruise]:
         if inside:
             a, b = max(inside, key=lambda span: span[1] - span[0])
             i, j = first + a + 2 * h, first + b + 2 * h
-            found.append(Cruise(start + i, start + j, float(t[j] - t[i])))
-    return found
+            cruises.append(Cruise(start + i, start + j, float(t[j] - t[i])))
+    return cruises
 
 
 def _stretches(mask: NDArray[np.bool_], least: int) -> list[tuple[int, int]]:

@@ -11,9 +11,9 @@ from scipy.optimize import least_squares
 
 from lwr_dyn.arrays import Array, read_only
 from lwr_dyn.errors import OptionError
-from lwr_dyn.identification.columns import LogError
-from lwr_dyn.identification.friction_map import MapPoint
-from lwr_dyn.identification.least_squares import HUBER, Estimate, determined, huber, weighted
+from lwr_dyn.identification.friction_map import FrictionPoint
+from lwr_dyn.identification.least_squares import HUBER, Estimate, has_full_rank, huber, weighted
+from lwr_dyn.identification.log_columns import LogError
 from lwr_dyn.model.friction.models import Direction
 
 Model = Literal["viscous+coulomb", "stribeck"]
@@ -24,7 +24,7 @@ NAMES = {
 }
 SAME_SPEED = 0.02
 """Share by which two speeds must differ to count as two."""
-TRIALS = 60
+STRIBECK_CANDIDATES = 60
 """Stribeck velocities tried, evenly in their logarithm, before the best is refined."""
 WITHIN = 3.0
 """A Stribeck velocity must lie between the slowest speed over this and the fastest times this."""
@@ -34,7 +34,7 @@ WITHIN = 3.0
 class DirectionFit:
     """Friction of one direction of one joint: magnitudes against the motion, as `model.friction.models.Direction`.
 
-    An offset is not told apart: it raises one direction's Coulomb level and lowers the other's.
+    An offset cannot be separated: it raises one direction's Coulomb level and lowers the other's.
     """
 
     joint: int
@@ -62,14 +62,14 @@ class DirectionFit:
 
 
 def fit_direction(
-    points: Sequence[MapPoint], model: Model = "viscous+coulomb", robust: bool = False, equal_weights: bool = False,
-    inertia_left_in: bool = False,
+    points: Sequence[FrictionPoint], model: Model = "viscous+coulomb", robust: bool = False,
+    equal_weights: bool = False, inertia_left_in: bool = False,
 ) -> DirectionFit:  # fmt: skip
     """Fit the points of one joint in one direction.
 
     Parameters
     ----------
-    points : sequence of MapPoint
+    points : sequence of FrictionPoint
     model : {"viscous+coulomb", "stribeck"}
         F = Fc + sigma v (the paper's eq. 6), or with (Fs - Fc) exp(-(v/vs)^2) more.
     robust : bool
@@ -124,15 +124,15 @@ def distinct_speeds(v: Array) -> int:
     return count
 
 
-def _check_speeds(points: Sequence[MapPoint], v: Array, model: Model) -> None:
-    least, found = len(NAMES[model]), distinct_speeds(v)
-    if found < least:
+def _check_speeds(points: Sequence[FrictionPoint], v: Array, model: Model) -> None:
+    least, count = len(NAMES[model]), distinct_speeds(v)
+    if count < least:
         raise _undetermined(
-            points, v, f"{found} speed{'s' if found > 1 else ''} ({v.min():.4g} to {v.max():.4g} rad/s)"
+            points, v, f"{count} speed{'s' if count > 1 else ''} ({v.min():.4g} to {v.max():.4g} rad/s)"
         )
 
 
-def _undetermined(points: Sequence[MapPoint], v: Array, found: str) -> LogError:
+def _undetermined(points: Sequence[FrictionPoint], v: Array, found: str) -> LogError:
     model_points = len(v)
     files = ", ".join(dict.fromkeys(p.source for p in points))
     way = "positive" if points[0].velocity > 0 else "negative"
@@ -153,14 +153,14 @@ def _stribeck(v: Array, y: Array, weights: Array, robust: bool) -> Estimate | No
     solve = huber if robust else weighted
     low, high = v.min() / WITHIN, v.max() * WITHIN
     best, start = np.inf, None
-    for vs in np.geomspace(low, high, TRIALS):
+    for vs in np.geomspace(low, high, STRIBECK_CANDIDATES):
         X = _design(v, float(vs))
-        if not determined(X):
+        if not has_full_rank(X):
             continue
-        found = solve(X, y, weights)
-        loss = float(weights @ found.residuals**2)
+        estimate = solve(X, y, weights)
+        loss = float(weights @ estimate.residuals**2)
         if loss < best:
-            coulomb, viscous, extra = found.values
+            coulomb, viscous, extra = estimate.values
             best, start = loss, np.array([coulomb, viscous, coulomb + extra, vs])
     return None if start is None else _refined(start, v, y, weights, robust, (low, high))
 
@@ -177,17 +177,17 @@ def _refined(
     def misses(b: Array) -> Array:
         return np.asarray(root * (_magnitude(b, v) - y))
 
-    def slopes(b: Array) -> Array:
+    def derivatives(b: Array) -> Array:
         return np.asarray(root[:, None] * _jacobian(b, v))
 
     done = least_squares(
-        misses, start, jac=slopes,
+        misses, start, jac=derivatives,
         x_scale="jac", xtol=1e-15, ftol=1e-15, gtol=1e-15, loss="huber" if robust else "linear", f_scale=scale,
     )  # fmt: skip
     if not between[0] < done.x[3] < between[1]:
         return None
     J = _jacobian(done.x, v)
-    if not determined(J):
+    if not has_full_rank(J):
         return None
     # the tangent plane at the minimum is a linear problem: its covariance is that of the parameters
     tangent = (huber if robust else weighted)(J, y - _magnitude(done.x, v) + J @ done.x, weights)
@@ -204,5 +204,5 @@ def _magnitude(b: Array, v: Array) -> Array:
 
 
 def _jacobian(b: Array, v: Array) -> Array:
-    fall = np.exp(-np.square(v / b[3]))
-    return np.column_stack([1 - fall, v, fall, (b[2] - b[0]) * fall * 2 * v**2 / b[3] ** 3])
+    stribeck = np.exp(-np.square(v / b[3]))
+    return np.column_stack([1 - stribeck, v, stribeck, (b[2] - b[0]) * stribeck * 2 * v**2 / b[3] ** 3])

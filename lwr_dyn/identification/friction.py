@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from lwr_dyn.errors import LwrDynError
-from lwr_dyn.identification.columns import LogError
-from lwr_dyn.identification.cruise import USUAL_RULE, CruiseRule
+from lwr_dyn.identification.cruise import DEFAULT_CRUISE, CruiseRule
 from lwr_dyn.identification.direction_fit import DirectionFit, Model, fit_direction
-from lwr_dyn.identification.friction_map import MapPoint, map_points, points_of
+from lwr_dyn.identification.friction_map import FrictionPoint, map_points, points_of
+from lwr_dyn.identification.log_columns import LogError
 from lwr_dyn.identification.logs import JointLog, read_log
 from lwr_dyn.identification.torque_model import ModelTorque, Subtract
 from lwr_dyn.model.arm import Arm
@@ -18,23 +18,23 @@ from lwr_dyn.model.friction.models import JointFriction
 
 
 @dataclass(frozen=True, slots=True)
-class How:
+class FitOptions:
     """How a friction map is fitted and what is taken out of the torques before."""
 
     model: Model = "viscous+coulomb"
     robust: bool = False
     equal_weights: bool = False
-    rule: CruiseRule = USUAL_RULE
+    rule: CruiseRule = DEFAULT_CRUISE
 
 
-USUAL = How()
+DEFAULT_FIT = FitOptions()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FrictionIdentification:
-    """The map, a fit for every joint and direction that the logs determine, an error for everything they do not."""
+    """The map, a fit for each joint and direction that the logs determine, an error for each that they do not."""
 
-    points: tuple[MapPoint, ...]
+    points: tuple[FrictionPoint, ...]
     fits: tuple[DirectionFit, ...]
     faults: tuple[LwrDynError, ...] = ()
 
@@ -58,7 +58,7 @@ class FrictionIdentification:
 
 
 def identify_friction(
-    logs: Iterable[JointLog], arm: Arm | None = None, subtract: Subtract = "gravity", how: How = USUAL
+    logs: Iterable[JointLog], arm: Arm | None = None, subtract: Subtract = "gravity", options: FitOptions = DEFAULT_FIT
 ) -> FrictionIdentification:
     """The friction map of all logs together and its fits.
 
@@ -69,7 +69,7 @@ def identify_friction(
         Its model is taken out of the torques; without it the torques count as friction as they are.
     subtract : {"none", "gravity", "inertia", "all"}
         What the model takes out: g(q), B ddq + C dq, or both.
-    how : How
+    options : FitOptions
         The friction model, the loss and the rule for cruises.
 
     Returns
@@ -83,20 +83,20 @@ def identify_friction(
         Another model or word; an arm without inertias.
     """
     model = None if arm is None else ModelTorque(arm, subtract)
-    points: list[MapPoint] = []
+    points: list[FrictionPoint] = []
     faults: list[LwrDynError] = []
     for log in logs:
         try:
-            points += map_points(log, model, how.rule)
+            points += map_points(log, model, options.rule)
         except LogError as fault:
             faults.append(fault)
-    fits, misses = _fits(points, how, subtract in ("none", "gravity"))
+    fits, misses = _fits(points, options, subtract in ("none", "gravity"))
     return FrictionIdentification(tuple(points), fits, (*faults, *misses))
 
 
 def identify_friction_files(
     paths: Sequence[str | Path], units: Mapping[str, str] | None = None, arm: Arm | None = None,
-    subtract: Subtract = "gravity", how: How = USUAL,
+    subtract: Subtract = "gravity", options: FitOptions = DEFAULT_FIT,
 ) -> FrictionIdentification:  # fmt: skip
     """The same from files, one in memory at a time; a file that cannot be used is a fault, the others still count.
 
@@ -111,12 +111,12 @@ def identify_friction_files(
             except LwrDynError as fault:
                 faults.append(fault)
 
-    found = identify_friction(readable(), arm, subtract, how)
-    return FrictionIdentification(found.points, found.fits, (*faults, *found.faults))
+    result = identify_friction(readable(), arm, subtract, options)
+    return FrictionIdentification(result.points, result.fits, (*faults, *result.faults))
 
 
 def _fits(
-    points: Sequence[MapPoint], how: How, inertia_left_in: bool
+    points: Sequence[FrictionPoint], options: FitOptions, inertia_left_in: bool
 ) -> tuple[tuple[DirectionFit, ...], list[LogError]]:
     fits: list[DirectionFit] = []
     misses: list[LogError] = []
@@ -125,14 +125,16 @@ def _fits(
             chosen = points_of(points, joint, sign)
             try:
                 if not chosen:
-                    raise _one_way(points, joint, way)
-                fits.append(fit_direction(chosen, how.model, how.robust, how.equal_weights, inertia_left_in))
+                    raise _points_of_direction(points, joint, way)
+                fits.append(
+                    fit_direction(chosen, options.model, options.robust, options.equal_weights, inertia_left_in)
+                )
             except LogError as fault:
                 misses.append(fault)
     return tuple(fits), misses
 
 
-def _one_way(points: Sequence[MapPoint], joint: int, way: str) -> LogError:
+def _points_of_direction(points: Sequence[FrictionPoint], joint: int, way: str) -> LogError:
     files = ", ".join(dict.fromkeys(p.source for p in points if p.joint == joint))
     found = f"no cruise in the {way} direction"
     return LogError(files, f"column q{joint}", found, "cruises at two or more speeds in either direction")

@@ -8,15 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.identification.columns import LogError
-from lwr_dyn.identification.cruise import USUAL_RULE, Cruise, CruiseRule, find_cruises
+from lwr_dyn.identification.cruise import DEFAULT_CRUISE, Cruise, CruiseRule, find_cruises
+from lwr_dyn.identification.log_columns import LogError
 from lwr_dyn.identification.logs import JointLog
 from lwr_dyn.identification.torque_model import ModelTorque
 
 
 @dataclass(frozen=True, slots=True)
-class MapPoint:
-    """One cruise: the mean velocity [rad/s or m/s], the mean friction torque [N m or N] and what they rest on.
+class FrictionPoint:
+    """One cruise: the mean velocity [rad/s or m/s], the mean friction torque [N m or N] and the samples behind them.
 
     `spread` is the standard deviation of the torque inside the cruise. `inertia` is the mean of B ddq + C dq over it:
     the bias of a plain average, left in unless `ModelTorque.subtract` says "inertia" or "all"; None without a model.
@@ -34,14 +34,16 @@ class MapPoint:
     last: int
 
 
-def map_points(log: JointLog, model: ModelTorque | None = None, rule: CruiseRule = USUAL_RULE) -> tuple[MapPoint, ...]:
+def map_points(
+    log: JointLog, model: ModelTorque | None = None, rule: CruiseRule = DEFAULT_CRUISE
+) -> tuple[FrictionPoint, ...]:
     """The points of every joint's cruises in one log.
 
     Parameters
     ----------
     log : JointLog
     model : ModelTorque, optional
-        What it says is taken out of the torques; without it they count as friction as they are.
+        Its torques are taken out; without it they count as friction as they are.
     rule : CruiseRule
 
     Raises
@@ -49,11 +51,11 @@ def map_points(log: JointLog, model: ModelTorque | None = None, rule: CruiseRule
     LogError
         No cruise at all, or only ones that are too short.
     """
-    found = {i: find_cruises(log.t, log.q[:, i], rule) for i in range(len(log.joints))}
-    kept = {i: [c for c in cruises if c.duration >= rule.shortest] for i, cruises in found.items()}
+    cruises = {i: find_cruises(log.t, log.q[:, i], rule) for i in range(len(log.joints))}
+    kept = {i: [c for c in several if c.duration >= rule.shortest] for i, several in cruises.items()}
     if not any(kept.values()):
-        raise _no_cruise(log, found, rule)
-    friction, inertia = _friction(log, model, any_of(kept, log.t.size))
+        raise _no_cruise(log, cruises, rule)
+    friction, inertia = _friction(log, model, cruise_span(kept, log.t.size))
     return tuple(
         _point(log, i, cruise, friction[:, i], None if inertia is None else inertia[:, i])
         for i, cruises in kept.items()
@@ -61,8 +63,8 @@ def map_points(log: JointLog, model: ModelTorque | None = None, rule: CruiseRule
     )
 
 
-def any_of(kept: dict[int, list[Cruise]], rows: int) -> slice:
-    """The rows from the first cruise to the end of the last: only there a model is asked."""
+def cruise_span(kept: dict[int, list[Cruise]], rows: int) -> slice:
+    """The rows from the first cruise to the end of the last: the model is evaluated only there."""
     cruises = [c for several in kept.values() for c in several]
     return slice(min(c.first for c in cruises), min(rows, max(c.last for c in cruises) + 1))
 
@@ -87,7 +89,7 @@ def _friction(log: JointLog, model: ModelTorque | None, rows: slice) -> tuple[Ar
 
 
 def _inertia(part: JointLog, model: ModelTorque) -> Array | None:
-    """B ddq + C dq; None where the rows are too uneven for accelerations and nobody asked to take it out."""
+    """B ddq + C dq; None where the rows are too uneven for accelerations and it need not be taken out."""
     try:
         return model.inertia(part)
     except LogError:
@@ -96,11 +98,11 @@ def _inertia(part: JointLog, model: ModelTorque) -> Array | None:
         return None
 
 
-def _point(log: JointLog, i: int, cruise: Cruise, friction: Array, inertia: Array | None) -> MapPoint:
+def _point(log: JointLog, i: int, cruise: Cruise, friction: Array, inertia: Array | None) -> FrictionPoint:
     rows = slice(cruise.first, cruise.last + 1)
     t, q, torque = log.t[rows], log.q[rows, i], friction[rows]
     velocity = float((q[-1] - q[0]) / (t[-1] - t[0])) if log.dq is None else time_mean(t, log.dq[rows, i])
-    return MapPoint(
+    return FrictionPoint(
         joint=log.joints[i], velocity=velocity, torque=time_mean(t, torque), spread=float(torque.std(ddof=1)),
         samples=int(torque.size), inertia=None if inertia is None else time_mean(t, inertia[rows]),
         source=log.source, first=cruise.first + 1, last=cruise.last + 1,
@@ -116,9 +118,9 @@ def time_mean(t: Array, values: Array) -> float:
     return float((values[1:] + values[:-1]) @ np.diff(t) / (2 * (t[-1] - t[0])))
 
 
-def _no_cruise(log: JointLog, found: dict[int, tuple[Cruise, ...]], rule: CruiseRule) -> LogError:
+def _no_cruise(log: JointLog, cruises: dict[int, tuple[Cruise, ...]], rule: CruiseRule) -> LogError:
     needed = f"{rule.shortest:g} s at constant speed (within {rule.tolerance:.0%}) of at least one joint"
-    every = [(c, i) for i, cruises in found.items() for c in cruises]
+    every = [(c, i) for i, several in cruises.items() for c in several]
     if not every:
         duration = float(log.t[-1] - log.t[0])
         columns = f"columns {', '.join(f'q{j}' for j in log.joints)}"
@@ -128,7 +130,7 @@ def _no_cruise(log: JointLog, found: dict[int, tuple[Cruise, ...]], rule: Cruise
     return LogError(log.source, where, f"the longest cruise takes {longest.duration:.3g} s", needed)
 
 
-def points_of(points: Sequence[MapPoint], joint: int, sign: int) -> tuple[MapPoint, ...]:
+def points_of(points: Sequence[FrictionPoint], joint: int, sign: int) -> tuple[FrictionPoint, ...]:
     """The points of one joint in one direction, slow ones first."""
     chosen = [p for p in points if p.joint == joint and p.velocity * sign > 0.0]
     return tuple(sorted(chosen, key=lambda p: abs(p.velocity)))

@@ -34,13 +34,13 @@ class Estimate:
 
     @property
     def standard_errors(self) -> Array:
-        """(p,), NaN where no point is left over to tell the noise."""
+        """(p,), NaN where no point is left to estimate the noise."""
         return np.sqrt(np.diag(self.covariance))
 
     @property
     def half_widths(self) -> Array:
         """Of the 3-sigma intervals, (p,): standard error times Student's t of 99.73 %."""
-        return self.standard_errors * student(self.dof)
+        return self.standard_errors * student_factor(self.dof)
 
     @property
     def rms(self) -> float:
@@ -48,16 +48,16 @@ class Estimate:
         return float(np.sqrt(np.mean(np.square(self.residuals))))
 
 
-def student(dof: int) -> float:
+def student_factor(dof: int) -> float:
     """The t that holds as much of Student's distribution as 3 sigma of the normal one; NaN without freedom.
 
-    >>> round(student(10), 3), round(student(10**6), 3)
+    >>> round(student_factor(10), 3), round(student_factor(10**6), 3)
     (3.957, 3.0)
     """
     return float(stats.t.ppf(stats.norm.cdf(SIGMAS), dof)) if dof > 0 else float("nan")
 
 
-def determined(X: Array) -> bool:
+def has_full_rank(X: Array) -> bool:
     """Whether the columns of X (m, p) determine every parameter."""
     norms = np.linalg.norm(X, axis=0)
     if len(X) < X.shape[1] or not norms.all():
@@ -74,7 +74,7 @@ def weighted(X: Array, y: Array, weights: Array) -> Estimate:
     X : (m, p) array
     y : (m,) array
     weights : (m,) array
-        Inverse variances of y up to a common factor, which the residuals tell.
+        Inverse variances of y up to a common factor, which the residuals give.
 
     Returns
     -------
@@ -94,7 +94,7 @@ def weighted(X: Array, y: Array, weights: Array) -> Estimate:
 
 
 def huber(X: Array, y: Array, weights: Array) -> Estimate:
-    """The same with Huber's loss, so that a few wild points pull little: least squares with weights that adapt.
+    """The same with Huber's loss, so that outliers have little influence: least squares with weights that adapt.
 
     The scale is the median absolute deviation of the residuals. The covariance is Huber's: that of least squares on the
     bounded residuals psi, K^2 [sum psi^2/(m-p)] / mean(psi')^2 (X^T W X)^-1 with K = 1 + p/m (1 - mean psi')/mean psi'.

@@ -1,21 +1,30 @@
-"""A log: what a recording of an arm holds, in SI, with the place of every row in its file."""
+"""Logs of a moving arm: read from CSV or Parquet files (extra `logs`), written, and taken from simulated runs.
+
+NumPy reads a million CSV rows of 22 columns in 4 s and 0.2 GB; pyarrow's CSV reader took half the time and two to five
+times the memory, so CSV needs no extra package.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.errors import FileAccessError
+from lwr_dyn.errors import FileAccessError, MissingPackageError
 from lwr_dyn.files import write_file
-from lwr_dyn.identification.columns import SI, check_kinds, layout_of
-from lwr_dyn.identification.log_files import SUFFIXES, read_columns, read_head, table_bytes
-from lwr_dyn.identification.log_gate import check_arm, check_log
+from lwr_dyn.identification.log_checks import check_arm, check_log
+from lwr_dyn.identification.log_columns import SI, LogError, check_kinds, layout_of
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
+
+SUFFIXES = (".csv", ".parquet")
+_AT = re.compile(r"at row (\d+)")
+_BAD_TEXT = re.compile(r"convert string '([^']*)'.* at row (\d+), column (\d+)")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -47,7 +56,7 @@ def read_log(path: str | Path, units: Mapping[str, str] | None = None, arm: Arm 
     Parameters
     ----------
     path : str or path
-        Ends in .csv or .parquet; the columns are those of `lwr_dyn.identification.columns`.
+        Ends in .csv or .parquet; the columns are those of `lwr_dyn.identification.log_columns`.
     units : mapping, optional
         Quantity -> unit of the columns that declare none, such as {"q": "deg"}.
     arm : Arm, optional
@@ -101,7 +110,7 @@ def log_of_run(run: Run, rate: float = 100.0, source: str = "run") -> JointLog:
     """What a log of a simulated run at `rate` [Hz] holds: exact positions and applied torques, no velocity.
 
     At a sample of the controller the held torque jumps; a row has the mean of what was held before and after it, as any
-    transducer of finite speed shows. `lwr_dyn.identification.generator` adds what sensors add.
+    transducer of finite speed shows. `lwr_dyn.identification.simulated_logs` adds noise and rounding.
     """
     step = max(1, round(1.0 / (rate * float(run.t[1] - run.t[0]))))
     rows = slice(0, None, step)
@@ -109,3 +118,114 @@ def log_of_run(run: Run, rate: float = 100.0, source: str = "run") -> JointLog:
     held = run.tau_applied
     tau = np.concatenate([held[:1], (held[1:] + held[:-1]) / 2])
     return JointLog(source, joints, run.t[rows], run.q[rows], tau[rows])
+
+
+@dataclass(frozen=True, slots=True)
+class FileHeader:
+    """The column names of a file, and how many lines stand before its first row (0 for Parquet)."""
+
+    names: tuple[str, ...]
+    lines: int
+
+
+def read_head(path: Path) -> FileHeader:
+    """The names of the columns; raises `FileAccessError`, `LogError`, `MissingPackageError` (pyarrow for Parquet)."""
+    if path.suffix not in SUFFIXES:
+        raise FileAccessError(str(path), f"ends in {path.suffix or 'nothing'!r}", "a log that ends in .csv or .parquet")
+    try:
+        if path.suffix == ".parquet":
+            return FileHeader(tuple(_parquet_file(path).schema_arrow.names), 0)
+        with open(path, encoding="utf-8-sig") as stream:
+            for count, line in enumerate(stream, 1):
+                if line.strip() and not line.startswith("#"):
+                    return FileHeader(tuple(name.strip().strip('"') for name in line.split(",")), count)
+    except FileAccessError:
+        raise
+    except UnicodeDecodeError:
+        raise LogError(str(path), "head", "not text", "a CSV file in UTF-8") from None
+    except OSError as fault:
+        raise FileAccessError(str(path), _reason(fault), "a log (.csv or .parquet)") from None
+    raise LogError(str(path), "head", "the file is empty", "a line of column names, then rows")
+
+
+def read_columns(path: Path, head: FileHeader, wanted: Sequence[int]) -> Array:
+    """The wanted columns (k, len(wanted)) as float64, empty cells and nulls as NaN; raises as `read_head`."""
+    if path.suffix == ".parquet":
+        return _read_parquet(path, head, wanted)
+    try:
+        with open(path, encoding="utf-8-sig") as stream:
+            for _ in range(head.lines):
+                stream.readline()
+            begin = stream.tell()
+            if not stream.readline().strip():
+                raise LogError(str(path), "rows", "none below the column names", "rows of numbers")
+            stream.seek(begin)
+            return np.loadtxt(stream, delimiter=",", usecols=tuple(wanted), ndmin=2, comments=None)
+    except LogError:
+        raise
+    except (ValueError, IndexError) as fault:
+        raise _bad_row(path, head, str(fault)) from None
+    except OSError as fault:
+        raise FileAccessError(str(path), _reason(fault), "a log (.csv or .parquet)") from None
+
+
+def _bad_row(path: Path, head: FileHeader, message: str) -> LogError:
+    text = _BAD_TEXT.search(message)
+    if text is not None:
+        row, name = int(text[2]) + 1, head.names[int(text[3]) - 1]
+        cell = repr(text[1]) if text[1].strip() else "empty"
+        return LogError(str(path), f"row {row} (line {row + head.lines}), column {name}", cell, "a number")
+    place = _AT.search(message)
+    row = int(place[1]) if place is not None else 1
+    where = f"row {row} (line {row + head.lines})"
+    return LogError(str(path), where, "not as many cells as columns", f"{len(head.names)} cells in every row")
+
+
+def _read_parquet(path: Path, head: FileHeader, wanted: Sequence[int]) -> Array:
+    file = _parquet_file(path)
+    out = np.empty((file.metadata.num_rows, len(wanted)))
+    names = [head.names[i] for i in wanted]
+    row = 0
+    for batch in file.iter_batches(columns=names):
+        for j, name in enumerate(names):
+            cells = batch.column(batch.schema.get_field_index(name))
+            try:
+                out[row : row + len(cells), j] = cells.to_numpy(zero_copy_only=False)
+            except (TypeError, ValueError):
+                raise LogError(str(path), f"column {name}", f"of type {cells.type}", "numbers") from None
+        row += batch.num_rows
+    if not row:
+        raise LogError(str(path), "rows", "none", "rows of numbers")
+    return out
+
+
+def _parquet_file(path: Path) -> Any:
+    arrow, parquet = _pyarrow()
+    try:
+        return parquet.ParquetFile(path)
+    except arrow.ArrowInvalid:
+        raise FileAccessError(str(path), "not a whole Parquet file", "a log (.csv or .parquet)") from None
+
+
+def _pyarrow() -> tuple[Any, Any]:
+    try:
+        import pyarrow
+        from pyarrow import parquet
+    except ImportError:
+        raise MissingPackageError("pyarrow", "logs") from None
+    return pyarrow, parquet
+
+
+def table_bytes(names: Sequence[str], columns: Sequence[Array], suffix: str) -> bytes:
+    """Columns as the bytes of a CSV or Parquet file, every float to its last bit; raises `MissingPackageError`."""
+    if suffix == ".parquet":
+        pyarrow, parquet = _pyarrow()
+        sink = pyarrow.BufferOutputStream()
+        parquet.write_table(pyarrow.table(dict(zip(names, columns, strict=True))), sink)
+        return bytes(sink.getvalue().to_pybytes())
+    rows = (",".join(map(repr, row)) for row in zip(*(c.tolist() for c in columns), strict=True))
+    return ("\n".join([",".join(names), *rows]) + "\n").encode()
+
+
+def _reason(fault: OSError) -> str:
+    return (fault.strerror or str(fault)).lower()

@@ -17,7 +17,7 @@ _DATA, _FIT = "#0072b2", "#d55e00"
 
 
 @in_house_style
-def friction_map_figure(found: FrictionIdentification, title: str = "friction-velocity maps") -> Figure:
+def friction_map_figure(result: FrictionIdentification, title: str = "friction-velocity maps") -> Figure:
     """One panel a joint, as the WAM paper's Figure 6: measured points, fitted curves over the speeds they cover.
 
     Raises
@@ -25,7 +25,7 @@ def friction_map_figure(found: FrictionIdentification, title: str = "friction-ve
     OptionError
         Nothing was measured.
     """
-    joints = found.joints
+    joints = result.joints
     if not joints:
         raise OptionError("friction map", "without a point", "at least one cruise")
     columns = min(_COLUMNS, len(joints))
@@ -33,12 +33,12 @@ def friction_map_figure(found: FrictionIdentification, title: str = "friction-ve
     figure = Figure(figsize=(4.6 * columns, 1.0 + 2.3 * rows), layout="constrained")
     panels = figure.subplots(rows, columns, squeeze=False).ravel()
     for panel, joint in zip(panels, joints, strict=False):
-        points = [p for p in found.points if p.joint == joint]
+        points = [p for p in result.points if p.joint == joint]
         panel.plot(
             [p.velocity for p in points], [p.torque for p in points], "o", color=_DATA, markersize=3.5,
             label="mean of a cruise",
         )  # fmt: skip
-        for fit in (f for f in found.fits if f.joint == joint):
+        for fit in (f for f in result.fits if f.joint == joint):
             _draw(panel, fit)
         panel.set_title(f"joint {joint}", fontsize=10, loc="left")
         panel.set_xlabel("velocity [rad/s]")

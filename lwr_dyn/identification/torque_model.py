@@ -1,4 +1,4 @@
-"""What the model of an arm takes out of measured torques: gravity, inertia (B ddq + C dq), or both, row by row."""
+"""The part of measured torques that an arm's model explains: gravity, inertia (B ddq + C dq), or both, row by row."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from scipy.signal import savgol_filter
 from lwr_dyn.arrays import Array
 from lwr_dyn.dynamics.newton_euler import Recursion
 from lwr_dyn.errors import OptionError
-from lwr_dyn.identification.columns import LogError
 from lwr_dyn.identification.cruise import recordings
+from lwr_dyn.identification.log_columns import LogError
 from lwr_dyn.identification.logs import JointLog
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.vectors import ZERO
@@ -49,14 +49,14 @@ class ModelTorque:
         """B ddq + C dq of every row, (k, n) [N m or N], from positions alone; raises `LogError` for uneven rows."""
         out = np.empty_like(log.q)
         for piece in recordings(log.t):
-            dq, ddq = slopes(log, piece, self.window)
+            dq, ddq = local_derivatives(log, piece, self.window)
             q = log.q[piece]
             rows = zip(_chunks(q), _chunks(dq), _chunks(ddq), strict=True)
             out[piece] = np.concatenate([self._weightless.inverse_dynamics(*row) for row in rows])
         return out
 
 
-def slopes(log: JointLog, piece: slice, window: float) -> tuple[Array, Array]:
+def local_derivatives(log: JointLog, piece: slice, window: float) -> tuple[Array, Array]:
     """Velocities and accelerations of a stretch of a log from local cubics over `window` [s], (k, n) each.
 
     Raises

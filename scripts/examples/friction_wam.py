@@ -9,11 +9,10 @@ import numpy as np
 
 import lwr_dyn
 from lwr_dyn.control.pd_gravity import PDGravity
-from lwr_dyn.identification.experiment import cruise_logs, true_values
 from lwr_dyn.identification.friction import identify_friction_files
-from lwr_dyn.identification.generator import LogSensors
 from lwr_dyn.identification.logs import write_log
 from lwr_dyn.identification.map_figures import friction_map_figure
+from lwr_dyn.identification.simulated_logs import LogSensors, cruise_logs
 from lwr_dyn.viewer.plots import save_figure
 
 
@@ -41,7 +40,9 @@ def main(arguments: list[str] | None = None) -> None:
     found = identify_friction_files(files, arm=arm, subtract="all")
     print("joint     Table 1  identified        3 sigma")
     for fit in found.fits:
-        truth = true_values(arm, fit.joint, fit.sign, fit.names)
+        friction = arm.friction[fit.joint - 1]
+        direction = friction.positive if fit.sign > 0 else friction.negative
+        truth = [getattr(direction, name) for name in fit.names]
         rows = zip(fit.names, truth, fit.estimate.values, fit.estimate.half_widths, strict=True)
         for name, true, value, half in rows:
             print(f"{fit.joint}{'+' if fit.sign > 0 else '-'} {name:8s} {true:8.4f} {value:9.4f} +- {half:.4f}")

@@ -5,10 +5,10 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.control.pd_gravity import PDGravity
-from lwr_dyn.identification.experiment import cruise_logs
-from lwr_dyn.identification.generator import ideal_cruise
 from lwr_dyn.identification.logs import JointLog
+from lwr_dyn.identification.simulated_logs import cruise_logs
 from lwr_dyn.model.friction.models import friction_torque
+from tests.identification.simulated import ideal_cruise
 
 SPEEDS = (0.06, 0.09, 0.13, 0.18, 0.25)
 START = np.array([0.0, -1.2, 0.0, 1.6, 0.0, 0.2, 0.0])

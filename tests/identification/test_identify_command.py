@@ -7,8 +7,8 @@ import pytest
 from pyarrow import csv, table
 
 from lwr_dyn.cli.main import main
-from lwr_dyn.identification.generator import ideal_cruise
 from lwr_dyn.identification.logs import write_log
+from tests.identification.simulated import ideal_cruise
 
 ROWS = 200_000
 """A fifth of what `scripts/soak.py` times."""

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from lwr_dyn.identification.experiment import interval_coverage, true_values
-from lwr_dyn.identification.friction import How, identify_friction
-from lwr_dyn.identification.generator import LogSensors, ideal_cruise
+from lwr_dyn.identification.friction import FitOptions, identify_friction
+from lwr_dyn.identification.simulated_logs import LogSensors
 from lwr_dyn.model.friction.models import Direction, JointFriction
+from tests.identification.simulated import ideal_cruise, interval_coverage, true_values
 
 IDEAL = 1e-6
 """What the issue asks of logs without noise; rounding gives 1e-11."""
@@ -21,7 +21,7 @@ def misses(found, arm):
 
 @pytest.mark.parametrize("robust", [False, True])
 def test_ideal_runs_of_one_joint_at_a_time_give_table_1_back(wam, one_joint_at_a_time, robust):
-    found = identify_friction(one_joint_at_a_time, wam, how=How(robust=robust))
+    found = identify_friction(one_joint_at_a_time, wam, options=FitOptions(robust=robust))
     assert not found.faults
     assert len(found.fits) == 14
     assert np.abs(misses(found, wam)).max() < IDEAL
@@ -37,7 +37,7 @@ def test_ideal_runs_of_all_joints_need_the_coriolis_torque_taken_out(wam):
 def test_a_stribeck_dip_comes_back():
     truth = JointFriction(Direction(4.0, 1.2, 6.0, 0.05), Direction(3.0, -0.5, 3.9, 0.08))
     speeds = [s * v for s in (1, -1) for v in (0.01, 0.02, 0.03, 0.05, 0.07, 0.1, 0.15, 0.2, 0.3)]
-    found = identify_friction([ideal_cruise([truth], [v]) for v in speeds], how=How(model="stribeck"))
+    found = identify_friction([ideal_cruise([truth], [v]) for v in speeds], options=FitOptions(model="stribeck"))
     assert not found.faults
     for fit, way in zip(found.fits, (truth.positive, truth.negative), strict=True):
         assert fit.estimate.values == pytest.approx(
@@ -50,7 +50,9 @@ def test_wild_cruises_pull_squares_but_not_the_robust_fit():
     logs = [ideal_cruise([truth], [v]) for v in np.linspace(0.05, 0.4, 12)]
     wild = ideal_cruise([JointFriction(Direction(9.0, 1.0), Direction(3.0, 2.0))], [0.38])
     noisy = [LogSensors(0.02).through(log, i) for i, log in enumerate([*logs, wild])]
-    squares, robust = (identify_friction(noisy, how=How(robust=r)).fit(1, 1).estimate.values for r in (False, True))
+    squares, robust = (
+        identify_friction(noisy, options=FitOptions(robust=r)).fit(1, 1).estimate.values for r in (False, True)
+    )
     assert abs(squares - [4.0, 1.0]).max() > 1.0
     assert abs(robust - [4.0, 1.0]).max() < 0.05
 

@@ -9,10 +9,10 @@ import lwr_dyn
 from lwr_dyn.dynamics.regressor import INERTIAL, JOINT, Regressor, chain_parameters
 from lwr_dyn.errors import OptionError
 from lwr_dyn.identification.base_parameters import base_parameters
-from lwr_dyn.identification.columns import LogError
-from lwr_dyn.identification.generator import LogSensors
+from lwr_dyn.identification.log_columns import LogError
 from lwr_dyn.identification.logs import JointLog
-from lwr_dyn.identification.motion import MotionRule, chain_base, identify_motion
+from lwr_dyn.identification.motion_fit import MotionRule, chain_base, identify_motion
+from lwr_dyn.identification.simulated_logs import LogSensors
 from lwr_dyn.identification.torque_model import ModelTorque
 from tests.arms import random_arm
 from tests.tolerances import RANDOM_ARM

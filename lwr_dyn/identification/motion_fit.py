@@ -18,17 +18,17 @@ from lwr_dyn.arrays import Array
 from lwr_dyn.dynamics.regressor import JOINT, Regressor, chain_parameters
 from lwr_dyn.errors import OptionError
 from lwr_dyn.identification.base_parameters import BaseParameters, base_parameters
-from lwr_dyn.identification.columns import LogError
 from lwr_dyn.identification.cruise import recordings
-from lwr_dyn.identification.least_squares import Estimate, determined, weighted
+from lwr_dyn.identification.least_squares import Estimate, has_full_rank, weighted
+from lwr_dyn.identification.log_columns import LogError
 from lwr_dyn.identification.logs import JointLog
-from lwr_dyn.identification.torque_model import DEGREE, slopes
+from lwr_dyn.identification.torque_model import DEGREE, local_derivatives
 from lwr_dyn.model.arm import Arm
 
 MOST_ROWS = 20_000
 """Instants used at most: more are thinned out evenly."""
 PROBES = 300
-"""Random states whose regressor tells the base parameters of a chain."""
+"""Random states whose regressor determines the base parameters of a chain."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,12 +63,12 @@ class MotionRule:
             raise OptionError("held out share", self.held_out, "a number between 0 and 1")
 
 
-USUAL_MOTION = MotionRule()
+DEFAULT_MOTION = MotionRule()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Instants:
-    """Smoothed instants of logs: q, dq, ddq, tau (k, n), which equations count (k, n), which are held out (k,)."""
+class Samples:
+    """Smoothed instants of logs: q, dq, ddq, tau (k, n), which equations are used (k, n), which are held out (k,)."""
 
     q: Array
     dq: Array
@@ -94,21 +94,21 @@ class Validation:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MotionIdentification:
-    """Base parameters with their estimate, and how well they foretell torques they have not seen.
+    """Base parameters with their estimate, and how well they predict torques that they were not fitted to.
 
     `condition` is that of the scaled regressor: above a few hundred the motion excites some parameters poorly.
     """
 
     base: BaseParameters
     estimate: Estimate
-    believed: Array
-    """What the arm's own inertias give for the base parameters (b,), friction 0."""
+    of_the_model: Array
+    """Values from the arm's own inertias for the base parameters (b,), friction 0."""
     condition: float
     validation: tuple[Validation, ...]
     equations: int
 
 
-def identify_motion(logs: Iterable[JointLog], arm: Arm, rule: MotionRule = USUAL_MOTION) -> MotionIdentification:
+def identify_motion(logs: Iterable[JointLog], arm: Arm, rule: MotionRule = DEFAULT_MOTION) -> MotionIdentification:
     """Inertial and friction parameters from recordings of any motion.
 
     Parameters
@@ -131,7 +131,7 @@ def identify_motion(logs: Iterable[JointLog], arm: Arm, rule: MotionRule = USUAL
     regressor = Regressor(arm.chain)
     base = chain_base(arm)
     several = list(logs)
-    seen = _instants(several, rule)
+    seen = _samples(several, rule)
     W = regressor(seen.q, seen.dq, seen.ddq)[:, :, base.kept]
     training = seen.counts & ~seen.held[:, None]
     _check_excited(several, W, training, base)
@@ -144,9 +144,9 @@ def identify_motion(logs: Iterable[JointLog], arm: Arm, rule: MotionRule = USUAL
         for j in range(arm.n)
     )
     scaled = W[training] / np.linalg.norm(W[training], axis=0)
-    believed = base.of(chain_parameters(arm.chain))
+    of_the_model = base.of(chain_parameters(arm.chain))
     return MotionIdentification(
-        base, estimate, believed, float(np.linalg.cond(scaled)), validation, int(training.sum())
+        base, estimate, of_the_model, float(np.linalg.cond(scaled)), validation, int(training.sum())
     )
 
 
@@ -158,17 +158,17 @@ def chain_base(arm: Arm) -> BaseParameters:
     return base_parameters(Y.reshape(-1, Y.shape[-1]), regressor.names)
 
 
-def _instants(logs: Sequence[JointLog], rule: MotionRule) -> Instants:
+def _samples(logs: Sequence[JointLog], rule: MotionRule) -> Samples:
     total = sum(log.t.size for log in logs)
     parts = [part for log in logs for piece in recordings(log.t) for part in [_piece(log, piece, rule, total)]]
     if not parts:
         raise LogError("logs", "rows", "none", "recordings of a moving arm")
     names = ("q", "dq", "ddq", "tau", "counts", "held")
-    return Instants(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
+    return Samples(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
 
 
-def _piece(log: JointLog, piece: slice, rule: MotionRule, total: int) -> Instants:
-    dq, ddq = slopes(log, piece, rule.window)
+def _piece(log: JointLog, piece: slice, rule: MotionRule, total: int) -> Samples:
+    dq, ddq = local_derivatives(log, piece, rule.window)
     step = float(np.median(np.diff(log.t[piece])))
     window = max(DEGREE + 2, 2 * round(rule.window / (2 * step)) + 1)
     q, tau = (savgol_filter(x[piece], window, DEGREE, axis=0) for x in (log.q, log.tau))
@@ -178,12 +178,12 @@ def _piece(log: JointLog, piece: slice, rule: MotionRule, total: int) -> Instant
         maximum_filter1d(dq, window, axis=0) < -rule.slowest
     )
     held = chosen >= (1.0 - rule.held_out) * len(q)
-    return Instants(q[chosen], dq[chosen], ddq[chosen], tau[chosen], one_way[chosen], held)
+    return Samples(q[chosen], dq[chosen], ddq[chosen], tau[chosen], one_way[chosen], held)
 
 
 def _check_excited(logs: Sequence[JointLog], W: Array, training: NDArray[np.bool_], base: BaseParameters) -> None:
     rows = W[training]
-    if determined(rows):
+    if has_full_rank(rows):
         return
     files = ", ".join(dict.fromkeys(log.source for log in logs))
     silent = [base.names[k] for k, column in zip(base.kept, rows.T, strict=True) if not column.any()]
@@ -194,7 +194,7 @@ def _check_excited(logs: Sequence[JointLog], W: Array, training: NDArray[np.bool
 
 
 def _fit(W: Array, tau: Array, rows: NDArray[np.bool_]) -> Estimate:
-    """Least squares with every joint weighted by its own noise, found from a first fit."""
+    """Least squares with every joint weighted by its own noise, estimated from a first fit."""
     y, X, joint = tau[rows], W[rows], np.nonzero(rows)[1]
     noise = np.ones(tau.shape[1])
     for _ in range(2):

@@ -8,7 +8,7 @@ from math import pi
 import numpy as np
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.identification.columns import Column, LogError
+from lwr_dyn.identification.log_columns import LogColumn, LogError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind
 
@@ -34,7 +34,7 @@ def check_arm(file: str, joints: tuple[int, ...], arm: Arm) -> None:
         raise LogError(file, "columns", found, f"q1..q{arm.n} and tau1..tau{arm.n}, the joints of {arm.name}")
 
 
-def check_log(file: str, lines: int, columns: Sequence[Column], table: Array, arm: Arm | None) -> None:
+def check_log(file: str, lines: int, columns: Sequence[LogColumn], table: Array, arm: Arm | None) -> None:
     """Judge a table (k, columns) as it stands in the file, before its units are converted; raises `LogError`."""
     _check_finite(file, lines, columns, table)
     _check_times(file, lines, columns[0], table[:, 0])
@@ -54,7 +54,7 @@ def _row(lines: int, index: int) -> str:
     return f"row {index + 1} (line {index + 1 + lines})" if lines else f"row {index + 1}"
 
 
-def _check_finite(file: str, lines: int, columns: Sequence[Column], table: Array) -> None:
+def _check_finite(file: str, lines: int, columns: Sequence[LogColumn], table: Array) -> None:
     if np.isfinite(table.sum()):  # one NaN makes the sum NaN; an infinity makes it infinite or NaN
         return
     finite = np.isfinite(table)
@@ -67,7 +67,7 @@ def _check_finite(file: str, lines: int, columns: Sequence[Column], table: Array
         )
 
 
-def _check_times(file: str, lines: int, column: Column, time: Array) -> None:
+def _check_times(file: str, lines: int, column: LogColumn, time: Array) -> None:
     if time.size < 2:
         raise LogError(file, "rows", f"{time.size}", "a recording of at least a second")
     steps = np.diff(time)
@@ -85,7 +85,7 @@ def _check_times(file: str, lines: int, column: Column, time: Array) -> None:
         raise LogError(file, "column time", found, f"{STEPS[0]:g} to {STEPS[1]:g} s; declare the unit it is in")
 
 
-def _check_position(file: str, column: Column, values: Array, arm: Arm | None) -> None:
+def _check_position(file: str, column: LogColumn, values: Array, arm: Arm | None) -> None:
     low, high = float(values.min()) * column.factor, float(values.max()) * column.factor
     lower, upper, whose = -2 * pi * TURNS, 2 * pi * TURNS, f"within {TURNS:g} turns (or a robot with its limits)"
     if column.unit in ("m", "mm"):
@@ -100,7 +100,7 @@ def _check_position(file: str, column: Column, values: Array, arm: Arm | None) -
         raise LogError(file, f"column {column.name}", found, f"{whose}; declare the unit it is in")
 
 
-def _check_torque(file: str, column: Column, values: Array, arm: Arm | None) -> None:
+def _check_torque(file: str, column: LogColumn, values: Array, arm: Arm | None) -> None:
     if arm is None:
         return
     limit = float(arm.effort[column.joint - 1])
@@ -112,7 +112,7 @@ def _check_torque(file: str, column: Column, values: Array, arm: Arm | None) -> 
         raise LogError(file, f"column {column.name}", found, f"{needed}; declare the unit it is in")
 
 
-def _check_speed(file: str, column: Column, position: Column, t: Array, q: Array, dq: Array) -> None:
+def _check_speed(file: str, column: LogColumn, position: LogColumn, t: Array, q: Array, dq: Array) -> None:
     """Measured speeds against the slope of the positions, over spans of a tenth of a second."""
     span = max(1, round(0.1 / float(np.median(np.diff(t)))))
     slope = np.diff(q[::span]) / np.diff(t[::span])
@@ -128,5 +128,5 @@ def _check_speed(file: str, column: Column, position: Column, t: Array, q: Array
         )
 
 
-def _slides(column: Column, arm: Arm | None) -> bool:
+def _slides(column: LogColumn, arm: Arm | None) -> bool:
     return arm is not None and arm.chain.links[column.joint - 1].kind is JointKind.PRISMATIC

@@ -38,7 +38,7 @@ class LogError(LwrDynError, ValueError):
 
 
 @dataclass(frozen=True, slots=True)
-class Column:
+class LogColumn:
     """One column as the file has it: `index` counts from 0, `joint` from 1 (0 for time), `unit` is the declared one."""
 
     index: int
@@ -59,10 +59,10 @@ class Column:
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """The columns of a log that count: time, and per joint q, tau and, where the log has it, dq."""
+    """The columns that are used: time, and per joint q, tau and, where the log has it, dq."""
 
     joints: tuple[int, ...]
-    columns: Mapping[str, Column]
+    columns: Mapping[str, LogColumn]
 
     @property
     def has_speed(self) -> bool:
@@ -76,19 +76,19 @@ def declared_units(text: str | None) -> dict[str, str]:
     >>> declared_units("time=ms,q=deg")
     {'time': 'ms', 'q': 'deg'}
     """
-    found: dict[str, str] = {}
+    units: dict[str, str] = {}
     for part in (text or "").split(",") if text else ():
         quantity, _, unit = (x.strip() for x in part.partition("="))
         if quantity not in UNITS:
             raise OptionError("units", repr(part), f"QUANTITY=UNIT with {', '.join(UNITS)}")
         if unit not in UNITS[quantity]:
             raise OptionError(f"units of {quantity}", repr(unit), ", ".join(UNITS[quantity]))
-        found[quantity] = unit
-    return found
+        units[quantity] = unit
+    return units
 
 
 def layout_of(file: str, names: Sequence[str], units: Mapping[str, str] | None = None) -> Layout:
-    """The columns that count among `names`; others are passed over.
+    """The columns that are used among `names`; others are ignored.
 
     Raises
     ------
@@ -98,7 +98,7 @@ def layout_of(file: str, names: Sequence[str], units: Mapping[str, str] | None =
     >>> layout_of("run.csv", ["time [ms]", "q1 [deg]", "tau1", "note"]).columns["q1"].unit
     'deg'
     """
-    columns: dict[str, Column] = {}
+    columns: dict[str, LogColumn] = {}
     for index, name in enumerate(names):
         column = _column(file, index, name.strip(), units or {})
         if column is None:
@@ -115,24 +115,26 @@ def layout_of(file: str, names: Sequence[str], units: Mapping[str, str] | None =
     return Layout(joints, columns)
 
 
-def _column(file: str, index: int, name: str, units: Mapping[str, str]) -> Column | None:
+def _column(file: str, index: int, name: str, units: Mapping[str, str]) -> LogColumn | None:
     match = _COLUMN.match(name)
     if match is None or (match[1] == "time") != (match[2] == "") or match[2] in ("0", "00"):
         return None
     quantity, joint, unit = match[1], int(match[2] or 0), match[3]
-    said = units.get(quantity)
+    declared = units.get(quantity)
     if unit is None:
-        return Column(index, quantity, joint, said or SI[quantity])
+        return LogColumn(index, quantity, joint, declared or SI[quantity])
     unit = " ".join(unit.split())
     if unit not in UNITS[quantity]:
         raise LogError(file, f"column {name}", f"unit [{unit}]", f"one of {', '.join(UNITS[quantity])}")
-    if said is not None and UNITS[quantity][said] != UNITS[quantity][unit]:
-        raise LogError(file, f"column {name}", f"[{unit}] in the file, {said} declared", "one unit, or none declared")
-    return Column(index, quantity, joint, unit)
+    if declared is not None and UNITS[quantity][declared] != UNITS[quantity][unit]:
+        raise LogError(
+            file, f"column {name}", f"[{unit}] in the file, {declared} declared", "one unit, or none declared"
+        )
+    return LogColumn(index, quantity, joint, unit)
 
 
 def check_kinds(file: str, layout: Layout, kinds: Sequence[JointKind]) -> None:
-    """Turning joints in rad or deg, sliding ones in m or mm; raises `LogError`. A unit nobody wrote fits both."""
+    """Turning joints in rad or deg, sliding ones in m or mm; raises `LogError`. An undeclared unit fits both."""
     for column in layout.columns.values():
         if column.quantity not in ("q", "dq", "tau") or column.unit == SI[column.quantity]:
             continue

@@ -1,4 +1,4 @@
-"""What an identification found, as tables for people and records for programs."""
+"""The result of an identification as tables for people and records for programs."""
 
 from __future__ import annotations
 
@@ -8,25 +8,27 @@ from typing import Any
 import numpy as np
 
 from lwr_dyn.identification.direction_fit import NAMES, DirectionFit
-from lwr_dyn.identification.friction import FrictionIdentification, How
-from lwr_dyn.identification.motion import MotionIdentification
+from lwr_dyn.identification.friction import FitOptions, FrictionIdentification
+from lwr_dyn.identification.motion_fit import MotionIdentification
 from lwr_dyn.tables import aligned
 
 _UNITS = {"coulomb": "N m", "viscous": "N m s/rad", "static": "N m", "stribeck_velocity": "rad/s"}
 
 
-def friction_record(found: FrictionIdentification, how: How, robot: str | None, subtract: str) -> dict[str, Any]:
+def friction_record(
+    result: FrictionIdentification, options: FitOptions, robot: str | None, subtract: str
+) -> dict[str, Any]:
     """Fits, map and faults."""
     return {
-        "robot": robot, "subtracted": subtract, "model": how.model, "robust": how.robust,
-        "weights": "equal" if how.equal_weights else "samples", "rule": asdict(how.rule),
-        "fits": [_fit_record(fit, found) for fit in found.fits],
-        "map": [asdict(point) for point in found.points],
-        "faults": [str(fault) for fault in found.faults],
+        "robot": robot, "subtracted": subtract, "model": options.model, "robust": options.robust,
+        "weights": "equal" if options.equal_weights else "samples", "rule": asdict(options.rule),
+        "fits": [_fit_record(fit, result) for fit in result.fits],
+        "map": [asdict(point) for point in result.points],
+        "faults": [str(fault) for fault in result.faults],
     }  # fmt: skip
 
 
-def _fit_record(fit: DirectionFit, found: FrictionIdentification) -> dict[str, Any]:
+def _fit_record(fit: DirectionFit, result: FrictionIdentification) -> dict[str, Any]:
     e = fit.estimate
     parameters = {
         name: {
@@ -41,19 +43,19 @@ def _fit_record(fit: DirectionFit, found: FrictionIdentification) -> dict[str, A
     }  # fmt: skip
 
 
-def friction_text(found: FrictionIdentification, how: How, subtract: str) -> str:
+def friction_text(result: FrictionIdentification, options: FitOptions, subtract: str) -> str:
     """One row a joint and direction, and what averaging does to it."""
-    names = NAMES[how.model]
+    names = NAMES[options.model]
     head = ("joint", "way", *(f"{n} [{_UNITS[n]}]" for n in names), "RMS [N m]", "speeds [rad/s]", "cruises")
-    files = len({p.source for p in found.points})
-    loss = "Huber's loss" if how.robust else "least squares"
-    lines = [f"{len(found.points)} cruises in {files} files, {loss}, taken out of the torques: {_taken(subtract)}"]
-    if found.fits:
-        lines.append(aligned([_row(fit) for fit in found.fits], head))
+    files = len({p.source for p in result.points})
+    loss = "Huber's loss" if options.robust else "least squares"
+    lines = [f"{len(result.points)} cruises in {files} files, {loss}, taken out of the torques: {_taken(subtract)}"]
+    if result.fits:
+        lines.append(aligned([_row(fit) for fit in result.fits], head))
         lines.append(
             "value +- standard error; magnitudes against the motion; an offset raises one way, lowers the other"
         )
-    lines += _bias_lines(found, subtract)
+    lines += _bias_lines(result, subtract)
     return "\n".join(lines)
 
 
@@ -72,55 +74,57 @@ def _with_error(value: float, error: float) -> str:
     return f"{value:.5g}" + (" (no error: as many cruises as parameters)" if np.isnan(error) else f" +- {error:.2g}")
 
 
-def _bias_lines(found: FrictionIdentification, subtract: str) -> list[str]:
-    known = [p for p in found.points if p.inertia is not None]
+def _bias_lines(result: FrictionIdentification, subtract: str) -> list[str]:
+    known = [p for p in result.points if p.inertia is not None]
     if not known:
         return []
     worst = max(known, key=lambda p: abs(p.inertia or 0.0))
-    said = (
+    sentence = (
         f"the mean of B ddq + C dq over a cruise is at most {abs(worst.inertia or 0.0):.3g} N m (joint {worst.joint})"
     )
     if subtract in ("inertia", "all"):
-        return [f"{said}; it is taken out"]
+        return [f"{sentence}; it is taken out"]
     biases = [
         (abs(float(b)), f"{name} of joint {fit.joint}{'+' if fit.sign > 0 else '-'}")
-        for fit in found.fits
+        for fit in result.fits
         if fit.bias is not None
         for b, name in zip(fit.bias, fit.names, strict=True)
     ]
     if biases:
         size, where = max(biases)
-        said += f"; left in, it moves a parameter by at most {size:.3g} ({where})"
-    return [f"{said}; --subtract all takes it out"]
+        sentence += f"; left in, it moves a parameter by at most {size:.3g} ({where})"
+    return [f"{sentence}; --subtract all takes it out"]
 
 
-def motion_record(found: MotionIdentification, robot: str) -> dict[str, Any]:
+def motion_record(result: MotionIdentification, robot: str) -> dict[str, Any]:
     """Base parameters, what the robot's own inertias say of them, and the validation."""
-    e = found.estimate
-    rows = zip(found.base.statements(), e.values, e.standard_errors, e.half_widths, found.believed, strict=True)
+    e = result.estimate
+    rows = zip(result.base.statements(), e.values, e.standard_errors, e.half_widths, result.of_the_model, strict=True)
     return {
-        "robot": robot, "equations": found.equations, "condition": found.condition,
+        "robot": robot, "equations": result.equations, "condition": result.condition,
         "parameters": [
             {"parameter": s, "value": v, "standard_error": error, "three_sigma": half, "of_the_model": own}
             for s, v, error, half, own in rows
         ],
-        "validation": [asdict(v) for v in found.validation],
+        "validation": [asdict(v) for v in result.validation],
     }  # fmt: skip
 
 
-def motion_text(found: MotionIdentification) -> str:
-    """The parameters by name, then measured against foretold torques."""
-    e = found.estimate
+def motion_text(result: MotionIdentification) -> str:
+    """The parameters by name, then measured against predicted torques."""
+    e = result.estimate
     named = [
         (s if len(s) <= 48 else f"{s[:45]}...", _with_error(v, error), f"{own:.5g}")
-        for s, v, error, own in zip(found.base.statements(), e.values, e.standard_errors, found.believed, strict=True)
+        for s, v, error, own in zip(
+            result.base.statements(), e.values, e.standard_errors, result.of_the_model, strict=True
+        )
     ]
     checked = [
-        (str(v.joint), *(f"{x:.4g}" for x in (v.measured, v.fitted, v.held_out, v.model))) for v in found.validation
+        (str(v.joint), *(f"{x:.4g}" for x in (v.measured, v.fitted, v.held_out, v.model))) for v in result.validation
     ]
     return "\n".join(
         (
-            f"{found.base.count} base parameters from {found.equations} equations, condition {found.condition:.3g}",
+            f"{result.base.count} base parameters from {result.equations} equations, condition {result.condition:.3g}",
             aligned(named, ("parameter (SI)", "value", "of the model")),
             "",
             aligned(checked, ("joint", "RMS torque", "left, fitted time", "left, held-out time", "left by the model")),

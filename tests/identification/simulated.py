@@ -1,77 +1,65 @@
-"""The paper's experiment on the simulated arm: out and back at constant velocity, one log for every speed."""
+"""Logs with a known truth: ideal cruises in closed form, and how often intervals cover what was simulated."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from math import isfinite
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lwr_dyn.arrays import Array, fixed_array
-from lwr_dyn.control.protocol import Controller
-from lwr_dyn.identification.friction import USUAL, FrictionIdentification, How, identify_friction
-from lwr_dyn.identification.generator import LogSensors
-from lwr_dyn.identification.logs import JointLog, log_of_run
+from lwr_dyn.arrays import Array, joint_array
+from lwr_dyn.dynamics.newton_euler import Recursion
+from lwr_dyn.errors import OptionError
+from lwr_dyn.identification.friction import DEFAULT_FIT, FitOptions, FrictionIdentification, identify_friction
+from lwr_dyn.identification.logs import JointLog
+from lwr_dyn.identification.simulated_logs import LogSensors
 from lwr_dyn.identification.torque_model import Subtract
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.simulation.simulate import simulate
-from lwr_dyn.trajectory.references.lspb_move import lspb_move
-from lwr_dyn.trajectory.references.point_to_point import JointReference
+from lwr_dyn.model.friction.models import JointFriction
 
 
-def cruise_and_back(arm: Arm, start: ArrayLike, stroke: ArrayLike, speed: float, blend: float = 1.0) -> JointReference:
-    """An LSPB move of `stroke` from `start` and the same way back.
-
-    Parameters
-    ----------
-    arm : Arm
-    start, stroke : (n,) array_like
-        [rad or m]; joints with a stroke of 0 stand still.
-    speed : float
-        Of the joint with the longest stroke, the others in proportion [rad/s or m/s].
-    blend : float
-        Time to reach it [s]; the paper's t_c = 1 s.
-
-    Raises
-    ------
-    ShapeError, OptionError, PathLimitError
-        As `lspb_move`.
-    """
-    q0, step = (fixed_array(name, x, (arm.n,)) for name, x in (("start", start), ("stroke", stroke)))
-    longest = float(np.abs(step).max())
-    out = lspb_move(arm, q0, q0 + step, duration=longest / speed + blend, blend=blend)
-    return JointReference(np.array([q0, q0 + step, q0]), (out.laws[0], out.laws[0]))
-
-
-def cruise_logs(
-    arm: Arm, controller: Controller, start: ArrayLike, stroke: ArrayLike, speeds: Iterable[float],
-    blend: float = 1.0, rate: float = 100.0, **options: Any,
-) -> Iterator[JointLog]:  # fmt: skip
-    """One log a speed from the simulated closed loop, at `rate` [Hz] and without sensors in between.
+def ideal_cruise(
+    frictions: Sequence[JointFriction], dq: ArrayLike, arm: Arm | None = None, q0: ArrayLike | None = None,
+    duration: float = 2.0, rate: float = 100.0, source: str = "ideal cruise",
+) -> JointLog:  # fmt: skip
+    """A log of constant velocities: q = q0 + dq t, tau = C dq + g(q) + tau_friction(dq), exact to rounding.
 
     Parameters
     ----------
-    arm, controller
-        As `simulate` takes them.
-    start, stroke, blend
-        As `cruise_and_back` takes them.
-    speeds : iterable of float
-        [rad/s or m/s]
+    frictions : sequence of n JointFriction
+    dq : (n,) array_like
+        Velocities [rad/s or m/s]; a joint at 0 stands still and shows no friction.
+    arm : Arm, optional
+        Whose C dq + g is in the torques; none of it without.
+    q0 : (n,) array_like, optional
+        Start; zeros if not given.
+    duration : float
+        [s]
     rate : float
-        Rows a second [Hz]; the paper's logs have 100.
-    **options
-        Of `simulate`, such as `friction`.
+        Rows a second [Hz].
 
     Raises
     ------
-    LwrDynError
-        What `cruise_and_back` and `simulate` raise.
+    ShapeError
+        Velocities or start of another length.
+    OptionError
+        A duration or rate that is not above 0.
     """
-    for speed in speeds:
-        run = simulate(arm, controller, cruise_and_back(arm, start, stroke, speed, blend), **options)
-        yield log_of_run(run, rate, f"{arm.name} at {speed:g} rad/s")
+    n = len(frictions)
+    speed = joint_array("dq", dq, n)
+    start = joint_array("q0", np.zeros(n) if q0 is None else q0, n)
+    for name, value in (("duration", duration), ("rate", rate)):
+        if not (isfinite(value) and value > 0.0):
+            raise OptionError(name, value, "a number above 0")
+    t = np.arange(round(duration * rate) + 1) / rate
+    q = start + t[:, None] * speed
+    friction = [model.torque(v) if v else 0.0 for model, v in zip(frictions, speed.tolist(), strict=True)]
+    tau = np.broadcast_to(np.array(friction), q.shape)
+    if arm is not None:
+        tau = tau + Recursion.of(arm.require_dynamics()).bias_torque(q, np.broadcast_to(speed, q.shape))
+    return JointLog(source, tuple(range(1, n + 1)), t, q, tau)
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,7 +77,7 @@ class Coverage:
 
 def interval_coverage(
     logs: Iterable[JointLog], arm: Arm, sensors: LogSensors, draws: Iterable[int], subtract: Subtract = "all",
-    how: How = USUAL,
+    options: FitOptions = DEFAULT_FIT,
 ) -> Coverage:  # fmt: skip
     """The share of 3-sigma intervals that cover the friction of `arm`, over seeded noise draws on one simulated set.
 
@@ -102,7 +90,7 @@ def interval_coverage(
     sensors : LogSensors
     draws : iterable of int
         Seeds.
-    subtract, how
+    subtract, options
         As `identify_friction` takes them.
 
     Raises
@@ -114,7 +102,7 @@ def interval_coverage(
     inside = intervals = 0
     for seed in draws:
         noisy = [sensors.through(log, seed * len(clean) + i) for i, log in enumerate(clean)]
-        found = identify_friction(noisy, arm, subtract, how)
+        found = identify_friction(noisy, arm, subtract, options)
         if found.faults:
             raise found.faults[0]
         misses, widths = _against(found, arm)
