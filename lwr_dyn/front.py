@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from lwr_dyn.kinematics.inverse import InverseResult
     from lwr_dyn.model.arm import Arm
     from lwr_dyn.model.run import Reference, Run
+    from lwr_dyn.papers.schema import Paper
 
 FUNCTIONS: Registry[Callable[..., Any]] = Registry(
     "function",
@@ -57,7 +58,7 @@ def readings(robot: str) -> tuple[str, ...]:
 def load(
     robot: str | Path, reading: str | None = None, *, tip: str | None = None, lock: Mapping[str, float] | None = None
 ) -> Arm:
-    """A robot by name, from a user's own `.toml`, or from a `.urdf`.
+    """A robot by name, from a user's own `.toml` or from a `.urdf`.
 
     Parameters
     ----------
@@ -81,26 +82,35 @@ def load(
     >>> load("lwr4plus").n, load("lwr4plus", lock={"joint_3": 0.0}).n
     (7, 6)
     """
+    return load_with_paper(robot, reading, tip=tip, lock=lock)[0]
+
+
+def load_with_paper(
+    robot: str | Path, reading: str | None = None, *, tip: str | None = None, lock: Mapping[str, float] | None = None
+) -> tuple[Arm, Paper | None]:
+    """As `load`, with the paper that the arm comes from; None for a `.urdf`."""
     name = str(robot)
     if "\0" in name:
         raise FileAccessError(repr(name), "a null character", "a robot's name or a path")
-    asked = ({"tip": tip} if tip else {}) | ({"lock": dict(lock)} if lock else {})
+    options = ({"tip": tip} if tip else {}) | ({"lock": dict(lock)} if lock else {})
     if name.endswith(".urdf"):
         from lwr_dyn.urdf.reader import read_urdf
 
         if reading is not None:
             raise UnknownNameError("reading of a URDF", reading, ())
-        return replace(read_urdf(name, tip=tip, lock=lock), file=str(Path(name).resolve()), loaded_with=asked)
+        arm = read_urdf(name, tip=tip, lock=lock)
+        return replace(arm, file=str(Path(name).resolve()), loaded_with=options), None
     if tip is not None:
         raise OptionError("tip", f"given for {name}", "only with a .urdf file")
     from lwr_dyn.papers.assembly import arm_from_paper
     from lwr_dyn.papers.catalog import open_paper
 
-    arm = arm_from_paper(open_paper(name, reading))
+    paper = open_paper(name, reading)
+    arm = arm_from_paper(paper)
     for joint, value in (lock or {}).items():
         arm = arm.with_locked_joint(joint, value)
     file = str(Path(name).resolve()) if name.endswith(".toml") else ""
-    return replace(arm, file=file, loaded_with=asked)
+    return replace(arm, file=file, loaded_with=options), paper
 
 
 def urdf_text(arm: Arm) -> str:

@@ -8,8 +8,7 @@ import click
 
 from lwr_dyn.checks.report import check_arm
 from lwr_dyn.checks.verdict import Report
-from lwr_dyn.cli.options import load_robot, print_json, robot_options
-from lwr_dyn.papers.catalog import open_paper
+from lwr_dyn.cli.options import load_robot_and_paper, print_json, robot_options
 from lwr_dyn.tables import aligned
 
 
@@ -18,8 +17,7 @@ from lwr_dyn.tables import aligned
 @click.option("--json", "as_json", is_flag=True, help="One JSON object.")
 def command(robot: str, reading: str | None, tip: str | None, locks: tuple[str, ...], as_json: bool) -> None:
     """Every law and agreement, with value, tolerance and verdict; exit 1 when one fails."""
-    arm = load_robot(robot, reading, tip, locks)
-    report = check_arm(arm, None if robot.endswith(".urdf") else open_paper(robot, reading))
+    report = check_arm(*load_robot_and_paper(robot, reading, tip, locks))
     if as_json:
         _print_json(report)
     else:

@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 from lwr_dyn.cli.options import print_json
-from lwr_dyn.papers.catalog import open_paper, readings, robots
+from lwr_dyn.papers.catalog import open_paper, robots
 from lwr_dyn.tables import aligned
 
 
@@ -39,7 +39,7 @@ def _entry(robot: str) -> dict[str, Any]:
         "joints": paper.n,
         "document": dict(paper.document),
         "default_reading": paper.reading.name,
-        "readings": {name: paper.readings[name].about for name in readings(robot)},
+        "readings": {name: paper.readings[name].about for name in paper.reading_names},
         "errata": {e.id: {"where": e.where, "printed": e.printed, "read_as": e.read_as} for e in paper.errata},
         "columns": {
             name: {"kind": c.kind, "where": c.where, "unit": sorted(set(c.unit)), "note": c.note}

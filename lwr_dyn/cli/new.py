@@ -11,7 +11,7 @@ import click
 from lwr_dyn.cli.main import RegistryGroup
 from lwr_dyn.errors import FileAccessError
 from lwr_dyn.files import write_file
-from lwr_dyn.papers.template import template
+from lwr_dyn.papers.catalog import template
 from lwr_dyn.registry import Registry, Row
 
 KINDS: Registry[click.Command] = Registry(

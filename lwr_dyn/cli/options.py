@@ -10,9 +10,10 @@ import numpy as np
 
 from lwr_dyn.arrays import Array, joint_array
 from lwr_dyn.errors import OptionError
-from lwr_dyn.front import load
+from lwr_dyn.front import load_with_paper
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind
+from lwr_dyn.papers.schema import Paper
 from lwr_dyn.tables import json_text
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -52,7 +53,14 @@ def robot_options(command: F) -> F:
 
 def load_robot(robot: str, reading: str | None, tip: str | None, locks: tuple[str, ...]) -> Arm:
     """The arm that the options name; raises as `lwr_dyn.load`."""
-    return load(robot, reading, tip=tip, lock=dict(_lock(text) for text in locks))
+    return load_robot_and_paper(robot, reading, tip, locks)[0]
+
+
+def load_robot_and_paper(
+    robot: str, reading: str | None, tip: str | None, locks: tuple[str, ...]
+) -> tuple[Arm, Paper | None]:
+    """The arm that the options name and its paper (None for a `.urdf`); raises as `lwr_dyn.load`."""
+    return load_with_paper(robot, reading, tip=tip, lock=dict(_lock(text) for text in locks))
 
 
 def _lock(text: str) -> tuple[str, float]:

@@ -21,7 +21,7 @@ def command(robot: str, reading: str | None, tip: str | None, locks: tuple[str, 
     if out is None:
         click.echo(urdf_text(arm), nl=False)
         return
-    from lwr_dyn.urdf.model_files import model_files, model_stem
+    from lwr_dyn.urdf.model_files import model_files
 
     target = Path(out)
     if target.suffix != ".urdf":
@@ -30,8 +30,7 @@ def command(robot: str, reading: str | None, tip: str | None, locks: tuple[str, 
         raise FileAccessError(out, f"no directory {target.parent}", "a file in an existing, writable directory")
     if target.is_dir():
         raise FileAccessError(out, "is a directory", "a file in an existing, writable directory")
-    stem = model_stem(arm)
-    files = {target.stem + name.removeprefix(stem): text for name, text in model_files(arm).items()}
+    files = model_files(arm, target.stem)
     write_folder(target.parent, files)
     for name in files:
         click.echo(f"wrote {target.parent / name}")

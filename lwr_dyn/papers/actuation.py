@@ -1,7 +1,4 @@
-"""What drives and brakes the joints: rotors, motor map, gains and friction of a paper, each with its cells.
-
-An arm may carry its friction in two ways; `friction_of` reads either.
-"""
+"""Actuation of the joints: rotors, motor map, gains and friction of a paper, each with its source cells."""
 
 from __future__ import annotations
 
@@ -17,21 +14,19 @@ from lwr_dyn.model.transmission import Transmission
 from lwr_dyn.papers.schema import FRICTION_OF_A_SIDE, SIDES, Paper
 
 Part = tuple[str, int, str]
-"""Column, row, and how its number is used."""
+"""Column, row, and how its number is converted."""
 
 
 def rotor_of(paper: Paper, i: int) -> Rotor | None:
-    """The rotor of joint i: its own numbers, or what is given of it at the joint."""
-    if "rotors.armature" in paper.columns:
-        return Rotor(1.0, _cell(paper, "rotors.armature", i) or 0.0, reflected=True)
-    if "rotors.inertia" not in paper.columns:
-        return None
-    ratio, inertia = (float(paper.columns[f"rotors.{name}"].si()[i]) for name in ("gear_ratio", "inertia"))
-    return Rotor(ratio, inertia)
+    """The rotor of joint i, from gear ratio and inertia or from the inertia reflected to the joint."""
+    ratio, inertia, armature = (paper.cell(f"rotors.{name}", i) for name in ("gear_ratio", "inertia", "armature"))
+    if armature is not None:
+        return Rotor(1.0, armature, reflected=True)
+    return None if ratio is None or inertia is None else Rotor(ratio, inertia)
 
 
 def transmission_of(paper: Paper) -> Transmission | None:
-    """The motor map T_ij = signs_ij ratio_j / stage_j; None where the paper gives none."""
+    """The motor map T_ij = signs_ij ratio_j / stage_j; None if not given."""
     if "transmission.ratio" not in paper.columns:
         return None
     ratio, signs = (paper.columns[f"transmission.{name}"].si() for name in ("ratio", "signs"))
@@ -40,28 +35,24 @@ def transmission_of(paper: Paper) -> Transmission | None:
 
 
 def gains_of(paper: Paper) -> JointGains | None:
-    """The controller gains that the source gives; None where it gives none."""
+    """The controller gains of the source; None if not given."""
     if "gains.kp" not in paper.columns:
         return None
-    found = {
-        name: paper.columns[f"gains.{name}"].si()
-        for name in ("kp", "ki", "kd", "effort")
-        if f"gains.{name}" in paper.columns
-    }
-    ki, effort = (None if name not in found else read_only(found[name]) for name in ("ki", "effort"))
-    return JointGains(read_only(found["kp"]), read_only(found["kd"]), ki, effort)
+    Kp, Kd = (read_only(paper.columns[f"gains.{name}"].si()) for name in ("kp", "kd"))
+    optional = (paper.columns.get(f"gains.{name}") for name in ("ki", "effort"))
+    return JointGains(Kp, Kd, *(None if column is None else read_only(column.si()) for column in optional))
 
 
 def friction_per_direction(paper: Paper) -> tuple[JointFriction, ...]:
-    """Friction of every joint where the paper tells directions apart; empty where it does not."""
+    """Friction of every joint if the paper gives it per direction; empty otherwise."""
     if "friction.positive_coulomb" not in paper.columns:
         return ()
     return tuple(
         JointFriction(
             positive=_direction(paper, "positive", i),
             negative=_direction(paper, "negative", i),
-            offset=_cell(paper, "friction.offset", i) or 0.0,
-            covered=_cell(paper, "friction.covered", i),
+            offset=paper.cell("friction.offset", i) or 0.0,
+            covered=paper.cell("friction.covered", i),
         )
         for i in range(paper.n)
     )
@@ -82,16 +73,12 @@ def friction_of(arm: Arm) -> tuple[JointFriction | None, ...]:
 
 
 def _direction(paper: Paper, side: str, i: int) -> Direction:
-    found = {name: _cell(paper, f"friction.{side}_{name}", i) for name in FRICTION_OF_A_SIDE}
-    return Direction(found["coulomb"] or 0.0, found["viscous"] or 0.0, found["static"], found["stribeck_velocity"])
-
-
-def _cell(paper: Paper, name: str, i: int) -> float | None:
-    return float(paper.columns[name].si()[i]) if name in paper.columns else None
+    cells = {name: paper.cell(f"friction.{side}_{name}", i) for name in FRICTION_OF_A_SIDE}
+    return Direction(cells["coulomb"] or 0.0, cells["viscous"] or 0.0, cells["static"], cells["stribeck_velocity"])
 
 
 def actuation_parts(paper: Paper) -> Iterator[tuple[str, tuple[Part, ...]]]:
-    """Quantity of the arm -> the columns and rows it is made from."""
+    """Quantity of the arm -> the columns and rows it is computed from."""
     for i, joint in enumerate(paper.joints):
         product = [(f"rotors.{name}", i, "k_r^2 I_m") for name in ("gear_ratio", "inertia")]
         yield f"{joint}.armature", (*product, ("rotors.armature", i, "to SI"))
@@ -101,6 +88,6 @@ def actuation_parts(paper: Paper) -> Iterator[tuple[str, tuple[Part, ...]]]:
             yield f"{joint}.friction.{name}", ((f"friction.{name}", i, "to SI"),)
         for name in ("kp", "ki", "kd", "effort"):
             yield f"{joint}.gains.{name}", ((f"gains.{name}", i, "to SI"),)
-        map_ = [(f"transmission.{name}", i, "T_ij = signs_ij ratio_j / stage_j") for name in ("ratio", "stage")]
+        factors = [(f"transmission.{name}", i, "T_ij = signs_ij ratio_j / stage_j") for name in ("ratio", "stage")]
         columns = [("transmission.signs", k, "column of the motor map") for k in range(paper.n)]
-        yield f"{joint}.motors", (*map_, *columns)
+        yield f"{joint}.motors", (*factors, *columns)

@@ -1,6 +1,9 @@
-"""Paper -> Arm: SI columns become DH rows, bodies, rotors and limits, each number with its cells."""
+"""Paper -> Arm: columns in SI become DH rows, bodies, rotors and limits; each quantity keeps its source cells."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -9,12 +12,13 @@ from lwr_dyn.model.arm import Arm, Drawing, DrawnCylinder, JointLimits, Ratings,
 from lwr_dyn.model.chain import Body, Chain, ChainLink
 from lwr_dyn.model.dh import DHRow
 from lwr_dyn.model.spatial import Pose, from_rpy, steiner
-from lwr_dyn.papers.actuation import actuation_parts, friction_per_direction, gains_of, rotor_of, transmission_of
-from lwr_dyn.papers.schema import Column, Paper, Solid
+from lwr_dyn.papers.actuation import Part, actuation_parts, friction_per_direction, gains_of, rotor_of, transmission_of
+from lwr_dyn.papers.schema import Column, Paper
 from lwr_dyn.papers.units import to_si
 
 STANDARD_GRAVITY = (0.0, 0.0, -9.81)
-"""Gravity of an arm whose file names none [m/s^2]; marked `assumed`."""
+"""Gravity [m/s^2] when the file gives none."""
+_RATINGS = ("ratings.payload", "ratings.mass", "base.mass", "ratings.reach", "ratings.envelope_volume")
 
 
 def arm_from_paper(paper: Paper) -> Arm:
@@ -28,7 +32,8 @@ def arm_from_paper(paper: Paper) -> Arm:
     chain = Chain(links=_links(paper), flange=_flange(paper), gravity=gravity)
     return Arm(
         name=paper.name, reading=paper.reading.name, title=paper.title, chain=chain, limits=_limits(paper),
-        drawing=_drawing(paper, chain), ratings=_ratings(paper), mastering=_mastering(paper),
+        drawing=_drawing(paper, chain), ratings=Ratings(*(paper.cell(name) for name in _RATINGS)),
+        mastering=paper.numbers("poses.mastering"),
         sources=_sources(paper), errata=paper.reading.errata, digest=paper.digest,
         friction=friction_per_direction(paper), transmission=transmission_of(paper), gains=gains_of(paper),
     )  # fmt: skip
@@ -75,65 +80,44 @@ def _flange(paper: Paper) -> Pose:
 
 
 def _limits(paper: Paper) -> tuple[JointLimits, ...]:
-    def column(name: str) -> list[float | None]:
-        if name not in paper.columns:
-            return [None] * paper.n
-        return [float(v) for v in paper.columns[name].si()]
-
-    lower, upper = _from_printed_zero(paper, "limits.lower"), _from_printed_zero(paper, "limits.upper")
-    rest = [column(n) for n in ("limits.velocity", "limits.effort", "friction.viscous", "friction.coulomb")]
-    return tuple(JointLimits(*row) for row in zip(lower, upper, *rest, strict=True))
+    positions = [_from_printed_zero(paper, f"limits.{side}") for side in ("lower", "upper")]
+    others = ("limits.velocity", "limits.effort", "friction.viscous", "friction.coulomb")
+    unknown: Sequence[None] = [None] * paper.n
+    columns = [column or unknown for column in (*positions, *(paper.numbers(name) for name in others))]
+    return tuple(JointLimits(*row) for row in zip(*columns, strict=True))
 
 
-def _from_printed_zero(paper: Paper, name: str) -> list[float | None]:
-    """q = printed + zero; added before the conversion where the units allow, so that 210 - 90 deg is 120 deg."""
-    if name not in paper.columns:
-        return [None] * paper.n
-    printed, zero = paper.columns[name], paper.columns.get("limits.zero")
-    if zero is None:
-        return [float(v) for v in printed.si()]
+def _from_printed_zero(paper: Paper, name: str) -> Sequence[float]:
+    """q = printed + zero, added before the conversion if the units are the same: 210 - 90 deg is exactly 120 deg."""
+    if name not in paper.columns or "limits.zero" not in paper.columns:
+        return paper.numbers(name)
+    printed, zero = paper.columns[name], paper.columns["limits.zero"]
     if zero.unit == printed.unit:
         sums = [p + z for p, z in zip(printed.values, zero.values, strict=True)]
         return [to_si(value, unit) for value, unit in zip(sums, printed.unit, strict=True)]
     return [float(v) for v in printed.si() + zero.si()]
 
 
-def _ratings(paper: Paper) -> Ratings:
-    def one(name: str) -> float | None:
-        return float(paper.columns[name].si()[0]) if name in paper.columns else None
-
-    names = ("ratings.payload", "ratings.mass", "base.mass", "ratings.reach", "ratings.envelope_volume")
-    return Ratings(*(one(name) for name in names))
-
-
-def _mastering(paper: Paper) -> tuple[float, ...]:
-    given = paper.columns.get("poses.mastering")
-    return () if given is None else tuple(float(x) for x in given.si())
-
-
 def _drawing(paper: Paper, chain: Chain) -> Drawing:
-    pedestal = paper.columns.get("drawing.pedestal")
-    radius = paper.columns.get("drawing.radius")
     return Drawing(
-        pedestal=0.0 if pedestal is None else float(pedestal.si()[0]),
-        radius=() if radius is None else tuple(float(r) for r in radius.si()),
+        pedestal=paper.cell("drawing.pedestal") or 0.0,
+        radius=paper.numbers("drawing.radius"),
         cylinders=() if paper.solids is None else tuple(_drawn(solid, chain) for solid in paper.solids.cylinders),
     )
 
 
-def _drawn(solid: Solid, chain: Chain) -> DrawnCylinder:
-    """A solid moved from its DH frame to the URDF frame of its link."""
+def _drawn(solid: DrawnCylinder, chain: Chain) -> DrawnCylinder:
+    """A cylinder moved from the DH frame to the URDF frame of its link."""
     frame = {"base": Pose.identity()} | {link.link: link.after for link in chain.links}
     turn, shift = frame[solid.link].rotation, frame[solid.link].position
-    ends = [tuple(float(x) for x in turn @ np.array(end) + shift) for end in (solid.start, solid.end)]
-    (x0, y0, z0), (x1, y1, z1) = ends
-    return DrawnCylinder(solid.link, (x0, y0, z0), (x1, y1, z1), solid.radius, solid.colour)
+    (x0, y0, z0), (x1, y1, z1) = ((turn @ np.array(end) + shift).tolist() for end in (solid.start, solid.end))
+    return replace(solid, start=(x0, y0, z0), end=(x1, y1, z1))
 
 
 def _sources(paper: Paper) -> dict[str, tuple[Source, ...]]:
-    """Every quantity of the arm with the cells it is made from."""
+    """Quantity of the arm -> the cells it is computed from."""
 
-    def made(*parts: tuple[str, int, str]) -> tuple[Source, ...]:
+    def cells(*parts: Part) -> tuple[Source, ...]:
         return tuple(_source(paper, paper.columns[c], i, how) for c, i, how in parts if c in paper.columns)
 
     out: dict[str, tuple[Source, ...]] = {}
@@ -142,26 +126,26 @@ def _sources(paper: Paper) -> dict[str, tuple[Source, ...]]:
     for i, joint in enumerate(paper.joints):
         link = f"link_{i + 1}"
         row = [(f"dh.{name}", i, "DH row to pose") for name in ("alpha", "a", "d", "theta_offset", "sign")]
-        out[f"{joint}.dh"] = made(*row)
+        out[f"{joint}.dh"] = cells(*row)
         for side in ("lower", "upper"):
-            out[f"{joint}.{side}"] = made((f"limits.{side}", i, moved), ("limits.zero", i, moved))
+            out[f"{joint}.{side}"] = cells((f"limits.{side}", i, moved), ("limits.zero", i, moved))
         for name in ("velocity", "effort"):
-            out[f"{joint}.{name}"] = made((f"limits.{name}", i, "to SI"))
-        out[f"{link}.mass"] = made(("inertial.mass", i, "to SI"))
-        out[f"{link}.com"] = made(("inertial.com", i, "DH frame to URDF frame"))
+            out[f"{joint}.{name}"] = cells((f"limits.{name}", i, "to SI"))
+        out[f"{link}.mass"] = cells(("inertial.mass", i, "to SI"))
+        out[f"{link}.com"] = cells(("inertial.com", i, "DH frame to URDF frame"))
         products = paper.inertia_products[i]
         sign = ", products negated" if products == "integral" else ""
         tensor = [("inertial.inertia", i, f"{about}{sign}, DH axes to URDF axes")]
         needs = [("inertial.mass", i, about), ("inertial.com", i, about)] if paper.inertia_about == "origin" else []
-        out[f"{link}.inertia"] = made(*tensor, *needs)
-    out |= {name: found for name, parts in actuation_parts(paper) if (found := made(*parts))}
-    out["flange"] = made(("flange.xyz", 0, "to SI"), ("flange.rpy", 0, "to SI"))
-    out["pedestal"] = made(("drawing.pedestal", 0, "drawn only"))
+        out[f"{link}.inertia"] = cells(*tensor, *needs)
+    out |= {name: sources for name, parts in actuation_parts(paper) if (sources := cells(*parts))}
+    out["flange"] = cells(("flange.xyz", 0, "to SI"), ("flange.rpy", 0, "to SI"))
+    out["pedestal"] = cells(("drawing.pedestal", 0, "drawn only"))
     return out
 
 
 def _source(paper: Paper, column: Column, row: int, conversion: str) -> Source:
-    """A row of a column; an erratum's patch may say that what is read there is of another kind than the column."""
+    """A row of a column; the patch of an erratum may give its cell another kind."""
     errata = column.errata.get(row, ())
     patches = [p for e in paper.errata if e.id in errata for p in e.patches]
     kinds = [p.kind for p in patches if p.kind and p.at.startswith(f"{column.name}.values[{row}]")]

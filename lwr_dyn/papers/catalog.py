@@ -1,23 +1,25 @@
-"""The robots that come with the package: one TOML file per paper or data sheet, found by name."""
+"""Data files: the robots that come with the package, found by name, and the template of a user's own arm."""
 
 from __future__ import annotations
 
+import json
 from importlib import resources
 from pathlib import Path
+from string import Template
 
-from lwr_dyn.errors import UnknownNameError
+from lwr_dyn.errors import OptionError, UnknownNameError
 from lwr_dyn.papers.reader import parse_paper, read_paper
 from lwr_dyn.papers.schema import Paper
 
 
 def robots() -> tuple[str, ...]:
-    """Names of the robots in the data room.
+    """Names of the robots that come with the package.
 
     >>> "lwr4plus" in robots()
     True
     """
-    room = resources.files("lwr_dyn.papers")
-    return tuple(sorted(f.name.removesuffix(".toml") for f in room.iterdir() if f.name.endswith(".toml")))
+    folder = resources.files("lwr_dyn.papers")
+    return tuple(sorted(f.name.removesuffix(".toml") for f in folder.iterdir() if f.name.endswith(".toml")))
 
 
 def open_paper(robot: str, reading: str | None = None) -> Paper:
@@ -26,7 +28,7 @@ def open_paper(robot: str, reading: str | None = None) -> Paper:
     Raises
     ------
     UnknownNameError
-        No robot or no reading of that name; says which there are.
+        No robot or no reading of that name; lists the known ones.
     FileAccessError, PaperError
         See `read_paper`.
     """
@@ -34,8 +36,7 @@ def open_paper(robot: str, reading: str | None = None) -> Paper:
         return read_paper(Path(robot), reading)
     if robot not in robots():
         raise UnknownNameError("robot", robot, (*robots(), "a path to a .toml or .urdf file"))
-    text = resources.files("lwr_dyn.papers").joinpath(f"{robot}.toml").read_text(encoding="utf-8")
-    return parse_paper(text, f"{robot}.toml", reading)
+    return parse_paper(_packaged_text(f"{robot}.toml"), f"{robot}.toml", reading)
 
 
 def readings(robot: str) -> tuple[str, ...]:
@@ -44,5 +45,52 @@ def readings(robot: str) -> tuple[str, ...]:
     >>> readings("lwr4plus")
     ('computed', 'printed', 'physical')
     """
-    paper = open_paper(robot)
-    return (paper.reading.name, *(r for r in paper.readings if r != paper.reading.name))
+    return open_paper(robot).reading_names
+
+
+def template(file: str, name: str, joints: str = "RRRRRR", convention: str = "standard") -> str:
+    """The commented data file of a new arm; it is valid as it is.
+
+    Parameters
+    ----------
+    file : str
+        Its path, for the comment.
+    name : str
+        The robot's name.
+    joints : str
+        R or P per joint from the base outward, at least one.
+    convention : {"standard", "modified"}
+
+    Raises
+    ------
+    OptionError
+        Other letters or another convention.
+
+    >>> 'kinds = ["revolute", "prismatic"]' in template("x.toml", "x", "RP")
+    True
+    """
+    if not joints or set(joints) - set("RP"):
+        raise OptionError("joints", repr(joints), "R or P per joint, such as RRRRRR or RRP")
+    if convention not in ("standard", "modified"):
+        raise OptionError("convention", repr(convention), "standard, modified")
+    n = len(joints)
+
+    def column(revolute: object, prismatic: object | None = None) -> str:
+        values = {"R": revolute, "P": revolute if prismatic is None else prismatic}
+        return json.dumps([values[letter] for letter in joints])
+
+    def unit(revolute: str, prismatic: str) -> str:
+        return column(revolute, prismatic) if "P" in joints else json.dumps(revolute)
+
+    return Template(_packaged_text("templates/arm.toml")).substitute(
+        file=file, name=name, convention=convention, kinds=column("revolute", "prismatic"),
+        alpha=json.dumps([(90, -90)[i % 2] if i < n - 1 else 0 for i in range(n)]),
+        d=json.dumps([(0.3, 0)[i % 2] for i in range(n)]), zeros=column(0), ones=column(1),
+        lower=column(-170, 0), upper=column(170, 0.5), velocity=column(120, 0.5), effort=column(100),
+        angle=unit("deg", "m"), speed=unit("deg/s", "m/s"), force=unit("N m", "N"),
+        mass=column(2.0), com=column([0, 0, -0.05]), inertia="    [[0.01, 0, 0], [0, 0.01, 0], [0, 0, 0.004]],\n" * n,
+    )  # fmt: skip
+
+
+def _packaged_text(file: str) -> str:
+    return resources.files("lwr_dyn.papers").joinpath(file).read_text(encoding="utf-8")

@@ -1,4 +1,4 @@
-"""The columns of a data file: each has as many rows as joints, finite numbers, a unit of its quantity, a page."""
+"""Reads the columns of a data file: one row per joint, finite numbers, units of the right quantity, a source."""
 
 from __future__ import annotations
 
@@ -6,18 +6,18 @@ import math
 from typing import Any
 
 from lwr_dyn.errors import PaperError
-from lwr_dyn.papers.fields import Fields, choice
+from lwr_dyn.papers.fields import Fields
 from lwr_dyn.papers.schema import KINDS, PER_JOINT, TABLES, Column, ColumnRule
 from lwr_dyn.papers.units import UNITS, units_of
 
 LARGEST = 1e30
-"""No quantity of a robot is larger in any unit; beyond it products of a few numbers overflow."""
+"""Limit of every number in its printed unit: no quantity of a robot is larger, and products stay finite."""
 
 
 def read_columns(
     tables: dict[str, Any], n: int, touched: dict[str, dict[int, list[str]]], file: str
 ) -> dict[str, Column]:
-    """All columns by path ("inertial.mass"); `touched` names the errata per column and row. Raises `PaperError`."""
+    """All columns by path ("inertial.mass"); `touched` holds the errata per column and row. Raises `PaperError`."""
     columns = {}
     for table_name, table in tables.items():
         fields = Fields(table, file, table_name)
@@ -38,11 +38,10 @@ def _column(
     fields = Fields(table, file, name)
     values = fields.take("values", object)
     unit = fields.take("unit", object)
-    where, kind = fields.take("where", str), fields.take("kind", str)
+    where, kind = fields.take("where", str), fields.take_one_of("kind", KINDS)
     note = fields.take("note", str, default="")
     symbols = tuple(str(x) for x in fields.take("symbols", list, default=[]))
     fields.refuse_unknown()
-    choice(kind, KINDS, file, f"{name}.kind")
     count = n if rule.per_joint else 1
     rows = values if rule.per_joint else [values]
     if not isinstance(rows, list) or len(rows) != count:
@@ -64,7 +63,7 @@ def _column(
 
 
 def _row(row: Any, shape: tuple[int, ...], file: str, field: str) -> Any:
-    """One row of the right shape with finite numbers, as nested tuples."""
+    """One row as nested tuples, after a check of its shape and its numbers."""
     if not shape:
         if isinstance(row, bool) or not isinstance(row, int | float):
             raise PaperError(file, field, repr(row), "a number")

@@ -1,4 +1,4 @@
-"""A reading = the printed tables with its errata applied; each patch must find what it says is printed."""
+"""Applies the errata of a reading to the printed tables; a patch must state exactly what is printed in its cell."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _PATH = re.compile(r"[A-Za-z_0-9]+(\.[A-Za-z_0-9]+|\[\d+\])+")
 
 
 def apply_errata(tables: dict[str, Any], errata: tuple[Erratum, ...], file: str) -> dict[str, dict[int, list[str]]]:
-    """Patch the parsed tables in place.
+    """Patches the parsed tables in place.
 
     Returns
     -------
@@ -24,7 +24,7 @@ def apply_errata(tables: dict[str, Any], errata: tuple[Erratum, ...], file: str)
     Raises
     ------
     PaperError
-        A patch points nowhere, the file prints something else there, or two errata read one cell.
+        A patch names no cell, the file prints something else there, or two errata change one cell.
     """
     touched: dict[str, dict[int, list[str]]] = {}
     one_erratum_a_cell(errata, file)
@@ -32,13 +32,13 @@ def apply_errata(tables: dict[str, Any], errata: tuple[Erratum, ...], file: str)
         for patch in erratum.of_tables():
             apply_patch(tables, patch, erratum.id, file)
             column, row = _column_and_row(patch.at)
-            for i in [row] if row is not None else range(64):
+            for i in [row] if row is not None else range(64):  # all rows: no arm has more joints
                 touched.setdefault(column, {}).setdefault(i, []).append(erratum.id)
     return touched
 
 
 def apply_patch(tables: dict[str, Any], patch: Patch, erratum: str, file: str) -> None:
-    """Put what a patch reads where it says it is printed; raises `PaperError` when something else stands there."""
+    """Replaces one printed cell; raises `PaperError` when the file prints something else there."""
     holder, key = _locate(tables, patch.at, f"erratum {erratum}", file)
     if holder[key] != patch.printed:
         raise PaperError(
@@ -48,7 +48,7 @@ def apply_patch(tables: dict[str, Any], patch: Patch, erratum: str, file: str) -
 
 
 def one_erratum_a_cell(errata: Iterable[Erratum], file: str) -> None:
-    """Raise `PaperError` when two errata read one cell, or one reads a cell inside what the other reads."""
+    """Raise `PaperError` when two errata change one cell, or one changes a cell inside what the other changes."""
     cells = [(e.id, p.at) for e in errata for p in e.patches]
     for k, (erratum, at) in enumerate(cells):
         steps = _steps(at)
@@ -66,18 +66,15 @@ def _steps(path: str) -> list[str | int]:
 
 def _locate(tables: dict[str, Any], path: str, field: str, file: str) -> tuple[Any, Any]:
     """The container and the key of the cell that `path` names."""
-    if not _PATH.fullmatch(path):
-        raise PaperError(file, field, f"no cell {path!r}", "a path such as inertial.mass.values[2]")
-    holder: Any = tables
-    steps = _steps(path)
-    for step in steps[:-1]:
-        try:
-            holder = holder[step]
-        except (KeyError, IndexError, TypeError):
-            raise PaperError(file, field, f"no cell {path!r}", "a path such as inertial.mass.values[2]") from None
-    known = isinstance(holder, list) and isinstance(steps[-1], int) and steps[-1] < len(holder)
-    if not (known or (isinstance(holder, dict) and steps[-1] in holder)):
-        raise PaperError(file, field, f"no cell {path!r}", "a path such as inertial.mass.values[2]")
+    steps = _steps(path) if _PATH.fullmatch(path) else [""]
+    holder: Any = None
+    cell: Any = tables
+    for step in steps:
+        holder = cell
+        known = step in holder if isinstance(holder, dict) else isinstance(holder, list) and step in range(len(holder))
+        if not known:
+            raise PaperError(file, field, f"no cell {path!r}", "a path such as inertial.mass.values[2]")
+        cell = holder[step]
     return holder, steps[-1]
 
 

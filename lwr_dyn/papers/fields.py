@@ -1,4 +1,4 @@
-"""A TOML table that is emptied field by field: what is missing, of another type or left over is an error."""
+"""A TOML table read field by field: a field that is missing, of another type or unknown raises `PaperError`."""
 
 from __future__ import annotations
 
@@ -7,18 +7,18 @@ from typing import Any
 
 from lwr_dyn.errors import PaperError
 
-_WORDS = {str: "text", int: "an integer", dict: "a table", list: "a list"}
+_TYPE_NAMES = {str: "text", int: "an integer", dict: "a table", list: "a list"}
 _REQUIRED = object()
 
 
 class Fields:
-    """Takes the fields of one table; `done` complains about those nobody took."""
+    """Reads the fields of one table; `refuse_unknown` raises for those that were not read."""
 
     def __init__(self, table: Any, file: str, path: str) -> None:
         if not isinstance(table, dict):
             raise PaperError(file, path, repr(table), "a table")
-        self._left = dict(table)
-        self._taken: list[str] = []
+        self._unread = dict(table)
+        self._read: list[str] = []
         self._file, self._path = file, path
 
     def _name(self, key: str) -> str:
@@ -26,20 +26,25 @@ class Fields:
 
     def take(self, key: str, kind: type, default: Any = _REQUIRED) -> Any:
         """The value of `key`; raises `PaperError` when it is missing or not of `kind`."""
-        self._taken.append(key)
-        if key not in self._left:
+        self._read.append(key)
+        if key not in self._unread:
             if default is _REQUIRED:
-                raise PaperError(self._file, self._name(key), "missing", _WORDS.get(kind, "a value"))
+                raise PaperError(self._file, self._name(key), "missing", _TYPE_NAMES.get(kind, "a value"))
             return default
-        value = self._left.pop(key)
+        value = self._unread.pop(key)
         if not isinstance(value, kind) or (kind is int and isinstance(value, bool)):
-            raise PaperError(self._file, self._name(key), repr(value), _WORDS.get(kind, kind.__name__))
+            raise PaperError(self._file, self._name(key), repr(value), _TYPE_NAMES.get(kind, kind.__name__))
         return value
 
+    def take_one_of(self, key: str, allowed: Sequence[str], default: Any = _REQUIRED) -> str:
+        """The text of `key`, one of the allowed words (or the default); raises `PaperError`."""
+        value = self.take(key, str, default)
+        return str(value) if value is default else choice(value, allowed, self._file, self._name(key))
+
     def refuse_unknown(self) -> None:
-        """Raise `PaperError` for a field nobody asked for."""
-        for key in self._left:
-            raise PaperError(self._file, self._name(key), "unknown field", ", ".join(self._taken))
+        """Raise `PaperError` for a field that was not read."""
+        for key in self._unread:
+            raise PaperError(self._file, self._name(key), "unknown field", ", ".join(self._read))
 
 
 def choice(value: Any, allowed: Sequence[str], file: str, field: str) -> str:

@@ -1,4 +1,4 @@
-"""What the numbers of a data file must obey whatever they are: signs, order, units of the joint's kind, symmetry."""
+"""Plausibility of a data file's numbers: signs, order, units that suit the kind of joint, symmetry."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from lwr_dyn.papers.schema import SIDES, Column
 from lwr_dyn.papers.units import UNITS
 
 _OF_THE_JOINT = ("limits.", "friction.", "gains.")
-"""Tables whose units tell a turning joint from a sliding one."""
+"""Tables whose units differ between revolute and prismatic joints."""
 _LINEAR = {"length", "velocity", "force", "damping", "stiffness", "integral gain"}
 _RATINGS = ("ratings.mass", "ratings.reach", "ratings.envelope_volume")
 _ABOVE_ZERO = (
@@ -24,15 +24,15 @@ _AT_LEAST_ZERO = (
     "rotors.inertia", "rotors.armature", "friction.viscous", "friction.coulomb", "drawing.pedestal", "gains.ki",
     "gains.kd", "base.mass", *(f"friction.{side}_{name}" for side in SIDES for name in ("coulomb", "static")),
 )  # fmt: skip
-MOST_GRAVITY = 1e3
-"""[m/s^2] More than stands at the Sun's surface is a slip, and a swing under it would never be done."""
+LARGEST_GRAVITY = 1e3
+"""[m/s^2] Above the Sun's surface gravity a value is an error in the file, and its simulation would take for ever."""
 _DIRECTED = tuple(f"friction.{side}_{name}" for side in SIDES for name in ("coulomb", "viscous"))
 
 
 def check_plausibility(
     columns: Mapping[str, Column], joints: Sequence[str], kinds: Sequence[JointKind], file: str
 ) -> None:
-    """Raise `PaperError` for the first number or unit that cannot be meant."""
+    """Raise `PaperError` for the first number or unit that cannot be right."""
     _units(columns, joints, kinds, file)
     _signs(columns, file)
     _limits(columns, file)
@@ -46,8 +46,8 @@ def _gravity(columns: Mapping[str, Column], file: str) -> None:
     if "base.gravity" not in columns:
         return
     size = float(np.linalg.norm(columns["base.gravity"].si()))
-    if size > MOST_GRAVITY:
-        raise PaperError(file, "base.gravity.values", f"{size:g} m/s^2", f"at most {MOST_GRAVITY:g} m/s^2")
+    if size > LARGEST_GRAVITY:
+        raise PaperError(file, "base.gravity.values", f"{size:g} m/s^2", f"at most {LARGEST_GRAVITY:g} m/s^2")
 
 
 def _units(columns: Mapping[str, Column], joints: Sequence[str], kinds: Sequence[JointKind], file: str) -> None:
@@ -94,7 +94,7 @@ def _symmetry(columns: Mapping[str, Column], file: str) -> None:
 
 
 def _rotors(columns: Mapping[str, Column], file: str) -> None:
-    """Gear ratio and inertia together, or the reflected inertia alone; a motor map that can be inverted."""
+    """Gear ratio and inertia together, or the reflected inertia alone; an invertible motor map."""
     signs = columns.get("transmission.signs")
     if signs is not None and np.linalg.matrix_rank(signs.si()) < len(signs.values):
         raise PaperError(file, "transmission.signs", "a singular matrix", "as many independent motors as joints")
@@ -104,7 +104,7 @@ def _rotors(columns: Mapping[str, Column], file: str) -> None:
 
 
 def _friction(columns: Mapping[str, Column], file: str) -> None:
-    """One pair both ways, or both directions in full; what holds at rest is not below what slips."""
+    """Columns for both directions or for each; static friction is not below Coulomb friction."""
     directed = [name for name in columns if name.startswith("friction.") and name.count("_")]
     both_ways = [name for name in ("friction.viscous", "friction.coulomb") if name in columns]
     if directed and both_ways:
@@ -116,8 +116,8 @@ def _friction(columns: Mapping[str, Column], file: str) -> None:
             raise PaperError(file, name, "missing", "Coulomb and viscous columns of both directions")
     for side in (s for s in SIDES if f"friction.{s}_static" in columns):
         static, coulomb = (columns[f"friction.{side}_{name}"].si() for name in ("static", "coulomb"))
-        for i, (held, slipping) in enumerate(zip(static, coulomb, strict=True)):
-            if held < slipping:
+        for i, (at_rest, moving) in enumerate(zip(static, coulomb, strict=True)):
+            if at_rest < moving:
                 raise PaperError(
-                    file, f"friction.{side}_static.values[{i}]", f"{held:g}", f"at least Coulomb, {slipping:g}"
+                    file, f"friction.{side}_static.values[{i}]", f"{at_rest:g}", f"at least Coulomb, {moving:g}"
                 )

@@ -1,4 +1,4 @@
-"""The strict reader: TOML text -> `Paper`. Unknown, missing, misspelt or non-finite things raise and say where."""
+"""The strict reader: TOML text -> `Paper`. An unknown, missing, misspelt or non-finite entry raises, with its place."""
 
 from __future__ import annotations
 
@@ -71,9 +71,9 @@ def paper_of_tables(
     errata_read: Collection[str] | None = None,
     digest: str = "",
 ) -> Paper:
-    """`read_paper` on parsed TOML, which is left as it is.
+    """`read_paper` on parsed TOML, which is not changed.
 
-    With `errata_read` given, exactly those errata (ids) are applied, not those of the reading. Raises as `read_paper`.
+    With `errata_read`, exactly those errata (ids) are applied instead of the reading's. Raises as `read_paper`.
     """
     top = Fields(raw, file, "")
     if top.take("schema", int) != SCHEMA:
@@ -87,27 +87,27 @@ def paper_of_tables(
         raise PaperError(file, "erratum.id", f"{repeated!r} twice", "each id once")
     readings = _readings(top.take("reading", dict, default={"printed": {"about": "as printed"}}), errata, file)
     default = top.take("default_reading", str, default="printed")
-    for wanted in {default, reading or default} - set(readings):
-        raise UnknownNameError(f"reading of {name}", wanted, readings)
+    for unknown in {default, reading or default} - set(readings):
+        raise UnknownNameError(f"reading of {name}", unknown, readings)
     chosen = readings[reading or default]
     if errata_read is not None:
         chosen = Reading(chosen.name, chosen.about, tuple(e for e in ids if e in errata_read))
     joints, kinds = _joints(top.take("joints", dict), file)
-    tables = {key: top.take(key, dict) for key in TABLES if key in raw}
-    if "dh" not in tables:
+    printed = {key: top.take(key, dict) for key in TABLES if key in raw}
+    if "dh" not in printed:
         raise PaperError(file, "dh", "missing", "a table of DH columns")
     top.refuse_unknown()
-    tables = copy.deepcopy(tables)
+    tables = copy.deepcopy(printed)
     touched = apply_errata(tables, tuple(e for e in errata if e.id in chosen.errata), file)
     convention = choice(tables["dh"].pop("convention", None), [c.value for c in Convention], file, "dh.convention")
-    about, products = _inertia_words(tables, len(joints), file)
+    about, products = _inertia_conventions(tables, len(joints), file)
     solids = _solids(tables, len(joints), file)
     columns = read_columns(tables, len(joints), touched, file)
     check_plausibility(columns, joints, kinds, file)
     return Paper(
-        name=name, title=title, file=file, document=document, reading=chosen, readings=readings, errata=errata,
-        joints=joints, kinds=kinds, convention=Convention(convention), columns=columns,
-        inertia_about=about, inertia_products=products, digest=digest, solids=solids,
+        name=name, title=title, file=file, document=document, reading=chosen, readings=readings,
+        default_reading=default, errata=errata, joints=joints, kinds=kinds, convention=Convention(convention),
+        printed=printed, columns=columns, inertia_about=about, inertia_products=products, digest=digest, solids=solids,
     )  # fmt: skip
 
 
@@ -134,21 +134,16 @@ def _printable(names: dict[str, str], file: str) -> None:
 
 def _erratum(table: Any, file: str, index: int) -> Erratum:
     fields = Fields(table, file, f"erratum[{index}]")
-    words = {key: fields.take(key, str) for key in ("id", "where", "printed", "read_as", "why", "effect", "status")}
-    choice(words["status"], STATUSES, file, f"erratum[{index}].status")
-    severity = fields.take("severity", str, default="")
-    if severity:
-        choice(severity, SEVERITIES, file, f"erratum[{index}].severity")
+    texts = {key: fields.take(key, str) for key in ("id", "where", "printed", "read_as", "why", "effect")}
+    status, severity = fields.take_one_of("status", STATUSES), fields.take_one_of("severity", SEVERITIES, default="")
     patches = []
     for j, entry in enumerate(fields.take("patch", list, default=[])):
         patch = Fields(entry, file, f"erratum[{index}].patch[{j}]")
-        kind = patch.take("kind", str, default="")
-        if kind:
-            choice(kind, KINDS, file, f"erratum[{index}].patch[{j}].kind")
+        kind = patch.take_one_of("kind", KINDS, default="")
         patches.append(Patch(patch.take("at", str), patch.take("printed", object), patch.take("read", object), kind))
         patch.refuse_unknown()
     fields.refuse_unknown()
-    return Erratum(**words, patches=tuple(patches), severity=severity)
+    return Erratum(**texts, status=status, patches=tuple(patches), severity=severity)
 
 
 def _readings(table: dict[str, Any], errata: tuple[Erratum, ...], file: str) -> dict[str, Reading]:
@@ -156,17 +151,17 @@ def _readings(table: dict[str, Any], errata: tuple[Erratum, ...], file: str) -> 
     ids = [e.id for e in errata]
     for name, entry in table.items():
         fields = Fields(entry, file, f"reading.{name}")
-        wanted = tuple(fields.take("errata", list, default=[]))
-        out[name] = Reading(name, fields.take("about", str), wanted)
+        applied = tuple(fields.take("errata", list, default=[]))
+        out[name] = Reading(name, fields.take("about", str), applied)
         fields.refuse_unknown()
-        for missing in [w for w in wanted if w not in ids]:
+        for missing in [e for e in applied if e not in ids]:
             raise PaperError(file, f"reading.{name}.errata", repr(missing), f"one of {', '.join(ids) or 'none'}")
-        one_erratum_a_cell([e for e in errata if e.id in wanted], file)
+        one_erratum_a_cell([e for e in errata if e.id in applied], file)
     return out
 
 
-def _inertia_words(tables: dict[str, Any], n: int, file: str) -> tuple[str, tuple[str, ...]]:
-    """`about`, `axes` and `products` of the tensors, taken out of the column."""
+def _inertia_conventions(tables: dict[str, Any], n: int, file: str) -> tuple[str, tuple[str, ...]]:
+    """`about` and `products` of the tensors; their fields are removed from the column, and `axes` is checked."""
     inertia = tables.get("inertial", {}).get("inertia")
     if not isinstance(inertia, dict):
         return "com", ("tensor",) * n
@@ -181,7 +176,7 @@ def _inertia_words(tables: dict[str, Any], n: int, file: str) -> tuple[str, tupl
 
 
 def _solids(tables: dict[str, Any], n: int, file: str) -> Solids | None:
-    """The drawn cylinders, taken out of the table of columns."""
+    """The drawn cylinders; their table is removed from the columns."""
     drawing = tables.get("drawing")
     if not isinstance(drawing, dict) or "solids" not in drawing:
         return None

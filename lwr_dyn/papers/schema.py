@@ -1,4 +1,4 @@
-"""The schema of a data file: which tables and columns exist, their units and shapes; records of what was read."""
+"""The schema of a data file (tables, columns, units, shapes) and the records that the reader returns."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from lwr_dyn.arrays import Array
+from lwr_dyn.model.arm import DrawnCylinder
 from lwr_dyn.model.dh import Convention, JointKind
 from lwr_dyn.papers.units import to_si
 
@@ -18,20 +19,18 @@ ABOUT = ("com", "origin")
 PRODUCTS = ("tensor", "integral")
 STATUSES = ("proven", "likely", "open")
 SEVERITIES = ("model", "result", "text")
-"""What an erratum touches: the arm or the law that is computed with, a printed result alone, or words alone."""
+"""What an erratum changes: the model or controller, a printed result only, or text only."""
 RESULTS = "results."
-"""Patches whose path begins so stand in what a paper prints as results; `lwr_dyn.reproduction` applies them."""
-
-
+"""Start of the path of a patch to a paper's printed results, which `lwr_dyn.reproduction` applies."""
 PER_JOINT = 0
-"""In the shape of a row: as many entries as there are joints."""
+"""In the shape of a row: one entry per joint."""
 SIDES = ("positive", "negative")
-"""Directions of motion for which friction may be given apart."""
+"""Directions of motion, for friction that differs between them."""
 
 
 @dataclass(frozen=True, slots=True)
 class ColumnRule:
-    """What a column may hold: the shape of one row, its quantities, whether the table needs it."""
+    """What a column may hold: the shape of one row, its quantities, whether it is required."""
 
     row: tuple[int, ...]
     quantities: tuple[str, ...]
@@ -116,17 +115,17 @@ TABLES: dict[str, dict[str, ColumnRule]] = {
 }
 """Table -> column -> rule. `limits.zero` is the DH coordinate at which the printed coordinate reads zero.
 
-`rotors` gives gear ratio and inertia of the rotor, or `armature`, its inertia as the joint feels it. The motor map is
-dq_m = T dq with T_ij = signs_ij ratio_j / stage_j. `friction` is one pair both ways, or columns per direction, up to
-the speed `covered` that they were identified at. `poses` is a second statement of the kinematics: joint positions of
-the mastering pose, where the wrist centre then stands, where the flange stands at zero, how it is turned in both, and
-each joint's axis at zero, all in the base. `ratings` is what a data sheet says of the whole arm (`mass` with its base).
+`rotors` gives gear ratio and inertia of the rotor, or `armature`, its inertia reflected to the joint. The motor map is
+dq_m = T dq with T_ij = signs_ij ratio_j / stage_j. `friction` is one pair for both directions, or columns per direction
+that hold up to the speed `covered`. `poses` is a second description of the kinematics, all in the base: joint positions
+of the mastering pose, its wrist centre, the flange's position at zero, the flange's orientation in both, and each
+joint's axis at zero. `ratings` are data sheet values of the whole arm (`mass` includes the base).
 """
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Column:
-    """One column of a table: values as the reading takes them, in the printed unit, and where they come from."""
+    """One column of a table: values under the reading, in the printed unit, and their source."""
 
     name: str
     values: tuple[Any, ...]
@@ -135,7 +134,7 @@ class Column:
     kind: str
     note: str = ""
     symbols: tuple[str, ...] = ()
-    """The source's own letters for the entries, where it has some."""
+    """The source's own symbols for the entries, if any."""
     errata: Mapping[int, tuple[str, ...]] = field(default_factory=dict)
     """Row -> ids of the errata that changed it."""
 
@@ -149,39 +148,28 @@ def _row_si(row: Any, unit: str) -> Any:
 
 
 @dataclass(frozen=True, slots=True)
-class Solid:
-    """A drawn cylinder of a link, in the frame of its DH row: ends and radius [m]."""
-
-    link: str
-    start: tuple[float, float, float]
-    end: tuple[float, float, float]
-    radius: float
-    colour: str
-
-
-@dataclass(frozen=True, slots=True)
 class Solids:
-    """The cylinders of an arm, where their sizes come from, and how sure they are."""
+    """The drawn cylinders of an arm in the frames of the DH rows, the source of their sizes, and its kind."""
 
-    cylinders: tuple[Solid, ...]
+    cylinders: tuple[DrawnCylinder, ...]
     where: str
     kind: str
 
 
 @dataclass(frozen=True, slots=True)
 class Patch:
-    """One cell or field that an erratum reads differently: `at` is its path in the file."""
+    """One cell or field that an erratum changes: `at` is its path in the file."""
 
     at: str
     printed: Any
     read: Any
     kind: str = ""
-    """What the value read is, where that is not what the column is ("fitted")."""
+    """The kind of the value read, where it differs from the column's ("fitted")."""
 
 
 @dataclass(frozen=True, slots=True)
 class Erratum:
-    """A slip in a source: what is printed, how it is read, why, and what it changes."""
+    """An error in a source: what is printed, how it is read, why, and what that changes."""
 
     id: str
     where: str
@@ -192,7 +180,7 @@ class Erratum:
     status: str
     patches: tuple[Patch, ...]
     severity: str = ""
-    """One of `SEVERITIES`; empty where the file does not say."""
+    """One of `SEVERITIES`; empty where not given."""
 
     def of_results(self) -> tuple[Patch, ...]:
         """The patches of printed results."""
@@ -222,10 +210,13 @@ class Paper:
     document: Mapping[str, str]
     reading: Reading
     readings: Mapping[str, Reading]
+    default_reading: str
     errata: tuple[Erratum, ...]
     joints: tuple[str, ...]
     kinds: tuple[JointKind, ...]
     convention: Convention
+    printed: Mapping[str, Any]
+    """The parsed tables as printed, without any erratum."""
     columns: Mapping[str, Column]
     inertia_about: str
     inertia_products: tuple[str, ...]
@@ -239,6 +230,18 @@ class Paper:
         """Number of joints."""
         return len(self.joints)
 
-    def applied(self) -> tuple[Erratum, ...]:
-        """The errata of this reading, in the file's order."""
-        return tuple(e for e in self.errata if e.id in self.reading.errata)
+    @property
+    def reading_names(self) -> tuple[str, ...]:
+        """Names of the readings, the default first."""
+        return (self.default_reading, *(name for name in self.readings if name != self.default_reading))
+
+    def cell(self, column: str, row: int = 0) -> float | None:
+        """One number of a column in SI units; None where the file has no such column."""
+        return float(self.columns[column].si()[row]) if column in self.columns else None
+
+    def numbers(self, column: str) -> tuple[float, ...]:
+        """The numbers of a column in SI units; empty where the file has no such column."""
+        return tuple(self.columns[column].si().tolist()) if column in self.columns else ()
+
+    def __repr__(self) -> str:
+        return f"Paper({self.name!r}, reading={self.reading.name!r}, file={self.file!r})"

@@ -1,34 +1,33 @@
-"""The solids of a drawn arm, and the bodies that follow from them when a source gives nothing but a total mass.
+"""The solids of a drawn arm, and the bodies estimated from them where a source gives only a total mass.
 
-A file's `drawing.solids` lists cylinders per link, in the frame of that link's DH row (the base: frame 0). They are
-what the viewer shows, and where a paper has no masses they carry the estimate:
+A file's `drawing.solids` lists cylinders per link, in the frame of that link's DH row (the base: frame 0). The viewer
+draws them, and where a paper has no masses the estimate is
 
     mass_i = total V_i / sum V,    com_i and tensor_i those of link i's cylinders at that one density
 
-The base takes part in the sum. Cylinders that overlap count twice: joints, where drives sit, come out heavier. Whatever
-the drawing, such tensors belong to a body (a density >= 0 exists), and a drawing that is its own mirror image gives
-products of zero.
+The base is part of the sum. Cylinders that overlap count twice, so joints, where the drives are, are denser. Such
+tensors are always physical, and a drawing with mirror symmetry gives products of zero.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
 from lwr_dyn.errors import PaperError
+from lwr_dyn.model.arm import DrawnCylinder
 from lwr_dyn.model.chain import Body
 from lwr_dyn.model.spatial import axis_to_z
-from lwr_dyn.papers.fields import Fields, choice
-from lwr_dyn.papers.schema import KINDS, Solid, Solids
+from lwr_dyn.papers.fields import Fields
+from lwr_dyn.papers.schema import KINDS, Solids
 from lwr_dyn.papers.units import UNITS, to_si, units_of
 
 COLOURS = ("orange", "grey", "dark")
 MASS_DIGITS, COM_DIGITS, INERTIA_DIGITS = 2, 4, 5
-"""Decimals of an estimate in kg, m, kg m^2: as many as keep the smallest link's triangle inequality."""
+"""Decimals of an estimate in a data file, in kg, m, kg m^2: enough for the smallest link's triangle inequality."""
 
 
 def read_solids(table: Any, links: Sequence[str], file: str) -> Solids:
@@ -36,7 +35,7 @@ def read_solids(table: Any, links: Sequence[str], file: str) -> Solids:
     name = "drawing.solids"
     fields = Fields(table, file, name)
     unit, where = fields.take("unit", str), fields.take("where", str)
-    kind = choice(fields.take("kind", str), KINDS, file, f"{name}.kind")
+    kind = fields.take_one_of("kind", KINDS)
     rows = fields.take("rows", list)
     fields.refuse_unknown()
     if unit not in UNITS or UNITS[unit][0] != "length":
@@ -45,18 +44,18 @@ def read_solids(table: Any, links: Sequence[str], file: str) -> Solids:
     return Solids(cylinders, where, kind)
 
 
-def _solid(row: Any, links: Sequence[str], unit: str, file: str, name: str) -> Solid:
+def _solid(row: Any, links: Sequence[str], unit: str, file: str, name: str) -> DrawnCylinder:
     fields = Fields(row, file, name)
-    link = choice(fields.take("link", str), links, file, f"{name}.link")
+    link = fields.take_one_of("link", links)
     start, end = (_point(fields.take(key, list), unit, file, f"{name}.{key}") for key in ("from", "to"))
     radius = fields.take("radius", object)
     if isinstance(radius, bool) or not isinstance(radius, int | float) or not 0.0 < radius < math.inf:
         raise PaperError(file, f"{name}.radius", repr(radius), "a number above 0")
     if start == end:
         raise PaperError(file, name, f"from and to are both {list(start)}", "a cylinder with a length")
-    colour = choice(fields.take("colour", str), COLOURS, file, f"{name}.colour")
+    colour = fields.take_one_of("colour", COLOURS)
     fields.refuse_unknown()
-    return Solid(link, start, end, to_si(float(radius), unit), colour)
+    return DrawnCylinder(link, start, end, to_si(float(radius), unit), colour)
 
 
 def _point(cells: list[Any], unit: str, file: str, name: str) -> tuple[float, float, float]:
@@ -67,13 +66,13 @@ def _point(cells: list[Any], unit: str, file: str, name: str) -> tuple[float, fl
     return x, y, z
 
 
-def cylinder_body(solid: Solid, density: float) -> Body:
-    """A full cylinder of one density [kg/m^3] in the frame its ends are given in.
+def cylinder_body(cylinder: DrawnCylinder, density: float) -> Body:
+    """A solid cylinder of one density [kg/m^3] in the frame of its ends.
 
     I = m r^2/2 about its axis, m (3 r^2 + l^2)/12 across.
     """
-    start, end = np.array(solid.start), np.array(solid.end)
-    length, radius = float(np.linalg.norm(end - start)), solid.radius
+    start, end = np.array(cylinder.start), np.array(cylinder.end)
+    length, radius = float(np.linalg.norm(end - start)), cylinder.radius
     mass = density * math.pi * radius**2 * length
     across = mass * (3.0 * radius**2 + length**2) / 12.0
     turn = axis_to_z(end - start)
@@ -81,25 +80,10 @@ def cylinder_body(solid: Solid, density: float) -> Body:
     return Body(mass, (start + end) / 2.0, (tensor + tensor.T) / 2.0)
 
 
-def estimated_bodies(solids: Solids, total: float) -> Mapping[str, Body]:
-    """Link (the base included) -> its body when `total` [kg] is spread over all solids at one density, rounded.
-
-    Masses are rounded to `MASS_DIGITS`; the base takes what rounding leaves, so that the sum stays the total.
-    """
+def solid_bodies(solids: Solids, total: float) -> dict[str, Body]:
+    """Link (the base included) -> its body when `total` [kg] is spread over all solids at one density."""
     unit: dict[str, Body] = {}
-    for solid in solids.cylinders:
-        unit[solid.link] = unit.get(solid.link, Body.nothing()) + cylinder_body(solid, 1.0)
+    for cylinder in solids.cylinders:
+        unit[cylinder.link] = unit.get(cylinder.link, Body.nothing()) + cylinder_body(cylinder, 1.0)
     density = total / sum(body.mass for body in unit.values())
-    bodies = {}
-    for link, body in unit.items():
-        mass, com = round(density * body.mass, MASS_DIGITS), _rounded(body.com, COM_DIGITS)
-        bodies[link] = Body(mass, com, _rounded(density * body.inertia_com, INERTIA_DIGITS))
-    moving = sum(body.mass for link, body in bodies.items() if link != "base")
-    if "base" in bodies:
-        base = bodies["base"]
-        bodies["base"] = Body(round(total - moving, MASS_DIGITS), base.com, base.inertia_com)
-    return bodies
-
-
-def _rounded(values: Array, digits: int) -> Array:
-    return np.round(values, digits) + 0.0
+    return {link: Body(density * body.mass, body.com, density * body.inertia_com) for link, body in unit.items()}

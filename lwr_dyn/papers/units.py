@@ -1,4 +1,4 @@
-"""The border where degrees and millimetres become radians and metres: the only table of unit factors."""
+"""Units of data files and their factors to SI; the only place where degrees and millimetres are converted."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def to_si(value: float, unit: str) -> float:
 
 
 def units_of(*quantities: str) -> tuple[str, ...]:
-    """The units in which a quantity may be printed.
+    """The units in which quantities may be printed.
 
     >>> units_of("mass")
     ('kg', 'g')

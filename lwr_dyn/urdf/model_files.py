@@ -21,14 +21,14 @@ def model_stem(arm: Arm) -> str:
     return arm.name if arm.reading == default else f"{arm.name}_{arm.reading}"
 
 
-def model_files(arm: Arm) -> dict[str, str]:
+def model_files(arm: Arm, stem: str | None = None) -> dict[str, str]:
     """File name -> text: `.urdf`, `.provenance.json`; `.srdf` where rotors, `.xml` (MJCF) where inertias are given.
 
     >>> from lwr_dyn.front import load
     >>> list(model_files(load("lwr4")))
     ['lwr4.urdf', 'lwr4.provenance.json']
     """
-    stem = model_stem(arm)
+    stem = model_stem(arm) if stem is None else stem
     out = {f"{stem}.urdf": urdf_text(arm), f"{stem}.provenance.json": provenance_text(arm)}
     if any(link.rotor is not None for link in arm.chain.links):
         out[f"{stem}.srdf"] = srdf_text(arm)

@@ -9,7 +9,7 @@ import numpy as np
 
 import lwr_dyn
 from lwr_dyn.checks.report import check_arm
-from lwr_dyn.papers.template import template
+from lwr_dyn.papers.catalog import template
 
 
 def main(arguments: list[str] | None = None) -> None:

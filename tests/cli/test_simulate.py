@@ -5,7 +5,7 @@ import json
 import pytest
 
 from lwr_dyn.model.run import Run
-from lwr_dyn.papers.template import template
+from lwr_dyn.papers.catalog import template
 
 SHORT = ("--task", "hold", "--from-deg", "0,30,0,-60,0,30,0", "--duration", "0.05")
 

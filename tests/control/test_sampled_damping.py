@@ -6,8 +6,8 @@ import pytest
 import lwr_dyn
 from lwr_dyn.control.sampled_damping import UNSTABLE, sampled_damping
 from lwr_dyn.papers.assembly import arm_from_paper
+from lwr_dyn.papers.catalog import template
 from lwr_dyn.papers.reader import parse_paper
-from lwr_dyn.papers.template import template
 from lwr_dyn.simulation.simulate import simulate
 from lwr_dyn.simulation.swing import Rest
 

@@ -10,9 +10,8 @@ from lwr_dyn.checks.report import check_arm
 from lwr_dyn.checks.states import random_states
 from lwr_dyn.checks.swing import energy_drift
 from lwr_dyn.papers.assembly import arm_from_paper
-from lwr_dyn.papers.catalog import open_paper
+from lwr_dyn.papers.catalog import open_paper, template
 from lwr_dyn.papers.reader import parse_paper
-from lwr_dyn.papers.template import template
 from tests.arms import arms, random_arm
 from tests.tolerances import RANDOM_ARM
 

@@ -6,8 +6,8 @@ import lwr_dyn
 from lwr_dyn.errors import PaperError
 from lwr_dyn.model.friction.models import Direction, JointFriction, symmetric
 from lwr_dyn.papers.actuation import friction_of
+from lwr_dyn.papers.catalog import template
 from lwr_dyn.papers.reader import parse_paper
-from lwr_dyn.papers.template import template
 
 PLAIN = template("own.toml", "own", "RP", "standard")
 

@@ -3,9 +3,8 @@
 import pytest
 
 from lwr_dyn.errors import FileAccessError, PaperError, UnknownNameError
-from lwr_dyn.papers.catalog import open_paper
+from lwr_dyn.papers.catalog import open_paper, template
 from lwr_dyn.papers.reader import parse_paper, read_paper
-from lwr_dyn.papers.template import template
 
 GOOD = template("own.toml", "own", "RP", "standard")
 

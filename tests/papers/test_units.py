@@ -6,8 +6,8 @@ import pytest
 
 from lwr_dyn.errors import PaperError
 from lwr_dyn.papers.assembly import arm_from_paper
+from lwr_dyn.papers.catalog import template
 from lwr_dyn.papers.reader import parse_paper
-from lwr_dyn.papers.template import template
 from lwr_dyn.papers.units import UNITS, to_si
 
 DEFINED = {

@@ -14,7 +14,7 @@ from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import Body
 from lwr_dyn.model.spatial import from_rpy
 from lwr_dyn.papers.schema import Paper
-from lwr_dyn.papers.solids import COM_DIGITS, INERTIA_DIGITS, MASS_DIGITS, cylinder_body
+from lwr_dyn.papers.solids import COM_DIGITS, INERTIA_DIGITS, MASS_DIGITS, solid_bodies
 from lwr_dyn.reproduction.case import PaperCase, PaperFormula
 from lwr_dyn.reproduction.kr30ha.points import point_misses, right_points, wrist_centre_mm
 from lwr_dyn.reproduction.quantities import AXIS
@@ -114,11 +114,7 @@ def estimate_misses(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
 def _bodies(paper: Paper) -> dict[str, Body]:
     if paper.solids is None:
         raise MissingDataError(paper.name, "drawn solids", "the estimate")
-    unit: dict[str, Body] = {}
-    for solid in paper.solids.cylinders:
-        unit[solid.link] = unit.get(solid.link, Body.nothing()) + cylinder_body(solid, 1.0)
-    density = paper.columns["ratings.mass"].si()[0] / sum(body.mass for body in unit.values())
-    return {name: Body(density * b.mass, b.com, density * b.inertia_com) for name, b in unit.items()}
+    return solid_bodies(paper.solids, paper.columns["ratings.mass"].si()[0])
 
 
 _ALL = (

@@ -5,7 +5,7 @@ import json
 import pytest
 
 from lwr_dyn.cli.main import main
-from lwr_dyn.papers.template import template
+from lwr_dyn.papers.catalog import template
 
 NUMBER = """
 [[number]]
