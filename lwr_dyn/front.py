@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from lwr_dyn.codegen.batch import BatchDynamics
     from lwr_dyn.control.protocol import Controller
     from lwr_dyn.dynamics.protocol import Dynamics
-    from lwr_dyn.kinematics.inverse import InverseResult
+    from lwr_dyn.kinematics.solution import InverseResult
     from lwr_dyn.model.arm import Arm
     from lwr_dyn.model.run import Reference, Run
     from lwr_dyn.papers.schema import Paper

@@ -14,8 +14,9 @@ from lwr_dyn.arrays import fixed_array
 from lwr_dyn.cli.kuka_units import chosen, degenerate_note, kuka_record, pose_record, status_and_turn
 from lwr_dyn.cli.options import NUMBERS, load_robot, print_json, robot_options
 from lwr_dyn.errors import OptionError
-from lwr_dyn.kinematics.inverse import InverseResult, Solution, inverse_kinematics
+from lwr_dyn.kinematics.inverse import inverse_kinematics
 from lwr_dyn.kinematics.kuka_pose import has_kuka_axes, pose_of_matrix, rotation_of_abc
+from lwr_dyn.kinematics.solution import InverseResult, Solution
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind
 from lwr_dyn.model.spatial import from_rpy

@@ -21,7 +21,7 @@ from lwr_dyn.kinematics.kuka_pose import (
     turn,
     with_status_and_turn,
 )
-from lwr_dyn.kinematics.solution import Solution, least_travel
+from lwr_dyn.kinematics.solution import Solution, nearest_solution
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind
 
@@ -99,7 +99,7 @@ def chosen(
         solutions = with_status_and_turn(arm, solutions, s, t)
     if start_deg is None or not solutions:
         return solutions
-    return (least_travel(solutions, np.radians(fixed_array("--from-deg", start_deg, (arm.n,)))),)
+    return (nearest_solution(solutions, np.radians(fixed_array("--from-deg", start_deg, (arm.n,)))),)
 
 
 def status_and_turn(arm: Arm, solution: Solution) -> tuple[int, int] | None:

@@ -1,4 +1,4 @@
-"""One arm angle for a whole path: continuous, twice differentiable, as far from the joint limits as can be.
+"""A smooth arm angle along a path that maximises the smallest joint-limit margin.
 
 Inside the corridor of `arm_angle_search`, the curve is the natural cubic spline that bends least,
 
@@ -18,13 +18,12 @@ from scipy.optimize import lsq_linear
 
 from lwr_dyn.arrays import Array, read_only, real_array
 from lwr_dyn.errors import OptionError, OutOfReachError, OutsideLimitsError, ShapeError
-from lwr_dyn.kinematics.arm_angle_search import Found, largest_margin
-from lwr_dyn.kinematics.branches import Branch
-from lwr_dyn.kinematics.corridor import Corridor
-from lwr_dyn.kinematics.poses import pose_array
-from lwr_dyn.kinematics.srs import ON_AXIS, JointRanges, arm_triangle, joint_ranges
-from lwr_dyn.kinematics.srs_geometry import SrsGeometry, require_srs
-from lwr_dyn.kinematics.srs_limits import margin_problem, margins
+from lwr_dyn.kinematics.arm_angle_search import BranchOptimum, Corridor, largest_margin
+from lwr_dyn.kinematics.arm_geometry import SrsGeometry, require_srs
+from lwr_dyn.kinematics.branches import Branch, JointRanges, joint_ranges
+from lwr_dyn.kinematics.forward import pose_array
+from lwr_dyn.kinematics.srs import ON_AXIS, arm_triangle
+from lwr_dyn.kinematics.srs_margins import margin_problem, margins
 from lwr_dyn.model.arm import Arm
 
 PULL = 1e3
@@ -45,7 +44,7 @@ class ArmAngleCurve:
     """The joint that has it, 0-based."""
     at: float
     """The path parameter s where it has it."""
-    bound: float
+    margin_bound: float
     """[rad] No continuous arm angle, on any branch, keeps a larger smallest margin at these poses."""
     reference: Array
     """(3,) The direction psi is counted from; hand it on to `follow`."""
@@ -90,18 +89,19 @@ def best_arm_angle(arm: Arm, s: ArrayLike, T: ArrayLike, *, reference: ArrayLike
     geometry, ranges = require_srs(arm, reference), joint_ranges(arm)
     at, poses = _gate(s, T)
     triangle = arm_triangle(geometry, poses)
-    if triangle.beyond.any():
-        worst = int(np.argmax(triangle.beyond))
-        raise OutOfReachError(arm.name, float(at[worst]), float(triangle.beyond[worst]))
+    if triangle.reach_excess.any():
+        worst = int(np.argmax(triangle.reach_excess))
+        raise OutOfReachError(arm.name, float(at[worst]), float(triangle.reach_excess[worst]))
     _require_zero(geometry, triangle.u, triangle.up, at)
-    # a joint free to turn on and on still has a seam, half a turn from its middle, where its position would jump
+    # a joint without limits still has a seam, half a turn from its middle, where its position would jump
     one_turn = JointRanges(ranges.middle, np.minimum(ranges.half, np.pi))
-    found = largest_margin(geometry, one_turn, poses)
-    if found.bound < 0.0 or found.passage is None:
-        why = "at the best arm angle" if found.continuous else "at least; no arm angle leads on without a jump"
-        raise OutsideLimitsError(arm.name, float(at[found.index]), arm.joint_names[found.joint], -found.bound, why)
-    knots, values = _smooth(at, found.passage)
-    return _measured(geometry, ranges, at, poses, found, knots, values)
+    best = largest_margin(geometry, one_turn, poses)
+    if best.margin_bound < 0.0 or best.passage is None:
+        why = "at the best arm angle" if best.continuous else "at least; no arm angle leads on without a jump"
+        joint, excess = arm.joint_names[best.joint], -best.margin_bound
+        raise OutsideLimitsError(arm.name, float(at[best.index]), joint, excess, why)
+    knots, values = _smooth(at, best.passage)
+    return _measured(geometry, ranges, at, poses, best, knots, values)
 
 
 def _gate(s: ArrayLike, T: ArrayLike) -> tuple[Array, Array]:
@@ -119,8 +119,8 @@ def _require_zero(geometry: SrsGeometry, u: Array, up: Array, at: Array) -> None
     turned = np.append(np.einsum("ki,ki->k", up[1:], up[:-1]) <= 0.0, False)
     if (bad := (sine < ON_AXIS) | turned).any():
         where = float(at[int(np.argmax(bad))])
-        found = f"the wrist passes the line of {geometry.reference.tolist()} through the shoulder at s = {where:.6g}"
-        raise OptionError("reference", found, "a direction that the path keeps away from")
+        fault = f"the wrist passes the line of {geometry.reference.tolist()} through the shoulder at s = {where:.6g}"
+        raise OptionError("reference", fault, "a direction that the path keeps away from")
 
 
 def _smooth(s: Array, passage: Corridor) -> tuple[Array, Array]:
@@ -159,20 +159,19 @@ def _least_bending(x: Array, middle: Array, room: Array) -> Array:
 
 
 def _measured(
-    geometry: SrsGeometry, ranges: JointRanges, s: Array, T: Array, found: Found, knots: Array, values: Array
+    geometry: SrsGeometry, ranges: JointRanges, s: Array, T: Array, best: BranchOptimum, knots: Array, values: Array
 ) -> ArmAngleCurve:
     """The curve with the margin it really keeps at every pose."""
     psi = CubicSpline(knots, values, bc_type="natural")(s)
-    signs = np.broadcast_to(found.branch, (len(T), 3))
-    kept = margins(margin_problem(geometry, ranges, T, arm_triangle(geometry, T), signs), psi[:, None])[:, 0]
+    kept = margins(margin_problem(geometry, ranges, T, best.branch), psi[:, None])[:, 0]
     row, joint = (int(i) for i in np.unravel_index(np.argmin(kept), kept.shape))
     margin = float(kept[row, joint])
     return ArmAngleCurve(
-        branch=found.branch,
+        branch=best.branch,
         margin=margin,
         joint=joint,
         at=float(s[row]),
-        bound=max(found.bound, margin),
+        margin_bound=max(best.margin_bound, margin),
         reference=read_only(geometry.reference),
         knots=read_only(knots),
         values=read_only(values),

@@ -1,9 +1,23 @@
-"""The eight branches of an arm with shoulder, elbow and wrist: three signs, whatever each arm counts them from."""
+"""What both closed forms of inverse kinematics share: eight branches, joint ranges, whole turns, the elbow's bend."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from itertools import product
 from typing import NamedTuple
+
+import numpy as np
+
+from lwr_dyn.arrays import Array
+from lwr_dyn.model.arm import Arm
+
+ALIGNED = 1e-13
+"""Sine of a ball's tilt below which its two rolls turn about one line: only their sum (difference) is determined."""
+REACH_SLACK = 1e-12
+"""[m] The wrist of a stretched arm, recomputed from its pose, may be this far out of reach."""
+TOUCH = 1e-12
+"""[rad] A margin this little below a level keeps it: a joint at its limit is inside."""
+TURN = 2.0 * np.pi
 
 
 class Branch(NamedTuple):
@@ -28,3 +42,52 @@ class Branch(NamedTuple):
 
 
 BRANCHES = tuple(Branch(*signs) for signs in product((1, -1), repeat=3))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class JointRanges:
+    """Position limits as middle and half width, (n,) each [rad]; half is infinite where a limit is not known."""
+
+    middle: Array
+    half: Array
+
+
+def joint_ranges(arm: Arm) -> JointRanges:
+    """The arm's limits; a joint with one known limit may make a whole turn from it."""
+    lower, upper = arm.lower, arm.upper
+    both, low, up = np.isfinite(lower) & np.isfinite(upper), np.isfinite(lower), np.isfinite(upper)
+    lower, upper = np.where(low, lower, 0.0), np.where(up, upper, 0.0)
+    one_sided = np.where(low, lower + np.pi, np.where(up, upper - np.pi, 0.0))
+    half = np.where(both, (upper - lower) / 2.0, np.where(low | up, np.pi, np.inf))
+    return JointRanges(np.where(both, (lower + upper) / 2.0, one_sided), half)
+
+
+def wrap(angle: Array) -> Array:
+    """The angle [rad] within -pi (excluded) and pi.
+
+    >>> wrap(np.array([-np.pi, 4.0])).round(4)
+    array([ 3.1416, -2.2832])
+    """
+    wrapped: Array = np.pi - np.mod(np.pi - angle, TURN)
+    return wrapped
+
+
+def turn_about(axis: Array, angle: Array) -> Array:
+    """Rotations (k, 3, 3) about one unit axis by angles (k,) [rad] (Rodrigues)."""
+    x, y, z = axis
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    s, c = np.sin(angle)[:, None, None], np.cos(angle)[:, None, None]
+    rotation: Array = np.eye(3) + s * cross + (1.0 - c) * (cross @ cross)
+    return rotation
+
+
+def elbow_bend(lengths: tuple[float, float], distance: Array) -> tuple[Array, Array]:
+    """Angle of the elbow from straight, 0 to pi [rad], and by how much the wrist is out of reach [m], <= 0 within.
+
+    The wrist is at `distance` [m] from the shoulder; `lengths` [m] are those of upper arm and forearm.
+    """
+    first, second = lengths
+    longest, shortest = first + second, abs(first - second)
+    short, long = np.maximum(longest - distance, 0.0), np.maximum(distance - shortest, 0.0)
+    bend = 2.0 * np.arctan2(np.sqrt(short * (longest + distance)), np.sqrt(long * (distance + shortest)))
+    return bend, np.maximum(distance - longest, shortest - distance)

@@ -20,7 +20,7 @@ import numpy as np
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.errors import MissingDataError
-from lwr_dyn.kinematics.wrist_geometry import WristArmGeometry, require_wrist_arm
+from lwr_dyn.kinematics.arm_geometry import WristArmGeometry, require_wrist_arm
 from lwr_dyn.model.arm import Arm
 
 BESIDE = 1e-7

@@ -2,31 +2,26 @@
 
 from __future__ import annotations
 
-import math
-from dataclasses import replace
+from typing import Any
 
-import numpy as np
 from numpy.typing import ArrayLike
 
-from lwr_dyn.arrays import Array, fixed_array
+from lwr_dyn.arrays import fixed_array
 from lwr_dyn.errors import OptionError
-from lwr_dyn.kinematics.branches import BRANCHES
-from lwr_dyn.kinematics.numeric import Search, search
-from lwr_dyn.kinematics.poses import pose_array
-from lwr_dyn.kinematics.six_axis import solve_pose
-from lwr_dyn.kinematics.solution import InverseResult, Solution, judged_result, judged_solution
-from lwr_dyn.kinematics.srs import ArmTriangle, JointRanges, arm_triangle, closed_form, joint_ranges, wrap
-from lwr_dyn.kinematics.srs_best import best_angles
-from lwr_dyn.kinematics.srs_geometry import SrsGeometry, srs_geometry
-from lwr_dyn.kinematics.srs_limits import arcs_at_level, margin_problem
-from lwr_dyn.kinematics.wrist_geometry import wrist_arm_geometry
+from lwr_dyn.kinematics.forward import pose_array
+from lwr_dyn.kinematics.solution import IkSolver, InverseResult, PoseProblem
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.dh import JointKind
+from lwr_dyn.registry import Registry, Row
 
-__all__ = ["ANYTHING", "InverseResult", "Solution", "inverse_kinematics"]
-
-ANYTHING = -2.0 * np.pi
-"""[rad] A margin that every joint keeps at every position."""
+IK_SOLVERS: Registry[IkSolver[Any]] = Registry(
+    "solver",
+    {
+        "srs": Row("lwr_dyn.kinematics.srs_solver:SOLVER", "S-R-S arms with an arm angle, in closed form"),
+        "spherical-wrist": Row("lwr_dyn.kinematics.spherical_wrist:SOLVER", "six joints, in closed form"),
+        "numeric": Row("lwr_dyn.kinematics.numeric:SOLVER", "any arm, by damped least squares from many starts"),
+    },
+)
+"""Solvers of inverse kinematics, in the order in which they are tried."""
 
 
 def inverse_kinematics(
@@ -38,6 +33,7 @@ def inverse_kinematics(
     reference: ArrayLike | None = None,
     starts: int = 64,
     seed: int = 0,
+    solver: str | None = None,
 ) -> InverseResult:
     """Joint positions whose flange pose is T.
 
@@ -45,7 +41,7 @@ def inverse_kinematics(
     ----------
     arm : Arm
         An S-R-S arm and a six-joint arm with spherical wrist are solved in closed form, any other by a numeric
-        search. Of the six-joint arm every solution a whole turn of a joint away is listed that is inside the limits.
+        search. For a six-joint arm all solutions inside the limits are listed, whole turns of a joint apart too.
     T : (4, 4) array_like
         Pose of the flange in the base [m].
     arm_angle : float, optional
@@ -56,6 +52,8 @@ def inverse_kinematics(
         Direction the arm angle is counted from; the axis of joint 1 if not given.
     starts, seed : int
         Of the numeric search.
+    solver : str, optional
+        One of `IK_SOLVERS`; the first that recognises the arm if not given.
 
     Returns
     -------
@@ -65,78 +63,29 @@ def inverse_kinematics(
     Raises
     ------
     ShapeError, OptionError
-        T is not a pose, the arm angle not finite or given for an arm that has none, starts not positive.
+        T is not a pose, the arm angle not finite or given for an arm that has none, starts not positive, a solver that
+        does not recognise the arm.
+    UnknownNameError
+        No solver of that name.
 
     >>> import lwr_dyn
     >>> arm = lwr_dyn.load("lwr4plus")
-    >>> found = inverse_kinematics(arm, lwr_dyn.forward_kinematics(arm, [0.1, 0.5, 0, -1.0, 0, 0.4, 0]))
-    >>> found.status, len(found.solutions), found.complete
+    >>> result = inverse_kinematics(arm, lwr_dyn.forward_kinematics(arm, [0.1, 0.5, 0, -1.0, 0, 0.4, 0]))
+    >>> result.status, len(result.solutions), result.complete
     ('solved', 8, True)
     """
     pose = pose_array("T", fixed_array("T", T, (4, 4)))
-    geometry = srs_geometry(arm.chain)
-    if geometry is not None:
-        if arm_angle is not None and not math.isfinite(arm_angle):
-            raise OptionError("arm_angle", arm_angle, "a finite number of radians")
-        return _closed(arm, geometry.with_reference(reference), pose, arm_angle, limits)
-    if arm_angle is not None or reference is not None:
+    chosen, geometry = _solver_of(arm, solver)
+    if not chosen.has_arm_angle and (arm_angle is not None or reference is not None):
         raise OptionError("arm_angle, reference", f"given for {arm.name}", "only for an S-R-S arm")
-    wrist_arm = wrist_arm_geometry(arm.chain)
-    if wrist_arm is not None:
-        return solve_pose(arm, wrist_arm, pose, limits)
-    if starts < 1:
-        raise OptionError("starts", starts, "an integer >= 1")
-    return _numeric(arm, pose, limits, starts, seed)
+    return chosen.solve(PoseProblem(arm, pose, limits, arm_angle, reference, starts, seed), geometry)
 
 
-def _closed(arm: Arm, geometry: SrsGeometry, pose: Array, arm_angle: float | None, limits: bool) -> InverseResult:
-    T = np.broadcast_to(pose, (len(BRANCHES), 4, 4))
-    triangle, ranges = arm_triangle(geometry, T), joint_ranges(arm)
-    if triangle.beyond[0] > 0.0:
-        return InverseResult("out of reach", (), (), True, distance=float(triangle.beyond[0]))
-    intervals, psi = _arm_angles(geometry, ranges, T, triangle, arm_angle, limits)
-    q = closed_form(geometry, ranges, T, psi, np.array(BRANCHES))
-    found = [
-        replace(judged_solution(arm, row, pose), branch=branch.label, arm_angle=float(angle))
-        for row, branch, angle in zip(q, BRANCHES, psi, strict=True)
-    ]
-    return replace(judged_result(found, limits, complete=True), arm_angle_intervals=intervals)
-
-
-def _arm_angles(
-    geometry: SrsGeometry,
-    ranges: JointRanges,
-    T: Array,
-    triangle: ArmTriangle,
-    arm_angle: float | None,
-    limits: bool,
-) -> tuple[dict[str, tuple[tuple[float, float], ...]], Array]:
-    """The intervals of each branch, and the arm angle to take on it."""
-    problem = margin_problem(geometry, ranges, T, triangle, np.array(BRANCHES))
-    arcs = arcs_at_level(problem, np.full(len(BRANCHES), 0.0 if limits else ANYTHING))
-    intervals = {branch.label: arcs.of(b) for b, branch in enumerate(BRANCHES)}
-    if arm_angle is not None:
-        return intervals, np.full(len(BRANCHES), float(arm_angle))
-    return intervals, best_angles(problem).psi
-
-
-def _numeric(arm: Arm, pose: Array, limits: bool, starts: int, seed: int) -> InverseResult:
-    anywhere = np.full(arm.n, np.inf)
-    low, high = (arm.lower, arm.upper) if limits else (-anywhere, anywhere)
-    inside = search(arm.chain, low, high, pose, starts, seed)
-    if len(inside.q):
-        return judged_result(
-            [judged_solution(arm, q, pose) for q in _within_a_turn(arm, inside)], limits, complete=False
-        )
-    free = search(arm.chain, -anywhere, anywhere, pose, starts, seed) if limits else inside
-    if len(free.q):
-        return judged_result([judged_solution(arm, q, pose) for q in _within_a_turn(arm, free)], limits, complete=False)
-    return InverseResult("out of reach", (), (), False, distance=free.distance)
-
-
-def _within_a_turn(arm: Arm, found: Search) -> Array:
-    """Revolute joints outside their ranges moved by whole turns towards the middle."""
-    ranges = joint_ranges(arm)
-    turning = np.array([link.kind is JointKind.REVOLUTE for link in arm.chain.links])
-    beyond = np.abs(found.q - ranges.middle) > np.maximum(ranges.half, np.pi)
-    return np.where(turning & beyond, ranges.middle + wrap(found.q - ranges.middle), found.q)
+def _solver_of(arm: Arm, name: str | None) -> tuple[IkSolver[Any], Any]:
+    """The solver of that name, or the first of our own that recognises the arm, with the arm's geometry."""
+    for candidate in IK_SOLVERS.rows if name is None else (name,):
+        solver = IK_SOLVERS.load(candidate)
+        geometry = solver.recognise(arm.chain)
+        if geometry is not None:
+            return solver, geometry
+    raise OptionError(f"arm, with solver {name}", arm.name, solver.arms)

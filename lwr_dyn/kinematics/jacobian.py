@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lwr_dyn.arrays import Array, joint_array, same_batch
+from lwr_dyn.arrays import Array, joint_array
 from lwr_dyn.model.chain import Chain, link_frames
 from lwr_dyn.model.dh import JointKind
 
@@ -90,23 +90,3 @@ def jacobian(chain: Chain, q: ArrayLike) -> Array:
     """
     axes = joint_axes(chain, joint_array("q", q, chain.n))
     return jacobian_at(axes, axes.flange[..., :3, 3])
-
-
-def velocity_product(chain: Chain, q: ArrayLike, dq: ArrayLike) -> Array:
-    """dJ/dt dq of the flange, (..., 6) [m/s^2, rad/s^2]: [a; domega] = J ddq + dJ/dt dq.
-
-    Parameters
-    ----------
-    chain : Chain
-    q, dq : (..., n) array_like
-        [rad or m, per s]
-
-    Raises
-    ------
-    ShapeError
-    """
-    q_, dq_ = joint_array("q", q, chain.n), joint_array("dq", dq, chain.n)
-    batch = same_batch(q=q_, dq=dq_)
-    q_, dq_ = np.broadcast_to(q_, (*batch, chain.n)), np.broadcast_to(dq_, (*batch, chain.n))
-    axes = joint_axes(chain, q_)
-    return velocity_product_at(axes, axes.flange[..., :3, 3], dq_)

@@ -13,8 +13,11 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from lwr_dyn.arrays import Array
+from lwr_dyn.errors import OptionError
+from lwr_dyn.kinematics.branches import joint_ranges, wrap
 from lwr_dyn.kinematics.jacobian import jacobian_at, joint_axes
-from lwr_dyn.kinematics.srs import wrap
+from lwr_dyn.kinematics.solution import IkSolver, InverseResult, PoseProblem, make_solution, ranked_result
+from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import Chain
 from lwr_dyn.model.dh import JointKind
 
@@ -111,3 +114,31 @@ def _distinct(q: Array, kinds: list[JointKind]) -> Array:
         if all(np.abs(gap).max() > APART for gap in gaps):
             kept.append(row)
     return np.array(kept).reshape(-1, len(kinds))
+
+
+def solve_pose(problem: PoseProblem, chain: Chain) -> InverseResult:
+    """Solutions of one flange pose inside the limits, or where there are none, outside; raises `OptionError`."""
+    if problem.starts < 1:
+        raise OptionError("starts", problem.starts, "an integer >= 1")
+    arm, anywhere = problem.arm, np.full(chain.n, np.inf)
+    ranges = [(-anywhere, anywhere)]
+    if problem.limits:
+        ranges.insert(0, (arm.lower, arm.upper))
+    for lower, upper in ranges:
+        ends = search(chain, lower, upper, problem.pose, problem.starts, problem.seed)
+        if len(ends.q):
+            solutions = [make_solution(problem, q) for q in _within_a_turn(arm, ends.q)]
+            return ranked_result(problem, solutions, complete=False)
+    return InverseResult("out of reach", (), (), False, distance=ends.distance)
+
+
+def _within_a_turn(arm: Arm, q: Array) -> Array:
+    """Revolute joints outside their ranges moved by whole turns towards the middle."""
+    ranges = joint_ranges(arm)
+    turning = np.array([link.kind is JointKind.REVOLUTE for link in arm.chain.links])
+    outside = np.abs(q - ranges.middle) > np.maximum(ranges.half, np.pi)
+    return np.where(turning & outside, ranges.middle + wrap(q - ranges.middle), q)
+
+
+SOLVER = IkSolver(lambda chain: chain, solve_pose, "any arm")
+"""The row "numeric" of the solvers."""

@@ -17,11 +17,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from lwr_dyn.arrays import Array, fixed_array
 from lwr_dyn.errors import OutOfReachError, ShapeError, SingularArmError
-from lwr_dyn.kinematics.branches import Branch
+from lwr_dyn.kinematics.arm_geometry import SrsGeometry, require_srs
+from lwr_dyn.kinematics.branches import Branch, joint_ranges
+from lwr_dyn.kinematics.forward import pose_array
 from lwr_dyn.kinematics.jacobian import JointAxes, jacobian_at, joint_axes, velocity_product_at
-from lwr_dyn.kinematics.poses import pose_array
-from lwr_dyn.kinematics.srs import arm_triangle, closed_form, joint_ranges
-from lwr_dyn.kinematics.srs_geometry import SrsGeometry, require_srs
+from lwr_dyn.kinematics.srs import arm_triangle, closed_form
 from lwr_dyn.model.arm import Arm
 
 SINGULAR = 1e-7
@@ -81,9 +81,9 @@ def follow(
     angles = [fixed_array(name, x, (k,)) for name, x in (("psi", psi), ("dpsi", dpsi), ("ddpsi", ddpsi))]
     rate = np.column_stack([fixed_array("velocity", velocity, (k, 6)), angles[1]])
     change = np.column_stack([fixed_array("acceleration", acceleration, (k, 6)), angles[2]])
-    beyond = arm_triangle(geometry, poses).beyond
-    if beyond.any():
-        raise OutOfReachError(arm.name, float(np.argmax(beyond)), float(beyond.max()), parameter="row")
+    excess = arm_triangle(geometry, poses).reach_excess
+    if excess.any():
+        raise OutOfReachError(arm.name, float(np.argmax(excess)), float(excess.max()), parameter="row")
     q = closed_form(geometry, ranges, poses, angles[0], branch)
     resting = ~(np.any(rate != 0.0, axis=1) | np.any(change != 0.0, axis=1))
     dq, ddq = np.zeros_like(q), np.zeros_like(q)

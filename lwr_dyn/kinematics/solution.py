@@ -1,22 +1,51 @@
-"""What inverse kinematics says of one pose: solutions, those outside the limits, reach told apart from limits."""
+"""Inverse kinematics of one pose: the problem, the solver's interface, the result with its solutions in order."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Generic, Literal, TypeVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from lwr_dyn.arrays import Array, read_only
+from lwr_dyn.kinematics.branches import TOUCH, wrap
 from lwr_dyn.kinematics.forward import forward_kinematics
-from lwr_dyn.kinematics.srs import wrap
-from lwr_dyn.kinematics.srs_limits import TOUCH
 from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.chain import Chain
 
+Geometry = TypeVar("Geometry")
 Status = Literal["solved", "out of reach", "outside limits"]
 SAME = 1e-9
 """[rad] Branches whose joints agree to this are one solution (an aligned ball, a straight elbow)."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PoseProblem:
+    """A flange pose (4, 4) [m] that an arm shall take; the options are those of `inverse_kinematics`."""
+
+    arm: Arm
+    pose: Array
+    limits: bool = True
+    arm_angle: float | None = None
+    """[rad]"""
+    reference: ArrayLike | None = None
+    starts: int = 64
+    seed: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class IkSolver(Generic[Geometry]):
+    """A row of `inverse.IK_SOLVERS`."""
+
+    recognise: Callable[[Chain], Geometry | None]
+    """The constants that `solve` needs, or None for an arm that it cannot solve."""
+    solve: Callable[[PoseProblem, Geometry], InverseResult]
+    arms: str
+    """Which arms it recognises, in words."""
+    has_arm_angle: bool = False
+    """Whether `arm_angle` and `reference` mean something."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,11 +70,11 @@ class Solution:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class InverseResult:
-    """What there is to say about one pose; `solutions` with the largest margin first."""
+    """Result of inverse kinematics for one pose; `solutions` with the largest margin first."""
 
     status: Status
     solutions: tuple[Solution, ...]
-    """Those asked for: inside the limits, or all with limits=False."""
+    """Inside the limits, or all with limits=False."""
     outside: tuple[Solution, ...]
     """Those outside the limits, least outside first (empty with limits=False)."""
     complete: bool
@@ -61,35 +90,36 @@ class InverseResult:
 
     @property
     def singular(self) -> tuple[str, ...]:
-        """Singularities at which one of the solutions stands, in order shoulder, elbow, wrist."""
-        found = {name for solution in (*self.solutions, *self.outside) for name in solution.singular}
-        return tuple(name for name in ("shoulder", "elbow", "wrist") if name in found)
+        """Singularities of any of the solutions, in order shoulder, elbow, wrist."""
+        names = {name for solution in (*self.solutions, *self.outside) for name in solution.singular}
+        return tuple(name for name in ("shoulder", "elbow", "wrist") if name in names)
 
 
-def judged_solution(arm: Arm, q: Array, pose: Array) -> Solution:
-    """q (n,) with its margin and residual; branch and arm angle are for the caller to add."""
-    room = np.minimum(arm.upper - q, q - arm.lower)
-    tightest = int(np.argmin(room))
+def make_solution(problem: PoseProblem, q: Array) -> Solution:
+    """q (n,) with its margin and residual; the solver adds branch and arm angle."""
+    arm = problem.arm
+    margins = np.minimum(arm.upper - q, q - arm.lower)
+    tightest = int(np.argmin(margins))
     return Solution(
         q=read_only(q),
         branch="",
         arm_angle=None,
-        margin=float(room[tightest]),
+        margin=float(margins[tightest]),
         joint=arm.joint_names[tightest],
-        inside_limits=bool(room[tightest] >= -TOUCH),
-        residual=float(np.abs(forward_kinematics(arm.chain, q) - pose).max()),
+        inside_limits=bool(margins[tightest] >= -TOUCH),
+        residual=float(np.abs(forward_kinematics(arm.chain, q) - problem.pose).max()),
     )
 
 
-def judged_result(
-    found: Sequence[Solution], limits: bool, complete: bool, apart: Callable[[Array], Array] = wrap
+def ranked_result(
+    problem: PoseProblem, solutions: Sequence[Solution], complete: bool, apart: Callable[[Array], Array] = wrap
 ) -> InverseResult:
-    """Solutions in order, each once, told apart by the limits; `apart` says what a difference of joints comes to."""
+    """Solutions by falling margin, without duplicates; `apart` maps a joint difference to a distance."""
     ordered: list[Solution] = []
-    for solution in sorted(found, key=lambda s: -s.margin):
+    for solution in sorted(solutions, key=lambda s: -s.margin):
         if all(np.abs(apart(solution.q - other.q)).max() > SAME for other in ordered):
             ordered.append(solution)
-    if not limits:
+    if not problem.limits:
         return InverseResult("solved", tuple(ordered), (), complete)
     inside = tuple(s for s in ordered if s.inside_limits)
     outside = tuple(s for s in ordered if not s.inside_limits)
@@ -99,11 +129,11 @@ def judged_result(
     return InverseResult("outside limits", (), outside, complete, joint=best.joint, excess=-best.margin)
 
 
-def axis_travel(solution: Solution, q: Array) -> float:
-    """How far the axes turn in all from q (n,) to the solution, sum |dq_i| [rad]."""
+def joint_distance(solution: Solution, q: Array) -> float:
+    """Sum of the joint motions from q (n,) to the solution, sum |dq_i| [rad]."""
     return float(np.abs(solution.q - q).sum())
 
 
-def least_travel(solutions: Sequence[Solution], q: Array) -> Solution:
-    """The solution that the axes reach with the least travel in all from q (n,); solutions must not be empty."""
-    return min(solutions, key=lambda solution: axis_travel(solution, q))
+def nearest_solution(solutions: Sequence[Solution], q: Array) -> Solution:
+    """The solution with the smallest joint distance from q (n,); solutions must not be empty."""
+    return min(solutions, key=lambda solution: joint_distance(solution, q))

@@ -12,17 +12,37 @@ folded: two branches meet) and the wrist (axes 4 and 6 in line: only q4 +- q6 is
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.kinematics.srs import ALIGNED, JointRanges, turn_about, wrap
-from lwr_dyn.kinematics.wrist_geometry import WristArmGeometry
+from lwr_dyn.kinematics.arm_geometry import WRIST_ARM, WristArmGeometry, require_wrist_arm, wrist_arm_geometry
+from lwr_dyn.kinematics.branches import (
+    ALIGNED,
+    BRANCHES,
+    REACH_SLACK,
+    TOUCH,
+    TURN,
+    JointRanges,
+    elbow_bend,
+    joint_ranges,
+    turn_about,
+    wrap,
+)
+from lwr_dyn.kinematics.solution import (
+    IkSolver,
+    InverseResult,
+    PoseProblem,
+    Solution,
+    make_solution,
+    ranked_result,
+)
+from lwr_dyn.model.arm import Arm
 
-REACH_SLACK = 1e-12
-"""[m] A stretched arm's wrist, recomputed from its pose, may stand this far out."""
 NEAR_SINGULAR = 1e-5
 """[m] (shoulder) and [rad] (elbow, wrist): poses nearer than this to a singularity are named so."""
 SINGULARITIES = ("shoulder", "elbow", "wrist")
@@ -34,7 +54,7 @@ class WristSolutions:
 
     q: Array
     """(k, 8, 6) [rad], each joint within half a turn of the middle of its range; NaN where out of reach."""
-    beyond: Array
+    reach_excess: Array
     """(k, 8) by how much W is out of reach on that branch [m], 0 within."""
     clearance: Array
     """(k, 8, 3) distance to the shoulder singularity [m], the elbow's and the wrist's [rad]."""
@@ -42,7 +62,7 @@ class WristSolutions:
     @property
     def reachable(self) -> NDArray[np.bool_]:
         """(k, 8)."""
-        within: NDArray[np.bool_] = self.beyond == 0.0
+        within: NDArray[np.bool_] = self.reach_excess == 0.0
         return within
 
 
@@ -51,7 +71,7 @@ class _Position:
     """q1, q2, q3 on shoulder and elbow branches (k, 2, 2) with what they say of reach and singularities."""
 
     q: tuple[Array, Array, Array]
-    beyond: Array
+    reach_excess: Array
     shoulder: Array
     elbow: Array
 
@@ -64,11 +84,11 @@ def closed_form(geometry: WristArmGeometry, ranges: JointRanges, T: Array) -> Wr
     q456, tilt = _wrist(geometry, ranges, T, position)
     q = np.concatenate([q123, q456], axis=-1)
     q = ranges.middle + wrap(q - ranges.middle)
-    beyond = np.broadcast_to(position.beyond[..., None], shape)
+    reach_excess = np.broadcast_to(position.reach_excess[..., None], shape)
     spread = (np.broadcast_to(x[..., None], shape) for x in (position.shoulder, position.elbow))
     clearance = np.stack([*spread, np.broadcast_to(tilt, shape)], axis=-1)
-    q = np.where((beyond > 0.0)[..., None], np.nan, q)
-    return WristSolutions(q.reshape(-1, 8, 6), beyond.reshape(-1, 8), clearance.reshape(-1, 8, 3))
+    q = np.where((reach_excess > 0.0)[..., None], np.nan, q)
+    return WristSolutions(q.reshape(-1, 8, 6), reach_excess.reshape(-1, 8), clearance.reshape(-1, 8, 3))
 
 
 def _position(g: WristArmGeometry, ranges: JointRanges, T: Array) -> _Position:
@@ -84,21 +104,18 @@ def _position(g: WristArmGeometry, ranges: JointRanges, T: Array) -> _Position:
     q1 = np.where((radius < ALIGNED)[:, None], ranges.middle[0], q1)
     along, out = height[:, None] - g.shoulder[0], h - g.shoulder[1]
     first, second = g.lengths
-    distance = np.hypot(along, out)
-    longest, shortest = first + second, abs(first - second)
-    short, long = np.maximum(longest - distance, 0.0), np.maximum(distance - shortest, 0.0)
-    bend = 2.0 * np.arctan2(np.sqrt(short * (longest + distance)), np.sqrt(long * (distance + shortest)))
+    bend, excess = elbow_bend((first, second), np.hypot(along, out))
     turn = signs * bend[..., None]
     q3 = g.straight + g.elbow_sign * turn
     # the forearm at zero lies `straight` away from the upper arm, so bent it lies at upper's angle + turn
     lean = np.arctan2(g.upper[1], g.upper[0])
     reach = np.arctan2(second * np.sin(turn), first + second * np.cos(turn))
     q2 = np.arctan2(out, along)[..., None] - lean - reach
-    beyond = np.maximum(np.maximum(distance - longest, shortest - distance), missing[:, None])
+    excess = np.maximum(excess, missing[:, None])
     shape = q2.shape
     return _Position(
         (np.broadcast_to(q1[..., None], shape), q2, q3),
-        np.broadcast_to(np.where(beyond > REACH_SLACK, beyond, 0.0)[..., None], shape),
+        np.broadcast_to(np.where(excess > REACH_SLACK, excess, 0.0)[..., None], shape),
         np.broadcast_to(np.maximum(radius - b, 0.0)[:, None, None], shape),
         np.broadcast_to(np.minimum(bend, np.pi - bend)[..., None], shape),
     )
@@ -111,7 +128,7 @@ def _wrist(g: WristArmGeometry, ranges: JointRanges, T: Array, position: _Positi
     # axes 2 and 3 are parallel: one turn by q2 +- q3
     arm = turn_about(w1, q1) @ turn_about(n, q2 + g.elbow_sign * q3)
     target = T[:, :3, :3] @ (g.home_rotation.T @ g.ball.back)
-    left = np.swapaxes(arm @ g.ball.basis, -1, -2).reshape(*position.beyond.shape, 3, 3)
+    left = np.swapaxes(arm @ g.ball.basis, -1, -2).reshape(*position.reach_excess.shape, 3, 3)
     M = (left @ target[:, None, None])[..., None, :, :]
     sign = np.array([1.0, -1.0])
     sine = np.hypot(M[..., 0, 2], M[..., 1, 2])
@@ -135,3 +152,51 @@ def _shared(ranges: JointRanges, M: Array) -> Array:
     q6 = wrap(total - direction * middle[0] - middle[1])
     excess = np.sign(q6) * np.maximum(np.abs(q6) - half[1], 0.0)
     return np.asarray(middle[0] + direction * excess)
+
+
+def all_branches(arm: Arm, T: Array) -> WristSolutions:
+    """All branches of poses T (k, 4, 4) as arrays, for many poses at once; ungated, without `whole_turns`.
+
+    Raises `OptionError` when the arm is not a six-joint arm with spherical wrist.
+    """
+    return closed_form(require_wrist_arm(arm), joint_ranges(arm), T)
+
+
+def solve_pose(problem: PoseProblem, geometry: WristArmGeometry) -> InverseResult:
+    """Every solution of one flange pose; ungated.
+
+    A branch whose principal values are inside the limits also gives those a whole turn of any joint away that are
+    inside too; one that is outside is listed once, as near to the limits as whole turns bring it.
+    """
+    arm = problem.arm
+    branches = closed_form(geometry, joint_ranges(arm), problem.pose[None])
+    if not branches.reachable.any():
+        return InverseResult("out of reach", (), (), True, distance=float(branches.reach_excess.min()))
+    solutions: list[Solution] = []
+    for b in np.flatnonzero(branches.reachable[0]):
+        near = tuple(s for s, x in zip(SINGULARITIES, branches.clearance[0, b], strict=True) if x < NEAR_SINGULAR)
+        for q in whole_turns(arm, branches.q[0, b]):
+            solutions.append(replace(make_solution(problem, q), branch=BRANCHES[b].label, singular=near))
+    return ranked_result(problem, solutions, complete=True, apart=np.asarray)
+
+
+def whole_turns(arm: Arm, q: Array) -> Iterator[Array]:
+    """q (n,) and all positions whole turns of its joints away that are inside the limits; q itself when none is.
+
+    A joint without both limits stays as it is.
+    """
+    choices = []
+    for x, low, up in zip(q, arm.lower, arm.upper, strict=True):
+        if not (np.isfinite(low) and np.isfinite(up)):
+            choices.append([x])
+            continue
+        first, last = np.ceil((low - TOUCH - x) / TURN), np.floor((up + TOUCH - x) / TURN)
+        choices.append([x + k * TURN for k in np.arange(first, last + 1.0)])
+    if not all(choices):
+        yield q
+    for combination in product(*choices):
+        yield np.array(combination)
+
+
+SOLVER = IkSolver(wrist_arm_geometry, solve_pose, WRIST_ARM)
+"""The row "spherical-wrist" of the solvers."""

@@ -22,34 +22,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.kinematics.branches import Branch
-from lwr_dyn.kinematics.srs_geometry import Ball, SrsGeometry
-from lwr_dyn.model.arm import Arm
+from lwr_dyn.kinematics.arm_geometry import Ball, SrsGeometry
+from lwr_dyn.kinematics.branches import ALIGNED, REACH_SLACK, Branch, JointRanges, elbow_bend, turn_about, wrap
 
 ON_AXIS = 1e-9
 """Sine of the angle to the reference direction below which the wrist counts as standing on it."""
-ALIGNED = 1e-13
-"""Sine of a ball's tilt below which its two rolls turn about one line: only their sum (difference) is determined."""
-REACH_SLACK = 1e-12
-"""[m] A stretched arm's wrist, recomputed from its pose, may stand this far out."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class JointRanges:
-    """Position limits as middle and half width, (n,) each [rad]; half is infinite where a limit is not known."""
-
-    middle: Array
-    half: Array
-
-
-def joint_ranges(arm: Arm) -> JointRanges:
-    """The arm's limits; a joint with one known limit may make a whole turn from it."""
-    lower, upper = arm.lower, arm.upper
-    both, low, up = np.isfinite(lower) & np.isfinite(upper), np.isfinite(lower), np.isfinite(upper)
-    lower, upper = np.where(low, lower, 0.0), np.where(up, upper, 0.0)
-    one_sided = np.where(low, lower + np.pi, np.where(up, upper - np.pi, 0.0))
-    half = np.where(both, (upper - lower) / 2.0, np.where(low | up, np.pi, np.inf))
-    return JointRanges(np.where(both, (lower + upper) / 2.0, one_sided), half)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -62,33 +39,19 @@ class ArmTriangle:
     """(k, 3) the elbow's direction at psi = 0."""
     distance: Array
     """(k,) from shoulder to wrist [m]."""
-    beyond: Array
+    reach_excess: Array
     """(k,) by how much the wrist is out of reach [m], 0 within."""
     bend: Array
     """(k,) how far the elbow is from straight, 0 to pi [rad]."""
-
-
-def wrap(angle: Array) -> Array:
-    """The angle [rad] within -pi (excluded) and pi.
-
-    >>> wrap(np.array([-np.pi, 4.0])).round(4)
-    array([ 3.1416, -2.2832])
-    """
-    turned: Array = np.pi - np.mod(np.pi - angle, 2.0 * np.pi)
-    return turned
 
 
 def arm_triangle(geometry: SrsGeometry, T: Array) -> ArmTriangle:
     """The arm's triangle for flange poses T (k, 4, 4); out of reach the elbow is straight (or folded)."""
     to_wrist = T[:, :3, 3] + T[:, :3, :3] @ geometry.wrist_in_flange - geometry.shoulder
     distance = np.linalg.norm(to_wrist, axis=1)
-    first, second = geometry.lengths
-    longest, shortest = first + second, abs(first - second)
-    beyond = np.maximum(np.maximum(distance - longest, shortest - distance), 0.0)
-    short, long = np.maximum(longest - distance, 0.0), np.maximum(distance - shortest, 0.0)
-    bend = 2.0 * np.arctan2(np.sqrt(short * (longest + distance)), np.sqrt(long * (distance + shortest)))
+    bend, excess = elbow_bend(geometry.lengths, distance)
     u = np.where(distance[:, None] > ON_AXIS, to_wrist / np.maximum(distance, ON_AXIS)[:, None], geometry.reference)
-    return ArmTriangle(u, _upward(geometry, u), distance, np.where(beyond > REACH_SLACK, beyond, 0.0), bend)
+    return ArmTriangle(u, _upward(geometry, u), distance, np.where(excess > REACH_SLACK, excess, 0.0), bend)
 
 
 def _upward(geometry: SrsGeometry, u: Array) -> Array:
@@ -107,15 +70,6 @@ def elbow_angle(geometry: SrsGeometry, triangle: ArmTriangle, elbow: Array) -> A
     """q4 (k,) [rad] for elbow signs (k,)."""
     q4: Array = geometry.straight + elbow * triangle.bend
     return q4
-
-
-def turn_about(axis: Array, angle: Array) -> Array:
-    """Rotations (k, 3, 3) about one unit axis by angles (k,) [rad] (Rodrigues)."""
-    x, y, z = axis
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    s, c = np.sin(angle)[:, None, None], np.cos(angle)[:, None, None]
-    turned: Array = np.eye(3) + s * cross + (1.0 - c) * (cross @ cross)
-    return turned
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -14,7 +14,7 @@ import numpy as np
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.kinematics.jacobian import jacobian_at, joint_axes, velocity_product_at
-from lwr_dyn.kinematics.six_axis import branches_of
+from lwr_dyn.kinematics.spherical_wrist import all_branches
 from lwr_dyn.krl.values import HaltError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.spatial import skew
@@ -154,7 +154,7 @@ def axes_of_poses(arm: Arm, tool: Array, branch: int, poses: Poses, near: Array)
     """
     T = np.zeros((len(poses.p), 4, 4))
     T[:, :3, :3], T[:, :3, 3], T[:, 3, 3] = poses.R, poses.p, 1.0
-    q = branches_of(arm, T @ np.linalg.inv(tool)).q[:, branch]
+    q = all_branches(arm, T @ np.linalg.inv(tool)).q[:, branch]
     if np.isnan(q).any():
         raise HaltError("out-of-reach", "the path leaves the reach of the arm", "")
     q = q + TURN * np.round((near - q) / TURN)

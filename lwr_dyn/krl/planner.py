@@ -11,7 +11,7 @@ from lwr_dyn.arrays import Array
 from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.kinematics.jacobian import jacobian_at, joint_axes
 from lwr_dyn.kinematics.kuka_pose import status
-from lwr_dyn.kinematics.six_axis import branches_of
+from lwr_dyn.kinematics.spherical_wrist import all_branches
 from lwr_dyn.krl.legs import TURN, JointLeg, Leg, PoseLeg, Track, steps_of
 from lwr_dyn.krl.targets import Say
 from lwr_dyn.krl.timeline import Entry, Rest, Timeline, ramp_seconds, seconds_near, seconds_within
@@ -85,13 +85,13 @@ def _table(arm: Arm, start: Array, tool: Array, track: Track, say: Say) -> tuple
     poses = track.at(s, still, still)
     T = np.zeros((len(s), 4, 4))
     T[:, :3, :3], T[:, :3, 3], T[:, 3, 3] = poses.R, poses.p, 1.0
-    found = branches_of(arm, T @ np.linalg.inv(tool))
+    found = all_branches(arm, T @ np.linalg.inv(tool))
     away = np.abs((found.q[0] - start + np.pi) % TURN - np.pi).max(axis=-1)
     branch = int(np.nanargmin(np.where(np.isnan(away), np.inf, away)))
-    beyond = found.beyond[:, branch]
-    if (beyond > 0.0).any():
-        k = int(np.argmax(beyond))
-        message = f"the path is out of reach by {1e3 * beyond[k]:.4g} mm, {100 * s[k]:.0f} % along"
+    excess = found.reach_excess[:, branch]
+    if (excess > 0.0).any():
+        k = int(np.argmax(excess))
+        message = f"the path is out of reach by {1e3 * excess[k]:.4g} mm, {100 * s[k]:.0f} % along"
         say("error", "out-of-reach", message, "move the points nearer, or go there by PTP")
         return None
     wrist = found.clearance[:, branch, 2]

@@ -10,7 +10,7 @@ import numpy as np
 from lwr_dyn.arrays import Array
 from lwr_dyn.kinematics.inverse import inverse_kinematics
 from lwr_dyn.kinematics.kuka_pose import status, turn
-from lwr_dyn.kinematics.solution import InverseResult, Solution, least_travel
+from lwr_dyn.kinematics.solution import InverseResult, Solution, nearest_solution
 from lwr_dyn.krl.values import AXIS_NAMES, PLACE_NAMES, HaltError, Struct, Value, is_axes, is_pose, pose_matrix, said
 from lwr_dyn.model.arm import Arm
 
@@ -102,10 +102,10 @@ def _posed(where: Where, T: Array, s: int | None, t: int | None, say: Say) -> Ar
     chosen = _by_status(where, found, s, t, say)
     if not chosen:
         return None
-    best = chosen[0] if where.q is None else least_travel(chosen, where.q)
+    best = chosen[0] if where.q is None else nearest_solution(chosen, where.q)
     if s is None and where.q is not None:
         kept = [x for x in chosen if status(where.arm, x.q) == status(where.arm, where.q)]
-        best = least_travel(kept or chosen, where.q)
+        best = nearest_solution(kept or chosen, where.q)
     return np.array(best.q)
 
 

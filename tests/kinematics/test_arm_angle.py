@@ -5,12 +5,18 @@ from scipy.interpolate import CubicSpline
 import lwr_dyn
 from lwr_dyn.errors import OptionError, OutOfReachError, OutsideLimitsError, ShapeError
 from lwr_dyn.kinematics.arm_angle import FIRST_KNOTS, _smooth, best_arm_angle
-from lwr_dyn.kinematics.arm_angle_search import RESOLUTION, SLACK
-from lwr_dyn.kinematics.branches import BRANCHES
-from lwr_dyn.kinematics.corridor import Break, Corridor, corridor, overlap
-from lwr_dyn.kinematics.srs import arm_triangle, closed_form, joint_ranges
-from lwr_dyn.kinematics.srs_geometry import srs_geometry
-from lwr_dyn.kinematics.srs_limits import Arcs, margin_problem, margins
+from lwr_dyn.kinematics.arm_angle_search import (
+    RESOLUTION,
+    SLACK,
+    Corridor,
+    CorridorBreak,
+    connected_arm_angles,
+    overlap,
+)
+from lwr_dyn.kinematics.arm_geometry import srs_geometry
+from lwr_dyn.kinematics.branches import BRANCHES, joint_ranges
+from lwr_dyn.kinematics.srs import closed_form
+from lwr_dyn.kinematics.srs_margins import AngleIntervals, margin_problem, margins
 from lwr_dyn.model.spatial import rot_z
 from tests.kinematics.srs_arms import random_srs_arm
 
@@ -57,7 +63,7 @@ def test_ist_keeps_1_2_degrees_at_joint_6_at_its_first_point():
     curve = best_arm_angle(LWR, s, T)
     assert np.degrees(curve.margin) == pytest.approx(1.2, abs=0.05)
     assert (curve.joint, curve.at) == (5, 0.0)
-    assert curve.bound - SLACK - RESOLUTION <= curve.margin <= curve.bound
+    assert curve.margin_bound - SLACK - RESOLUTION <= curve.margin <= curve.margin_bound
     q, room = kept(curve, s, T)
     assert room.min() == pytest.approx(curve.margin, abs=1e-12)
     assert np.abs(np.diff(q, axis=0)).max() < 0.02  # 1 mm of path between
@@ -84,8 +90,7 @@ def test_no_path_over_a_grid_of_arm_angles_does_better(seed, turn):
     grid = np.broadcast_to(np.radians(np.arange(360.0)), (len(T), 360))
     geometry, ranges, best = srs_geometry(LWR.chain), joint_ranges(LWR), -np.inf
     for branch in BRANCHES:
-        signs = np.broadcast_to(branch, (len(T), 3))
-        margin = margins(margin_problem(geometry, ranges, T, arm_triangle(geometry, T), signs), grid).min(axis=2)
+        margin = margins(margin_problem(geometry, ranges, T, branch), grid).min(axis=2)
         widest = margin[0]
         for row in margin[1:]:
             widest = np.minimum(row, np.max([np.roll(widest, i) for i in range(-12, 13)], axis=0))
@@ -155,7 +160,7 @@ def test_a_tight_place_between_the_poses_of_the_first_look_is_found():
     curve = best_arm_angle(LWR, s, lwr_dyn.forward_kinematics(LWR, q))
     assert (curve.at, curve.joint) == (10.0, 3)
     assert curve.margin == pytest.approx(np.radians(120) - 2.05)
-    assert curve.bound == pytest.approx(curve.margin)
+    assert curve.margin_bound == pytest.approx(curve.margin)
 
 
 def test_the_curve_stays_inside_a_corridor_that_winds_between_its_first_knots():
@@ -176,16 +181,18 @@ def test_works_on_any_s_r_s_arm():
 
 
 def test_corridors_across_the_seam_are_unwrapped():
-    arcs = Arcs(np.array([[3.0], [-3.2], [-3.1]]), np.array([[3.3], [-2.8], [-2.5]]))
-    found = corridor(arcs)
+    intervals = AngleIntervals(np.array([[3.0], [-3.2], [-3.1]]), np.array([[3.3], [-2.8], [-2.5]]))
+    found = connected_arm_angles(intervals)
     assert isinstance(found, Corridor)
     assert found.low == pytest.approx([3.0, 2 * np.pi - 3.2, 2 * np.pi - 3.1])
 
 
 def test_a_chain_that_ends_is_found():
     nan = np.nan
-    arcs = Arcs(np.array([[0.0, 2.0], [0.1, nan], [2.0, nan]]), np.array([[1.0, 3.0], [0.9, nan], [3.0, nan]]))
-    assert corridor(arcs) == Break(2)
-    assert corridor(Arcs(np.array([[nan]]), np.array([[nan]]))) == Break(0)
+    intervals = AngleIntervals(
+        np.array([[0.0, 2.0], [0.1, nan], [2.0, nan]]), np.array([[1.0, 3.0], [0.9, nan], [3.0, nan]])
+    )
+    assert connected_arm_angles(intervals) == CorridorBreak(2)
+    assert connected_arm_angles(AngleIntervals(np.array([[nan]]), np.array([[nan]]))) == CorridorBreak(0)
     assert overlap((0.0, 1.0), (2.0, 3.0))[0] == pytest.approx(-1.0)
     assert overlap((-np.pi, np.pi), (3.0, 3.5))[0] == pytest.approx(0.5)

@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 import lwr_dyn
 from lwr_dyn.errors import OptionError, ShapeError
+from lwr_dyn.kinematics.arm_geometry import require_wrist_arm
 from lwr_dyn.kinematics.kuka_pose import (
     KukaPose,
     abc_of_rotation,
@@ -19,7 +20,6 @@ from lwr_dyn.kinematics.kuka_pose import (
     turn,
     with_status_and_turn,
 )
-from lwr_dyn.kinematics.wrist_geometry import require_wrist_arm
 from lwr_dyn.model.spatial import rot_x, rot_y, rot_z
 
 DIGITS = 1e-9

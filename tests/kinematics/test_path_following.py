@@ -4,10 +4,10 @@ from scipy.spatial.transform import Rotation
 
 import lwr_dyn
 from lwr_dyn.errors import OptionError, OutOfReachError, ShapeError, SingularArmError
+from lwr_dyn.kinematics.arm_geometry import srs_geometry
 from lwr_dyn.kinematics.branches import BRANCHES
-from lwr_dyn.kinematics.jacobian import jacobian, velocity_product
+from lwr_dyn.kinematics.jacobian import jacobian, joint_axes, velocity_product_at
 from lwr_dyn.kinematics.path_following import follow
-from lwr_dyn.kinematics.srs_geometry import srs_geometry
 from lwr_dyn.model.chain import link_frames
 from tests.kinematics.srs_arms import random_srs_arm
 
@@ -18,6 +18,12 @@ DIFFERENCES = 1e-8
 TASK = 1e-9
 """Velocity and acceleration met by dq and ddq, [m/s, rad/s]; the extended Jacobian's condition times rounding."""
 WEIGHTS = {1: 45.0, 2: -9.0, 3: 1.0}
+
+
+def velocity_product(chain, q, dq):
+    """dJ/dt dq of the flange."""
+    axes = joint_axes(chain, q)
+    return velocity_product_at(axes, axes.flange[..., :3, 3], dq)
 
 
 def around(T0):

@@ -8,12 +8,10 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.errors import OptionError
-from lwr_dyn.kinematics.branches import BRANCHES
-from lwr_dyn.kinematics.six_axis import branches_of, solve_pose, whole_turns
-from lwr_dyn.kinematics.solution import axis_travel, least_travel
-from lwr_dyn.kinematics.spherical_wrist import NEAR_SINGULAR, closed_form
-from lwr_dyn.kinematics.srs import joint_ranges, wrap
-from lwr_dyn.kinematics.wrist_geometry import require_wrist_arm, wrist_arm_geometry
+from lwr_dyn.kinematics.arm_geometry import require_wrist_arm, wrist_arm_geometry
+from lwr_dyn.kinematics.branches import BRANCHES, joint_ranges, wrap
+from lwr_dyn.kinematics.solution import joint_distance, nearest_solution
+from lwr_dyn.kinematics.spherical_wrist import NEAR_SINGULAR, all_branches, closed_form, whole_turns
 
 FOUND = 1e-9
 """[rad] The issue's bound on q coming back, at least 1e-5 from every singularity; sqrt of it is lost nearer."""
@@ -43,7 +41,7 @@ def test_q_is_among_the_branches_and_each_branch_gives_the_pose(reading):
     arm = lwr_dyn.load("kr30ha", reading)
     q = random_q(arm, 100_000)
     T = lwr_dyn.forward_kinematics(arm, q)
-    found = branches_of(arm, T)
+    found = all_branches(arm, T)
     gap, nearest = distance_to(found, q)
     clear = (found.clearance[np.arange(len(q)), nearest] >= NEAR_SINGULAR).all(axis=1)
     assert clear.sum() > 99_900
@@ -87,7 +85,7 @@ def test_at_ten_times_the_distance_it_is_not_named_and_q_comes_back(kr30, which)
 
 def test_eight_branches_of_a_pose_differ_and_are_labelled(kr30):
     q = np.radians([20.0, -110.0, 110.0, 40.0, 50.0, -70.0])
-    found = branches_of(kr30, lwr_dyn.forward_kinematics(kr30, q)[None])
+    found = all_branches(kr30, lwr_dyn.forward_kinematics(kr30, q)[None])
     assert found.reachable.all()
     for i, j in product(range(8), repeat=2):
         assert i == j or np.abs(wrap(found.q[0, i] - found.q[0, j])).max() > 1e-3
@@ -136,7 +134,7 @@ def test_out_of_reach_is_told_from_outside_limits(kr30):
 def test_an_aligned_wrist_shares_its_turn_so_that_both_axes_stay_inside(kr30):
     narrow = replace(kr30, limits=(*kr30.limits[:5], replace(kr30.limits[5], lower=-0.5, upper=0.5)))
     q = np.radians([10.0, -90.0, 90.0, 100.0, 0.0, 20.0])
-    found = solve_pose(narrow, require_wrist_arm(narrow), lwr_dyn.forward_kinematics(narrow, q), limits=True)
+    found = lwr_dyn.inverse_kinematics(narrow, lwr_dyn.forward_kinematics(narrow, q))
     aligned = [s for s in found.solutions if "wrist" in s.singular]
     assert aligned
     assert all(s.inside_limits and s.residual < POSE for s in aligned)
@@ -145,9 +143,9 @@ def test_an_aligned_wrist_shares_its_turn_so_that_both_axes_stay_inside(kr30):
 def test_least_travel_is_the_least(kr30):
     q = random_q(kr30, 1, seed=4)[0]
     found = lwr_dyn.inverse_kinematics(kr30, lwr_dyn.forward_kinematics(kr30, q))
-    best = least_travel(found.solutions, q)
-    assert axis_travel(best, q) < 1e-8
-    assert axis_travel(best, q) == min(axis_travel(s, q) for s in found.solutions)
+    best = nearest_solution(found.solutions, q)
+    assert joint_distance(best, q) < 1e-8
+    assert joint_distance(best, q) == min(joint_distance(s, q) for s in found.solutions)
 
 
 OWN = """schema = 1

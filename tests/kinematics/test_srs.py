@@ -5,11 +5,11 @@ from hypothesis import strategies as st
 
 import lwr_dyn
 from lwr_dyn.errors import OptionError, ShapeError
-from lwr_dyn.kinematics.branches import BRANCHES
-from lwr_dyn.kinematics.srs import _ball_angles, arm_triangle, closed_form, joint_ranges, wrap
-from lwr_dyn.kinematics.srs_best import best_angles
-from lwr_dyn.kinematics.srs_geometry import require_srs, srs_geometry
-from lwr_dyn.kinematics.srs_limits import margin_problem
+from lwr_dyn.kinematics.arm_geometry import require_srs, srs_geometry
+from lwr_dyn.kinematics.branches import BRANCHES, joint_ranges, wrap
+from lwr_dyn.kinematics.srs import _ball_angles, arm_triangle, closed_form
+from lwr_dyn.kinematics.srs_margins import margin_problem
+from lwr_dyn.kinematics.srs_solver import best_angles
 from lwr_dyn.model.chain import link_frames
 from lwr_dyn.model.spatial import rot_y, rot_z
 from tests.arms import random_arm
@@ -39,7 +39,7 @@ def test_constants_are_read_off_the_chain():
 def test_1000_random_poses_inside_the_limits_are_all_solved():
     q = np.random.default_rng(7).uniform(LWR.lower, LWR.upper, (1000, 7))
     T, signs = each_branch(fk(LWR, q))
-    best = best_angles(margin_problem(G, RANGES, T, arm_triangle(G, T), signs))
+    best = best_angles(margin_problem(G, RANGES, T, signs))
     found = closed_form(G, RANGES, T, best.psi, signs)
     assert np.abs(fk(LWR, found) - T).max() <= RESIDUAL
     inside = ((found >= LWR.lower) & (found <= LWR.upper)).all(axis=1).reshape(1000, 8)

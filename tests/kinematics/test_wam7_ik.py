@@ -5,7 +5,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.checks.states import random_states
-from lwr_dyn.kinematics.srs_geometry import srs_geometry
+from lwr_dyn.kinematics.arm_geometry import srs_geometry
 from tests.tolerances import METRES
 
 

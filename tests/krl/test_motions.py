@@ -9,7 +9,7 @@ import pytest
 import lwr_dyn
 from lwr_dyn.kinematics.jacobian import jacobian
 from lwr_dyn.kinematics.kuka_pose import KukaPose, kuka_pose, status, turn
-from lwr_dyn.kinematics.six_axis import branches_of
+from lwr_dyn.kinematics.spherical_wrist import all_branches
 from lwr_dyn.krl.check import check_program
 from lwr_dyn.krl.program import parse_program
 from lwr_dyn.krl.run import run_program
@@ -196,7 +196,7 @@ def test_pose_status_turn_to_axes_and_back_for_all_branches(arm):
     seen, worst = set(), 0.0
     for _ in range(60):
         q0 = rng.uniform(arm.lower, arm.upper)
-        for q in branches_of(arm, lwr_dyn.forward_kinematics(arm, q0)[None]).q[0]:
+        for q in all_branches(arm, lwr_dyn.forward_kinematics(arm, q0)[None]).q[0]:
             if np.isnan(q).any() or (q < arm.lower).any() or (q > arm.upper).any():
                 continue
             pose = kuka_pose(arm, q)

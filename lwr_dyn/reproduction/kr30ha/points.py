@@ -15,11 +15,11 @@ from typing import Any
 import numpy as np
 
 from lwr_dyn.arrays import Array
+from lwr_dyn.kinematics.arm_geometry import require_wrist_arm
 from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.kinematics.inverse import inverse_kinematics
 from lwr_dyn.kinematics.kuka_pose import KukaPose, pose_of_matrix, status, turn
-from lwr_dyn.kinematics.solution import Solution, axis_travel, least_travel
-from lwr_dyn.kinematics.wrist_geometry import require_wrist_arm
+from lwr_dyn.kinematics.solution import Solution, joint_distance, nearest_solution
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.papers.assembly import arm_from_paper
 from lwr_dyn.papers.catalog import open_paper
@@ -167,8 +167,8 @@ def right_points(arm: Arm, printed: Mapping[str, Any] | None = None) -> tuple[Ri
             x, y, z = (float(v) for v in tables[name]["xyz"])
             target = KukaPose(x, y, z, 0.0, 0.0, 0.0)
             found = inverse_kinematics(arm, target.matrix())
-            best: Solution = least_travel(found.solutions, here)
-            q, travel = best.q, axis_travel(best, here)
+            best: Solution = nearest_solution(found.solutions, here)
+            q, travel = best.q, joint_distance(best, here)
         stated = replace(target, s=status(arm, q), t=turn(q))
         count = len(found.solutions), len(found.solutions) + len(found.outside)
         out.append(RightPoint(name, stated, q, math.degrees(travel), *count, wrist_centre_mm(arm, q)))

@@ -16,9 +16,9 @@ import numpy as np
 from lwr_dyn.arrays import Array
 from lwr_dyn.control.controllers import make_controller
 from lwr_dyn.dynamics.newton_euler import Recursion
-from lwr_dyn.kinematics.branches import BRANCHES
-from lwr_dyn.kinematics.srs import closed_form, joint_ranges
-from lwr_dyn.kinematics.srs_geometry import require_srs
+from lwr_dyn.kinematics.arm_geometry import require_srs
+from lwr_dyn.kinematics.branches import BRANCHES, joint_ranges
+from lwr_dyn.kinematics.srs import closed_form
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
 from lwr_dyn.reproduction.printed import agrees, printed_tables

@@ -12,9 +12,9 @@ import numpy as np
 from lwr_dyn.arrays import Array
 from lwr_dyn.errors import OptionError, OutOfReachError, OutsideLimitsError, PathLimitError
 from lwr_dyn.kinematics.arm_angle import best_arm_angle
-from lwr_dyn.kinematics.branches import BRANCHES, Branch
-from lwr_dyn.kinematics.srs import arm_triangle, closed_form, joint_ranges
-from lwr_dyn.kinematics.srs_geometry import require_srs
+from lwr_dyn.kinematics.arm_geometry import require_srs
+from lwr_dyn.kinematics.branches import BRANCHES, Branch, joint_ranges
+from lwr_dyn.kinematics.srs import arm_triangle, closed_form
 from lwr_dyn.trajectory.references.limits import tightest
 
 if TYPE_CHECKING:
@@ -95,10 +95,10 @@ def _fixed(arm: Arm, poses: TimedPosePath, psi: float) -> FixedArmAngle:
         raise OptionError("arm_angle", repr(psi), "a finite number of radians")
     geometry, ranges, s = require_srs(arm), joint_ranges(arm), _places(poses)
     T = poses.poses(s)
-    beyond = arm_triangle(geometry, T).beyond
-    if np.any(beyond > 0.0):
-        worst = int(np.argmax(beyond))
-        raise out_of_reach(poses, _when(poses, float(s[worst])), float(beyond[worst]))
+    excess = arm_triangle(geometry, T).reach_excess
+    if np.any(excess > 0.0):
+        worst = int(np.argmax(excess))
+        raise out_of_reach(poses, _when(poses, float(s[worst])), float(excess[worst]))
     angles = np.full(len(s), psi)
     margins = [tightest(arm, s, closed_form(geometry, ranges, T, angles, branch)).margin for branch in BRANCHES]
     return FixedArmAngle(psi, BRANCHES[int(np.argmax(margins))])

@@ -11,14 +11,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.kinematics.srs import ALIGNED, ArmTriangle, BallForms, JointRanges, ball_forms, elbow_angle, wrap
-from lwr_dyn.kinematics.srs_geometry import SrsGeometry
+from lwr_dyn.kinematics.arm_geometry import SrsGeometry
+from lwr_dyn.kinematics.branches import ALIGNED, TOUCH, TURN, JointRanges, wrap
+from lwr_dyn.kinematics.srs import arm_triangle, ball_forms, elbow_angle
 
-TOUCH = 1e-12
-"""[rad] A margin this little below the level keeps it: the ends of an interval lie on the limit."""
 SQUARE_TOUCH = 1e-14
 """A cosine this near to +-1 at its extreme reaches it: there the ball aligns and its rolls jump by half a turn."""
 UNLIMITED = 1e9
@@ -33,7 +32,7 @@ class MarginProblem:
     """r rows, each one pose and one branch: everything that decides its margins over psi."""
 
     forms: Array
-    """(r, 2, 7, 3): shoulder and wrist, seven forms each, coefficients of cos psi, sin psi, 1."""
+    """(r, 2, 8, 3): shoulder and wrist, coefficients of cos psi, sin psi, 1; the eighth is the constant tilt's sign."""
     middle: Array
     """(2, 3) middles of roll, tilt (with its offset), roll."""
     half: Array
@@ -46,12 +45,11 @@ class MarginProblem:
         return MarginProblem(self.forms[index], self.middle, self.half, self.elbow_margin[index])
 
 
-def margin_problem(
-    geometry: SrsGeometry, ranges: JointRanges, T: Array, triangle: ArmTriangle, branch: Array
-) -> MarginProblem:
-    """The problem of poses T (r, 4, 4) on branches (r, 3)."""
-    signs = np.asarray(branch, dtype=np.float64)
-    balls: BallForms = ball_forms(geometry, T, triangle, signs[:, 1])
+def margin_problem(geometry: SrsGeometry, ranges: JointRanges, T: Array, branch: ArrayLike) -> MarginProblem:
+    """The problem of poses T (r, 4, 4) on branches (r, 3) or one for all."""
+    signs = np.broadcast_to(np.asarray(branch, dtype=np.float64), (len(T), 3))
+    triangle = arm_triangle(geometry, T)
+    balls = ball_forms(geometry, T, triangle, signs[:, 1])
     rows, columns = np.array(_ENTRIES).T
     forms = np.stack([np.moveaxis(f[:, :, rows, columns], 1, 2) for f in (balls.first, balls.last)], axis=1)
     turn = signs[:, [0, 2], None]
@@ -65,14 +63,9 @@ def margin_problem(
     half = np.minimum(np.stack([ranges.half[0:3], ranges.half[4:7]]), UNLIMITED)
     q4 = elbow_angle(geometry, triangle, signs[:, 1])
     elbow = np.minimum(ranges.half[3], UNLIMITED) - np.abs(wrap(q4 - ranges.middle[3]))
-    return MarginProblem(_with_sign(forms, signs), middle, half, elbow)
-
-
-def _with_sign(forms: Array, signs: Array) -> Array:
-    """The tilt's sign rides along as an eighth, constant form."""
-    sign = np.zeros((*forms.shape[:2], 1, 3))
-    sign[:, :, 0, 2] = signs[:, [0, 2]]
-    return np.concatenate([forms, sign], axis=2)
+    tilt_sign = np.zeros((*forms.shape[:2], 1, 3))
+    tilt_sign[:, :, 0, 2] = signs[:, [0, 2]]
+    return MarginProblem(np.concatenate([forms, tilt_sign], axis=2), middle, half, elbow)
 
 
 def margins(problem: MarginProblem, psi: Array) -> Array:
@@ -104,7 +97,7 @@ def _away(x: Array, y: Array, centre: Array) -> Array:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Arcs:
+class AngleIntervals:
     """Closed intervals of psi [rad] for r rows: `start` in [-pi, pi], `end` >= start (beyond pi where it wraps).
 
     Shaped (r, a) with NaN behind the last of a row; a whole circle is [-pi, pi]. Within an interval the joints move
@@ -116,18 +109,22 @@ class Arcs:
 
     def of(self, row: int) -> tuple[tuple[float, float], ...]:
         """The intervals of one row."""
-        found = zip(self.start[row].tolist(), self.end[row].tolist(), strict=True)
-        return tuple((a, b) for a, b in found if a == a)
+        ends = zip(self.start[row].tolist(), self.end[row].tolist(), strict=True)
+        return tuple((a, b) for a, b in ends if a == a)  # NaN fills the rows
 
     @property
     def empty(self) -> NDArray[np.bool_]:
         """(r,) rows without any."""
-        none: NDArray[np.bool_] = np.isnan(self.start[:, 0])
-        return none
+        empty: NDArray[np.bool_] = np.isnan(self.start[:, 0])
+        return empty
 
 
-def arcs_at_level(problem: MarginProblem, level: Array) -> Arcs:
-    """Where all seven margins are at least `level` (r,) [rad]: exact, by the crossings of each joint with its bound."""
+def intervals_at_level(problem: MarginProblem, level: Array | float) -> AngleIntervals:
+    """Where all seven margins are at least `level`, (r,) or one for all [rad]: exact, by each joint's crossings.
+
+    A crossing is where a joint reaches the bound that the level leaves it.
+    """
+    level = np.broadcast_to(level, len(problem.elbow_margin))
     soft, hard = _crossings(problem, level), _alignments(problem.forms)
     seam = np.full((len(soft), 1), -np.pi)
     cuts = np.concatenate([seam, soft, hard], axis=1)
@@ -139,7 +136,7 @@ def arcs_at_level(problem: MarginProblem, level: Array) -> Arcs:
     return _joined(cuts, ends, smallest >= level[:, None] - TOUCH, is_hard)
 
 
-def _joined(starts: Array, ends: Array, inside: NDArray[np.bool_], hard: NDArray[np.bool_]) -> Arcs:
+def _joined(starts: Array, ends: Array, inside: NDArray[np.bool_], hard: NDArray[np.bool_]) -> AngleIntervals:
     """Neighbouring pieces that are inside, joined round the circle unless a hard cut lies between."""
     opens = inside & (~np.roll(inside, 1, axis=1) | hard)
     closes = inside & (~np.roll(inside, -1, axis=1) | np.roll(hard, -1, axis=1))
@@ -157,8 +154,8 @@ def _joined(starts: Array, ends: Array, inside: NDArray[np.bool_], hard: NDArray
     turned = np.argmax(closes, axis=1) < np.argmax(opens, axis=1)
     shift = rank - turned[row]
     over = shift < 0
-    end[row, np.where(over, count[row] - 1, shift)] = ends[row, column] + 2.0 * np.pi * over
-    return Arcs(start, end)
+    end[row, np.where(over, count[row] - 1, shift)] = ends[row, column] + TURN * over
+    return AngleIntervals(start, end)
 
 
 def _crossings(problem: MarginProblem, level: Array) -> Array:
@@ -167,7 +164,7 @@ def _crossings(problem: MarginProblem, level: Array) -> Array:
     steady = (np.abs(forms[:, :, [_X, _Y]]).sum(axis=(2, 3)) < ALIGNED)[..., None]
     side = np.where(forms[:, :, _Z].sum(axis=2) > 0.0, 1.0, -1.0)
     room = problem.half - level[:, None, None]
-    found = []
+    roots = []
     for joint, (x, y) in ((0, (_X, _Y)), (2, (_X2, _Y2))):
         # a ball that stays aligned at every psi: the two rolls share one angle, half each
         fx = np.where(steady, forms[:, :, _XA], forms[:, :, x])
@@ -177,13 +174,13 @@ def _crossings(problem: MarginProblem, level: Array) -> Array:
         reach = room[:, :, joint] * np.where(steady[..., 0], 2.0, 1.0)
         for bound in (centre - reach, centre + reach):
             c, s = np.cos(bound)[..., None], np.sin(bound)[..., None]
-            found.append(np.where((reach < np.pi)[..., None], _roots(fy * c - fx * s), np.nan))
+            roots.append(np.where((reach < np.pi)[..., None], _roots(fy * c - fx * s), np.nan))
     reach = room[:, :, 1]
     for bound in (problem.middle[:, 1] - reach, problem.middle[:, 1] + reach):
         form = forms[:, :, _Z].copy()
         form[..., 2] -= np.cos(bound)
-        found.append(np.where((reach < np.pi)[..., None], _roots(form), np.nan))
-    cuts = np.concatenate(found, axis=2).reshape(len(forms), -1)
+        roots.append(np.where((reach < np.pi)[..., None], _roots(form), np.nan))
+    cuts = np.concatenate(roots, axis=2).reshape(len(forms), -1)
     return np.where(np.isnan(cuts), -np.pi, cuts)
 
 
@@ -194,7 +191,7 @@ def _roots(form: Array) -> Array:
     near = np.where(np.abs(level) <= 1.0 + TOUCH, np.clip(level, -1.0, 1.0), np.nan)
     middle, spread = np.arctan2(form[..., 1], form[..., 0]), np.arccos(near)
     both = np.stack([middle - spread, middle + spread], axis=-1)
-    roots: Array = np.mod(both + np.pi, 2.0 * np.pi) - np.pi
+    roots: Array = np.mod(both + np.pi, TURN) - np.pi
     return roots
 
 

@@ -6,11 +6,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import lwr_dyn
-from lwr_dyn.kinematics.branches import BRANCHES
-from lwr_dyn.kinematics.srs import arm_triangle, closed_form, joint_ranges, wrap
-from lwr_dyn.kinematics.srs_best import CERTAIN, best_angles
-from lwr_dyn.kinematics.srs_geometry import srs_geometry
-from lwr_dyn.kinematics.srs_limits import arcs_at_level, margin_problem, margins
+from lwr_dyn.kinematics.arm_geometry import srs_geometry
+from lwr_dyn.kinematics.branches import BRANCHES, joint_ranges, wrap
+from lwr_dyn.kinematics.srs import arm_triangle, closed_form
+from lwr_dyn.kinematics.srs_margins import intervals_at_level, margin_problem, margins
+from lwr_dyn.kinematics.srs_solver import CERTAIN, best_angles
 from lwr_dyn.model.arm import JointLimits
 from lwr_dyn.model.chain import link_frames
 from tests.kinematics.srs_arms import random_srs_arm
@@ -31,12 +31,12 @@ def problem_of(arm, q):
     geometry, ranges = srs_geometry(arm.chain), joint_ranges(arm)
     T = np.repeat(fk(arm, q), 8, axis=0)
     signs = np.tile(np.array(BRANCHES), (len(q), 1))
-    return margin_problem(geometry, ranges, T, arm_triangle(geometry, T), signs), geometry, ranges, T, signs
+    return margin_problem(geometry, ranges, T, signs), geometry, ranges, T, signs
 
 
-def inside(arcs, psi):
+def inside(intervals, psi):
     """Which psi (m,) lie in the intervals of each row."""
-    start, end = (np.nan_to_num(side, nan=np.inf)[:, None] for side in (arcs.start, arcs.end))
+    start, end = (np.nan_to_num(side, nan=np.inf)[:, None] for side in (intervals.start, intervals.end))
     within = [(psi[:, None] + turn >= start) & (psi[:, None] + turn <= end) for turn in (0.0, 2 * np.pi)]
     return (within[0] | within[1]).any(axis=2)
 
@@ -58,16 +58,16 @@ def test_intervals_hold_exactly_the_arm_angles_that_keep_the_margin(seed, level)
     psi = np.linspace(-np.pi, np.pi, 361)
     smallest = margins(problem, np.broadcast_to(psi, (40, 361))).min(axis=2)
     clear = np.abs(smallest - level) > ROUNDING
-    found = inside(arcs_at_level(problem, np.full(40, level)), psi)
+    found = inside(intervals_at_level(problem, np.full(40, level)), psi)
     assert (found == (smallest >= level))[clear].all()
 
 
 def test_ends_of_intervals_lie_on_a_limit_or_where_rolls_jump():
     q = np.random.default_rng(5).uniform(LWR.lower, LWR.upper, (100, 7))
     problem, *_ = problem_of(LWR, q)
-    arcs = arcs_at_level(problem, np.zeros(800))
+    intervals = intervals_at_level(problem, np.zeros(800))
     for row in range(800):
-        for start, end in arcs.of(row):
+        for start, end in intervals.of(row):
             assert end >= start
             if end - start < 2 * np.pi:
                 at = margins(problem.rows(np.array([row])), np.array([[start, end]]))[0].min(axis=1)
@@ -81,13 +81,13 @@ def test_stretched_arm_has_the_intervals_of_its_shared_rolls(half):
     arm = replace(LWR, limits=(narrow, *LWR.limits[1:2], narrow, *LWR.limits[3:]))
     problem, geometry, ranges, T, signs = problem_of(arm, np.array([[0.1, 0, 0.05, 0, 0, 0.4, 0.3]]))
     psi = np.linspace(-np.pi, np.pi, 400)
-    arcs = arcs_at_level(problem, np.zeros(8))
+    intervals = intervals_at_level(problem, np.zeros(8))
     kept = []
     for x in psi:
         q = closed_form(geometry, ranges, T, np.full(8, x), signs)
         kept.append((ranges.half - np.abs(wrap(q - ranges.middle))).min(axis=1) >= 0)
-    assert (inside(arcs, psi) == np.array(kept).T).all()
-    assert 0 < inside(arcs, psi).mean() < 1
+    assert (inside(intervals, psi) == np.array(kept).T).all()
+    assert 0 < inside(intervals, psi).mean() < 1
 
 
 def test_an_interval_is_cut_where_a_ball_aligns():
@@ -95,8 +95,8 @@ def test_an_interval_is_cut_where_a_ball_aligns():
     free = replace(LWR, limits=(JointLimits(-3.1415, 3.1415),) * 7)
     q = np.array([[0.4, 0.0, 0.3, -1.1, 0.2, 0.6, 0.1]])
     problem, geometry, ranges, T, _ = problem_of(free, q)
-    arcs = arcs_at_level(problem, np.zeros(8))
-    ends = [e for b in range(8) for arc in arcs.of(b) for e in arc]
+    intervals = intervals_at_level(problem, np.zeros(8))
+    ends = [e for b in range(8) for arc in intervals.of(b) for e in arc]
     elbow = np.array(list(link_frames(free.chain, q)))[2, 0, :3, 3]
     triangle = arm_triangle(geometry, T)
     at = np.arctan2(elbow @ np.cross(triangle.u[0], triangle.up[0]), elbow @ triangle.up[0])
@@ -114,11 +114,11 @@ def test_best_arm_angle_is_the_best_of_all(seed):
     psi = np.linspace(-np.pi, np.pi, 721)
     smallest = margins(problem, np.broadcast_to(psi, (24, 721))).min(axis=2).max(axis=1)
     assert (best.margin >= smallest - CERTAIN).all()
-    assert arcs_at_level(problem, best.margin + 10 * CERTAIN).empty.all()
-    assert not arcs_at_level(problem, best.margin - 10 * CERTAIN).empty.any()
+    assert intervals_at_level(problem, best.margin + 10 * CERTAIN).empty.all()
+    assert not intervals_at_level(problem, best.margin - 10 * CERTAIN).empty.any()
 
 
 def test_unknown_limits_and_ranges_of_more_than_a_turn_restrict_nothing():
     free = replace(LWR, limits=(JointLimits(), JointLimits(-7.0, 7.0), JointLimits(lower=0.0)) + (JointLimits(),) * 4)
     problem, *_ = problem_of(free, np.array([[0.4, 0.5, 0.3, -1.1, 0.2, 0.6, 0.1]]))
-    assert arcs_at_level(problem, np.zeros(8)).of(0) == ((-np.pi, np.pi),)
+    assert intervals_at_level(problem, np.zeros(8)).of(0) == ((-np.pi, np.pi),)
