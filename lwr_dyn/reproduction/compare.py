@@ -9,9 +9,9 @@ from decimal import Decimal
 from typing import Any
 
 from lwr_dyn.errors import LwrDynError, PaperError
+from lwr_dyn.papers.printed_number import agrees, last_digit
 from lwr_dyn.papers.schema import Erratum, Paper
 from lwr_dyn.reproduction.case import ComparedExpression, PaperCase, PaperFormula, Value, case_of
-from lwr_dyn.reproduction.printed import agrees, last_digit
 from lwr_dyn.reproduction.results import PrintedCell, ResultBlock, Results
 
 REPRODUCED, AFTER, DIFFERS, NOT = VERDICTS = ("reproduced", "after erratum", "differs", "not reproducible")

@@ -11,12 +11,12 @@ from typing import cast
 
 from lwr_dyn.checks.verdict import Report
 from lwr_dyn.model.run import Run
+from lwr_dyn.papers.printed_number import last_digit
 from lwr_dyn.papers.reader import paper_of_tables
 from lwr_dyn.reproduction.case import ComparedExpression
 from lwr_dyn.reproduction.compare import DIFFERS, NOT, ComparedNumber
 from lwr_dyn.reproduction.ledger import LedgerEntry
 from lwr_dyn.reproduction.outcome import Reproduction
-from lwr_dyn.reproduction.printed import last_digit
 from lwr_dyn.reproduction.report.content import Cell, Check, Erratum, FileFact, Page, ReportTable, Row, Section, Verdict
 from lwr_dyn.reproduction.results import ResultBlock
 from lwr_dyn.reproduction.rooms import Room

@@ -17,8 +17,8 @@ from decimal import Decimal
 from typing import Any
 
 from lwr_dyn.errors import LwrDynError
+from lwr_dyn.papers.printed_number import last_digit
 from lwr_dyn.reproduction.case import Value
-from lwr_dyn.reproduction.printed import last_digit
 from lwr_dyn.reproduction.rooms import room
 from lwr_dyn.reproduction.verdicts import Verdicts, compare_numbers
 

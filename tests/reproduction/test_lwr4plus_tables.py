@@ -2,8 +2,8 @@
 
 import pytest
 
+from lwr_dyn.papers.printed_number import agrees
 from lwr_dyn.reproduction.lwr4plus.tables import errata_that_matter, table_iv, table_vi
-from lwr_dyn.reproduction.printed import agrees
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from decimal import Decimal, InvalidOperation
 from typing import Literal
 
 import numpy as np
@@ -17,6 +16,7 @@ from lwr_dyn.arrays import Array, joint_array
 from lwr_dyn.audit.conventions.choices import About, Products
 from lwr_dyn.audit.conventions.printed import BLANK, TENSOR, PrintedTable
 from lwr_dyn.errors import FaultError, UnknownNameError
+from lwr_dyn.papers.printed_number import PrintedNumber, printed_number
 
 Quantity = Literal["inertia", "worst inertia", "gravity"]
 
@@ -29,36 +29,23 @@ class EvidenceError(FaultError, ValueError):
         self.where = where
 
 
-@dataclass(frozen=True, slots=True)
-class Printed:
-    """A printed number in SI: value, half a unit of its last digit, and its text."""
+def evidence_number(text: object, factor: float = 1.0, where: str = "evidence") -> PrintedNumber:
+    """A number from text such as "2.924" in a unit of `factor` SI units.
 
-    value: float
-    half: float
-    text: str
+    Raises
+    ------
+    EvidenceError
+        Not text, or text that is no finite number with digits.
 
-    @classmethod
-    def of(cls, text: object, factor: float = 1.0, where: str = "evidence") -> Printed:
-        """From text such as "2.924" in a unit of `factor` SI units.
-
-        Raises
-        ------
-        EvidenceError
-            Not text, or text that is no finite number with digits.
-
-        >>> Printed.of("0.4903").half
-        5e-05
-        """
-        if not isinstance(text, str):
-            raise EvidenceError(where, f"{text!r}, a number without its digits", 'text as printed, such as "2.908"')
-        try:
-            number = Decimal(text)
-            exponent = number.as_tuple().exponent
-        except InvalidOperation:
-            number, exponent = Decimal("nan"), "n"
-        if not isinstance(exponent, int) or not np.isfinite(float(number)):
-            raise EvidenceError(where, f"{text!r}, no digits", 'a number as printed, such as "2.908"')
-        return cls(float(number) * factor, 0.5 * float(Decimal(1).scaleb(exponent)) * factor, text)
+    >>> evidence_number("0.4903").half
+    5e-05
+    """
+    if not isinstance(text, str):
+        raise EvidenceError(where, f"{text!r}, a number without its digits", 'text as printed, such as "2.908"')
+    number = printed_number(text, factor)
+    if number is None:
+        raise EvidenceError(where, f"{text!r}, no digits", 'a number as printed, such as "2.908"')
+    return number
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -68,7 +55,7 @@ class DerivedNumber:
     quantity: Quantity
     joint: int
     """Counted from 0."""
-    printed: Printed
+    printed: PrintedNumber
     q: Array | None = None
     """(n,) pose in the DH coordinate [rad or m]; none for "worst inertia"."""
     where: str = ""
@@ -140,7 +127,7 @@ def second_tensors(
     >>> second_tensors([("0.25", "0.5", "0.5", "-", "-", "-")], "origin").half[0, :2]
     array([0.005, 0.05 ])
     """
-    cells = [[Printed.of(x, where="tensors.values") if x != BLANK else None for x in row] for row in rows]
+    cells = [[evidence_number(x, where="tensors.values") if x != BLANK else None for x in row] for row in rows]
     for i, row in enumerate(cells):
         if len(row) != len(TENSOR):
             raise EvidenceError(f"tensors.values[{i}]", f"{len(row)} entries", "6: xx yy zz xy xz yz")

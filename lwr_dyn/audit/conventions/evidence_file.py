@@ -43,8 +43,8 @@ from lwr_dyn.audit.conventions.evidence import (
     Evidence,
     EvidenceError,
     FlangePlace,
-    Printed,
     SecondTensors,
+    evidence_number,
     second_tensors,
 )
 from lwr_dyn.audit.conventions.printed import PrintedTable
@@ -126,7 +126,7 @@ def _number(entry: Any, file: str, path: str, table: PrintedTable) -> DerivedNum
     joint = _index(fields.take("joint", str), f"joint of {table.name}", list(table.joints))
     slides = table.kinds[joint] is JointKind.PRISMATIC
     factor = _factor(fields.take("unit", str), QUANTITIES[quantity][slides], file, f"{path}.unit")
-    printed = Printed.of(fields.take("value", object), factor, f"{path}.value")
+    printed = evidence_number(fields.take("value", object), factor, f"{path}.value")
     where = fields.take("where", str)
     worst = quantity == "worst inertia"
     q = None if worst else _pose(fields, file, path, table)
@@ -138,7 +138,7 @@ def _place(entry: Any, file: str, path: str, table: PrintedTable) -> FlangePlace
     fields = Fields(entry, file, path)
     q = _pose(fields, file, path, table)
     factor = _factor(fields.take("unit", str), "length", file, f"{path}.unit")
-    xyz = [Printed.of(x, factor, f"{path}.xyz") for x in fields.take("xyz", list)]
+    xyz = [evidence_number(x, factor, f"{path}.xyz") for x in fields.take("xyz", list)]
     if len(xyz) != 3:
         raise EvidenceError(f"{path}.xyz", f"{len(xyz)} entries", "3: x y z")
     where = fields.take("where", str)

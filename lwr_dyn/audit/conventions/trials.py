@@ -18,8 +18,8 @@ from lwr_dyn.audit.conventions.evidence import (
     DerivedNumber,
     Evidence,
     FlangePlace,
-    Printed,
     SecondTensors,
+    evidence_number,
     second_tensors,
 )
 from lwr_dyn.audit.conventions.frames import frame_vectors, other_ends
@@ -188,9 +188,9 @@ def _numbers(rng: np.random.Generator, chain: Chain) -> tuple[DerivedNumber, ...
     for q in rng.uniform(-2.5, 2.5, (poses, chain.n)):
         diagonal, torque = np.diag(recursion.mass_matrix(q)), recursion.gravity_vector(q)
         for j in range(chain.n):
-            out.append(DerivedNumber("inertia", j, Printed.of(f"{diagonal[j]:.{digits}g}"), q))
+            out.append(DerivedNumber("inertia", j, evidence_number(f"{diagonal[j]:.{digits}g}"), q))
             if gravity and abs(torque[j]) > 1e-6:
-                out.append(DerivedNumber("gravity", j, Printed.of(f"{torque[j]:.{digits}g}"), q))
+                out.append(DerivedNumber("gravity", j, evidence_number(f"{torque[j]:.{digits}g}"), q))
     return tuple(out)
 
 

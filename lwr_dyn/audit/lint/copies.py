@@ -11,9 +11,9 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 
 from lwr_dyn.audit.lint.finding import Finding
-from lwr_dyn.audit.lint.printed_number import Number
 from lwr_dyn.audit.lint.roles import role_of
 from lwr_dyn.audit.lint.sheet import Column, Sheet, Table
+from lwr_dyn.papers.printed_number import PrintedNumber
 
 SHARED = 5
 """Leading digits in common that no accident explains, in numbers printed with different lengths."""
@@ -40,11 +40,11 @@ def copies(sheet: Sheet) -> Iterator[Finding]:
             yield from _twins(sheet.file, table, columns)
 
 
-def shared_digits(a: Number, b: Number) -> int:
+def shared_digits(a: PrintedNumber, b: PrintedNumber) -> int:
     """Leading significant digits in common.
 
-    >>> from lwr_dyn.audit.lint.printed_number import number_in
-    >>> shared_digits(number_in("-0.004375432"), number_in("-0.00437543"))
+    >>> from lwr_dyn.papers.printed_number import printed_number
+    >>> shared_digits(printed_number("-0.004375432"), printed_number("-0.00437543"))
     6
     """
     count = 0
@@ -55,11 +55,11 @@ def shared_digits(a: Number, b: Number) -> int:
     return count
 
 
-def simple(number: Number) -> bool:
+def simple(number: PrintedNumber) -> bool:
     """A number that comes up again by itself: few digits, or a whole number of degrees in radians.
 
-    >>> from lwr_dyn.audit.lint.printed_number import number_in
-    >>> [simple(number_in(t)) for t in ("0.0450", "1.0471975512", "0.019999999999999", "0.00437543")]
+    >>> from lwr_dyn.papers.printed_number import printed_number
+    >>> [simple(printed_number(t)) for t in ("0.0450", "1.0471975512", "0.019999999999999", "0.00437543")]
     [True, True, True, False]
     """
     few = float(f"{number.value:.{EXACT - 1}g}")
@@ -127,11 +127,11 @@ def _twins(file: str, table: Table, columns: Sequence[Column]) -> Iterator[Findi
                 )  # fmt: skip
 
 
-def one_digit_apart(a: Number, b: Number) -> bool:
+def one_digit_apart(a: PrintedNumber, b: PrintedNumber) -> bool:
     """The two print the same but for one digit.
 
-    >>> from lwr_dyn.audit.lint.printed_number import number_in
-    >>> one_digit_apart(number_in("0.03935326"), number_in("0.03935426"))
+    >>> from lwr_dyn.papers.printed_number import printed_number
+    >>> one_digit_apart(printed_number("0.03935326"), printed_number("0.03935426"))
     True
     """
     x, y = a.text.lstrip("+-"), b.text.lstrip("+-")

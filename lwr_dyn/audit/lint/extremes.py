@@ -7,12 +7,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from lwr_dyn.audit.lint.finding import Finding
-from lwr_dyn.audit.lint.printed_number import Number
 from lwr_dyn.audit.lint.roles import role_of, stem_of
 from lwr_dyn.audit.lint.sheet import Column, Sheet, Table
+from lwr_dyn.papers.printed_number import PrintedNumber
 
 FIGURES = ("mean", "mean_abs", "max", "min", "rms")
-Row = dict[str, Number]
+Row = dict[str, PrintedNumber]
 LEAST_BLOCK = 5
 """Rows of a block out of order before its ranges are compared with others: few rows fit by accident."""
 ALIKE, LEAST_GAIN = 0.9, 0.4

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from lwr_dyn.audit.lint.arithmetic import name_of, names_in, parsed, value_of
 from lwr_dyn.audit.lint.dimensions import Powers, Unit, UnlikeError, dimension_of, in_words, unit_of
 from lwr_dyn.audit.lint.finding import Finding
-from lwr_dyn.audit.lint.printed_number import Number, power_of_ten
 from lwr_dyn.audit.lint.roles import plain_name
 from lwr_dyn.audit.lint.sheet import Column, Sheet, Table, TableError
+from lwr_dyn.papers.printed_number import PrintedNumber, power_of_ten
 
 FORM = "NAME = numbers, names, + - * / ^ and functions such as sqrt, sin, hypot"
 
@@ -24,7 +24,7 @@ class Cell:
 
     place: str
     row: int
-    printed: Number
+    printed: PrintedNumber
     value: float
     slack: float
 
@@ -53,7 +53,7 @@ class Formula:
             if printed is None or any(n is None for n in numbers.values()):
                 continue
             values = {name: n.value * scales[name] for name, n in numbers.items() if n is not None}
-            halves = {name: n.half * scales[name] * (not n.whole) for name, n in numbers.items() if n is not None}
+            halves = {name: n.half * scales[name] * (not n.is_whole) for name, n in numbers.items() if n is not None}
             exact = value_of(self.tree, values)
             moved = [value_of(self.tree, {**values, x: values[x] + halves[x]}) - exact for x in values if halves[x]]
             slack = sum(abs(m) for m in moved if math.isfinite(m)) / scales[self.left]

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from lwr_dyn.audit.lint.printed_number import number_in
 from lwr_dyn.audit.lint.roles import words_of
 from lwr_dyn.audit.lint.sheet import Column, Declared, Matrix, column
+from lwr_dyn.papers.printed_number import printed_number
 
 AXES = "xyz"
 SYMMETRIC_UNITS = ("kg m^2", "kg mm^2", "kg cm^2")
@@ -68,7 +68,7 @@ def _matrix(rows: list[Any]) -> tuple[tuple[str, ...], ...]:
     if len(rows) < 2 or not all(isinstance(x, list) and len(x) == len(rows) for x in rows):
         return ()
     cells = tuple(tuple(cell_text(c) or "" for c in row) for row in rows)
-    return cells if any(number_in(c) for row in cells for c in row) else ()
+    return cells if any(printed_number(c) for row in cells for c in row) else ()
 
 
 def _symmetric(name: str, unit: str, declared: Declared) -> bool:

@@ -9,8 +9,8 @@ from numpy.random import Generator
 
 from lwr_dyn.audit.lint.examine import lint
 from lwr_dyn.audit.lint.made_up import negated
-from lwr_dyn.audit.lint.printed_number import number_in
 from lwr_dyn.audit.lint.sheet import Column, Sheet, Table, column
+from lwr_dyn.papers.printed_number import printed_number
 
 DIGITS = "0123456789"
 
@@ -50,7 +50,7 @@ def _plant(sheet: Sheet, name: str, cells: dict[tuple[str, int], str], *rules: s
 
 def _scaled(text: str, power: int) -> str:
     """The text with its point moved, no digit gained or lost."""
-    number = number_in(text)
+    number = printed_number(text)
     if number is None or not number.value:
         return text
     decimals = len(text.partition(".")[2])

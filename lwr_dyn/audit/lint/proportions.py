@@ -11,8 +11,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from lwr_dyn.audit.lint.finding import Finding
-from lwr_dyn.audit.lint.printed_number import ROUND, Number
 from lwr_dyn.audit.lint.sheet import Column, Sheet, Table, TableError
+from lwr_dyn.papers.printed_number import ROUND, PrintedNumber
 
 LEAST_ROWS = 3
 """Rows that have to agree before a ratio counts as one."""
@@ -39,15 +39,15 @@ class Pair:
         """A cell in words."""
         return self.tables[side].place(row, self.columns[side].name)
 
-    def number(self, side: int, row: int) -> Number | None:
+    def number(self, side: int, row: int) -> PrintedNumber | None:
         """What the cell prints."""
         return self.columns[side].numbers[row]
 
 
-def ratio(a: Number | None, b: Number | None) -> Interval | None:
+def ratio(a: PrintedNumber | None, b: PrintedNumber | None) -> Interval | None:
     """All values that a / b may have within their printed digits; nothing when that leaves too much open.
 
-    >>> low, high = ratio(*(Number(t, v, h) for t, v, h in (("13.5", 13.5, 0.05), ("0.54", 0.54, 0.005))))
+    >>> low, high = ratio(*(PrintedNumber(t, v, h) for t, v, h in (("13.5", 13.5, 0.05), ("0.54", 0.54, 0.005))))
     >>> round(low, 2), round(high, 2)
     (24.68, 25.32)
     """

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from lwr_dyn.audit.lint.finding import Finding
-from lwr_dyn.audit.lint.printed_number import ROUND, Number
 from lwr_dyn.audit.lint.roles import role_of
 from lwr_dyn.audit.lint.sheet import Sheet, Table
+from lwr_dyn.papers.printed_number import ROUND, PrintedNumber
 
 
 def repeats(sheet: Sheet) -> Iterator[Finding]:
@@ -32,12 +32,12 @@ def labels_of(table: Table) -> tuple[str, ...]:
     return found.cells if found is not None else ()
 
 
-def _same(a: Number, b: Number) -> bool:
+def _same(a: PrintedNumber, b: PrintedNumber) -> bool:
     """Both can be the same value, rounded to the digits of each."""
     return abs(a.value - b.value) <= max(a.half, b.half) * (1.0 + ROUND)
 
 
-def _differs(file: str, place: str, other: str, a: Number, b: Number) -> Finding:
+def _differs(file: str, place: str, other: str, a: PrintedNumber, b: PrintedNumber) -> Finding:
     return Finding(
         "printed-twice", "error", "certain", file, place, (place, other), f"{a.text}, {b.text}", "one value in both",
         f"{place} prints {a.text}, {other} prints {b.text}: the same value twice, off by {a.value - b.value:+.3g}",

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from lwr_dyn.audit.lint.printed_number import Number, number_in
 from lwr_dyn.errors import FaultError
+from lwr_dyn.papers.printed_number import PrintedNumber, printed_number
 
 
 class TableError(FaultError, ValueError):
@@ -24,7 +24,7 @@ class Column:
     name: str
     cells: tuple[str, ...]
     unit: str = ""
-    numbers: tuple[Number | None, ...] = ()
+    numbers: tuple[PrintedNumber | None, ...] = ()
     """One per cell, none where it prints no number; filled in by `column`."""
     group: str = ""
     """The vector or matrix that it is a component of."""
@@ -41,7 +41,7 @@ def column(name: str, cells: tuple[str, ...], unit: str = "", group: str = "") -
     >>> column("Kp", ("7310", "-")).numbers[0].value
     7310.0
     """
-    return Column(name, cells, unit, tuple(number_in(c) for c in cells), group)
+    return Column(name, cells, unit, tuple(printed_number(c) for c in cells), group)
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 from lwr_dyn.audit.lint.arithmetic import FUNCTIONS, parsed, value_of
 from lwr_dyn.audit.lint.finding import Finding
-from lwr_dyn.audit.lint.printed_number import Number, number_in, power_of_ten
 from lwr_dyn.audit.lint.sheet import Sheet
+from lwr_dyn.papers.printed_number import PrintedNumber, power_of_ten, printed_number
 
 _NUM = r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _TOKEN = rf"(?:{_NUM}|\b(?:{'|'.join(sorted(FUNCTIONS, key=len, reverse=True))})(?=\s*\()|[-+*/^(),]|\bx\b|\bdeg\b|\s)"
@@ -26,7 +26,7 @@ class Equality:
 
     left: str
     tree: ast.expr
-    right: tuple[Number, ...]
+    right: tuple[PrintedNumber, ...]
     """Alternatives, where the sentence gives some ("= -90 or 11.01")."""
 
     @property
@@ -35,8 +35,8 @@ class Equality:
         spread = 0.0
         exact = value_of(self.tree, {})
         for found in _INNER.finditer(self.left):
-            number = number_in(found.group())
-            if number is not None and not number.whole:
+            number = printed_number(found.group())
+            if number is not None and not number.is_whole:
                 moved = self.left[: found.start()] + repr(number.value + number.half) + self.left[found.end() :]
                 change = abs(value_of(parsed(moved), {}) - exact)
                 spread += change if math.isfinite(change) else 0.0
@@ -60,7 +60,7 @@ def equalities(text: str) -> Iterator[Equality]:
         if tree is None or not _computes(tree) or rest[:1] in tuple("+*/^-x("):
             continue
         texts = [after.group(1), *re.findall(rf"or\s+([-+]?{_NUM})", after.group(2))]
-        numbers = tuple(n for t in texts if (n := number_in(t)) is not None)
+        numbers = tuple(n for t in texts if (n := printed_number(t)) is not None)
         if numbers and math.isfinite(value_of(tree, {})):
             yield Equality(left, tree, numbers)
 

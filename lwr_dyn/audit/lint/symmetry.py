@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from lwr_dyn.audit.lint.finding import Finding
-from lwr_dyn.audit.lint.printed_number import Number, number_in
 from lwr_dyn.audit.lint.sheet import Matrix, Sheet
+from lwr_dyn.papers.printed_number import PrintedNumber, printed_number
 
-Opposite = tuple[int, int, Number, Number]
+Opposite = tuple[int, int, PrintedNumber, PrintedNumber]
 
 
 def symmetry(sheet: Sheet) -> Iterator[Finding]:
@@ -33,12 +33,12 @@ def _pairs(matrix: Matrix) -> Iterator[Opposite]:
     size = len(matrix.cells)
     for i in range(size):
         for j in range(i + 1, size):
-            a, b = number_in(matrix.cells[i][j]), number_in(matrix.cells[j][i])
+            a, b = printed_number(matrix.cells[i][j]), printed_number(matrix.cells[j][i])
             if a is not None and b is not None:
                 yield i, j, a, b
 
 
-def _agree(a: Number, b: Number) -> bool:
+def _agree(a: PrintedNumber, b: PrintedNumber) -> bool:
     return a.value == b.value or abs(a.value - b.value) < max(a.half, b.half) * (a.half != b.half)
 
 
@@ -48,7 +48,7 @@ def _nearly(pairs: list[Opposite], off: list[Opposite]) -> bool:
     return len(off) == 1 and len(told) >= 3
 
 
-def _how(a: Number, b: Number) -> str:
+def _how(a: PrintedNumber, b: PrintedNumber) -> str:
     if a.value == -b.value:
         return ": their signs differ"
     larger, smaller = max(abs(a.value), abs(b.value)), min(abs(a.value), abs(b.value))

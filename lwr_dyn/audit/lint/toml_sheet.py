@@ -14,9 +14,9 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from lwr_dyn.audit.lint.list_columns import cell_text, columns_of
-from lwr_dyn.audit.lint.printed_number import number_in
 from lwr_dyn.audit.lint.roles import words_of
 from lwr_dyn.audit.lint.sheet import Column, Declared, Matrix, Sheet, Statement, Table, TableError, column
+from lwr_dyn.papers.printed_number import printed_number
 
 LISTS = ("formula", "ratio", "symmetric")
 DECLARED = (*LISTS, "total", "role", "joints", "unit")
@@ -152,7 +152,7 @@ def _patched(record: Mapping[str, Any], label: str) -> Iterator[tuple[str, str]]
 
 def _sentences(raw: Mapping[str, Any], path: str, found: _Found) -> None:
     for key, value in raw.items():
-        if type(value) is str and number_in(value) is None:
+        if type(value) is str and printed_number(value) is None:
             found.statements.append(Statement(f"{path}, {key}" if path else key, value))
 
 

@@ -6,20 +6,20 @@ import math
 from collections.abc import Iterator, Sequence
 
 from lwr_dyn.audit.lint.finding import Finding
-from lwr_dyn.audit.lint.printed_number import ROUND, Number, number_in
 from lwr_dyn.audit.lint.sheet import Column, Sheet, Table
+from lwr_dyn.papers.printed_number import ROUND, PrintedNumber, printed_number
 
 
 def totals(sheet: Sheet) -> Iterator[Finding]:
     """Rule 7: a total that is not the sum of its column within the rounding of all its digits."""
     for table in sheet.tables:
         for column in table.columns:
-            total = number_in(table.declared.totals.get(column.name, ""))
+            total = printed_number(table.declared.totals.get(column.name, ""))
             if total is not None and all(n is not None for n in column.numbers):
                 yield from _checked(sheet.file, table, column, total)
 
 
-def _checked(file: str, table: Table, column: Column, total: Number) -> Iterator[Finding]:
+def _checked(file: str, table: Table, column: Column, total: PrintedNumber) -> Iterator[Finding]:
     numbers = [n for n in column.numbers if n is not None]
     found = math.fsum(n.value for n in numbers)
     slack = math.fsum(n.half for n in numbers) + total.half
@@ -38,7 +38,7 @@ def _checked(file: str, table: Table, column: Column, total: Number) -> Iterator
 
 
 def _mends(
-    table: Table, column: Column, numbers: Sequence[Number], total: Number, found: float, slack: float
+    table: Table, column: Column, numbers: Sequence[PrintedNumber], total: PrintedNumber, found: float, slack: float
 ) -> Iterator[str]:
     """Single slips that explain the difference: a power of ten, a sign, two digits exchanged."""
     for i, number in enumerate(numbers):
@@ -50,7 +50,7 @@ def _mends(
             yield f"the total is {other:.10g} ({how})"
 
 
-def _readings(number: Number) -> Iterator[tuple[float, str]]:
+def _readings(number: PrintedNumber) -> Iterator[tuple[float, str]]:
     if not number.value:
         return
     for k in (-3, -2, -1, 1, 2, 3):
@@ -59,6 +59,6 @@ def _readings(number: Number) -> Iterator[tuple[float, str]]:
     text = number.text
     for i in range(len(text) - 1):
         if text[i].isdigit() and text[i + 1].isdigit() and text[i] != text[i + 1]:
-            swapped = number_in(text[:i] + text[i + 1] + text[i] + text[i + 2 :])
+            swapped = printed_number(text[:i] + text[i + 1] + text[i] + text[i + 2 :])
             if swapped is not None:
                 yield swapped.value, "two digits exchanged"

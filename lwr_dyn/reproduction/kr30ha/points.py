@@ -23,7 +23,8 @@ from lwr_dyn.kinematics.solution import Solution, joint_distance, nearest_soluti
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.papers.assembly import arm_from_paper
 from lwr_dyn.papers.catalog import open_paper
-from lwr_dyn.reproduction.printed import agrees, printed_tables
+from lwr_dyn.papers.printed_number import agrees
+from lwr_dyn.reproduction.printed import printed_tables
 
 POINTS = ("point_1", "point_2", "home")
 

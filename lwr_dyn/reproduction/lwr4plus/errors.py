@@ -21,7 +21,8 @@ from lwr_dyn.kinematics.branches import BRANCHES, joint_ranges
 from lwr_dyn.kinematics.srs import closed_form
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
-from lwr_dyn.reproduction.printed import agrees, printed_tables
+from lwr_dyn.papers.printed_number import agrees
+from lwr_dyn.reproduction.printed import printed_tables
 from lwr_dyn.simulation.metrics import metrics
 from lwr_dyn.simulation.simulate import simulate
 from lwr_dyn.trajectory.references.arm_angles import FixedArmAngle

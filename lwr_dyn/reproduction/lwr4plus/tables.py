@@ -15,7 +15,8 @@ from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.spatial import principal_moments
 from lwr_dyn.papers.assembly import arm_from_paper
 from lwr_dyn.papers.catalog import open_paper, readings
-from lwr_dyn.reproduction.printed import agrees, printed_tables
+from lwr_dyn.papers.printed_number import agrees
+from lwr_dyn.reproduction.printed import printed_tables
 
 PAPER_ZERO = (0.0, 90.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 """Printed angle minus DH angle [deg]: the paper counts joint 2 from the horizontal."""

@@ -7,7 +7,7 @@ import pytest
 
 from lwr_dyn.audit.conventions.choices import CHOICES, TableChoice, link_options
 from lwr_dyn.audit.conventions.contributions import contribution_rows, number_rows
-from lwr_dyn.audit.conventions.evidence import DerivedNumber, Printed
+from lwr_dyn.audit.conventions.evidence import DerivedNumber, evidence_number
 from lwr_dyn.audit.conventions.frames import other_ends
 from lwr_dyn.audit.conventions.printed import TENSOR
 from lwr_dyn.audit.conventions.search import allowances, fit_numbers
@@ -44,7 +44,7 @@ def test_search_finds_what_the_full_product_finds():
     table, truth = one.table, one.truth
     recursion, q = Recursion.of(one.chain), np.array([0.3, -1.1, 0.8])
     diagonal = np.diag(recursion.mass_matrix(q))
-    numbers = tuple(DerivedNumber("inertia", j, Printed.of(f"{diagonal[j]:.4g}"), q) for j in range(3))
+    numbers = tuple(DerivedNumber("inertia", j, evidence_number(f"{diagonal[j]:.4g}"), q) for j in range(3))
     ends = other_ends(table, truth.table.convention)
     options = [link_options(table, i, truth.table, ends[i], CHOICES[:8]) for i in range(3)]
     rows = number_rows(table.chain(truth.table.convention), table, numbers)
@@ -64,7 +64,7 @@ def test_search_finds_what_the_full_product_finds():
 def test_a_number_that_nothing_gives_is_named():
     one = next(t for k in range(100) if (t := trial(np.random.default_rng([3, k]))).table.n == 3 and not t.truth.shift)
     q = np.array([0.3, -1.1, 0.8])
-    numbers = (DerivedNumber("inertia", 1, Printed.of("1234.5"), q),)
+    numbers = (DerivedNumber("inertia", 1, evidence_number("1234.5"), q),)
     ends = other_ends(one.table, one.truth.table.convention)
     options = [link_options(one.table, i, one.truth.table, ends[i]) for i in range(3)]
     rows = number_rows(one.chain, one.table, numbers)

@@ -8,7 +8,7 @@ import pytest
 import lwr_dyn
 from lwr_dyn.audit.conventions.confirm import confirmed, off_lattice
 from lwr_dyn.audit.conventions.decisions import decisions
-from lwr_dyn.audit.conventions.evidence import DerivedNumber, Evidence, Printed
+from lwr_dyn.audit.conventions.evidence import DerivedNumber, Evidence, evidence_number
 from lwr_dyn.audit.conventions.evidence_file import room_evidence
 from lwr_dyn.audit.conventions.figures import lattice_figures
 from lwr_dyn.audit.conventions.printed import printed_table
@@ -24,7 +24,7 @@ from lwr_dyn.reproduction.printed import printed_tables
 def lwr():
     table = printed_table("lwr4plus")
     printed = printed_tables("lwr4plus")["table_iv"]["b"]
-    numbers = tuple(DerivedNumber("worst inertia", i, Printed.of(b)) for i, b in enumerate(printed))
+    numbers = tuple(DerivedNumber("worst inertia", i, evidence_number(b)) for i, b in enumerate(printed))
     return resolve(table, Evidence(numbers))
 
 
