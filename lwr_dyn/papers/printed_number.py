@@ -10,7 +10,7 @@ _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 LONGEST = 60
 """Characters of a number."""
 LARGEST_EXPONENT = 300
-ROUND = 2e-9
+ROUND = 1e-9
 """Share of the half unit allowed beyond it: a value that rounds up or down from an exact half."""
 
 

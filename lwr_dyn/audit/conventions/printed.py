@@ -1,16 +1,13 @@
-"""What a data file prints, before anybody reads anything into it: cells in SI units, blanks as NaN, printed digits.
+"""A table as its source prints it: cells in SI units, blanks as NaN, the last printed digit of each column.
 
-The file's own errata, readings, stated convention, `about` and `products` are not looked at: they are what is sought.
+The file's errata, readings, DH convention, `about` and `products` are left out: they are what is sought.
 """
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from decimal import Decimal
-from importlib import resources
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -35,14 +32,14 @@ class PrintedTable:
     name: str
     joints: tuple[str, ...]
     rows: tuple[DHRow, ...]
-    """alpha, a, d, theta offset, sign; in which of the two conventions is not said."""
+    """alpha, a, d, theta offset, sign, of either DH convention."""
     kinds: tuple[JointKind, ...]
     mass: Array
     """(n,) [kg]"""
     com: Array
     """(n, 3) [m], NaN where blank."""
     inertia: Array
-    """(n, 3, 3) [kg m^2], point, axes and sign of the products not said."""
+    """(n, 3, 3) [kg m^2], about a point, with axes and signs of products that are not known."""
     mass_step: float
     com_step: float
     inertia_step: float
@@ -97,47 +94,39 @@ def printed_table(robot: str) -> PrintedTable:
         The file has no masses and inertias to read.
     """
     paper = open_paper(robot)
-    raw = raw_tables(robot)
-    if "inertial" not in raw:
+    printed = paper.printed
+    if "inertial" not in printed:
         raise MissingDataError(paper.name, "masses and inertias", "a reading of its inertial table")
-    inertial = {name: raw["inertial"][name] for name in ("mass", "com", "inertia")}
+    mass, com, inertia = (printed["inertial"][name] for name in ("mass", "com", "inertia"))
+    origin = printed.get("frames", {}).get("origin")
     return PrintedTable(
-        name=paper.name, joints=paper.joints, rows=printed_rows(paper, raw), kinds=paper.kinds,
-        mass=_column(inertial["mass"], paper.n, ()), com=_column(inertial["com"], paper.n, (3,)),
-        inertia=_column(inertial["inertia"], paper.n, (3, 3)),
-        mass_step=last_digit(inertial["mass"]), com_step=last_digit(inertial["com"]),
-        inertia_step=last_digit(inertial["inertia"]),
-        origin=_column(raw["frames"]["origin"], paper.n, (3,)) if "origin" in raw.get("frames", {}) else None,
-        armature=_armature(raw.get("rotors", {}), paper.n),
-        lower=_limits(paper, "lower"), upper=_limits(paper, "upper"),
-        gravity=_gravity(paper), flange=_flange(paper),
+        name=paper.name, joints=paper.joints, rows=printed_rows(paper), kinds=paper.kinds,
+        mass=_cells(mass, ()), com=_cells(com, (3,)), inertia=_cells(inertia, (3, 3)),
+        mass_step=last_digit(mass), com_step=last_digit(com), inertia_step=last_digit(inertia),
+        origin=None if origin is None else _cells(origin, (3,)), armature=_armature(printed.get("rotors", {})),
+        lower=_limits(paper, "lower"), upper=_limits(paper, "upper"), gravity=_gravity(paper), flange=_flange(paper),
     )  # fmt: skip
 
 
-def printed_rows(paper: Paper, raw: Mapping[str, Any]) -> tuple[DHRow, ...]:
+def printed_rows(paper: Paper) -> tuple[DHRow, ...]:
     """The DH table as printed, without the errata of any reading."""
-    n, table = paper.n, raw["dh"]
+    n, table = paper.n, paper.printed["dh"]
     names = ("alpha", "a", "d", "theta_offset")
-    alpha, a, d, theta = (_column(table[x], n, ()) if x in table else np.zeros(n) for x in names)
-    sign = _column(table["sign"], n, ()) if "sign" in table else np.ones(n)
+    alpha, a, d, theta = (_cells(table[x], ()) if x in table else np.zeros(n) for x in names)
+    sign = _cells(table["sign"], ()) if "sign" in table else np.ones(n)
     return tuple(
         DHRow(float(alpha[i]), float(a[i]), float(d[i]), float(theta[i]), -1 if sign[i] < 0 else 1) for i in range(n)
     )
 
 
-def raw_tables(robot: str) -> dict[str, Any]:
-    """The parsed TOML of a robot by name or of a `.toml` file that `open_paper` has accepted."""
-    if robot.endswith(".toml"):
-        return tomllib.loads(Path(robot).read_text(encoding="utf-8"))
-    return tomllib.loads(resources.files("lwr_dyn.papers").joinpath(f"{robot}.toml").read_text(encoding="utf-8"))
-
-
-def _column(table: Mapping[str, Any], n: int, shape: tuple[int, ...]) -> Array:
-    units = table["unit"] if isinstance(table["unit"], list) else [table["unit"]] * n
-    out = np.full((n, *shape), np.nan)
-    for i, (row, unit) in enumerate(zip(table["values"], units, strict=True)):
+def _cells(column: Mapping[str, Any], shape: tuple[int, ...]) -> Array:
+    """A column as printed [SI], (n, *shape), NaN where a row is blank."""
+    rows, unit = column["values"], column["unit"]
+    units = unit if isinstance(unit, list) else [unit] * len(rows)
+    out = np.full((len(rows), *shape), np.nan)
+    for i, (row, u) in enumerate(zip(rows, units, strict=True)):
         if row != BLANK:
-            out[i] = np.vectorize(lambda x, u=unit: to_si(float(x), u), otypes=[float])(np.array(row, dtype=float))
+            out[i] = np.vectorize(lambda x, u=u: to_si(float(x), u), otypes=[float])(np.array(row, dtype=float))
     return out
 
 
@@ -154,12 +143,12 @@ def last_digit(table: Mapping[str, Any]) -> float:
     return to_si(float(Decimal(1).scaleb(finest)), unit)
 
 
-def _armature(rotors: Mapping[str, Any], n: int) -> Array | None:
+def _armature(rotors: Mapping[str, Any]) -> Array | None:
     if "armature" in rotors:
-        return _column(rotors["armature"], n, ())
+        return _cells(rotors["armature"], ())
     if "gear_ratio" in rotors and "inertia" in rotors:
-        found: Array = _column(rotors["gear_ratio"], n, ()) ** 2 * _column(rotors["inertia"], n, ())
-        return found
+        armature: Array = _cells(rotors["gear_ratio"], ()) ** 2 * _cells(rotors["inertia"], ())
+        return armature
     return None
 
 

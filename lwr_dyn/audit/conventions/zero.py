@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.audit.conventions.printed import printed_rows, raw_tables
+from lwr_dyn.audit.conventions.printed import printed_rows
 from lwr_dyn.checks.envelope import datasheet_verdicts
 from lwr_dyn.checks.verdict import Verdict
 from lwr_dyn.errors import MissingDataError
@@ -85,10 +85,10 @@ def resolve_zero(robot: str) -> ZeroResolution:
     MissingDataError
         The file does not say how the joint axes point at zero.
     """
-    paper, raw = open_paper(robot), raw_tables(robot)
+    paper = open_paper(robot)
     if "poses.axis" not in paper.columns:
         raise MissingDataError(paper.name, "axes of the joints at zero (poses.axis)", "a reading of signs and offsets")
-    arm, rows, axes = arm_from_paper(paper), printed_rows(paper, raw), paper.columns["poses.axis"].si()
+    arm, rows, axes = arm_from_paper(paper), printed_rows(paper), paper.columns["poses.axis"].si()
     found = []
     for convention in Convention:
         leaves = list(_with_axes(rows, axes, convention))
