@@ -27,7 +27,7 @@ ROWS = [pytest.param(registry, name, id=f"{registry.kind} {name}") for registry 
 ADDED = """
 import numpy as np
 from typing import Annotated
-from lwr_dyn.dynamics.newton_euler import newton_euler_engine
+from lwr_dyn.dynamics.engines import ENGINES
 from lwr_dyn.registry import Option, Quantity
 from lwr_dyn.trajectory.references.point_to_point import hold
 
@@ -38,6 +38,10 @@ def spring(arm, dynamics, *, gain: Annotated[float, Option(float, "Stiffness, 1/
 
     mine.parameters = {"gain": gain}
     return mine
+
+
+def my_engine(arm, rotors):
+    return ENGINES.load("newton-euler")(arm, rotors)
 
 
 def still(arm, *, seconds: Annotated[float, Option(float, "Duration, s.")] = 0.02):
@@ -56,7 +60,7 @@ sick = sick_module:make
 [lwr_dyn.reference]
 still = added_rows:still
 [lwr_dyn.engine]
-my-engine = added_rows:newton_euler_engine
+my-engine = added_rows:my_engine
 [lwr_dyn.new]
 pid = added_rows:spring
 """
