@@ -5,7 +5,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.errors import LwrDynError
-from lwr_dyn.trajectory.references.point_to_point import hold
+from lwr_dyn.trajectory.references.joint_moves import hold
 
 ARM = lwr_dyn.load("lwr4plus")
 SLIPS = {

@@ -29,7 +29,7 @@ import numpy as np
 from typing import Annotated
 from lwr_dyn.dynamics.engines import ENGINES
 from lwr_dyn.registry import Option, Quantity
-from lwr_dyn.trajectory.references.point_to_point import hold
+from lwr_dyn.trajectory.references.joint_moves import hold
 
 
 def spring(arm, dynamics, *, gain: Annotated[float, Option(float, "Stiffness, 1/s^2.")] = 100.0):

@@ -19,8 +19,7 @@ from lwr_dyn.errors import OptionError
 from lwr_dyn.identification.logs import JointLog, log_of_run
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.simulation.simulate import simulate
-from lwr_dyn.trajectory.references.lspb_move import lspb_move
-from lwr_dyn.trajectory.references.point_to_point import JointReference
+from lwr_dyn.trajectory.references.joint_moves import JointReference, lspb_move
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,7 +83,7 @@ def cruise_and_back(arm: Arm, start: ArrayLike, stroke: ArrayLike, speed: float,
     q0, step = (fixed_array(name, x, (arm.n,)) for name, x in (("start", start), ("stroke", stroke)))
     longest = float(np.abs(step).max())
     out = lspb_move(arm, q0, q0 + step, duration=longest / speed + blend, blend=blend)
-    return JointReference(np.array([q0, q0 + step, q0]), (out.laws[0], out.laws[0]))
+    return JointReference(np.array([q0, q0 + step, q0]), (out.profiles[0], out.profiles[0]))
 
 
 def cruise_logs(

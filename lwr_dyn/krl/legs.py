@@ -18,8 +18,8 @@ from lwr_dyn.kinematics.spherical_wrist import all_branches
 from lwr_dyn.krl.values import HaltError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.spatial import skew
-from lwr_dyn.trajectory.laws import Law
-from lwr_dyn.trajectory.segments import Arc, Line
+from lwr_dyn.trajectory.motion_profile import MotionProfile
+from lwr_dyn.trajectory.segments import ArcSegment, LineSegment
 
 TURN = 2.0 * math.pi
 STEP_M, STEP_RAD = 0.005, math.radians(1.0)
@@ -55,7 +55,7 @@ class JointLeg:
     arm: Arm
     start: Array
     end: Array
-    law: Law
+    law: MotionProfile
 
     @property
     def duration(self) -> float:
@@ -72,7 +72,7 @@ class JointLeg:
 class Track:
     """A path of the tool centre point over s from 0 to 1: a line, an arc or a place, and one turn about an axis."""
 
-    segment: Line | Arc | None
+    segment: LineSegment | ArcSegment | None
     place: Array
     """(3,) [m] Where it begins."""
     rotation: Array
@@ -111,7 +111,7 @@ class PoseLeg:
     arm: Arm
     tool: Array
     track: Track
-    law: Law
+    law: MotionProfile
     branch: int
     table: Array
     """(m, n) [rad]"""
@@ -176,11 +176,11 @@ def track_between(start: Array, end: Array, through: Array | None = None, angle:
     """
     axis, turn = turn_between(start[:3, :3], end[:3, :3])
     if through is not None:
-        segment: Line | Arc | None = _arc(start[:3, 3], through[:3, 3], end[:3, 3], angle)
+        segment: LineSegment | ArcSegment | None = _arc(start[:3, 3], through[:3, 3], end[:3, 3], angle)
     else:
         way = end[:3, 3] - start[:3, 3]
         length = float(np.linalg.norm(way))
-        segment = Line(start[:3, 3], way / length, length) if length > 1e-9 else None
+        segment = LineSegment(start[:3, 3], way / length, length) if length > 1e-9 else None
     return Track(segment, start[:3, 3], start[:3, :3], axis, turn)
 
 
@@ -197,7 +197,7 @@ def turn_between(start: Array, end: Array) -> tuple[Array, float]:
     return (twice / sine if sine > 0.0 else np.array([0.0, 0.0, 1.0])), (angle if angle > 1e-12 else 0.0)
 
 
-def _arc(a: Array, b: Array, c: Array, angle: float | None) -> Arc:
+def _arc(a: Array, b: Array, c: Array, angle: float | None) -> ArcSegment:
     u, v = b - a, c - a
     normal = np.cross(u, v)
     area = float(normal @ normal)
@@ -213,7 +213,7 @@ def _arc(a: Array, b: Array, c: Array, angle: float | None) -> Arc:
         y = math.copysign(1.0, angle) * y
     if whole * radius < 1e-9:
         raise HaltError("no-arc", "the arc has no length", "an angle CA that is not 0")
-    return Arc(centre, radius, x, y, radius * whole)
+    return ArcSegment(centre, radius, x, y, radius * whole)
 
 
 def steps_of(track: Track) -> int:

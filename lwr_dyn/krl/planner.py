@@ -16,7 +16,7 @@ from lwr_dyn.krl.legs import TURN, JointLeg, Leg, PoseLeg, Track, steps_of
 from lwr_dyn.krl.targets import Say
 from lwr_dyn.krl.timeline import Entry, Rest, Timeline, ramp_seconds, seconds_near, seconds_within
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.trajectory.trapezoid import trapezoid
+from lwr_dyn.trajectory.lspb import trapezoid
 
 NEAR = np.radians(1.0)
 """[rad] A5 this near to 0 on a track in space: axes 4 and 6 are in line."""

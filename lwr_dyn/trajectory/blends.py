@@ -13,7 +13,7 @@ import numpy as np
 
 from lwr_dyn.arrays import Array, read_only
 from lwr_dyn.errors import OptionError
-from lwr_dyn.trajectory.laws import positive
+from lwr_dyn.trajectory.motion_profile import positive_number
 from lwr_dyn.trajectory.path import Path, PathJoint, end_of, path_of, start_of
 from lwr_dyn.trajectory.segments import PathSample, Segment
 
@@ -112,7 +112,7 @@ def blended(path: Path, corners: float = 0.0, bends: float = 0.0) -> Path:
     sizes = {"corners": corners, "bends": bends}
     for name, size in sizes.items():
         if size != 0.0:
-            positive(name, size)
+            positive_number(name, size)
     reach = [0.0, *(_reach(joint, corners, bends) for joint in path.joints()), 0.0]
     out: list[Segment] = []
     for i, segment in enumerate(path.segments):

@@ -1,4 +1,4 @@
-"""The double-S law: rest to rest with bounded speed, acceleration and jerk, in seven cubic pieces."""
+"""The double-S profile: rest to rest with bounded speed, acceleration and jerk, in seven cubic pieces."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from lwr_dyn.errors import OptionError
-from lwr_dyn.trajectory.laws import DEGREE, Law, in_sequence, positive, scaled
+from lwr_dyn.trajectory.motion_profile import DEGREE, MotionProfile, concatenate, positive_number, stretched
 
 NAME = "double-S"
 
 
-def double_s(length: float, speed: float, acceleration: float, jerk: float) -> Law:
-    """Fastest law from rest to rest under bounds on speed, acceleration and jerk (double-S).
+def double_s(length: float, speed: float, acceleration: float, jerk: float) -> MotionProfile:
+    """Fastest profile from rest to rest under bounds on speed, acceleration and jerk (double-S).
 
     The jerk is +j, 0, -j, 0, -j, 0, +j; bounds that the length is too short for are not reached.
 
@@ -35,12 +35,12 @@ def double_s(length: float, speed: float, acceleration: float, jerk: float) -> L
     Biagiotti and Melchiorri, Trajectory Planning for Automatic Machines and Robots, sec. 3.4, with zero
     initial and final speed.
 
-    >>> law = double_s(1.0, 0.5, 1.0, 10.0)
-    >>> round(law.duration, 12), round(law.peaks().speed, 12)
+    >>> profile = double_s(1.0, 0.5, 1.0, 10.0)
+    >>> round(profile.duration, 12), round(profile.peaks().speed, 12)
     (2.6, 0.5)
     """
-    length, speed = positive("length", length), positive("speed", speed)
-    acceleration, jerk = positive("acceleration", acceleration), positive("jerk", jerk)
+    length, speed = positive_number("length", length), positive_number("speed", speed)
+    acceleration, jerk = positive_number("acceleration", acceleration), positive_number("jerk", jerk)
     rise, ramp, cruise = _times(length, speed, acceleration, jerk)
     level = max(ramp - 2.0 * rise, 0.0)
     spans = (rise, level, rise, cruise, rise, level, rise)
@@ -53,10 +53,10 @@ def double_s(length: float, speed: float, acceleration: float, jerk: float) -> L
             s += h * (ds + h * (dds / 2.0 + h * ddds / 6.0))
             ds += h * (dds + h * ddds / 2.0)
             dds += h * ddds
-    return Law(NAME, length, np.array(knots), np.array(rows))
+    return MotionProfile(NAME, length, np.array(knots), np.array(rows))
 
 
-def double_s_in(lengths: Sequence[float], duration: float, acceleration: float, jerk: float) -> Law:
+def double_s_in(lengths: Sequence[float], duration: float, acceleration: float, jerk: float) -> MotionProfile:
     """Double-S over sections with a stop after each, in a given total time: one cruise speed for all sections.
 
     The cruise speed is the one number that is solved for; the bounds on acceleration and jerk are kept as given.
@@ -75,13 +75,13 @@ def double_s_in(lengths: Sequence[float], duration: float, acceleration: float, 
     OptionError
         No section, a number that is not positive, or a duration shorter than the bounds allow.
 
-    >>> law = double_s_in([0.3, 0.1], 3.0, 1.0, 10.0)
-    >>> law.duration, round(law.length, 12)
+    >>> profile = double_s_in([0.3, 0.1], 3.0, 1.0, 10.0)
+    >>> profile.duration, round(profile.length, 12)
     (3.0, 0.4)
     """
-    sections = [positive("length", length) for length in lengths]
-    duration = positive("duration", duration)
-    acceleration, jerk = positive("acceleration", acceleration), positive("jerk", jerk)
+    sections = [positive_number("length", length) for length in lengths]
+    duration = positive_number("duration", duration)
+    acceleration, jerk = positive_number("acceleration", acceleration), positive_number("jerk", jerk)
     if not sections:
         raise OptionError("lengths", "none", "at least one section")
 
@@ -97,8 +97,8 @@ def double_s_in(lengths: Sequence[float], duration: float, acceleration: float, 
             f"and jerk {jerk:g}",
         )
     speed = _falling_root(excess, sum(sections) / duration, fastest)
-    law = in_sequence([double_s(length, speed, acceleration, jerk) for length in sections])
-    return scaled(law, duration)  # takes away the last rounding of the solved speed
+    profile = concatenate([double_s(length, speed, acceleration, jerk) for length in sections])
+    return stretched(profile, duration)  # takes away the last rounding of the solved speed
 
 
 def _times(length: float, speed: float, acceleration: float, jerk: float) -> tuple[float, float, float]:

@@ -12,14 +12,14 @@ from numpy.typing import ArrayLike
 from lwr_dyn.arrays import Array, fixed_array, read_only
 from lwr_dyn.errors import OptionError
 from lwr_dyn.model.spatial import skew
-from lwr_dyn.trajectory.laws import positive
+from lwr_dyn.trajectory.motion_profile import positive_number
 
 ORTHONORMAL = 1e-6
 """How far R R^T may be from the identity: what six printed digits leave."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Turn:
+class Rotation:
     """Orientation at k lengths s: R (k, 3, 3), rate (k, 3) [rad/m] and its derivative (k, 3) [rad/m^2], base axes."""
 
     R: Array
@@ -30,12 +30,12 @@ class Turn:
 class Orientation(Protocol):
     """A rotation as a function of the length on a path."""
 
-    def at(self, s: Array) -> Turn:
+    def at(self, s: Array) -> Rotation:
         """At lengths s (k,) [m]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Constant:
+class ConstantOrientation:
     """The same orientation all along: `R` (3, 3)."""
 
     R: Array
@@ -43,10 +43,10 @@ class Constant:
     def __post_init__(self) -> None:
         object.__setattr__(self, "R", read_only(self.R))
 
-    def at(self, s: Array) -> Turn:
+    def at(self, s: Array) -> Rotation:
         """At lengths s (k,) [m]."""
         still = np.zeros((len(s), 3))
-        return Turn(np.broadcast_to(self.R, (len(s), 3, 3)), still, still)
+        return Rotation(np.broadcast_to(self.R, (len(s), 3, 3)), still, still)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -61,18 +61,18 @@ class Slerp:
         for name in ("R", "axis"):
             object.__setattr__(self, name, read_only(getattr(self, name)))
 
-    def at(self, s: Array) -> Turn:
+    def at(self, s: Array) -> Rotation:
         """At lengths s (k,) [m]."""
         angle = (self.rate * s)[:, None, None]
         K = skew(self.axis)
         R = (np.eye(3) + np.sin(angle) * K + (1.0 - np.cos(angle)) * (K @ K)) @ self.R
         rate = np.broadcast_to(self.rate * self.axis, (len(s), 3))
-        return Turn(R, rate, np.zeros((len(s), 3)))
+        return Rotation(R, rate, np.zeros((len(s), 3)))
 
 
-def constant(R: ArrayLike) -> Constant:
+def constant(R: ArrayLike) -> ConstantOrientation:
     """One orientation R (3, 3) for the whole path; raises `ShapeError`, or `OptionError` when R is no rotation."""
-    return Constant(rotation("R", R))
+    return ConstantOrientation(rotation("R", R))
 
 
 def slerp(R_start: ArrayLike, R_end: ArrayLike, length: float) -> Slerp:
@@ -94,7 +94,7 @@ def slerp(R_start: ArrayLike, R_end: ArrayLike, length: float) -> Slerp:
     0.5
     """
     start, end = rotation("R_start", R_start), rotation("R_end", R_end)
-    length = positive("length", length)
+    length = positive_number("length", length)
     D = end @ start.T
     twice_sin = np.array([D[2, 1] - D[1, 2], D[0, 2] - D[2, 0], D[1, 0] - D[0, 1]])
     sine = float(np.linalg.norm(twice_sin))

@@ -43,7 +43,7 @@ class Segment(Protocol):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Line:
+class LineSegment:
     """A straight line: p(s) = start + s direction."""
 
     start: Array
@@ -61,7 +61,7 @@ class Line:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Arc:
+class ArcSegment:
     """A circular arc: p(s) = centre + radius (cos(s/radius) x + sin(s/radius) y), x and y unit and orthogonal."""
 
     centre: Array
@@ -82,7 +82,7 @@ class Arc:
         return PathSample(self.centre + self.radius * out, dp, -out / self.radius)
 
 
-def line(start: ArrayLike, end: ArrayLike) -> Line:
+def line(start: ArrayLike, end: ArrayLike) -> LineSegment:
     """The straight line between two points (3,) [m].
 
     Raises
@@ -99,10 +99,10 @@ def line(start: ArrayLike, end: ArrayLike) -> Line:
     length = float(np.linalg.norm(b - a))
     if length < SHORTEST:
         raise OptionError("line", f"{length:g} m long", f"at least {SHORTEST:g} m from start to end")
-    return Line(a, (b - a) / length, length)
+    return LineSegment(a, (b - a) / length, length)
 
 
-def arc(start: ArrayLike, centre: ArrayLike, normal: ArrayLike, angle: float) -> Arc:
+def arc(start: ArrayLike, centre: ArrayLike, normal: ArrayLike, angle: float) -> ArcSegment:
     """The arc from `start` around `centre` by `angle` [rad], right-handed about `normal`.
 
     Parameters
@@ -138,4 +138,4 @@ def arc(start: ArrayLike, centre: ArrayLike, normal: ArrayLike, angle: float) ->
     z = math.copysign(1.0, turn) * z / size
     if abs(x @ z) * radius > PLANE:
         raise OptionError("start", f"{abs(x @ z) * radius:g} m off the arc's plane", f"at most {PLANE:g} m")
-    return Arc(middle, radius, x, np.cross(z, x), radius * abs(turn))
+    return ArcSegment(middle, radius, x, np.cross(z, x), radius * abs(turn))

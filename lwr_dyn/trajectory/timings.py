@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from lwr_dyn.registry import Registry, Row
 from lwr_dyn.trajectory.blends import blended
 from lwr_dyn.trajectory.double_s import double_s_in
-from lwr_dyn.trajectory.laws import Law, constant_speed, in_sequence, quintic, scaled
+from lwr_dyn.trajectory.motion_profile import MotionProfile, concatenate, constant_speed, quintic, stretched
 from lwr_dyn.trajectory.path import Path
 
 
@@ -27,7 +27,7 @@ class SmoothTiming:
     blend: float = 0.02
 
 
-TimedPath = tuple[Path, Law]
+TimedPath = tuple[Path, MotionProfile]
 MOTION_PROFILES: Registry[Callable[[Path, float, SmoothTiming], TimedPath]] = Registry(
     "motion_profile",
     {
@@ -62,8 +62,8 @@ def constant(path: Path, duration: float, smoothness: SmoothTiming) -> TimedPath
 def quintic_per_segment(path: Path, duration: float, smoothness: SmoothTiming) -> TimedPath:
     """A quintic from rest to rest on each segment, in times proportional to the lengths."""
     pace = duration / path.length
-    laws = [quintic(segment.length, pace * segment.length) for segment in path.segments]
-    return path, scaled(in_sequence(laws), duration)
+    profiles = [quintic(segment.length, pace * segment.length) for segment in path.segments]
+    return path, stretched(concatenate(profiles), duration)
 
 
 def smooth(path: Path, duration: float, smoothness: SmoothTiming) -> TimedPath:

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lwr_dyn.errors import OptionError
-from lwr_dyn.trajectory.lspb import lspb, lspb_at_rates, lspb_at_velocity
+from lwr_dyn.trajectory.lspb import lspb, lspb_at_rates, lspb_at_velocity, trapezoid
 
 ROUNDING = 1e-13
 """Relative to the length: quadratics from coefficients of a few products."""
@@ -31,31 +31,31 @@ def equation_3(length, t_f, t_c):
 @given(amounts, amounts, shares)
 def test_equation_2_is_reproduced(length, t_f, share):
     t_c = share * t_f
-    law = lspb(length, t_f, t_c)
+    profile = lspb(length, t_f, t_c)
     ddq_c = length / (t_c * (t_f - t_c))
     t = np.linspace(0.0, t_f, 301)
     expected = equation_2(t, 0.0, length, t_f, t_c, ddq_c * t_c, ddq_c)
-    np.testing.assert_allclose(law.at(t).s, expected, atol=ROUNDING * length)
+    np.testing.assert_allclose(profile.at(t).s, expected, atol=ROUNDING * length)
 
 
 @given(amounts, amounts, st.floats(1e-2, 0.49))
 def test_speed_and_acceleration_are_those_of_the_three_phases(length, t_f, share):
     t_c = share * t_f
-    law = lspb(length, t_f, t_c)
+    profile = lspb(length, t_f, t_c)
     V = length / (t_f - t_c)
-    middles = law.at([t_c / 2, t_f / 2, t_f - t_c / 2])
+    middles = profile.at([t_c / 2, t_f / 2, t_f - t_c / 2])
     np.testing.assert_allclose(middles.ds, [V / 2, V, V / 2], rtol=1e-11)
     np.testing.assert_allclose(middles.dds, [V / t_c, 0.0, -V / t_c], rtol=1e-12)
-    ends = law.at([-1.0, 0.0, t_f, t_f + 1.0])
+    ends = profile.at([-1.0, 0.0, t_f, t_f + 1.0])
     np.testing.assert_allclose(ends.s, [0.0, 0.0, length, length], atol=ROUNDING * length)
     np.testing.assert_allclose(ends.ds, 0.0, atol=1e-12 * V)
 
 
 def test_the_papers_run():
-    law = lspb(0.5, 7.0, 1.0)
-    assert law.peaks().speed == pytest.approx(1 / 12, rel=1e-14)
-    assert law.peaks().acceleration == pytest.approx(1 / 12, rel=1e-14)
-    assert law.knots.tolist() == [0.0, 1.0, 6.0, 7.0]
+    profile = lspb(0.5, 7.0, 1.0)
+    assert profile.peaks().speed == pytest.approx(1 / 12, rel=1e-14)
+    assert profile.peaks().acceleration == pytest.approx(1 / 12, rel=1e-14)
+    assert profile.knots.tolist() == [0.0, 1.0, 6.0, 7.0]
 
 
 def test_equation_3_is_the_acceleration_and_a_velocity_for_a_blend_of_one_second_alone():
@@ -75,29 +75,29 @@ def test_equations_3_and_4_as_printed_tear_equation_2_apart_for_other_blends():
 
 @given(amounts, amounts, st.floats(1e-2, 0.5))
 def test_the_three_ways_to_ask_make_one_law(length, t_f, share):
-    law = lspb(length, t_f, share * t_f)
+    profile = lspb(length, t_f, share * t_f)
     V = length / (t_f - share * t_f)
     A = V / (share * t_f)
     for other in (lspb_at_velocity(length, t_f, V), lspb_at_rates(length, V, A)):
         assert other.duration == pytest.approx(t_f, rel=1e-12)
         t = np.linspace(0.0, t_f, 50)
-        np.testing.assert_allclose(other.at(t).s, law.at(t).s, atol=1e-11 * length)
+        np.testing.assert_allclose(other.at(t).s, profile.at(t).s, atol=1e-11 * length)
 
 
 @pytest.mark.parametrize(
-    "law", [lspb(0.5, 2.0, 1.0), lspb_at_velocity(0.5, 2.0, 0.5), lspb_at_rates(0.5, 0.5, 0.5)], ids="abc"
+    "profile", [lspb(0.5, 2.0, 1.0), lspb_at_velocity(0.5, 2.0, 0.5), lspb_at_rates(0.5, 0.5, 0.5)], ids="abc"
 )
-def test_the_borderline_is_a_triangle_without_cruise(law):
-    assert law.knots.tolist() == [0.0, 1.0, 2.0]
-    assert law.peaks().speed == 0.5
+def test_the_borderline_is_a_triangle_without_cruise(profile):
+    assert profile.knots.tolist() == [0.0, 1.0, 2.0]
+    assert profile.peaks().speed == 0.5
 
 
-@pytest.mark.parametrize("law", [lspb(0.0, 3.0, 1.0), lspb_at_velocity(0.0, 3.0, 7.0)], ids="ab")
-def test_an_axis_of_no_length_stands_still_for_its_time(law):
-    sample = law.at(np.linspace(-1, 4, 11))
-    assert law.duration == 3.0
+@pytest.mark.parametrize("profile", [lspb(0.0, 3.0, 1.0), lspb_at_velocity(0.0, 3.0, 7.0)], ids="ab")
+def test_an_axis_of_no_length_stands_still_for_its_time(profile):
+    sample = profile.at(np.linspace(-1, 4, 11))
+    assert profile.duration == 3.0
     assert not np.any([sample.s, sample.ds, sample.dds])
-    assert law.peaks().speed == 0.0
+    assert profile.peaks().speed == 0.0
 
 
 @pytest.mark.parametrize(
@@ -136,3 +136,10 @@ def test_every_range_that_a_refusal_names_is_feasible_at_its_ends(length, t_f, V
         lspb_at_velocity(length, t_f, 2 * length / t_f)
         lspb_at_velocity(length, t_f, 1.001 * length / t_f)
         lspb_at_velocity(length, 2 * length / V, V)
+
+
+def test_the_trapezoid_is_the_lspb_at_its_bounds_and_a_triangle_when_it_is_short():
+    t = np.linspace(0.0, 7.0, 71)
+    assert trapezoid(0.5, 0.1, 0.05).at(t).s == pytest.approx(lspb_at_rates(0.5, 0.1, 0.05).at(t).s, abs=1e-15)
+    short = trapezoid(1.0, 5.0, 1.0)
+    assert (len(short.coefficients), short.duration, short.peaks().speed) == (2, 2.0, 1.0)

@@ -14,7 +14,7 @@ from lwr_dyn.audit.sensitivity.simulated_task import SimulatedTask, simulated_ta
 from lwr_dyn.audit.sensitivity.statics import Statics, statics_of
 from lwr_dyn.errors import OptionError, ShapeError
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.trajectory.laws import positive
+from lwr_dyn.trajectory.motion_profile import positive_number
 
 POSES = 500
 OMEGA_N, XI = 50.0, 1.0
@@ -93,7 +93,7 @@ def sensitivity(
         raise OptionError("arms", f"{len(arms)}", f"2 to {MOST_ARMS} readings or files")
     if not 1 <= poses <= MOST_POSES:
         raise OptionError("poses", poses, f"from 1 to {MOST_POSES}")
-    positive("rate", rate)
+    positive_number("rate", rate)
     first, *others = arms.items()
     for name, arm in others:
         if arm.n != first[1].n:

@@ -15,8 +15,7 @@ from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Reference
 from lwr_dyn.papers.study_tasks import ControllerChoice, StudyTask, study_tasks
 from lwr_dyn.registry import Registry, Row
-from lwr_dyn.trajectory.references.lspb_move import lspb_move
-from lwr_dyn.trajectory.references.point_to_point import point_to_point
+from lwr_dyn.trajectory.references.joint_moves import lspb_move, point_to_point
 from lwr_dyn.trajectory.references.tasks import REFERENCES
 
 RANGE_SHARE = 0.1

@@ -19,7 +19,7 @@ from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
 from lwr_dyn.reproduction.kr30ha.points import RightPoint
 from lwr_dyn.simulation.simulate import simulate
-from lwr_dyn.trajectory.references.point_to_point import JointReference, point_to_point
+from lwr_dyn.trajectory.references.joint_moves import JointReference, point_to_point
 
 WAIT = 2.0
 """[s] WAIT SEC 2 of Appendix B."""

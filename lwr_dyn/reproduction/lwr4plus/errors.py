@@ -27,7 +27,7 @@ from lwr_dyn.simulation.metrics import metrics
 from lwr_dyn.simulation.simulate import simulate
 from lwr_dyn.trajectory.references.arm_angles import FixedArmAngle
 from lwr_dyn.trajectory.references.ist import ist_reference, timed_ist
-from lwr_dyn.trajectory.references.task_reference import TaskReference
+from lwr_dyn.trajectory.references.pose_path_reference import PosePathReference
 
 TIMINGS = ("constant", "quintic", "smooth")
 NEAR = 0.15
@@ -79,7 +79,7 @@ class ErrorTable:
     arm_angle: str
     cells: tuple[ErrorCell, ...]
     run: Run
-    reference: TaskReference
+    reference: PosePathReference
 
     @property
     def distance(self) -> float:

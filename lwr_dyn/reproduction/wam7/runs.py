@@ -21,8 +21,7 @@ from lwr_dyn.model.friction.passivity import SidePassivity, certificate
 from lwr_dyn.model.run import Run
 from lwr_dyn.papers.actuation import friction_of
 from lwr_dyn.simulation.simulate import simulate
-from lwr_dyn.trajectory.references.lspb_move import lspb_move
-from lwr_dyn.trajectory.references.point_to_point import JointReference
+from lwr_dyn.trajectory.references.joint_moves import JointReference, lspb_move
 
 START = (0.0, -2.0, 0.0, 1.6, 0.0, 0.0, 0.0)
 TRAVEL, DURATION, BLEND = 0.5, 7.0, 1.0

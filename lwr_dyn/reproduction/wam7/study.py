@@ -39,7 +39,7 @@ from lwr_dyn.reproduction.wam7.text import (
     runs_text,
     verdict,
 )
-from lwr_dyn.trajectory.references.lspb_move import lspb_move
+from lwr_dyn.trajectory.references.joint_moves import lspb_move
 from lwr_dyn.viewer.plots import save_figure
 from lwr_dyn.viewer.replay_page import write_replay
 

@@ -1,1 +1,1 @@
-"""References for the joints: a path, a law and an inverse kinematics put together, or plain joint moves."""
+"""References for the joints: a path, a profile and an inverse kinematics put together, or plain joint moves."""

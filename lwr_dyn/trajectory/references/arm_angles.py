@@ -15,11 +15,11 @@ from lwr_dyn.kinematics.arm_angle import best_arm_angle
 from lwr_dyn.kinematics.arm_geometry import require_srs
 from lwr_dyn.kinematics.branches import BRANCHES, Branch, joint_ranges
 from lwr_dyn.kinematics.srs import arm_triangle, closed_form
-from lwr_dyn.trajectory.references.limits import tightest
+from lwr_dyn.trajectory.references.limits import limit_margin
 
 if TYPE_CHECKING:
     from lwr_dyn.model.arm import Arm
-    from lwr_dyn.trajectory.poses import TimedPosePath
+    from lwr_dyn.trajectory.timed_pose_path import TimedPosePath
 
 PLACES = 1401
 """Places on the path at which the arm angle is chosen: 1 mm apart on IST."""
@@ -54,20 +54,22 @@ class FixedArmAngle:
         return np.full(len(s), self.psi), still, still
 
 
-class Choice(NamedTuple):
+class ChosenArmAngle(NamedTuple):
     """An arm angle, and how it was chosen, in words."""
 
     curve: ArmAngle
     how: str
 
 
-def choose_arm_angle(arm: Arm, poses: TimedPosePath, wanted: float | ArmAngle | None) -> Choice:
-    """The arm angle for a task; see `task_reference` for `wanted` and what is raised."""
+def choose_arm_angle(arm: Arm, poses: TimedPosePath, wanted: float | ArmAngle | None) -> ChosenArmAngle:
+    """The arm angle for a task; see `pose_path_reference` for `wanted` and what is raised."""
     if wanted is None:
-        return Choice(_best(arm, poses), "the curve of the largest joint-limit margin; the paper's own is not known")
+        return ChosenArmAngle(
+            _best(arm, poses), "the curve of the largest joint-limit margin; the paper's own is not known"
+        )
     if isinstance(wanted, float | int | np.number):
-        return Choice(_fixed(arm, poses, float(wanted)), f"{float(wanted)!r} rad all along, given")
-    return Choice(wanted, "a curve, given")
+        return ChosenArmAngle(_fixed(arm, poses, float(wanted)), f"{float(wanted)!r} rad all along, given")
+    return ChosenArmAngle(wanted, "a curve, given")
 
 
 def place_at(poses: TimedPosePath, t: float) -> str:
@@ -100,7 +102,7 @@ def _fixed(arm: Arm, poses: TimedPosePath, psi: float) -> FixedArmAngle:
         worst = int(np.argmax(excess))
         raise out_of_reach(poses, _when(poses, float(s[worst])), float(excess[worst]))
     angles = np.full(len(s), psi)
-    margins = [tightest(arm, s, closed_form(geometry, ranges, T, angles, branch)).margin for branch in BRANCHES]
+    margins = [limit_margin(arm, s, closed_form(geometry, ranges, T, angles, branch)).margin for branch in BRANCHES]
     return FixedArmAngle(psi, BRANCHES[int(np.argmax(margins))])
 
 
@@ -119,11 +121,11 @@ def out_of_reach(poses: TimedPosePath, when: float, distance: float) -> PathLimi
 
 
 def _when(poses: TimedPosePath, s: float) -> float:
-    """The time at which the law has travelled s [m]: s never falls, so bisection finds it."""
+    """The time at which the profile has travelled s [m]: s never falls, so bisection finds it."""
     if s <= 0.0:
         return 0.0
     low, high = 0.0, poses.duration
     for _ in range(60):
         middle = 0.5 * (low + high)
-        low, high = (middle, high) if poses.law.at(middle).s[0] < s else (low, middle)
+        low, high = (middle, high) if poses.profile.at(middle).s[0] < s else (low, middle)
     return high

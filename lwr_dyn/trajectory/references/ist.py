@@ -12,14 +12,14 @@ from numpy.typing import ArrayLike
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.papers.schema import Column
 from lwr_dyn.registry import Option, Quantity
-from lwr_dyn.trajectory.laws import positive
-from lwr_dyn.trajectory.orientations import Constant, rotation
+from lwr_dyn.trajectory.motion_profile import positive_number
+from lwr_dyn.trajectory.orientations import ConstantOrientation, rotation
 from lwr_dyn.trajectory.path import Path, path_of
-from lwr_dyn.trajectory.poses import TimedPosePath, timed
 from lwr_dyn.trajectory.references.arm_angles import ArmAngle
-from lwr_dyn.trajectory.references.task_reference import TaskReference, task_reference
+from lwr_dyn.trajectory.references.pose_path_reference import PosePathReference, pose_path_reference
 from lwr_dyn.trajectory.references.tasks import Duration
 from lwr_dyn.trajectory.segments import arc, line
+from lwr_dyn.trajectory.timed_pose_path import TimedPosePath, timed_pose_path
 from lwr_dyn.trajectory.timings import MOTION_PROFILES, SmoothTiming
 
 POINTS = Column(
@@ -97,13 +97,13 @@ def timed_ist(
     ShapeError, OptionError
         A duration that is not positive or too short for the bounds, R_07 not a rotation.
 
-    >>> timed_ist("constant").law.peaks().speed.__round__(4)
+    >>> timed_ist("constant").profile.peaks().speed.__round__(4)
     0.0979
     """
-    positive("duration", duration)
-    orientation = Constant(rotation("R_07", TOOL if R_07 is None else R_07))
+    positive_number("duration", duration)
+    orientation = ConstantOrientation(rotation("R_07", TOOL if R_07 is None else R_07))
     path, profile = MOTION_PROFILES.load(timing)(ist_path(), duration, smoothness or SmoothTiming())
-    return timed(path, orientation, profile)
+    return timed_pose_path(path, orientation, profile)
 
 
 def ist_reference(
@@ -116,7 +116,7 @@ def ist_reference(
     ] = None,
     smoothness: SmoothTiming | None = None,
     limits: bool = True,
-) -> TaskReference:
+) -> PosePathReference:
     """The IST path as a reference for the joints; its `about` says what is printed, assumed and estimated.
 
     Parameters
@@ -126,7 +126,7 @@ def ist_reference(
     timing, duration, R_07, smoothness
         As `timed_ist`.
     arm_angle, limits
-        As `task_reference`; the largest-margin curve if no arm angle is given.
+        As `pose_path_reference`; the largest-margin curve if no arm angle is given.
 
     Raises
     ------
@@ -154,4 +154,4 @@ def ist_reference(
     }
     if "smoothness" in MOTION_PROFILES[timing].facts:
         about["smoothness"] = asdict(smoothness or SmoothTiming()) | {"kind": "assumed"}
-    return task_reference(arm, poses, arm_angle, about, limits)
+    return pose_path_reference(arm, poses, arm_angle, about, limits)

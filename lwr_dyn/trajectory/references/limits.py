@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from lwr_dyn.model.arm import Arm
 
 
-class Outside(NamedTuple):
+class LimitViolation(NamedTuple):
     """Row of the movement, the joint, the fault and what is allowed in words, and by how much [rad or m]."""
 
     row: int
@@ -25,7 +25,7 @@ class Outside(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class Tightest:
+class LimitMargin:
     """The smallest distance from a position limit [rad or m], infinite where none is known; its joint; its time [s]."""
 
     margin: float
@@ -33,7 +33,7 @@ class Tightest:
     t: float
 
 
-def worst_outside(arm: Arm, q: Array) -> Outside | None:
+def largest_violation(arm: Arm, q: Array) -> LimitViolation | None:
     """The one of the positions q (k, n) [rad or m] that is furthest outside the limits, or None."""
     excess = np.maximum(q - arm.upper, arm.lower - q)
     i, j = (int(x) for x in np.unravel_index(int(np.argmax(excess)), excess.shape))
@@ -42,11 +42,11 @@ def worst_outside(arm: Arm, q: Array) -> Outside | None:
     unit = "rad" if arm.chain.links[j].kind is JointKind.REVOLUTE else "m"
     name, past = arm.joint_names[j], float(excess[i, j])
     fault = f"{name} at {q[i, j]:.6g} {unit}, {past:.3g} {unit} outside its limits"
-    return Outside(i, name, fault, f"{arm.lower[j]:.6g} to {arm.upper[j]:.6g} {unit}", past)
+    return LimitViolation(i, name, fault, f"{arm.lower[j]:.6g} to {arm.upper[j]:.6g} {unit}", past)
 
 
-def tightest(arm: Arm, t: Array, q: Array) -> Tightest:
+def limit_margin(arm: Arm, t: Array, q: Array) -> LimitMargin:
     """Where the positions q (k, n) at times t (k,) come nearest to a limit."""
     margin = np.minimum(arm.upper - q, q - arm.lower)
     i, j = np.unravel_index(int(np.argmin(margin)), margin.shape)
-    return Tightest(float(margin[i, j]), arm.joint_names[int(j)], float(t[i]))
+    return LimitMargin(float(margin[i, j]), arm.joint_names[int(j)], float(t[i]))

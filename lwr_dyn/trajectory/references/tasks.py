@@ -15,12 +15,13 @@ REFERENCES: Registry[Callable[..., Reference]] = Registry(
     {
         "ist": Row("lwr_dyn.trajectory.references.ist:ist_reference", "the letters IST of the LWR 4+ paper"),
         "point-to-point": Row(
-            "lwr_dyn.trajectory.references.point_to_point:one_move", "a move of the joints from rest to rest, a quintic"
+            "lwr_dyn.trajectory.references.joint_moves:one_move", "a move of the joints from rest to rest, a quintic"
         ),
         "lspb": Row(
-            "lwr_dyn.trajectory.references.lspb_move:timed_lspb_move", "a move of the joints with a trapezoid of speed"
+            "lwr_dyn.trajectory.references.joint_moves:timed_lspb_move",
+            "a move of the joints with a trapezoid of speed",
         ),
-        "hold": Row("lwr_dyn.trajectory.references.point_to_point:hold", "standing still"),
+        "hold": Row("lwr_dyn.trajectory.references.joint_moves:hold", "standing still"),
     },
 )
 """Each row makes a reference: `factory(arm, **options)`."""

@@ -14,7 +14,7 @@ from lwr_dyn.audit.sensitivity.statics import shared_poses, statics_of
 from lwr_dyn.errors import LwrDynError, MissingDataError, OptionError, ShapeError, UnknownNameError
 from lwr_dyn.papers.study_tasks import PublishedClaim
 from lwr_dyn.simulation.plant import scaled
-from lwr_dyn.trajectory.references.point_to_point import point_to_point
+from lwr_dyn.trajectory.references.joint_moves import point_to_point
 
 PD, INVERSE = "PD + gravity", "inverse dynamics"
 RATE = 250.0

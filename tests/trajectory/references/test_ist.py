@@ -70,14 +70,14 @@ def test_quintic_stands_still_at_every_end_of_a_segment_in_times_proportional_to
     at = poses.at(stops)
     np.testing.assert_allclose(at.velocity, 0.0, atol=ROUNDING)
     np.testing.assert_allclose(at.acceleration, 0.0, atol=1e-10)
-    np.testing.assert_allclose(at.law.s, poses.path.starts, atol=ROUNDING)
+    np.testing.assert_allclose(at.profile.s, poses.path.starts, atol=ROUNDING)
 
 
 @pytest.mark.parametrize("timing", ["smooth", "smooth-blended"])
 def test_smooth_timings_bound_acceleration_and_jerk_in_space(timing):
     keep = SmoothTiming()
     poses = timed_ist(timing)
-    peaks = poses.law.peaks()
+    peaks = poses.profile.peaks()
     assert peaks.acceleration <= keep.acceleration * (1 + 1e-9)
     assert peaks.jerk <= keep.jerk * (1 + 1e-9)
     t = np.linspace(0.0, 14.0, 28_001)
@@ -91,12 +91,12 @@ def test_smooth_stops_at_the_three_corners_only_and_stays_within_a_hundredth_of_
     poses = timed_ist("smooth")
     t = np.linspace(0.0, 14.0, 28_001)[1:-1]
     moving = poses.at(t)
-    slow = moving.law.ds < 1e-3
+    slow = moving.profile.ds < 1e-3
     stops = 1 + np.count_nonzero(np.diff(np.flatnonzero(slow)) > 1)
     assert stops == 3 + 2  # and the two ends
     # distance from the two full circles inside the S, where the eased bends are
     p = moving.T[:, :3, 3]
-    s_part = (moving.law.s > 0.41) & (moving.law.s < 0.86)
+    s_part = (moving.profile.s > 0.41) & (moving.profile.s < 0.86)
     radius = np.min([np.abs(np.hypot(p[:, 1] + 0.35, p[:, 2] - z) - 0.075) for z in (0.325, 0.475)], axis=0)
     assert radius[s_part].max() < 1e-5
 
@@ -104,11 +104,11 @@ def test_smooth_stops_at_the_three_corners_only_and_stays_within_a_hundredth_of_
 def test_without_easing_the_path_is_table_v_to_the_letter_and_the_acceleration_jumps_at_the_bends():
     poses = timed_ist("smooth", smoothness=SmoothTiming(ease=0.0))
     assert poses.length == pytest.approx(ist_path().length, abs=ROUNDING)
-    s = poses.law.at(np.linspace(0, 14, 28_001)).s
+    s = poses.profile.at(np.linspace(0, 14, 28_001)).s
     k = int(np.argmin(np.abs(s - 0.4)))
     t = np.linspace(0, 14, 28_001)[[k - 1, k + 1]]
     before, after = poses.at(t).acceleration[:, :3]
-    speed = poses.law.at(t).ds[0]
+    speed = poses.profile.at(t).ds[0]
     assert np.linalg.norm(after - before) == pytest.approx(speed**2 / 0.075, rel=1e-3)
 
 

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from lwr_dyn.errors import OptionError
 from lwr_dyn.trajectory.double_s import double_s, double_s_in
-from lwr_dyn.trajectory.laws import constant_speed, in_sequence, quintic, scaled
+from lwr_dyn.trajectory.motion_profile import concatenate, constant_speed, quintic, stretched
 from tests.examples import examples
 
 ROUNDING = 1e-11
@@ -24,62 +24,62 @@ LAWS = {
     "double-S, acceleration not reached": double_s(0.7, 0.3, 6.0, 2.0),
     "double-S, speed not reached": double_s(0.7, 30.0, 0.6, 2.0),
     "double-S, jerk alone": double_s(0.7, 30.0, 60.0, 2.0),
-    "sequence": in_sequence([quintic(0.2, 1.0), double_s(0.5, 0.3, 0.6, 2.0)]),
-    "scaled": scaled(double_s(0.7, 0.3, 0.6, 2.0), 9.0),
+    "sequence": concatenate([quintic(0.2, 1.0), double_s(0.5, 0.3, 0.6, 2.0)]),
+    "stretched": stretched(double_s(0.7, 0.3, 0.6, 2.0), 9.0),
 }
 
 
-@pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
-def test_derivatives_are_those_of_s_inside_every_piece(law):
-    h = 1e-2 * float(np.min(np.diff(law.knots)))
-    for begin, end in zip(law.knots, law.knots[1:], strict=False):
+@pytest.mark.parametrize("profile", LAWS.values(), ids=LAWS)
+def test_derivatives_are_those_of_s_inside_every_piece(profile):
+    h = 1e-2 * float(np.min(np.diff(profile.knots)))
+    for begin, end in zip(profile.knots, profile.knots[1:], strict=False):
         t = np.linspace(begin + 5 * h, end - 5 * h, 7)
-        around = law.at((t[:, None] + h * STENCIL).ravel())
-        here = law.at(t)
+        around = profile.at((t[:, None] + h * STENCIL).ravel())
+        here = profile.at(t)
         for value, rate in (("s", "ds"), ("ds", "dds"), ("dds", "ddds")):
             difference = getattr(around, value).reshape(len(t), -1) @ WEIGHTS / h
             scale = 1e-13 / h  # rounding of s divided by the step
             np.testing.assert_allclose(getattr(here, rate), difference, atol=scale, rtol=1e-9)
 
 
-@pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
-def test_every_law_goes_from_zero_to_its_length_and_stands_still_outside(law):
-    sample = law.at([-1.0, 0.0, law.duration, law.duration + 1.0])
-    np.testing.assert_allclose(sample.s, [0.0, 0.0, law.length, law.length], atol=ROUNDING)
+@pytest.mark.parametrize("profile", LAWS.values(), ids=LAWS)
+def test_every_law_goes_from_zero_to_its_length_and_stands_still_outside(profile):
+    sample = profile.at([-1.0, 0.0, profile.duration, profile.duration + 1.0])
+    np.testing.assert_allclose(sample.s, [0.0, 0.0, profile.length, profile.length], atol=ROUNDING)
     assert not np.any([sample.ds[[0, 3]], sample.dds[[0, 3]], sample.ddds[[0, 3]]])
 
 
 @pytest.mark.parametrize("name", [n for n in LAWS if n != "constant"])
 def test_rest_to_rest_laws_have_no_jump_of_s_speed_or_acceleration(name):
-    law = LAWS[name]
-    before = law.at(np.nextafter(law.knots, -np.inf))
-    after = law.at(law.knots)
+    profile = LAWS[name]
+    before = profile.at(np.nextafter(profile.knots, -np.inf))
+    after = profile.at(profile.knots)
     for value in ("s", "ds", "dds"):
         np.testing.assert_allclose(getattr(before, value), getattr(after, value), atol=ROUNDING)
 
 
 def test_constant_speed_jumps_at_both_ends():
-    law = LAWS["constant"]
+    profile = LAWS["constant"]
     eps = 1e-9
-    np.testing.assert_allclose(law.at([-eps, 0.0, 3.0, 3.0 + eps]).ds, [0.0, 0.7 / 3.0, 0.7 / 3.0, 0.0])
+    np.testing.assert_allclose(profile.at([-eps, 0.0, 3.0, 3.0 + eps]).ds, [0.0, 0.7 / 3.0, 0.7 / 3.0, 0.0])
 
 
 @given(length=amounts, speed=amounts, acceleration=amounts, jerk=amounts)
 @examples(60)
 def test_double_s_keeps_its_bounds_and_arrives_at_rest(length, speed, acceleration, jerk):
-    law = double_s(length, speed, acceleration, jerk)
-    tick = 4 * np.spacing(law.duration)  # what a time of that size can tell; a jerk acts through it
+    profile = double_s(length, speed, acceleration, jerk)
+    tick = 4 * np.spacing(profile.duration)  # what a time of that size can tell; a jerk acts through it
     rough = jerk * tick + ROUNDING * acceleration
-    peaks = law.peaks()
+    peaks = profile.peaks()
     assert peaks.speed <= speed * (1 + ROUNDING) + acceleration * tick
     assert peaks.acceleration <= acceleration + rough
     assert peaks.jerk <= jerk * (1 + ROUNDING)
-    end = law.at([law.duration])
+    end = profile.at([profile.duration])
     assert end.s[0] == pytest.approx(length, rel=ROUNDING)
     assert abs(end.ds[0]) <= ROUNDING * speed * 10 + acceleration * tick
     assert abs(end.dds[0]) <= 10 * rough
     assert peaks.jerk == pytest.approx(jerk, rel=ROUNDING)
-    if len(law.coefficients) == 7:  # all stretches are there, so all bounds are reached: no time is wasted
+    if len(profile.coefficients) == 7:  # all stretches are there, so all bounds are reached: no time is wasted
         assert peaks.speed == pytest.approx(speed, rel=ROUNDING)
         assert abs(peaks.acceleration - acceleration) <= rough
 
@@ -96,12 +96,12 @@ def test_double_s_total_times_are_those_of_the_book():
 def test_sections_in_a_given_time_stop_at_their_ends_and_keep_the_bounds(lengths, stretch, acceleration):
     jerk = 8.0 * acceleration
     shortest = sum(double_s(length, 1e6, acceleration, jerk).duration for length in lengths)
-    law = double_s_in(lengths, stretch * shortest * (1 + 1e-9), acceleration, jerk)
-    assert law.duration == stretch * shortest * (1 + 1e-9)
-    peaks = law.peaks()
+    profile = double_s_in(lengths, stretch * shortest * (1 + 1e-9), acceleration, jerk)
+    assert profile.duration == stretch * shortest * (1 + 1e-9)
+    peaks = profile.peaks()
     assert peaks.acceleration <= acceleration * (1 + ROUNDING) + ROUNDING
     assert peaks.jerk <= jerk * (1 + ROUNDING)
-    at_knots = law.at(law.knots)
+    at_knots = profile.at(profile.knots)
     for stop in np.cumsum(lengths):
         k = int(np.argmin(np.abs(at_knots.s - stop)))
         assert at_knots.s[k] == pytest.approx(stop, rel=ROUNDING)
@@ -120,7 +120,7 @@ def test_a_time_too_short_for_the_bounds_says_the_shortest():
     [
         lambda x: constant_speed(1.0, x),
         lambda x: quintic(x, 1.0),
-        lambda x: scaled(quintic(1.0, 1.0), x),
+        lambda x: stretched(quintic(1.0, 1.0), x),
         lambda x: double_s(1.0, 1.0, x, 1.0),
         lambda x: double_s(1.0, 1.0, 1.0, x),
         lambda x: double_s_in([1.0, x], 9.0, 1.0, 1.0),
@@ -133,6 +133,6 @@ def test_amounts_that_are_not_positive_are_refused(make, bad):
 
 def test_no_sections_are_refused():
     with pytest.raises(OptionError, match="at least one"):
-        in_sequence([])
+        concatenate([])
     with pytest.raises(OptionError, match="at least one"):
         double_s_in([], 1.0, 1.0, 1.0)

@@ -1,6 +1,6 @@
-"""Laws of motion: a scalar s(t) with its exact derivatives, as polynomials in time from knot to knot.
+"""Motion profiles: a scalar s(t) with its exact derivatives, as polynomials in time from knot to knot.
 
-Every law here is one record, `Law`; functions make it. Before 0 and after its duration a law stands still.
+One record, `MotionProfile`, that functions make. Before 0 and after its duration a profile stands still.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ SHORTEST, LONGEST = 1e-9, 1e9
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class LawSample:
-    """A law at k times: s, ds, dds, ddds (k,) [m or rad, per s, per s^2, per s^3]."""
+class ProfileSample:
+    """A profile at k times: s, ds, dds, ddds (k,) [m or rad, per s, per s^2, per s^3]."""
 
     s: Array
     ds: Array
@@ -36,7 +36,7 @@ class LawSample:
 
 @dataclass(frozen=True, slots=True)
 class Peaks:
-    """The largest absolute speed, acceleration and jerk of a law between its knots."""
+    """The largest absolute speed, acceleration and jerk of a profile between its knots."""
 
     speed: float
     acceleration: float
@@ -44,8 +44,8 @@ class Peaks:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Law:
-    """A law of motion s(t) = sum_i c_i (t - t_j)^i on [t_j, t_(j+1)], from 0 to `length`.
+class MotionProfile:
+    """A profile of motion s(t) = sum_i c_i (t - t_j)^i on [t_j, t_(j+1)], from 0 to `length`.
 
     `knots` (m + 1,) [s] begins with 0; `coefficients` (m, 6) holds c_0 ... c_5 of each piece.
     """
@@ -64,8 +64,8 @@ class Law:
         """[s]"""
         return float(self.knots[-1])
 
-    def at(self, t: ArrayLike) -> LawSample:
-        """The law and its derivatives at times t (k,) [s]; at a knot the piece that begins there counts.
+    def at(self, t: ArrayLike) -> ProfileSample:
+        """The profile and its derivatives at times t (k,) [s]; at a knot the piece that begins there counts.
 
         >>> quintic(1.0, 2.0).at([1.0]).ds
         array([0.9375])
@@ -80,7 +80,7 @@ class Law:
             values.append(np.sum(c * powers[:, : c.shape[1]], axis=1))
             c = _derivative(c)
         s, *rates = values
-        return LawSample(np.clip(s, 0.0, self.length), *(np.where(moving, rate, 0.0) for rate in rates))
+        return ProfileSample(np.clip(s, 0.0, self.length), *(np.where(moving, rate, 0.0) for rate in rates))
 
     def peaks(self) -> Peaks:
         """The exact peaks, from the roots of the derivatives of each piece.
@@ -95,7 +95,7 @@ class Law:
         return Peaks(*found)
 
 
-def constant_speed(length: float, duration: float) -> Law:
+def constant_speed(length: float, duration: float) -> MotionProfile:
     """Constant speed, s = length t / duration; the speed jumps from and to zero at the two ends.
 
     Raises
@@ -103,11 +103,11 @@ def constant_speed(length: float, duration: float) -> Law:
     OptionError
         Length or duration not positive.
     """
-    length, duration = positive("length", length), positive("duration", duration)
-    return Law("constant speed", length, np.array([0.0, duration]), _padded([[0.0, length / duration]]))
+    length, duration = positive_number("length", length), positive_number("duration", duration)
+    return MotionProfile("constant speed", length, np.array([0.0, duration]), _padded([[0.0, length / duration]]))
 
 
-def quintic(length: float, duration: float) -> Law:
+def quintic(length: float, duration: float) -> MotionProfile:
     """Quintic from rest to rest, s = length (10 x^3 - 15 x^4 + 6 x^5) with x = t / duration.
 
     Speed and acceleration are zero at both ends; the jerk steps there from and to 60 length / duration^3.
@@ -124,58 +124,58 @@ def quintic(length: float, duration: float) -> Law:
     >>> quintic(1.0, 1.0).peaks().speed
     1.875
     """
-    length, duration = positive("length", length), positive("duration", duration)
+    length, duration = positive_number("length", length), positive_number("duration", duration)
     c = [0.0, 0.0, 0.0, 10.0 / duration**3, -15.0 / duration**4, 6.0 / duration**5]
-    return Law("quintic", length, np.array([0.0, duration]), length * np.array([c]))
+    return MotionProfile("quintic", length, np.array([0.0, duration]), length * np.array([c]))
 
 
-def scaled(law: Law, duration: float) -> Law:
-    """The same law stretched in time to `duration` [s]: speed, acceleration and jerk go with 1/x, 1/x^2, 1/x^3.
+def stretched(profile: MotionProfile, duration: float) -> MotionProfile:
+    """The same profile stretched in time to `duration` [s]: speed, acceleration and jerk go with 1/x, 1/x^2, 1/x^3.
 
     Raises
     ------
     OptionError
         Duration not positive.
 
-    >>> round(scaled(quintic(1.0, 1.0), 3.0).peaks().speed, 12)
+    >>> round(stretched(quintic(1.0, 1.0), 3.0).peaks().speed, 12)
     0.625
     """
-    duration = positive("duration", duration)
-    stretch = duration / law.duration
-    knots = law.knots * stretch
+    duration = positive_number("duration", duration)
+    stretch = duration / profile.duration
+    knots = profile.knots * stretch
     knots[-1] = duration
-    return Law(law.name, law.length, knots, law.coefficients / stretch ** np.arange(DEGREE + 1))
+    return MotionProfile(profile.name, profile.length, knots, profile.coefficients / stretch ** np.arange(DEGREE + 1))
 
 
-def in_sequence(laws: Sequence[Law]) -> Law:
+def concatenate(profiles: Sequence[MotionProfile]) -> MotionProfile:
     """Laws one after the other, each going on where the one before it ended; those that end at rest stop there.
 
     Raises
     ------
     OptionError
-        No law given.
+        No profile given.
 
-    >>> in_sequence([quintic(1.0, 2.0), quintic(0.5, 1.0)]).at([2.0, 3.0]).s
+    >>> concatenate([quintic(1.0, 2.0), quintic(0.5, 1.0)]).at([2.0, 3.0]).s
     array([1. , 1.5])
     """
-    if not laws:
-        raise OptionError("laws", "none", "at least one law")
+    if not profiles:
+        raise OptionError("profiles", "none", "at least one profile")
     knots, coefficients, length = [0.0], [], 0.0
-    for law in laws:
+    for profile in profiles:
         begin = knots[-1]
-        knots += [begin + float(t) for t in law.knots[1:]]
-        piece = law.coefficients.copy()
+        knots += [begin + float(t) for t in profile.knots[1:]]
+        piece = profile.coefficients.copy()
         piece[:, 0] += length
         coefficients.append(piece)
-        length += law.length
-    names = dict.fromkeys(law.name for law in laws)
-    return Law(", then ".join(names), length, np.array(knots), np.concatenate(coefficients))
+        length += profile.length
+    names = dict.fromkeys(profile.name for profile in profiles)
+    return MotionProfile(", then ".join(names), length, np.array(knots), np.concatenate(coefficients))
 
 
-def positive(name: str, value: float) -> float:
+def positive_number(name: str, value: float) -> float:
     """A positive amount as a float; raises `OptionError` with the allowed range.
 
-    >>> positive("duration", 2)
+    >>> positive_number("duration", 2)
     2.0
     """
     try:

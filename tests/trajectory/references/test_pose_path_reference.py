@@ -9,14 +9,14 @@ import lwr_dyn
 from lwr_dyn.errors import OptionError, PathLimitError, ShapeError, SingularArmError
 from lwr_dyn.kinematics.branches import Branch
 from lwr_dyn.model.spatial import rot_x
-from lwr_dyn.trajectory.laws import quintic
+from lwr_dyn.trajectory.motion_profile import quintic
 from lwr_dyn.trajectory.orientations import constant, slerp
 from lwr_dyn.trajectory.path import path_of
-from lwr_dyn.trajectory.poses import timed
 from lwr_dyn.trajectory.references.arm_angles import FixedArmAngle
 from lwr_dyn.trajectory.references.ist import TOOL, ist_reference, timed_ist
-from lwr_dyn.trajectory.references.task_reference import task_reference
+from lwr_dyn.trajectory.references.pose_path_reference import pose_path_reference
 from lwr_dyn.trajectory.segments import line
+from lwr_dyn.trajectory.timed_pose_path import timed_pose_path
 from lwr_dyn.trajectory.timings import MOTION_PROFILES, SmoothTiming
 
 ARM = lwr_dyn.load("lwr4plus")
@@ -33,12 +33,12 @@ REFERENCES = {timing: ist_reference(ARM, timing) for timing in MOTION_PROFILES.r
 
 
 def breaks(reference):
-    """Times at which the path or the law goes over into its next piece: differences must not reach across them."""
+    """Times at which the path or the profile goes over into its next piece: differences must not reach across them."""
     poses = reference.poses
     t = np.linspace(0.0, poses.duration, 28_001)
-    joints = np.interp(poses.path.starts, *_rising(poses.law.at(t).s, t))
-    knots = np.interp(getattr(reference.arm_angle, "knots", []), *_rising(poses.law.at(t).s, t))
-    return np.concatenate([poses.law.knots, joints, knots])
+    joints = np.interp(poses.path.starts, *_rising(poses.profile.at(t).s, t))
+    knots = np.interp(getattr(reference.arm_angle, "knots", []), *_rising(poses.profile.at(t).s, t))
+    return np.concatenate([poses.profile.knots, joints, knots])
 
 
 def _rising(s, t):
@@ -139,7 +139,7 @@ def test_a_curve_of_ones_own_is_taken():
 def test_a_turning_tool_is_followed():
     path = path_of([line((-0.05, -0.4, 0.5), (-0.05, -0.2, 0.5))])
     orientation = slerp(TOOL, rot_x(-0.4) @ np.array(TOOL), path.length)
-    reference = task_reference(ARM, timed(path, orientation, quintic(path.length, 2.0)))
+    reference = pose_path_reference(ARM, timed_pose_path(path, orientation, quintic(path.length, 2.0)))
     t = np.linspace(0.1, 1.9, 19)
     away = np.abs(t[:, None] - breaks(reference)).min(axis=1)
     t = t[away > 5 * STEP]
@@ -198,20 +198,22 @@ def test_a_given_curve_that_leads_out_of_reach_or_through_a_singularity_says_whe
     far = path_of([line((0.3, 0.3, 0.5), (0.3, 2.3, 0.5))])
     own = FixedArmAngle(0.0, Branch(1, 1, 1))
     with pytest.raises(PathLimitError, match=r"at t = 2 s, point .* 1\.\d+ m out of reach"):
-        task_reference(ARM, timed(far, constant(np.eye(3)), quintic(far.length, 2.0)), own)
+        pose_path_reference(ARM, timed_pose_path(far, constant(np.eye(3)), quintic(far.length, 2.0)), own)
     # the tool points away from the elbow's line as the arm passes upright: the wrist stands on the axis of joint 1
     over = path_of([line((-0.2, 0.0, 0.7), (0.2, 0.0, 0.7))])
     with pytest.raises(SingularArmError, match=r"at t = 1 s, point \(0, 0, 0\.7\) m"):
-        task_reference(ARM, timed(over, constant(np.eye(3)), quintic(over.length, 2.0)), own, limits=False)
+        pose_path_reference(
+            ARM, timed_pose_path(over, constant(np.eye(3)), quintic(over.length, 2.0)), own, limits=False
+        )
 
 
 @pytest.mark.parametrize("arm_angle", [None, 0.0])
 def test_a_path_out_of_reach_says_where(arm_angle):
     path = path_of([line((0.3, 0.3, 0.5), (0.3, 2.3, 0.5))])
-    poses = timed(path, constant(np.eye(3)), quintic(path.length, 2.0))
+    poses = timed_pose_path(path, constant(np.eye(3)), quintic(path.length, 2.0))
     said = r"at t = 2 s, point \(0\.3, 2\.3, 0\.5\) m: the wrist is 1\.\d+ m out of reach"
     with pytest.raises(PathLimitError, match=said):
-        task_reference(ARM, poses, arm_angle)
+        pose_path_reference(ARM, poses, arm_angle)
 
 
 def test_bad_arm_angles_arms_and_times_are_refused():

@@ -14,18 +14,18 @@ from lwr_dyn.errors import OutOfReachError, PathLimitError, SingularArmError
 from lwr_dyn.kinematics.path_following import follow
 from lwr_dyn.model.run import Motion
 from lwr_dyn.trajectory.references.arm_angles import ArmAngle, choose_arm_angle, out_of_reach, place_at
-from lwr_dyn.trajectory.references.limits import Tightest, tightest, worst_outside
+from lwr_dyn.trajectory.references.limits import LimitMargin, largest_violation, limit_margin
 
 if TYPE_CHECKING:
     from lwr_dyn.model.arm import Arm
-    from lwr_dyn.trajectory.poses import TimedPosePath
+    from lwr_dyn.trajectory.timed_pose_path import TimedPosePath
 
 TIMES = 1401
-"""Times at which the position limits are looked at, besides the knots of the law: 10 ms apart on IST."""
+"""Times at which the position limits are looked at, besides the knots of the profile: 10 ms apart on IST."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class TaskReference:
+class PosePathReference:
     """A drawn path as a reference for the joints; q, dq, ddq are exact derivatives.
 
     `poses` is the path in space with its timing, `arm_angle` the arm angle along it, `tightest` the place where the
@@ -35,9 +35,10 @@ class TaskReference:
     arm: Arm
     poses: TimedPosePath
     arm_angle: ArmAngle
-    tightest: Tightest
+    tightest: LimitMargin
     about: Mapping[str, Any] = field(default_factory=dict)
     name: ClassVar[str] = "TaskReference"
+    """In run files."""
 
     @property
     def duration(self) -> float:
@@ -58,13 +59,13 @@ class TaskReference:
         return self.poses.path.at(np.linspace(0.0, self.poses.length, places)).p
 
 
-def task_reference(
+def pose_path_reference(
     arm: Arm,
     poses: TimedPosePath,
     arm_angle: float | ArmAngle | None = None,
     about: Mapping[str, Any] | None = None,
     limits: bool = True,
-) -> TaskReference:
+) -> PosePathReference:
     """A timed pose path of the flange as a reference for the joints of an S-R-S arm.
 
     Parameters
@@ -91,23 +92,23 @@ def task_reference(
         The path passes a singularity at speed.
     """
     curve, how = choose_arm_angle(arm, poses, arm_angle)
-    t = np.union1d(np.linspace(0.0, poses.duration, TIMES), poses.law.knots)
+    t = np.union1d(np.linspace(0.0, poses.duration, TIMES), poses.profile.knots)
     q = _placed_motion(arm, poses, curve, t).q
-    outside = worst_outside(arm, q)
+    outside = largest_violation(arm, q)
     if limits and outside is not None:
         when = float(t[outside.row])
         where = place_at(poses, when)
         raise PathLimitError(when, where, outside.fault, outside.allowed, outside.joint, outside.excess)
-    nearest = tightest(arm, t, q)
+    nearest = limit_margin(arm, t, q)
     record = {
         **(about or {}),
         "arm_angle": {"value": how, "branch": curve.branch.label, "kind": "assumed"},
         "margin": _said(nearest, outside is None),
     }
-    return TaskReference(arm, poses, curve, nearest, record)
+    return PosePathReference(arm, poses, curve, nearest, record)
 
 
-def _said(nearest: Tightest, kept: bool) -> dict[str, Any] | None:
+def _said(nearest: LimitMargin, kept: bool) -> dict[str, Any] | None:
     """None where the arm has no limits: JSON knows no infinity."""
     if not np.isfinite(nearest.margin):
         return None
@@ -128,8 +129,8 @@ def _placed_motion(arm: Arm, poses: TimedPosePath, curve: ArmAngle, t: Array) ->
 def _motion(arm: Arm, poses: TimedPosePath, curve: ArmAngle, t: Array) -> Motion:
     """psi is a function of the length s, so dpsi/dt = psi' ds and d2psi/dt2 = psi'' ds^2 + psi' dds."""
     at = poses.at(t)
-    ds, dds = at.law.ds, at.law.dds
-    psi, slope, bend = curve.evaluate(at.law.s)
+    ds, dds = at.profile.ds, at.profile.dds
+    psi, slope, bend = curve.evaluate(at.profile.s)
     rates = (slope * ds, bend * ds**2 + slope * dds)
     q, dq, ddq = follow(
         arm, curve.branch, at.T, at.velocity, at.acceleration, psi, *rates, reference=curve.reference

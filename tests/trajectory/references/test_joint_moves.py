@@ -5,7 +5,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.errors import OptionError, PathLimitError, ShapeError
-from lwr_dyn.trajectory.references.point_to_point import hold, point_to_point
+from lwr_dyn.trajectory.references.joint_moves import hold, point_to_point
 
 ARM = lwr_dyn.load("lwr4plus")
 STENCIL = np.array([-4, -3, -2, -1, 1, 2, 3, 4])

@@ -1,4 +1,4 @@
-"""A timed pose path: a path in space, an orientation along it, and a law of motion that says when."""
+"""A timed pose path: a path in space, an orientation along it, and a profile of motion that says when."""
 
 from __future__ import annotations
 
@@ -9,23 +9,23 @@ from numpy.typing import ArrayLike
 
 from lwr_dyn.arrays import Array, read_only
 from lwr_dyn.errors import OptionError
-from lwr_dyn.trajectory.laws import Law, LawSample
+from lwr_dyn.trajectory.motion_profile import MotionProfile, ProfileSample
 from lwr_dyn.trajectory.orientations import Orientation
 from lwr_dyn.trajectory.path import Path
 
 LENGTHS = 1e-9
-"""How far law and path may disagree about the length, relative: rounding of sums."""
+"""How far profile and path may disagree about the length, relative: rounding of sums."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PoseMotion:
     """A pose over k times: T (k, 4, 4), velocity and acceleration (k, 6) [linear, angular], in the base frame.
 
-    t (k,) [s]; `law` holds the length travelled and its derivatives; linear rates are those of the frame's origin.
+    t (k,) [s]; `profile` holds the length travelled and its derivatives; linear rates are those of the frame's origin.
     """
 
     t: Array
-    law: LawSample
+    profile: ProfileSample
     T: Array
     velocity: Array
     acceleration: Array
@@ -37,16 +37,16 @@ class PoseMotion:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TimedPosePath:
-    """Path, orientation and law together, with exact derivatives by the chain rule."""
+    """Path, orientation and profile together, with exact derivatives by the chain rule."""
 
     path: Path
     orientation: Orientation
-    law: Law
+    profile: MotionProfile
 
     @property
     def duration(self) -> float:
         """[s]"""
-        return self.law.duration
+        return self.profile.duration
 
     @property
     def length(self) -> float:
@@ -63,26 +63,26 @@ class TimedPosePath:
 
         Before 0 and after `duration` the pose stands still.
         """
-        law = self.law.at(t)
-        place, turn = self.path.at(law.s), self.orientation.at(law.s)
-        ds, dds = law.ds[:, None], law.dds[:, None]
+        profile = self.profile.at(t)
+        place, turn = self.path.at(profile.s), self.orientation.at(profile.s)
+        ds, dds = profile.ds[:, None], profile.dds[:, None]
         first = np.hstack([place.dp, turn.rate])
         second = np.hstack([place.ddp, turn.d_rate])
         times = np.atleast_1d(np.asarray(t, dtype=np.float64))
-        return PoseMotion(times, law, _pose(turn.R, place.p), first * ds, first * dds + second * ds**2)
+        return PoseMotion(times, profile, _pose(turn.R, place.p), first * ds, first * dds + second * ds**2)
 
 
-def timed(path: Path, orientation: Orientation, law: Law) -> TimedPosePath:
+def timed_pose_path(path: Path, orientation: Orientation, profile: MotionProfile) -> TimedPosePath:
     """The three put together.
 
     Raises
     ------
     OptionError
-        The law is made for another length than the path's.
+        The profile is made for another length than the path's.
     """
-    if abs(law.length - path.length) > LENGTHS * path.length:
-        raise OptionError("law", f"a length of {law.length:.9g}", f"the path's length, {path.length:.9g} m")
-    return TimedPosePath(path, orientation, law)
+    if abs(profile.length - path.length) > LENGTHS * path.length:
+        raise OptionError("profile", f"a length of {profile.length:.9g}", f"the path's length, {path.length:.9g} m")
+    return TimedPosePath(path, orientation, profile)
 
 
 def _pose(R: Array, p: Array) -> Array:

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 import lwr_dyn
 from lwr_dyn.errors import OptionError, PathLimitError, ShapeError
-from lwr_dyn.trajectory.references.lspb_move import lspb_move
+from lwr_dyn.trajectory.references.joint_moves import lspb_move
 from tests.examples import examples
 
 ARM = lwr_dyn.load("wam7")

@@ -1,0 +1,233 @@
+"""Moves in joint space: point to point by quintics, LSPB moves of all joints together, and standing still."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Annotated, ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from lwr_dyn.arrays import Array, fixed_array, joint_array, read_only, real_array
+from lwr_dyn.errors import OptionError, PathLimitError, ShapeError
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.run import Motion
+from lwr_dyn.registry import Option
+from lwr_dyn.trajectory.lspb import lspb, lspb_at_rates, lspb_at_velocity
+from lwr_dyn.trajectory.motion_profile import MotionProfile, positive_number, quintic
+from lwr_dyn.trajectory.references.limits import largest_violation
+from lwr_dyn.trajectory.references.tasks import Duration, End, Start
+
+FORMS = "duration and blend, duration and velocity, or velocity and acceleration"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class JointReference:
+    """A move through `waypoints` (m + 1, n) [rad or m]; `profiles[i]` goes from 0 to 1 between waypoint i and i + 1."""
+
+    waypoints: Array
+    profiles: tuple[MotionProfile, ...]
+    name: ClassVar[str] = "JointReference"
+    """In run files."""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "waypoints", read_only(self.waypoints))
+
+    @property
+    def duration(self) -> float:
+        """[s]"""
+        return float(sum(profile.duration for profile in self.profiles))
+
+    def sample(self, t: Array) -> Motion:
+        """The motion at times t (k,) [s]; before 0 and after `duration` it stands still.
+
+        >>> from lwr_dyn.front import load
+        >>> move = point_to_point(load("lwr4plus"), [[0] * 7, [1] * 7], [2.0])
+        >>> move.sample(np.array([1.0])).q[0, 0]
+        np.float64(0.5)
+        """
+        times = np.atleast_1d(real_array("t", t))
+        q = np.broadcast_to(self.waypoints[0], (len(times), self.waypoints.shape[1])).copy()
+        dq, ddq, begin = np.zeros_like(q), np.zeros_like(q), 0.0
+        for profile, step in zip(self.profiles, np.diff(self.waypoints, axis=0), strict=True):
+            part = profile.at(times - begin)
+            q += np.outer(part.s, step)
+            dq += np.outer(part.ds, step)
+            ddq += np.outer(part.dds, step)
+            begin += profile.duration
+        return Motion(times, q, dq, ddq)
+
+
+def point_to_point(arm: Arm, waypoints: ArrayLike, durations: Sequence[float]) -> JointReference:
+    """A move through joint positions, each leg a quintic from rest to rest in its own time.
+
+    Parameters
+    ----------
+    arm : Arm
+    waypoints : (m + 1, n) array_like
+        [rad or m], at least two.
+    durations : sequence of float
+        [s], one per leg.
+
+    Raises
+    ------
+    ShapeError
+        Waypoints of the wrong shape, or not finite.
+    OptionError
+        Fewer than two waypoints, another number of durations than legs, or one that is not positive.
+    PathLimitError
+        A waypoint outside the position limits.
+    """
+    points = joint_array("waypoints", waypoints, arm.n)
+    if points.ndim != 2 or len(points) < 2:
+        raise OptionError("waypoints", f"shape {points.shape}", f"(m, {arm.n}) with at least two rows")
+    if len(durations) != len(points) - 1:
+        raise OptionError("durations", f"{len(durations)} of them", f"{len(points) - 1}, one per leg")
+    profiles = tuple(quintic(1.0, positive_number("durations", d)) for d in durations)
+    return _inside_limits(arm, JointReference(points, profiles), [f"waypoint {i}" for i in range(len(points))])
+
+
+def one_move(arm: Arm, *, start: Start, end: End, duration: Duration = 2.0) -> JointReference:
+    """`point_to_point` with a single leg from `start` to `end` (n,) [rad or m]."""
+    ends = [fixed_array(name, q, (arm.n,)) for name, q in (("start", start), ("end", end))]
+    return point_to_point(arm, np.stack(ends), [duration])
+
+
+def hold(arm: Arm, q: Start, duration: Duration = 2.0) -> JointReference:
+    """Standing still at q (n,) [rad or m] for `duration` [s].
+
+    Raises
+    ------
+    ShapeError, OptionError, PathLimitError
+        As `point_to_point`.
+    """
+    point = joint_array("q", q, arm.n)
+    if point.ndim != 1:
+        raise OptionError("q", f"shape {point.shape}", f"({arm.n},)")
+    return point_to_point(arm, np.stack([point, point]), [duration])
+
+
+def lspb_move(
+    arm: Arm,
+    start: ArrayLike,
+    end: ArrayLike,
+    *,
+    duration: float | None = None,
+    blend: float | None = None,
+    velocity: ArrayLike | None = None,
+    acceleration: ArrayLike | None = None,
+) -> JointReference:
+    """A move from `start` to `end` with one LSPB profile for all joints, so that they move along a straight line.
+
+    Give duration and blend, duration and velocity, or velocity and acceleration. Velocities and accelerations are
+    bounds of each joint: the joint that needs most of its own for its travel reaches it, the others stay below in
+    proportion to their travel. Joints that do not move set no bound.
+
+    Parameters
+    ----------
+    arm : Arm
+    start, end : (n,) array_like
+        [rad or m]
+    duration, blend : float, optional
+        t_f and t_c [s].
+    velocity, acceleration : float or (n,) array_like, optional
+        [rad/s or m/s], [rad/s^2 or m/s^2], above 0.
+
+    Returns
+    -------
+    JointReference
+        q, dq, ddq are exact.
+
+    Raises
+    ------
+    ShapeError
+        Positions or rates of the wrong shape, or not finite.
+    OptionError
+        Another choice of what is given, or a profile that does not exist, with the feasible range; no joint that moves
+        and no duration.
+    PathLimitError
+        Start or end outside the position limits.
+
+    >>> from lwr_dyn.front import load
+    >>> move = lspb_move(load("wam7"), [0, -2, 0, 1.6, 0, 0, 0], [0.5, -2, 0, 1.6, 0, 0, 0], duration=7.0, blend=1.0)
+    >>> move.sample(np.array([3.5])).dq[0, :2].round(5)
+    array([0.08333, 0.     ])
+    """
+    points = np.stack([fixed_array(name, q, (arm.n,)) for name, q in (("start", start), ("end", end))])
+    given = {"duration": duration, "blend": blend, "velocity": velocity, "acceleration": acceleration}
+    names = {name for name, value in given.items() if value is not None}
+    travel = np.abs(points[1] - points[0])
+    if names == {"duration", "blend"} and duration is not None and blend is not None:
+        profile = lspb(1.0, duration, blend)
+    elif names == {"duration", "velocity"} and duration is not None:
+        profile = _at_velocity(arm, travel, duration, _rates("velocity", velocity, arm.n))
+    elif names == {"velocity", "acceleration"}:
+        rates = _rates("velocity", velocity, arm.n), _rates("acceleration", acceleration, arm.n)
+        profile = _at_rates(arm, travel, *rates)
+    else:
+        raise OptionError("LSPB", f"given by {', '.join(sorted(names)) or 'nothing'}", FORMS)
+    return _inside_limits(arm, JointReference(points, (profile,)), ("start", "end"))
+
+
+def timed_lspb_move(
+    arm: Arm,
+    *,
+    start: Start,
+    end: End,
+    duration: Duration = 7.0,
+    blend: Annotated[float, Option(float, "Time of each of the two blends, s.")] = 1.0,
+) -> JointReference:
+    """`lspb_move` given by duration and blend, by default those of the WAM paper."""
+    return lspb_move(arm, start, end, duration=duration, blend=blend)
+
+
+def _at_velocity(arm: Arm, travel: Array, duration: float, velocity: Array) -> MotionProfile:
+    if not travel.any():
+        return lspb(1.0, positive_number("duration", duration), duration / 2.0)
+    j = _slowest(velocity, travel)
+    try:
+        return _of_unit_length(lspb_at_velocity(float(travel[j]), duration, float(velocity[j])))
+    except OptionError as fault:
+        raise OptionError(f"{arm.joint_names[j]}, {fault.name}", fault.found, fault.allowed) from None
+
+
+def _at_rates(arm: Arm, travel: Array, velocity: Array, acceleration: Array) -> MotionProfile:
+    if not travel.any():
+        raise OptionError("LSPB", "no joint moves, and no duration is given", "a duration to stand still for")
+    j, k = _slowest(velocity, travel), _slowest(acceleration, travel)
+    share = float(acceleration[k] * (travel[j] / travel[k]))
+    try:
+        return _of_unit_length(lspb_at_rates(float(travel[j]), float(velocity[j]), share))
+    except OptionError as fault:
+        raise OptionError(f"{arm.joint_names[j]}, {fault.name}", fault.found, fault.allowed) from None
+
+
+def _slowest(rates: Array, travel: Array) -> int:
+    """The joint whose rate is least for its travel, among those that move."""
+    moving = np.where(travel > 0.0, travel, 1.0)
+    return int(np.argmin(np.where(travel > 0.0, rates / moving, np.inf)))
+
+
+def _of_unit_length(profile: MotionProfile) -> MotionProfile:
+    return replace(profile, length=1.0, coefficients=profile.coefficients / profile.length)
+
+
+def _rates(name: str, value: ArrayLike | None, n: int) -> Array:
+    """One number for all joints, or one each, above 0."""
+    rates = real_array(name, 0.0 if value is None else value)
+    if rates.shape not in ((), (n,)):
+        raise ShapeError(name, f"shape {rates.shape}", f"one number, or ({n},)")
+    if not (rates > 0.0).all():
+        raise OptionError(name, float(rates.min()), "a number above 0")
+    return np.broadcast_to(rates, (n,))
+
+
+def _inside_limits(arm: Arm, move: JointReference, names: Sequence[str]) -> JointReference:
+    """The move itself; raises `PathLimitError` for a waypoint outside, since profiles are monotonic in between."""
+    violation = largest_violation(arm, move.waypoints)
+    if violation is None:
+        return move
+    row, joint, fault, allowed, excess = violation
+    t = float(sum(profile.duration for profile in move.profiles[:row]))
+    raise PathLimitError(t, names[row], fault, allowed, joint, excess)
