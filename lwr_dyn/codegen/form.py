@@ -15,7 +15,6 @@ from lwr_dyn.dynamics.recursion import Rotors
 from lwr_dyn.errors import MissingDataError, OptionError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import Chain
-from lwr_dyn.papers.actuation import friction_of
 
 GENERATOR = 2
 """Version of the generator: raised whenever the same arm gives another kernel, so that cached ones are not taken."""
@@ -97,7 +96,7 @@ def form_of(
             raise OptionError(option, repr(value), ", ".join(allowed))
     if friction == "arm" and "friction" in chosen:
         raise OptionError("friction", "'arm' and an input", "one of them")
-    if friction == "arm" and not any(friction_of(arm)):
+    if friction == "arm" and not any(arm.friction_models()):
         raise MissingDataError(arm.name, "friction", "kernels with friction='arm'")
     constants = friction_parameters(arm) if friction == "arm" else None
     name = f"{arm.name} ({arm.reading})"

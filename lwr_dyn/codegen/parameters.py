@@ -16,7 +16,6 @@ from lwr_dyn.errors import OptionError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import Body, Chain, with_payload
 from lwr_dyn.model.friction.models import FRICTIONLESS
-from lwr_dyn.papers.actuation import friction_of
 
 INPUTS = ("inertia", "payload", "gravity", "friction")
 """What can be an input of a kernel, in the order in which kernels take them."""
@@ -63,7 +62,7 @@ def body_parameters(body: Body) -> Array:
 
 def inertial_parameters(chain: Chain) -> Array:
     """Inertial parameters of all links in their own frames, (n, 10), ordered as `PER_LINK`; zero where not given."""
-    return np.array([body_parameters(Body.nothing() if link.body is None else link.body) for link in chain.links])
+    return np.array([body_parameters(Body.massless() if link.body is None else link.body) for link in chain.links])
 
 
 def payload_parameters(mass: float, com: Any = (0.0, 0.0, 0.0), inertia_com: Any = None) -> Array:
@@ -79,7 +78,7 @@ def payload_parameters(mass: float, com: Any = (0.0, 0.0, 0.0), inertia_com: Any
     here = Pose.identity()
     bare = Chain((ChainLink("joint", "link", JointKind.REVOLUTE, here, here),), here, np.zeros(3))
     body = with_payload(bare, mass, com, inertia_com).links[0].body
-    return body_parameters(Body.nothing() if body is None else body)
+    return body_parameters(Body.massless() if body is None else body)
 
 
 def friction_parameters(arm: Arm) -> Array:
@@ -91,7 +90,7 @@ def friction_parameters(arm: Arm) -> Array:
         A joint with a Stribeck curve, which a kernel does not know.
     """
     columns = []
-    for name, model in zip(arm.joint_names, friction_of(arm), strict=True):
+    for name, model in zip(arm.joint_names, arm.friction_models(), strict=True):
         known = model or FRICTIONLESS
         for side in (known.positive, known.negative):
             if side.stribeck_velocity is not None and side.holding > side.coulomb:

@@ -42,7 +42,7 @@ def parameter_names(n: int) -> tuple[str, ...]:
 
 def chain_parameters(chain: Chain) -> Array:
     """The columns' values in a chain without friction, (15 n,): what the model says before anything is identified."""
-    links = [inertial_parameters(link.body or Body.nothing()) for link in chain.links]
+    links = [inertial_parameters(link.body or Body.massless()) for link in chain.links]
     joints = [[0.0 if link.rotor is None else link.rotor.armature, 0.0, 0.0, 0.0, 0.0] for link in chain.links]
     return np.concatenate([*links, *joints])
 

@@ -1,1 +1,12 @@
-"""A robot's arm as numbers: links, joints, drives, friction."""
+"""A robot's arm as numbers, in SI units.
+
+arm           Arm: chain, limits, drawing, ratings, friction, and the source of every number
+chain         Chain, ChainLink, Body, Rotor: the serial arm in the frames of its source
+dh            DH rows in both conventions
+spatial       Pose, rotations, inertia tensors
+vectors       Vector, Matrix3 of any scalar, for the recursion
+transmission  the motor map dq_m = T dq
+feasibility   whether a body can have its inertia
+friction      friction models, passivity, passive refit
+run           Motion, Reference, Run: records of movement
+"""

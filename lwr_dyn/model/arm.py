@@ -1,6 +1,7 @@
-"""`Arm`: one robot in SI units and URDF frames, free of any paper's convention; it carries its native chain.
+"""`Arm`: one robot in SI units, with its chain in the source's frames and its joints and bodies in URDF frames.
 
-The URDF frame of a link is its moved joint frame: the axis is z, the origin of joint i stands in link i-1.
+The URDF frame of a link is the frame of its joint after the motion: its z axis is the joint axis. The origin of joint i
+is given in link i-1.
 """
 
 from __future__ import annotations
@@ -15,20 +16,20 @@ from lwr_dyn.arrays import Array
 from lwr_dyn.errors import MissingDataError, OptionError, UnknownNameError
 from lwr_dyn.model.chain import Body, Chain, lock_joint
 from lwr_dyn.model.dh import JointKind
-from lwr_dyn.model.friction.models import JointFriction
+from lwr_dyn.model.friction.models import JointFriction, symmetric
 from lwr_dyn.model.spatial import Pose
 from lwr_dyn.model.transmission import Transmission
 
 
 @dataclass(frozen=True, slots=True)
 class Source:
-    """Where a number comes from: the cell of a data file, the page, and how it became what it is."""
+    """The source of a number: the cell of the data file, the page, the kind of number, and how it was converted."""
 
     cell: str
     where: str
     kind: str
     value: object
-    """As the reading takes it, in the printed unit; `errata` names what changed it."""
+    """The value under the reading, in the printed unit; `errata` lists what changed it."""
     unit: str
     conversion: str
     errata: tuple[str, ...] = ()
@@ -36,19 +37,26 @@ class Source:
 
 @dataclass(frozen=True, slots=True)
 class JointLimits:
-    """What is known of a joint: [rad or m], [rad/s or m/s], [N m or N]; None is unknown, never zero."""
+    """Limits and friction of a joint; None is unknown, never zero."""
 
-    lower: float | None = None
-    upper: float | None = None
-    velocity: float | None = None
-    effort: float | None = None
-    viscous: float | None = None
-    coulomb: float | None = None
+    lower: float | None = None  # [rad or m]
+    upper: float | None = None  # [rad or m]
+    velocity: float | None = None  # [rad/s or m/s]
+    effort: float | None = None  # [N m or N]
+    viscous: float | None = None  # [N m s/rad or N s/m]
+    coulomb: float | None = None  # [N m or N]
+
+    @property
+    def friction(self) -> JointFriction | None:
+        """The same friction in both directions; None where neither part is known."""
+        if self.viscous is None and self.coulomb is None:
+            return None
+        return symmetric(self.coulomb or 0.0, self.viscous or 0.0)
 
 
 @dataclass(frozen=True, slots=True)
 class DrawnCylinder:
-    """A cylinder of a link's drawing, in the link's URDF frame: ends and radius [m]."""
+    """A cylinder drawn for a link, in its URDF frame (in a `Paper`: the frame of its DH row): ends, radius [m]."""
 
     link: str
     start: tuple[float, float, float]
@@ -59,38 +67,33 @@ class DrawnCylinder:
 
 @dataclass(frozen=True, slots=True)
 class Drawing:
-    """How the arm is drawn: no number of it enters the dynamics."""
+    """How the arm is drawn; the dynamics uses none of these numbers."""
 
     pedestal: float = 0.0
     radius: tuple[float, ...] = ()
     cylinders: tuple[DrawnCylinder, ...] = ()
-    """The file's own shapes; drawn from the joints' places when there are none."""
+    """The file's own shapes; if empty, shapes are derived from the joints."""
 
 
 @dataclass(frozen=True, slots=True)
 class Ratings:
-    """What a data sheet says of the whole arm: [kg], [m], [m^3]; None is unknown."""
+    """Data sheet values of the whole arm; None is unknown."""
 
-    payload: float | None = None
-    mass: float | None = None
-    """With its base."""
-    base_mass: float | None = None
-    reach: float | None = None
-    envelope_volume: float | None = None
+    payload: float | None = None  # [kg]
+    mass: float | None = None  # [kg], base included
+    base_mass: float | None = None  # [kg]
+    reach: float | None = None  # [m]
+    envelope_volume: float | None = None  # [m^3]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class JointGains:
-    """Gains of the joint controller that a source gives, (n,) each.
+    """Gains of the joint controller that a source gives, (n,) each; None is unknown (prismatic joints: N/m, ...)."""
 
-    Kp [N m/rad], Kd [N m s/rad], Ki [N m/(rad s)], and the torques [N m] at which that controller cuts; None where not
-    given (N/m and so on for sliding joints).
-    """
-
-    Kp: Array
-    Kd: Array
-    Ki: Array | None = None
-    effort: Array | None = None
+    Kp: Array  # [N m/rad]
+    Kd: Array  # [N m s/rad]
+    Ki: Array | None = None  # [N m/(rad s)]
+    effort: Array | None = None  # [N m], at which the controller saturates
 
     def of_joints(self, joints: Sequence[int]) -> JointGains:
         """The gains of some joints (0-based)."""
@@ -101,7 +104,7 @@ class JointGains:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Joint:
-    """A joint in URDF terms: its origin in the link before it; its axis is z of its own frame."""
+    """A joint as in a URDF: its origin in the frame of the previous link; its axis is z of its own frame."""
 
     name: str
     kind: JointKind
@@ -112,7 +115,12 @@ class Joint:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Arm:
-    """A robot: its native chain, its limits, and where each number comes from."""
+    """A robot: its chain, its limits, and the source of each number.
+
+    >>> import lwr_dyn
+    >>> lwr_dyn.load("lwr4plus")
+    Arm('lwr4plus', reading='computed', n=7)
+    """
 
     name: str
     reading: str
@@ -122,9 +130,9 @@ class Arm:
     drawing: Drawing = Drawing()
     ratings: Ratings = Ratings()
     mastering: tuple[float, ...] = ()
-    """Joint positions at which the maker masters the arm [rad or m]; empty when not given."""
+    """Joint positions of the maker's mastering pose [rad or m]; empty when not given."""
     sources: Mapping[str, tuple[Source, ...]] = field(default_factory=dict)
-    """Quantity ("link_3.mass", "joint_2.lower") -> the cells it was made from."""
+    """Quantity ("link_3.mass", "joint_2.lower") -> the cells it was computed from."""
     errata: tuple[str, ...] = ()
     digest: str = ""
     """SHA-256 of the source file."""
@@ -133,12 +141,14 @@ class Arm:
     loaded_with: Mapping[str, Any] = field(default_factory=dict)
     """The tip and the locked joints it was loaded with, as JSON values."""
     friction: tuple[JointFriction | None, ...] = ()
-    """Friction per joint and direction, empty where the source gives none beyond the pair in `limits`; read it
-    through `lwr_dyn.papers.actuation.friction_of`."""
+    """Friction per joint and direction, empty if the source gives at most a pair in `limits`; see `friction_models`."""
     transmission: Transmission | None = None
-    """The motor map, where the source gives one."""
+    """The motor map; None if not given."""
     gains: JointGains | None = None
-    """The gains of the arm's own joint controller, where the source gives them."""
+    """The gains of the arm's own joint controller; None if not given."""
+
+    def __repr__(self) -> str:
+        return f"Arm({self.name!r}, reading={self.reading!r}, n={self.n})"
 
     @property
     def n(self) -> int:
@@ -162,6 +172,11 @@ class Arm:
     def bodies(self) -> tuple[Body | None, ...]:
         """The links' bodies in URDF frames; None where no inertia is given."""
         return tuple(None if link.body is None else link.body.seen_from(link.after) for link in self.chain.links)
+
+    def friction_models(self) -> tuple[JointFriction | None, ...]:
+        """Friction of every joint, per direction if given, else the pair in `limits`; None where unknown."""
+        given = self.friction or (None,) * self.n
+        return tuple(model or limits.friction for model, limits in zip(given, self.limits, strict=True))
 
     def flange(self) -> Pose:
         """The flange in the URDF frame of the last link."""
@@ -193,13 +208,13 @@ class Arm:
         return np.array([0.0 if link.rotor is None else link.rotor.armature for link in self.chain.links])
 
     def with_chain(self, chain: Chain) -> Arm:
-        """The same joints on a changed chain (a payload, other bodies): changed bodies lose their sources."""
+        """The arm with another chain (a payload, other bodies); changed bodies lose their sources."""
         changed = {a.link for a, b in zip(chain.links, self.chain.links, strict=True) if a.body is not b.body}
         sources = {name: cells for name, cells in self.sources.items() if name.split(".")[0] not in changed}
         return replace(self, chain=chain, sources=sources)
 
     def with_locked_joint(self, joint: str, value: float) -> Arm:
-        """The arm with one joint held at `value` [rad or m] and one joint less.
+        """The arm with one joint fixed at `value` [rad or m], so n - 1 joints.
 
         Raises `UnknownNameError` for a joint that does not exist, `OptionError` for a value outside its limits, or
         when no joint would be left.
@@ -211,15 +226,15 @@ class Arm:
             raise OptionError(f"lock of {joint}", value, f"{self.lower[index]:g} to {self.upper[index]:g}")
         if self.n == 1:
             raise OptionError(f"lock of {joint}", "the last joint", "at least one joint that moves")
-        welded = {self.chain.links[index].link, joint} | ({self.chain.links[index - 1].link} if index else set())
-        sources = {name: cells for name, cells in self.sources.items() if name.split(".")[0] not in welded}
+        fixed = {self.chain.links[index].link, joint} | ({self.chain.links[index - 1].link} if index else set())
+        sources = {name: cells for name, cells in self.sources.items() if name.split(".")[0] not in fixed}
         chain = lock_joint(self.chain, index, value)
-        left = [i for i in range(self.n) if i != index]
+        kept = [i for i in range(self.n) if i != index]
         return replace(
-            self, chain=chain, sources=sources, limits=tuple(self.limits[i] for i in left),
-            friction=tuple(self.friction[i] for i in left) if self.friction else (),
-            gains=None if self.gains is None else self.gains.of_joints(left), transmission=None,
-            drawing=replace(self.drawing, radius=tuple(self.drawing.radius[i] for i in left if self.drawing.radius)),
+            self, chain=chain, sources=sources, limits=tuple(self.limits[i] for i in kept),
+            friction=tuple(self.friction[i] for i in kept) if self.friction else (),
+            gains=None if self.gains is None else self.gains.of_joints(kept), transmission=None,
+            drawing=replace(self.drawing, radius=tuple(self.drawing.radius[i] for i in kept if self.drawing.radius)),
         )  # fmt: skip
 
     def require_dynamics(self) -> Chain:

@@ -1,9 +1,9 @@
-"""The native kinematic chain: what both roads start from, in the frames of its own paper.
+"""`Chain`: the serial arm in the frames of its source; both roads to the dynamics start from it.
 
     T_{i-1,i}(q) = before_i @ motion_z(q_i) @ after_i
 
-Standard DH has before = identity, modified DH has after = Rz Tz only, a URDF has its joint origin before and a turn of
-the axis after. A payload, a changed mass and a locked joint are Chain -> Chain, so both roads see them.
+Standard DH has before = identity, modified DH has after = Rz Tz only, a URDF has its joint origin before and a rotation
+of the axis after. A payload, a changed mass and a locked joint are Chain -> Chain, so both roads include them.
 """
 
 from __future__ import annotations
@@ -22,19 +22,19 @@ from lwr_dyn.model.spatial import Pose, rot_z, steiner
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Body:
-    """A rigid body in its link's frame: mass [kg], com (3,) [m], inertia_com (3, 3) [kg m^2] about the com."""
+    """A rigid body in its link's frame."""
 
-    mass: float
-    com: Array
-    inertia_com: Array
+    mass: float  # [kg]
+    com: Array  # (3,) [m]
+    inertia_com: Array  # (3, 3) [kg m^2], about the centre of mass
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "com", read_only(self.com))
         object.__setattr__(self, "inertia_com", read_only(self.inertia_com))
 
     @classmethod
-    def nothing(cls) -> Body:
-        """No body: mass zero."""
+    def massless(cls) -> Body:
+        """The massless body."""
         return cls(0.0, np.zeros(3), np.zeros((3, 3)))
 
     def inertia_origin(self) -> Array:
@@ -42,15 +42,15 @@ class Body:
         return self.inertia_com + steiner(self.mass, self.com)
 
     def seen_from(self, pose: Pose) -> Body:
-        """The same body in the parent of `pose`."""
+        """The same body in the frame in which `pose` is given."""
         r = pose.rotation
         return Body(self.mass, r @ self.com + pose.position, r @ self.inertia_com @ r.T)
 
     def __add__(self, other: Body) -> Body:
-        """Two bodies welded together, in the same frame."""
+        """Two bodies in the same frame, rigidly joined."""
         mass = self.mass + other.mass
         if mass == 0.0:
-            return Body.nothing()
+            return Body.massless()
         com = (self.mass * self.com + other.mass * other.com) / mass
         tensor = self.inertia_com + steiner(self.mass, self.com - com)
         return Body(mass, com, tensor + other.inertia_com + steiner(other.mass, other.com - com))
@@ -58,23 +58,23 @@ class Body:
 
 @dataclass(frozen=True, slots=True)
 class Rotor:
-    """A motor's rotor on the link before its joint, turning `gear_ratio` times as fast about the joint's axis."""
+    """A motor's rotor on the link before its joint; it turns `gear_ratio` times as fast about the joint's axis."""
 
     gear_ratio: float
     inertia: float
     """Moment of inertia about its own axis [kg m^2]."""
     reflected: bool = False
-    """`inertia` is given as the joint feels it and `gear_ratio` is 1 in place of an unknown one: no spin couplings."""
+    """`inertia` is reflected to the joint, and `gear_ratio` is 1 because it is unknown: no spin couplings."""
 
     @property
     def armature(self) -> float:
-        """The rotor's inertia as the joint feels it, k_r^2 I_m [kg m^2]."""
+        """The rotor's inertia reflected to the joint, k_r^2 I_m [kg m^2]."""
         return self.gear_ratio**2 * self.inertia
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ChainLink:
-    """One joint and the link it moves; `body` is None where the source gives no inertia."""
+    """A joint and the link it moves; `body` is None where the source gives no inertia."""
 
     joint: str
     link: str
@@ -100,6 +100,9 @@ class Chain:
     def __post_init__(self) -> None:
         object.__setattr__(self, "gravity", read_only(self.gravity))
 
+    def __repr__(self) -> str:
+        return f"Chain(n={self.n}, joints={', '.join(link.joint for link in self.links)})"
+
     @property
     def n(self) -> int:
         """Number of joints."""
@@ -107,20 +110,20 @@ class Chain:
 
     @property
     def bodies(self) -> tuple[Body, ...] | None:
-        """The bodies in order, or None where one is not given."""
-        found = tuple(link.body for link in self.links if link.body is not None)
-        return found if len(found) == self.n else None
+        """The bodies in order; None if one is not given."""
+        bodies = tuple(link.body for link in self.links if link.body is not None)
+        return bodies if len(bodies) == self.n else None
 
 
 def joint_motion(kind: JointKind, q: float) -> Pose:
-    """The joint's own motion: a turn about z by q [rad], or a shift along z by q [m]."""
+    """The motion of a joint: rotation about z by q [rad], or translation along z by q [m]."""
     if kind is JointKind.REVOLUTE:
         return Pose(rot_z(q), np.zeros(3))
     return Pose(np.eye(3), np.array([0.0, 0.0, q]))
 
 
 def link_frames(chain: Chain, q: Array) -> Iterator[Array]:
-    """T_{0,1}(q) ... T_{0,n}(q), each (..., 4, 4), for q (..., n); then T_{0,flange}."""
+    """T_{0,1}(q) ... T_{0,n}(q) and T_{0,flange}(q), each (..., 4, 4), for q (..., n)."""
     batch = q.shape[:-1]
     pose = np.broadcast_to(np.eye(4), (*batch, 4, 4))
     for i, link in enumerate(chain.links):
@@ -137,7 +140,7 @@ def link_frames(chain: Chain, q: Array) -> Iterator[Array]:
 
 
 def with_payload(chain: Chain, mass: float, com: Any = (0.0, 0.0, 0.0), inertia_com: Any = None) -> Chain:
-    """The chain with a load welded to its flange.
+    """The chain with a load fixed to its flange.
 
     Parameters
     ----------
@@ -169,27 +172,27 @@ def with_bodies(chain: Chain, bodies: Sequence[Body]) -> Chain:
 
 
 def lock_joint(chain: Chain, index: int, value: float) -> Chain:
-    """The chain with joint `index` (0-based) held at `value` [rad or m]: its link is welded to the one before.
+    """The chain with joint `index` (0-based) fixed at `value` [rad or m]: its link becomes part of the previous one.
 
-    The rotor of a locked joint turns no more; its mass is part of the link that carries it.
+    The rotor of a locked joint no longer turns; its mass belongs to the link that carries it.
     """
-    held = chain.links[index]
-    weld = held.pose(value)
+    locked = chain.links[index]
+    fixed = locked.pose(value)
     links = list(chain.links)
-    if index > 0 and held.body is not None:
+    if index > 0 and locked.body is not None:
         before = links[index - 1]
-        moved = held.body.seen_from(weld)
+        moved = locked.body.seen_from(fixed)
         links[index - 1] = replace(before, body=moved if before.body is None else before.body + moved)
     flange = chain.flange
     if index + 1 < chain.n:
         after = links[index + 1]
-        links[index + 1] = replace(after, before=weld @ after.before)
+        links[index + 1] = replace(after, before=fixed @ after.before)
     else:
-        flange = weld @ flange
+        flange = fixed @ flange
     del links[index]
     return replace(chain, links=tuple(links), flange=flange)
 
 
-def cut_after(chain: Chain, count: int) -> Chain:
-    """The first `count` links alone; the flange is then the frame of the last of them."""
+def first_links(chain: Chain, count: int) -> Chain:
+    """The first `count` links only; the flange is then the frame of the last of them."""
     return replace(chain, links=chain.links[:count], flange=Pose.identity()) if count < chain.n else chain

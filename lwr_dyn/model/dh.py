@@ -1,10 +1,10 @@
-"""Denavit-Hartenberg rows in both conventions, as the constant poses before and after the joint's own motion.
+"""Denavit-Hartenberg rows in both conventions, as constant poses before and after the joint's motion.
 
 standard  T_{i-1,i} = Rz(theta) Tz(d) Tx(a) Rx(alpha)        (Denavit and Hartenberg 1955; Siciliano eq. 2.52)
 modified  T_{i-1,i} = Rx(alpha) Tx(a) Rz(theta) Tz(d)        (Craig, Introduction to Robotics, eq. 3.6)
 
-theta = sign q + theta_offset for a revolute joint, d = sign q + d for a prismatic one. `sign` is -1 where a maker
-counts the joint against the DH axis: the motion is then about the turned axis, which half turns about x express.
+theta = sign q + theta_offset for a revolute joint, d = sign q + d for a prismatic one. `sign` is -1 where the source's
+positive direction is against the DH axis; half turns about x before and after the motion express it.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from lwr_dyn.model.spatial import Pose, rot_x, rot_z
 
 
 class Convention(enum.Enum):
-    """Which of the two DH conventions a table follows; there is no default."""
+    """The DH convention of a table; there is no default."""
 
     STANDARD = "standard"
     MODIFIED = "modified"
 
 
 class JointKind(enum.Enum):
-    """How a joint moves: about its axis or along it."""
+    """The motion of a joint: about its axis or along it."""
 
     REVOLUTE = "revolute"
     PRISMATIC = "prismatic"

@@ -1,4 +1,4 @@
-"""Can a body be: is each inertia one that some distribution of positive mass could have?"""
+"""Physical feasibility: can a distribution of positive mass have this inertia?"""
 
 from __future__ import annotations
 
@@ -8,16 +8,14 @@ from lwr_dyn.model.chain import Body, Chain
 from lwr_dyn.model.spatial import principal_moments
 
 ROUNDING = 1e-12
-"""Share of the largest principal moment that eigenvalues and Steiner shifts may miss by rounding; a point mass
-and a thin rod sit exactly on the border."""
+"""Allowed rounding error relative to the largest principal moment; a point mass and a thin rod are limit cases."""
 
 
 def is_physical(body: Body) -> bool:
-    """Whether some distribution of mass has this body's inertia.
+    """Whether a distribution of mass can have this body's inertia.
 
-    The mass is not negative, the tensor about the centre of mass is symmetric with principal moments
-    I1 <= I2 <= I3 not negative, and I1 + I2 >= I3 (the second moments of mass are not negative).
-    Without mass there is no inertia either.
+    The mass is not negative, the tensor about the centre of mass is symmetric, its principal moments I1 <= I2 <= I3 are
+    not negative, and I1 + I2 >= I3 (the second moments of mass are not negative). Zero mass needs zero inertia.
 
     >>> is_physical(Body(1.0, np.zeros(3), np.diag([1.0, 1.0, 2.0])))
     True
@@ -37,5 +35,5 @@ def is_physical(body: Body) -> bool:
 
 
 def unphysical_links(chain: Chain) -> tuple[str, ...]:
-    """Names of the links whose inertia no body can have, from the base outward; links without a body do not count."""
+    """Names of the links with an infeasible inertia, from the base outward; links without a body are skipped."""
     return tuple(link.link for link in chain.links if link.body is not None and not is_physical(link.body))

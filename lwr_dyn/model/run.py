@@ -1,4 +1,4 @@
-"""Records of movement: `Motion` is what is asked for, `Run` is what happened; a run file carries what made it."""
+"""Records of movement: `Motion` is a reference, `Run` a simulated result; a run file carries its own metadata."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ _ARRAYS = ("t", "q", "dq", "q_ref", "dq_ref", "tau_command", "tau_applied", "tau
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Motion:
-    """Joint motion over time: t (k,) [s]; q, dq, ddq (k, n) [rad or m, per s, per s^2], exact derivatives."""
+    """Joint motion over time with exact derivatives."""
 
-    t: Array
-    q: Array
-    dq: Array
-    ddq: Array
+    t: Array  # (k,) [s]
+    q: Array  # (k, n) [rad or m]
+    dq: Array  # (k, n) [rad/s or m/s]
+    ddq: Array  # (k, n) [rad/s^2 or m/s^2]
 
     def __post_init__(self) -> None:
         for name in ("t", "q", "dq", "ddq"):
@@ -34,19 +34,19 @@ class Motion:
 
 
 class Reference(Protocol):
-    """A movement that can be asked at any time."""
+    """A desired motion that can be sampled at any time."""
 
     @property
     def duration(self) -> float:
-        """[s]"""
+        """Duration [s]."""
 
     def sample(self, t: Array) -> Motion:
-        """The motion at times t (k,) [s]; before 0 and after `duration` it stands still."""
+        """The motion at times t (k,) [s]; at rest before 0 and after `duration`."""
 
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """Something that happened at one moment of a run, to one joint (0-based) or to none."""
+    """An event of a run, at one joint (0-based) or at none: impact, stick, slip, ..."""
 
     t: float
     kind: str
@@ -56,21 +56,18 @@ class Event:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Run:
-    """A simulated run: arrays over k times, joints last; SI units.
+    """A simulated run: arrays over k times, joints last."""
 
-    `energy` is kinetic plus potential [J]; `work` holds what each channel has put in since t = 0 [J], (k,) each.
-    """
-
-    t: Array
-    q: Array
-    dq: Array
+    t: Array  # (k,) [s]
+    q: Array  # (k, n) [rad or m], as all positions
+    dq: Array  # (k, n) [rad/s or m/s], as all velocities
     q_ref: Array
     dq_ref: Array
-    tau_command: Array
+    tau_command: Array  # (k, n) [N m or N], as all torques
     tau_applied: Array
     tau_friction: Array
-    energy: Array
-    work: Mapping[str, Array]
+    energy: Array  # (k,) [J], kinetic and potential
+    work: Mapping[str, Array]  # (k,) [J] each: done by each channel since t = 0
     events: tuple[Event, ...] = ()
     meta: Mapping[str, Any] = field(default_factory=dict)
 
@@ -78,6 +75,10 @@ class Run:
         for name in _ARRAYS:
             object.__setattr__(self, name, read_only(getattr(self, name)))
         object.__setattr__(self, "work", {name: read_only(w) for name, w in self.work.items()})
+
+    def __repr__(self) -> str:
+        robot, end = self.meta.get("robot", "unknown robot"), self.t[-1] if self.t.size else 0.0
+        return f"Run({robot}, n={self.n}, {self.t.size} samples to t = {end:g} s, {len(self.events)} events)"
 
     @property
     def n(self) -> int:
@@ -97,7 +98,7 @@ class Run:
 
     @classmethod
     def load(cls, path: str | Path) -> Run:
-        """Read a run file; raises `FileAccessError` when it is missing, truncated, foreign or of another schema."""
+        """Read a run file; raises `FileAccessError` if it is missing, truncated, no run file or of another schema."""
         allowed = "a run file (.npz) of lwr-dyn simulate"
         try:
             with open(path, "rb") as stream, np.load(stream, allow_pickle=False) as stored:
@@ -124,8 +125,8 @@ class Run:
     def _check_shapes(self) -> None:
         """Raise `ShapeError` unless all arrays are over the same times and joints."""
         k, n = self.q.shape
-        wanted = {"t": (k,), "energy": (k,)} | {name: (k, n) for name in _ARRAYS if name not in ("t", "energy")}
-        for name, shape in wanted.items():
+        shapes = {"t": (k,), "energy": (k,)} | {name: (k, n) for name in _ARRAYS if name not in ("t", "energy")}
+        for name, shape in shapes.items():
             fixed_array(name, getattr(self, name), shape)
         for name, work in self.work.items():
             fixed_array(f"work of {name}", work, (k,))

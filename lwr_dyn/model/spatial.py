@@ -1,4 +1,4 @@
-"""Rotations, poses and inertia tensors on NumPy arrays: the 3-vector algebra shared by all rooms.
+"""Rotations, poses and inertia tensors as NumPy arrays; every package uses them.
 
 `T_ab` is the pose of frame b in frame a: ``T_ac = T_ab @ T_bc``.
 """
@@ -14,10 +14,10 @@ import numpy as np
 from lwr_dyn.arrays import Array, read_only
 
 SNAP = 1e-15
-"""An angle within this many radians of a multiple of 90 deg is that multiple: cos(pi/2) is 6e-17 only
-because pi has no float, and exact zeros let a recursion drop the terms."""
+"""An angle within this [rad] of a multiple of 90 deg counts as that multiple: cos(pi/2) is 6e-17 only because pi is not
+a float, and a recursion can drop terms with an exact zero."""
 _GIMBAL = 1e-14
-"""Below this cosine of the pitch, yaw and roll turn about one axis and roll is taken as 0."""
+"""Below this cosine of the pitch, roll and yaw turn about one axis, and roll is set to 0."""
 
 
 def cos_sin(angle: float) -> tuple[float, float]:
@@ -61,10 +61,10 @@ def from_rpy(rpy: Any) -> Array:
 
 
 def to_rpy(rotation: Array) -> tuple[float, float, float]:
-    """Roll, pitch, yaw [rad] whose product gives the rotation back to rounding, at every pitch.
+    """Roll, pitch, yaw [rad] that reproduce the rotation to rounding at every pitch.
 
-    Near a pitch of 90 deg roll and yaw are each ill determined and only their combination counts: roll is read from
-    what the yaw already found leaves over, Rz(yaw)^T R = Ry(pitch) Rx(roll).
+    Near a pitch of 90 deg only the combination of roll and yaw is well determined: yaw is computed first, then roll
+    from Rz(yaw)^T R = Ry(pitch) Rx(roll).
 
     >>> near = from_rpy((0.3, 1.570796325, 0.1))
     >>> bool(abs(from_rpy(to_rpy(near)) - near).max() < 1e-15)
@@ -121,11 +121,6 @@ class Pose:
         """The pose of a frame in itself."""
         return cls(np.eye(3), np.zeros(3))
 
-    @classmethod
-    def from_matrix(cls, matrix: Array) -> Pose:
-        """From a homogeneous (4, 4) matrix."""
-        return cls(matrix[:3, :3], matrix[:3, 3])
-
     def __matmul__(self, other: Pose) -> Pose:
         """T_ac = T_ab @ T_bc."""
         return Pose(self.rotation @ other.rotation, self.rotation @ other.position + self.position)
@@ -141,12 +136,12 @@ class Pose:
         return out
 
     def is_identity(self) -> bool:
-        """Exactly the identity, so that a recursion may skip it."""
+        """Whether it is exactly the identity, which a recursion may skip."""
         return bool((self.rotation == np.eye(3)).all() and (self.position == 0.0).all())
 
 
 def steiner(mass: float, offset: Array) -> Array:
-    """What a point mass at `offset` [m] adds to a tensor: m (c.c E - c c^T), (3, 3) [kg m^2].
+    """The tensor of a point mass at `offset` [m]: m (c.c E - c c^T), (3, 3) [kg m^2].
 
     >>> steiner(2.0, np.array([0.0, 0.0, 1.0])).diagonal()
     array([2., 2., 0.])

@@ -1,6 +1,7 @@
-"""The motor map dq_m = T dq of an arm whose motors need not stand one to a joint: gears, cable differentials.
+"""The motor map dq_m = T dq of an arm: gears and cable differentials, where a motor may drive several joints.
 
-Power is the same on both sides, tau^T dq = tau_m^T dq_m, so torques go the other way by the transpose, tau = T^T tau_m.
+Power is equal on both sides, tau^T dq = tau_m^T dq_m, so torques follow from the transpose, tau = T^T tau_m. The class
+is public in both directions: motor to joint and joint to motor.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from lwr_dyn.errors import OptionError, ShapeError
 from lwr_dyn.model.friction.models import JointFriction, friction_torque
 
 SINGULAR = 1e-12
-"""Smallest over largest singular value below which motors do not determine the joints."""
+"""Ratio of smallest to largest singular value below which T counts as singular."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -27,7 +28,7 @@ class Transmission:
     ShapeError
         Not a square matrix of finite numbers.
     OptionError
-        A singular matrix: some motion of the joints would turn no motor.
+        A singular matrix: a motion of the joints would turn no motor.
 
     References
     ----------
@@ -45,7 +46,7 @@ class Transmission:
     def __post_init__(self) -> None:
         T = real_array("transmission", self.matrix)
         if T.ndim != 2 or T.shape[0] != T.shape[1] or not T.size:
-            raise ShapeError("transmission", f"shape {T.shape}", "(n, n), a motor a row, a joint a column")
+            raise ShapeError("transmission", f"shape {T.shape}", "(n, n), one motor per row, one joint per column")
         sizes = np.linalg.svd(T, compute_uv=False)
         if sizes[-1] <= SINGULAR * sizes[0]:
             raise OptionError("transmission", "a singular matrix", "as many independent motors as joints")
@@ -57,12 +58,12 @@ class Transmission:
         return int(self.matrix.shape[0])
 
     def motor_velocity(self, dq: ArrayLike) -> Array:
-        """dq_m = T dq, (..., n) for joint velocities (..., n) [rad/s]; also positions, up to where zero is counted."""
+        """dq_m = T dq, (..., n) for joint velocities (..., n) [rad/s]; also position differences."""
         return joint_array("dq", dq, self.n) @ self.matrix.T
 
     def joint_velocity(self, dq_m: ArrayLike) -> Array:
         """dq = T^-1 dq_m, (..., n) for motor velocities (..., n) [rad/s]."""
-        return self._solved(self.matrix, joint_array("dq_m", dq_m, self.n))
+        return self._solve(self.matrix, joint_array("dq_m", dq_m, self.n))
 
     def joint_torque(self, tau_m: ArrayLike) -> Array:
         """Tau = T^T tau_m, (..., n) for motor torques (..., n) [N m]."""
@@ -70,17 +71,17 @@ class Transmission:
 
     def motor_torque(self, tau: ArrayLike) -> Array:
         """tau_m = T^-T tau, (..., n) for joint torques (..., n) [N m]."""
-        return self._solved(self.matrix.T, joint_array("tau", tau, self.n))
+        return self._solve(self.matrix.T, joint_array("tau", tau, self.n))
 
     def reflected_inertia(self, rotor_inertia: ArrayLike) -> Array:
-        """T^T J_m T, (n, n) [kg m^2]: what the rotors add to the mass matrix.
+        """T^T J_m T, (n, n) [kg m^2]: the rotors' part of the mass matrix.
 
-        A pair of joints that shares two motors is coupled by it unless its motors are alike.
+        It couples two joints that share two motors, unless the motors are equal.
 
         Parameters
         ----------
         rotor_inertia : (n,) array_like
-            Rotor inertias about their own axes, one a motor, at least 0 [kg m^2].
+            Rotor inertias about their own axes, one per motor, at least 0 [kg m^2].
 
         Raises
         ------
@@ -94,12 +95,12 @@ class Transmission:
         return np.asarray(half.T @ half)
 
     def reflected_friction(self, motors: tuple[JointFriction | None, ...], dq: ArrayLike) -> Array:
-        """T^T f(T dq), (..., n) [N m]: slip friction of the motors as the joints feel it, at dq (..., n) [rad/s].
+        """T^T f(T dq), (..., n) [N m]: friction of the motors reflected to the joints, at dq (..., n) [rad/s].
 
-        A joint at rest beside a moving one of its pair feels friction too. Raises `ShapeError`.
+        A joint at rest gets friction too when the other joint of its pair moves. Raises `ShapeError`.
         """
         return friction_torque(motors, self.motor_velocity(dq)) @ self.matrix
 
     @staticmethod
-    def _solved(matrix: Array, rows: Array) -> Array:
+    def _solve(matrix: Array, rows: Array) -> Array:
         return np.asarray(np.linalg.solve(matrix, rows[..., None])[..., 0])

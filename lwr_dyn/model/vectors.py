@@ -1,7 +1,7 @@
-"""3-vectors and 3x3 matrices over any scalar: a float, an array of a batch, a complex step, a symbol.
+"""3-vectors and 3x3 matrices of any scalar: a float, a batch array, a complex step, a symbol.
 
-A Python zero stays a structural zero: terms with it are never formed. So a 90 deg twist costs no multiplication in a
-batch and leaves no 0*x in a traced expression, while the formulas above this file read as in the book.
+A Python zero is a structural zero: its terms are never formed. So a 90 deg twist costs no multiplication in a batch and
+leaves no 0*x in a traced expression, and the formulas that use these classes read as in the textbook.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 Scalar = Any
-"""A float, complex, NumPy array, or a symbol with + - * and NumPy's cos and sin."""
+"""A float, complex number, NumPy array, or symbol with + - * and NumPy's cos and sin."""
 
 
 def _literal(x: Scalar, value: float) -> bool:
@@ -18,23 +18,23 @@ def _literal(x: Scalar, value: float) -> bool:
 
 
 def add(a: Scalar, b: Scalar) -> Scalar:
-    """a + b, where a literal 0.0 adds nothing."""
+    """a + b; a literal 0.0 adds no term."""
     if _literal(a, 0.0):
         return b
     return a if _literal(b, 0.0) else a + b
 
 
 def subtract(a: Scalar, b: Scalar) -> Scalar:
-    """a - b, where a literal 0.0 takes nothing."""
+    """a - b; a literal 0.0 adds no term."""
     if _literal(b, 0.0):
         return a
     return -b if _literal(a, 0.0) else a - b
 
 
 def multiply(a: Scalar, b: Scalar) -> Scalar:
-    """a b, where a literal 0.0 gives a literal 0.0 and a literal +-1.0 no product.
+    """a b; a literal 0.0 gives a literal 0.0, a literal +-1.0 forms no product.
 
-    >>> multiply(0.0, "anything")
+    >>> multiply(0.0, "a symbol")
     0.0
     """
     for one, other in ((a, b), (b, a)):
@@ -56,7 +56,7 @@ class Vector:
 
     @classmethod
     def of(cls, values: Any) -> Vector:
-        """From three numbers, as Python floats so that zeros are structural."""
+        """A vector of three numbers as Python floats, so that zeros are structural."""
         x, y, z = values
         return cls(constant(x), constant(y), constant(z))
 
@@ -70,7 +70,7 @@ class Vector:
         return Vector(multiply(-1.0, self.x), multiply(-1.0, self.y), multiply(-1.0, self.z))
 
     def times(self, s: Scalar) -> Vector:
-        """Scaled by s."""
+        """The vector multiplied by s."""
         return Vector(multiply(s, self.x), multiply(s, self.y), multiply(s, self.z))
 
     def dot(self, other: Vector) -> Scalar:
@@ -101,7 +101,7 @@ class Matrix3:
 
     @classmethod
     def of(cls, rows: Any) -> Matrix3:
-        """From three rows of three numbers."""
+        """A matrix of three rows of three numbers."""
         return cls(*(Vector.of(row) for row in rows))
 
     @property
@@ -120,7 +120,7 @@ class Matrix3:
 
 
 def constant(x: Any) -> Scalar:
-    """A number as a Python float, a symbol as it is."""
+    """A number as a Python float; a symbol unchanged."""
     return x if getattr(x, "dtype", None) is None and not isinstance(x, int | float) else float(x)
 
 

@@ -7,9 +7,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from lwr_dyn.arrays import read_only
-from lwr_dyn.model.arm import Arm, JointGains
+from lwr_dyn.model.arm import JointGains
 from lwr_dyn.model.chain import Rotor
-from lwr_dyn.model.friction.models import Direction, JointFriction, symmetric
+from lwr_dyn.model.friction.models import Direction, JointFriction
 from lwr_dyn.model.transmission import Transmission
 from lwr_dyn.papers.schema import FRICTION_OF_A_SIDE, SIDES, Paper
 
@@ -56,20 +56,6 @@ def friction_per_direction(paper: Paper) -> tuple[JointFriction, ...]:
         )
         for i in range(paper.n)
     )
-
-
-def friction_of(arm: Arm) -> tuple[JointFriction | None, ...]:
-    """Friction of every joint of an arm, None where nothing is known of it.
-
-    Friction per direction (`Arm.friction`) where the source gives it, else the symmetric pair of the joint's limits.
-    """
-    models: list[JointFriction | None] = []
-    for i, limits in enumerate(arm.limits):
-        given = arm.friction[i] if arm.friction else None
-        if given is None and (limits.viscous is not None or limits.coulomb is not None):
-            given = symmetric(limits.coulomb or 0.0, limits.viscous or 0.0)
-        models.append(given)
-    return tuple(models)
 
 
 def _direction(paper: Paper, side: str, i: int) -> Direction:

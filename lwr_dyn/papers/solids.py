@@ -84,6 +84,6 @@ def solid_bodies(solids: Solids, total: float) -> dict[str, Body]:
     """Link (the base included) -> its body when `total` [kg] is spread over all solids at one density."""
     unit: dict[str, Body] = {}
     for cylinder in solids.cylinders:
-        unit[cylinder.link] = unit.get(cylinder.link, Body.nothing()) + cylinder_body(cylinder, 1.0)
+        unit[cylinder.link] = unit.get(cylinder.link, Body.massless()) + cylinder_body(cylinder, 1.0)
     density = total / sum(body.mass for body in unit.values())
     return {link: Body(density * body.mass, body.com, density * body.inertia_com) for link, body in unit.items()}

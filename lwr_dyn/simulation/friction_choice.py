@@ -14,7 +14,6 @@ from lwr_dyn.errors import OptionError, ShapeError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.friction.models import JointFriction
 from lwr_dyn.model.friction.smooth import smooth_friction
-from lwr_dyn.papers.actuation import friction_of
 from lwr_dyn.simulation.dry_friction import DryFriction
 from lwr_dyn.simulation.plant import FrictionLaw, Plant
 from lwr_dyn.simulation.settings import Settings
@@ -68,7 +67,7 @@ def chosen_friction(arm: Arm, option: FrictionOption = None) -> Choice:
     if isinstance(option, str) and option not in FORMS:
         raise OptionError("friction", repr(option), f"{', '.join(FORMS)}, one JointFriction a joint, or a function")
     own = option is None or isinstance(option, str)
-    models = friction_of(arm) if option is None or isinstance(option, str) else tuple(option)
+    models = arm.friction_models() if option is None or isinstance(option, str) else tuple(option)
     if len(models) != arm.n:
         raise ShapeError("friction", f"{len(models)} joints", f"{arm.n}, one a joint, None where there is none")
     if option == "none" or (own and all(model is None for model in models)):

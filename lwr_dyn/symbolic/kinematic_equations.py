@@ -11,7 +11,7 @@ import sympy as sp
 from lwr_dyn.arrays import Array
 from lwr_dyn.errors import UnknownNameError
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.chain import Body, Chain, ChainLink, cut_after, lock_joint
+from lwr_dyn.model.chain import Body, Chain, ChainLink, first_links, lock_joint
 from lwr_dyn.model.dh import JointKind
 from lwr_dyn.papers.schema import Paper
 from lwr_dyn.symbolic.dh_matrices import dh_matrices, exact_angle, length_values
@@ -143,7 +143,7 @@ def gravity_symbols(gravity: Array) -> sp.Matrix:
 
 def reduced_arm(arm: Arm, moving: Sequence[int], held: Mapping[int, float]) -> Arm:
     """The arm with the held joints locked and everything beyond the last named joint cut off."""
-    chain = cut_after(arm.chain, 1 + max([*moving, *held]))
+    chain = first_links(arm.chain, 1 + max([*moving, *held]))
     for i in sorted(held, reverse=True):
         chain = lock_joint(chain, i, held[i])
     return replace(arm, chain=chain, limits=tuple(arm.limits[i] for i in sorted(moving)), sources={})

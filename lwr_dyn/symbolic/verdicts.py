@@ -78,7 +78,7 @@ def _random_chain(chain: Chain, paper: Paper, rng: np.random.Generator) -> tuple
 def _random_body(rng: np.random.Generator) -> Body:
     """Five mass points somewhere: a body that can exist."""
     points: Array = rng.uniform(-0.5, 0.5, (5, 3))
-    body = Body.nothing()
+    body = Body.massless()
     for mass, point in zip(rng.uniform(0.5, 5.0, 5), points, strict=True):
         body = body + Body(float(mass), point, np.zeros((3, 3)))
     return body

@@ -140,7 +140,7 @@ def _bodies(urdf: UrdfFile, groups: Sequence[_Group]) -> list[Body | None]:
                 part = _body(urdf.links[name].inertial).seen_from(pose)
                 body = part if body is None else body + part
         outside = any(x is not None and x.mass > 0.0 for x in out)
-        out.append(Body.nothing() if body is None and outside else body)
+        out.append(Body.massless() if body is None and outside else body)
     return out[::-1]
 
 

@@ -13,7 +13,6 @@ from benchmarks.timing import Call, seconds
 from lwr_dyn.control.pd_gravity import PDGravity
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.friction.smooth import smooth_friction
-from lwr_dyn.papers.actuation import friction_of
 from lwr_dyn.reproduction.wam7.runs import BLEND, DURATION, START, TRAVEL, manufacturers_pd, move, weightless
 from lwr_dyn.simulation.simulate import simulate
 
@@ -52,7 +51,7 @@ def with_friction(pairs: int) -> None:
 def tanh_run(arm: Arm, law: PDGravity, method: str, width: float, t: np.ndarray) -> object:
     """The same movement with tanh friction by a solver of scipy; the controller and its LSPB written out for speed."""
     friction, forward, start = (
-        smooth_friction(friction_of(arm), width),
+        smooth_friction(arm.friction_models(), width),
         lwr_dyn.dynamics_of(arm).ungated.forward_dynamics,
         np.array(START),
     )

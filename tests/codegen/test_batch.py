@@ -98,7 +98,7 @@ def test_sine_and_cosine_are_good_to_the_last_digits():
     from lwr_dyn.model.spatial import Pose
 
     here = Pose.identity()
-    link = ChainLink("joint_1", "link_1", JointKind.REVOLUTE, here, here, Body.nothing())
+    link = ChainLink("joint_1", "link_1", JointKind.REVOLUTE, here, here, Body.massless())
     arm = Arm("hinge", "none", "", Chain((link,), here, np.zeros(3)), (JointLimits(),))
     x = np.linspace(-7, 7, 200001)[:, None]
     far = np.linspace(-1e6, 1e6, 200001)[:, None]

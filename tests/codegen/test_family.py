@@ -18,7 +18,6 @@ from lwr_dyn.codegen.parameters import (
 from lwr_dyn.errors import MissingDataError, OptionError, ShapeError
 from lwr_dyn.model.chain import Body, with_bodies, with_payload
 from lwr_dyn.model.friction.models import Direction, JointFriction, friction_torque
-from lwr_dyn.papers.actuation import friction_of
 from scripts.benchmarks.kernel_peers import relative_difference
 from tests.arms import random_body
 from tests.codegen.evaluate import evaluated, states
@@ -104,7 +103,7 @@ def test_friction_is_what_the_arms_models_say(arm):
     dq[0] = 0.0
     rigid = lwr_dyn.batch_dynamics(arm).inverse_dynamics(q, dq, ddq)
     rubbing = lwr_dyn.batch_dynamics(arm, friction="arm").inverse_dynamics(q, dq, ddq)
-    assert np.abs(rubbing - rigid - friction_torque(friction_of(arm), dq)).max() < 1e-12
+    assert np.abs(rubbing - rigid - friction_torque(arm.friction_models(), dq)).max() < 1e-12
 
 
 def test_an_offset_is_there_at_any_speed():
@@ -128,7 +127,7 @@ def test_a_stribeck_curve_is_refused():
 
 
 def test_inertial_parameters_of_links_without_bodies_are_zero():
-    bare = with_bodies(ARM.chain, [Body.nothing()] * 7)
+    bare = with_bodies(ARM.chain, [Body.massless()] * 7)
     assert not inertial_parameters(bare).any()
 
 

@@ -5,7 +5,6 @@ import pytest
 import lwr_dyn
 from lwr_dyn.errors import PaperError
 from lwr_dyn.model.friction.models import Direction, JointFriction, symmetric
-from lwr_dyn.papers.actuation import friction_of
 from lwr_dyn.papers.catalog import template
 from lwr_dyn.papers.reader import parse_paper
 
@@ -54,7 +53,7 @@ def test_friction_per_direction_with_all_its_columns(tmp_path):
 def test_one_pair_both_ways_stays_with_the_limits_and_in_the_urdf(tmp_path):
     arm = loaded(tmp_path, "[friction]\n" + column("coulomb", [1.0, 2.0], FORCE))
     assert arm.friction == ()
-    assert friction_of(arm) == (symmetric(1.0, 0.0), symmetric(2.0, 0.0))
+    assert arm.friction_models() == (symmetric(1.0, 0.0), symmetric(2.0, 0.0))
     assert '<dynamics friction="1.0"/>' in lwr_dyn.urdf_text(arm)
 
 

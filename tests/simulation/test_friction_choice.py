@@ -8,7 +8,6 @@ import pytest
 import lwr_dyn
 from lwr_dyn.errors import OptionError, ShapeError
 from lwr_dyn.model.friction.models import Direction, JointFriction, symmetric
-from lwr_dyn.papers.actuation import friction_of
 from lwr_dyn.simulation.friction_choice import chosen_friction
 from lwr_dyn.simulation.record import FEEDS
 from lwr_dyn.simulation.simulate import simulate
@@ -115,7 +114,7 @@ def test_the_seven_joints_of_the_wam_have_their_table():
     assert choice.form == "set-valued"
     for dq in (0.1, -0.1):
         law = choice.dry.slip(np.full(7, int(np.sign(dq))))
-        want = [float(model.torque(dq)) for model in friction_of(arm)]
+        want = [float(model.torque(dq)) for model in arm.friction_models()]
         np.testing.assert_allclose(law(np.full(7, dq)), want, rtol=1e-15)
 
 

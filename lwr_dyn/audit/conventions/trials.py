@@ -106,7 +106,7 @@ def _bodies(rng: np.random.Generator, ends: Array) -> tuple[list[Body], tuple[in
 def _body(rng: np.random.Generator, mass: float, end: Array) -> Body:
     """One to three tilted ellipsoids or boxes along the segment from the origin to `end`."""
     length = max(float(np.linalg.norm(end)), 0.12)
-    whole = Body.nothing()
+    whole = Body.massless()
     for _ in range(int(rng.integers(1, 4))):
         m, half = mass * float(rng.uniform(0.3, 1.0)), length * rng.uniform(0.12, 0.6, 3)
         fifth = 1 / 5 if rng.random() < 0.5 else 1 / 3

@@ -1,1 +1,7 @@
-"""Joint friction: models per direction, their smooth form, and whether they can feed energy into the arm."""
+"""Joint friction.
+
+models      Coulomb, viscous, static and Stribeck friction per direction
+smooth      the same with a tanh at rest
+passivity   the speeds at which friction adds energy
+refit       the nearest passive friction
+"""

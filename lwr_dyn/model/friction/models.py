@@ -1,7 +1,7 @@
 """Friction of one joint: Coulomb, viscous, static and Stribeck per direction, and an offset.
 
-Every number of a `Direction` is a magnitude, positive when the friction opposes the motion of that direction; the
-friction torque itself is signed like the velocity, and the arm moves by B ddq + C dq + g = tau - tau_friction(dq).
+The numbers of a `Direction` are magnitudes, positive when friction opposes the motion in that direction. The friction
+torque has the sign of the velocity: B ddq + C dq + g = tau - tau_friction(dq).
 """
 
 from __future__ import annotations
@@ -21,26 +21,26 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Direction:
-    """Friction while the joint moves one way.
+    """Friction of a joint in one direction of motion.
 
     magnitude(v) = coulomb + viscous v + (static - coulomb) exp(-(v / stribeck_velocity)^2),  v = |dq| > 0.
 
     Parameters
     ----------
     coulomb : float
-        Level at vanishing speed of a joint that slips, at least 0 [N m or N].
+        Level of a moving joint at vanishing speed, at least 0 [N m or N].
     viscous : float
-        Slope [N m s/rad or N s/m]. Negative values are taken as they are: beyond some speed they feed energy in
+        Slope [N m s/rad or N s/m]. May be negative: beyond some speed such friction adds energy
         (see `lwr_dyn.model.friction.passivity`).
     static : float, optional
-        What holds the joint at rest, at least `coulomb`; None is unknown and counts as `coulomb`.
+        Largest friction at rest, at least `coulomb` [N m or N]; None is unknown and counts as `coulomb`.
     stribeck_velocity : float, optional
-        Speed scale of the fall from static to Coulomb, above 0 [rad/s or m/s]; None is a fall at the first motion.
+        Speed scale of the drop from static to Coulomb, above 0 [rad/s or m/s]; None drops at once.
 
     Raises
     ------
     OptionError
-        A number is not finite or outside what is said above.
+        A number is not finite or out of its range.
 
     References
     ----------
@@ -66,16 +66,16 @@ class Direction:
 
     @property
     def holding(self) -> float:
-        """What holds the joint at rest: static, or Coulomb where static is unknown [N m or N]."""
+        """Largest friction at rest: static, or Coulomb if static is unknown [N m or N]."""
         return self.coulomb if self.static is None else self.static
 
     def magnitude(self, speed: ArrayLike) -> Array:
-        """Friction against the motion at speeds (...) > 0 [rad/s or m/s]; shape (...) [N m or N]."""
+        """Magnitude of friction at speeds (...) > 0 [rad/s or m/s]; shape (...) [N m or N]."""
         v = np.asarray(speed, dtype=float)
         level = self.coulomb + self.viscous * v
-        extra = self.holding - self.coulomb
-        if extra > 0.0 and self.stribeck_velocity is not None:
-            level = level + extra * np.exp(-np.square(v / self.stribeck_velocity))
+        drop = self.holding - self.coulomb
+        if drop > 0.0 and self.stribeck_velocity is not None:
+            level = level + drop * np.exp(-np.square(v / self.stribeck_velocity))
         return np.asarray(level)
 
 
@@ -103,13 +103,13 @@ class JointFriction:
             raise OptionError("friction covered", self.covered, "a speed above 0, or none")
 
     def torque(self, dq: ArrayLike) -> Array:
-        """Slip torque, offset + sign(dq) magnitude(|dq|) of that direction.
+        """Friction torque of a moving joint, offset + sign(dq) magnitude(|dq|).
 
         Parameters
         ----------
         dq : (...) array
-            Velocity of this joint [rad/s or m/s]. At exactly 0 friction is whatever holds the joint, anything between
-            the two `breakaway` levels; the offset is returned there.
+            Velocity of this joint [rad/s or m/s]. At exactly 0 friction has any value between the two `breakaway`
+            levels; the offset is returned.
 
         Returns
         -------
@@ -122,16 +122,16 @@ class JointFriction:
 
     @property
     def breakaway(self) -> tuple[float, float]:
-        """What friction can hold at rest (most negative, most positive) [N m or N]; beyond it the joint moves."""
+        """Limits of friction at rest (most negative, most positive) [N m or N]; beyond them the joint moves."""
         return self.offset - self.negative.holding, self.offset + self.positive.holding
 
 
 FRICTIONLESS = JointFriction(Direction(0.0, 0.0), Direction(0.0, 0.0))
-"""What a joint without known friction moves with."""
+"""The model of a joint whose friction is unknown."""
 
 
 def symmetric(coulomb: float, viscous: float) -> JointFriction:
-    """The same Coulomb and viscous friction both ways, which is all that a URDF can say.
+    """The same Coulomb and viscous friction in both directions, as in a URDF.
 
     >>> symmetric(2.0, 0.5).torque(-1.0).item()
     -2.5
@@ -141,12 +141,12 @@ def symmetric(coulomb: float, viscous: float) -> JointFriction:
 
 
 def friction_torque(models: tuple[JointFriction | None, ...], dq: ArrayLike) -> Array:
-    """Slip torques tau_friction(dq) of a whole arm (..., n) at joint velocities (..., n); 0 where nothing is known.
+    """Friction torques tau_friction(dq) of an arm (..., n) at joint velocities (..., n); 0 where unknown.
 
     Raises
     ------
     ShapeError
-        `dq` has not one column per joint, or is not finite.
+        `dq` does not have one column per joint, or is not finite.
     """
     v = joint_array("dq", dq, len(models))
     return np.stack([(m or FRICTIONLESS).torque(v[..., i]) for i, m in enumerate(models)], axis=-1)

@@ -1,6 +1,6 @@
-"""Does friction only brake? A certificate per joint and direction.
+"""Passivity of friction: per joint and direction, the speeds at which it adds energy instead of dissipating it.
 
-Friction feeds energy in where tau_friction(dq) dq < 0. In one direction, with v = |dq| and a the Coulomb level plus
+Friction adds energy where tau_friction(dq) dq < 0. In one direction, with v = |dq| and a the Coulomb level plus
 (positive) or minus (negative) the offset, that is where a + viscous v + (static - coulomb) exp(-(v / v_s)^2) < 0.
 """
 
@@ -21,39 +21,39 @@ from lwr_dyn.model.friction.models import Direction, JointFriction, friction_tor
 Side = Literal["positive", "negative"]
 SIDES: tuple[Side, Side] = ("positive", "negative")
 TIGHT = 1e-15
-"""Tolerance of the roots, relative and absolute: what floats can hold."""
-GONE = 30.0
-"""exp(-30^2) is zero in floats."""
+"""Tolerance of the roots, relative and absolute: the precision of floats."""
+FADED = 30.0
+"""Speed over Stribeck velocity at which the Stribeck part is zero in floats: exp(-30^2)."""
 
 
 @dataclass(frozen=True, slots=True)
 class SidePassivity:
-    """What the friction of one joint (0-based) does in one direction of motion."""
+    """Passivity of the friction of one joint (0-based) in one direction of motion."""
 
     joint: int
     side: Side
     from_speed: float | None
-    """It feeds energy in at speeds above this [rad/s or m/s]; None: at no speed, it is passive."""
+    """Friction adds energy at speeds above this [rad/s or m/s]; None if it is passive."""
     to_speed: float
-    """... and below this; infinite where it never stops to (the first such range, should there be two)."""
+    """... and below this [rad/s or m/s], may be infinite; the first such range if there are two."""
     least_slope: float
-    """Least d tau_friction / d dq over all speeds [N m s/rad or N s/m]: what it adds to a loop's damping at worst."""
+    """Least d tau_friction / d dq over all speeds [N m s/rad or N s/m]: its least share in a loop's damping."""
     covered: float | None
     """The speed up to which the friction was measured."""
 
     @property
     def passive(self) -> bool:
-        """Never feeds energy in."""
+        """Whether it adds energy at no speed."""
         return self.from_speed is None
 
     def net_damping(self, Kd: float) -> float:
-        """Kd + least slope: a velocity gain Kd keeps a slow motion steady only while this is above 0."""
+        """Kd + least slope [N m s/rad or N s/m]: below 0 a velocity gain Kd cannot keep slow motion stable."""
         return Kd + self.least_slope
 
 
 @dataclass(frozen=True, slots=True)
 class SideCurve:
-    """Friction against the motion of one direction: a + b v + e exp(-(v / scale)^2), v = |dq| > 0, offset included."""
+    """Friction in one direction, offset included: a + b v + e exp(-(v / scale)^2), v = |dq| > 0."""
 
     a: float
     b: float
@@ -98,7 +98,7 @@ def certificate(models: Sequence[JointFriction | None]) -> tuple[SidePassivity, 
 
 
 def feeds_energy(models: Sequence[JointFriction | None], dq: ArrayLike) -> NDArray[np.bool_]:
-    """Whether friction drives a joint at dq (..., n) [rad/s or m/s] instead of braking it, (..., n) bool."""
+    """Whether friction adds energy at dq (..., n) [rad/s or m/s], (..., n) bool."""
     v = np.asarray(dq, dtype=float)
     return np.asarray(friction_torque(tuple(models), v) * v < 0.0)
 
@@ -108,7 +108,7 @@ def _least_slope(c: SideCurve) -> float:
 
 
 def _negative_from_to(c: SideCurve) -> tuple[float | None, float]:
-    """Where the curve is below zero: the first speed of it, and the one where that ends."""
+    """The first range of speeds in which the curve is below zero."""
     start: float | None = 0.0 if c.at(0.0) < 0.0 else None
     for low, high in pairwise(_monotone_pieces(c)):
         before, after = c.at(low), c.at(high)
@@ -116,20 +116,20 @@ def _negative_from_to(c: SideCurve) -> tuple[float | None, float]:
             start = float(brentq(c.at, low, high, xtol=TIGHT, rtol=TIGHT))
         elif start is not None and before < 0.0 <= after:
             return start, float(brentq(c.at, low, high, xtol=TIGHT, rtol=TIGHT))
-    if start is None:  # from here on the line alone
+    if start is None:  # beyond the pieces only the line is left
         root = -c.a / c.b if c.b < 0.0 else math.inf
         return (root, math.inf) if math.isfinite(root) else (None, math.inf)
     return start, -c.a / c.b if c.b > 0.0 else math.inf
 
 
 def _monotone_pieces(c: SideCurve) -> list[float]:
-    """Speeds between which the curve only rises or only falls, up to where its Stribeck part is zero to the last bit.
+    """Speeds between which the curve is monotone, up to where its Stribeck part is exactly zero.
 
-    The slope is least at v_s / sqrt(2), where the Stribeck part falls steepest; none of it: no piece.
+    The slope is least at v_s / sqrt(2), where the Stribeck part falls steepest. Without a Stribeck part: no piece.
     """
     if c.e <= 0.0:
         return []
-    steepest, gone = c.scale / math.sqrt(2.0), GONE * c.scale
+    steepest, faded = c.scale / math.sqrt(2.0), FADED * c.scale
     if c.b <= 0.0 or c.slope(steepest) >= 0.0:
-        return [0.0, gone]
-    return [0.0, *(float(brentq(c.slope, *ends)) for ends in ((0.0, steepest), (steepest, gone))), gone]
+        return [0.0, faded]
+    return [0.0, *(float(brentq(c.slope, *ends)) for ends in ((0.0, steepest), (steepest, faded))), faded]

@@ -1,4 +1,4 @@
-"""The nearest friction that only brakes, and what the change costs."""
+"""The nearest passive friction, and its difference from the given one."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from lwr_dyn.model.friction.passivity import SIDES, Side, SideCurve, certificate
 
 
 @dataclass(frozen=True, slots=True)
-class Change:
-    """What the refit did to one direction of one joint (0-based)."""
+class FrictionChange:
+    """The change of one direction of one joint (0-based)."""
 
     joint: int
     side: Side
@@ -26,29 +26,29 @@ class Change:
 
 @dataclass(frozen=True, slots=True)
 class Refit:
-    """Passive friction, and what differs from the friction that was asked about; nothing where that was passive."""
+    """Passive friction, and its changes from the given friction; empty where that is passive."""
 
     models: tuple[JointFriction | None, ...]
-    changes: tuple[Change, ...]
+    changes: tuple[FrictionChange, ...]
 
 
 def passive_refit(models: Sequence[JointFriction | None], speed: float | None = None) -> Refit:
-    """The nearest friction that feeds energy in at no speed; a joint whose friction does so nowhere is left alone.
+    """The nearest friction that adds energy at no speed; joints with passive friction are unchanged.
 
-    Coulomb level (with the offset's share) and slope of each direction are moved so that both are at least 0 and the
-    mean square of the difference over speeds from 0 to `speed` is least. The Stribeck part stays: static friction
-    keeps its distance from Coulomb, so a level that falls takes break-away down with it.
+    Coulomb level (with the offset's share) and slope of each direction become at least 0, such that the mean square of
+    the difference over speeds from 0 to `speed` is least. The Stribeck part stays: static friction keeps its distance
+    from Coulomb, so a lower Coulomb level lowers break-away too.
 
     Parameters
     ----------
     models : sequence of JointFriction or None
     speed : float, optional
-        [rad/s or m/s]; up to which each joint was measured if not given.
+        [rad/s or m/s]; the speed `covered` of each joint if not given.
 
     Raises
     ------
     OptionError
-        A speed that is not above 0, or none given for a joint that does not know up to where it was measured.
+        A speed that is not above 0, or none for a joint without `covered`.
 
     >>> wam_4 = JointFriction(Direction(1.5414, -2.7045), Direction(0.7342, -1.0969), covered=0.4)
     >>> up, down = passive_refit([wam_4]).changes
@@ -77,14 +77,14 @@ def _passive(model: JointFriction, top: float) -> JointFriction:
     offset = min(max(model.offset, -down), up)
     return replace(
         model,
-        positive=_moved(model.positive, up - offset, up_slope),
-        negative=_moved(model.negative, down + offset, down_slope),
+        positive=_with_line(model.positive, up - offset, up_slope),
+        negative=_with_line(model.negative, down + offset, down_slope),
         offset=offset,
     )
 
 
 def _nearest(c: SideCurve, top: float) -> tuple[float, float]:
-    """Level and slope, both at least 0, nearest to those of the curve in the mean square over 0 to `top`."""
+    """Level and slope, both at least 0, with the least mean square difference from the curve over 0 to `top`."""
     if c.a >= 0.0 and c.b >= 0.0:
         return c.a, c.b
     flat = max(c.a + c.b * top / 2.0, 0.0), 0.0
@@ -97,16 +97,16 @@ def _rms(level: float, slope: float, top: float) -> float:
     return math.sqrt(max(level**2 + level * slope * top + (slope * top) ** 2 / 3.0, 0.0))
 
 
-def _moved(d: Direction, coulomb: float, viscous: float) -> Direction:
+def _with_line(d: Direction, coulomb: float, viscous: float) -> Direction:
     static = None if d.static is None else coulomb + (d.static - d.coulomb)
     return replace(d, coulomb=coulomb, viscous=viscous, static=static)
 
 
-def _changes(i: int, before: JointFriction, after: JointFriction, top: float) -> list[Change]:
+def _changes(i: int, before: JointFriction, after: JointFriction, top: float) -> list[FrictionChange]:
     out = []
     for side in SIDES:
         old, new = SideCurve.of(before, side), SideCurve.of(after, side)
         if (old.a, old.b) != (new.a, new.b):
             rms = _rms(new.a - old.a, new.b - old.b, top)
-            out.append(Change(i, side, getattr(before, side), getattr(after, side), rms, top))
+            out.append(FrictionChange(i, side, getattr(before, side), getattr(after, side), rms, top))
     return out

@@ -1,7 +1,7 @@
-"""Friction with its jump at rest smeared over a small speed by a tanh, for integrators that want a smooth right side.
+"""Friction with its jump at rest smoothed by a tanh, for integrators that need a smooth right-hand side.
 
-It cannot hold a joint: under a load F below break-away the joint creeps at about width F/F_c. `JointFriction` as the
-set-valued law does hold it.
+It cannot hold a joint at rest: under a load F below break-away the joint creeps at about width F/F_c. Set-valued
+friction (`lwr_dyn.simulation`) holds it.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from lwr_dyn.model.friction.models import FRICTIONLESS, JointFriction
 
 
 def smooth_friction(models: Sequence[JointFriction | None], width: float = 1e-3) -> Callable[[Array], Array]:
-    """The law tau_friction(dq) with tanh(dq / width) in place of sign(dq), (..., n) -> (..., n) [N m or N].
+    """The function tau_friction(dq) with tanh(dq / width) in place of sign(dq), (..., n) -> (..., n) [N m or N].
 
     tau = offset + level(|dq|) tanh(dq / width) + viscous dq, level and viscous those of the direction of dq. It is
     continuous, with a kink at 0 where the directions differ; at 0 it is the offset. Ungated, for loops.
@@ -26,7 +26,7 @@ def smooth_friction(models: Sequence[JointFriction | None], width: float = 1e-3)
     models : sequence of JointFriction or None
         One per joint.
     width : float
-        Speed at which the law is at 76 % of its level [rad/s or m/s], above 0.
+        Speed at which friction reaches 76 % of its level [rad/s or m/s], above 0.
 
     Raises
     ------
@@ -34,8 +34,8 @@ def smooth_friction(models: Sequence[JointFriction | None], width: float = 1e-3)
         A width that is not a number above 0.
 
     >>> from lwr_dyn.model.friction.models import symmetric
-    >>> law = smooth_friction([symmetric(2.0, 0.5)], width=1e-3)
-    >>> law(np.array([0.0])).item(), law(np.array([-1.0])).item()
+    >>> friction = smooth_friction([symmetric(2.0, 0.5)], width=1e-3)
+    >>> friction(np.array([0.0])).item(), friction(np.array([-1.0])).item()
     (0.0, -2.5)
     """
     if not (np.isfinite(width) and width > 0.0):
@@ -46,16 +46,16 @@ def smooth_friction(models: Sequence[JointFriction | None], width: float = 1e-3)
     coulomb, viscous = (
         np.array([[getattr(d, name) for d in side] for side in both]) for name in ("coulomb", "viscous")
     )
-    fading = np.array([[d.holding - d.coulomb if d.stribeck_velocity else 0.0 for d in side] for side in both])
+    drop = np.array([[d.holding - d.coulomb if d.stribeck_velocity else 0.0 for d in side] for side in both])
     scale = np.array([[d.stribeck_velocity or 1.0 for d in side] for side in both])
-    has_stribeck = bool(fading.any())
+    has_stribeck = bool(drop.any())
 
-    def law(dq: Array) -> Array:
+    def torque(dq: Array) -> Array:
         forward = dq > 0.0
         level = np.where(forward, coulomb[0], coulomb[1])
         if has_stribeck:
-            fade = np.where(forward, fading[0], fading[1])
-            level = level + fade * np.exp(-np.square(dq / np.where(forward, scale[0], scale[1])))
+            x = dq / np.where(forward, scale[0], scale[1])
+            level = level + np.where(forward, drop[0], drop[1]) * np.exp(-np.square(x))
         return np.asarray(offset + level * np.tanh(dq / width) + np.where(forward, viscous[0], viscous[1]) * dq)
 
-    return law
+    return torque

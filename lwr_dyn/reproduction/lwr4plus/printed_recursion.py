@@ -22,7 +22,7 @@ def printed_torque(chain: Chain, q: Array, dq: Array, ddq: Array, slips: Collect
     n = chain.n
     R = [link.pose(x).rotation for link, x in zip(chain.links, q, strict=True)]
     r = [rotation.T @ link.pose(x).position for rotation, link, x in zip(R, chain.links, q, strict=True)]
-    bodies = [link.body or Body.nothing() for link in chain.links]
+    bodies = [link.body or Body.massless() for link in chain.links]
     rotors = [link.rotor or Rotor(0.0, 0.0) for link in chain.links]
     w, dw, ddp = np.zeros(3), np.zeros(3), -chain.gravity
     omega, domega, ddp_com, domega_m = [], [], [], []

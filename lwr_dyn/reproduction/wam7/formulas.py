@@ -9,7 +9,6 @@ import numpy as np
 from lwr_dyn.errors import MissingDataError
 from lwr_dyn.model.arm import JointGains
 from lwr_dyn.model.friction.models import FRICTIONLESS
-from lwr_dyn.papers.actuation import friction_of
 from lwr_dyn.reproduction.case import PaperCase, PaperFormula
 from lwr_dyn.reproduction.quantities import SHARED
 from lwr_dyn.reproduction.results import ResultBlock
@@ -82,7 +81,7 @@ def _coulomb(case: PaperCase) -> Any:
 
 
 def _friction(case: PaperCase) -> list[Any]:
-    return [model or FRICTIONLESS for model in friction_of(case.arm)]
+    return [model or FRICTIONLESS for model in case.arm.friction_models()]
 
 
 def _gains(case: PaperCase) -> JointGains:

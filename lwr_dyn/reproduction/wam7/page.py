@@ -10,7 +10,6 @@ from lwr_dyn.checks.verdict import Report
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.friction.models import FRICTIONLESS
 from lwr_dyn.model.run import Run
-from lwr_dyn.papers.actuation import friction_of
 from lwr_dyn.reproduction.outcome import PageExtras
 from lwr_dyn.reproduction.pages import audit_of, checks_of
 from lwr_dyn.reproduction.report.content import Replay, Still
@@ -75,7 +74,7 @@ def _figure_6(arm: Arm) -> Figure:
     v = np.linspace(0.0, MAP_END, 81)[1:]
     speeds = np.concatenate([-v[::-1], [0.0], v])
     panels = []
-    for model, joint in zip(friction_of(arm), arm.joint_names, strict=True):
+    for model, joint in zip(arm.friction_models(), arm.joint_names, strict=True):
         law = (model or FRICTIONLESS).torque(speeds)
         law[v.size] = np.nan  # at rest anything between both sides
         panels.append(Panel(joint, "friction", "N m", (Curve("Table 1", law, speeds),)))

@@ -19,7 +19,6 @@ from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.friction.models import FRICTIONLESS, JointFriction
 from lwr_dyn.model.friction.passivity import SidePassivity, certificate
 from lwr_dyn.model.run import Run
-from lwr_dyn.papers.actuation import friction_of
 from lwr_dyn.simulation.simulate import simulate
 from lwr_dyn.trajectory.references.joint_moves import JointReference, lspb_move
 
@@ -146,7 +145,7 @@ def experiments(arm: Arm, progress: Callable[[str], None] = lambda _: None) -> t
 
 def sides_of(arm: Arm) -> dict[tuple[int, int], SidePassivity]:
     """The passivity certificate by joint and side, +1 or -1."""
-    return {(s.joint, 1 if s.side == "positive" else -1): s for s in certificate(friction_of(arm))}
+    return {(s.joint, 1 if s.side == "positive" else -1): s for s in certificate(arm.friction_models())}
 
 
 def cruise(arm: Arm, made: Experiment) -> CruiseError:
@@ -157,7 +156,7 @@ def cruise(arm: Arm, made: Experiment) -> CruiseError:
     window = steady(run.t)
     error, speed = (run.q_ref - run.q)[window, joint], run.dq[window, joint]
     velocity = made.side * TRAVEL / (DURATION - BLEND)
-    model: JointFriction = friction_of(arm)[joint] or FRICTIONLESS
+    model: JointFriction = arm.friction_models()[joint] or FRICTIONLESS
     stuck = [e for e in run.events if e.kind == "stick" and e.joint == joint and SETTLED <= e.t <= DURATION - BLEND]
     return CruiseError(
         joint, made.side, made.gravity, float(model.torque(velocity) / gains.Kp[joint]), float(error.mean()),

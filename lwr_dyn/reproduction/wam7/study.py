@@ -9,7 +9,6 @@ from typing import Any
 from lwr_dyn.files import make_folder, write_folder
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
-from lwr_dyn.papers.actuation import friction_of
 from lwr_dyn.papers.assembly import arm_from_paper
 from lwr_dyn.papers.catalog import open_paper
 from lwr_dyn.reproduction.checked_models import check_line, check_record, models_and_checks
@@ -109,7 +108,7 @@ def _pictures(place: Path, arm: Arm, made: Sequence[Experiment]) -> tuple[Series
             lspb_move(arm, up, down, duration=DURATION, blend=BLEND), 0, "LSPB from 0.55 to 0.05 rad"
         ),
         "figure_5_register": register_figure(alone["with friction"][0], 0, "joint 1 rotated by 0.5 rad"),
-        "figure_6_friction_maps": friction_law_figure(friction_of(arm), names),
+        "figure_6_friction_maps": friction_law_figure(arm.friction_models(), names),
         "figure_7_errors_one_at_a_time": joint_error_figure(alone, names, "one joint at a time"),
         "figure_8_errors_all_together": joint_error_figure(together, names, "all joints together"),
     }

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.friction.refit import passive_refit
-from lwr_dyn.papers.actuation import friction_of
 from lwr_dyn.reproduction.printed import printed_tables
 from lwr_dyn.reproduction.wam7.runs import AGREES, GRAVITIES, CruiseError, Experiment, sides_of
 from lwr_dyn.tables import aligned
@@ -55,7 +54,7 @@ def figure_7_holds(found: Sequence[CruiseError]) -> bool:
 
 def passivity_text(arm: Arm) -> str:
     """Where Table 1's friction feeds energy in, what it leaves of the damping, and what a passive refit would cost."""
-    changes = {(c.joint, 1 if c.side == "positive" else -1): c for c in passive_refit(friction_of(arm)).changes}
+    changes = {(c.joint, 1 if c.side == "positive" else -1): c for c in passive_refit(arm.friction_models()).changes}
     rows = []
     for (joint, side), found in sides_of(arm).items():
         change = changes.get((joint, side))

@@ -16,7 +16,6 @@ from lwr_dyn.model.friction.models import (
     symmetric,
 )
 from lwr_dyn.model.friction.smooth import smooth_friction
-from lwr_dyn.papers.actuation import friction_of
 
 ONE_SIDED = JointFriction(Direction(4.0, 0.5, 6.0, 0.1), Direction(3.0, -0.2), offset=0.25)
 SMEARED = 1e-9
@@ -96,11 +95,11 @@ def test_an_arm_gives_its_directed_friction_else_the_pair_of_its_limits_else_not
     from dataclasses import replace
 
     wam = lwr_dyn.load("wam7")
-    assert friction_of(wam) == wam.friction
-    assert friction_of(lwr_dyn.load("lwr4plus")) == (None,) * 7
+    assert wam.friction_models() == wam.friction
+    assert lwr_dyn.load("lwr4plus").friction_models() == (None,) * 7
     limits = (JointLimits(viscous=0.5), JointLimits(coulomb=2.0), *[JointLimits()] * 5)
     plain = replace(wam, friction=(), limits=limits)
-    assert friction_of(plain) == (symmetric(0.0, 0.5), symmetric(2.0, 0.0), *[None] * 5)
+    assert plain.friction_models() == (symmetric(0.0, 0.5), symmetric(2.0, 0.0), *[None] * 5)
 
 
 def test_away_from_rest_the_smooth_form_is_the_law_itself():
