@@ -14,7 +14,7 @@ from lwr_dyn.arrays import fixed_array
 from lwr_dyn.cli.kuka_units import chosen, degenerate_note, kuka_record, pose_record, status_and_turn
 from lwr_dyn.cli.options import NUMBERS, load_robot, print_json, robot_options
 from lwr_dyn.errors import OptionError
-from lwr_dyn.kinematics.inverse import inverse_kinematics
+from lwr_dyn.kinematics.inverse import IK_SOLVERS, inverse_kinematics
 from lwr_dyn.kinematics.kuka_pose import has_kuka_axes, pose_of_matrix, rotation_of_abc
 from lwr_dyn.kinematics.solution import InverseResult, Solution
 from lwr_dyn.model.arm import Arm
@@ -34,6 +34,7 @@ from lwr_dyn.tables import aligned
 @click.option("--turn", type=int, help="Only solutions with this Turn T (KUKA).")
 @click.option("--from-deg", type=NUMBERS, help="Only the solution with the least axis travel from here, deg.")
 @click.option("--arm-angle-deg", type=float, help="Arm angle of an S-R-S arm; the safest on each branch if not given.")
+@click.option("--solver", type=click.Choice(IK_SOLVERS.names), help="The first that recognises the arm if not given.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object.")
 def command(
     robot: str,
@@ -48,7 +49,7 @@ def command(
     arm = load_robot(robot, reading, tip, locks)
     pose = _pose(given)
     angle = None if arm_angle_deg is None else float(np.radians(arm_angle_deg))
-    found = inverse_kinematics(arm, pose, arm_angle=angle)
+    found = inverse_kinematics(arm, pose, arm_angle=angle, solver=given["solver"])
     kept = chosen(arm, found.solutions, given["status"], given["turn"], given["from_deg"])
     found = replace(found, solutions=kept, outside=found.outside if kept == found.solutions else ())
     if as_json:

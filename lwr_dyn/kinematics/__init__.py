@@ -1,1 +1,17 @@
-"""Forward and inverse kinematics, Jacobians, arm angle."""
+"""Kinematics of an arm: poses, Jacobians, inverse kinematics, arm angle, working envelope.
+
+forward          flange pose and link frames; the gate for poses
+jacobian         geometric Jacobian and its rate
+inverse          `inverse_kinematics` of one pose, and the registry of its solvers
+solution         the problem, the solvers' interface, `InverseResult`
+srs_solver       S-R-S arms: all branches at their best arm angle, or at a given one
+spherical_wrist  six joints with a spherical wrist: all branches, whole turns, singularities
+numeric          any arm: damped least squares from many starts
+srs, srs_margins, branches, arm_geometry
+                 closed form, joint-limit margins over the arm angle, and the geometry they start from
+arm_angle        a smooth arm angle along a path that maximises the joint-limit margin
+arm_angle_search the largest margin that a continuous arm angle can keep
+path_following   `follow`: joint motion along a path with its exact derivatives
+envelope         section, reach and volume that the wrist centre can reach
+kuka_pose        X, Y, Z, A, B, C, Status and Turn
+"""

@@ -1,6 +1,6 @@
 """A smooth arm angle along a path that maximises the smallest joint-limit margin.
 
-Inside the corridor of `arm_angle_search`, the curve is the natural cubic spline that bends least,
+Inside the corridor of `arm_angle_search`, the curve is the natural cubic spline with the least bending,
 
     minimise  integral of psi''^2 + PULL (psi - middle of the corridor)^2   subject to  low <= psi <= high,
 
@@ -35,7 +35,7 @@ INSET = 0.05
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ArmAngleCurve:
-    """psi(s) along one path, and the smallest joint-limit margin it keeps over the poses it was made for."""
+    """psi(s) along one path, and the smallest joint-limit margin it keeps over the poses of that path."""
 
     branch: Branch
     margin: float
@@ -47,7 +47,7 @@ class ArmAngleCurve:
     margin_bound: float
     """[rad] No continuous arm angle, on any branch, keeps a larger smallest margin at these poses."""
     reference: Array
-    """(3,) The direction psi is counted from; hand it on to `follow`."""
+    """(3,) The direction psi is counted from; pass it on to `follow`."""
     knots: Array
     """(m,) s of the spline's knots."""
     values: Array
@@ -71,7 +71,7 @@ def best_arm_angle(arm: Arm, s: ArrayLike, T: ArrayLike, *, reference: ArrayLike
     s : (k,) array_like
         Path parameter, increasing, k >= 2; its unit is the caller's.
     T : (k, 4, 4) array_like
-        Flange poses in the base, sampled so finely that the limits mean nothing else between them.
+        Flange poses in the base; the limits are checked at these poses only, so sample the path finely.
     reference : (3,) array_like, optional
         Direction psi is counted from (see `srs`); the axis of joint 1 if not given.
 
@@ -80,7 +80,7 @@ def best_arm_angle(arm: Arm, s: ArrayLike, T: ArrayLike, *, reference: ArrayLike
     ShapeError
         Wrong shapes, s not increasing, T not poses.
     OptionError
-        Not an S-R-S arm; or the wrist passes the line of `reference`, where psi has no zero: name another direction.
+        Not an S-R-S arm; or the wrist passes the line of `reference`, where psi has no zero: choose another direction.
     OutOfReachError
         `.at` is the s of the pose furthest out of reach, `.distance` by how much [m].
     OutsideLimitsError
@@ -124,7 +124,7 @@ def _require_zero(geometry: SrsGeometry, u: Array, up: Array, at: Array) -> None
 
 
 def _smooth(s: Array, passage: Corridor) -> tuple[Array, Array]:
-    """Knots and values of the spline inside the corridor that bends least."""
+    """Knots and values of the spline with the least bending inside the corridor."""
     x = (s - s[0]) / (s[-1] - s[0])
     middle, room = (passage.low + passage.high) / 2.0, (0.5 - INSET) * (passage.high - passage.low)
     chosen = np.unique(np.linspace(0, len(x) - 1, min(len(x), FIRST_KNOTS)).round().astype(int))
@@ -148,7 +148,7 @@ def _least_bending(x: Array, middle: Array, room: Array) -> Array:
     """Values at the knots x (m,) within middle +- room (m,)."""
     spline = CubicSpline(x, np.eye(len(x)), bc_type="natural")
     bend, h = spline(x, 2), np.diff(x)[:, None]
-    # psi'' runs straight from a to b over each span: its square integrates to h [(a + b)^2 / 4 + (b - a)^2 / 12]
+    # psi'' is linear from a to b over each span: its square integrates to h [(a + b)^2 / 4 + (b - a)^2 / 12]
     total, change = np.sqrt(h) / 2.0 * (bend[:-1] + bend[1:]), np.sqrt(h / 12.0) * np.diff(bend, axis=0)
     pull = np.diag(np.sqrt(PULL * np.gradient(x)))
     target = np.concatenate([np.zeros(2 * len(h)), pull @ middle])
@@ -161,7 +161,7 @@ def _least_bending(x: Array, middle: Array, room: Array) -> Array:
 def _measured(
     geometry: SrsGeometry, ranges: JointRanges, s: Array, T: Array, best: BranchOptimum, knots: Array, values: Array
 ) -> ArmAngleCurve:
-    """The curve with the margin it really keeps at every pose."""
+    """The curve with the margin that it keeps at the poses."""
     psi = CubicSpline(knots, values, bc_type="natural")(s)
     kept = margins(margin_problem(geometry, ranges, T, best.branch), psi[:, None])[:, 0]
     row, joint = (int(i) for i in np.unravel_index(np.argmin(kept), kept.shape))

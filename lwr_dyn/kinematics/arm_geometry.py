@@ -29,7 +29,7 @@ from lwr_dyn.model.chain import Chain
 from lwr_dyn.model.dh import JointKind
 
 MEETING = 1e-9
-"""[m, and dimensionless] Axes that pass this near to each other meet; directions this near to square are square."""
+"""[m, or sine] Axes this near to each other meet; directions this near to square are square."""
 
 SRS_ARM = "a seven-joint arm with a spherical shoulder, an elbow and a spherical wrist"
 WRIST_ARM = "a six-joint arm with axis 2 square to 1, 3 parallel to 2, a spherical wrist"
@@ -53,7 +53,7 @@ class Ball:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SrsGeometry:
-    """Constants of an S-R-S arm, all in the base at q = 0 unless said otherwise: lengths [m], angles [rad]."""
+    """Constants of an S-R-S arm in the base at q = 0: lengths [m], angles [rad]."""
 
     shoulder: Array
     upper: Array
@@ -68,7 +68,7 @@ class SrsGeometry:
     first: Ball
     last: Ball
     reference: Array
-    """(3,) The unit vector that fixes the zero of the arm angle: the axis of joint 1, unless another is asked for."""
+    """(3,) The unit vector that fixes the zero of the arm angle; by default the axis of joint 1."""
 
     @property
     def lengths(self) -> tuple[float, float]:
@@ -98,7 +98,7 @@ class WristArmGeometry:
     origin: Array
     """(3,) A point of axis 1 in the base [m]."""
     lateral: float
-    """How far W stands beside the plane of axis 1, along n [m]."""
+    """Offset of W from the plane of axis 1, along n [m]."""
     shoulder: Array
     """(2,) Axis 2 in the arm's plane, from `origin`."""
     upper: Array
@@ -108,7 +108,7 @@ class WristArmGeometry:
     elbow_sign: int
     """+1 when axis 3 points as axis 2 does, else -1."""
     front: int
-    """+1 when W stands on the side of e at q = 0 (axis 1 to W), -1 on the other: what `front` branches mean."""
+    """+1 when W is on the side of e at q = 0, -1 on the other: ahead of axis 1 in the sense of `Branch`."""
     wrist_in_flange: Array
     home_rotation: Array
     ball: Ball
@@ -120,7 +120,7 @@ class WristArmGeometry:
 
     @property
     def straight(self) -> float:
-        """q3 at which axis 2, axis 3 and W lie in line [rad], within half a turn of zero."""
+        """q3 at which axis 2, axis 3 and W lie in line, -pi to pi [rad]."""
         (a, b), (c, d) = self.upper, self.fore
         return float(-self.elbow_sign * np.arctan2(a * d - b * c, a * c + b * d))
 

@@ -1,9 +1,9 @@
-"""Where the wrist centre of a six-joint arm can stand: the section of its working envelope, reach and volume, exactly.
+"""Working envelope of the wrist centre of a six-joint arm: its section, reach and volume in closed form.
 
 In the plane of the arm the wrist centre is shoulder + Rot(q2) (upper + Rot(q3) fore), q2 and q3 within their limits.
-Its outline is made of circular arcs only: joint 3 at a limit or the elbow straight (about the shoulder), joint 2 at a
-limit (about the elbow). All arcs are cut where they meet; a piece is outline when one side of it can be reached and the
-other cannot. Revolved about axis 1, of the section with r >= 0,
+The outline consists of circular arcs: joint 3 at a limit or the elbow straight (about the shoulder), joint 2 at a limit
+(about the elbow). All arcs are cut where they meet; a piece belongs to the outline when only one side of it can be
+reached. The section with r >= 0, revolved about axis 1, has the volume
 
     V = range_1 / (2 pi) * pi * sum over the outline of  integral r^2 dz        (Green, Pappus)
 
@@ -24,14 +24,14 @@ from lwr_dyn.kinematics.arm_geometry import WristArmGeometry, require_wrist_arm
 from lwr_dyn.model.arm import Arm
 
 BESIDE = 1e-7
-"""[m] How far beside a piece of arc its two sides are looked at."""
+"""[m] Distance from a piece of arc at which its two sides are tested."""
 MEET = 1e-9
-"""[m] Circles that miss each other by this touch; pieces shorter than this are points."""
+"""[m] Circles this near to each other touch; pieces shorter than this are points."""
 
 
 @dataclass(frozen=True, slots=True)
-class Arc:
-    """Points (r, z) = centre + radius (cos phi, sin phi), phi from `start` to `end` [rad], either way round."""
+class EnvelopeArc:
+    """Points (r, z) = centre + radius (cos phi, sin phi) [m], phi from `start` to `end` [rad] in either direction."""
 
     centre: tuple[float, float]
     radius: float
@@ -58,16 +58,17 @@ class Arc:
 
 @dataclass(frozen=True, slots=True)
 class Envelope:
-    """The section (r >= 0) as arcs with the reachable side on their left, its reach [m] and volume [m^3]."""
+    """The section (r >= 0) as arcs with the reachable side on their left, its reach and volume."""
 
-    outline: tuple[Arc, ...]
+    outline: tuple[EnvelopeArc, ...]
     reach: float
-    """Largest distance of the wrist centre from axis 1."""
+    """Largest distance of the wrist centre from axis 1 [m]."""
     volume: float
+    """[m^3]"""
 
 
 def working_envelope(arm: Arm) -> Envelope:
-    """The envelope of the wrist centre within the position limits.
+    """The envelope of the wrist centre inside the position limits.
 
     Raises
     ------
@@ -77,8 +78,8 @@ def working_envelope(arm: Arm) -> Envelope:
         A limit of joints 1 to 3 is not known.
 
     >>> import lwr_dyn
-    >>> found = working_envelope(lwr_dyn.load("kr30ha"))
-    >>> round(found.reach, 4), round(found.volume, 3)
+    >>> envelope = working_envelope(lwr_dyn.load("kr30ha"))
+    >>> round(envelope.reach, 4), round(envelope.volume, 3)
     (2.0327, 27.243)
     """
     section = _Section.of(arm)
@@ -96,7 +97,7 @@ def working_envelope(arm: Arm) -> Envelope:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Section:
-    """Joints 2 and 3 with their limits, and how the arm's plane lies in (r, z)."""
+    """Joints 2 and 3 with their limits, and the position of the arm's plane in (r, z)."""
 
     geometry: WristArmGeometry
     lower: Array
@@ -115,27 +116,27 @@ class _Section:
         up = 1.0 if w1[int(np.argmax(np.abs(w1)))] > 0.0 else -1.0
         return cls(geometry, arm.lower[1:3], arm.upper[1:3], up, up * float(w1 @ geometry.origin))
 
-    def arcs(self) -> tuple[Arc, ...]:
-        """What the outline can be made of."""
+    def arcs(self) -> tuple[EnvelopeArc, ...]:
+        """All arcs of which the outline can consist."""
         g, (low2, low3), (up2, up3) = self.geometry, self.lower, self.upper
         straight = [g.straight + k * math.pi for k in range(-3, 4)]
-        found = []
+        arcs = []
         for q3 in [low3, up3, *(x for x in straight if low3 < x < up3)]:
             arm = g.upper + _turned(g.fore, g.elbow_sign * q3)
-            found.append(self._arc(g.shoulder, arm, low2, up2))
+            arcs.append(self._arc(g.shoulder, arm, low2, up2))
         for q2 in (low2, up2):
             elbow, fore = g.shoulder + _turned(g.upper, q2), _turned(g.fore, q2)
-            found.append(self._arc(elbow, fore, g.elbow_sign * low3, g.elbow_sign * up3))
-        return tuple(found)
+            arcs.append(self._arc(elbow, fore, g.elbow_sign * low3, g.elbow_sign * up3))
+        return tuple(arcs)
 
-    def _arc(self, centre: Array, spoke: Array, first: float, last: float) -> Arc:
-        """The arc that `spoke` (along, out) draws when it turns about `centre` from `first` to `last`."""
+    def _arc(self, centre: Array, spoke: Array, first: float, last: float) -> EnvelopeArc:
+        """The arc of the tip of `spoke` (along, out) that turns about `centre` from `first` to `last` [rad]."""
         r, z = self.in_section(centre)
         sr, sz = self.geometry.front * spoke[1], self.up * spoke[0]
         # a turn takes `along` towards `out`: in (r, z) that is clockwise unless one of the two axes is reversed
         way = -1.0 if self.up * self.geometry.front > 0.0 else 1.0
         start = math.atan2(sz, sr)
-        return Arc((r, z), math.hypot(sr, sz), start + way * float(first), start + way * float(last))
+        return EnvelopeArc((r, z), math.hypot(sr, sz), start + way * float(first), start + way * float(last))
 
     def in_section(self, point: Array) -> tuple[float, float]:
         """(r, z) of a point (along, out) of the arm's plane."""
@@ -157,19 +158,19 @@ class _Section:
                 return True
         return False
 
-    def facing_in(self, arc: Arc) -> Arc | None:
-        """The piece run with the reachable side on its left, or None when it is no outline of the section r >= 0."""
+    def facing_in(self, arc: EnvelopeArc) -> EnvelopeArc | None:
+        """The piece with the reachable side on its left; None when it is not on the outline of the section r >= 0."""
         phi = (arc.start + arc.end) / 2.0
         if arc.point(phi)[0] < 0.0:
             return None
         inner, outer = (
-            Arc(arc.centre, arc.radius + side * BESIDE, arc.start, arc.end).point(phi) for side in (-1.0, 1.0)
+            EnvelopeArc(arc.centre, arc.radius + side * BESIDE, arc.start, arc.end).point(phi) for side in (-1.0, 1.0)
         )
         inside, outside = self.reachable(*inner), self.reachable(*outer)
         if inside == outside:
             return None
         forward = (arc.end > arc.start) == inside
-        return arc if forward else Arc(arc.centre, arc.radius, arc.end, arc.start)
+        return arc if forward else EnvelopeArc(arc.centre, arc.radius, arc.end, arc.start)
 
 
 def _turned(v: Array, angle: float) -> Array:
@@ -178,11 +179,11 @@ def _turned(v: Array, angle: float) -> Array:
 
 
 def _within(angle: float, low: float, up: float) -> bool:
-    """Whether the angle or one a whole turn away lies between."""
+    """Whether the angle, or one whole turns away, lies between the limits."""
     return low + (angle - low) % (2.0 * math.pi) <= up
 
 
-def _pieces(arc: Arc, others: tuple[Arc, ...]) -> list[Arc]:
+def _pieces(arc: EnvelopeArc, others: tuple[EnvelopeArc, ...]) -> list[EnvelopeArc]:
     """The arc cut where it meets the circles of the others and the axis r = 0."""
     low, high = min(arc.start, arc.end), max(arc.start, arc.end)
     cuts = {low, high}
@@ -190,17 +191,17 @@ def _pieces(arc: Arc, others: tuple[Arc, ...]) -> list[Arc]:
         first = low + (angle - low) % (2.0 * math.pi)
         cuts.update(np.arange(first, high, 2.0 * math.pi).tolist())
     ends = sorted(cuts)
-    return [Arc(arc.centre, arc.radius, a, b) for a, b in pairwise(ends) if (b - a) * arc.radius > MEET]
+    return [EnvelopeArc(arc.centre, arc.radius, a, b) for a, b in pairwise(ends) if (b - a) * arc.radius > MEET]
 
 
-def _on_axis(arc: Arc) -> list[float]:
+def _on_axis(arc: EnvelopeArc) -> list[float]:
     if abs(arc.centre[0]) > arc.radius:
         return []
     phi = math.acos(-arc.centre[0] / arc.radius)
     return [phi, -phi]
 
 
-def _meetings(arc: Arc, other: Arc) -> list[float]:
+def _meetings(arc: EnvelopeArc, other: EnvelopeArc) -> list[float]:
     """phi on `arc` where its circle meets the circle of `other`."""
     dr, dz = other.centre[0] - arc.centre[0], other.centre[1] - arc.centre[1]
     apart = math.hypot(dr, dz)
@@ -211,7 +212,7 @@ def _meetings(arc: Arc, other: Arc) -> list[float]:
     return [towards - half, towards + half]
 
 
-def _farthest(arc: Arc) -> float:
+def _farthest(arc: EnvelopeArc) -> float:
     """Largest r on the arc."""
     low, high = min(arc.start, arc.end), max(arc.start, arc.end)
     ahead = low + (-low) % (2.0 * math.pi)

@@ -1,4 +1,4 @@
-"""Geometric Jacobian of the native chain, base frame, linear rows over angular rows; and what its change adds.
+"""Geometric Jacobian of the native chain and its rate: base frame, linear rows over angular rows.
 
 [v; omega] = J(q) dq          [a; domega] = J(q) ddq + dJ/dt dq
 """
@@ -49,7 +49,7 @@ def jacobian_at(axes: JointAxes, point: Array) -> Array:
 def velocity_product_at(axes: JointAxes, point: Array, dq: Array) -> Array:
     """dJ/dt dq (..., 6) of the point (..., 3) [m] of the last link: its acceleration when ddq = 0; ungated.
 
-    The column of joint i changes because its axis rides on the link before it and because the lever moves:
+    The column of joint i changes because its axis moves with the link before it, and because the lever changes:
     d/dt [z x (point - p)] = (omega x z) x (point - p) + z x (dpoint - dp).
     """
     z, p = axes.z, axes.p
@@ -60,13 +60,13 @@ def velocity_product_at(axes: JointAxes, point: Array, dq: Array) -> Array:
         axis, rate = z[..., i, :], dq[..., i, None]
         speed = speed + np.cross(omega, p[..., i, :] - place)
         place = p[..., i, :]
-        swing = np.cross(omega, axis)
+        axis_rate = np.cross(omega, axis)
         if revolute:
-            change = np.cross(swing, point - place) + np.cross(axis, tip_speed - speed)
-            linear, angular = linear + change * rate, angular + swing * rate
+            change = np.cross(axis_rate, point - place) + np.cross(axis, tip_speed - speed)
+            linear, angular = linear + change * rate, angular + axis_rate * rate
             omega = omega + axis * rate
         else:
-            linear = linear + swing * rate
+            linear = linear + axis_rate * rate
             speed = speed + axis * rate
     return np.concatenate([linear, angular], axis=-1)
 

@@ -1,18 +1,18 @@
-"""A pose as a KUKA controller states it: X, Y, Z in mm, A, B, C in deg, Status and Turn that tell solutions apart.
+"""A pose in a KUKA controller's terms: X, Y, Z in mm, A, B, C in deg, Status and Turn, which select a solution.
 
     R = Rz(A) Ry(B) Rx(C)
 
-At B = +-90 deg only C -+ A counts, and A is taken as 0. Status S: bit 0 the wrist centre is behind axis 1 (overhead),
-bit 1 A3 is at or past the angle at which axis 2, axis 3 and the wrist centre lie in line, bit 2 A5 < 0. Turn T: bit
-i - 1 is set where A_i < 0. Bit 1's angle follows from the arm's geometry; bit 2 has the sign that public pairs of
-poses and axes show, not one page of a manual.
+At B = +-90 deg only C -+ A is determined, and A is taken as 0. Status S: bit 0, the wrist centre is behind axis 1
+(overhead); bit 1, A3 is at or past the angle at which axis 2, axis 3 and the wrist centre lie in line; bit 2, A5 < 0.
+Turn T: bit i - 1 is set where A_i < 0. The angle of bit 1 follows from the arm's geometry. The sign of bit 2 is the one
+in published pairs of poses and axes; no page of a manual states it.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -28,14 +28,14 @@ from lwr_dyn.model.spatial import from_rpy, rot_z
 DEGENERATE = 1e-12
 """Cosine of B below which A and C turn about one axis."""
 ZERO = 1e-12
-"""[rad, m] An axis or a distance this near to zero is zero: its sign is rounding."""
+"""[rad, m] An axis or a distance this near to zero counts as zero: its sign is rounding."""
 _AXES = np.array([[0, 0, -1], [0, 1, 0], [0, 1, 0], [-1, 0, 0], [0, 1, 0], [-1, 0, 0]], dtype=float)
-"""What A1 to A6 turn about when the arm is stretched out, A = 0."""
+"""Directions of A1 to A6 in the base at A = 0, the arm stretched out."""
 
 
 @dataclass(frozen=True, slots=True)
 class KukaPose:
-    """X, Y, Z [mm], A, B, C [deg], and where they are known Status and Turn."""
+    """X, Y, Z [mm], A, B, C [deg], and where known Status and Turn."""
 
     x_mm: float
     y_mm: float
@@ -55,7 +55,7 @@ class KukaPose:
 
 
 def has_kuka_axes(arm: Arm) -> bool:
-    """Whether the joints are A1 to A6 with KUKA's zero and directions: then Status and Turn mean something."""
+    """Whether the joints are A1 to A6 with KUKA's zero and directions: only then Status and Turn are defined."""
     if wrist_arm_geometry(arm.chain) is None:
         return False
     return bool(np.abs(joint_axes(arm.chain, np.zeros(arm.n)).z - _AXES).max() < 1e-9)
@@ -63,18 +63,13 @@ def has_kuka_axes(arm: Arm) -> bool:
 
 def kuka_pose(arm: Arm, q: Array) -> KukaPose:
     """The flange at q (6,) [rad] with Status and Turn; ungated. Raises `OptionError` for another kind of arm."""
-    placed = pose_of_matrix(forward_kinematics(arm.chain, q))
-    return KukaPose(*_six(placed), status(arm, q), turn(q))
+    return replace(pose_of_matrix(forward_kinematics(arm.chain, q)), s=status(arm, q), t=turn(q))
 
 
 def pose_of_matrix(T: Array) -> KukaPose:
     """X, Y, Z, A, B, C of a pose (4, 4) [m], Status and Turn unknown."""
     x, y, z = (float(v) * 1e3 + 0.0 for v in T[:3, 3])
     return KukaPose(x, y, z, *abc_of_rotation(T[:3, :3]))
-
-
-def _six(pose: KukaPose) -> tuple[float, float, float, float, float, float]:
-    return pose.x_mm, pose.y_mm, pose.z_mm, pose.a_deg, pose.b_deg, pose.c_deg
 
 
 def abc_of_rotation(R: Array) -> tuple[float, float, float]:
@@ -86,9 +81,9 @@ def abc_of_rotation(R: Array) -> tuple[float, float, float]:
     cos_b = math.hypot(R[0, 0], R[1, 0])
     b = math.atan2(-R[2, 0], cos_b)
     a = 0.0 if cos_b < DEGENERATE else math.atan2(R[1, 0], R[0, 0])
-    # what A leaves over is Ry(B) Rx(C), whose second row is (0, cos C, -sin C)
-    rest = rot_z(a)[:, 1] @ R
-    c = math.atan2(-rest[2], rest[1])
+    # Rz(A)^T R = Ry(B) Rx(C), whose second row is (0, cos C, -sin C)
+    second_row = rot_z(a)[:, 1] @ R
+    c = math.atan2(-second_row[2], second_row[1])
     a_deg, b_deg, c_deg = (math.degrees(x) + 0.0 for x in (a, b, c))
     return a_deg, b_deg, c_deg
 
@@ -135,12 +130,12 @@ def with_status_and_turn(
     Raises
     ------
     OptionError
-        No solution has them; says which pairs there are.
+        No solution has them; the error lists the pairs that exist.
     """
     pairs = [(status(arm, x.q), turn(x.q)) for x in solutions]
     chosen = tuple(x for x, (S, T) in zip(solutions, pairs, strict=True) if s in (None, S) and t in (None, T))
     if not chosen:
-        asked = ", ".join(f"{name} {value}" for name, value in (("S", s), ("T", t)) if value is not None)
-        there = ", ".join(f"S {S} T {T}" for S, T in sorted(set(pairs))) or "none: the pose has no solution"
-        raise OptionError("Status, Turn", f"no solution has {asked}", there)
+        wanted = ", ".join(f"{name} {value}" for name, value in (("S", s), ("T", t)) if value is not None)
+        existing = ", ".join(f"S {S} T {T}" for S, T in sorted(set(pairs))) or "none: the pose has no solution"
+        raise OptionError("Status, Turn", f"no solution has {wanted}", existing)
     return chosen

@@ -1,8 +1,8 @@
 """Inverse kinematics of any arm by damped least squares inside the joint limits, from many seeded starts.
 
-Each step takes dq = J^T (J J^T + damping)^-1 e over the joints that are not held at a limit they push against; a step
-that does not bring the pose nearer is taken back and damped more (Levenberg 1944, Marquardt 1963; Wampler 1986 for
-robots). All starts run at once. What it finds is right; what it does not find may still exist.
+Each step is dq = J^T (J J^T + damping)^-1 e over the joints that are not held at a limit they push against; a step
+that does not bring the pose nearer is rejected and damped more (Levenberg 1944, Marquardt 1963; Wampler 1986 for
+robots). All starts run at once. Every solution is verified, but there may be more solutions.
 """
 
 from __future__ import annotations
@@ -25,21 +25,20 @@ SOLVED = 1e-11
 """Largest entry of FK(q) - T that counts as solved [m and dimensionless]."""
 STEPS = 150
 APART = 1e-4
-"""[rad or m] Solutions nearer than this in every joint are one."""
+"""[rad or m] Solutions nearer than this in every joint count as one."""
 _DAMPING, _EASE, _STIFFEN, _WEAKEST = 1e-2, 0.2, 4.0, 1e-20
 _OPEN_RANGE = {JointKind.REVOLUTE: np.pi, JointKind.PRISMATIC: 1.0}
-"""Where starts are drawn when a limit is not known [rad, m]."""
+"""Half width of the starts' range where a limit is not known [rad, m]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Search:
-    """What the starts led to: distinct solutions q (m, n), and the end that came nearest with its pose error."""
+    """Result of the starts."""
 
     q: Array
-    nearest: Array
-    """(n,) the end with the smallest pose error."""
+    """(m, n) distinct solutions."""
     distance: float
-    """Its position error [m]."""
+    """Position error of the end with the smallest pose error [m]."""
 
 
 def search(chain: Chain, lower: Array, upper: Array, T: Array, starts: int, seed: int) -> Search:
@@ -50,18 +49,18 @@ def search(chain: Chain, lower: Array, upper: Array, T: Array, starts: int, seed
     nearest = int(np.argmin(residual))
     tip = joint_axes(chain, ends[nearest : nearest + 1]).flange[0, :3, 3]
     good = ends[residual <= SOLVED]
-    return Search(_distinct(good, kinds), ends[nearest], float(np.linalg.norm(tip - T[:3, 3])))
+    return Search(_distinct(good, kinds), float(np.linalg.norm(tip - T[:3, 3])))
 
 
 def _starts(kinds: list[JointKind], lower: Array, upper: Array, starts: int, seed: int) -> Array:
-    """The middle of the ranges, then places drawn evenly from them."""
+    """The middle of the ranges, then positions drawn uniformly from them."""
     wide = np.array([_OPEN_RANGE[kind] for kind in kinds])
     low = np.where(np.isfinite(lower), lower, np.where(np.isfinite(upper), upper - 2.0 * wide, -wide))
     high = np.where(np.isfinite(upper), upper, low + 2.0 * wide)
-    places = np.random.default_rng(seed).uniform(size=(starts, len(kinds)))
-    places[0] = 0.5
-    drawn: Array = low + places * (high - low)
-    return drawn
+    share = np.random.default_rng(seed).uniform(size=(starts, len(kinds)))
+    share[0] = 0.5
+    q: Array = low + share * (high - low)
+    return q
 
 
 def _descend(chain: Chain, lower: Array, upper: Array, T: Array, q: Array) -> tuple[Array, Array]:
@@ -91,7 +90,7 @@ def _pose_error(chain: Chain, T: Array, q: Array) -> tuple[Array, Array, Array]:
 
 
 def _step(jacobian: Array, error: Array, damping: Array, q: Array, lower: Array, upper: Array) -> Array:
-    """The damped step with the joints held that would leave their limits; held joints only grow in number."""
+    """The damped step; joints that would leave their limits are held, and a held joint stays held."""
     free = np.ones(q.shape, dtype=bool)
     step = np.zeros_like(q)
     for _ in range(q.shape[1]):
@@ -106,7 +105,7 @@ def _step(jacobian: Array, error: Array, damping: Array, q: Array, lower: Array,
 
 
 def _distinct(q: Array, kinds: list[JointKind]) -> Array:
-    """One of each group of equal solutions; a whole turn of a revolute joint is no difference."""
+    """One of each group of equal solutions; whole turns of revolute joints do not count."""
     turning = np.array([kind is JointKind.REVOLUTE for kind in kinds])
     kept: list[Array] = []
     for row in q:

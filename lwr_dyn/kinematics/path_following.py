@@ -1,4 +1,4 @@
-"""Exact joint motion of an S-R-S arm along a path: q from the closed form, dq and ddq by exact differentiation.
+"""Joint motion of an S-R-S arm along a path: q from the closed form, dq and ddq from the extended Jacobian, exactly.
 
 The arm angle is a seventh task row under the Jacobian. With w from shoulder to wrist, rho = |w|, the elbow axis n and
 the reference direction r,
@@ -26,7 +26,7 @@ from lwr_dyn.model.arm import Arm
 
 SINGULAR = 1e-7
 """Sine of a tilt, of the elbow's bend, or of the wrist's angle to the reference, below which rates are not determined:
-there they would carry more error than 1e-9 relative."""
+their relative error would exceed 1e-9."""
 
 
 def follow(
@@ -67,7 +67,7 @@ def follow(
         `.at` is the row of the pose furthest out of reach.
     SingularArmError
         At row `.index` the arm is stretched or folded, a ball's rolls are aligned, or the wrist stands on the
-        reference, and velocity or acceleration are asked for there (where both are zero, dq = ddq = 0).
+        reference, and velocity or acceleration is not zero there (where both are zero, dq = ddq = 0).
 
     References
     ----------
@@ -108,7 +108,7 @@ def _rates(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _ArmAngleTask:
-    """What psi depends on, for k rows: see the head of the file; wrist_jacobian and n_jacobian are (k, 3, 7)."""
+    """The terms of psi for k rows, as in the module's docstring; wrist_jacobian and n_jacobian are (k, 3, 7)."""
 
     w: Array
     n: Array
@@ -138,7 +138,7 @@ def _arm_angle_task(geometry: SrsGeometry, axes: JointAxes) -> _ArmAngleTask:
 
 
 def _own_change(geometry: SrsGeometry, axes: JointAxes, task: _ArmAngleTask, dq: Array) -> Array:
-    """d2psi/dt2 (k,) of joints that turn steadily at dq: quotient rule twice on P and C."""
+    """d2psi/dt2 (k,) at constant joint speeds dq: quotient rule twice on P and C."""
     r, n, w, rho = geometry.reference, task.n, task.w, task.rho
     dw = np.einsum("kij,kj->ki", task.wrist_jacobian, dq)
     ddw = velocity_product_at(axes, _wrist(geometry, axes), dq)[:, :3]
@@ -156,7 +156,7 @@ def _own_change(geometry: SrsGeometry, axes: JointAxes, task: _ArmAngleTask, dq:
 
 
 def _turning_change(axes: JointAxes, n: Array, dq: Array) -> Array:
-    """Second derivative (k, 3) of a direction on the upper arm when joints 1 to 3 turn steadily."""
+    """Second derivative (k, 3) of a direction on the upper arm at constant speeds of joints 1 to 3."""
     omega, domega = np.zeros_like(n), np.zeros_like(n)
     for i in range(3):
         turn = axes.z[:, i] * dq[:, i, None]
@@ -179,7 +179,7 @@ def _dot(a: Array, b: Array) -> Array:
 def _require_regular(
     geometry: SrsGeometry, axes: JointAxes, task: _ArmAngleTask, q: Array, rows: NDArray[np.intp]
 ) -> None:
-    """Names the alignment that makes the extended Jacobian singular."""
+    """Raises `SingularArmError` with the alignment that makes the extended Jacobian singular."""
     sines = {
         "the arm is stretched or folded": np.sin(q[:, 3] - geometry.straight),
         "the rolls of the shoulder are aligned": np.sin(q[:, 1] + geometry.first.offset),

@@ -18,7 +18,7 @@ from lwr_dyn.model.chain import Chain
 Geometry = TypeVar("Geometry")
 Status = Literal["solved", "out of reach", "outside limits"]
 SAME = 1e-9
-"""[rad] Branches whose joints agree to this are one solution (an aligned ball, a straight elbow)."""
+"""[rad] Branches whose joints agree to this are one solution (aligned rolls, a straight elbow)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,7 +65,7 @@ class Solution:
     residual: float
     """Largest entry of FK(q) - T [m and dimensionless]."""
     singular: tuple[str, ...] = ()
-    """Which of shoulder, elbow, wrist this solution is nearer to than `spherical_wrist.NEAR_SINGULAR`."""
+    """Singularities (shoulder, elbow, wrist) nearer than `spherical_wrist.NEAR_SINGULAR`."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -80,13 +80,13 @@ class InverseResult:
     complete: bool
     """True: these are all branches, and a status other than "solved" is proven. False: a numeric search."""
     joint: str | None = None
-    """Outside limits: the joint that cannot be kept inside, at the best branch and arm angle."""
+    """Outside limits: the joint that is furthest outside at the best branch and arm angle."""
     excess: float | None = None
     """By how much it is outside [rad or m]."""
     distance: float | None = None
-    """Out of reach: by how much [m] (numeric: the position error left)."""
+    """Out of reach: by how much [m] (numeric: the smallest position error)."""
     arm_angle_intervals: Mapping[str, tuple[tuple[float, float], ...]] = field(default_factory=dict)
-    """Branch -> intervals of the arm angle [rad] inside the limits; ends beyond pi wrap round."""
+    """Branch -> intervals of the arm angle [rad] inside the limits; an end above pi wraps."""
 
     @property
     def singular(self) -> tuple[str, ...]:

@@ -4,7 +4,7 @@ Pieper's split (1968): the flange pose gives the wrist centre W, W gives q1, q2,
 
     h = +-sqrt(r^2 - b^2),  q1 = atan2(W_n, W_e) - atan2(b, h)     r: W's distance from axis 1, b: its lateral offset
     cos(bend) = (|t|^2 - l2^2 - l3^2) / (2 l2 l3)                  t: from axis 2 to W in the arm's plane
-    Rz(q4) Ry(q5 + offset) Rz(q6) = basis^T R_3^T R_flange back    q6 from what q4 leaves over, so that it fits q4
+    Rz(q4) Ry(q5 + offset) Rz(q6) = basis^T R_3^T R_flange back    q6 from Rz(-q4) times the right side
 
 Singular are: the shoulder (W on axis 1, or at its lateral offset: q1 is not determined), the elbow (stretched or
 folded: two branches meet) and the wrist (axes 4 and 6 in line: only q4 +- q6 is determined).
@@ -33,24 +33,17 @@ from lwr_dyn.kinematics.branches import (
     turn_about,
     wrap,
 )
-from lwr_dyn.kinematics.solution import (
-    IkSolver,
-    InverseResult,
-    PoseProblem,
-    Solution,
-    make_solution,
-    ranked_result,
-)
+from lwr_dyn.kinematics.solution import IkSolver, InverseResult, PoseProblem, make_solution, ranked_result
 from lwr_dyn.model.arm import Arm
 
 NEAR_SINGULAR = 1e-5
-"""[m] (shoulder) and [rad] (elbow, wrist): poses nearer than this to a singularity are named so."""
+"""[m] (shoulder) and [rad] (elbow, wrist): a solution nearer than this to a singularity is marked with it."""
 SINGULARITIES = ("shoulder", "elbow", "wrist")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WristSolutions:
-    """For k poses and the eight `BRANCHES`: q, how far out of reach, how far from each singularity."""
+    """For k poses and the eight `BRANCHES`: q, excess over the reach, distances from the singularities."""
 
     q: Array
     """(k, 8, 6) [rad], each joint within half a turn of the middle of its range; NaN where out of reach."""
@@ -68,7 +61,7 @@ class WristSolutions:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Position:
-    """q1, q2, q3 on shoulder and elbow branches (k, 2, 2) with what they say of reach and singularities."""
+    """q1, q2, q3 on shoulder and elbow branches (k, 2, 2) with their reach and their distances from singularities."""
 
     q: tuple[Array, Array, Array]
     reach_excess: Array
@@ -100,14 +93,14 @@ def _position(g: WristArmGeometry, ranges: JointRanges, T: Array) -> _Position:
     signs = np.array([1.0, -1.0])
     h = g.front * signs * ahead[:, None]
     q1 = np.arctan2(n, e)[:, None] - np.arctan2(g.lateral, h)
-    # on axis 1 any q1 serves: the middle of its range, for both branches
+    # on axis 1 every q1 is a solution: the middle of its range, for both branches
     q1 = np.where((radius < ALIGNED)[:, None], ranges.middle[0], q1)
     along, out = height[:, None] - g.shoulder[0], h - g.shoulder[1]
     first, second = g.lengths
     bend, excess = elbow_bend((first, second), np.hypot(along, out))
     turn = signs * bend[..., None]
     q3 = g.straight + g.elbow_sign * turn
-    # the forearm at zero lies `straight` away from the upper arm, so bent it lies at upper's angle + turn
+    # at q3 = 0 the forearm is `straight` away from the upper arm, so bent it is at the upper arm's angle + turn
     lean = np.arctan2(g.upper[1], g.upper[0])
     reach = np.arctan2(second * np.sin(turn), first + second * np.cos(turn))
     q2 = np.arctan2(out, along)[..., None] - lean - reach
@@ -122,7 +115,7 @@ def _position(g: WristArmGeometry, ranges: JointRanges, T: Array) -> _Position:
 
 
 def _wrist(g: WristArmGeometry, ranges: JointRanges, T: Array, position: _Position) -> tuple[Array, Array]:
-    """q4, q5, q6 (k, 2, 2, 2, 3), and how far the tilt is from aligned (k, 2, 2, 1) [rad]."""
+    """q4, q5, q6 (k, 2, 2, 2, 3), and the tilt's angle from aligned (k, 2, 2, 1) [rad]."""
     q1, q2, q3 = (q.reshape(-1) for q in position.q)
     _, n, w1 = g.frame.T
     # axes 2 and 3 are parallel: one turn by q2 +- q3
@@ -144,7 +137,7 @@ def _wrist(g: WristArmGeometry, ranges: JointRanges, T: Array, position: _Positi
 
 
 def _shared(ranges: JointRanges, M: Array) -> Array:
-    """q4 of an aligned wrist: the middle of its range, and beyond that only what q6 cannot take within its own."""
+    """q4 of an aligned wrist: the middle of its range, moved only by what q6 cannot take inside its own range."""
     middle, half = ranges.middle[[3, 5]], ranges.half[[3, 5]]
     direction = np.where(M[..., 2, 2] > 0.0, 1.0, -1.0)
     total = np.arctan2(M[..., 1, 0], M[..., 1, 1])
@@ -172,7 +165,7 @@ def solve_pose(problem: PoseProblem, geometry: WristArmGeometry) -> InverseResul
     branches = closed_form(geometry, joint_ranges(arm), problem.pose[None])
     if not branches.reachable.any():
         return InverseResult("out of reach", (), (), True, distance=float(branches.reach_excess.min()))
-    solutions: list[Solution] = []
+    solutions = []
     for b in np.flatnonzero(branches.reachable[0]):
         near = tuple(s for s, x in zip(SINGULARITIES, branches.clearance[0, b], strict=True) if x < NEAR_SINGULAR)
         for q in whole_turns(arm, branches.q[0, b]):
@@ -181,20 +174,20 @@ def solve_pose(problem: PoseProblem, geometry: WristArmGeometry) -> InverseResul
 
 
 def whole_turns(arm: Arm, q: Array) -> Iterator[Array]:
-    """q (n,) and all positions whole turns of its joints away that are inside the limits; q itself when none is.
+    """All positions whole turns of joints away from q (n,) that are inside the limits, q included; q itself if none is.
 
-    A joint without both limits stays as it is.
+    A joint that lacks a limit keeps its position.
     """
-    choices = []
+    positions = []
     for x, low, up in zip(q, arm.lower, arm.upper, strict=True):
         if not (np.isfinite(low) and np.isfinite(up)):
-            choices.append([x])
+            positions.append([x])
             continue
         first, last = np.ceil((low - TOUCH - x) / TURN), np.floor((up + TOUCH - x) / TURN)
-        choices.append([x + k * TURN for k in np.arange(first, last + 1.0)])
-    if not all(choices):
+        positions.append([x + k * TURN for k in np.arange(first, last + 1.0)])
+    if not all(positions):
         yield q
-    for combination in product(*choices):
+    for combination in product(*positions):
         yield np.array(combination)
 
 

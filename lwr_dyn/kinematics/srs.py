@@ -1,15 +1,15 @@
 """Closed-form inverse kinematics of an S-R-S arm for a flange pose, an arm angle psi and one of eight branches.
 
-The wrist's distance from the shoulder fixes the elbow; what is left is a turn of the whole arm about the line S-W.
-With u the unit vector from S to W and r the reference direction (axis of joint 1 unless asked otherwise),
+The wrist's distance from the shoulder fixes the elbow; the rest is a turn of the whole arm about the line S-W. With u
+the unit vector from S to W and r the reference direction (by default the axis of joint 1),
 
-    e_up = r - (r . u) u, made unit,      e(psi) = cos(psi) e_up + sin(psi) u x e_up
+    e_up = r - (r . u) u, normalised,      e(psi) = cos(psi) e_up + sin(psi) u x e_up
 
 and psi [rad] is the angle at which e(psi) points from the line S-W to the elbow: 0 is the elbow on the side of r, in
 the plane of r and S-W (whose normal is r x u); positive is right-handed about u, from shoulder to wrist. With the wrist
 on the line of r (within `ON_AXIS`) that plane does not exist, and e_up is taken from the base axis most nearly square
-to r (x for an arm standing on z). With the arm straight there is no elbow circle: psi is then the limit from the bend
-of the branch.
+to r (x where joint 1 turns about z). With the arm straight there is no elbow circle: psi is then the limit from the
+bend of the branch.
 
 Every entry of the shoulder's and the wrist's rotation is then a cos(psi) + b sin(psi) + c: the forms below.
 (Shimizu, Kakuya, Yoon, Kitagaki, Kosuge, IEEE Trans. Robotics 24, 2008, for the idea; here from axes, not from tables.)
@@ -26,7 +26,7 @@ from lwr_dyn.kinematics.arm_geometry import Ball, SrsGeometry
 from lwr_dyn.kinematics.branches import ALIGNED, REACH_SLACK, Branch, JointRanges, elbow_bend, turn_about, wrap
 
 ON_AXIS = 1e-9
-"""Sine of the angle to the reference direction below which the wrist counts as standing on it."""
+"""Sine of the angle to the reference direction below which the wrist counts as being on it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -37,12 +37,10 @@ class ArmTriangle:
     """(k, 3) unit vector from shoulder to wrist."""
     up: Array
     """(k, 3) the elbow's direction at psi = 0."""
-    distance: Array
-    """(k,) from shoulder to wrist [m]."""
     reach_excess: Array
     """(k,) by how much the wrist is out of reach [m], 0 within."""
     bend: Array
-    """(k,) how far the elbow is from straight, 0 to pi [rad]."""
+    """(k,) the elbow's angle from straight, 0 to pi [rad]."""
 
 
 def arm_triangle(geometry: SrsGeometry, T: Array) -> ArmTriangle:
@@ -51,7 +49,7 @@ def arm_triangle(geometry: SrsGeometry, T: Array) -> ArmTriangle:
     distance = np.linalg.norm(to_wrist, axis=1)
     bend, excess = elbow_bend(geometry.lengths, distance)
     u = np.where(distance[:, None] > ON_AXIS, to_wrist / np.maximum(distance, ON_AXIS)[:, None], geometry.reference)
-    return ArmTriangle(u, _upward(geometry, u), distance, np.where(excess > REACH_SLACK, excess, 0.0), bend)
+    return ArmTriangle(u, _upward(geometry, u), np.where(excess > REACH_SLACK, excess, 0.0), bend)
 
 
 def _upward(geometry: SrsGeometry, u: Array) -> Array:
@@ -93,7 +91,7 @@ def ball_forms(geometry: SrsGeometry, T: Array, triangle: ArmTriangle, elbow: Ar
     side_home = np.cross(u_home, n_home)
     u, up = triangle.u, triangle.up
     across, sign = np.cross(u, up), elbow[:, None, None]
-    # the elbow stands at sign (u x n), so n = sign (sin(psi) up - cos(psi) across); R_shoulder takes home to there
+    # the elbow's direction is sign (u x n), so n = sign (sin(psi) up - cos(psi) across); R_shoulder turns home to it
     cosine = sign * (_outer(up, side_home) - _outer(across, n_home))
     sine = sign * (_outer(up, n_home) + _outer(across, side_home))
     shoulder = np.stack([cosine, sine, _outer(u, u_home)], axis=1)
@@ -117,7 +115,7 @@ def closed_form(geometry: SrsGeometry, ranges: JointRanges, T: Array, psi: Array
     psi : (k,) array
         [rad]
     branch : Branch or (k, 3) array
-        One for all, or the three signs row by row.
+        One for all poses, or the three signs row by row.
     """
     signs = np.broadcast_to(np.asarray(branch, dtype=np.float64), (len(T), 3))
     triangle = arm_triangle(geometry, T)
@@ -134,9 +132,9 @@ def closed_form(geometry: SrsGeometry, ranges: JointRanges, T: Array, psi: Array
 
 
 def _ball_angles(M: Array, ball: Ball, sign: Array, middle: Array) -> Array:
-    """Roll, tilt, roll (k, 3) of M (k, 3, 3); the tilt has the sign asked for.
+    """Roll, tilt, roll (k, 3) of M (k, 3, 3), the tilt with the given sign.
 
-    The second roll is read off Rz(-q1) M, which stays accurate where the tilt goes to zero. Aligned rolls share their
+    The second roll is that of Rz(-q1) M, which stays accurate where the tilt goes to zero. Aligned rolls share their
     sum evenly between their ranges.
     """
     aligned = np.hypot(M[:, 0, 2], M[:, 1, 2]) < ALIGNED

@@ -1,9 +1,9 @@
 """Joint-limit margins of an S-R-S arm over the arm angle, and the arm angles at which a margin is kept, in closed form.
 
-The margin of a joint is half its range less its distance from the middle: positive inside the limits, negative outside,
-by as much. Along psi each roll is atan2 of two forms a cos(psi) + b sin(psi) + c and each tilt the arc cosine of one,
-so a roll reaches a given angle L where y cos L - x sin L = 0 and a tilt where z - cos L = 0: at most two psi each, by
-one arc cosine. Between neighbouring such psi nothing changes sides; one look per piece decides it.
+The margin of a joint is half its range less its distance from the middle: its distance from the nearer limit, negative
+outside. Along psi each roll is atan2 of two forms a cos(psi) + b sin(psi) + c and each tilt the arc cosine of one, so
+a roll reaches a given angle L where y cos L - x sin L = 0 and a tilt where z - cos L = 0: at most two psi each, by one
+arc cosine. Between neighbouring such psi no joint crosses its bound; one sample per piece decides it.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from lwr_dyn.kinematics.srs import arm_triangle, ball_forms, elbow_angle
 SQUARE_TOUCH = 1e-14
 """A cosine this near to +-1 at its extreme reaches it: there the ball aligns and its rolls jump by half a turn."""
 UNLIMITED = 1e9
-"""[rad] Half width of a range that is not known, as a number that sines still take."""
+"""[rad] Half width of a range that is not known, as a number small enough for sines."""
 _X, _Y, _X2, _Y2, _Z, _YA, _XA = range(7)
 _ENTRIES = ((0, 2), (1, 2), (2, 0), (2, 1), (2, 2), (0, 1), (1, 1))
 """Entries of a ball's matrix behind roll, second roll, tilt, and the sum of the rolls when aligned."""
@@ -29,7 +29,7 @@ _ENTRIES = ((0, 2), (1, 2), (2, 0), (2, 1), (2, 2), (0, 1), (1, 1))
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MarginProblem:
-    """r rows, each one pose and one branch: everything that decides its margins over psi."""
+    """r rows, each one pose and one branch: the forms and ranges from which its margins over psi follow."""
 
     forms: Array
     """(r, 2, 8, 3): shoulder and wrist, coefficients of cos psi, sin psi, 1; the eighth is the constant tilt's sign."""
@@ -90,7 +90,7 @@ def margins(problem: MarginProblem, psi: Array) -> Array:
 
 
 def _away(x: Array, y: Array, centre: Array) -> Array:
-    """|atan2(y, x) - centre|, wrapped, without losing digits near the centre."""
+    """|atan2(y, x) - centre|, wrapped, without loss of digits near the centre."""
     c, s = np.cos(centre), np.sin(centre)
     away: Array = np.arctan2(np.abs(y * c - x * s), x * c + y * s)
     return away
@@ -100,8 +100,8 @@ def _away(x: Array, y: Array, centre: Array) -> Array:
 class AngleIntervals:
     """Closed intervals of psi [rad] for r rows: `start` in [-pi, pi], `end` >= start (beyond pi where it wraps).
 
-    Shaped (r, a) with NaN behind the last of a row; a whole circle is [-pi, pi]. Within an interval the joints move
-    without a jump: it is cut where a ball aligns and its rolls would change sides.
+    Shape (r, a), NaN after the last one of a row; a whole circle is [-pi, pi]. Within an interval the joints move
+    without a jump: it is cut where a ball aligns and its rolls would jump by half a turn.
     """
 
     start: Array
@@ -114,7 +114,7 @@ class AngleIntervals:
 
     @property
     def empty(self) -> NDArray[np.bool_]:
-        """(r,) rows without any."""
+        """(r,) rows without an interval."""
         empty: NDArray[np.bool_] = np.isnan(self.start[:, 0])
         return empty
 
@@ -137,7 +137,7 @@ def intervals_at_level(problem: MarginProblem, level: Array | float) -> AngleInt
 
 
 def _joined(starts: Array, ends: Array, inside: NDArray[np.bool_], hard: NDArray[np.bool_]) -> AngleIntervals:
-    """Neighbouring pieces that are inside, joined round the circle unless a hard cut lies between."""
+    """Neighbouring pieces that are inside, joined round the circle except at hard cuts."""
     opens = inside & (~np.roll(inside, 1, axis=1) | hard)
     closes = inside & (~np.roll(inside, -1, axis=1) | np.roll(hard, -1, axis=1))
     whole = inside.all(axis=1) & ~opens.any(axis=1)
@@ -150,9 +150,9 @@ def _joined(starts: Array, ends: Array, inside: NDArray[np.bool_], hard: NDArray
     start[row, place] = starts[row, column]
     row, column = np.nonzero(closes)
     rank = (np.cumsum(closes, axis=1) - 1)[row, column]
-    # where the first piece to close opened before the seam, every end moves one place back and that one turns over
-    turned = np.argmax(closes, axis=1) < np.argmax(opens, axis=1)
-    shift = rank - turned[row]
+    # where the first interval to close opened before the seam, every end moves one place back and that one wraps
+    wraps = np.argmax(closes, axis=1) < np.argmax(opens, axis=1)
+    shift = rank - wraps[row]
     over = shift < 0
     end[row, np.where(over, count[row] - 1, shift)] = ends[row, column] + TURN * over
     return AngleIntervals(start, end)
@@ -185,7 +185,7 @@ def _crossings(problem: MarginProblem, level: Array) -> Array:
 
 
 def _roots(form: Array) -> Array:
-    """psi (..., 2) in [-pi, pi) where a cos(psi) + b sin(psi) + c = 0; NaN where it never is; a touch counts."""
+    """psi (..., 2) in [-pi, pi) where a cos(psi) + b sin(psi) + c = 0, NaN without one; a touch counts."""
     size = np.hypot(form[..., 0], form[..., 1])
     level = -form[..., 2] / np.where(size > ALIGNED, size, np.nan)
     near = np.where(np.abs(level) <= 1.0 + TOUCH, np.clip(level, -1.0, 1.0), np.nan)

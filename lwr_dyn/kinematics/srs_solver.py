@@ -42,7 +42,7 @@ class BestAngles:
 
 
 def best_angles(problem: MarginProblem) -> BestAngles:
-    """The best arm angle of every row, globally, to `CERTAIN`."""
+    """The best arm angle of every row, over the whole circle, to `CERTAIN`."""
     rows = len(problem.elbow_margin)
     grid = np.broadcast_to(_GRID, (rows, len(_GRID)))
     start = np.argmax(_moving_margin(problem, grid), axis=1)
@@ -66,9 +66,9 @@ def best_angles(problem: MarginProblem) -> BestAngles:
 
 
 def _moving_margin(problem: MarginProblem, psi: Array) -> Array:
-    """Smallest margin (r, m) of the joints that move with psi: the elbow's is the same everywhere.
+    """Smallest margin (r, m) of the joints that move with psi: the elbow's is the same at every psi.
 
-    Where another joint stands still as well (arm or wrist aligned) the sum of the others decides.
+    Where another joint has the same margin at every psi too (arm or wrist aligned) the sum of the others decides.
     """
     moving = np.delete(margins(problem, psi), 3, axis=2)
     smallest: Array = moving.min(axis=2) + TIE * moving.sum(axis=2)

@@ -7,7 +7,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.errors import MissingDataError, OptionError
-from lwr_dyn.kinematics.envelope import Arc, working_envelope
+from lwr_dyn.kinematics.envelope import EnvelopeArc, working_envelope
 from lwr_dyn.model.arm import JointLimits
 
 CELL = 0.002
@@ -80,7 +80,7 @@ def test_every_wrist_centre_is_within_the_outline_and_it_is_closed(kr30):
 
 
 def test_the_moment_of_a_ring():
-    ring = Arc((2.0, 1.0), 0.5, 0.0, 2 * np.pi)
+    ring = EnvelopeArc((2.0, 1.0), 0.5, 0.0, 2 * np.pi)
     assert np.pi * ring.moment() == pytest.approx(2 * np.pi * 2.0 * np.pi * 0.25)  # Pappus
 
 

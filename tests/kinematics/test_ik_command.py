@@ -30,6 +30,15 @@ def test_json_is_one_object_whose_joints_meet_the_pose():
         assert np.abs(T - found["T"]).max() < 1e-12
 
 
+def test_a_solver_can_be_chosen():
+    pose = ["--xyz", "-0.05,-0.45,0.55", "--rpy-deg", "-90,0,0"]
+    result = json.loads(run(*pose, "--solver", "numeric", "--json").stdout)
+    assert (result["status"], result["complete"]) == ("solved", False)
+    refused = run(*pose, "--solver", "spherical-wrist")
+    assert isinstance(refused.exception, lwr_dyn.errors.OptionError)
+    assert "solver spherical-wrist: lwr4plus; allowed: a six-joint arm" in str(refused.exception)
+
+
 def test_out_of_reach_exits_1_with_one_line():
     done = run("--xyz", "0,0,2", "--rpy", "0,0,0")
     assert done.exit_code == 1

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.errors import OptionError, ShapeError
-from lwr_dyn.kinematics.inverse import inverse_kinematics
+from lwr_dyn.errors import OptionError, ShapeError, UnknownNameError
+from lwr_dyn.kinematics.inverse import IK_SOLVERS, inverse_kinematics
 from lwr_dyn.kinematics.numeric import _step
+from lwr_dyn.kinematics.solution import IkSolver
 from lwr_dyn.model.arm import JointLimits
 from lwr_dyn.model.chain import lock_joint
 from tests.arms import random_arm
@@ -173,3 +174,34 @@ def test_numeric_search_tells_reach_from_limits():
     found = inverse_kinematics(SIX, bent, starts=16)
     assert (found.status, found.joint) == ("outside limits", "joint_4")
     assert found.excess >= 2.3 - np.radians(120) - 1e-9
+
+
+@pytest.mark.parametrize("name", IK_SOLVERS.names)
+def test_every_row_of_the_solvers_loads(name):
+    solver = IK_SOLVERS.load(name)
+    assert isinstance(solver, IkSolver)
+    assert solver.arms
+    recognised = {robot for robot in lwr_dyn.robots() if solver.recognise(lwr_dyn.load(robot).chain) is not None}
+    expected = {"srs": {"lwr4", "lwr4plus", "wam7"}, "spherical-wrist": {"kr30ha"}, "numeric": {*lwr_dyn.robots()}}
+    assert recognised == expected[name]
+
+
+@pytest.mark.parametrize(("robot", "closed"), [("lwr4plus", "srs"), ("kr30ha", "spherical-wrist")])
+def test_a_solver_can_be_chosen_and_finds_poses_of_the_closed_form(robot, closed):
+    arm = lwr_dyn.load(robot)
+    T = pose(arm, np.clip(np.full(arm.n, 0.5), arm.lower, arm.upper))
+    first, named = inverse_kinematics(arm, T), inverse_kinematics(arm, T, solver=closed)
+    assert [s.q.tolist() for s in named.solutions] == [s.q.tolist() for s in first.solutions]
+    searched = inverse_kinematics(arm, T, solver="numeric", starts=16)
+    assert (searched.status, searched.complete) == ("solved", False)
+    assert all(np.abs(pose(arm, s.q) - T).max() <= NUMERIC for s in searched.solutions)
+
+
+def test_solvers_that_do_not_exist_or_do_not_know_the_arm_are_refused():
+    T = np.eye(4)
+    with pytest.raises(UnknownNameError, match="known: srs, spherical-wrist, numeric"):
+        inverse_kinematics(LWR, T, solver="newton")
+    with pytest.raises(OptionError, match="solver srs: kr30ha; allowed: a seven-joint arm"):
+        inverse_kinematics(lwr_dyn.load("kr30ha"), T, solver="srs")
+    with pytest.raises(OptionError, match="arm_angle"):
+        inverse_kinematics(LWR, T, solver="numeric", arm_angle=0.0)

@@ -11,7 +11,7 @@ from matplotlib.patches import Circle, Polygon
 from numpy.typing import ArrayLike
 
 from lwr_dyn.arrays import Array, fixed_array
-from lwr_dyn.kinematics.envelope import Arc, Envelope, working_envelope
+from lwr_dyn.kinematics.envelope import Envelope, EnvelopeArc, working_envelope
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.viewer.plots import in_house_style
 
@@ -48,7 +48,7 @@ def closed_outlines(envelope: Envelope) -> tuple[Array, ...]:
     left = list(envelope.outline)
     loops: list[Array] = []
     while left:
-        here: Arc | None = next((arc for arc in left if abs(arc.point(arc.start)[0]) < TOUCH), left[0])
+        here: EnvelopeArc | None = next((arc for arc in left if abs(arc.point(arc.start)[0]) < TOUCH), left[0])
         points: list[Array] = []
         while here is not None:
             left.remove(here)
@@ -58,7 +58,7 @@ def closed_outlines(envelope: Envelope) -> tuple[Array, ...]:
     return tuple(loops)
 
 
-def _next(arc: Arc, others: list[Arc]) -> Arc | None:
+def _next(arc: EnvelopeArc, others: list[EnvelopeArc]) -> EnvelopeArc | None:
     """The arc that goes on where this one ends."""
     r, z = arc.point(arc.end)
     for other in others:
