@@ -9,7 +9,7 @@ import numpy as np
 
 from lwr_dyn.cli.options import load_robot, print_json, robot_options
 from lwr_dyn.control.gains import second_order_gains
-from lwr_dyn.control.worst_case_inertia import WorstCase, worst_cases
+from lwr_dyn.control.worst_case_inertia import InertiaMaximum, worst_case_inertias
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind
 from lwr_dyn.tables import aligned
@@ -29,7 +29,7 @@ def command(
     """Worst-case inertia of each joint over its limits, and Kp = omega_n^2 b, Kd = 2 xi omega_n b."""
     second_order_gains([1.0], omega_n, xi)  # refuse bad options before the search
     arm = load_robot(robot, reading, tip, locks)
-    found = worst_cases(arm)
+    found = worst_case_inertias(arm)
     gains = second_order_gains([w.value for w in found], omega_n, xi)
     if as_json:
         records = [
@@ -57,7 +57,7 @@ def command(
         click.echo(f"{arm.joint_names[w.joint]}: {w.statement()}")
 
 
-def places(arm: Arm, worst: WorstCase) -> str:
+def places(arm: Arm, worst: InertiaMaximum) -> str:
     """The maximisers in degrees (metres for sliding joints), free joints as *."""
     texts = []
     for q in worst.maximisers[:2]:

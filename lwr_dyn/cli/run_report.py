@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from lwr_dyn.cli.friction import friction_lines
-from lwr_dyn.control.sampled_damping import UNSTABLE, sampled_damping
+from lwr_dyn.control.gains import UNSTABLE, damping_per_sample
 from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind
@@ -46,7 +46,7 @@ def _chatter(run: Run, arm: Arm) -> list[str]:
     parameters, options = run.meta["controller"].get("parameters", {}), run.meta["options"]
     if run.meta["controller"]["name"] not in ("pd-gravity", "pid") or options["continuous"]:
         return []
-    found = sampled_damping(dynamics_of(arm), np.array(parameters["Kd"]), run.q, options["rate"])
+    found = damping_per_sample(dynamics_of(arm), np.array(parameters["Kd"]), run.q, options["rate"])
     if found <= UNSTABLE:
         return []
     need = options["rate"] * found / UNSTABLE

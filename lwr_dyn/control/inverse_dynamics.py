@@ -1,4 +1,4 @@
-"""Inverse dynamics, the paper's centralised controller: the model linearises the arm, unit masses remain."""
+"""Inverse dynamics, the paper's centralised controller: the model cancels the arm's dynamics, unit masses remain."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ class InverseDynamics:
     Parameters
     ----------
     dynamics : Dynamics
-        The model the controller believes in.
+        The controller's model.
     Kp, Kd : float or (n,) array_like
         omega_n^2 and 2 xi omega_n of the error equation [1/s^2], [1/s].
     feedforward : bool
-        False drops ddq_ref, the paper's form ("it was decided to define ddq_d = 0").
+        False leaves ddq_ref out, as the paper does ("it was decided to define ddq_d = 0").
     gravity : bool
-        False leaves g out of n: the hypothesis under which Table VIII of the paper comes out.
+        False leaves g out of n: under this hypothesis Table VIII of the paper is reproduced.
 
     Raises
     ------

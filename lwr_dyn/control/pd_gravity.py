@@ -24,11 +24,11 @@ class PDGravity:
     Parameters
     ----------
     dynamics : Dynamics
-        The model the controller believes in; it gives g.
+        The controller's model, for g.
     Kp, Kd : float or (n,) array_like
         [N m/rad], [N m s/rad]; the paper takes omega_n^2 b and 2 xi omega_n b.
     velocity_error : bool
-        Brake the error's speed instead of the joint's: the lag (2 xi / omega_n) dq_ref of the paper's form goes.
+        Damp the speed of the error, not of the joint: this removes the lag (2 xi / omega_n) dq_ref of the paper's form.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""PID joint by joint, with back-calculation against wind-up: the integral runs back while the torque is cut."""
+"""PID joint by joint, with back-calculation against wind-up: a torque at its limit draws the integral back."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from lwr_dyn.registry import Option
 def default_integral_gain(Kp: ArrayLike, omega_n: float = OMEGA_N) -> Array:
     """Ki = omega_n^3 b / 10 = omega_n Kp / 10, since Kp = omega_n^2 b, [N m/(rad s)].
 
-    A tenth of omega_n^3 b is a twentieth of where the loop of one unit mass with xi = 1 would turn unstable
-    (s^3 + 2 omega_n s^2 + omega_n^2 s + ki: Routh asks ki < 2 omega_n^3). Raises `OptionError` for omega_n <= 0.
+    This is a twentieth of the gain at which the loop of a unit mass with xi = 1 turns unstable
+    (s^3 + 2 omega_n s^2 + omega_n^2 s + ki: ki < 2 omega_n^3 by Routh). Raises `OptionError` for omega_n <= 0.
 
     >>> default_integral_gain([2500.0])
     array([12500.])
@@ -44,9 +44,9 @@ class PID:
     Ki : float or (n,) array_like, optional
         [N m/(rad s)]; `default_integral_gain(Kp, omega_n)` if not given.
     effort : (n,) array_like
-        Torque limits [N m] that the back-calculation knows; inf where there is none.
+        Torque limits [N m] of the back-calculation; inf where there is none.
     dynamics : Dynamics, optional
-        Adds g(q) of this model; without it the integral has to find the gravity torque.
+        Adds g(q) of this model; without it the integral must supply the gravity torque.
     velocity_error : bool
         Kd (dq_ref - dq) in place of -Kd dq.
     tracking_time : float or (n,) array_like, optional
@@ -106,18 +106,18 @@ class PID:
 
     @property
     def integral(self) -> Array:
-        """The integral torque I (n,) [N m] as it stands."""
+        """The present integral torque I (n,) [N m]."""
         return read_only(self._integral)
 
     def reset(self) -> None:
-        """Forget the past."""
+        """Sets the integral to zero."""
         self._integral, self._rate = np.zeros(self.memory_size), np.zeros(self.memory_size)
         self._t: float | None = None
 
-    def law(
+    def torque_and_rate(
         self, memory: Array, q: Array, dq: Array, q_ref: Array, dq_ref: Array, ddq_ref: Array
     ) -> tuple[Array, Array]:
-        """Torques (n,) [N m] for an integral `memory`, and how fast the integral moves [N m/s]."""
+        """Torques (n,) [N m] with the integral `memory`, and the rate of the integral (n,) [N m/s]."""
         if self.velocity_error:
             dq = dq - dq_ref
         error = q_ref - q
@@ -128,10 +128,10 @@ class PID:
         return tau, self.Ki * error + (cut - tau) / self.tracking_time
 
     def __call__(self, t: float, q: Array, dq: Array, q_ref: Array, dq_ref: Array, ddq_ref: Array) -> Array:
-        """Tau (n,) [N m] at a sample instant; the integral has moved since the call before."""
+        """Tau (n,) [N m] at a sample; the integral moves on by the time since the last call."""
         if self._t is not None:
             self._integral = self._integral + (t - self._t) * self._rate
-        tau, self._rate = self.law(self._integral, q, dq, q_ref, dq_ref, ddq_ref)
+        tau, self._rate = self.torque_and_rate(self._integral, q, dq, q_ref, dq_ref, ddq_ref)
         self._t = t
         return tau
 
@@ -147,6 +147,6 @@ def tuned_pid(
     gravity: Annotated[bool, Option(bool, "No gravity compensation beside the integral.")] = True,
     inertia: ArrayLike | None = None,
 ) -> PID:
-    """PID with `worst_case_gains`, whose errors it raises; without `gravity` the integral finds the gravity torque."""
+    """PID with `worst_case_gains`, whose errors it raises; without `gravity` the integral supplies it."""
     gains = worst_case_gains(arm, omega_n, xi, inertia)
     return PID(gains.Kp, gains.Kd, arm.effort, ki, dynamics if gravity else None, velocity_error, omega_n)

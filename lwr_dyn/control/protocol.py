@@ -1,7 +1,7 @@
-"""What a controller is to a simulation: something that is called with the state and the reference and gives torques.
+"""The interface of a controller: it is called with the state and the reference, and returns torques.
 
-A plain function `f(t, q, dq, q_ref, dq_ref, ddq_ref) -> tau` is a controller. One that remembers has `reset`; one that
-remembers and may also run continuously gives its memory a derivative (`WithMemory`), so an integrator can carry it.
+A plain function `f(t, q, dq, q_ref, dq_ref, ddq_ref) -> tau` is a controller. A controller with memory has `reset`; one
+that may also run continuously gives its memory a derivative (`WithMemory`), which an integrator carries.
 """
 
 from __future__ import annotations
@@ -20,10 +20,13 @@ VelocityError = Annotated[bool, Option(bool, "Kd on dq_ref - dq, not the paper's
 
 
 class Controller(Protocol):
-    """A control law; it may also have `reset()`, `name` and `parameters` (see `describe`)."""
+    """A controller; it may also have `reset()`, `name` and `parameters` (see `describe`)."""
 
     def __call__(self, t: float, q: Array, dq: Array, q_ref: Array, dq_ref: Array, ddq_ref: Array, /) -> Array:
-        """Torques tau (n,) [N m] at time t [s], from measured q, dq and the reference; the arrays are only lent."""
+        """Torques tau (n,) [N m] at time t [s], from measured q, dq and the reference.
+
+        Copy the arrays if you keep them: the loop reuses them.
+        """
 
 
 @runtime_checkable
@@ -34,17 +37,17 @@ class WithMemory(Protocol):
     def memory_size(self) -> int:
         """Length m of the memory; it starts at zero."""
 
-    def law(
+    def torque_and_rate(
         self, memory: Array, q: Array, dq: Array, q_ref: Array, dq_ref: Array, ddq_ref: Array
     ) -> tuple[Array, Array]:
         """Torques (n,) and the derivative of the memory (m,) [per s]."""
 
 
 def reset(controller: Controller) -> None:
-    """Back to the start of a run; nothing happens to a controller without `reset`."""
-    again = getattr(controller, "reset", None)
-    if again is not None:
-        again()
+    """Clears a controller's memory before a run; does nothing for a controller without `reset`."""
+    own_reset = getattr(controller, "reset", None)
+    if own_reset is not None:
+        own_reset()
 
 
 def describe(controller: Controller) -> dict[str, Any]:
@@ -59,7 +62,7 @@ def describe(controller: Controller) -> dict[str, Any]:
 
 
 def positive_gains(name: str, value: ArrayLike, n: int) -> Array:
-    """Gains as a read-only (n,) array; one number stands for all joints.
+    """Gains as a read-only (n,) array; a single number is for all joints.
 
     Raises
     ------

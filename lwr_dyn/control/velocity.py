@@ -1,4 +1,4 @@
-"""Velocity from an encoder: the difference of two readings, smoothed by a low-pass of first order."""
+"""Velocity from an encoder: the difference of two samples, smoothed by a first-order low-pass."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class FilteredDifference:
     cutoff_hz : float
         f_c [Hz], where the low-pass is 3 dB down.
     rate : float
-        Readings per second, 1/T [Hz].
+        Samples per second, 1/T [Hz].
 
     Raises
     ------
@@ -49,13 +49,13 @@ class FilteredDifference:
         self._last = self._value = np.zeros(0)
 
     def start(self, q: ArrayLike, dq: ArrayLike | None = None) -> None:
-        """Begin at reading q (n,) with velocity dq (n,), rest if not given; raises `ShapeError`."""
+        """Starts at position q (n,) [rad] with velocity dq (n,) [rad/s], rest if not given; raises `ShapeError`."""
         self._last = np.atleast_1d(np.asarray(q, dtype=np.float64))
         n = self._last.size
         self._value = np.zeros(n) if dq is None else joint_array("dq", dq, n)
 
     def __call__(self, q: Array) -> Array:
-        """The velocity (n,) after the next reading q (n,)."""
+        """The velocity (n,) [rad/s] after the next sample q (n,) [rad]."""
         difference = (q - self._last) * self.rate
         self._last = q
         self._value = difference + self.pole * (self._value - difference)

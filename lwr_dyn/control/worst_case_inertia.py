@@ -1,10 +1,10 @@
-"""The largest inertia a joint can feel: max over the joint box of B_ii(q), found by a stated global search.
+"""The largest inertia seen at a joint: the maximum of B_ii(q) over the joint box, by a global search.
 
 Along one turning joint B_ii is a trigonometric polynomial of degree two, B_ii = a0 + a1 cos + b1 sin + a2 cos 2 + b2
 sin 2, so five values give the whole line and its maximum inside the limits exactly; along a sliding joint it is a
 convex parabola, largest at an end. The search climbs coordinate by coordinate with exact line maxima, from every
 corner of a 90 deg lattice (thinned where it has more than `LATTICE_MOST`) and from seeded random starts. Climbs along
-long flat ridges end early: the best that did not end in the best value are followed on by L-BFGS-B before one of them
+long flat ridges end early: the best that did not end in the best value are refined by L-BFGS-B before one of them
 is called another maximum.
 """
 
@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.control.inertia_climbs import best_on_line, diagonal, local_maximum, moved
+from lwr_dyn.control.inertia_maxima import JointInertia, with_joint_values
 from lwr_dyn.dynamics.newton_euler import Recursion
 from lwr_dyn.errors import MissingDataError
 from lwr_dyn.model.arm import Arm
@@ -31,29 +31,30 @@ SEED = 7
 SAME = 1e-9
 """Relative: climbs that end within this of the best ended in the best."""
 FOLLOWED = 8
-"""So many of the climbs that ended lower, best first, are followed on."""
+"""Number of climbs that ended lower, best first, that are refined."""
 SAME_FOLLOWED = 1e-6
-"""Relative, for climbs that were followed on, whose end is only as flat as differences of B_ii can tell."""
+"""Relative, for refined climbs, whose end is only as flat as differences of B_ii can show."""
 FREE = 1e-5
 """Relative: a joint that changes the value by less, moved alone through its whole range, counts as free; papers print
 four digits, and products of 1e-7 kg m^2 would otherwise tie every joint to an odd angle."""
+MAXIMISERS_SHOWN = 8
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class WorstCase:
-    """max B_ii of one joint: value [kg m^2], where, and how sure the search is."""
+class InertiaMaximum:
+    """max B_ii of one joint: value [kg m^2; kg for a sliding joint], where, and how sure the search is."""
 
     joint: int
     value: float
     q: Array
-    """One maximiser (n,) [rad]; free joints at the middle of their range."""
+    """One maximiser (n,) [rad or m]; free joints at the middle of their range."""
     free: tuple[bool, ...]
     """Joints that do not change the value at the maximiser when moved alone."""
     maximisers: tuple[tuple[float, ...], ...]
-    """Distinct maximisers found [rad], NaN for free joints; at most `MAXIMISERS_SHOWN`."""
+    """Distinct maximisers [rad or m], NaN for free joints; at most `MAXIMISERS_SHOWN`."""
     distinct: int
     runner_up: float | None
-    """The best value of a climb that, followed on, ended elsewhere: another local maximum, or none."""
+    """The best value of a refined climb that ended elsewhere: another local maximum, or none."""
     starts: int
     share: float
     """Share of the climbs that ended in the best value."""
@@ -72,47 +73,30 @@ class WorstCase:
         )
 
 
-MAXIMISERS_SHOWN = 8
-
-
 def worst_case_inertia(
     arm: Arm, joint: int, fixed: Mapping[int, float] | None = None, smallest: bool = False, starts: Array | None = None
-) -> WorstCase:
-    """Largest (or smallest) B_ii over the joint box, with the joints in `fixed` held [rad].
+) -> InertiaMaximum:
+    """Largest (or smallest) B_ii over the joint box, with the joints in `fixed` held [rad or m].
 
-    With `starts` (k, n) given, it is climbed from there alone: for an arm that is little changed.
+    With `starts` (k, n) given, the search climbs from there alone: for an arm that is little changed.
 
     Raises
     ------
     MissingDataError
         No inertias, or a sliding joint without limits.
     """
-    recursion = Recursion.of(arm.require_dynamics())
-    lower, upper = _box(arm, fixed or {})
-    sign = -1.0 if smallest else 1.0
-    moving = [j for j in range(arm.n) if j > joint and upper[j] > lower[j]]
-    q = _starts(recursion, joint, lower, upper, moving, sign) if starts is None else np.clip(starts, lower, upper)
-    kinds = [link.kind for link in arm.chain.links]
-    value = sign * diagonal(recursion, joint, q)
-    for _ in range(60):
-        before = value
-        for j in moving:
-            q[:, j] = best_on_line(recursion, joint, q, j, kinds[j], (lower[j], upper[j]), sign)
-        value = sign * diagonal(recursion, joint, q)
-        if np.all(value - before <= 1e-14 * np.abs(value)):
-            break
-    ends = _follow_on(recursion, joint, q, value, lower, upper, sign)
-    others = [x for x in ends if x < value.max() - SAME_FOLLOWED * abs(value.max())]
-    found = _result(recursion, joint, q, value, lower, upper, moving)
-    return replace(found, value=sign * found.value, runner_up=sign * max(others) if others else None)
+    return _maximum(replace(_first_joint(arm, fixed or {}), joint=joint, sign=-1.0 if smallest else 1.0), starts)
 
 
-def worst_cases(arm: Arm) -> tuple[WorstCase, ...]:
+def worst_case_inertias(arm: Arm) -> tuple[InertiaMaximum, ...]:
     """Every joint's largest inertia; raises as `worst_case_inertia`."""
-    return tuple(worst_case_inertia(arm, i) for i in range(arm.n))
+    first = _first_joint(arm, {})
+    return tuple(_maximum(replace(first, joint=i)) for i in range(arm.n))
 
 
-def _box(arm: Arm, fixed: Mapping[int, float]) -> tuple[Array, Array]:
+def _first_joint(arm: Arm, fixed: Mapping[int, float]) -> JointInertia:
+    """The inertia at joint 0 over the joint box."""
+    recursion = Recursion.of(arm.require_dynamics())
     lower, upper = arm.lower.copy(), arm.upper.copy()
     for j, link in enumerate(arm.chain.links):
         if not np.isfinite([lower[j], upper[j]]).all():
@@ -121,12 +105,29 @@ def _box(arm: Arm, fixed: Mapping[int, float]) -> tuple[Array, Array]:
             lower[j], upper[j] = -np.pi, np.pi
     for j, value in fixed.items():
         lower[j] = upper[j] = value
-    return lower, upper
+    return JointInertia(recursion, tuple(link.kind for link in arm.chain.links), 0, lower, upper)
 
 
-def _starts(recursion: Recursion, i: int, lower: Array, upper: Array, moving: list[int], sign: float) -> Array:
+def _maximum(inertia: JointInertia, starts: Array | None = None) -> InertiaMaximum:
+    q = _starts(inertia) if starts is None else np.clip(starts, inertia.lower, inertia.upper)
+    value, moving = inertia.at(q), inertia.moving
+    for _ in range(60):
+        before = value
+        for j in moving:
+            q[:, j] = inertia.line_maximum(q, j)
+        value = inertia.at(q)
+        if np.all(value - before <= 1e-14 * np.abs(value)):
+            break
+    ends = _refine(inertia, q, value)
+    others = [x for x in ends if x < value.max() - SAME_FOLLOWED * abs(value.max())]
+    best, sign = _summary(inertia, q, value), inertia.sign
+    return replace(best, value=sign * best.value, runner_up=sign * max(others) if others else None)
+
+
+def _starts(inertia: JointInertia) -> Array:
     """The best corners of the 90 deg lattice inside the box, and seeded random points."""
     rng = np.random.default_rng(SEED)
+    lower, upper, moving = inertia.lower, inertia.upper, inertia.moving
     middle = (lower + upper) / 2
     quarter = np.pi / 2
     axes = [[x for x in quarter * np.arange(-4, 5) if lower[j] <= x <= upper[j]] or [middle[j]] for j in moving]
@@ -137,21 +138,19 @@ def _starts(recursion: Recursion, i: int, lower: Array, upper: Array, moving: li
     corners = np.array(points, dtype=np.float64).reshape(len(points), len(moving))
     lattice = np.tile(middle, (len(corners), 1))
     lattice[:, moving] = corners
-    order = np.argsort(-sign * diagonal(recursion, i, lattice), kind="stable")
+    order = np.argsort(-inertia.at(lattice), kind="stable")
     random = np.tile(middle, (RANDOM_STARTS, 1))
     random[:, moving] = rng.uniform(lower[moving], upper[moving], (RANDOM_STARTS, len(moving)))
     return np.concatenate([lattice[order[:LATTICE_STARTS]], random])
 
 
-def _follow_on(
-    recursion: Recursion, i: int, q: Array, value: Array, lower: Array, upper: Array, sign: float
-) -> list[float]:
-    """Climb on, in place, from the best `FOLLOWED` ends that are not the best; the values of all of these."""
+def _refine(inertia: JointInertia, q: Array, value: Array) -> list[float]:
+    """Refine the `FOLLOWED` best other maxima in place; return their values and the best one."""
     best = int(np.argmax(value))
     ended_lower = np.flatnonzero(value < value[best] - SAME * abs(value[best]))
     ends = [float(value[best])]
     for k in ended_lower[np.argsort(-value[ended_lower], kind="stable")][:FOLLOWED]:
-        at, reached = local_maximum(recursion, i, q[k], lower, upper, sign)
+        at, reached = inertia.local_maximum(q[k])
         if abs(reached - value[best]) <= SAME_FOLLOWED * abs(value[best]):
             at, reached = q[best], float(value[best])
         q[k], value[k] = at, reached
@@ -159,22 +158,21 @@ def _follow_on(
     return ends
 
 
-def _result(
-    recursion: Recursion, i: int, q: Array, value: Array, lower: Array, upper: Array, moving: list[int]
-) -> WorstCase:
-    k = int(np.argmax(value))
+def _summary(inertia: JointInertia, q: Array, value: Array) -> InertiaMaximum:
+    """The best of the climbs that ended at q (k, n) with `value` (k,)."""
+    lower, upper, k = inertia.lower, inertia.upper, int(np.argmax(value))
     best = float(value[k])
     close = np.abs(value - best) <= SAME * abs(best)
     at, middle = q[k].copy(), (lower + upper) / 2
     free = [True] * len(at)
-    for j in moving:
-        line = diagonal(recursion, i, moved(q[k][None, :], j, np.linspace(lower[j], upper[j], 9)))
+    for j in inertia.moving:
+        line = inertia.at(with_joint_values(q[k][None, :], j, np.linspace(lower[j], upper[j], 9)))
         free[j] = bool(np.ptp(line) <= FREE * abs(best))
     at[free] = middle[free]
     rows = np.where(free, np.nan, np.round(q[close], 2))
     distinct = np.unique(np.where(np.isnan(rows), np.inf, rows + 0.0), axis=0)
     shown = tuple(tuple(float("nan") if np.isinf(x) else float(x) for x in row) for row in distinct[:MAXIMISERS_SHOWN])
-    return WorstCase(
-        joint=i, value=best, q=at, free=tuple(free), maximisers=shown, distinct=len(distinct),
+    return InertiaMaximum(
+        joint=inertia.joint, value=best, q=at, free=tuple(free), maximisers=shown, distinct=len(distinct),
         runner_up=None, starts=len(q), share=float(np.mean(close)),
     )  # fmt: skip

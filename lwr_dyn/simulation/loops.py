@@ -203,5 +203,5 @@ def _continuous_law(controller: Controller, reference: Reference, n: int) -> tup
 
     if isinstance(controller, WithMemory):
         remembering = controller
-        return lambda t, q, dq, memory: remembering.law(memory, q, dq, *at(t)), controller.memory_size
+        return lambda t, q, dq, memory: remembering.torque_and_rate(memory, q, dq, *at(t)), controller.memory_size
     return lambda t, q, dq, memory: (controller(t, q, dq, *at(t)), _EMPTY), 0

@@ -88,7 +88,7 @@ class TestPID:
     def test_has_a_continuous_form(self):
         law = PID(Kp, Kd, np.full(7, np.inf), Ki=3.0)
         assert isinstance(law, WithMemory)
-        tau, rate = law.law(np.ones(7), *STATE)
+        tau, rate = law.torque_and_rate(np.ones(7), *STATE)
         close(tau, Kp * e + 1.0 - Kd * dq)
         close(rate, 3.0 * e)
 

@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.control.gains import second_order_gains
-from lwr_dyn.control.inertia_climbs import diagonal, local_maximum
-from lwr_dyn.control.worst_case_inertia import worst_case_inertia, worst_cases
+from lwr_dyn.control.inertia_maxima import JointInertia, diagonal
+from lwr_dyn.control.worst_case_inertia import worst_case_inertia, worst_case_inertias
 from lwr_dyn.dynamics.newton_euler import Recursion
-from lwr_dyn.errors import MissingDataError, OptionError
+from lwr_dyn.errors import MissingDataError
 from lwr_dyn.model.arm import JointLimits
 from tests.arms import random_arm
 
@@ -22,7 +21,7 @@ def arm():
 
 @pytest.fixture(scope="module")
 def found(arm):
-    return worst_cases(arm)
+    return worst_case_inertias(arm)
 
 
 def test_diagonal_is_that_of_the_mass_matrix(arm):
@@ -60,10 +59,12 @@ def test_the_smallest_is_below_the_largest_and_a_held_joint_stays(arm):
 def test_another_maximum_is_called_one_only_after_it_was_followed_to_its_end():
     arm, rng = lwr_dyn.load("wam7"), np.random.default_rng(3)
     found, recursion, step = worst_case_inertia(arm, 2), Recursion.of(arm.chain), 1e-5
+    kinds = tuple(link.kind for link in arm.chain.links)
+    inertia = JointInertia(recursion, kinds, 2, arm.lower, arm.upper)
     assert "another maximum" in found.statement()
     assert found.runner_up < found.value
     for start in rng.uniform(arm.lower, arm.upper, (10, 7)):
-        q, value = local_maximum(recursion, 2, start, arm.lower, arm.upper, 1.0)
+        q, value = inertia.local_maximum(start)
         assert diagonal(recursion, 2, start) <= value <= found.value * (1 + 1e-12)
         up, down = (diagonal(recursion, 2, q + sign * step * np.eye(7)) for sign in (1, -1))
         slope = (up - down) / (2 * step)
@@ -83,17 +84,6 @@ def test_sliding_joints_are_searched_to_their_ends_and_to_their_vertex(seed):
     assert 0.8 * most < values.max() <= most * (1 + 1e-12)
 
 
-def test_gains_are_the_second_order_formulas_and_refuse_what_is_not_positive():
-    gains = second_order_gains([2.0, 0.5], omega_n=10.0, xi=0.7)
-    assert gains.Kp == pytest.approx([200.0, 50.0])
-    assert gains.Kd == pytest.approx([28.0, 7.0])
-    for bad in ({"omega_n": 0.0}, {"xi": -1.0}, {"omega_n": float("nan")}):
-        with pytest.raises(OptionError, match="allowed: a number above 0"):
-            second_order_gains([1.0], **bad)
-    with pytest.raises(OptionError):
-        second_order_gains([1.0, 0.0])
-
-
 def test_an_arm_without_masses_has_no_inertia():
     with pytest.raises(MissingDataError):
-        worst_cases(lwr_dyn.load("lwr4"))
+        worst_case_inertias(lwr_dyn.load("lwr4"))

@@ -13,9 +13,9 @@ from lwr_dyn.arrays import Array
 from lwr_dyn.audit.sensitivity.simulated_task import SimulatedTask
 from lwr_dyn.audit.sensitivity.statics import Statics
 from lwr_dyn.control.controllers import make_controller
+from lwr_dyn.control.gains import UNSTABLE
 from lwr_dyn.control.inverse_dynamics import InverseDynamics
 from lwr_dyn.control.protocol import Controller
-from lwr_dyn.control.sampled_damping import UNSTABLE
 from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.errors import LwrDynError
 from lwr_dyn.model.arm import Arm

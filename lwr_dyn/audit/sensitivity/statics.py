@@ -9,7 +9,7 @@ import numpy as np
 
 from lwr_dyn.arrays import Array, read_only
 from lwr_dyn.control.gains import Gains, second_order_gains
-from lwr_dyn.control.worst_case_inertia import worst_cases
+from lwr_dyn.control.worst_case_inertia import worst_case_inertias
 from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.model.arm import Arm
 
@@ -47,7 +47,7 @@ def statics_of(arms: Mapping[str, Arm], poses: int, seed: int, omega_n: float, x
     q = shared_poses(arms, poses, seed)
     out = {}
     for name, arm in arms.items():
-        b = np.array([w.value for w in worst_cases(arm)])
+        b = np.array([w.value for w in worst_case_inertias(arm)])
         gravity = dynamics_of(arm, "newton-euler").gravity_vector(q)
         out[name] = Statics(read_only(gravity), read_only(b), second_order_gains(b, omega_n, xi))
     return out

@@ -10,7 +10,7 @@ from functools import cache
 import numpy as np
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.control.inertia_climbs import diagonal
+from lwr_dyn.control.inertia_maxima import diagonal
 from lwr_dyn.control.worst_case_inertia import worst_case_inertia
 from lwr_dyn.dynamics.newton_euler import Recursion
 from lwr_dyn.model.arm import Arm

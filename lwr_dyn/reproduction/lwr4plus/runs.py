@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from lwr_dyn.control.controllers import make_controller
-from lwr_dyn.control.worst_case_inertia import worst_cases
+from lwr_dyn.control.worst_case_inertia import worst_case_inertias
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Reference, Run
 from lwr_dyn.simulation.metrics import Metrics, metrics
@@ -35,7 +35,7 @@ def plants(arm: Arm) -> dict[str, Arm]:
 
 def trials(arm: Arm, reference: Reference) -> tuple[ControllerRun, ...]:
     """Every controller on every plant: PD in the paper's form, PID, inverse dynamics with feed-forward."""
-    searched = {"inertia": [w.value for w in worst_cases(arm)]}
+    searched = {"inertia": [w.value for w in worst_case_inertias(arm)]}
     controllers: dict[str, dict[str, Any]] = {"pd-gravity": searched, "pid": searched, "inverse-dynamics": {}}
     out = []
     for plant_name, plant in plants(arm).items():

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lwr_dyn.control.gains import second_order_gains
-from lwr_dyn.control.worst_case_inertia import WorstCase, worst_case_inertia, worst_cases
+from lwr_dyn.control.worst_case_inertia import InertiaMaximum, worst_case_inertia, worst_case_inertias
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.spatial import principal_moments
 from lwr_dyn.papers.assembly import arm_from_paper
@@ -32,7 +32,7 @@ class InertiaRow:
     printed_q: tuple[str, ...]
     at_printed: tuple[float, float]
     """Smallest and largest B_ii with the printed angles held and the unprinted free [kg m^2]."""
-    worst: WorstCase
+    worst: InertiaMaximum
 
     def reproduced(self, reading: str) -> bool:
         """To the printed digits."""
@@ -71,7 +71,7 @@ def table_iv() -> tuple[InertiaRow, ...]:
     tables = printed_tables("lwr4plus")
     printed = zip(tables["table_iv"]["b"], tables["table_iv_configurations"]["q"], strict=True)
     all_arms = arms()
-    worst = {name: worst_cases(arm) for name, arm in all_arms.items()}
+    worst = {name: worst_case_inertias(arm) for name, arm in all_arms.items()}
     default = next(iter(all_arms))
     rows = []
     for i, (b, q) in enumerate(printed):
@@ -104,7 +104,7 @@ def shell_spread(arm: Arm) -> float:
     return float((np.ptp(moments, axis=0) / moments.mean(axis=0)).max())
 
 
-def in_paper_angles(worst: WorstCase) -> list[tuple[str, ...]]:
+def in_paper_angles(worst: InertiaMaximum) -> list[tuple[str, ...]]:
     """Maximisers in the paper's whole degrees, "*" for free joints."""
     return [
         tuple("*" if math.isnan(x) else f"{math.degrees(x) + zero:.0f}" for x, zero in zip(q, PAPER_ZERO, strict=True))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from lwr_dyn.control.worst_case_inertia import WorstCase
+from lwr_dyn.control.worst_case_inertia import InertiaMaximum
 from lwr_dyn.reproduction.lwr4plus.errors import NEAR, ErrorTable
 from lwr_dyn.reproduction.lwr4plus.runs import PLANTS, ControllerRun, ranking
 from lwr_dyn.reproduction.lwr4plus.tables import GainCell, InertiaRow, errata_that_matter, in_paper_angles
@@ -29,7 +29,7 @@ def table_iv_text(rows: Sequence[InertiaRow]) -> str:
     return "\n".join(lines)
 
 
-def _at(worst: WorstCase) -> str:
+def _at(worst: InertiaMaximum) -> str:
     shown = in_paper_angles(worst)
     more = worst.distinct - len(shown)
     return " | ".join(" ".join(q) for q in shown) + (f" | and {more} more" if more > 0 else "")
