@@ -21,6 +21,8 @@ class Heading:
     format: str | Callable[[Any], str] = ""
     """A format specification of numbers, or a function; text is shown as it is."""
     key: str = ""
+    shade: Callable[[Any], float] | None = None
+    """Of a value, from 0 to 1: how dark its cell is where a table has colours."""
 
     @property
     def title(self) -> str:
@@ -74,6 +76,14 @@ class Table:
     def cells(self) -> tuple[tuple[str, ...], ...]:
         """The values as text, row by row."""
         return tuple(tuple(h.cell(v) for h, v in zip(self.columns, row, strict=True)) for row in self.rows)
+
+    @property
+    def shades(self) -> tuple[tuple[float | None, ...], ...]:
+        """How dark each cell is, row by row; None for a cell without colour."""
+        return tuple(
+            tuple(None if h.shade is None else h.shade(v) for h, v in zip(self.columns, row, strict=True))
+            for row in self.rows
+        )
 
     def text(self) -> str:
         """Title, aligned columns, note."""

@@ -15,12 +15,13 @@ from lwr_dyn.front import load
 from lwr_dyn.identification.command_tables import friction_record, friction_text, motion_record, motion_text
 from lwr_dyn.identification.cruise import DEFAULT_CRUISE, CruiseRule
 from lwr_dyn.identification.direction_fit import MODELS
-from lwr_dyn.identification.friction import FitOptions, FrictionIdentification, identify_friction_files
+from lwr_dyn.identification.friction import FitOptions, friction_map_figure, identify_friction_files
 from lwr_dyn.identification.log_columns import declared_units
 from lwr_dyn.identification.logs import JointLog, read_log
 from lwr_dyn.identification.motion_fit import DEFAULT_MOTION, MotionRule, identify_motion
 from lwr_dyn.identification.torque_model import SUBTRACT
 from lwr_dyn.model.arm import Arm
+from lwr_dyn.viewer.plots import save_figure
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -71,17 +72,10 @@ def friction(logs: tuple[str, ...], robot: str | None, reading: str | None, unit
     elif result.points:
         click.echo(friction_text(result, how, subtract))
     if result.points and given["plot"] is not None:
-        _plot(result, given["plot"], given["as_json"])
+        png, svg = save_figure(friction_map_figure(result), given["plot"])
+        if not given["as_json"]:
+            click.echo(f"wrote {png} and {svg}")
     _end(result.faults)
-
-
-def _plot(result: FrictionIdentification, path: str, quiet: bool) -> None:
-    from lwr_dyn.identification.map_figures import friction_map_figure
-    from lwr_dyn.viewer.plots import save_figure
-
-    written = save_figure(friction_map_figure(result), path)
-    if not quiet:
-        click.echo(f"wrote {written[0]} and {written[1]}")
 
 
 @command.command("motion")

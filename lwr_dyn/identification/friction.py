@@ -6,7 +6,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from lwr_dyn.errors import LwrDynError
+import numpy as np
+
+from lwr_dyn.errors import LwrDynError, OptionError
 from lwr_dyn.identification.cruise import DEFAULT_CRUISE, CruiseRule
 from lwr_dyn.identification.direction_fit import DirectionFit, Model, fit_direction
 from lwr_dyn.identification.friction_map import FrictionPoint, map_points, points_of
@@ -15,6 +17,9 @@ from lwr_dyn.identification.logs import JointLog, read_log
 from lwr_dyn.identification.torque_model import ModelTorque, Subtract
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.friction.models import JointFriction
+from lwr_dyn.viewer.figures import Curve, Figure, Panel
+
+BEYOND = "fit, beyond the data"
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,3 +143,32 @@ def _points_of_direction(points: Sequence[FrictionPoint], joint: int, way: str) 
     files = ", ".join(dict.fromkeys(p.source for p in points if p.joint == joint))
     found = f"no cruise in the {way} direction"
     return LogError(files, f"column q{joint}", found, "cruises at two or more speeds in either direction")
+
+
+def friction_map_figure(identification: FrictionIdentification) -> Figure:
+    """One panel a joint, as the WAM paper's Figure 6: measured points, fitted curves over the speeds they cover.
+
+    Raises
+    ------
+    OptionError
+        Nothing was measured.
+    """
+    if not identification.joints:
+        raise OptionError("friction map", "without a point", "at least one cruise")
+    panels = []
+    for joint in identification.joints:
+        points = [p for p in identification.points if p.joint == joint]
+        speeds, torques = (np.array([getattr(p, name) for p in points]) for name in ("velocity", "torque"))
+        curves = [Curve("mean of a cruise", torques, speeds, "points", colour=0)]
+        for fit in (f for f in identification.fits if f.joint == joint):
+            curves += [_fitted(fit, f"fit, {fit.model}", fit.slowest, fit.fastest)]
+            curves += [_fitted(fit, BEYOND, 0.0, fit.slowest)]
+        panels.append(Panel(f"joint {joint}", "friction", "N m", tuple(curves)))
+    title = "Friction-velocity maps"
+    return Figure("friction-maps", title, "", "velocity", "rad/s", tuple(panels), columns=2)
+
+
+def _fitted(fit: DirectionFit, label: str, start: float, end: float) -> Curve:
+    speed = np.linspace(start, end, 200)
+    torque = fit.sign * fit.magnitude(speed)
+    return Curve(label, torque, fit.sign * speed, dashed=label == BEYOND, colour=1)

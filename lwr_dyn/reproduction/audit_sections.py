@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
 from lwr_dyn.audit.conventions.evidence import Evidence
 from lwr_dyn.audit.conventions.evidence_file import room_evidence
 from lwr_dyn.audit.conventions.printed import printed_table
@@ -21,9 +20,10 @@ from lwr_dyn.audit.lint.toml_sheet import sheet_of_toml
 from lwr_dyn.audit.sensitivity.analysis import Sensitivity, sensitivity
 from lwr_dyn.papers.assembly import arm_from_paper
 from lwr_dyn.papers.catalog import open_paper, readings
-from lwr_dyn.reproduction.report.content import PlainTable, Section
+from lwr_dyn.reproduction.report.content import Section
 from lwr_dyn.reproduction.results import results_text
 from lwr_dyn.reproduction.rooms import Room
+from lwr_dyn.tables import Heading, Table
 
 RESOLVED = {"lwr4plus": "tensors", "wam7": "tensors", "kr30ha": "zero"}
 """Papers whose tables leave conventions open: of the inertia tensors, or of the joints' zero and signs."""
@@ -70,31 +70,30 @@ def spread_section(paper: str) -> Told | None:
     return Section("spread", "Readings", text, tuple(tables)), record
 
 
-def _matrix(found: Sensitivity, law: str) -> PlainTable:
+def _matrix(found: Sensitivity, law: str) -> Table:
     tips, worst = found.tip_rms_mm(law), found.worst_mrad(law)
-    rows = tuple(
-        (name, *(f"{tips[i, j]:.3g} ({worst[i, j]:.3g})" for j in range(len(found.names))))
-        for i, name in enumerate(found.names)
-    )
+    least, largest = float(np.nanmin(tips)), float(np.nanmax(tips)) or 1.0
+
+    def shade(pair: tuple[float, float]) -> float:
+        return float(np.nan_to_num((pair[0] - least) / largest))
+
+    heads = [
+        Heading(f"on {name}", format=lambda pair: "{:.3g} ({:.3g})".format(*pair), shade=shade) for name in found.names
+    ]
+    rows = [(name, *zip(tips[i], worst[i], strict=True)) for i, name in enumerate(found.names)]
     title = f"{law}: RMS error of the tip [mm] (largest error of a joint [mrad])"
-    heads = (f"{law} believes in", *(f"on {name}" for name in found.names))
-    return PlainTable(title, heads, rows, "rows: the controller believes; columns: what is moved", _shades(tips))
+    return Table(title, (f"{law} believes in", *heads), rows, "rows: the controller believes; columns: what is moved")
 
 
-def _shades(values: Array) -> tuple[tuple[float, ...], ...]:
-    """By how much a value is above the smallest, as a share of the largest."""
-    scaled = np.nan_to_num((values - np.nanmin(values)) / (float(np.nanmax(values)) or 1.0))
-    return tuple(tuple(float(x) for x in row) for row in scaled)
+def _inertias(found: Sensitivity) -> Table:
+    heads = [Heading("reading"), *(Heading(joint, format=".4g") for joint in found.joints)]
+    rows = [(name, *found.statics[name].b) for name in found.names]
+    return Table("Largest inertia b = max B_ii [kg m^2]", heads, rows)
 
 
-def _inertias(found: Sensitivity) -> PlainTable:
-    rows = tuple((name, *(f"{x:.4g}" for x in found.statics[name].b)) for name in found.names)
-    return PlainTable("Largest inertia b = max B_ii [kg m^2]", ("reading", *found.joints), rows)
-
-
-def _survivors(found: Sensitivity) -> PlainTable:
-    rows = tuple((c.text, c.verdict()) for c in found.conclusions)
-    return PlainTable("What survives", ("conclusion", "under which readings"), rows)
+def _survivors(found: Sensitivity) -> Table:
+    rows = [(c.text, c.verdict()) for c in found.conclusions]
+    return Table("What survives", ("conclusion", "under which readings"), rows)
 
 
 def sections_of(here: Room, with_spread: bool) -> tuple[Sequence[Section], dict[str, Any]]:

@@ -1,7 +1,11 @@
-"""Plots of a report page: curves of numbers, or of a series of one of the page's runs, which is packed only once."""
+"""A figure is described once: `viewer.plots` draws it as PNG and SVG, a report page draws it with plotly.js.
+
+Its curves are numbers, or series of runs, which a page packs only once for the 3D view and for all figures.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, get_args
 
@@ -9,6 +13,14 @@ import numpy as np
 
 from lwr_dyn.arrays import Array, read_only
 from lwr_dyn.errors import OptionError
+from lwr_dyn.viewer.replayed_runs import ReplayedRun
+
+PALETTE = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#000000", "#7f7f7f")
+"""Okabe and Ito's colours, which people with a colour deficiency can distinguish."""
+DARK_PALETTE = ("#56b4e9", "#ff8c4a", "#2ed1a2", "#e79bc7", "#3c9ad6", "#f2b63c", "#ffffff", "#a8a8a8")
+"""The same on a dark page."""
+GREY = 7
+"""Place in the palettes of references."""
 
 Quantity = Literal[
     "q", "q_ref", "dq", "dq_ref", "position error", "velocity error", "torque", "friction",
@@ -16,11 +28,27 @@ Quantity = Literal[
 ]  # fmt: skip
 """Series of a run; errors are reference minus actual, "flange" and "reference" positions in the base frame."""
 JOINT_QUANTITIES: tuple[Quantity, ...] = get_args(Quantity)[:8]
+_FIELDS = {"torque": "tau_applied", "friction": "tau_friction"}
+
+
+def run_series(one: ReplayedRun, quantity: Quantity) -> Array:
+    """A quantity over all samples of a run: (k, n) [rad, rad/s, N m; m, m/s, N] of joints, else (k,) [m, J]."""
+    run = one.run
+    if quantity.startswith(("flange ", "reference ")):
+        pose = one.pose if quantity.startswith("flange") else one.pose_ref
+        return np.asarray(pose[:, "xyz".index(quantity[-1]), 3])
+    if quantity == "tip error":
+        return one.tip_error
+    if quantity == "position error":
+        return np.asarray(run.q_ref - run.q)
+    if quantity == "velocity error":
+        return np.asarray(run.dq_ref - run.dq)
+    return np.asarray(getattr(run, _FIELDS.get(quantity, quantity)))
 
 
 @dataclass(frozen=True, slots=True)
 class Series:
-    """A series of run `run` of the page's replay; `joint` is 0-based and needed for joint quantities."""
+    """A series of run `run` (0-based) of those that the figure is drawn from; `joint` is 0-based."""
 
     run: int
     quantity: Quantity
@@ -34,13 +62,31 @@ class Series:
             allowed = "a 0-based joint for joint quantities, none for others"
             raise OptionError(f"joint of {self.quantity!r}", repr(self.joint), allowed)
 
+    @property
+    def is_reference(self) -> bool:
+        """Whether it is what the run follows."""
+        return self.quantity.startswith("reference ") or self.quantity.endswith("_ref")
+
+    def values(self, runs: Sequence[ReplayedRun]) -> Array:
+        """The numbers, (k,), times `scale`."""
+        whole = run_series(runs[self.run], self.quantity)
+        return self.scale * (whole if self.joint is None else whole[:, self.joint])
+
+
+def check_series(series: Series, runs: Sequence[ReplayedRun]) -> None:
+    """Raise `OptionError` for a run or a joint that is not there."""
+    if not 0 <= series.run < len(runs):
+        raise OptionError("run of a series", series.run, f"0 to {len(runs) - 1}" if runs else "no run is shown")
+    if series.joint is not None and not 0 <= series.joint < runs[series.run].arm.n:
+        raise OptionError("joint of a series", series.joint, f"0 to {runs[series.run].arm.n - 1}")
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Curve:
     """A curve of numbers or of a run's series; without `x` a series is drawn over the run's time [s].
 
-    A NaN in `y` leaves a gap. `text` names single points on hover. `colour` counts in the page's palette; without it
-    curves are coloured in their order.
+    A NaN in `y` leaves a gap. `text` names single points. `colour` is a place in the palette. `is_filled` tints what
+    the curve encloses.
     """
 
     label: str
@@ -50,6 +96,7 @@ class Curve:
     dashed: bool = False
     colour: int | None = None
     text: tuple[str, ...] = ()
+    is_filled: bool = False
 
     def __post_init__(self) -> None:
         for name in ("x", "y"):
@@ -67,6 +114,25 @@ class Curve:
         if self.text and (isinstance(y, Series) or len(self.text) != y.size):
             raise OptionError(f"{where}, text", f"{len(self.text)} names", "one per point, for curves of numbers")
 
+    @property
+    def series(self) -> tuple[Series, ...]:
+        """The series among x and y."""
+        return tuple(one for one in (self.x, self.y) if isinstance(one, Series))
+
+    @property
+    def is_reference(self) -> bool:
+        """Whether it shows what a run follows."""
+        return isinstance(self.y, Series) and self.y.is_reference
+
+    def points(self, runs: Sequence[ReplayedRun]) -> tuple[Array, Array]:
+        """x and y, (k,) each; raises `OptionError` for a run or joint that is not among `runs`."""
+        for one in self.series:
+            check_series(one, runs)
+        if isinstance(self.y, Series) and self.x is None:
+            return runs[self.y.run].run.t, self.y.values(runs)
+        x, y = (one.values(runs) if isinstance(one, Series) else np.asarray(one) for one in (self.x, self.y))
+        return x, y
+
 
 @dataclass(frozen=True, slots=True)
 class Level:
@@ -79,20 +145,22 @@ class Level:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Panel:
-    """One pair of axes."""
+    """One pair of axes; `note` says on paper what its levels are, which a page writes beside each."""
 
     title: str
     y_label: str
     y_unit: str
     curves: tuple[Curve, ...]
     levels: tuple[Level, ...] = ()
+    note: str = ""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Figure:
     """A figure in the form of the document's; `where` is its name there ("Fig. 4").
 
-    With `over_time` x is the run's time [s], and the cursor of the replay follows. `columns` of panels on wide screens.
+    With `over_time` x is the run's time [s], and the cursor of the replay follows. `columns` of panels where there is
+    room for them.
     """
 
     id: str
@@ -105,3 +173,30 @@ class Figure:
     equal_aspect: bool = False
     columns: int = 1
     note: str = ""
+
+    @property
+    def curves(self) -> tuple[Curve, ...]:
+        """The curves of all panels."""
+        return tuple(curve for panel in self.panels for curve in panel.curves)
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """The names of the curves, each once."""
+        return tuple(dict.fromkeys(curve.label for curve in self.curves))
+
+    def colour(self, curve: Curve) -> int | None:
+        """The place of one of its curves in the palette; None for the colour of the run.
+
+        Curves of runs have the colour of their run, as its arm has, where no panel shows a run twice; a reference is
+        then grey. All others are coloured by their labels.
+        """
+        if curve.colour is not None:
+            return curve.colour
+        if isinstance(curve.y, Series) and all(map(_shows_runs_once, self.panels)):
+            return GREY if curve.is_reference else None
+        return self.labels.index(curve.label) % len(PALETTE)
+
+
+def _shows_runs_once(panel: Panel) -> bool:
+    runs = [c.y.run for c in panel.curves if isinstance(c.y, Series) and not c.is_reference]
+    return len(set(runs)) == len(runs)

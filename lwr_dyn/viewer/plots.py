@@ -1,180 +1,169 @@
-"""Runs -> figures: joint error, velocity error, torque against limits, the path against what was asked.
+"""Figures -> PNG and SVG by Matplotlib, which is imported when a figure is drawn.
 
-Figures are made without pyplot, so nothing global changes; the same runs give the same bytes.
+pyplot is not used, so nothing global changes; a figure gives the same bytes whatever the user's settings are.
 """
 
 from __future__ import annotations
 
 import io
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from matplotlib import style
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-
-from lwr_dyn.arrays import Array
-from lwr_dyn.errors import OptionError
+from lwr_dyn.errors import MissingPackageError, OptionError
 from lwr_dyn.files import write_file
-from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.dh import JointKind
-from lwr_dyn.model.run import Run
-from lwr_dyn.viewer.replayed_runs import ReplayedRun, replayed_runs
+from lwr_dyn.viewer.figures import PALETTE, Curve, Figure, Panel
+from lwr_dyn.viewer.replayed_runs import ReplayedRun
 
-_HOUSE_STYLE = {
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure as Drawing
+    from matplotlib.figure import FigureBase
+
+Runs = Sequence[ReplayedRun]
+_STYLE = {
     "svg.hashsalt": "lwr_dyn",
     "svg.fonttype": "path",
     "font.family": "DejaVu Sans",
     "font.size": 9.0,
+    "lines.linewidth": 1.1,
+    "lines.markersize": 4.0,
+    "axes.grid": True,
+    "grid.color": "#dee2e6",
+    "grid.linewidth": 0.6,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.titlesize": 9.5,
+    "axes.titlelocation": "left",
+    "legend.frameon": False,
 }
-_JOINT_COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#000000", "#7f7f7f")
-"""Okabe and Ito's palette, which people with a colour deficiency tell apart."""
-in_house_style = style.context(["default", _HOUSE_STYLE])
-"""Decorator: while a figure is made or written, matplotlib's defaults and ours hold instead of the user's settings."""
+_ZERO: dict[str, Any] = {"color": "#868e96", "linewidth": 0.6, "zorder": 0.9}
+_LEVEL: dict[str, Any] = {"color": "#c92a2a", "linewidth": 0.9, "linestyle": "--"}
+_REFERENCE: dict[str, Any] = {"color": "#343a40", "linewidth": 2.6, "alpha": 0.35}
+_MARKS = {"line": "-", "points": "o", "both": "-o"}
 _DPI = 150
-_PLANES = {"xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
+_AT_THE_SIDE = 5
+"""So many curves and more are named at the side."""
 
 
-@in_house_style
-def position_error_figure(
-    runs: Sequence[Run], arms: Arm | Sequence[Arm], labels: Sequence[str] | None = None
-) -> Figure:
-    """Joint position errors q_ref - q [mrad, mm] over time, one panel per run; raises as `replayed_runs`."""
-    shown = replayed_runs(runs, arms, labels)
-    errors = [1e3 * (one.run.q_ref - one.run.q) for one in shown]
-    return _joint_panels(shown, errors, "position error", "")
+def save_figure(figures: Figure | Sequence[Figure], path: str | Path, runs: Runs = ()) -> tuple[Path, Path]:
+    """Write `path`.png and `path`.svg (a suffix given is replaced) and return both; raises as `draw`, `write_file`."""
+    targets = Path(path).with_suffix(".png"), Path(path).with_suffix(".svg")
+    for target in targets:
+        write_file(target, figure_bytes(figures, target.suffix[1:], runs))
+    return targets
 
 
-@in_house_style
-def velocity_error_figure(
-    runs: Sequence[Run], arms: Arm | Sequence[Arm], labels: Sequence[str] | None = None
-) -> Figure:
-    """Joint velocity errors dq_ref - dq [mrad/s, mm/s] over time, one panel per run; raises as `replayed_runs`."""
-    shown = replayed_runs(runs, arms, labels)
-    errors = [1e3 * (one.run.dq_ref - one.run.dq) for one in shown]
-    return _joint_panels(shown, errors, "velocity error", "/s")
+def figure_bytes(figures: Figure | Sequence[Figure], kind: str, runs: Runs = ()) -> bytes:
+    """One figure, or several side by side, as "png" or "svg"; raises as `draw`, and `OptionError` for another kind."""
+    if kind not in ("png", "svg"):
+        raise OptionError("kind", repr(kind), "png, svg")
+    drawing, out = draw(figures, runs), io.BytesIO()
+    metadata = {"Software": None} if kind == "png" else {"Date": None, "Creator": None}
+    with _drawing_class():
+        drawing.savefig(out, format=kind, dpi=_DPI, metadata=metadata)
+    return out.getvalue()
 
 
-@in_house_style
-def torque_figure(runs: Sequence[Run], arms: Arm | Sequence[Arm], labels: Sequence[str] | None = None) -> Figure:
-    """Applied torques [N m, N] of all runs, one panel per joint, limits as broken lines; raises as `replayed_runs`."""
-    shown = replayed_runs(runs, arms, labels)
-    arm = max((one.arm for one in shown), key=lambda a: a.n)
-    rows = -(-arm.n // 2)
-    figure = Figure(figsize=(9.0, 1.0 + 1.55 * rows), layout="constrained")
-    grid = figure.subplots(rows, 2, sharex=True, squeeze=False).ravel()
-    for j, joint in enumerate(arm.joints()):
-        panel = grid[j]
-        for one in (one for one in shown if one.arm.n > j):
-            panel.plot(one.run.t, one.run.tau_applied[:, j], color=one.colour, linewidth=1.0, label=one.label)
-        if joint.limits.effort is not None:
-            for sign in (-1.0, 1.0):
-                panel.axhline(sign * joint.limits.effort, color="#c92a2a", linestyle="--", linewidth=0.9)
-        unit = "N m" if joint.kind is JointKind.REVOLUTE else "N"
-        note = "limit not known" if joint.limits.effort is None else f"limit {joint.limits.effort:g} {unit}"
-        panel.set_title(f"{joint.name} ({note})", fontsize=9, loc="left")
-        _dressed(panel, f"[{unit}]")
-    for panel in grid[arm.n :]:
-        panel.set_visible(False)
-    for panel in grid[max(0, arm.n - 2) : arm.n]:
-        panel.tick_params(labelbottom=True)
-    for panel in grid[max(0, arm.n - 2) : arm.n]:
-        panel.set_xlabel("time [s]", fontsize=9)
-    figure.suptitle("applied torque and its limits")
-    figure.legend(*grid[0].get_legend_handles_labels(), loc="outside lower center", ncols=len(shown), frameon=False)
-    return figure
-
-
-@in_house_style
-def path_figure(
-    runs: Sequence[Run], arms: Arm | Sequence[Arm], labels: Sequence[str] | None = None, plane: str | None = None
-) -> Figure:
-    """The path of the flange in a plane of the base [m], against what was asked.
-
-    Parameters
-    ----------
-    runs, arms, labels
-        As `replayed_runs`, and raises as it does.
-    plane : {"xy", "xz", "yz"}, optional
-        The one in which the reference is widest, if not given.
+def draw(figures: Figure | Sequence[Figure], runs: Runs = ()) -> Drawing:
+    """One figure, or several side by side, as a figure of Matplotlib; `runs` are those that its series count.
 
     Raises
     ------
     OptionError
-        A plane of another name.
+        A series of a run or joint that is not there.
+    MissingPackageError
+        Matplotlib is not installed.
     """
-    if plane is not None and plane not in _PLANES:
-        raise OptionError("plane", repr(plane), ", ".join(_PLANES))
-    shown = replayed_runs(runs, arms, labels)
-    chosen = plane or widest_plane(shown[0].reference_path)
-    a, b = _PLANES[chosen]
-    figure = Figure(figsize=(6.4, 6.4), layout="constrained")
-    panel = figure.subplots()
-    for one in shown:
-        points = one.reference_path
-        panel.plot(points[:, a], points[:, b], color="#343a40", linewidth=2.6, alpha=0.35, label="reference")
-    for one in shown:
-        points = one.pose[:, :3, 3]
-        panel.plot(points[:, a], points[:, b], color=one.colour, linewidth=1.1, label=one.label)
-    panel.set_aspect("equal", adjustable="datalim")
-    panel.set_xlabel(f"{chosen[0]} [m]")
-    _dressed(panel, f"{chosen[1]} [m]")
-    handles, names = panel.get_legend_handles_labels()
-    unique = dict(zip(names, handles, strict=True))
-    figure.legend(unique.values(), unique.keys(), loc="outside lower center", ncols=len(unique), frameon=False)
-    figure.suptitle("path of the flange")
-    return figure
+    parts = [figures] if isinstance(figures, Figure) else list(figures)
+    widths, heights = zip(*map(_size, parts), strict=True)
+    with _drawing_class() as drawing_class:
+        drawing: Drawing = drawing_class(figsize=(sum(widths), max(heights)), layout="constrained")
+        places = drawing.subfigures(1, len(parts), squeeze=False)[0]
+        for place, figure in zip(places, parts, strict=True):
+            _draw_figure(place, figure, runs)
+    return drawing
 
 
-def widest_plane(points: Array) -> str:
-    """The coordinate plane that drops the axis in which points (m, 3) spread least.
-
-    >>> widest_plane(np.array([[0.0, 0.0, 0.0], [0.1, 1.0, 2.0]]))
-    'yz'
-    """
-    dropped = int(np.argmin(np.ptp(points, axis=0)))
-    return ("yz", "xz", "xy")[dropped]
-
-
-@in_house_style
-def figure_bytes(figure: Figure, kind: str) -> bytes:
-    """A figure as "png" or "svg"; the same figure gives the same bytes, whatever the user's matplotlib settings."""
-    if kind not in ("png", "svg"):
-        raise OptionError("kind", repr(kind), "png, svg")
-    out = io.BytesIO()
-    metadata = {"Software": None} if kind == "png" else {"Date": None, "Creator": None}
-    figure.savefig(out, format=kind, dpi=_DPI, metadata=metadata)
-    return out.getvalue()
+@contextmanager
+def _drawing_class() -> Iterator[Any]:
+    """Matplotlib's class of figures, under its own defaults and ours."""
+    try:
+        from matplotlib import style
+        from matplotlib.figure import Figure as Drawing
+    except ModuleNotFoundError as fault:
+        raise MissingPackageError(fault.name or "matplotlib", "plots") from None
+    with style.context(["default", _STYLE]):
+        yield Drawing
 
 
-def save_figure(figure: Figure, path: str | Path) -> tuple[Path, Path]:
-    """Write `path`.png and `path`.svg (a suffix given is replaced); returns both, raises `FileAccessError`."""
-    targets = Path(path).with_suffix(".png"), Path(path).with_suffix(".svg")
-    for target in targets:
-        write_file(target, figure_bytes(figure, target.suffix[1:]))
-    return targets
+def _grid(figure: Figure) -> tuple[int, int]:
+    """Rows and columns of panels."""
+    columns = min(figure.columns, len(figure.panels))
+    return -(-len(figure.panels) // columns), columns
 
 
-def _joint_panels(shown: Sequence[ReplayedRun], series: Sequence[Array], what: str, per: str) -> Figure:
-    figure = Figure(figsize=(9.0, 1.1 + 2.5 * len(shown)), layout="constrained")
-    panels = figure.subplots(len(shown), 1, sharex=True, squeeze=False).ravel()
-    for panel, one, values in zip(panels, shown, series, strict=True):
-        kinds = [link.kind for link in one.arm.chain.links]
-        units = [f"mrad{per}" if kind is JointKind.REVOLUTE else f"mm{per}" for kind in kinds]
-        for j, name in enumerate(one.arm.joint_names):
-            colour = _JOINT_COLOURS[j % len(_JOINT_COLOURS)]
-            panel.plot(one.run.t, values[:, j], color=colour, linewidth=1.0, label=name)
-        panel.set_title(one.label, fontsize=10, loc="left")
-        panel.axhline(0.0, color="#868e96", linewidth=0.6)
-        _dressed(panel, f"{what} [{', '.join(dict.fromkeys(units))}]")
-        panel.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False, fontsize=8)
-    panels[-1].set_xlabel("time [s]")
-    return figure
+def _size(figure: Figure) -> tuple[float, float]:
+    """Width and height [inch]."""
+    rows, columns = _grid(figure)
+    if figure.equal_aspect:
+        return 6.4 * columns, 6.4 * rows
+    if columns > 1:
+        return 9.0, 1.0 + (1.55 if figure.over_time else 2.1) * rows
+    return 9.0 if len(figure.labels) >= _AT_THE_SIDE else 6.4, 1.1 + (2.5 if rows < 3 else 1.65) * rows
 
 
-def _dressed(panel: Axes, label: str) -> None:
-    panel.set_ylabel(label)
-    panel.grid(True, color="#dee2e6", linewidth=0.6)
-    for side in ("top", "right"):
-        panel.spines[side].set_visible(False)
+def _draw_figure(place: FigureBase, figure: Figure, runs: Runs) -> None:
+    rows, columns = _grid(figure)
+    axes: list[Axes] = list(place.subplots(rows, columns, sharex=figure.over_time, squeeze=False).flat)
+    count = len(figure.panels)
+    for one, panel in zip(axes, figure.panels, strict=False):
+        _draw_panel(one, figure, panel, runs)
+    for one in axes[count:]:
+        one.set_visible(False)
+    for one in axes[max(0, count - columns) if figure.over_time else 0 : count]:
+        one.tick_params(labelbottom=True)
+        one.set_xlabel(_with_unit(figure.x_label, figure.x_unit))
+    place.suptitle("\n".join(text for text in (figure.title, figure.note) if text))
+    named = {name: mark for one in axes for mark, name in zip(*one.get_legend_handles_labels(), strict=True)}
+    where: dict[str, Any] = {"loc": "outside lower center", "ncols": len(named)}
+    if len(named) >= _AT_THE_SIDE:
+        where = {"loc": "outside right upper"}
+    place.legend(list(named.values()), list(named), **where)
+
+
+def _draw_panel(axes: Axes, figure: Figure, panel: Panel, runs: Runs) -> None:
+    for curve in panel.curves:
+        _draw_curve(axes, figure, curve, runs)
+    for level in panel.levels:
+        (axes.axhline if level.axis == "y" else axes.axvline)(level.value, **_LEVEL)
+    if figure.equal_aspect:
+        axes.set_aspect("equal", adjustable="datalim")
+    if axes.get_ylim()[0] <= 0.0 <= axes.get_ylim()[1]:
+        axes.axhline(0.0, **_ZERO)
+    if axes.get_xlim()[0] <= 0.0 <= axes.get_xlim()[1] and not figure.over_time:
+        axes.axvline(0.0, **_ZERO)
+    axes.set_title(f"{panel.title} ({panel.note})" if panel.note else panel.title)
+    axes.set_ylabel(_with_unit("" if panel.y_label == panel.title else panel.y_label, panel.y_unit))
+
+
+def _draw_curve(axes: Axes, figure: Figure, curve: Curve, runs: Runs) -> None:
+    x, y = curve.points(runs)
+    if curve.text:  # on paper nothing can be pointed at: each point has a colour and a name of its own
+        for k, name in enumerate(curve.text):
+            axes.plot(x[k], y[k], "o", color=PALETTE[k % len(PALETTE)], label=f"{name}, {curve.label}")
+        return
+    place = figure.colour(curve)
+    colour = runs[curve.series[0].run].colour if place is None else PALETTE[place % len(PALETTE)]
+    if curve.is_filled:
+        axes.fill(x, y, color=colour, alpha=0.15, linewidth=0.0)
+    marks = "--" if curve.dashed else _MARKS[curve.style]
+    if curve.is_reference:
+        axes.plot(x, y, label=curve.label, **_REFERENCE)
+    else:
+        axes.plot(x, y, marks, color=colour, label=curve.label)
+
+
+def _with_unit(label: str, unit: str) -> str:
+    return f"{label} [{unit}]".strip() if unit else label

@@ -8,8 +8,8 @@ from pathlib import Path
 import lwr_dyn
 from lwr_dyn.files import make_folder
 from lwr_dyn.kinematics.envelope import working_envelope
+from lwr_dyn.reproduction.kr30ha.figures import envelope_figures
 from lwr_dyn.reproduction.kr30ha.points import right_points
-from lwr_dyn.reproduction.report.envelope_plot import envelope_figure
 from lwr_dyn.viewer.plots import save_figure
 
 
@@ -22,9 +22,9 @@ def main(arguments: list[str] | None = None) -> None:
     print(f"reach {1e3 * found.reach:.2f} mm, data sheet {1e3 * (rated.reach or 0.0):.0f}")
     print(f"envelope volume {found.volume:.4f} m^3, data sheet {rated.envelope_volume}")
     print(f"outline: {len(found.outline)} arcs")
-    points = {f"{point.name}, wrist centre": point.wrist_mm / 1e3 for point in right_points(arm)}
+    points = {point.name: point.wrist_mm / 1e3 for point in right_points(arm)}
     make_folder(options.out.parent)
-    files = save_figure(envelope_figure(arm, points), options.out)
+    files = save_figure(envelope_figures(arm, points), options.out)
     print(f"wrote {', '.join(str(file) for file in files)}")
 
 

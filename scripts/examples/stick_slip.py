@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,11 +15,12 @@ from lwr_dyn.model.chain import Body, Chain, ChainLink
 from lwr_dyn.model.dh import JointKind
 from lwr_dyn.model.friction.models import Direction, JointFriction
 from lwr_dyn.model.spatial import Pose
-from lwr_dyn.reproduction.report.friction_figures import register_figure
 from lwr_dyn.reproduction.wam7.runs import cruise, experiment
 from lwr_dyn.reproduction.wam7.text import verdict
 from lwr_dyn.simulation.swing import Rest
 from lwr_dyn.viewer.plots import save_figure
+from lwr_dyn.viewer.replayed_runs import replayed_runs
+from lwr_dyn.viewer.run_figures import register_figure
 
 MASS, FRICTION = 2.0, JointFriction(Direction(coulomb=3.0, viscous=0.5, static=4.0), Direction(2.0, 0.5, 2.5))
 
@@ -51,8 +53,8 @@ def main() -> None:
         made = experiment(arm, 3, side, substeps=1)
         print(f"joint 4 {'up' if side > 0 else 'down'}: {verdict(cruise(arm, made))}")
         if options.out and side > 0:
-            figure = register_figure(made.run, 3, "joint 4 up: sticks and slips")
-            save_figure(figure, make_folder(options.out) / "joint_4")
+            figure = replace(register_figure(0, 3), title="joint 4 up: sticks and slips")
+            save_figure(figure, make_folder(options.out) / "joint_4", replayed_runs([made.run], arm))
 
 
 if __name__ == "__main__":

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from lwr_dyn.checks.verdict import Verdict
+from lwr_dyn.checks.verdict import Report, Verdict
 from lwr_dyn.files import make_folder, write_folder
 from lwr_dyn.kinematics.envelope import Envelope, working_envelope
 from lwr_dyn.model.arm import Arm
@@ -14,9 +14,9 @@ from lwr_dyn.papers.assembly import arm_from_paper
 from lwr_dyn.papers.catalog import open_paper
 from lwr_dyn.reproduction.checked_models import check_line, check_record, models_and_checks, verdict_table
 from lwr_dyn.reproduction.kr30ha.cycle import Cycle, cycle
+from lwr_dyn.reproduction.kr30ha.figures import figures, page_extras
 from lwr_dyn.reproduction.kr30ha.krl_program import program_record, program_report, program_text, write_program
 from lwr_dyn.reproduction.kr30ha.matrices import PaperMatrices, paper_matrices
-from lwr_dyn.reproduction.kr30ha.page import shown
 from lwr_dyn.reproduction.kr30ha.planar_dynamics import FIRST_TWO, MotionReport, motion_report
 from lwr_dyn.reproduction.kr30ha.points import PaperPoints, RightPoint, paper_points
 from lwr_dyn.reproduction.kr30ha.text import (
@@ -27,16 +27,16 @@ from lwr_dyn.reproduction.kr30ha.text import (
     matrices_text,
     points_text,
 )
-from lwr_dyn.reproduction.outcome import Reproduction
-from lwr_dyn.reproduction.report.envelope_plot import envelope_figure
+from lwr_dyn.reproduction.outcome import PageExtras, Reproduction
 from lwr_dyn.symbolic.equation_text import equations_latex, equations_text
 from lwr_dyn.symbolic.verdicts import symbolic_verdicts
-from lwr_dyn.viewer.plots import save_figure, torque_figure
+from lwr_dyn.viewer.plots import save_figure
 from lwr_dyn.viewer.replay_page import write_replay
+from lwr_dyn.viewer.replayed_runs import ReplayedRun, replayed_runs
 
 Progress = Callable[[str], None]
 SYMMETRIC = "First two joints of the arm, links symmetric about its plane (as estimated); vectors in the base frame"
-TITLE, LABEL = "KUKA KR 30 HA: mastering, Point 1, Point 2, mastering", ["inverse dynamics"]
+TITLE = "KUKA KR 30 HA: mastering, Point 1, Point 2, mastering"
 GENERAL = "First two joints of the arm, any links: ten letters a link"
 
 
@@ -58,9 +58,10 @@ def reproduce(folder: str | Path, progress: Progress = lambda _: None) -> Reprod
     _equations(place, motion)
     progress("movement and replay")
     found = cycle(arm, points.right)
-    _pictures(place, arm, points.right, found)
-    progress("KRL program")
     program = program_report(arm)
+    runs = replayed_runs([found.run, program.run.to_run()], arm, ["inverse dynamics", "KRL program, corrected"])
+    extras = _pictures(place, arm, points.right, runs, reports)
+    progress("KRL program")
     write_program(program, arm, make_folder(place / "program"))
     checked = next(r for r in reports if r.reading == paper.reading.name)
     holds = checked.holds and all(v.holds for v in symbolic) and points.holds and matrices.holds and motion.holds
@@ -82,8 +83,7 @@ def reproduce(folder: str | Path, progress: Progress = lambda _: None) -> Reprod
     record |= {"program": program_record(program)}
     files = {"tables.txt": text, "errata.txt": errata_text(paper)}
     write_folder(place, {name: content + "\n" for name, content in files.items()})
-    runs = [(LABEL[0], found.run), ("KRL program, corrected", program.run.to_run())]
-    return Reproduction(holds, text, record, shown=shown(arm, points.right, envelope, runs, reports))
+    return Reproduction(holds, text, record, shown=extras)
 
 
 def _equations(place: Path, motion: MotionReport) -> None:
@@ -100,13 +100,18 @@ def _equations(place: Path, motion: MotionReport) -> None:
     )
 
 
-def _pictures(place: Path, arm: Arm, right: tuple[RightPoint, ...], found: Cycle) -> None:
-    plots, runs = make_folder(place / "plots"), make_folder(place / "runs")
-    wrists = {f"{point.name}, wrist centre": point.wrist_mm / 1e3 for point in right}
-    save_figure(envelope_figure(arm, wrists), plots / "envelope.png")
-    save_figure(torque_figure([found.run], arm, LABEL), plots / "torque.png")
-    found.run.save(runs / "mastering_p1_p2_mastering.npz")
-    write_replay(place / "replay.html", [found.run], arm, labels=LABEL, title=TITLE)
+def _pictures(
+    place: Path, arm: Arm, right: Sequence[RightPoint], runs: Sequence[ReplayedRun], reports: Sequence[Report]
+) -> PageExtras:
+    """Write the movement, figures and the replay; what the report page shows of them."""
+    plots, folder = make_folder(place / "plots"), make_folder(place / "runs")
+    movement = runs[0]
+    movement.run.save(folder / "mastering_p1_p2_mastering.npz")
+    write_replay(place / "replay.html", [movement.run], arm, labels=[movement.label], title=TITLE)
+    drawn = figures(arm, right, runs)
+    for name, side_by_side in drawn.items():
+        save_figure(side_by_side, plots / name, runs)
+    return page_extras(arm, right, runs, [one for side_by_side in drawn.values() for one in side_by_side], reports)
 
 
 def _record(

@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from lwr_dyn.checks.verdict import Report
 from lwr_dyn.files import make_folder, write_folder
+from lwr_dyn.model.arm import Arm
 from lwr_dyn.papers.assembly import arm_from_paper
 from lwr_dyn.papers.catalog import open_paper
 from lwr_dyn.reproduction.checked_models import check_record, models_and_checks
 from lwr_dyn.reproduction.lwr4.exercise import Exercise, exercise
-from lwr_dyn.reproduction.lwr4.page import shown
-from lwr_dyn.reproduction.outcome import Reproduction
+from lwr_dyn.reproduction.outcome import PageExtras, Reproduction
+from lwr_dyn.reproduction.pages import checks_of
+from lwr_dyn.reproduction.report.content import Replay, Still
 
 
 def reproduce(folder: str | Path) -> Reproduction:
@@ -30,7 +36,17 @@ def reproduce(folder: str | Path) -> Reproduction:
     write_folder(place, {"exercise.txt": text + "\n"})
     record |= {"checks": check_record(reports)}
     holds = e.holds and all(r.holds for r in reports)
-    return Reproduction(holds, text, record, shown=shown(arm, e, reports))
+    return Reproduction(holds, text, record, shown=_page_extras(arm, e, reports))
+
+
+def _page_extras(arm: Arm, e: Exercise, reports: Sequence[Report]) -> PageExtras:
+    """The arm with its frames as the exercise shows it, and with the tool point at its given position."""
+    place = ", ".join(f"{x + 0.0:.2f}" for x in e.tool)
+    stills = (
+        Still("Assignment of D-H frames, q = 0", arm, np.zeros(arm.n)),
+        Still("tool position", arm, np.radians(e.q_deg), f"the tool point stands at ({place}) m in frame 0"),
+    )
+    return PageExtras(replay=Replay(stills=stills), checks=checks_of(reports))
 
 
 def _text(e: Exercise) -> str:

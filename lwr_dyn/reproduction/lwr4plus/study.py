@@ -9,6 +9,8 @@ from typing import Any
 from lwr_dyn.checks.verdict import Report
 from lwr_dyn.errors import OptionError
 from lwr_dyn.files import make_folder, write_folder
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.run import Run
 from lwr_dyn.papers.assembly import arm_from_paper
 from lwr_dyn.papers.catalog import open_paper
 from lwr_dyn.reproduction.checked_models import check_line, check_record, models_and_checks
@@ -20,8 +22,8 @@ from lwr_dyn.reproduction.lwr4plus.errors import (
     fit_arm_angle,
     velocity_rows,
 )
+from lwr_dyn.reproduction.lwr4plus.figures import INVERSE, PD, drawn_runs, figures, page_extras
 from lwr_dyn.reproduction.lwr4plus.formulas import error_columns
-from lwr_dyn.reproduction.lwr4plus.page import shown
 from lwr_dyn.reproduction.lwr4plus.runs import ControllerRun, trials
 from lwr_dyn.reproduction.lwr4plus.tables import (
     GainCell,
@@ -40,16 +42,11 @@ from lwr_dyn.reproduction.lwr4plus.text import (
     table_vi_text,
     velocity_rows_text,
 )
-from lwr_dyn.reproduction.outcome import Reproduction
+from lwr_dyn.reproduction.outcome import PageExtras, Reproduction
 from lwr_dyn.trajectory.references.ist import ist_reference
-from lwr_dyn.viewer.plots import (
-    path_figure,
-    position_error_figure,
-    save_figure,
-    torque_figure,
-    velocity_error_figure,
-)
+from lwr_dyn.viewer.plots import save_figure
 from lwr_dyn.viewer.replay_page import write_replay
+from lwr_dyn.viewer.run_figures import error_figure
 
 Progress = Callable[[str], None]
 DEFAULT_TIMING = "smooth"
@@ -100,7 +97,9 @@ def reproduce(
     progress("controllers on three plants")
     found = trials(arm, ist_reference(arm, timing))
     progress("plots and replay")
-    _pictures(place, found)
+    own = {name: [t for t in tables if t.arm_angle == LARGEST_MARGIN] for name, tables in errors.items()}
+    nearest = {name: min(tables, key=lambda t: t.distance) for name, tables in own.items()}
+    extras = _pictures(place, arm, found, nearest["table_viii"].run, reports)
     text = "\n\n".join(
         [
             *map(check_line, reports),
@@ -119,38 +118,26 @@ def reproduce(
         "velocity_rows": velocity,
     }
     write_folder(place, {"tables.txt": text + "\n"})
-    own = {name: [t for t in tables if t.arm_angle == LARGEST_MARGIN] for name, tables in errors.items()}
-    nearest = {name: min(tables, key=lambda t: t.distance) for name, tables in own.items()}
     known = {name: error_columns(one, arm) for name, one in nearest.items()}
-    page = shown(arm, found, REPLAYED, reports, nearest["table_viii"].run)
-    return Reproduction(holds, text, record, known, page)
+    return Reproduction(holds, text, record, known, extras)
 
 
-def _pictures(place: Path, found: tuple[ControllerRun, ...]) -> None:
-    """Runs of both controllers on the arm as modelled; figures 4, 6, 7, 9, 10 redrawn, torques, and the replay."""
-    arm = arm_from_paper(open_paper("lwr4plus"))
-    replayed = [t for t in found if t.plant == "as modelled" and t.controller in REPLAYED]
-    runs, labels = [t.run for t in replayed], [t.controller for t in replayed]
+def _pictures(
+    place: Path, arm: Arm, found: tuple[ControllerRun, ...], table_viii: Run, reports: list[Report]
+) -> PageExtras:
+    """Write runs, figures and the replay; what the report page shows of them."""
     for trial in found:
         stem = f"{trial.controller}_{trial.plant.replace(' ', '_').replace('%', 'percent')}"
-        make_folder(place / "runs")
         trial.run.save(place / "runs" / f"{stem}.npz")
-    plots = make_folder(place / "plots")
-    pd, inverse = runs
-    figures = {
-        "figure_06_position_error_pd": position_error_figure([pd], arm, labels[:1]),
-        "figure_07_path_pd": path_figure([pd], arm, labels[:1]),
-        "figure_09_position_error_inverse_dynamics": position_error_figure([inverse], arm, labels[1:]),
-        "figure_09_velocity_error_inverse_dynamics": velocity_error_figure([inverse], arm, labels[1:]),
-        "figure_10_path_inverse_dynamics": path_figure([inverse], arm, labels[1:]),
-        "position_error": position_error_figure(runs, arm, labels),
-        "velocity_error": velocity_error_figure(runs, arm, labels),
-        "torque": torque_figure(runs, arm, labels),
-        "figure_04_path": path_figure(runs, arm, labels),
-    }
-    for name, figure in figures.items():
-        save_figure(figure, plots / f"{name}.png")
-    write_replay(place / "replay.html", runs, arm, labels=labels, title="KUKA LWR 4+ draws IST")
+    replayed = [t for t in found if t.plant == "as modelled" and t.controller in REPLAYED]
+    runs = drawn_runs(arm, replayed, table_viii)
+    drawn = figures(runs)
+    both = {q.replace(" ", "_"): error_figure(runs, (PD, INVERSE), q) for q in ("position error", "velocity error")}
+    for name, figure in (drawn | both).items():
+        save_figure(figure, place / "plots" / name, runs)
+    labels = [t.controller for t in replayed]
+    write_replay(place / "replay.html", [t.run for t in replayed], arm, labels=labels, title="KUKA LWR 4+ draws IST")
+    return page_extras(arm, found, runs, list(drawn.values()), reports)
 
 
 def _record(

@@ -1,8 +1,6 @@
 // The figures: each a plotly.js graph of one or more panels, laid out for the width it has and the colours of the page.
 
 const DASHES = ["solid", "dash"];
-const INK_PALETTE = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#000000", "#7f7f7f"]; // Okabe and Ito's
-const DARK_PALETTE = ["#56b4e9", "#ff8c4a", "#2ed1a2", "#e79bc7", "#3c9ad6", "#f2b63c", "#ffffff", "#a8a8a8"];
 
 // Plotly reads a few tags in its texts; what comes from data must stay text.
 function plainText(text) {
@@ -21,9 +19,9 @@ function withUnit(label, unit) {
 }
 
 class Chart {
-  // `sources` gives the numbers of a curve: {x, y} of arrays.
-  constructor(place, record, sources) {
-    Object.assign(this, { place, record, id: record.id });
+  // `sources` gives the numbers of a curve: {x, y} of arrays; `palettes` are for light and dark pages.
+  constructor(place, record, sources, palettes) {
+    Object.assign(this, { place, record, palettes, id: record.id });
     this.graph = element("div", "graph");
     place.append(this.graph);
     this.panels = record.panels.map((panel) => ({ ...panel, curves: panel.curves.map((curve) => ({ ...curve, ...sources(curve, record) })) }));
@@ -84,11 +82,8 @@ class Chart {
   #figure(width) {
     const sizes = this.#sizes(width), style = getComputedStyle(document.documentElement);
     const ink = (name) => style.getPropertyValue(name).trim();
-    const names = this.legend(), palette = ink("--dark") === "1" ? DARK_PALETTE : INK_PALETTE, byRun = this.#byRun();
-    const colourOf = (curve) => {
-      if (curve.colour === null && byRun && curve.run) return curve.run.asked ? palette[7] : curve.run.colour;
-      return palette[(curve.colour ?? names.indexOf(curve.label)) % palette.length];
-    };
+    const palette = this.palettes[Number(ink("--dark"))];
+    const colourOf = ({ colour, runColour }) => (colour === null ? runColour : palette[colour % palette.length]);
     const seen = new Set();
     const data = this.panels.flatMap((panel, p) => panel.curves.map((curve, c) => {
       const first = !seen.has(curve.label);
@@ -96,14 +91,6 @@ class Chart {
       return this.#trace(panel, p, curve, colourOf(curve), first);
     }));
     return { data, layout: this.#layout(width, sizes, ink) };
-  }
-
-  // Where each run has one curve in a panel, the curve wears the colour of its run, as its arm does.
-  #byRun() {
-    return this.panels.every((panel) => {
-      const runs = panel.curves.filter((curve) => curve.run && !curve.run.asked).map((curve) => curve.run.index);
-      return new Set(runs).size === runs.length;
-    });
   }
 
   #trace(panel, p, curve, colour, first) {
@@ -119,6 +106,7 @@ class Chart {
       text: curve.text.map(plainText),
       line: { color: colour, width: 1.6, dash: DASHES[Number(curve.dashed)] },
       marker: { color: colour, size: 7 },
+      ...(curve.filled ? { fill: "toself", fillcolor: `${colour}26`, hoveron: "points" } : {}),
       xaxis: `x${axis}`, yaxis: `y${axis}`,
       hovertemplate: together
         ? `${point}%{y:.5~g}${unit}<extra>${name}</extra>`

@@ -12,8 +12,9 @@ from typing import Literal, get_args
 from lwr_dyn.arrays import Array
 from lwr_dyn.errors import OptionError
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.run import Run
+from lwr_dyn.tables import Table
 from lwr_dyn.viewer.figures import Figure
+from lwr_dyn.viewer.replayed_runs import ReplayedRun
 
 Verdict = Literal["reproduced", "after erratum", "differs", "not reproducible", ""]
 """Of one printed number; "" for a cell that is only told."""
@@ -103,19 +104,14 @@ class Still:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Replay:
-    """The 3D view: runs with an arm and a label each, and still poses; either may be empty, not both."""
+    """The 3D view: runs, and still poses; either may be empty, not both."""
 
-    runs: tuple[Run, ...] = ()
-    arms: tuple[Arm, ...] = ()
-    labels: tuple[str, ...] = ()
+    runs: tuple[ReplayedRun, ...] = ()
     stills: tuple[Still, ...] = ()
 
     def __post_init__(self) -> None:
         if not (self.runs or self.stills):
             raise OptionError("replay", "no run and no still", "at least one of either")
-        for what, given in (("arms", self.arms), ("labels", self.labels)):
-            if len(given) != len(self.runs):
-                raise OptionError(what, f"{len(given)} for {len(self.runs)} runs", "one per run")
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,24 +126,13 @@ class Check:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class PlainTable:
-    """A table of text; `shades` (one of 0 to 1 per cell but the first column) tint cells, more is darker."""
-
-    title: str
-    columns: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
-    note: str = ""
-    shades: tuple[tuple[float, ...], ...] = ()
-
-
-@dataclass(frozen=True, slots=True, eq=False)
 class Section:
     """Something more to tell: text, tables, figures; stands in the navigation under its title."""
 
     id: str
     title: str
     text: str = ""
-    tables: tuple[PlainTable, ...] = ()
+    tables: tuple[Table, ...] = ()
     figures: tuple[Figure, ...] = ()
 
 

@@ -16,7 +16,7 @@ from lwr_dyn.reproduction.report.ledger import (
 )
 from lwr_dyn.reproduction.report.markup import Html, anchor, element
 from lwr_dyn.reproduction.report.payload import all_figures
-from lwr_dyn.reproduction.report.tables import CLASS, sign, table_html
+from lwr_dyn.reproduction.report.tables import CLASS, printed_table_html, sign
 from lwr_dyn.viewer.page_parts import fill_template, generator_line, resource_text
 
 _HELP = (
@@ -103,7 +103,7 @@ def _tables(page: Page) -> list[Html]:
             "Printed and recomputed",
             element("p", legend, class_="legend"),
             element("p", _HELP, class_="note"),
-            *(table_html(table, known) for table in page.tables),
+            *(printed_table_html(table, known) for table in page.tables),
         )
         if page.tables
         else []

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from lwr_dyn.reproduction.report.content import Check, Erratum, Fact, FileFact, PlainTable, Section
-from lwr_dyn.reproduction.report.markup import Html, anchor, element, raised
+from lwr_dyn.reproduction.report.content import Check, Erratum, Fact, FileFact, Section
+from lwr_dyn.reproduction.report.markup import Html, anchor, element, grid, joined
 from lwr_dyn.reproduction.report.tables import sign
+from lwr_dyn.tables import Table
 from lwr_dyn.viewer.figures import Figure
 
 
@@ -54,46 +55,35 @@ def _status(erratum: Erratum) -> str:
 
 def checks_html(checks: Sequence[Check]) -> Html:
     """Values against what is allowed."""
-    head = element("tr", [element("th", name, scope="col") for name in ("check", "value", "allowed", "outcome")])
     rows = [
-        element(
-            "tr",
-            element("th", check.name, element("small", check.note) if check.note else None, scope="row"),
+        (
+            joined([check.name, element("small", check.note) if check.note else None]),
             element("td", check.value, class_="figure"),
             element("td", check.allowed, class_="figure"),
             element("td", sign("reproduced" if check.holds else "differs"), "holds" if check.holds else "FAILS"),
         )
         for check in checks
     ]
-    grid = element("table", element("thead", head), element("tbody", rows), class_="plain")
-    return element("div", scrolling(grid, "checks"), class_="block")
+    return element("div", grid("checks", ("check", "value", "allowed", "outcome"), rows), class_="block")
 
 
-def plain_table_html(table: PlainTable) -> Html:
-    """A table of text, its cells tinted where it says so."""
-    head = element("tr", [element("th", raised(name), scope="col") for name in table.columns])
-    rows = [element("tr", _plain_cells(row, table.shades[i : i + 1])) for i, row in enumerate(table.rows)]
-    grid = element("table", element("thead", head), element("tbody", rows), class_="plain")
+def table_html(table: Table) -> Html:
+    """A table, its cells tinted where their heading says so."""
+    rows = [
+        [text if shade is None else _tinted(text, shade) for text, shade in zip(cells, shades, strict=True)]
+        for cells, shades in zip(table.cells, table.shades, strict=True)
+    ]
     return element(
         "div",
         element("h3", table.title) if table.title else None,
         element("p", table.note, class_="note") if table.note else None,
-        scrolling(grid, table.title),
+        grid(table.title, (h.title for h in table.columns), rows),
         class_="block",
     )
 
 
-def _plain_cells(row: Sequence[str], shades: Sequence[Sequence[float]]) -> list[Html]:
-    first = [element("th", text, scope="row") for text in row[:1]]
-    if not shades:
-        return [*first, *(element("td", text) for text in row[1:])]
-    tints = [f"--shade: {min(max(shade, 0.0), 1.0):.3f}" for shade in shades[0]]
-    return [*first, *(element("td", t, class_="shaded", style=s) for t, s in zip(row[1:], tints, strict=True))]
-
-
-def scrolling(table: Html, name: str) -> Html:
-    """A table that scrolls sideways by itself where the window is narrow."""
-    return element("div", table, class_="scroll", role="region", tabindex=0, aria_label=f"{name}, scrolls sideways")
+def _tinted(text: str, shade: float) -> Html:
+    return element("td", text, class_="shaded", style=f"--shade: {min(max(shade, 0.0), 1.0):.3f}")
 
 
 def figure_html(figure: Figure) -> Html:
@@ -118,23 +108,20 @@ def section_html(section: Section) -> list[Html]:
     text = [_paragraph(part) for part in section.text.split("\n\n") if part.strip()]
     return [
         element("div", text, class_="prose"),
-        *map(plain_table_html, section.tables),
+        *map(table_html, section.tables),
         *map(figure_html, section.figures),
     ]
 
 
 def files_html(files: Sequence[FileFact]) -> Html:
     """Files with their sizes and hashes."""
-    head = element("tr", [element("th", name, scope="col") for name in ("file", "what", "bytes", "SHA-256")])
     rows = [
-        element(
-            "tr",
-            element("th", file.name, scope="row"),
-            element("td", file.what),
+        (
+            file.name,
+            file.what,
             element("td", f"{file.size:,}".replace(",", "\u202f"), class_="figure"),
             element("td", element("code", file.sha256), class_="hash"),
         )
         for file in files
     ]
-    grid = element("table", element("thead", head), element("tbody", rows), class_="plain")
-    return element("div", scrolling(grid, "files"), class_="block")
+    return element("div", grid("files", ("file", "what", "bytes", "SHA-256"), rows), class_="block")

@@ -1,9 +1,9 @@
-"""HTML from records: an element at a time, and text is escaped unless it is `Html` already."""
+"""HTML from records: an element or a table at a time; text is escaped unless it is `Html` already."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from html import escape
 
 
@@ -28,6 +28,26 @@ def element(tag: str, *children: Child | Iterable[Child], **attributes: Attribut
         _attribute(name, value) for name, value in attributes.items() if value is not None and value is not False
     )
     return Html(f"<{tag}{shown}>{joined(children)}</{tag}>")
+
+
+def grid(
+    name: str, head: Iterable[str], rows: Iterable[Sequence[Child]], class_: str = "plain", **attributes: Attribute
+) -> Html:
+    """A table that scrolls sideways by itself where the window is narrow.
+
+    The first cell of a row is its heading. Other cells are text, or `Html` elements of their own.
+    """
+    top = element("tr", [element("th", raised(text), scope="col") for text in head])
+    lines = [
+        element(
+            "tr",
+            element("th", first, scope="row"),
+            [cell if isinstance(cell, Html) else element("td", cell) for cell in cells],
+        )
+        for first, *cells in rows
+    ]
+    table = element("table", element("thead", top), element("tbody", lines), class_=class_, **attributes)
+    return element("div", table, class_="scroll", role="region", tabindex=0, aria_label=f"{name}, scrolls sideways")
 
 
 def joined(children: Iterable[Child | Iterable[Child]]) -> Html:

@@ -2,19 +2,26 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.errors import OptionError
-from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
 from lwr_dyn.reproduction.report.content import Page, Replay, Still
 from lwr_dyn.viewer import scene
-from lwr_dyn.viewer.figures import Curve, Figure, Panel, Quantity, Series
+from lwr_dyn.viewer.figures import (
+    DARK_PALETTE,
+    PALETTE,
+    Curve,
+    Figure,
+    Panel,
+    Quantity,
+    Series,
+    check_series,
+    run_series,
+)
 from lwr_dyn.viewer.page_parts import generator_line, pack_int32, subsample
 from lwr_dyn.viewer.replay_page import run_record
 from lwr_dyn.viewer.replayed_runs import ReplayedRun, replayed_runs
@@ -27,20 +34,18 @@ _AS_TEXT = 48
 """Shorter curves are written as decimal numbers."""
 _FROM_PLAYER: tuple[Quantity, ...] = ("q", "q_ref", "position error", "tip error")
 """Quantities that the player's own series hold."""
-_AXES = "xyz"
 
 
 def payload(page: Page) -> dict[str, Any]:
     """Runs, stills, arms and figures of a page; raises `OptionError` for a series of no run or joint of the page."""
-    figures = all_figures(page)
+    figures, replay = all_figures(page), page.replay
+    series = [one for figure in figures for curve in figure.curves for one in curve.series]
+    for one in series:
+        check_series(one, replay.runs if replay else ())
     pool: dict[bytes, Array] = {}
-    drawn = [_figure(figure, pool) for figure in figures]
-    data: dict[str, Any] = {"figures": drawn, "numbers": [_numbers(values) for values in pool.values()]}
-    replay = page.replay
-    _check_series(figures, () if replay is None else replay.arms)
-    if replay is not None:
-        data |= _replay(replay, _quantities(figures))
-    return data
+    data: dict[str, Any] = {"figures": [_figure(figure, pool) for figure in figures]}
+    data |= {"numbers": [_numbers(values) for values in pool.values()], "palettes": [PALETTE, DARK_PALETTE]}
+    return data if replay is None else data | _replay(replay, series)
 
 
 def all_figures(page: Page) -> tuple[Figure, ...]:
@@ -48,39 +53,36 @@ def all_figures(page: Page) -> tuple[Figure, ...]:
     return (*page.figures, *(figure for section in page.sections for figure in section.figures))
 
 
-def _replay(replay: Replay, wanted: Mapping[int, list[Quantity]]) -> dict[str, Any]:
-    runs = replayed_runs(replay.runs, replay.arms, replay.labels) if replay.runs else ()
+def _replay(replay: Replay, series: Sequence[Series]) -> dict[str, Any]:
+    """The runs with the series that the player does not hold, the stills, and the arms."""
+    packed = [
+        {
+            name: run_series(one, name)
+            for name in dict.fromkeys(s.quantity for s in series if s.run == i)
+            if name not in _FROM_PLAYER
+        }
+        for i, one in enumerate(replay.runs)
+    ]
     stills = [_still(still) for still in replay.stills]
-    width = [2 * one.arm.n + 2 + sum(_series(one, name)[0].size for name in wanted[i]) for i, one in enumerate(runs)]
-    samples = sum(one.run.t.size * w for one, w in zip(runs, width, strict=True))
-    stride = max(1, -(-samples * 16 // 3 // SERIES_BUDGET))  # four bytes a number, a third more as base64
-    records = [_run(one, stride, wanted[i]) for i, one in enumerate(runs)]
-    commands = [command for i, one in enumerate([*runs, *stills]) for command in scene.arm_commands(one, i)]
+    numbers = sum(
+        one.run.t.size * (2 * one.arm.n + 2) + sum(values.size for values in more.values())
+        for one, more in zip(replay.runs, packed, strict=True)
+    )
+    stride = max(1, -(-numbers * 16 // 3 // SERIES_BUDGET))  # four bytes a number, a third more as base64
+    records = [_run(one, stride, more) for one, more in zip(replay.runs, packed, strict=True)]
+    shapes = [command for i, one in enumerate([*replay.runs, *stills]) for command in scene.arm_commands(one, i)]
     return {
         "runs": records,
         "stills": [run_record(one) | {"note": still.note} for one, still in zip(stills, replay.stills, strict=True)],
-        "scene": commands,
+        "scene": shapes,
         "made_by": generator_line(),
         "start": {"trace": True, "frames": False, "beside": False},
     }
 
 
-def _run(shown: ReplayedRun, stride: int, wanted: Iterable[Quantity]) -> dict[str, Any]:
-    keep = subsample(shown.run.t.size, stride)
-    series = {name: pack_int32(_series(shown, name)[keep]) for name in wanted}
-    return run_record(shown, stride) | {"series": series}
-
-
-def _series(shown: ReplayedRun, name: Quantity) -> Array:
-    """A quantity that the player does not hold, over all samples; joints last where it has joints."""
-    run = shown.run
-    if name.startswith(("flange ", "reference ")):
-        pose = shown.pose if name.startswith("flange") else shown.pose_ref
-        return np.asarray(pose[:, _AXES.index(name[-1]), 3])
-    if name == "velocity error":
-        return np.asarray(run.dq_ref - run.dq)
-    field = {"torque": "tau_applied", "friction": "tau_friction"}.get(name, name)
-    return np.asarray(getattr(run, field))
+def _run(one: ReplayedRun, stride: int, more: Mapping[Quantity, Array]) -> dict[str, Any]:
+    keep = subsample(one.run.t.size, stride)
+    return run_record(one, stride) | {"series": {name: pack_int32(values[keep]) for name, values in more.items()}}
 
 
 def _still(still: Still) -> ReplayedRun:
@@ -89,30 +91,6 @@ def _still(still: Still) -> ReplayedRun:
     nothing, zero = np.zeros_like(q), np.zeros(1)
     run = Run(zero, q, nothing, q, nothing, nothing, nothing, nothing, zero, {})
     return replayed_runs([run], still.arm, [still.label])[0]
-
-
-def _check_series(figures: Iterable[Figure], arms: tuple[Arm, ...]) -> None:
-    for series in _all_series(figures):
-        if not 0 <= series.run < len(arms):
-            raise OptionError("run of a series", series.run, f"0 to {len(arms) - 1}" if arms else "no run on this page")
-        if series.joint is not None and not 0 <= series.joint < arms[series.run].n:
-            raise OptionError("joint of a series", series.joint, f"0 to {arms[series.run].n - 1}")
-
-
-def _quantities(figures: Iterable[Figure]) -> defaultdict[int, list[Quantity]]:
-    """What has to be packed beside the player's series, run by run."""
-    found = defaultdict[int, list[Quantity]](list)
-    for series in _all_series(figures):
-        if series.quantity not in (*_FROM_PLAYER, *found[series.run]):
-            found[series.run].append(series.quantity)
-    return found
-
-
-def _all_series(figures: Iterable[Figure]) -> Iterator[Series]:
-    for figure in figures:
-        for panel in figure.panels:
-            for curve in panel.curves:
-                yield from (one for one in (curve.x, curve.y) if isinstance(one, Series))
 
 
 def _figure(figure: Figure, pool: dict[bytes, Array]) -> dict[str, Any]:
@@ -124,21 +102,21 @@ def _figure(figure: Figure, pool: dict[bytes, Array]) -> dict[str, Any]:
         "over_time": figure.over_time,
         "equal": figure.equal_aspect,
         "columns": figure.columns,
-        "panels": [_panel(panel, pool) for panel in figure.panels],
+        "panels": [_panel(figure, panel, pool) for panel in figure.panels],
     }
 
 
-def _panel(panel: Panel, pool: dict[bytes, Array]) -> dict[str, Any]:
+def _panel(figure: Figure, panel: Panel, pool: dict[bytes, Array]) -> dict[str, Any]:
     return {
         "title": panel.title,
         "y_label": panel.y_label,
         "y_unit": panel.y_unit,
-        "curves": [_curve(curve, pool) for curve in panel.curves],
+        "curves": [_curve(figure, curve, pool) for curve in panel.curves],
         "levels": [[level.label, level.value, level.axis] for level in panel.levels],
     }
 
 
-def _curve(curve: Curve, pool: dict[bytes, Array]) -> dict[str, Any]:
+def _curve(figure: Figure, curve: Curve, pool: dict[bytes, Array]) -> dict[str, Any]:
     size = 1 if isinstance(curve.y, Series) else curve.y.size
     keep = subsample(size, -(-size // LARGEST_CURVE))
     kept = [value if value is None or isinstance(value, Series) else value[keep] for value in (curve.x, curve.y)]
@@ -148,7 +126,8 @@ def _curve(curve: Curve, pool: dict[bytes, Array]) -> dict[str, Any]:
         "y": _source(kept[1], pool),
         "style": curve.style,
         "dashed": curve.dashed,
-        "colour": curve.colour,
+        "colour": figure.colour(curve),
+        "filled": curve.is_filled,
         "text": [curve.text[i] for i in keep] if curve.text else [],
     }
 

@@ -42,7 +42,7 @@ function curveSources(data) {
       x: at(curve.x) ?? times,
       y: at(curve.y),
       t: curve.x !== null && !plot.over_time ? times : null,
-      run: run && { index: curve.y.run, colour: run.record.colour, asked: /^reference|_ref$/.test(curve.y.of) },
+      runColour: run?.record.colour,
     };
   };
 }
@@ -232,7 +232,7 @@ async function startReport() {
   const player = await startPlayer(data), clock = clockOf(player), sources = curveSources(data);
   const places = new Map([...document.querySelectorAll(".plot")].map((place) => [place.dataset.plot, place]));
   await runPacked("plotly");
-  const charts = data.figures.map((record) => new Chart(places.get(record.id), record, sources));
+  const charts = data.figures.map((record) => new Chart(places.get(record.id), record, sources, data.palettes));
   const drawing = new Drawing(charts);
   charts.forEach((chart) => new Overlay(chart, clock));
   printing(drawing, player);

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence, Set
 
 from lwr_dyn.reproduction.report.content import Cell, ReportTable, Row, Verdict
-from lwr_dyn.reproduction.report.markup import Html, anchor, element, joined, raised
+from lwr_dyn.reproduction.report.markup import Html, anchor, element, grid, joined, raised
 
 CLASS: dict[Verdict, str] = {
     "reproduced": "reproduced",
@@ -25,30 +25,26 @@ def sign(verdict: Verdict) -> Html | None:
     return element("svg", use, class_=f"sign {CLASS[verdict]}", viewBox="0 0 16 16", aria_hidden="true")
 
 
-def table_html(table: ReportTable, errata: Set[str]) -> Html:
+def printed_table_html(table: ReportTable, errata: Set[str]) -> Html:
     """A table with its heading; `errata` are the ids that are on the page."""
     name = anchor("table", table.id)
     unit = f" [{raised(table.unit)}]" if table.unit else ""
-    head = element("tr", element("th", table.row_heading, scope="col"), [_heading(c) for c in table.columns])
-    body = [_row(table, row, errata) for row in table.rows]
-    grid = element("table", element("thead", head), element("tbody", body), class_="printed", aria_labelledby=name)
+    rows = [
+        (
+            row.label,
+            *(_cell(c, f"{row.label}, {column}", errata) for c, column in zip(row.cells, table.columns, strict=True)),
+        )
+        for row in table.rows
+    ]
+    head = (table.row_heading, *table.columns)
     return element(
         "section",
         element("h3", table.title, element("span", f"{table.where}{unit}", class_="where"), id=name),
         element("p", table.note, class_="note") if table.note else None,
-        element("div", grid, class_="scroll", role="region", tabindex=0, aria_label=f"{table.title}, scrolls sideways"),
+        grid(table.title, head, rows, "printed", aria_labelledby=name),
         _how(table),
         class_="block",
     )
-
-
-def _heading(column: str) -> Html:
-    return element("th", raised(column), scope="col")
-
-
-def _row(table: ReportTable, row: Row, errata: Set[str]) -> Html:
-    cells = [_cell(cell, f"{row.label}, {name}", errata) for cell, name in zip(row.cells, table.columns, strict=True)]
-    return element("tr", element("th", row.label, scope="row"), cells)
 
 
 def _cell(cell: Cell, place: str, errata: Set[str]) -> Html:

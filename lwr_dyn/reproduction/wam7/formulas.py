@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from lwr_dyn.arrays import Array
 from lwr_dyn.errors import MissingDataError
 from lwr_dyn.model.arm import JointGains
 from lwr_dyn.model.friction.models import FRICTIONLESS
@@ -51,13 +52,17 @@ def caption_acceleration(_: PaperCase, block: ResultBlock) -> dict[str, Any]:
     return {"ddq_c": [(q_f - q_i) / (t_c * (t_f - t_c))]}
 
 
+def caption_motion(case: PaperCase) -> tuple[Array, dict[str, Array]]:
+    """Times [s], and q, dq and ddq [rad, rad/s, rad/s^2] of the LSPB that Figure 4's caption describes."""
+    q_i, q_f, t_f, t_c = (float(case.block("caption_4").printed[name]) for name in ("q_i", "q_f", "t_f", "t_c"))
+    t, sign = np.linspace(0.0, t_f, 701), np.sign(q_f - q_i)
+    way = lspb(abs(q_f - q_i), t_f, t_c).at(t)
+    return t, {"position": q_i + sign * way.s, "velocity": sign * way.ds, "acceleration": sign * way.dds}
+
+
 def figure_4(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
     """Least and most of q, dq and ddq of the caption's LSPB"""
-    q_i, q_f, t_f, t_c = (float(case.block("caption_4").printed[name]) for name in ("q_i", "q_f", "t_f", "t_c"))
-    way = lspb(abs(q_f - q_i), t_f, t_c).at(np.linspace(0.0, t_f, 701))
-    sign = np.sign(q_f - q_i)
-    curves = {"position": q_i + sign * way.s, "velocity": sign * way.ds, "acceleration": sign * way.dds}
-    return {name: [curve.min(), curve.max()] for name, curve in curves.items()}
+    return {name: [curve.min(), curve.max()] for name, curve in caption_motion(case)[1].items()}
 
 
 def covered(case: PaperCase, _: ResultBlock) -> dict[str, Any]:

@@ -6,30 +6,15 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+from lwr_dyn.checks.verdict import Report
 from lwr_dyn.files import make_folder, write_folder
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.run import Run
 from lwr_dyn.papers.assembly import arm_from_paper
 from lwr_dyn.papers.catalog import open_paper
 from lwr_dyn.reproduction.checked_models import check_line, check_record, models_and_checks
-from lwr_dyn.reproduction.outcome import Reproduction
-from lwr_dyn.reproduction.report.friction_figures import (
-    friction_law_figure,
-    joint_error_figure,
-    register_figure,
-    timing_figure,
-)
-from lwr_dyn.reproduction.wam7.page import shown
-from lwr_dyn.reproduction.wam7.runs import (
-    BLEND,
-    DURATION,
-    GRAVITIES,
-    START,
-    CruiseError,
-    Experiment,
-    cruises,
-    experiments,
-)
+from lwr_dyn.reproduction.outcome import PageExtras, Reproduction
+from lwr_dyn.reproduction.wam7.figures import drawn_runs, figures, page_extras, runs_of_joints
+from lwr_dyn.reproduction.wam7.runs import GRAVITIES, CruiseError, Experiment, cruises, experiments
 from lwr_dyn.reproduction.wam7.text import (
     cruises_text,
     figure_7_holds,
@@ -38,12 +23,10 @@ from lwr_dyn.reproduction.wam7.text import (
     runs_text,
     verdict,
 )
-from lwr_dyn.trajectory.references.joint_moves import lspb_move
 from lwr_dyn.viewer.plots import save_figure
 from lwr_dyn.viewer.replay_page import write_replay
 
 Progress = Callable[[str], None]
-Series = dict[str, list[Run]]
 
 
 def reproduce(folder: str | Path, progress: Progress = lambda _: None) -> Reproduction:
@@ -58,7 +41,7 @@ def reproduce(folder: str | Path, progress: Progress = lambda _: None) -> Reprod
     made = experiments(arm, progress)
     found = cruises(arm, made)
     progress("plots and replay")
-    alone, together = _pictures(place, arm, made)
+    extras = _pictures(place, arm, made, reports)
     text = "\n\n".join(
         [
             *map(check_line, reports),
@@ -74,8 +57,7 @@ def reproduce(folder: str | Path, progress: Progress = lambda _: None) -> Reprod
     record |= {"cruises": [_cruise(c) for c in found], "runs": [_run(e) for e in made]}
     write_folder(place, {"tables.txt": text + "\n"})
     settled = [1e3 * c.mean for c in found if c.side > 0 and c.gravity == GRAVITIES[0] and c.stable]
-    page = shown(arm, made, alone, together, reports)
-    return Reproduction(holds, text, record, {"settled": {"error": settled}}, page)
+    return Reproduction(holds, text, record, {"settled": {"error": settled}}, extras)
 
 
 def findings_text(found: Sequence[CruiseError]) -> str:
@@ -88,37 +70,19 @@ def findings_text(found: Sequence[CruiseError]) -> str:
     return "\n".join(["Findings: the friction takes more damping than kd gives, a limit cycle", *lines])
 
 
-def _pictures(place: Path, arm: Arm, made: Sequence[Experiment]) -> tuple[Series, Series]:
-    """Figures and replay; the runs that they show, by label."""
-    plots, runs = make_folder(place / "plots"), make_folder(place / "runs")
+def _pictures(place: Path, arm: Arm, made: Sequence[Experiment], reports: Sequence[Report]) -> PageExtras:
+    """Write runs, figures and the replay; what the report page shows of them."""
+    plots, folder = make_folder(place / "plots"), make_folder(place / "runs")
     for e in made:
         stem = e.name.replace(" +", "_up").replace(" -", "_down").replace(", ", "_").replace(" ", "_")
-        e.run.save(runs / f"{stem}.npz")
-    names = arm.joint_names
-
-    def chosen(joints: Sequence[int | None], friction: bool) -> list[Run]:
-        wanted = {e.joint: e.run for e in made if e.friction == friction and e.side > 0 and e.gravity == GRAVITIES[0]}
-        return [wanted[joint] for joint in joints]
-
-    alone = {label: chosen(range(arm.n), on) for label, on in (("with friction", True), ("without", False))}
-    together = {label: chosen([None] * arm.n, on) for label, on in (("with friction", True), ("without", False))}
-    up, down = ((q_1, *START[1:]) for q_1 in (0.55, 0.05))
-    figures = {
-        "figure_4_lspb": timing_figure(
-            lspb_move(arm, up, down, duration=DURATION, blend=BLEND), 0, "LSPB from 0.55 to 0.05 rad"
-        ),
-        "figure_5_register": register_figure(alone["with friction"][0], 0, "joint 1 rotated by 0.5 rad"),
-        "figure_6_friction_maps": friction_law_figure(arm.friction_models(), names),
-        "figure_7_errors_one_at_a_time": joint_error_figure(alone, names, "one joint at a time"),
-        "figure_8_errors_all_together": joint_error_figure(together, names, "all joints together"),
-    }
-    for name, figure in figures.items():
-        save_figure(figure, plots / f"{name}.png")
-    replayed = [together["with friction"][0], together["without"][0]]
-    write_replay(
-        place / "replay.html", replayed, arm, labels=list(together), title="Barrett WAM, all joints, 0.5 rad in 7 s"
-    )
-    return alone, together
+        e.run.save(folder / f"{stem}.npz")
+    alone, together = (runs_of_joints(arm, made, alone) for alone in (True, False))
+    runs, drawn = drawn_runs(arm, alone, together), figures(arm, alone, together)
+    for name, figure in drawn.items():
+        save_figure(figure, plots / name, runs)
+    title = "Barrett WAM, all joints, 0.5 rad in 7 s"
+    write_replay(place / "replay.html", [one.run for one in runs[:2]], arm, labels=list(together), title=title)
+    return page_extras(arm, made, runs, list(drawn.values()), reports)
 
 
 def _cruise(c: CruiseError) -> dict[str, Any]:

@@ -8,13 +8,13 @@ from lwr_dyn.reproduction.report.content import (
     Erratum,
     FileFact,
     Page,
-    PlainTable,
     Replay,
     ReportTable,
     Row,
     Section,
     Still,
 )
+from lwr_dyn.tables import Heading, Table
 from lwr_dyn.viewer.figures import Curve, Figure, Level, Panel, Series
 
 HOSTILE = "</script><img src=x onerror=\"window.broken=1\"><svg onload='window.broken=1'>${1}@@data@@&amp;<b>"
@@ -107,7 +107,8 @@ def map_plot(name=""):
 
 def report(arm, runs, name="", stills=True):
     """A page of every kind of part; `name` is put into every text."""
-    spread = PlainTable("Spread" + name, ("plant" + name, "a", "b"), (("printed" + name, "1.0", "2.0"),), "", ((0, 1),))
+    tinted = [Heading(column, format=".1f", shade=lambda value: value - 1.0) for column in "ab"]
+    spread = Table("Spread" + name, ("plant" + name, *tinted), (("printed" + name, 1.0, 2.0),))
     told = Section("spread", "Model spread" + name, "What holds.\n\nAnd why." + name, (spread,), (map_plot(name),))
     pose = Still("Figure 2" + name, arm, np.zeros(arm.n), "DH frames, arm stretched up" + name)
     return Page(

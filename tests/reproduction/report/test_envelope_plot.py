@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+from lwr_dyn.reproduction.report.envelope_plot import closed_outlines, envelope_figure
 
 import lwr_dyn
 from lwr_dyn.errors import OptionError, ShapeError
 from lwr_dyn.kinematics.envelope import working_envelope
-from lwr_dyn.reproduction.report.envelope_plot import closed_outlines, envelope_figure
 from lwr_dyn.viewer.plots import figure_bytes
 
 POINT = {"point": (0.091, -1.139, 1.222)}

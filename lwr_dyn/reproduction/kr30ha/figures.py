@@ -1,0 +1,105 @@
+"""The KR 30 HA's working envelope (Figures 3 and 4), its movement, and what else its report page shows."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from lwr_dyn.arrays import Array, fixed_array
+from lwr_dyn.checks.verdict import Report
+from lwr_dyn.kinematics.envelope import Envelope, EnvelopeArc, working_envelope
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.reproduction.kr30ha.points import RightPoint
+from lwr_dyn.reproduction.outcome import PageExtras
+from lwr_dyn.reproduction.pages import audit_of, checks_of
+from lwr_dyn.reproduction.report.content import Replay, Still
+from lwr_dyn.viewer.figures import Curve, Figure, Panel, Series
+from lwr_dyn.viewer.replayed_runs import ReplayedRun
+from lwr_dyn.viewer.run_figures import torque_figure
+
+TOUCH = 1e-6
+"""[m] Ends of arcs this near to each other are one corner of the outline."""
+
+
+def figures(arm: Arm, right: Sequence[RightPoint], runs: Sequence[ReplayedRun]) -> dict[str, tuple[Figure, ...]]:
+    """File -> figures side by side: both views of the envelope, axes and torques of the first run."""
+    torque = replace(torque_figure(runs, (0,)), title="Torques of the movement, estimated masses")
+    curves = tuple(Curve(name, Series(0, "q", j, 180.0 / np.pi)) for j, name in enumerate(arm.joint_names))
+    panels = (Panel("", "axis", "deg", curves),)
+    movement = Figure("movement", "Axes over the movement", "", "time", "s", panels, over_time=True)
+    points = {p.name: p.wrist_mm / 1e3 for p in right}
+    return {"envelope": envelope_figures(arm, points), "movement": (movement,), "torque": (torque,)}
+
+
+def envelope_figures(arm: Arm, points: Mapping[str, ArrayLike] | None = None) -> tuple[Figure, Figure]:
+    """Where the wrist centre can stand, side and top view [m], with points of the base.
+
+    Parameters
+    ----------
+    arm : Arm
+        Standing on its axis 1; raises as `working_envelope`.
+    points : mapping of name to (3,) array_like, optional
+        Wrist centres in the base [m]; in the side view at their distance from axis 1. Raises `ShapeError`.
+    """
+    envelope = working_envelope(arm)
+    names = tuple(points or {})
+    places = np.array([fixed_array(name, (points or {})[name], (3,)) for name in names]).reshape(-1, 3)
+    edges = [Curve("envelope", loop[:, 1], loop[:, 0], colour=0, is_filled=True) for loop in closed_outlines(envelope)]
+    turn = np.linspace(arm.lower[0], arm.upper[0], 181)
+    ring = Curve("reach", -envelope.reach * np.sin(turn), envelope.reach * np.cos(turn), is_filled=True)
+    low, up = np.degrees(turn[[0, -1]])
+
+    def view(title: str, height: str, outline: Sequence[Curve], x: Array, y: Array) -> tuple[Panel]:
+        centres = [Curve("wrist centre", y, x, "points", text=names)] if names else []
+        return (Panel(title, height, "m", (*outline, *centres)),)
+
+    side = view("section at any A1", "z", edges, np.hypot(*places[:, :2].T), places[:, 2])
+    top = view(f"{arm.joint_names[0]} from {low:g} to {up:g} deg", "y", [ring], places[:, 0], places[:, 1])
+    note = f"reach {1e3 * envelope.reach:.1f} mm, volume {envelope.volume:.3f} m^3"
+    return (
+        Figure("figure-3", "Working envelope, side view", "Figure 3", "distance from axis 1", "m", side,
+               equal_aspect=True, note=note),
+        Figure("figure-4", "Working envelope, top view", "Figure 4", "x", "m", top, equal_aspect=True),
+    )  # fmt: skip
+
+
+def closed_outlines(envelope: Envelope) -> tuple[Array, ...]:
+    """The outline as closed polygons (m, 2) of (r, z) [m], joined along axis 1 where it is open there."""
+    left = list(envelope.outline)
+    loops: list[Array] = []
+    while left:
+        here: EnvelopeArc | None = next((arc for arc in left if abs(arc.point(arc.start)[0]) < TOUCH), left[0])
+        points: list[Array] = []
+        while here is not None:
+            left.remove(here)
+            points.append(here.points())
+            here = _next(here, left)
+        loops.append(np.concatenate([*points, points[0][:1]]))
+    return tuple(loops)
+
+
+def _next(arc: EnvelopeArc, others: Sequence[EnvelopeArc]) -> EnvelopeArc | None:
+    """The arc that starts where this one ends."""
+    end = arc.point(arc.end)
+    return next((other for other in others if math.dist(other.point(other.start), end) < TOUCH), None)
+
+
+def page_extras(
+    arm: Arm,
+    right: Sequence[RightPoint],
+    runs: Sequence[ReplayedRun],
+    drawn: Sequence[Figure],
+    reports: Sequence[Report],
+) -> PageExtras:
+    """The figures beside the replay, frames (Figure 5) and elbow up (Figure 6) as stills, checks and audits."""
+    stills = (
+        Still("Figure 5: DH frames, A = 0", arm, np.zeros(arm.n), "the arm stretched out, KUKA's zero"),
+        Still("mastering", arm, np.array(arm.mastering), "A = (0, -90, 90, 0, 0, 0) deg"),
+        *(Still(f"Figure 6: {p.name}, elbow up", arm, p.q, "flange there with A = B = C = 0") for p in right[:2]),
+    )
+    audits = audit_of((one.label, one.run) for one in runs)
+    return PageExtras(tuple(drawn), Replay(tuple(runs), stills), checks_of(reports), audits)

@@ -1,0 +1,81 @@
+"""The LWR 4+ paper's figures from both controllers' runs on IST, and what else its report page shows."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from lwr_dyn.checks.verdict import Report
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.run import Run
+from lwr_dyn.reproduction.lwr4plus.runs import ControllerRun
+from lwr_dyn.reproduction.outcome import PageExtras
+from lwr_dyn.reproduction.pages import audit_of, checks_of
+from lwr_dyn.reproduction.report.content import Replay, Section, Still
+from lwr_dyn.tables import Heading, Table
+from lwr_dyn.viewer.figures import Figure
+from lwr_dyn.viewer.replayed_runs import ReplayedRun, replayed_runs
+from lwr_dyn.viewer.run_figures import error_figure, path_figure, torque_figure
+
+PD, INVERSE, DROOP = 0, 1, 2
+"""Places of the runs that are drawn: both controllers on the arm as modelled, and what Table VIII seems to be of."""
+AS_TABLE_VIII = "inverse dynamics, g and feed-forward left out"
+ASSUMED = "timing, tool orientation and arm angle are not printed: assumed here"
+
+
+def drawn_runs(arm: Arm, replayed: Sequence[ControllerRun], table_viii: Run) -> tuple[ReplayedRun, ...]:
+    """PD control, inverse dynamics, and the run that Table VIII seems to be of."""
+    labels = [*(t.controller for t in replayed), AS_TABLE_VIII]
+    return replayed_runs([*(t.run for t in replayed), table_viii], arm, labels)
+
+
+def figures(runs: Sequence[ReplayedRun]) -> dict[str, Figure]:
+    """File -> figure: Figures 4, 6, 7, 9 and 10 of the paper, and torques."""
+
+    def like(figure: Figure, name: str, title: str, where: str, note: str = "") -> Figure:
+        return replace(figure, id=name, title=title, where=where, note=note)
+
+    position, velocity = (error_figure(runs, (DROOP, INVERSE), q) for q in ("position error", "velocity error"))
+    return {
+        "figure_04_path": like(path_figure(runs, (PD, INVERSE)), "figure-4", "Trajectory to be implemented", "Fig. 4"),
+        "figure_06_position_error_pd": like(
+            error_figure(runs, (PD,)), "figure-6", "Position error, decentral", "Fig. 6", ASSUMED
+        ),
+        "figure_07_path_pd": like(path_figure(runs, (PD,)), "figure-7", "Trajectory obtained, decentralised", "Fig. 7"),
+        "figure_09_position_error_inverse_dynamics": like(
+            position, "figure-9a", "Position error, central", "Fig. 9", ASSUMED
+        ),
+        "figure_09_velocity_error_inverse_dynamics": like(velocity, "figure-9b", "Velocity error, central", "Fig. 9"),
+        "figure_10_path_inverse_dynamics": like(
+            path_figure(runs, (INVERSE, DROOP)), "figure-10", "Trajectory obtained, centralised", "Fig. 10"
+        ),
+        "torque": torque_figure(runs, (PD, INVERSE)),
+    }
+
+
+def page_extras(
+    arm: Arm,
+    found: Sequence[ControllerRun],
+    runs: Sequence[ReplayedRun],
+    drawn: Sequence[Figure],
+    reports: Sequence[Report],
+) -> PageExtras:
+    """The figures beside the replay, Figure 2 as a still, checks, audits and the controllers' ranking."""
+    still = Still("Fig. 2: frames, arm stretched up", arm, np.zeros(arm.n), "q = 0, DH frames of every link")
+    audits = audit_of((f"{t.controller}, {t.plant}", t.run) for t in found)
+    sections = (Section("controllers", "Wrong models", "", (_ranking(found),)),)
+    return PageExtras(tuple(drawn), Replay(tuple(runs), (still,)), checks_of(reports), audits, sections)
+
+
+def _ranking(found: Sequence[ControllerRun]) -> Table:
+    """Every controller on every plant."""
+    measured = [(t, t.metrics) for t in sorted(found, key=lambda t: (t.plant, t.metrics.tip_rms_mm))]
+    rows = [
+        (t.plant, t.controller, m.tip_rms_mm, m.tip_max_mm, max(m.torque_use), max(m.speed_use)) for t, m in measured
+    ]
+    errors = [Heading(name, "mm", ".4g") for name in ("tip RMS", "tip max")]
+    shares = [Heading(name, format=".0%") for name in ("torque", "speed")]
+    title = "Controllers on IST; they believe in the arm as modelled"
+    return Table(title, ("plant", "controller", *errors, *shares), rows)

@@ -1,0 +1,112 @@
+"""Figures 4 to 8 of the WAM paper, of its motion with friction and without, and what else its report page shows."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from lwr_dyn.checks.verdict import Report
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.friction.models import FRICTIONLESS
+from lwr_dyn.model.run import Run
+from lwr_dyn.reproduction.outcome import PageExtras
+from lwr_dyn.reproduction.pages import audit_of, checks_of
+from lwr_dyn.reproduction.report.content import Replay, Still
+from lwr_dyn.reproduction.rooms import room
+from lwr_dyn.reproduction.wam7.formulas import caption_motion
+from lwr_dyn.reproduction.wam7.runs import GRAVITIES, Experiment
+from lwr_dyn.viewer.figures import Curve, Figure, Level, Panel
+from lwr_dyn.viewer.replayed_runs import ReplayedRun, replayed_runs
+from lwr_dyn.viewer.run_figures import register_figure
+
+EVERY = 10
+"""Of the samples at 1 kHz one in ten is drawn where curves are given as numbers."""
+MAP_END = 0.4
+"""[rad/s] Up to here Table 1 was identified."""
+GAINS = "the gains are the manufacturer's, not the paper's"
+FRICTION = {"with friction": True, "without": False}
+REGISTER = 2
+"""Place of the run of Figure 5 among those that are drawn."""
+RunsOfJoints = Mapping[str, Sequence[Run]]
+"""With friction and without: a run per joint."""
+
+
+def runs_of_joints(arm: Arm, made: Sequence[Experiment], alone: bool) -> RunsOfJoints:
+    """The runs that Figure 7 (each joint alone) or Figure 8 (all together) shows of each joint."""
+    chosen = {(e.joint, e.friction): e.run for e in made if e.side > 0 and e.gravity == GRAVITIES[0]}
+    return {label: [chosen[j if alone else None, on] for j in range(arm.n)] for label, on in FRICTION.items()}
+
+
+def drawn_runs(arm: Arm, alone: RunsOfJoints, together: RunsOfJoints) -> tuple[ReplayedRun, ...]:
+    """All joints with friction and without, and joint 1 alone."""
+    labels = [*(f"all joints, {name}" for name in together), "joint 1 alone, with friction"]
+    return replayed_runs([*(runs[0] for runs in together.values()), alone["with friction"][0]], arm, labels)
+
+
+def figures(arm: Arm, alone: RunsOfJoints, together: RunsOfJoints) -> dict[str, Figure]:
+    """File -> figure."""
+    register = replace(
+        register_figure(REGISTER, 0), id="figure-5", title="Register of joint 1 turned by 0.5 rad", where="Figure 5",
+        note=GAINS,
+    )  # fmt: skip
+    return {
+        "figure_4_lspb": _lspb(),
+        "figure_5_register": register,
+        "figure_6_friction_maps": _friction_maps(arm),
+        "figure_7_errors_one_at_a_time": _errors("7", "one joint at a time", arm, alone),
+        "figure_8_errors_all_together": _errors("8", "all joints together", arm, together),
+    }
+
+
+def page_extras(
+    arm: Arm,
+    made: Sequence[Experiment],
+    runs: Sequence[ReplayedRun],
+    drawn: Sequence[Figure],
+    reports: Sequence[Report],
+) -> PageExtras:
+    """The figures beside the replay, Figure 1 as a still, checks and audits."""
+    still = Still("Figure 1: Denavit-Hartenberg frames, q = 0", arm, np.zeros(arm.n))
+    audits = audit_of((e.name, e.run) for e in made)
+    return PageExtras(tuple(drawn), Replay(tuple(runs), (still,)), checks_of(reports), audits)
+
+
+def _lspb() -> Figure:
+    """With the signs of the erratum, under which the motion lies within the figure's axes."""
+    case = room("wam7").evidence.case("figure4-acceleration")
+    t, motion = caption_motion(case)
+    panels = []
+    for (name, values), unit in zip(motion.items(), ("rad", "rad/s", "rad/s^2"), strict=True):
+        low, high = case.numbers("figure_4", name)
+        levels = (Level("axis in print", low), Level("axis in print", high))
+        note = f"axis in print from {low:g} to {high:g}"
+        panels.append(Panel(name, name, unit, (Curve("LSPB", values, t),), levels, note))
+    q = motion["position"]
+    title = f"LSPB from {q[0]:.2f} to {q[-1]:.2f} rad"
+    return Figure("figure-4", title, "Figure 4", "time", "s", tuple(panels), over_time=True)
+
+
+def _friction_maps(arm: Arm) -> Figure:
+    v = np.linspace(0.0, MAP_END, 81)[1:]
+    speeds = np.concatenate([-v[::-1], [0.0], v])
+    panels = []
+    for model, joint in zip(arm.friction_models(), arm.joint_names, strict=True):
+        friction = model or FRICTIONLESS
+        torque = friction.torque(speeds)
+        torque[v.size] = np.nan
+        rest = Curve("at rest, anything between", np.array(friction.breakaway), np.zeros(2))
+        panels.append(Panel(joint, "friction", "N m", (Curve("Table 1", torque, speeds), rest)))
+    title = "Friction-velocity maps of Table 1"
+    return Figure("figure-6", title, "Figure 6", "velocity", "rad/s", tuple(panels), columns=2)
+
+
+def _errors(number: str, which: str, arm: Arm, series: RunsOfJoints) -> Figure:
+    panels = []
+    for j, joint in enumerate(arm.joint_names):
+        shown = {label: runs[j] for label, runs in series.items()}
+        curves = [Curve(label, 1e3 * (run.q_ref - run.q)[::EVERY, j], run.t[::EVERY]) for label, run in shown.items()]
+        panels.append(Panel(joint, "position error", "mrad", tuple(curves)))
+    title, name = f"Position error, {which}", f"Figure {number}"
+    return Figure(f"figure-{number}", title, name, "time", "s", tuple(panels), over_time=True, columns=2, note=GAINS)
