@@ -1,5 +1,7 @@
-"""The plots: the curves are the run's numbers, the limits are drawn, the bytes are always the same."""
+"""PNG and SVG: curves, levels and names are drawn, always as the same bytes; Matplotlib is imported only then."""
 
+import subprocess
+import sys
 from dataclasses import replace
 
 import matplotlib
@@ -7,49 +9,80 @@ import numpy as np
 import pytest
 
 from lwr_dyn.errors import FileAccessError, OptionError
-from lwr_dyn.kinematics.forward import forward_kinematics
-from lwr_dyn.model.arm import JointLimits
-from lwr_dyn.viewer import plots
+from lwr_dyn.viewer.figures import PALETTE, Curve, Figure, Level, Panel, Series
+from lwr_dyn.viewer.plots import draw, figure_bytes, save_figure
+from lwr_dyn.viewer.replayed_runs import RUN_COLOURS, replayed_runs
+from lwr_dyn.viewer.run_figures import error_figure, path_figure, torque_figure
 
-FIGURES = (plots.position_error_figure, plots.velocity_error_figure, plots.torque_figure, plots.path_figure)
-
-
-def lines_of(figure, k):
-    return [np.asarray(line.get_ydata()) for axes in figure.axes for line in axes.lines if len(line.get_ydata()) == k]
+X = np.linspace(-1.0, 1.0, 20)
 
 
-def test_error_curves_are_ref_minus_actual_in_thousandths(arm, two_runs):
-    for make, names in ((plots.position_error_figure, "q"), (plots.velocity_error_figure, "dq")):
-        drawn = lines_of(make(two_runs, arm), 3001)
-        asked = [getattr(run, f"{names}_ref") - getattr(run, names) for run in two_runs]
-        np.testing.assert_array_equal(drawn, [1e3 * error[:, j] for error in asked for j in range(7)])
+@pytest.fixture(scope="module")
+def runs(arm, two_runs):
+    return replayed_runs(two_runs, arm, ["first", "second"])
 
 
-def test_torque_panels_draw_both_limits_and_say_when_there_is_none(arm, two_runs):
-    blind = replace(arm, limits=(*arm.limits[:6], JointLimits()))
-    panels = plots.torque_figure(two_runs, blind).axes
-    for panel, limit in zip(panels, blind.limits, strict=False):
-        broken = sorted(float(line.get_ydata()[0]) for line in panel.lines if line.get_linestyle() == "--")
-        assert broken == ([] if limit.effort is None else [-limit.effort, limit.effort])
-    assert "limit not known" in panels[6].get_title("left")
-    np.testing.assert_array_equal(panels[2].lines[0].get_ydata(), two_runs[0].tau_applied[:, 2])
+def lines_of(drawing):
+    return [line for axes in drawing.axes for line in axes.lines if not line.get_label().startswith("_")]
 
 
-def test_path_is_drawn_in_the_plane_asked_for(arm, two_runs):
-    figure = plots.path_figure(two_runs, arm, plane="xz")
-    points = forward_kinematics(arm.chain, two_runs[1].q)[:, :3, 3]
-    drawn = figure.axes[0].lines[-1]
-    np.testing.assert_allclose(np.column_stack([drawn.get_xdata(), drawn.get_ydata()]), points[:, [0, 2]])
-    assert figure.axes[0].get_xlabel() == "x [m]"
-    with pytest.raises(OptionError, match="plane: 'zy'; allowed: xy, xz, yz"):
-        plots.path_figure(two_runs, arm, plane="zy")
+def names_of(drawing):
+    return [text.get_text() for text in drawing.subfigs[0].legends[0].get_texts()]
 
 
-@pytest.mark.parametrize("make", FIGURES, ids=lambda make: make.__name__)
-def test_same_runs_give_the_same_bytes_whatever_the_settings(arm, two_runs, make):
+def test_every_curve_of_a_figure_is_drawn_with_its_numbers_and_colour(runs):
+    figure = torque_figure(runs)
+    drawing = draw(figure, runs)
+    for line, curve in zip(lines_of(drawing), figure.curves, strict=True):
+        np.testing.assert_array_equal(line.get_xydata(), np.column_stack(curve.points(runs)))
+        assert line.get_color() == RUN_COLOURS[curve.y.run]
+    assert names_of(drawing) == ["first", "second"]
+    assert [one.get_color() for one in lines_of(draw(error_figure(runs), runs))] == 2 * [*PALETTE[:7]]
+
+
+def test_levels_titles_and_units(runs):
+    first, *_, last, empty = draw(torque_figure(runs), runs).axes
+    broken = sorted(line.get_ydata()[0] for line in first.lines if line.get_linestyle() == "--")
+    assert broken == [-176.0, 176.0]
+    assert first.get_title("left") == "joint_1 (limit 176 N m)"
+    assert (first.get_ylabel(), first.get_xlabel(), last.get_xlabel()) == ("torque [N m]", "", "time [s]")
+    assert not empty.get_visible()
+
+
+def test_many_curves_are_named_at_the_side_and_a_note_stands_under_the_title(runs):
+    drawing = draw(replace(error_figure(runs), note="assumed"), runs)
+    assert names_of(drawing) == list(runs[0].arm.joint_names)
+    assert drawing.subfigs[0].get_suptitle() == "Position errors of the joints\nassumed"
+    assert drawing.subfigs[0].legends[0]._outside_loc
+
+
+def test_numbers_points_gaps_fills_and_levels_across():
+    curves = (
+        Curve("law", np.where(X > 0.5, np.nan, X), X, dashed=True, is_filled=True),
+        Curve("measured", X, X, "points", colour=5),
+        Curve("places", X[:2], X[:2], "points", text=("a", "b")),
+    )
+    panel = Panel("p", "y", "m", curves, (Level("v", 0.5, "x"),))
+    drawing = draw(Figure("f", "f", "", "x", "m", (panel,), equal_aspect=True))
+    law, measured, *places = lines_of(drawing)
+    assert (law.get_linestyle(), measured.get_marker(), measured.get_color()) == ("--", "o", PALETTE[5])
+    assert [(one.get_label(), one.get_color()) for one in places] == [
+        ("a, places", PALETTE[0]),
+        ("b, places", PALETTE[1]),
+    ]
+    assert len(drawing.axes[0].patches) == 1
+    assert [0.5, 0.5] in [list(line.get_xdata()) for line in drawing.axes[0].lines]
+
+
+def test_figures_stand_side_by_side_each_with_its_title(runs):
+    drawing = draw([path_figure(runs), torque_figure(runs)], runs)
+    assert [part.get_suptitle() for part in drawing.subfigs] == ["Path of the flange", "Torques and their limits"]
+
+
+@pytest.mark.parametrize("make", [error_figure, torque_figure, path_figure], ids=lambda make: make.__name__)
+def test_same_runs_give_the_same_bytes_whatever_the_settings(runs, make):
     def both():
-        figure = make(two_runs, arm)
-        return plots.figure_bytes(figure, "png"), plots.figure_bytes(figure, "svg")
+        return tuple(figure_bytes(make(runs), kind, runs) for kind in ("png", "svg"))
 
     png, svg = both()
     with matplotlib.rc_context({"font.size": 20.0, "axes.facecolor": "pink", "lines.linewidth": 5.0}):
@@ -58,13 +91,36 @@ def test_same_runs_give_the_same_bytes_whatever_the_settings(arm, two_runs, make
     assert b"<svg" in svg
 
 
-def test_save_writes_both_kinds_and_leaves_the_settings(arm, two_runs, tmp_path):
+def test_save_writes_both_kinds_and_leaves_the_settings(runs, tmp_path):
     before = dict(matplotlib.rcParams)
-    written = plots.save_figure(plots.path_figure(two_runs, arm), tmp_path / "path.png")
+    written = save_figure(path_figure(runs), tmp_path / "path.png", runs)
     assert [path.name for path in written] == ["path.png", "path.svg"]
     assert all(path.stat().st_size > 1000 for path in written)
     assert dict(matplotlib.rcParams) == before
     with pytest.raises(FileAccessError):
-        plots.save_figure(plots.path_figure(two_runs, arm), tmp_path / "none" / "path")
+        save_figure(path_figure(runs), tmp_path / "none" / "path", runs)
     with pytest.raises(OptionError, match="pdf"):
-        plots.figure_bytes(plots.path_figure(two_runs, arm), "pdf")
+        figure_bytes(path_figure(runs), "pdf", runs)
+
+
+def test_a_series_of_no_run_is_refused():
+    panel = Panel("", "y", "", (Curve("c", Series(0, "q", 0)),))
+    with pytest.raises(OptionError, match="no run is shown"):
+        draw(Figure("f", "f", "", "t", "s", (panel,)))
+
+
+def test_matplotlib_is_imported_only_to_draw_and_its_absence_names_the_extra():
+    program = """
+import sys
+sys.modules["matplotlib"] = None
+from lwr_dyn.errors import MissingPackageError
+from lwr_dyn.reproduction.wam7 import study
+from lwr_dyn.identification import command
+from lwr_dyn.viewer import plots, run_figures
+try:
+    plots.figure_bytes(run_figures.register_figure(0, 0), "png")
+except MissingPackageError as fault:
+    print(fault)
+"""
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "matplotlib is not installed; install it with: pip install 'lwr_dyn[plots]'"

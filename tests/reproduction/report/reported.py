@@ -16,6 +16,7 @@ from lwr_dyn.reproduction.report.content import (
 )
 from lwr_dyn.tables import Heading, Table
 from lwr_dyn.viewer.figures import Curve, Figure, Level, Panel, Series
+from lwr_dyn.viewer.replayed_runs import replayed_runs
 
 HOSTILE = "</script><img src=x onerror=\"window.broken=1\"><svg onload='window.broken=1'>${1}@@data@@&amp;<b>"
 CONTROLLERS = ("pd-gravity", "inverse-dynamics")
@@ -119,7 +120,7 @@ def report(arm, runs, name="", stills=True):
         tables=(inertia_table(name),),
         errata=errata(name),
         figures=run_plots(arm, name),
-        replay=Replay(tuple(runs), (arm,) * len(runs), tuple(c + name for c in CONTROLLERS), (pose,) if stills else ()),
+        replay=Replay(replayed_runs(runs, arm, [c + name for c in CONTROLLERS]), (pose,) if stills else ()),
         checks=(Check("mass matrix" + name, "1.2e-15", "1e-12 of the largest" + name, True, "two roads" + name),),
         audit=(Check("energy", "3e-3 J", "1e-3 J", False),),
         sections=(told,),

@@ -14,6 +14,7 @@ from lwr_dyn.reproduction.report.content import Cell, Page, Replay, ReportTable,
 from lwr_dyn.reproduction.report.page import report_html
 from lwr_dyn.reproduction.report.payload import payload
 from lwr_dyn.viewer.figures import Curve, Figure, Panel, Series
+from lwr_dyn.viewer.replayed_runs import replayed_runs
 from tests.reproduction.report.reported import inertia_table, report
 from tests.viewer.replayed import lagging_run
 
@@ -31,16 +32,9 @@ def plot_of(*curves):
     [
         (lambda: Cell("1", verdict="fine"), "verdict: 'fine'; allowed: reproduced, after erratum"),
         (lambda: ReportTable("t", "t", "", ("a", "b"), (Row("r", (Cell("1"),)),)), "row 'r': 1 cells; allowed: 2"),
-        (lambda: Series(0, "speed"), "quantity: 'speed'"),
-        (lambda: Series(0, "q"), "joint of 'q': None"),
-        (lambda: Series(0, "tip error", 1), "joint of 'tip error': 1"),
-        (lambda: Curve("c", TWO), "y as numbers, x not"),
-        (lambda: Curve("c", Series(0, "q", 0), Series(1, "q", 0)), "a series of the same run"),
-        (lambda: Curve("c", TWO, np.zeros(3)), r"x of shape \(3,\), y of shape \(2,\)"),
-        (lambda: Curve("c", TWO, TWO, text=("one",)), "1 names; allowed: one per point"),
         (lambda: Replay(), "no run and no still"),
         (lambda: Page("p", tables=(inertia_table(), inertia_table())), "ids of a page: IV more than once"),
-        (lambda: report_html(Page("p", figures=(plot_of(Curve("c", Series(0, "q", 0))),))), "no run on this page"),
+        (lambda: report_html(Page("p", figures=(plot_of(Curve("c", Series(0, "q", 0))),))), "no run is shown"),
     ],
 )  # fmt: skip
 def test_what_cannot_be_shown_is_told(make, said):
@@ -49,7 +43,7 @@ def test_what_cannot_be_shown_is_told(make, said):
 
 
 def test_series_of_a_joint_that_is_not_there(arm, two_runs):
-    page = Page("p", figures=(plot_of(Curve("c", Series(0, "q", 7))),), replay=Replay(two_runs[:1], (arm,), ("a",)))
+    page = Page("p", figures=(plot_of(Curve("c", Series(0, "q", 7))),), replay=Replay(replayed_runs(two_runs[:1], arm)))
     with pytest.raises(OptionError, match="joint of a series: 7; allowed: 0 to 6"):
         report_html(page)
 
