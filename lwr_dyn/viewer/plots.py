@@ -30,6 +30,7 @@ _STYLE = {
     "lines.linewidth": 1.1,
     "lines.markersize": 4.0,
     "axes.grid": True,
+    "axes.axisbelow": True,
     "grid.color": "#dee2e6",
     "grid.linewidth": 0.6,
     "axes.spines.top": False,
@@ -45,6 +46,8 @@ _MARKS = {"line": "-", "points": "o", "both": "-o"}
 _DPI = 150
 _AT_THE_SIDE = 5
 """So many curves and more are named at the side."""
+_LETTERS = 12
+"""In an inch of a legend."""
 
 
 def save_figure(figures: Figure | Sequence[Figure], path: str | Path, runs: Runs = ()) -> tuple[Path, Path]:
@@ -110,7 +113,7 @@ def _size(figure: Figure) -> tuple[float, float]:
     if figure.equal_aspect:
         return 6.4 * columns, 6.4 * rows
     if columns > 1:
-        return 9.0, 1.0 + (1.55 if figure.over_time else 2.1) * rows
+        return 9.0, 1.0 + 2.05 * rows
     return 9.0 if len(figure.labels) >= _AT_THE_SIDE else 6.4, 1.1 + (2.5 if rows < 3 else 1.65) * rows
 
 
@@ -127,7 +130,8 @@ def _draw_figure(place: FigureBase, figure: Figure, runs: Runs) -> None:
         one.set_xlabel(_with_unit(figure.x_label, figure.x_unit))
     place.suptitle("\n".join(text for text in (figure.title, figure.note) if text))
     named = {name: mark for one in axes for mark, name in zip(*one.get_legend_handles_labels(), strict=True)}
-    where: dict[str, Any] = {"loc": "outside lower center", "ncols": len(named)}
+    in_a_row = min(len(named), int(_LETTERS * _size(figure)[0] / (max(map(len, named)) + 8)))
+    where: dict[str, Any] = {"loc": "outside lower center", "ncols": in_a_row}
     if len(named) >= _AT_THE_SIDE:
         where = {"loc": "outside right upper"}
     place.legend(list(named.values()), list(named), **where)
