@@ -1,67 +1,68 @@
-"""BAS, the subprogram that sets speeds, blends, tool and base from numbers and from PDAT_ACT, LDAT_ACT, FDAT_ACT."""
+"""BAS, KUKA's subprogram that sets speeds, blends, tool and base: from a number, or PDAT_ACT, LDAT_ACT, FDAT_ACT."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
-from lwr_dyn.krl.controller import Controller
-from lwr_dyn.krl.values import HaltError, Many, Struct, filled, null_frame
+from lwr_dyn.krl.controller import ControllerState
+from lwr_dyn.krl.diagnostics import ExecutionError
+from lwr_dyn.krl.values import ArrayValue, StructValue, array_of, null_frame
 
 
-def bas(c: Controller, command: str, value: float) -> None:
-    """BAS(#command, value); raises `HaltError` for a value it cannot take."""
-    act = _BAS.get(command)
-    if act is None:
-        raise HaltError("not-modelled", f"BAS(#{command}) is not modelled", f"modelled: {', '.join(_BAS)}")
-    act(c, value)
+def bas(c: ControllerState, command: str, value: float) -> None:
+    """Execute BAS(#command, value); raises `ExecutionError`."""
+    function = _BAS.get(command)
+    if function is None:
+        raise ExecutionError("not-modelled", f"BAS(#{command}) is not modelled", f"modelled: {', '.join(_BAS)}")
+    function(c, value)
 
 
-def _set_axes(c: Controller, name: str, percent: float) -> None:
+def _set_axes(c: ControllerState, name: str, percent: float) -> None:
     """All six axes of `$VEL_AXIS` or `$ACC_AXIS` [%]."""
-    c.slots[name].value = filled("INT", [round(percent)] * 6)
-    c.written(name)
+    c.variables[name].value = array_of("INT", [round(percent)] * 6)
+    c.note_speed(name)
 
 
-def _set_part(c: Controller, name: str, part: str, value: float) -> None:
+def _set_part(c: ControllerState, name: str, part: str, value: float) -> None:
     """A component of `$VEL`, `$ACC` or `$APO`."""
-    whole = c.slots[name].value
-    assert isinstance(whole, Struct)
+    whole = c.variables[name].value
+    assert isinstance(whole, StructValue)
     whole.parts[part] = float(value)
-    c.written(name)
+    c.note_speed(name)
 
 
-def _set_frame(c: Controller, name: str, table: str, number: float) -> None:
+def _set_frame(c: ControllerState, name: str, table: str, number: float) -> None:
     """`$TOOL` or `$BASE` from TOOL_DATA or BASE_DATA; number 0 is the null frame."""
     if int(number) == 0:
-        c.slots[name].value = null_frame()
+        c.variables[name].value = null_frame()
         return
-    slot = c.slot(table)
-    data = slot.value if slot is not None else None
-    frame = data.items.get((int(number),)) if isinstance(data, Many) else None
-    if not isinstance(frame, Struct):
+    variable = c.variable(table)
+    data = variable.value if variable is not None else None
+    frame = data.items.get((int(number),)) if isinstance(data, ArrayValue) else None
+    if not isinstance(frame, StructValue):
         hint = f"assign {table}[{int(number)}], or lend it with --with '$config.dat'"
-        raise HaltError("no-value", f"{table}[{int(number)}] has no value", hint)
-    c.slots[name].value = Struct("FRAME", dict(frame.parts))
+        raise ExecutionError("no-value", f"{table}[{int(number)}] has no value", hint)
+    c.variables[name].value = StructValue("FRAME", dict(frame.parts))
 
 
-def _act_part(c: Controller, name: str, part: str, default: float) -> float:
+def _act_part(c: ControllerState, name: str, part: str, default: float) -> float:
     """A number of PDAT_ACT, LDAT_ACT or FDAT_ACT."""
-    slot = c.slot(name)
-    whole = slot.value if slot is not None else None
-    value = whole.parts.get(part) if isinstance(whole, Struct) else None
+    variable = c.variable(name)
+    whole = variable.value if variable is not None else None
+    value = whole.parts.get(part) if isinstance(whole, StructValue) else None
     return float(value) if isinstance(value, int | float) else default
 
 
-def _initmov(c: Controller, _: float) -> None:
+def _initmov(c: ControllerState, _: float) -> None:
     c.initialise()
 
 
-def _frames(c: Controller, _: float = 0.0) -> None:
+def _frames(c: ControllerState, _: float = 0.0) -> None:
     _set_frame(c, "$TOOL", "TOOL_DATA", _act_part(c, "FDAT_ACT", "TOOL_NO", 0.0))
     _set_frame(c, "$BASE", "BASE_DATA", _act_part(c, "FDAT_ACT", "BASE_NO", 0.0))
 
 
-def _ptp_params(c: Controller, value: float) -> None:
+def _ptp_params(c: ControllerState, value: float) -> None:
     _set_axes(c, "$VEL_AXIS", value)
     _set_axes(c, "$ACC_AXIS", _act_part(c, "PDAT_ACT", "ACC", 100.0))
     _set_part(c, "$APO", "CPTP", min(_act_part(c, "PDAT_ACT", "APO_DIST", 0.0), 100.0))
@@ -69,14 +70,14 @@ def _ptp_params(c: Controller, value: float) -> None:
     _frames(c)
 
 
-def _cp_params(c: Controller, value: float) -> None:
+def _cp_params(c: ControllerState, value: float) -> None:
     _set_part(c, "$VEL", "CP", value)
-    _set_part(c, "$ACC", "CP", c.settings.acc_cp * _act_part(c, "LDAT_ACT", "ACC", 100.0) / 100.0)
+    _set_part(c, "$ACC", "CP", c.machine.acc_cp * _act_part(c, "LDAT_ACT", "ACC", 100.0) / 100.0)
     _set_part(c, "$APO", "CDIS", _act_part(c, "LDAT_ACT", "APO_DIST", 0.0))
     _frames(c)
 
 
-_BAS: dict[str, Callable[[Controller, float], None]] = {
+_BAS: dict[str, Callable[[ControllerState, float], None]] = {
     "INITMOV": _initmov,
     "VEL_PTP": lambda c, v: _set_axes(c, "$VEL_AXIS", v),
     "ACC_PTP": lambda c, v: _set_axes(c, "$ACC_AXIS", v),
@@ -88,6 +89,6 @@ _BAS: dict[str, Callable[[Controller, float], None]] = {
     "CP_PARAMS": _cp_params,
     "FRAMES": _frames,
     "PTP_DAT": lambda c, v: _ptp_params(c, _act_part(c, "PDAT_ACT", "VEL", 100.0)),
-    "CP_DAT": lambda c, v: _cp_params(c, _act_part(c, "LDAT_ACT", "VEL", c.settings.vel_cp)),
+    "CP_DAT": lambda c, v: _cp_params(c, _act_part(c, "LDAT_ACT", "VEL", c.machine.vel_cp)),
     "EX_BASE": lambda c, v: None,
 }

@@ -1,4 +1,4 @@
-"""`lwr-dyn krl`: KUKA programs written from a task file, checked, and run on a robot's model."""
+"""`lwr-dyn krl`: write KUKA programs from a task file, check them, and run them on a robot's model."""
 
 from __future__ import annotations
 
@@ -13,27 +13,26 @@ from lwr_dyn.cli.options import print_json
 from lwr_dyn.errors import FileAccessError
 from lwr_dyn.files import check_writable
 from lwr_dyn.front import load
-from lwr_dyn.krl.check import check_program
-from lwr_dyn.krl.diagnosis import holds, summary
-from lwr_dyn.krl.given import given_values
-from lwr_dyn.krl.job import job_program, read_job
+from lwr_dyn.krl.controller import MachineData
+from lwr_dyn.krl.diagnostics import has_no_error, summary
+from lwr_dyn.krl.evaluate import input_values
+from lwr_dyn.krl.point_program import generate_program, read_point_program
 from lwr_dyn.krl.program import load_program
-from lwr_dyn.krl.run import ProgramRun, run_program
-from lwr_dyn.krl.settings import Settings
+from lwr_dyn.krl.run import ProgramRun, check_program, run_program
 from lwr_dyn.tables import aligned
 
-_WORLD = (
+_SHARED_OPTIONS = (
     click.option("--robot", default="kr30ha", show_default=True, help="A robot with KUKA's axes."),
-    click.option("--with", "lent", multiple=True, help="A file that lends names: $config.dat, another .src."),
-    click.option("--set", "given", multiple=True, metavar="NAME=VALUE", help="An input or variable: $IN[3]=TRUE."),
+    click.option("--with", "included", multiple=True, help="A file to include: $config.dat, another .src."),
+    click.option("--set", "settings", multiple=True, metavar="NAME=VALUE", help="An input or variable: $IN[3]=TRUE."),
     click.option("--ramp", default=0.4, show_default=True, help="Assumed: seconds to rated speed."),
-    click.option("--steps", default=200_000, show_default=True, help="Statements carried out at most."),
+    click.option("--steps", default=200_000, show_default=True, help="Statements executed at most."),
     click.option("--seconds", default=3600.0, show_default=True, help="Simulated time at most."),
 )
 
 
-def _world(command: Any) -> Any:
-    for option in reversed(_WORLD):
+def _shared_options(command: Any) -> Any:
+    for option in reversed(_SHARED_OPTIONS):
         command = option(command)
     return command
 
@@ -50,11 +49,11 @@ def command() -> None:
 def write(task: str, robot: str, out: str | None) -> None:
     """Write a .src and .dat from TASK, a TOML file of points; Status and Turn are the model's."""
     arm = load(robot)
-    job = read_job(task, arm)
-    target = Path(out or f"{job.name}.src")
-    if target.suffix != ".src" or target.stem != job.name:
-        raise FileAccessError(str(target), "another name than the task's", f"a path that ends in {job.name}.src")
-    program = job_program(job, arm)
+    points = read_point_program(task, arm)
+    target = Path(out or f"{points.name}.src")
+    if target.suffix != ".src" or target.stem != points.name:
+        raise FileAccessError(str(target), "another name than the task's", f"a path that ends in {points.name}.src")
+    program = generate_program(points, arm)
     check_writable(target)
     program.source.save(target)
     if program.data is not None:
@@ -64,32 +63,32 @@ def write(task: str, robot: str, out: str | None) -> None:
 
 @command.command("check")
 @click.argument("file")
-@_world
+@_shared_options
 @click.option("--no-motion", is_flag=True, help="Language and types only.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object.")
-def check(file: str, robot: str, lent: tuple[str, ...], given: tuple[str, ...], ramp: float, steps: int,
+def check(file: str, robot: str, included: tuple[str, ...], settings: tuple[str, ...], ramp: float, steps: int,
           seconds: float, no_motion: bool, as_json: bool) -> None:  # fmt: skip
     """Diagnose FILE.src with the .dat beside it; exit 1 when there is an error."""
-    program = load_program(file, lent)
-    settings = Settings(ramp=ramp, steps=steps, seconds=seconds)
-    found = check_program(program, None if no_motion else load(robot), settings, given_values(given))
+    program = load_program(file, included)
+    machine = MachineData(ramp=ramp, steps=steps, seconds=seconds)
+    diagnostics = check_program(program, None if no_motion else load(robot), machine, input_values(settings))
     if as_json:
-        print_json({"file": file, "holds": holds(found), "diagnoses": [d.to_json() for d in found]})
+        print_json({"file": file, "holds": has_no_error(diagnostics), "diagnoses": [d.to_json() for d in diagnostics]})
     else:
         folder = Path(file).parent
-        for diagnosis in found:  # a place that editors and terminals can open
-            click.echo(f"{folder}/{diagnosis}" if folder != Path() else str(diagnosis))
-        click.echo(f"{file}: {summary(found)}")
-    sys.exit(0 if holds(found) else 1)
+        for diagnostic in diagnostics:  # a position that editors and terminals can open
+            click.echo(f"{folder}/{diagnostic}" if folder != Path() else str(diagnostic))
+        click.echo(f"{file}: {summary(diagnostics)}")
+    sys.exit(0 if has_no_error(diagnostics) else 1)
 
 
 @command.command("run")
 @click.argument("file")
-@_world
+@_shared_options
 @click.option("--out", help="The run file, .npz.")
 @click.option("--html", help="A page that replays the run.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object.")
-def run(file: str, robot: str, lent: tuple[str, ...], given: tuple[str, ...], ramp: float, steps: int,
+def run(file: str, robot: str, included: tuple[str, ...], settings: tuple[str, ...], ramp: float, steps: int,
         seconds: float, out: str | None, html: str | None, as_json: bool) -> None:  # fmt: skip
     """Run FILE.src on the model: cycle time, a line for each motion, peak speeds, static and dynamic torque."""
     for path, ending in ((out, ".npz"), (html, ".html")):
@@ -98,58 +97,58 @@ def run(file: str, robot: str, lent: tuple[str, ...], given: tuple[str, ...], ra
                 raise FileAccessError(path, f"does not end in {ending}", f"a path that ends in {ending}")
             check_writable(path)
     arm = load(robot)
-    done = run_program(
-        load_program(file, lent), arm, Settings(ramp=ramp, steps=steps, seconds=seconds), given_values(given)
+    result = run_program(
+        load_program(file, included), arm, MachineData(ramp=ramp, steps=steps, seconds=seconds), input_values(settings)
     )
     if out is not None:
-        done.to_run().save(out)
+        result.to_run().save(out)
     if html is not None:
         from lwr_dyn.viewer.replay_page import write_replay
 
-        write_replay(html, [done.to_run()], arm)
+        write_replay(html, [result.to_run()], arm)
     if as_json:
-        print_json(run_record(done))
+        print_json(run_record(result))
     else:
-        click.echo(run_text(done))
+        click.echo(run_text(result))
         for path in filter(None, (out, html)):
             click.echo(f"wrote {path}")
-    sys.exit(0 if holds(done.found) else 1)
+    sys.exit(0 if has_no_error(result.diagnostics) else 1)
 
 
-def run_record(done: ProgramRun) -> dict[str, Any]:
-    """A program's run for programs."""
+def run_record(run: ProgramRun) -> dict[str, Any]:
+    """A run as one JSON object."""
     rows = [
-        {"line": d.place.line, "file": d.place.file, "motion": d.kind, "begin": d.begin, "end": d.end,
-         "blend": d.overlap, "q_deg": np.degrees(d.q), "flange": [p.x_mm, p.y_mm, p.z_mm, p.a_deg, p.b_deg, p.c_deg],
+        {"line": x.position.line, "file": x.position.file, "motion": x.kind, "begin": x.begin, "end": x.end,
+         "blend": x.overlap, "q_deg": np.degrees(x.q), "flange": [p.x_mm, p.y_mm, p.z_mm, p.a_deg, p.b_deg, p.c_deg],
          "s": p.s, "t": p.t}
-        for d, p in zip(done.done, done.poses(), strict=True)
+        for x, p in zip(run.executed, run.poses(), strict=True)
     ]  # fmt: skip
     return {
-        "program": done.program, "robot": done.arm.name, "cycle_time": done.cycle_time, "motions": rows,
-        "peak_speed_deg": np.degrees(done.peak_speeds), "peak_static_torque": np.abs(done.static_torque).max(axis=0),
-        "peak_torque": np.abs(done.torque).max(axis=0), "assumed": done.settings.to_json(),
-        "diagnoses": [d.to_json() for d in done.found],
+        "program": run.program, "robot": run.arm.name, "cycle_time": run.cycle_time, "motions": rows,
+        "peak_speed_deg": np.degrees(run.peak_speeds), "peak_static_torque": np.abs(run.static_torque).max(axis=0),
+        "peak_torque": np.abs(run.torque).max(axis=0), "assumed": run.machine.to_json(),
+        "diagnoses": [d.to_json() for d in run.diagnostics],
     }  # fmt: skip
 
 
-def run_text(done: ProgramRun) -> str:
-    """A program's run for people."""
+def run_text(run: ProgramRun) -> str:
+    """A run as text: its motions, axes and diagnostics."""
     rows = []
-    for d, p in zip(done.done, done.poses(), strict=True):
-        place = [f"{x:.3f}" for x in (p.x_mm, p.y_mm, p.z_mm)] + [f"{x + 0.0:.2f}" for x in (p.a_deg, p.b_deg, p.c_deg)]
-        place = ["0.00" if x == "-0.00" else x for x in place]
-        rows.append((str(d.place.line), d.kind, f"{d.begin:.3f}", f"{d.end:.3f}", *place, f"S {p.s} T {p.t}"))
+    for x, p in zip(run.executed, run.poses(), strict=True):
+        pose = [f"{v:.3f}" for v in (p.x_mm, p.y_mm, p.z_mm)] + [f"{v + 0.0:.2f}" for v in (p.a_deg, p.b_deg, p.c_deg)]
+        pose = ["0.00" if v == "-0.00" else v for v in pose]
+        rows.append((str(x.position.line), x.kind, f"{x.begin:.3f}", f"{x.end:.3f}", *pose, f"S {p.s} T {p.t}"))
     head = ("line", "motion", "from s", "to s", "X mm", "Y mm", "Z mm", "A deg", "B deg", "C deg", "branch")
-    arm, static, dynamic = done.arm, np.abs(done.static_torque).max(axis=0), np.abs(done.torque).max(axis=0)
+    arm, static, dynamic = run.arm, np.abs(run.static_torque).max(axis=0), np.abs(run.torque).max(axis=0)
     axes = [
         (name, f"{np.degrees(v):.1f}", f"{v / most:.0%}", f"{g:.1f}", f"{tau:.1f}")
-        for name, v, most, g, tau in zip(arm.joint_names, done.peak_speeds, arm.velocity, static, dynamic, strict=True)
+        for name, v, most, g, tau in zip(arm.joint_names, run.peak_speeds, arm.velocity, static, dynamic, strict=True)
     ]
-    assumed = f"assumed: {done.settings.ramp:g} s to rated speed; masses of {arm.name} as its data file has them"
+    assumed = f"assumed: {run.machine.ramp:g} s to rated speed; masses of {arm.name} as its data file has them"
     return "\n".join([
-        f"{done.program} on {arm.name}: {done.cycle_time:.3f} s",
+        f"{run.program} on {arm.name}: {run.cycle_time:.3f} s",
         aligned(rows, head),
         aligned(axes, ("axis", "peak deg/s", "of rated", "static N m", "dynamic N m")),
         assumed,
-        *map(str, done.found),
+        *map(str, run.diagnostics),
     ])  # fmt: skip

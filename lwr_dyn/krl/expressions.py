@@ -1,14 +1,22 @@
-"""Expressions of KRL as data. Two expressions are equal when they say the same; `column` (from 1) does not count."""
+"""Expressions of KRL as records; the parser builds them with `RULES`. `column` (from 1) is left out of equality."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TypeAlias
+from typing import Any, TypeAlias
+
+from lwr_dyn.krl.lexer import Token
+
+Nodes = list[Any]
+"""The parts of a rule of `grammar.lark` in order: tokens and records; None for an optional part that is left out."""
+Rules: TypeAlias = dict[str, Callable[[Nodes], Any]]
+"""Rule of `grammar.lark` -> the function that builds its record."""
 
 
 @dataclass(frozen=True, slots=True)
 class Integer:
-    """A whole number; `base` is 10, 2 (`'B010'`) or 16 (`'H1F'`), `digits` how many of them are written."""
+    """A whole number; `base` is 10, 2 (`'B010'`) or 16 (`'H1F'`), `digits` the number of digits written."""
 
     value: int
     base: int = 10
@@ -41,7 +49,7 @@ class Text:
 
 
 @dataclass(frozen=True, slots=True)
-class EnumConstant:
+class EnumLiteral:
     """`#NAME`, without the hash."""
 
     name: str
@@ -75,8 +83,8 @@ class Component:
 
 
 @dataclass(frozen=True, slots=True)
-class Call:
-    """`name(arguments)`; an argument that is left out is None."""
+class FunctionCall:
+    """`name(arguments)`; None for an argument that is left out."""
 
     name: str
     arguments: tuple[Expression | None, ...] = ()
@@ -122,11 +130,47 @@ class Binary:
 
 
 Reference: TypeAlias = "Name | Index | Component"
-Literal: TypeAlias = "Integer | Real | Bool | Text | EnumConstant"
-Expression: TypeAlias = "Literal | Reference | Call | Aggregate | Unary | Binary"
+Literal: TypeAlias = "Integer | Real | Bool | Text | EnumLiteral"
+Expression: TypeAlias = "Literal | Reference | FunctionCall | Aggregate | Unary | Binary"
 
 PRIORITY = {
     ":": 8, "*": 7, "/": 7, "+": 6, "-": 6, "AND": 5, "B_AND": 5, "EXOR": 4, "B_EXOR": 4, "OR": 3, "B_OR": 3,
     "==": 2, "<>": 2, "<": 2, ">": 2, "<=": 2, ">=": 2,
 }  # fmt: skip
 """Operators of two operands: the larger binds first; comparisons bind last, as KUKA's table of priorities has it."""
+
+
+def _optional_list(c: Nodes) -> tuple[Any, ...]:
+    return () if c == [None] else tuple(c)
+
+
+def _bits(token: Token) -> Integer:
+    digits, base = token.text[2:-1], 2 if token.text[1] in "Bb" else 16
+    return Integer(int(digits, base), base, len(digits), token.column)
+
+
+_LITERALS: dict[str, Callable[[Token], Literal]] = {
+    "INTEGER": lambda token: Integer(int(token.text), column=token.column),
+    "BITS": _bits,
+    "DECIMAL": lambda token: Real(float(token.text), token.column),
+    "STRING": lambda token: Text(token.text[1:-1], token.column),
+    "TRUTH": lambda token: Bool(token.text.upper() == "TRUE", token.column),
+    "ENUMERATION": lambda token: EnumLiteral(token.text[1:], token.column),
+}
+RULES: Rules = {
+    "name": lambda c: c[0],
+    "variable": lambda c: Name(c[0].text, c[0].column),
+    "literal": lambda c: _LITERALS[c[0].kind](c[0]),
+    "index": lambda c: Index(c[0], c[1], c[0].column),
+    "indices": _optional_list,
+    "no_indices": lambda c: (),
+    "component": lambda c: Component(c[0], c[1].text, c[1].column),
+    "call": lambda c: FunctionCall(c[0].text, c[1], c[0].column),
+    "arguments": _optional_list,
+    "aggregate": lambda c: Aggregate(tuple(c[2:]), None if c[1] is None else c[1].text, c[0].column),
+    "item": lambda c: Item(c[0].text, c[2], c[1], c[0].column),
+    "sizes": _optional_list,
+    "binary": lambda c: Binary(c[1].text.upper(), c[0], c[2], c[1].column),
+    "composed": lambda c: Binary(":", c[0], c[1], c[1].column),
+    "negated": lambda c: Unary(c[0].text.upper(), c[1], c[0].column),
+}

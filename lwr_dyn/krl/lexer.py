@@ -1,20 +1,17 @@
-"""Words of one line of KRL: keywords in any case, names, numbers, strings, marks; a comment begins with ;."""
+"""Tokens of one line of KRL: keywords in any case, names, numbers, strings, signs; a comment begins with `;`."""
 
 from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from importlib.resources import files
 
+GRAMMAR = files("lwr_dyn.krl").joinpath("grammar.lark").read_text(encoding="ascii")
 LONGEST = 500
-"""Characters of code on one line that are read; a comment may be longer."""
+"""Most characters of code on one line; a comment may be longer."""
 DEEPEST = 100
-"""Operators and opening brackets on one line: what follows may recurse over them."""
+"""Most operators and opening brackets on one line, because later steps recurse over them."""
 
-_WORDS = (
-    "GLOBAL DEF DEFFCT DEFDAT PUBLIC IN OUT INOUT DECL CONST ENUM STRUC SIGNAL TO EXT EXTFCT CA WITH ENDSPLINE WAIT "
-    "SEC FOR IF THEN WHILE UNTIL SWITCH CASE STEP GOTO RETURN INTERRUPT WHEN DO ON OFF ENABLE DISABLE TRIGGER DISTANCE "
-    "PATH ONSTART DELAY PRIO MINIMUM MAXIMUM"
-)
 _GROUPS = {
     "KEYWORD": "END ENDFCT ENDDAT ELSE ENDIF ENDFOR ENDWHILE REPEAT LOOP ENDLOOP EXIT DEFAULT ENDSWITCH HALT CONTINUE "
     "RESUME BRAKE",
@@ -30,11 +27,10 @@ _GROUPS = {
     "AND": "AND B_AND",
     "NOT": "NOT B_NOT",
 }
-KEYWORDS = {word: word for word in _WORDS.split()} | {
-    word: kind for kind, words in _GROUPS.items() for word in words.split()
-}
+_SINGLE = next(re.finditer(r"^%declare (.*)$", GRAMMAR, re.MULTILINE))[1].split()
+KEYWORDS = {word: word for word in _SINGLE} | {word: kind for kind, words in _GROUPS.items() for word in words.split()}
 """Keyword -> the kind of token it is."""
-_MARKS = {
+_SIGNS = {
     ",": "_COMMA", "(": "_LPAR", ")": "_RPAR", "[": "_LSQB", "]": "_RSQB", "{": "BRACE", "}": "_RBRACE", ":": "_COLON",
     "=": "_EQUALS", ".": "_DOT", "+": "PLUSMINUS", "-": "PLUSMINUS", "*": "TIMES", "/": "TIMES", "==": "COMPARE",
     "<>": "COMPARE", "<=": "COMPARE", ">=": "COMPARE", "<": "COMPARE", ">": "COMPARE",
@@ -47,7 +43,7 @@ _TOKEN = re.compile(
     |(?P<NAME>[A-Za-z_$][A-Za-z0-9_$]*)
     |(?P<DECIMAL>(?:[0-9]+\.[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?|[0-9]+[eE][+-]?[0-9]+)
     |(?P<INTEGER>[0-9]+)
-    |(?P<MARK>==|<>|<=|>=|[,()\[\]{}:=.+\-*/<>])
+    |(?P<SIGN>==|<>|<=|>=|[,()\[\]{}:=.+\-*/<>])
     |(?P<ENUMERATION>\#[A-Za-z_$][A-Za-z0-9_$]*)
     |(?P<STRING>"[^"]*")
     |(?P<BITS>'(?:[Bb][01]+|[Hh][0-9A-Fa-f]+)')
@@ -57,7 +53,7 @@ _TOKEN = re.compile(
 
 
 @dataclass(slots=True)
-class Word:
+class Token:
     """A token: its kind as `grammar.lark` names it, its text, its column from 1."""
 
     kind: str
@@ -66,46 +62,43 @@ class Word:
 
 
 class LineError(Exception):
-    """A line that cannot be read: where (column from 1), a code, what, and a hint. Never leaves this room."""
+    """A line with a syntax error: column (from 1), code, message, hint. Used inside this package only."""
 
     def __init__(self, column: int, code: str, message: str, hint: str) -> None:
         super().__init__(message)
         self.column, self.code, self.message, self.hint = column, code, message, hint
 
 
-def tokens_of(text: str) -> tuple[list[Word], int | None]:
+def tokens_of(text: str) -> tuple[list[Token], int | None]:
     """The tokens of a line, and the index where its comment begins; raises `LineError`.
 
     >>> [token.text for token in tokens_of("PTP P1 C_PTP ; go")[0]], tokens_of("PTP P1 C_PTP ; go")[1]
     (['PTP', 'P1', 'C_PTP'], 13)
     """
-    out: list[Word] = []
+    out: list[Token] = []
     at, end = 0, len(text)
     while at < end:
-        found = _TOKEN.match(text, at)
-        if found is None:
-            raise _fault(text, at)
-        kind = found.lastgroup
+        match = _TOKEN.match(text, at)
+        if match is None:
+            raise _bad_character(text, at)
+        kind = match.lastgroup
         if kind == "COMMENT":
             return _checked(out, at), at
         if kind is not None:
-            out.append(_token(kind, found[0], at))
-        at = found.end()
+            out.append(_token(kind, match[0], at))
+        at = match.end()
     return _checked(out, end), None
 
 
-def _token(kind: str, text: str, at: int) -> Word:
+def _token(kind: str, text: str, at: int) -> Token:
     if kind == "NAME":
-        upper = text.upper()
-        known = KEYWORDS.get(upper)
-        if known is not None:
-            return Word(known, text, at + 1)
-    elif kind == "MARK":
-        kind = _MARKS[text]
-    return Word(kind, text, at + 1)
+        kind = KEYWORDS.get(text.upper(), kind)
+    elif kind == "SIGN":
+        kind = _SIGNS[text]
+    return Token(kind, text, at + 1)
 
 
-def _checked(tokens: list[Word], length: int) -> list[Word]:
+def _checked(tokens: list[Token], length: int) -> list[Token]:
     if length > LONGEST:
         hint = f"at most {LONGEST} characters before the comment"
         raise LineError(LONGEST + 1, "long-line", f"the line has {length} characters of code", hint)
@@ -116,7 +109,7 @@ def _checked(tokens: list[Word], length: int) -> list[Word]:
     return tokens
 
 
-def _fault(text: str, at: int) -> LineError:
+def _bad_character(text: str, at: int) -> LineError:
     sign = text[at]
     if sign == '"':
         return LineError(at + 1, "open-string", "a string is not closed", 'close it with "')

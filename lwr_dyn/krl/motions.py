@@ -1,88 +1,89 @@
-"""The motions of a running program, put on the clock one after the other, and the table of what each of them was."""
+"""Moves the arm of a running program: plans one motion after another onto the timeline, and lists them."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.kinematics.kuka_pose import status
+from lwr_dyn.krl import expressions as e
 from lwr_dyn.krl import statements as s
-from lwr_dyn.krl.controller import Controller
-from lwr_dyn.krl.diagnosis import Place
+from lwr_dyn.krl.controller import ControllerState
+from lwr_dyn.krl.diagnostics import ExecutionError, Report, Severity, SourcePosition
 from lwr_dyn.krl.evaluate import Environment, number_of, value_of
-from lwr_dyn.krl.legs import Leg, track_between
-from lwr_dyn.krl.planner import Blend, appended, joint_leg, pose_leg, ptp_flip, tool_pose
-from lwr_dyn.krl.targets import Where, axes_of_point, point_in_world
-from lwr_dyn.krl.timeline import Rest, Timeline
-from lwr_dyn.krl.values import HaltError, Struct, Value, is_axes, pose_matrix, pose_value
+from lwr_dyn.krl.motion_segments import MotionSegment, path_between
+from lwr_dyn.krl.planner import Blend, append_segment, cartesian_segment, ptp_segment, tool_pose, warn_of_flip
+from lwr_dyn.krl.targets import RobotState, axes_of_point, point_in_world
+from lwr_dyn.krl.timeline import Pause, Timeline
+from lwr_dyn.krl.values import StructValue, Value, is_axes, pose_matrix, pose_value
 
 LONGEST_WAIT = 1e7
 """[s]"""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Done:
-    """One motion or pause that was carried out: where it stands, what it was, from when to when, where it ended."""
+class ExecutedMotion:
+    """A motion or pause of a run: the position of its statement, its kind, begin and end [s], the axes at its end."""
 
-    place: Place
+    position: SourcePosition
     kind: str
     begin: float
     end: float
     q: Array
     overlap: float = 0.0
-    """[s] at its beginning, in which the motion before still ended."""
+    """[s] At its beginning, while the motion before it still ends."""
 
 
 @dataclass(slots=True, eq=False)
 class Motions:
-    """Where the arm goes; `advance` says whether the next motion may be begun before the last one has ended."""
+    """The motions of a run; `advance` says whether the next one may begin before the last one has ended."""
 
-    controller: Controller
-    say: Callable[[str, str, str, str], None]
+    controller: ControllerState
+    report: Report
     timeline: Timeline = field(init=False)
-    done: list[Done] = field(default_factory=list)
+    executed: list[ExecutedMotion] = field(default_factory=list)
     blend: Blend | None = None
     advance: bool = True
     kept: bool = False
+    """Whether CONTINUE keeps the advance run for this statement."""
     count: int = 0
     unmodelled: set[str] = field(default_factory=set)
 
     def __post_init__(self) -> None:
         self.timeline = Timeline(self.controller.arm)
 
-    def move(self, env: Environment, x: s.Move, place: Place) -> None:
-        """Plan one motion; raises `HaltError`."""
+    def move(self, env: Environment, x: s.Move, position: SourcePosition) -> None:
+        """Plan one motion; raises `ExecutionError`."""
         first = self.count == 0
         self.count += 1
-        self._speed_set(x, first)
+        self._check_speed_set(x)
         kind = x.kind.removeprefix("S").removesuffix("_REL")
         if kind not in ("PTP", "LIN", "CIRC"):
-            raise HaltError("not-modelled", f"{x.kind} is not modelled", "PTP, LIN, CIRC, SPTP, SLIN, SCIRC are")
+            raise ExecutionError("not-modelled", f"{x.kind} is not modelled", "PTP, LIN, CIRC, SPTP, SLIN, SCIRC are")
         point = self._point(env, x.target, x)
         if kind == "PTP":
-            leg, q = self._ptp(point, first)
+            segment, q = self._ptp(point, first)
         else:
             through = None if x.auxiliary is None else self._point(env, x.auxiliary, x)
             angle = None if x.angle is None else float(np.radians(number_of(env, x.angle, "CA")))
-            leg, q = self._in_space(point, through, angle, first)
+            segment, q = self._cartesian(point, through, angle, first)
         if q is not None:
-            self._put(x, place, leg, q)
+            self._append(x, position, segment, q)
 
-    def wait(self, seconds: float, place: Place) -> None:
-        """Stand still; raises `HaltError` for a time that makes no sense."""
+    def wait(self, seconds: float, position: SourcePosition) -> None:
+        """Add a pause; raises `ExecutionError` for one that is too long."""
         self.stop_advance()
         if not seconds <= LONGEST_WAIT:
-            raise HaltError("number-range", f"WAIT SEC {seconds:g}", f"at most {LONGEST_WAIT:g} s")
+            raise ExecutionError("number-range", f"WAIT SEC {seconds:g}", f"at most {LONGEST_WAIT:g} s")
         q = self.controller.q
         if seconds > 0.0 and q is not None:
-            entry = self.timeline.add(Rest(q, seconds))
-            self.done.append(Done(place, "WAIT", entry.begin, entry.end, q))
+            item = self.timeline.add(Pause(q, seconds))
+            self.executed.append(ExecutedMotion(position, "WAIT", item.begin, item.end, q))
 
     def stop_advance(self) -> None:
-        """The program looks at the world: what is moving ends first, unless CONTINUE stands before."""
+        """Let the motion end before the program goes on, unless CONTINUE stands before the statement."""
         if not self.kept:
             self.advance = False
 
@@ -91,112 +92,108 @@ class Motions:
         self.kept = True
 
     def note_unmodelled(self, name: str) -> None:
-        """A subprogram of the controller that moves nothing here."""
+        """Report, once, a subprogram of the controller that is not modelled."""
         if name not in self.unmodelled and not name.startswith("IR_STOP"):
             self.unmodelled.add(name)
-            self.say("note", "not-modelled", f"{name} is not carried out", "")
+            self.report("note", "not-modelled", f"{name} is not carried out", "")
 
-    def _point(self, env: Environment, target: object, x: s.Move) -> Value:
-        value = value_of(env, target)  # type: ignore[arg-type]
-        return self._relative(value, x) if x.kind.endswith("_REL") else value
+    def _point(self, env: Environment, target: e.Expression, x: s.Move) -> Value:
+        value = value_of(env, target)
+        return self._absolute(value, x) if x.kind.endswith("_REL") else value
 
-    def _relative(self, value: Value, x: s.Move) -> Value:
-        """The absolute point of a relative one: axes and components add to where the arm stands, #TOOL composes."""
-        now = self._now(axes=isinstance(value, Struct) and is_axes(value))
-        if not isinstance(value, Struct):
-            raise HaltError("type", "a relative motion to what is no structure", "{X 10} or {A1 10}")
+    def _absolute(self, value: Value, x: s.Move) -> Value:
+        """The absolute point of a relative one: axes and components are added, in #TOOL poses are multiplied."""
+        now = self._now(axes=isinstance(value, StructValue) and is_axes(value))
+        if not isinstance(value, StructValue):
+            raise ExecutionError("type", "a relative motion to what is no structure", "{X 10} or {A1 10}")
         if not is_axes(value) and x.frame is not None and x.frame.upper() == "TOOL":
-            step = Struct("FRAME", {**dict.fromkeys("XYZABC", 0.0), **value.parts})
+            step = StructValue("FRAME", {**dict.fromkeys("XYZABC", 0.0), **value.parts})
             return pose_value(pose_matrix(now, "where the arm stands") @ pose_matrix(step, "the step"), "FRAME")
         parts = dict(now.parts)
-        for name, step_ in value.parts.items():
+        for name, change in value.parts.items():
             before = parts.get(name, 0.0)
-            if isinstance(before, int | float) and isinstance(step_, int | float):
-                parts[name] = before + step_
+            if isinstance(before, int | float) and isinstance(change, int | float):
+                parts[name] = before + change
         if not is_axes(value):
             parts = {name: parts[name] for name in "XYZABC"}
-        return Struct(now.type if is_axes(value) else "FRAME", parts)
+        return StructValue(now.type if is_axes(value) else "FRAME", parts)
 
-    def _now(self, axes: bool) -> Struct:
-        found = self.controller.position("$AXIS_ACT" if axes else "$POS_ACT")
-        if self.controller.q is None or not isinstance(found, Struct):
-            raise HaltError("first-motion", "a relative motion before the arm stands anywhere", "begin with a full PTP")
-        return found
+    def _now(self, axes: bool) -> StructValue:
+        now = self.controller.position("$AXIS_ACT" if axes else "$POS_ACT")
+        if self.controller.q is None or not isinstance(now, StructValue):
+            message = "a relative motion before the arm stands anywhere"
+            raise ExecutionError("first-motion", message, "begin with a full PTP")
+        return now
 
-    def _where(self) -> Where:
+    def _robot(self) -> RobotState:
         c = self.controller
         pose = None if c.q is None else c.position("$POS_ACT")
-        return Where(c.arm, c.q, c.base, c.tool, pose if isinstance(pose, Struct) else None)
+        return RobotState(c.arm, c.q, c.base, c.tool, pose if isinstance(pose, StructValue) else None)
 
-    def _ptp(self, point: Value, first: bool) -> tuple[Leg | None, Array | None]:
+    def _ptp(self, point: Value, first: bool) -> tuple[MotionSegment | None, Array | None]:
+        """The segment (None without motion) and the axes at its end (None where they are unknown)."""
         c = self.controller
-        q = axes_of_point(self._where(), point, first, self.say)
-        if q is None:
-            return None, None
-        if c.q is None:
+        q = axes_of_point(self._robot(), point, first, self.report)
+        if q is None or c.q is None:
             return None, q
-        if isinstance(point, Struct) and not is_axes(point):
-            ptp_flip(c.arm, c.q, q, self.say)
-        return joint_leg(c.arm, c.q, q, c.speeds()), q
+        if isinstance(point, StructValue) and not is_axes(point):
+            warn_of_flip(c.arm, c.q, q, self.report)
+        return ptp_segment(c.arm, c.q, q, c.speeds()), q
 
-    def _in_space(
+    def _cartesian(
         self, point: Value, through: Value | None, angle: float | None, first: bool
-    ) -> tuple[Leg | None, Array | None]:
+    ) -> tuple[MotionSegment | None, Array | None]:
+        """The segment (None without motion) and the axes at its end (None where they are unknown)."""
         c = self.controller
         if first:
-            self.say("error", "first-motion", "the first motion is not a PTP", "begin with PTP to a full position")
-        if not isinstance(point, Struct) or (through is not None and not isinstance(through, Struct)):
-            raise HaltError("type", "the target is no structure", "a FRAME, POS or E6POS")
+            self.report("error", "first-motion", "the first motion is not a PTP", "begin with PTP to a full position")
+        if not isinstance(point, StructValue) or (through is not None and not isinstance(through, StructValue)):
+            raise ExecutionError("type", "the target is no structure", "a FRAME, POS or E6POS")
         if is_axes(point):
-            raise HaltError("type", "LIN and CIRC go to poses, not to axes", "a FRAME, POS or E6POS")
-        where = self._where()
+            raise ExecutionError("type", "LIN and CIRC go to poses, not to axes", "a FRAME, POS or E6POS")
+        robot = self._robot()
         if c.q is None:
-            # where the path begins is not known; whether its end can be reached is
-            axes_of_point(where, Struct("FRAME", dict(point.parts)), False, self._only_errors)
+            # the beginning of the path is not known, but its end can be checked
+            axes_of_point(robot, StructValue("FRAME", dict(point.parts)), False, self._report_errors)
             return None, None
-        self._status(point)
-        via = None if through is None else point_in_world(where, through)
-        track = track_between(tool_pose(c.arm, c.q, c.tool), point_in_world(where, point), via, angle)
-        leg = pose_leg(c.arm, c.q, c.tool, track, c.speeds(), self.say)
-        if leg is None:
-            still = track.length < 1e-9 and track.angle < 1e-9
-            return None, c.q if still else None
-        return leg, leg.end
+        self._check_status(point, status(c.arm, c.q))
+        via = None if through is None else point_in_world(robot, through)
+        path = path_between(tool_pose(c.arm, c.q, c.tool), point_in_world(robot, point), via, angle)
+        segment = cartesian_segment(c.arm, c.q, c.tool, path, c.speeds(), self.report)
+        if segment is None:
+            return None, c.q if path.is_still else None
+        return segment, segment.end
 
-    def _only_errors(self, severity: str, code: str, message: str, hint: str) -> None:
+    def _report_errors(self, severity: Severity, code: str, message: str, hint: str) -> None:
         if severity == "error":
-            self.say(severity, code, message, hint)
+            self.report(severity, code, message, hint)
 
-    def _status(self, point: Struct) -> None:
-        c = self.controller
-        asked = point.parts.get("S")
-        assert c.q is not None
-        now = status(c.arm, c.q)
-        if isinstance(asked, int) and asked & 7 != now:
-            message = f"the point has S {asked}, the path keeps S {now}: LIN and CIRC do not change it"
-            self.say("warning", "status-turn", message, "go there by PTP, or teach the point again")
+    def _check_status(self, point: StructValue, now: int) -> None:
+        wanted = point.parts.get("S")
+        if isinstance(wanted, int) and wanted & 7 != now:
+            message = f"the point has S {wanted}, the path keeps S {now}: LIN and CIRC do not change it"
+            self.report("warning", "status-turn", message, "go there by PTP, or teach the point again")
 
-    def _put(self, x: s.Move, place: Place, leg: Leg | None, q: Array) -> None:
+    def _append(self, x: s.Move, position: SourcePosition, segment: MotionSegment | None, q: Array) -> None:
         c = self.controller
         blend = self.blend if self.advance else None
         if c.q is None:
-            # block coincidence: where the arm comes from is not the program's
-            self.timeline.add(Rest(q, 0.0))
-            self.done.append(Done(place, f"{x.kind} (start)", 0.0, 0.0, q))
-        elif leg is not None:
-            entry = appended(self.timeline, leg, blend, c.tool)
-            self.done.append(Done(place, x.kind, entry.begin, entry.end, q, entry.overlap))
+            # the first motion (KUKA's block coincidence) begins anywhere: it only sets the axes
+            self.timeline.add(Pause(q, 0.0))
+            self.executed.append(ExecutedMotion(position, f"{x.kind} (start)", 0.0, 0.0, q))
+        elif segment is not None:
+            item = append_segment(self.timeline, segment, blend, c.tool)
+            self.executed.append(ExecutedMotion(position, x.kind, item.begin, item.end, q, item.overlap))
         c.q = q
         self.blend, self.advance = c.blend(x.blends), True
 
-    def _speed_set(self, x: s.Move, first: bool) -> None:
-        which = "PTP" if "PTP" in x.kind else "CP"
-        if which in self.controller.speed_set:
+    def _check_speed_set(self, x: s.Move) -> None:
+        kind = "PTP" if "PTP" in x.kind else "CP"
+        if kind in self.controller.speeds_set:
             return
-        self.controller.speed_set.add(which)
-        name = "BAS(#VEL_PTP, 100)" if which == "PTP" else "$VEL.CP = 0.2"
-        assumed = "100 % of each axis" if which == "PTP" else f"{self.controller.settings.vel_cp:g} m/s"
-        message = (
-            f"no velocity is set before the first {'PTP' if which == 'PTP' else 'LIN or CIRC'}: {assumed} is assumed"
-        )
-        self.say("warning", "no-velocity", message, f"set it: {name}")
+        self.controller.speeds_set.add(kind)
+        hint, motions, assumed = "BAS(#VEL_PTP, 100)", "PTP", "100 % of each axis"
+        if kind == "CP":
+            hint, motions, assumed = "$VEL.CP = 0.2", "LIN or CIRC", f"{self.controller.machine.vel_cp:g} m/s"
+        message = f"no velocity is set before the first {motions}: {assumed} is assumed"
+        self.report("warning", "no-velocity", message, f"set it: {hint}")

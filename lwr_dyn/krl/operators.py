@@ -1,4 +1,4 @@
-"""Operators on values. A whole number divided by one stays whole, as in KRL; what INT or REAL cannot hold halts."""
+"""Operators on values. INT / INT is an INT, as in KRL; a result outside the range of INT or REAL is an error."""
 
 from __future__ import annotations
 
@@ -6,12 +6,13 @@ import operator
 from collections.abc import Callable
 from typing import Any
 
+from lwr_dyn.krl.diagnostics import ExecutionError
 from lwr_dyn.krl.types import LARGEST, STRUCTURES
-from lwr_dyn.krl.values import HaltError, Struct, Value, pose_matrix, pose_value, said
+from lwr_dyn.krl.values import StructValue, Value, pose_matrix, pose_value, value_text
 
 
 def unary_value(sign: str, value: Value) -> Value:
-    """What an operator makes of one value; raises `HaltError`."""
+    """The value of an operator with one operand; raises `ExecutionError`."""
     if sign == "NOT":
         if isinstance(value, bool):
             return not value
@@ -19,16 +20,17 @@ def unary_value(sign: str, value: Value) -> Value:
         if sign == "B_NOT":
             return ~int(value)
         return ranged(-value if sign == "-" else value)
-    raise HaltError("type", f"{sign} on {said(value)}", "TRUE or FALSE" if sign == "NOT" else "a number")
+    raise ExecutionError("type", f"{sign} on {value_text(value)}", "TRUE or FALSE" if sign == "NOT" else "a number")
 
 
 def binary_value(sign: str, left: Value, right: Value) -> Value:
-    """What an operator makes of two values; raises `HaltError`."""
+    """The value of an operator with two operands; raises `ExecutionError`."""
     if sign == ":":
         return _composed(left, right)
     if sign in _LOGIC:
         if not (isinstance(left, bool) and isinstance(right, bool)):
-            raise HaltError("type", f"{said(left)} {sign} {said(right)}", "TRUE or FALSE on both sides")
+            message = f"{value_text(left)} {sign} {value_text(right)}"
+            raise ExecutionError("type", message, "TRUE or FALSE on both sides")
         return bool(_LOGIC[sign](left, right))
     if sign in ("==", "<>"):
         return bool(_plain(left) == _plain(right)) == (sign == "==")
@@ -42,7 +44,7 @@ def _plain(value: Value) -> Any:
 def _arithmetic(sign: str, left: Any, right: Any) -> Value:
     for side in (left, right):
         if isinstance(side, bool) or not isinstance(side, int | float):
-            raise HaltError("type", f"{said(left)} {sign} {said(right)}", "numbers on both sides")
+            raise ExecutionError("type", f"{value_text(left)} {sign} {value_text(right)}", "numbers on both sides")
     if sign == "/":
         return _quotient(left, right)
     if sign in _BITS:
@@ -53,25 +55,24 @@ def _arithmetic(sign: str, left: Any, right: Any) -> Value:
 
 def _quotient(left: int | float, right: int | float) -> Value:
     if right == 0:
-        raise HaltError("division-by-zero", f"{left} / {right}", "test the divisor first")
+        raise ExecutionError("division-by-zero", f"{left} / {right}", "test the divisor first")
     if isinstance(left, int) and isinstance(right, int):
         return ranged(abs(left) // abs(right) * (1 if (left < 0) == (right < 0) else -1))
     return ranged(left / right)
 
 
 def ranged(value: int | float) -> int | float:
-    """A number that INT or REAL can hold; raises `HaltError`."""
+    """The number, if INT or REAL can hold it; raises `ExecutionError`."""
     least, most = (-LARGEST - 1, LARGEST) if isinstance(value, int) else (-3.5e38, 3.5e38)
     if not least <= value <= most:
-        raise HaltError(
-            "number-range", f"{value} is beyond what {'INT' if isinstance(value, int) else 'REAL'} holds", ""
-        )
+        kind = "INT" if isinstance(value, int) else "REAL"
+        raise ExecutionError("number-range", f"{value} is beyond what {kind} holds")
     return value
 
 
 def _composed(left: Value, right: Value) -> Value:
     T = pose_matrix(left, "the left of :") @ pose_matrix(right, "the right of :")
-    assert isinstance(right, Struct)
+    assert isinstance(right, StructValue)
     rest = {name: v for name, v in right.parts.items() if name not in STRUCTURES["FRAME"]}
     return pose_value(T, "FRAME" if right.type == "?" and not rest else right.type, rest)
 

@@ -1,9 +1,9 @@
-"""A program's run on the model: a movement with times, a table of its motions, speeds, torques, a Run to replay."""
+"""Checks a program, and runs it on a robot's model: motions in time, speeds, torques, and a Run to replay."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -13,46 +13,55 @@ from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.dynamics.protocol import mechanical_energy
 from lwr_dyn.errors import LwrDynError
 from lwr_dyn.kinematics.kuka_pose import KukaPose, kuka_pose
-from lwr_dyn.krl.diagnosis import Diagnosis
-from lwr_dyn.krl.machine import Machine
-from lwr_dyn.krl.motions import Done
+from lwr_dyn.krl.controller import MachineData
+from lwr_dyn.krl.diagnostics import Diagnostic, ExecutionError, sorted_diagnostics
+from lwr_dyn.krl.interpreter import Interpreter
+from lwr_dyn.krl.motions import ExecutedMotion
 from lwr_dyn.krl.program import Program
-from lwr_dyn.krl.settings import INTERPOLATION, Settings
-from lwr_dyn.krl.statics import static_diagnoses
+from lwr_dyn.krl.static_checks import static_diagnostics
 from lwr_dyn.krl.timeline import Timeline
-from lwr_dyn.krl.values import HaltError, Value
+from lwr_dyn.krl.values import Value
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Event, Motion, Run
 from lwr_dyn.simulation.record import origin
 
+INTERPOLATION = 0.012
+"""[s] KUKA's interpolation cycle: the sampling period of a run."""
 OVER = 1e-6
-"""How far, relative, an axis may be over its speed: rounding."""
+"""Relative excess of an axis speed that is rounding."""
+CHECKED_MOTIONS = 1000
+"""Motions of a program that a check plans at most; a run plans all."""
+UNREADABLE = frozenset({
+    "syntax", "unknown-keyword", "open-bracket", "open-string", "bad-literal", "bad-character", "long-line",
+    "missing-end", "stray-end", "wrong-end", "missing-def", "outside-routine", "encoding", "deep-nesting",
+})  # fmt: skip
+"""After one of these errors it is not clear what would run, so a check does not plan motions."""
 
 
 class ProgramError(LwrDynError, RuntimeError):
-    """A KRL program cannot start or continue: the `place`, a `code`, the `message` and a `hint`."""
+    """A KRL program cannot start or continue: the `position`, a `code`, the `message` and a `hint`."""
 
-    def __init__(self, place: str, code: str, message: str, hint: str) -> None:
-        super().__init__(f"{place}: {message}" + (f"; {hint}" if hint else ""))
-        self.place, self.code, self.message, self.hint = place, code, message, hint
+    def __init__(self, position: str, code: str, message: str, hint: str) -> None:
+        super().__init__(f"{position}: {message}" + (f"; {hint}" if hint else ""))
+        self.position, self.code, self.message, self.hint = position, code, message, hint
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ProgramRun:
-    """What a program did: `timeline` can be asked at any time, `motion` holds it at the interpolation cycle."""
+    """A run: `timeline` gives the motion at any time, `motion` at the interpolation cycle."""
 
     program: str
     arm: Arm
-    settings: Settings
+    machine: MachineData
     timeline: Timeline
     motion: Motion
-    done: tuple[Done, ...]
-    found: tuple[Diagnosis, ...]
+    executed: tuple[ExecutedMotion, ...]
+    diagnostics: tuple[Diagnostic, ...]
     """Warnings and notes of the run; a bound that was reached; axes over their speed."""
     static_torque: Array
-    """What holds the arm at each time (k, n) [N m]."""
+    """(k, n) [N m] The torque that holds the arm."""
     torque: Array
-    """What moves it (k, n) [N m]; masses of the KR 30 HA are estimated, so these are too."""
+    """(k, n) [N m] The torque of the motion; masses of the KR 30 HA are estimated, so this is too."""
 
     @property
     def cycle_time(self) -> float:
@@ -65,11 +74,11 @@ class ProgramRun:
         return np.asarray(np.abs(self.motion.dq).max(axis=0))
 
     def poses(self) -> tuple[KukaPose, ...]:
-        """The flange where each motion ends, with Status and Turn."""
-        return tuple(kuka_pose(self.arm, done.q) for done in self.done)
+        """The flange at the end of each motion, with Status and Turn."""
+        return tuple(kuka_pose(self.arm, motion.q) for motion in self.executed)
 
     def to_run(self) -> Run:
-        """As a run that `lwr-dyn replay` shows: the axes are where the program puts them."""
+        """As a `Run` for `lwr-dyn replay`, in which the axes follow the program exactly."""
         m, arm = self.motion, self.arm
         zero = np.zeros_like(m.q)
         energy = mechanical_energy(dynamics_of(arm), m.q, m.dq)
@@ -77,86 +86,122 @@ class ProgramRun:
         work = np.concatenate([[0.0], np.cumsum(0.5 * (power[1:] + power[:-1]) * np.diff(m.t))])
         meta: dict[str, Any] = {
             **origin(arm), "task": f"KRL program {self.program}", "controller": {"name": f"KRL {self.program}"},
-            "assumed": self.settings.to_json(), "diagnoses": [d.to_json() for d in self.found],
+            "assumed": self.machine.to_json(), "diagnoses": [d.to_json() for d in self.diagnostics],
         }  # fmt: skip
-        events = tuple(Event(done.begin, f"line {done.place.line}: {done.kind}") for done in self.done)
+        events = tuple(Event(x.begin, f"line {x.position.line}: {x.kind}") for x in self.executed)
         return Run(
             t=m.t, q=m.q, dq=m.dq, q_ref=m.q, dq_ref=m.dq, tau_command=self.torque, tau_applied=self.torque,
             tau_friction=zero, energy=energy, work={"actuator": work}, events=events, meta=meta,
         )  # fmt: skip
 
 
+def check_program(
+    program: Program,
+    arm: Arm | None = None,
+    machine: MachineData | None = None,
+    inputs: Mapping[str, Value] | None = None,
+) -> tuple[Diagnostic, ...]:
+    """All diagnostics of a program, in order of position.
+
+    Parameters
+    ----------
+    program : Program
+    arm : Arm, optional
+        Plans the motions on this arm; without it only language and types are checked.
+    machine : MachineData, optional
+    inputs : mapping, optional
+        Inputs and variables set from outside: `$IN[3]` -> value.
+
+    Raises
+    ------
+    OptionError, MissingDataError
+        The arm has no KUKA axes, or no axis speeds.
+
+    >>> from lwr_dyn.krl.program import parse_program
+    >>> for d in check_program(parse_program("DEF a( )\\nWAIT SEC x\\nEND\\n", name="a")): print(d)
+    a.src:2:10: error undeclared: x is not declared (declare it in the .dat or with DECL; no .dat is there)
+    """
+    static = [*program.diagnostics, *static_diagnostics(program)]
+    if arm is None or any(d.severity == "error" and d.code in UNREADABLE for d in static):
+        return sorted_diagnostics(static)
+    data = machine or MachineData()
+    data = replace(data, motions=min(CHECKED_MOTIONS, data.motions))
+    known = {(d.position.file, d.position.line, d.code) for d in static}
+    of_run = Interpreter(program, arm, data, inputs or {}, tolerant=True).run()
+    return sorted_diagnostics(
+        [*static, *(d for d in of_run if (d.position.file, d.position.line, d.code) not in known)]
+    )
+
+
 def run_program(
-    program: Program, arm: Arm, settings: Settings | None = None, given: Mapping[str, Value] | None = None
+    program: Program, arm: Arm, machine: MachineData | None = None, inputs: Mapping[str, Value] | None = None
 ) -> ProgramRun:
-    """Carry a program out on an arm.
+    """Run a program on an arm.
 
     Parameters
     ----------
     program : Program
     arm : Arm
         With KUKA's axes, axis speeds and masses.
-    settings : Settings, optional
+    machine : MachineData, optional
         Assumed machine data, bounds of steps and time.
-    given : mapping, optional
-        Inputs and variables the world sets: `$IN[3]` -> value.
+    inputs : mapping, optional
+        Inputs and variables set from outside: `$IN[3]` -> value.
 
     Raises
     ------
     ProgramError
-        The program has an error, before or during its run; says where.
+        The program has an error, before or during its run.
     OptionError, MissingDataError
         The arm has no KUKA axes, no axis speeds or no masses.
     """
-    used = settings or Settings()
-    _refuse([*program.found, *static_diagnoses(program)])
+    data = machine or MachineData()
+    _refuse_errors([*program.diagnostics, *static_diagnostics(program)])
     arm.require_dynamics()
-    machine = Machine(program, arm, used, given or {})
-    found = machine.run()
-    _refuse(found)
-    timeline = machine.motions.timeline
-    if not timeline.entries:
-        hint = "a program with a PTP, LIN or CIRC"
-        raise ProgramError(str(machine.findings.place), "no-motion", "the program moves nothing", hint)
+    interpreter = Interpreter(program, arm, data, inputs or {})
+    diagnostics = interpreter.run()
+    _refuse_errors(diagnostics)
+    timeline, executed, end = interpreter.motions.timeline, interpreter.motions.executed, str(interpreter.log.position)
+    if not timeline.items:
+        raise ProgramError(end, "no-motion", "the program moves nothing", "a program with a PTP, LIN or CIRC")
     try:
         motion = timeline.sample(_times(timeline))
-    except HaltError as fault:
-        raise ProgramError(str(machine.findings.place), fault.code, fault.message, fault.hint) from None
+    except ExecutionError as fault:
+        raise ProgramError(end, fault.code, fault.message, fault.hint) from None
     model = dynamics_of(arm)
     return ProgramRun(
-        program=program.source.name, arm=arm, settings=used, timeline=timeline, motion=motion,
-        done=tuple(machine.motions.done), found=(*found, *_too_fast(arm, motion, machine.motions.done)),
+        program=program.source.name, arm=arm, machine=data, timeline=timeline, motion=motion,
+        executed=tuple(executed), diagnostics=(*diagnostics, *_overspeed(arm, motion, executed)),
         static_torque=model.gravity_vector(motion.q), torque=model.inverse_dynamics(motion.q, motion.dq, motion.ddq),
     )  # fmt: skip
 
 
-def _refuse(found: tuple[Diagnosis, ...] | list[Diagnosis]) -> None:
-    error = next((d for d in found if d.severity == "error"), None)
+def _refuse_errors(diagnostics: Sequence[Diagnostic]) -> None:
+    error = next((d for d in diagnostics if d.severity == "error"), None)
     if error is not None:
-        raise ProgramError(str(error.place), error.code, error.message, error.hint)
+        raise ProgramError(str(error.position), error.code, error.message, error.hint)
 
 
 def _times(timeline: Timeline) -> Array:
-    """The interpolation cycle, and each moment at which a motion begins or ends."""
+    """The interpolation cycle, and each time at which a motion begins or ends."""
     count = int(np.ceil(timeline.duration / INTERPOLATION))
     cycle = np.minimum(np.arange(count + 1) * INTERPOLATION, timeline.duration)
-    marks = [x for entry in timeline.entries for x in (entry.begin, entry.end)]
+    marks = [x for item in timeline.items for x in (item.begin, item.end)]
     times = np.unique(np.concatenate([cycle, marks]))
-    # two marks that are one up to rounding are one
+    # times that are equal up to rounding count once
     return np.asarray(times[np.concatenate([[True], np.diff(times) > 1e-9])])
 
 
-def _too_fast(arm: Arm, motion: Motion, done: list[Done]) -> list[Diagnosis]:
-    found = []
+def _overspeed(arm: Arm, motion: Motion, executed: Sequence[ExecutedMotion]) -> list[Diagnostic]:
+    """An error for each motion in which an axis is over its rated speed."""
+    diagnostics = []
     use = np.abs(motion.dq) / arm.velocity
-    for one in done:
-        rows = (motion.t >= one.begin) & (motion.t <= one.end)
-        if not rows.any():
+    for x in executed:
+        part = use[(motion.t >= x.begin) & (motion.t <= x.end)]
+        if not part.size:
             continue
-        part = use[rows]
         k, i = np.unravel_index(int(np.argmax(part)), part.shape)
         if part[k, i] > 1.0 + OVER:
-            name = arm.joint_names[int(i)]
-            message = f"{name} turns at {100 * part[k, i]:.4g} % of its speed"
-            found.append(Diagnosis(one.place, "error", "axis-speed", message, "a lower velocity, or no blend"))
-    return found
+            message = f"{arm.joint_names[int(i)]} turns at {100 * part[k, i]:.4g} % of its speed"
+            diagnostics.append(Diagnostic(x.position, "error", "axis-speed", message, "a lower velocity, or no blend"))
+    return diagnostics

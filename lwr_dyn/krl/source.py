@@ -1,7 +1,7 @@
-"""A KRL file as lines: read from bytes, written back byte for byte where nothing was changed.
+"""A KRL file as lines: read from bytes, and written back byte for byte where nothing was changed.
 
-A line carries what it says, its comment, and the text it was read from; when the text still says the same, it is
-what is written, so layout survives and an edit changes its own lines only.
+A line keeps its statement, its comment, and the text it was read from. That text is written again as long as it still
+means the same, so the layout stays and an edit changes its own lines only.
 """
 
 from __future__ import annotations
@@ -13,22 +13,22 @@ from pathlib import Path
 
 from lwr_dyn.errors import FileAccessError, OptionError
 from lwr_dyn.files import write_file
-from lwr_dyn.krl.diagnosis import Diagnosis, Place
-from lwr_dyn.krl.emit import statement_text
+from lwr_dyn.krl.diagnostics import Diagnostic, SourcePosition
 from lwr_dyn.krl.lexer import LineError
 from lwr_dyn.krl.line_parser import parse_line
 from lwr_dyn.krl.statements import Statement
+from lwr_dyn.krl.unparse import statement_text
 
 NEWLINE = "\r\n"
-"""What KUKA's controllers, which run Windows, end lines with."""
+"""KUKA's controllers run Windows."""
 LARGEST = 200_000_000
-"""[bytes] A bigger file is no program."""
+"""[bytes] A larger file is refused."""
 _ENDS = re.compile(r"\r\n|\n|\r")
 
 
 @dataclass(frozen=True, slots=True)
-class Line:
-    """One line: a statement (None where there is none), a comment without its semicolon, and how it was laid out."""
+class SourceLine:
+    """One line: a statement (None without one), a comment without its semicolon, and its layout."""
 
     statement: Statement | None = None
     comment: str | None = None
@@ -36,18 +36,18 @@ class Line:
     """The text it was read from."""
     end: str = field(default=NEWLINE, compare=False)
     readable: bool = field(default=True, compare=False)
-    """False for a line with a syntax fault, which is kept as it stands."""
+    """False for a line with a syntax error, which is kept as it stands."""
 
     def text(self) -> str:
         """The line as it is written, without its end."""
-        if self.layout is not None and (not self.readable or _says(self.layout, self)):
+        if self.layout is not None and (not self.readable or _means(self.layout, self)):
             return self.layout
-        said = "" if self.statement is None else statement_text(self.statement)
+        text = "" if self.statement is None else statement_text(self.statement)
         if self.comment is None:
-            return said
+            return text
         if "\n" in self.comment or "\r" in self.comment:
             raise OptionError("comment", repr(self.comment), "one line of text")
-        return f"{said} ;{self.comment}" if said else f";{self.comment}"
+        return f"{text} ;{self.comment}" if text else f";{self.comment}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,10 +55,10 @@ class SourceFile:
     """A `.src` or `.dat` file: its lines, and the encoding of its bytes (latin-1 unless it is valid UTF-8)."""
 
     name: str
-    lines: tuple[Line, ...]
+    lines: tuple[SourceLine, ...]
     encoding: str = field(default="latin-1", compare=False)
     mark: bytes = field(default=b"", compare=False)
-    """A byte order mark the file began with."""
+    """The byte order mark at its beginning, if any."""
 
     @property
     def is_data(self) -> bool:
@@ -81,51 +81,53 @@ class SourceFile:
         """Write the file; raises `FileAccessError`."""
         write_file(path, self.to_bytes())
 
-    def place(self, index: int, column: int = 1) -> Place:
-        """Where line `index` (from 0) stands."""
-        return Place(self.name, index + 1, column)
+    def position(self, index: int, column: int = 1) -> SourcePosition:
+        """The position of line `index` (from 0)."""
+        return SourcePosition(self.name, index + 1, column)
 
 
-def lines_of(statements: Iterable[Statement | Line]) -> tuple[Line, ...]:
+def lines_of(statements: Iterable[Statement | SourceLine]) -> tuple[SourceLine, ...]:
     """Statements as lines of a new file."""
-    return tuple(x if isinstance(x, Line) else Line(x) for x in statements)
+    return tuple(x if isinstance(x, SourceLine) else SourceLine(x) for x in statements)
 
 
-def parse_text(text: str, name: str = "program.src") -> tuple[SourceFile, tuple[Diagnosis, ...]]:
-    """A file's text as lines, with a diagnosis for each line that cannot be read.
+def parse_text(text: str, name: str = "program.src") -> tuple[SourceFile, tuple[Diagnostic, ...]]:
+    """A file's text as lines, with a diagnostic for each line that cannot be read.
 
-    >>> file, found = parse_text("DEF a( )\\nPTP {A1 0\\nEND\\n", "a.src")
-    >>> print(found[0])
+    >>> file, diagnostics = parse_text("DEF a( )\\nPTP {A1 0\\nEND\\n", "a.src")
+    >>> print(diagnostics[0])
     a.src:2:5: error open-bracket: { is not closed (close it with })
     """
-    lines, found = [], []
+    lines, diagnostics = [], []
     for i, (raw, end) in enumerate(_split(text)):
         try:
             statement, comment = parse_line(raw)
-            lines.append(Line(statement, comment, raw, end))
+            lines.append(SourceLine(statement, comment, raw, end))
         except LineError as fault:
-            lines.append(Line(None, None, raw, end, readable=False))
-            found.append(Diagnosis(Place(name, i + 1, fault.column), "error", fault.code, fault.message, fault.hint))
-    return SourceFile(name, tuple(lines)), tuple(found)
+            lines.append(SourceLine(None, None, raw, end, readable=False))
+            position = SourcePosition(name, i + 1, fault.column)
+            diagnostics.append(Diagnostic(position, "error", fault.code, fault.message, fault.hint))
+    return SourceFile(name, tuple(lines)), tuple(diagnostics)
 
 
-def parse_bytes(data: bytes, name: str = "program.src") -> tuple[SourceFile, tuple[Diagnosis, ...]]:
-    """A file's bytes as lines, with diagnoses of lines and of the encoding; no input raises."""
-    found: list[Diagnosis] = []
+def parse_bytes(data: bytes, name: str = "program.src") -> tuple[SourceFile, tuple[Diagnostic, ...]]:
+    """A file's bytes as lines, with diagnostics of lines and of the encoding; no input raises."""
+    diagnostics: list[Diagnostic] = []
+    start = SourcePosition(name, 1)
     mark = b"\xef\xbb\xbf" if data.startswith(b"\xef\xbb\xbf") else b""
     encoding = _encoding(data[len(mark) :])
     if data.startswith((b"\xff\xfe", b"\xfe\xff")) or b"\x00" in data:
         hint = "save it as latin-1 (Windows-1252)"
-        found.append(Diagnosis(Place(name, 1), "error", "encoding", "the file is not 8-bit text (UTF-16?)", hint))
+        diagnostics.append(Diagnostic(start, "error", "encoding", "the file is not 8-bit text (UTF-16?)", hint))
     elif mark or encoding == "utf-8":
         what = "begins with a UTF-8 byte order mark" if mark else "has characters in UTF-8"
         hint = "KRL files are latin-1: save it as Windows-1252"
-        found.append(Diagnosis(Place(name, 1), "warning", "encoding", f"the file {what}", hint))
-    file, faults = parse_text(data[len(mark) :].decode(encoding), name)
-    return SourceFile(name, file.lines, encoding, mark), (*found, *faults)
+        diagnostics.append(Diagnostic(start, "warning", "encoding", f"the file {what}", hint))
+    file, of_lines = parse_text(data[len(mark) :].decode(encoding), name)
+    return SourceFile(name, file.lines, encoding, mark), (*diagnostics, *of_lines)
 
 
-def read_source(path: str | Path) -> tuple[SourceFile, tuple[Diagnosis, ...]]:
+def read_source(path: str | Path) -> tuple[SourceFile, tuple[Diagnostic, ...]]:
     """A file from disk; raises `FileAccessError` when it cannot be read or is larger than any program."""
     target = Path(path)
     try:
@@ -139,7 +141,8 @@ def read_source(path: str | Path) -> tuple[SourceFile, tuple[Diagnosis, ...]]:
         raise FileAccessError(str(path), reason, "a KRL file, .src or .dat") from None
 
 
-def _says(layout: str, line: Line) -> bool:
+def _means(layout: str, line: SourceLine) -> bool:
+    """Whether the text still parses to the statement and comment of the line."""
     try:
         return parse_line(layout) == (line.statement, line.comment)
     except LineError:

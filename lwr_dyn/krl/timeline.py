@@ -1,7 +1,7 @@
-"""Legs and pauses along one clock; a blend is an overlap: a leg begins while the one before it still slows down.
+"""Motion segments and pauses in time; in a blend a segment begins while the one before it still slows down.
 
-In the overlap the two add up, so that a corner is passed on a parabola: with the way left d (1 - u)^2 and the way gone
-d u^2 the corner is never further than d. What is left over of a leg keeps its own law.
+In this overlap the two motions add up: d (1 - u)^2 is left of the first and d u^2 is done of the second, so the corner
+is passed on a parabola within the distance d. Outside the overlap each segment keeps its own motion profile.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import numpy as np
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.kinematics.forward import forward_kinematics
-from lwr_dyn.krl.legs import Axes, JointLeg, Leg, PoseLeg, Poses, axes_of_poses
+from lwr_dyn.krl.motion_segments import STILL, AxisMotion, CartesianSegment, MotionSegment, PtpSegment, axes_of_poses
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Motion
 
@@ -21,24 +21,24 @@ HALVINGS = 40
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Rest:
-    """Standing still at q (n,) for a time."""
+class Pause:
+    """No motion: the axes stay at `start` (n,) [rad] for `duration` [s]."""
 
-    q: Array
+    start: Array
     duration: float
 
-    def axes(self, t: Array) -> Axes:
+    def axes(self, t: Array) -> AxisMotion:
         """At times t (k,) [s]."""
-        still = np.zeros((len(t), len(self.q)))
-        return Axes(np.broadcast_to(self.q, still.shape), still, still)
+        still = np.zeros((len(t), len(self.start)))
+        return AxisMotion(np.broadcast_to(self.start, still.shape), still, still)
 
 
-Part: TypeAlias = JointLeg | PoseLeg | Rest
+Part: TypeAlias = PtpSegment | CartesianSegment | Pause
 
 
 @dataclass(frozen=True, slots=True)
-class Entry:
-    """A leg or pause on the clock: from `begin` [s]; the first `overlap` seconds of it the one before goes on."""
+class TimelineItem:
+    """A segment or pause from `begin` [s]; in its first `overlap` seconds the one before it still moves."""
 
     part: Part
     begin: float
@@ -52,106 +52,95 @@ class Entry:
 
 @dataclass(slots=True, eq=False)
 class Timeline:
-    """What a program moves, in order; grows while the program runs."""
+    """The motions of a program in order; it grows while the program runs."""
 
     arm: Arm
-    entries: list[Entry] = field(default_factory=list)
+    items: list[TimelineItem] = field(default_factory=list)
 
     @property
     def duration(self) -> float:
         """[s]"""
-        return self.entries[-1].end if self.entries else 0.0
+        return self.items[-1].end if self.items else 0.0
 
-    def add(self, part: Part, overlap: float = 0.0) -> Entry:
-        """Put a part at the end, the first `overlap` [s] of it together with the last of the one before."""
-        entry = Entry(part, self.duration - overlap, overlap)
-        self.entries.append(entry)
-        return entry
+    def add(self, part: Part, overlap: float = 0.0) -> TimelineItem:
+        """Add a part, its first `overlap` [s] together with the end of the last one."""
+        item = TimelineItem(part, self.duration - overlap, overlap)
+        self.items.append(item)
+        return item
 
     def sample(self, t: Array) -> Motion:
         """The movement at times t (k,) [s]; before 0 and after `duration` it stands still."""
         times = np.atleast_1d(np.asarray(t, dtype=np.float64))
-        if not self.entries:
+        if not self.items:
             raise ValueError("an empty timeline has no axes")
-        n = self.arm.n
-        q, dq, ddq = (np.zeros((len(times), n)) for _ in range(3))
-        begins = np.array([entry.begin for entry in self.entries])
+        q, dq, ddq = (np.zeros((len(times), self.arm.n)) for _ in range(3))
+        begins = np.array([item.begin for item in self.items])
         owner = np.clip(np.searchsorted(begins, times, side="right") - 1, 0, len(begins) - 1)
         for i in np.unique(owner):
-            mine = np.flatnonzero(owner == i)
-            entry = self.entries[i]
-            both = (times[mine] - entry.begin < entry.overlap) & (i > 0)
-            for rows, axes in (
-                (mine[~both], self._alone(entry, times[mine[~both]])),
-                (mine[both], self._together(self.entries[i - 1], entry, times[mine[both]])),
-            ):
-                q[rows], dq[rows], ddq[rows] = axes.q, axes.dq, axes.ddq
+            item, mine = self.items[i], np.flatnonzero(owner == i)
+            in_blend = (times[mine] - item.begin < item.overlap) & (i > 0)
+            for rows, before in ((mine[~in_blend], None), (mine[in_blend], self.items[i - 1])):
+                if len(rows):
+                    axes = _axes(item, times[rows]) if before is None else _sum_of_axes(before, item, times[rows])
+                    q[rows], dq[rows], ddq[rows] = axes.q, axes.dq, axes.ddq
         return Motion(times, q, dq, ddq)
 
-    def _alone(self, entry: Entry, t: Array) -> Axes:
-        return entry.part.axes(np.clip(t - entry.begin, 0.0, entry.part.duration)) if len(t) else _nothing(self.arm.n)
 
-    def _together(self, before: Entry, after: Entry, t: Array) -> Axes:
-        if not len(t):
-            return _nothing(self.arm.n)
-        a, b = before.part, after.part
-        ta, tb = t - before.begin, t - after.begin
-        if isinstance(a, PoseLeg) and isinstance(b, PoseLeg) and _one_space(a, b):
-            return _blend_in_space(a, b, ta, tb)
-        x, y = a.axes(np.clip(ta, 0.0, a.duration)), b.axes(np.clip(tb, 0.0, b.duration))
-        corner = y.q * 0.0 + (b.start if not isinstance(b, Rest) else b.q)
-        return Axes(x.q + y.q - corner, x.dq + y.dq, x.ddq + y.ddq)
+def _axes(item: TimelineItem, t: Array) -> AxisMotion:
+    return item.part.axes(np.clip(t - item.begin, 0.0, item.part.duration))
 
 
-def _nothing(n: int) -> Axes:
-    return Axes(np.zeros((0, n)), np.zeros((0, n)), np.zeros((0, n)))
+def _sum_of_axes(before: TimelineItem, after: TimelineItem, t: Array) -> AxisMotion:
+    """Both motions of a blend: added in space for two paths of one tool on one branch, else axis by axis."""
+    a, b = before.part, after.part
+    if isinstance(a, CartesianSegment) and isinstance(b, CartesianSegment) and a.shares_branch(b):
+        return _sum_in_space(a, b, t - before.begin, t - after.begin)
+    x, y = _axes(before, t), _axes(after, t)
+    return AxisMotion(x.q + y.q - b.start, x.dq + y.dq, x.ddq + y.ddq)
 
 
-def _one_space(a: PoseLeg, b: PoseLeg) -> bool:
-    """Whether both are tracks of one tool on one branch, so that they add up in space."""
-    return a.branch == b.branch and bool(np.array_equal(a.tool, b.tool))
-
-
-def _blend_in_space(a: PoseLeg, b: PoseLeg, ta: Array, tb: Array) -> Axes:
-    x, y = a.poses(np.clip(ta, 0.0, a.duration)), b.poses(np.clip(tb, 0.0, b.duration))
-    corner, R0 = b.track.place, b.track.rotation
-    B = y.R @ R0.T  # the turn of the second leg so far, in base axes: it carries the first one along
-    wx = np.einsum("kij,kj->ki", B, x.w)
-    dw = y.dw + np.einsum("kij,kj->ki", B, x.dw) + np.cross(y.w, wx)
-    blended = Poses(x.p + y.p - corner, B @ x.R, x.v + y.v, y.w + wx, x.a + y.a, dw)
+def _sum_in_space(a: CartesianSegment, b: CartesianSegment, ta: Array, tb: Array) -> AxisMotion:
+    x, y = a.timed.at(np.clip(ta, 0.0, a.duration)), b.timed.at(np.clip(tb, 0.0, b.duration))
+    corner = b.timed.poses(0.0)[0]
+    B = y.T[:, :3, :3] @ corner[:3, :3].T  # the turn of the second segment so far, which also turns the first
+    w, dw = (np.einsum("kij,kj->ki", B, rates[:, 3:]) for rates in (x.velocity, x.acceleration))
+    T, velocity, acceleration = y.T.copy(), x.velocity + y.velocity, x.acceleration + y.acceleration
+    T[:, :3, :3], T[:, :3, 3] = B @ x.T[:, :3, :3], x.T[:, :3, 3] + y.T[:, :3, 3] - corner[:3, 3]
+    velocity[:, 3:] = y.velocity[:, 3:] + w
+    acceleration[:, 3:] = y.acceleration[:, 3:] + dw + np.cross(y.velocity[:, 3:], w)
     near = np.broadcast_to(b.start, (len(ta), len(b.start)))
-    return axes_of_poses(a.arm, a.tool, a.branch, blended, near)
+    return axes_of_poses(a.arm, a.tool, a.branch, T, velocity, acceleration, near)
 
 
-def ramp_seconds(leg: Leg, tail: bool) -> float:
-    """The time of the last ramp (tail) or of the first [s]."""
-    knots = leg.law.knots
-    return float(knots[-1] - knots[-2]) if tail else float(knots[1])
+def ramp_seconds(segment: MotionSegment, at_end: bool) -> float:
+    """Duration [s] of the last ramp, or of the first."""
+    knots = segment.profile.knots
+    return float(knots[-1] - knots[-2]) if at_end else float(knots[1])
 
 
-def seconds_within(leg: Leg, share: float, tail: bool) -> float:
-    """The time [s] in which the last (tail) or the first `share` of a leg's way is gone, within that ramp."""
-    ramp = ramp_seconds(leg, tail)
-    gone = leg.law.coefficients[0, 2] * ramp**2
-    return ramp * float(np.sqrt(min(1.0, max(share, 0.0) / gone)))
+def seconds_within(segment: MotionSegment, share: float, at_end: bool) -> float:
+    """The time [s], within the ramp, in which the last (or the first) `share` of the way is travelled."""
+    ramp = ramp_seconds(segment, at_end)
+    travelled = segment.profile.coefficients[0, 2] * ramp**2 / segment.profile.length
+    return ramp * float(np.sqrt(min(1.0, max(share, 0.0) / travelled)))
 
 
-def seconds_near(leg: Leg, tool: Array, distance: float, tail: bool) -> float:
-    """The time [s], within the ramp, in which the tool centre point stays within `distance` [m] of the leg's end."""
-    if isinstance(leg, PoseLeg) and leg.track.length > 0.0:
-        # on an arc the chord is shorter than the way: this keeps to the safe side
-        return seconds_within(leg, distance / leg.track.length, tail)
-    low, high = 0.0, ramp_seconds(leg, tail)
-    corner = _tool_point(leg, tool, leg.duration if tail else 0.0)
+def seconds_near(segment: MotionSegment, tool: Array, distance: float, at_end: bool) -> float:
+    """The time [s], within the ramp, in which the tool centre point is within `distance` [m] of the segment's end."""
+    if isinstance(segment, CartesianSegment) and segment.path.length > STILL:
+        # on an arc the chord is shorter than the way: this is on the safe side
+        return seconds_within(segment, distance / segment.path.length, at_end)
+    low, high = 0.0, ramp_seconds(segment, at_end)
+    corner = _tool_point(segment, tool, segment.duration if at_end else 0.0)
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
-        at = np.linspace(0.0, middle, 9)
-        points = [_tool_point(leg, tool, leg.duration - t if tail else t) for t in at]
+        times = np.linspace(0.0, middle, 9)
+        points = [_tool_point(segment, tool, segment.duration - t if at_end else t) for t in times]
         inside = max(float(np.linalg.norm(p - corner)) for p in points) <= distance
         low, high = (middle, high) if inside else (low, middle)
     return low
 
 
-def _tool_point(leg: Leg, tool: Array, t: float) -> Array:
-    q = leg.axes(np.array([t])).q[0]
-    return np.asarray((forward_kinematics(leg.arm.chain, q) @ tool)[:3, 3])
+def _tool_point(segment: MotionSegment, tool: Array, t: float) -> Array:
+    q = segment.axes(np.array([t])).q[0]
+    return np.asarray((forward_kinematics(segment.arm.chain, q) @ tool)[:3, 3])

@@ -1,4 +1,4 @@
-"""Types of KRL: simple ones, the structures every controller knows, and those a program declares."""
+"""Types of KRL: simple types, and the structures and enumerations that every controller has."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ LARGEST = 2**31 - 1
 
 @dataclass(frozen=True, slots=True)
 class Type:
-    """A type by its name in capitals, an array when it has dimensions; `UNKNOWN` fits everything."""
+    """A type by its name in capitals; an array if it has dimensions. `UNKNOWN` fits every type."""
 
     name: str
     dimensions: int = 0
@@ -27,6 +27,17 @@ class Type:
     def element(self) -> Type:
         """The type of one element."""
         return Type(self.name)
+
+    def accepts(self, value: Type) -> bool:
+        """Whether a value of that type may be assigned: numbers to numbers, poses to poses, axes to axes.
+
+        >>> INT.accepts(REAL), BOOL.accepts(INT), FRAME.accepts(Type("E6POS"))
+        (True, False, True)
+        """
+        if "?" in (self.name, value.name) or self == value:
+            return True
+        groups = (NUMBERS, CARTESIAN, AXES)
+        return self.dimensions == value.dimensions and any(self.name in g and value.name in g for g in groups)
 
 
 UNKNOWN = Type("?")
@@ -63,7 +74,7 @@ STRUCTURES: Mapping[str, Mapping[str, Type]] = {
     "BASIS_SUGG_T": {"POINT1": _TEXT, "POINT2": _TEXT, "CP_PARAMS": _TEXT, "PTP_PARAMS": _TEXT, "CONT": _TEXT}
     | {"CP_VEL": _TEXT, "PTP_VEL": _TEXT, "SYNC_PARAMS": _TEXT, "SPL_NAME": _TEXT, "A_PARAMS": _TEXT},
 }
-"""Structures that need no declaration: name -> component -> type."""
+"""Structures that need no declaration: name -> component -> its type."""
 ENUMS: Mapping[str, frozenset[str]] = {
     "IPO_M_T": frozenset({"NONE", "TCP", "BASE"}),
     "IPO_MODE": frozenset({"NONE", "TCP", "BASE"}),
@@ -71,17 +82,3 @@ ENUMS: Mapping[str, frozenset[str]] = {
     "CIRC_TYPE": frozenset({"BASE", "PATH", "NONE"}),
     "APO_MODE_T": frozenset({"CDIS", "CPTP", "NONE", "VEL", "CPTPDIS"}),
 }
-
-
-def assignable(target: Type, value: Type) -> bool:
-    """Whether a value of one type may be assigned to another: numbers among themselves, poses among themselves.
-
-    >>> assignable(INT, REAL), assignable(BOOL, INT), assignable(FRAME, Type("E6POS"))
-    (True, False, True)
-    """
-    if "?" in (target.name, value.name) or target == value:
-        return True
-    if target.dimensions != value.dimensions:
-        return False
-    pairs = (NUMBERS, CARTESIAN, AXES)
-    return any(target.name in group and value.name in group for group in pairs)

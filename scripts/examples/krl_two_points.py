@@ -8,10 +8,9 @@ import numpy as np
 
 import lwr_dyn
 from lwr_dyn.files import make_folder
-from lwr_dyn.krl.check import check_program
-from lwr_dyn.krl.diagnosis import summary
-from lwr_dyn.krl.job import job_of, job_program
-from lwr_dyn.krl.run import run_program
+from lwr_dyn.krl.diagnostics import summary
+from lwr_dyn.krl.point_program import generate_program, point_program_of
+from lwr_dyn.krl.run import check_program, run_program
 
 TASK = {
     "name": "TwoPoints",
@@ -29,23 +28,23 @@ def main(arguments: list[str] | None = None) -> None:
     options = parser.parse_args(arguments)
 
     arm = lwr_dyn.load("kr30ha")
-    program = job_program(job_of(TASK, arm), arm)
+    program = generate_program(point_program_of(TASK, arm), arm)
     print(program.source.text().replace("\r\n", "\n"))
     print(f"check: {summary(check_program(program, arm))}")
 
-    done = run_program(program, arm)
-    for motion, pose in zip(done.done, done.poses(), strict=True):
+    run = run_program(program, arm)
+    for motion, pose in zip(run.executed, run.poses(), strict=True):
         place = f"({pose.x_mm:.3f}, {pose.y_mm:.3f}, {pose.z_mm:.3f}) mm"
         print(f"{motion.begin:7.3f} s to {motion.end:7.3f} s  {motion.kind:12} {place}")
-    peak = ", ".join(f"{x:.0f}" for x in np.abs(done.torque).max(axis=0))
-    print(f"cycle {done.cycle_time:.3f} s; largest torques {peak} N m (masses estimated)")
+    peak = ", ".join(f"{x:.0f}" for x in np.abs(run.torque).max(axis=0))
+    print(f"cycle {run.cycle_time:.3f} s; largest torques {peak} N m (masses estimated)")
 
     folder = make_folder(options.out)
     program.source.save(folder / program.source.name)
     if program.data is not None:
         program.data.save(folder / program.data.name)
     file = folder / "TwoPoints.npz"
-    done.to_run().save(file)
+    run.to_run().save(file)
     print(f"wrote {file}; see it:  lwr-dyn replay {file} --html {file.with_suffix('.html')}")
 
 

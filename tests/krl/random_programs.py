@@ -5,7 +5,7 @@ import random
 from lwr_dyn.krl import declarations as d
 from lwr_dyn.krl import expressions as e
 from lwr_dyn.krl import statements as s
-from lwr_dyn.krl.source import Line, SourceFile
+from lwr_dyn.krl.source import SourceFile, SourceLine
 
 NAMES = ("a", "B2", "Point_1", "$VEL", "step", "path", "$BASE", "x", "P")
 COMPONENTS = list("XYZABCST")
@@ -40,7 +40,7 @@ class Writer:
                 lambda: e.Real(r.choice((0.0, 91.0, 1e-7, 2.5, 1e30, r.random(), r.uniform(0, 1e6)))),
                 lambda: e.Bool(r.random() < 0.5),
                 lambda: e.Text(r.choice(("", "a", "two words", "; no comment", "'{"))),
-                lambda: e.EnumConstant(r.choice(("INITMOV", "red", "BASE"))),
+                lambda: e.EnumLiteral(r.choice(("INITMOV", "red", "BASE"))),
             )
         )()
 
@@ -55,7 +55,7 @@ class Writer:
         if kind == 3:
             few = [None if self.r.random() < 0.1 else self.expression(depth - 1) for _ in range(self.r.randint(0, 3))]
             # one argument that is left out is no argument
-            return e.Call(self.r.choice(("SIN", "f")), () if few == [None] else tuple(few))
+            return e.FunctionCall(self.r.choice(("SIN", "f")), () if few == [None] else tuple(few))
         if kind == 4:
             return self.aggregate(depth - 1)
         return e.Binary(self.r.choice(OPERATORS), self.expression(depth - 1), self.expression(depth - 1))
@@ -70,7 +70,7 @@ class Writer:
         return s.Assign(self.reference(2), self.expression())
 
     def invoke(self) -> s.Invoke:
-        return s.Invoke(e.Call("f", tuple(self.expression(1) for _ in range(self.r.randint(0, 3)))))
+        return s.Invoke(e.FunctionCall("f", tuple(self.expression(1) for _ in range(self.r.randint(0, 3)))))
 
     def declarators(self) -> tuple[d.Declarator, ...]:
         def one() -> d.Declarator:
@@ -111,7 +111,7 @@ class Writer:
             lambda: s.EndSpline(r.choice(((), ("C_SPL",)))),
             lambda: s.Wait(r.choice(("SEC", "FOR")), x()),
             lambda: s.Condition(r.choice(("IF", "WHILE", "UNTIL", "SWITCH")), x()),
-            lambda: s.Case(tuple(x(1) for _ in range(r.randint(1, 3)))),
+            lambda: s.CaseBranch(tuple(x(1) for _ in range(r.randint(1, 3)))),
             lambda: s.For(e.Name("i"), x(1), x(1), r.choice((None, x(1)))),
             lambda: s.Jump("there"),
             lambda: s.Label("there"),
@@ -128,10 +128,10 @@ class Writer:
         return r.choice(makers)()
 
     def file(self) -> SourceFile:
-        def line() -> Line:
+        def line() -> SourceLine:
             comment = self.r.choice((None, None, " why; not", "FOLD INI", "Größe"))
             statement = None if self.r.random() < 0.1 else self.statement()
             # a header line is whole: it takes no comment
-            return Line(statement, None if isinstance(statement, d.Header) else comment)
+            return SourceLine(statement, None if isinstance(statement, d.Header) else comment)
 
         return SourceFile("random.src", tuple(line() for _ in range(self.r.randint(1, 12))))

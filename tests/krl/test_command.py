@@ -102,9 +102,9 @@ def test_bad_input_is_one_line(written, lwr_dyn_command, what):
         (("xyz = [91, -1139, 1392]", "xyz = [9100, 0, 0]"), "out of reach"),
         (('name = "Point2"', 'name = "point1"'), "a name that is there twice"),
         (('name = "Point2"', 'name = "2 b"'), "allowed: a name of KRL"),
-        (('motion = "LIN"', 'motion = "FLY"'), "motion: 'FLY'; allowed: PTP, LIN"),
-        (("wait = 1.0", "wayt = 1.0"), "unknown field wayt"),
-        (("wait = 1.0", "wait = 'x"), "not TOML"),
+        (('motion = "LIN"', 'motion = "FLY"'), "motion: 'FLY'; allowed: one of PTP, LIN"),
+        (("wait = 1.0", "wayt = 1.0"), "wayt: unknown field"),
+        (("wait = 1.0", "wait = 'x"), "TOML: "),
     ],
 )
 def test_a_wrong_task_file_is_one_line(written, lwr_dyn_command, change, said):

@@ -7,17 +7,17 @@ import time
 import pytest
 
 import lwr_dyn
-from lwr_dyn.krl.check import check_program
-from lwr_dyn.krl.diagnosis import Diagnosis
+from lwr_dyn.krl.controller import MachineData
+from lwr_dyn.krl.diagnostics import Diagnostic
 from lwr_dyn.krl.program import parse_program
-from lwr_dyn.krl.settings import Settings
+from lwr_dyn.krl.run import check_program
 from tests.krl.mutations import SOURCES, mutated
 
 COUNT = int(os.environ.get("LWR_DYN_KRL_FUZZ", "400"))
 """The full 100 000 are in scripts/soak.py."""
 PATIENCE = 20.0
 """[s] A hang is longer than this; the bounds below end a program long before."""
-BOUNDS = Settings(steps=2000, motions=25)
+BOUNDS = MachineData(steps=2000, motions=25)
 
 
 @pytest.fixture(scope="module")
@@ -46,6 +46,6 @@ def test_mutated_programs_are_diagnosed(arm):
         except Exception as fault:
             raise AssertionError(f"input {i}: {source!r}, {data!r}") from fault
         assert time.perf_counter() - start < PATIENCE, source
-        assert all(isinstance(d, Diagnosis) and d.message and d.place.line >= 1 for d in found)
+        assert all(isinstance(d, Diagnostic) and d.message and d.position.line >= 1 for d in found)
         said, clean = said + bool(found), clean + (not found)
     assert said > COUNT / 2

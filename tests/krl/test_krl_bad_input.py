@@ -4,11 +4,10 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.errors import FileAccessError, OptionError
-from lwr_dyn.krl.check import check_program
-from lwr_dyn.krl.given import given_values
+from lwr_dyn.krl.controller import MachineData
+from lwr_dyn.krl.evaluate import input_values
 from lwr_dyn.krl.program import load_program, parse_program
-from lwr_dyn.krl.run import ProgramError, run_program
-from lwr_dyn.krl.settings import Settings
+from lwr_dyn.krl.run import ProgramError, check_program, run_program
 
 HOME = "PTP {A1 0, A2 -90, A3 90, A4 0, A5 30, A6 0}"
 SPEED = "BAS(#VEL_PTP, 100)\n$VEL.CP = 0.2"
@@ -24,7 +23,7 @@ def body(*lines, data=None):
 
 
 def codes(program, arm=None, **options):
-    return [(d.place.line, d.code) for d in check_program(program, arm, **options)]
+    return [(d.position.line, d.code) for d in check_program(program, arm, **options)]
 
 
 @pytest.mark.parametrize(
@@ -47,7 +46,7 @@ def codes(program, arm=None, **options):
 )
 def test_syntax_has_its_place(line, column, code):
     (found,) = [d for d in check_program(body(line)) if d.code == code]
-    assert (found.place.line, found.place.column) == (2, column)
+    assert (found.position.line, found.position.column) == (2, column)
     assert "\n" not in str(found)
     assert found.hint
 
@@ -171,27 +170,27 @@ def test_functions_nested_in_sums_without_end_are_told_by_check_and_run(arm):
 
 def test_an_endless_loop_is_cut_and_said(arm):
     for what, settings in (
-        ("5000 statements", Settings(steps=5000)),
-        ("10 s of simulated time", Settings(seconds=10.0)),
-        ("30 motions", Settings(motions=30)),
+        ("5000 statements", MachineData(steps=5000)),
+        ("10 s of simulated time", MachineData(seconds=10.0)),
+        ("30 motions", MachineData(motions=30)),
     ):
-        done = run_program(body(SPEED, HOME, "LOOP", "PTP_REL {A1 5}", "PTP_REL {A1 -5}", "ENDLOOP"), arm, settings)
-        (note,) = done.found
+        run = run_program(body(SPEED, HOME, "LOOP", "PTP_REL {A1 5}", "PTP_REL {A1 -5}", "ENDLOOP"), arm, settings)
+        (note,) = run.diagnostics
         assert (note.severity, note.code) == ("note", "bound")
         assert what in note.message
     empty = body(SPEED, HOME, "LOOP", "ENDLOOP")
-    assert run_program(empty, arm, Settings(steps=2000)).found[0].code == "bound"
+    assert run_program(empty, arm, MachineData(steps=2000)).diagnostics[0].code == "bound"
 
 
 def test_an_input_is_asked_for_and_taken(arm):
     program = body(SPEED, HOME, "IF $IN[7] THEN", "PTP_REL {A1 10}", "ENDIF")
     with pytest.raises(ProgramError, match=r"--set '\$IN\[7\]=TRUE'"):
         run_program(program, arm)
-    assert len(run_program(program, arm, given=given_values(["$IN[7]=TRUE"])).done) == 2
-    assert len(run_program(program, arm, given=given_values(["$IN[7] = FALSE"])).done) == 1
+    assert len(run_program(program, arm, inputs=input_values(["$IN[7]=TRUE"])).executed) == 2
+    assert len(run_program(program, arm, inputs=input_values(["$IN[7] = FALSE"])).executed) == 1
     for text in ("$IN[7]", "=3", "$IN[7]=", "$IN[7]=y"):
         with pytest.raises(OptionError):
-            given_values([text])
+            input_values([text])
 
 
 def test_files_that_are_missing(tmp_path, arm):

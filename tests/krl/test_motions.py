@@ -10,10 +10,9 @@ import lwr_dyn
 from lwr_dyn.kinematics.jacobian import jacobian
 from lwr_dyn.kinematics.kuka_pose import KukaPose, kuka_pose, status, turn
 from lwr_dyn.kinematics.spherical_wrist import all_branches
-from lwr_dyn.krl.check import check_program
+from lwr_dyn.krl.controller import MachineData
 from lwr_dyn.krl.program import parse_program
-from lwr_dyn.krl.run import run_program
-from lwr_dyn.krl.settings import Settings
+from lwr_dyn.krl.run import check_program, run_program
 
 SECONDS = 1e-9
 METRES = 1e-9
@@ -26,14 +25,14 @@ def arm():
     return lwr_dyn.load("kr30ha")
 
 
-def ran(arm, *lines, **settings):
+def run_of(arm, *lines, **settings):
     text = "\n".join(["DEF a( )", "BAS(#VEL_PTP, 100)", "$VEL.CP = 0.2", *lines, "END", ""])
-    return run_program(parse_program(text, name="a"), arm, Settings(**settings))
+    return run_program(parse_program(text, name="a"), arm, MachineData(**settings))
 
 
-def said(arm, *lines):
+def codes_of(arm, *lines):
     text = "\n".join(["DEF a( )", "BAS(#VEL_PTP, 100)", "$VEL.CP = 0.2", *lines, "END", ""])
-    return [(d.place.line - 3, d.code) for d in check_program(parse_program(text, name="a"), arm)]
+    return [(d.position.line - 3, d.code) for d in check_program(parse_program(text, name="a"), arm)]
 
 
 def trapezoid_time(way, speed, ramp):
@@ -43,22 +42,22 @@ def trapezoid_time(way, speed, ramp):
 @pytest.mark.parametrize(("axis", "step"), [(1, 60), (1, 5), (2, 40), (3, -70), (4, 170), (5, 20), (6, -300)])
 @pytest.mark.parametrize("percent", [100, 30])
 def test_ptp_takes_the_time_of_its_slowest_axis(arm, axis, step, percent):
-    done = ran(arm, HOME, f"BAS(#VEL_PTP, {percent})", f"PTP_REL {{A{axis} {step}, A5 3}}")
+    run = run_of(arm, HOME, f"BAS(#VEL_PTP, {percent})", f"PTP_REL {{A{axis} {step}, A5 3}}")
     ways = np.zeros(6)
     ways[axis - 1] += abs(step)
     ways[4] += 3 if axis != 5 else 0
     if axis == 5:
         ways[4] = 3  # the second A5 is the one that counts
     rated = np.degrees(arm.velocity)
-    # all axes share one law: its speed and its ramp are those of the tightest axis
+    # all axes share one profile: its speed and its ramp are those of the tightest axis
     speed = min(rated[i] * percent / 100 / w for i, w in enumerate(ways) if w)
     ramp = min(rated[i] / 0.4 / w for i, w in enumerate(ways) if w)
-    assert done.done[-1].end - done.done[-1].begin == pytest.approx(trapezoid_time(1.0, speed, ramp), abs=SECONDS)
+    assert run.executed[-1].end - run.executed[-1].begin == pytest.approx(trapezoid_time(1.0, speed, ramp), abs=SECONDS)
 
 
 def test_ptp_is_synchronous(arm):
-    done = ran(arm, HOME, "PTP_REL {A1 60, A2 10, A6 -100}")
-    motion = done.timeline.sample(np.linspace(0.0, done.cycle_time, 50))
+    run = run_of(arm, HOME, "PTP_REL {A1 60, A2 10, A6 -100}")
+    motion = run.timeline.sample(np.linspace(0.0, run.cycle_time, 50))
     part = (motion.q - START) / np.radians([60, 10, 1, 1, 1, -100])
     assert np.abs(part[:, 0] - part[:, 1]).max() < 1e-12
     assert np.abs(part[:, 0] - part[:, 5]).max() < 1e-12
@@ -66,10 +65,10 @@ def test_ptp_is_synchronous(arm):
 
 @pytest.mark.parametrize(("millimetres", "speed"), [(200, 0.2), (20, 0.5), (300, 1.0)])
 def test_lin_takes_the_time_of_its_ramps_and_is_straight(arm, millimetres, speed):
-    done = ran(arm, HOME, f"$VEL.CP = {speed}", f"LIN_REL {{Y {millimetres}}}")
-    assert done.cycle_time == pytest.approx(trapezoid_time(millimetres / 1e3, speed, 2.3), abs=SECONDS)
-    t = np.linspace(0.0, done.cycle_time, 101)
-    m = done.timeline.sample(t)
+    run = run_of(arm, HOME, f"$VEL.CP = {speed}", f"LIN_REL {{Y {millimetres}}}")
+    assert run.cycle_time == pytest.approx(trapezoid_time(millimetres / 1e3, speed, 2.3), abs=SECONDS)
+    t = np.linspace(0.0, run.cycle_time, 101)
+    m = run.timeline.sample(t)
     T = lwr_dyn.forward_kinematics(arm, m.q)
     away = T[:, :3, 3] - T[0, :3, 3]
     assert np.abs(away[:, [0, 2]]).max() < METRES
@@ -79,8 +78,8 @@ def test_lin_takes_the_time_of_its_ramps_and_is_straight(arm, millimetres, speed
 
 
 def test_lin_that_only_turns_takes_the_time_of_its_turn(arm):
-    done = ran(arm, HOME, "$VEL.ORI1 = 90", "LIN_REL {C 20}")
-    assert done.cycle_time == pytest.approx(trapezoid_time(20, 90, 500), abs=SECONDS)
+    run = run_of(arm, HOME, "$VEL.ORI1 = 90", "LIN_REL {C 20}")
+    assert run.cycle_time == pytest.approx(trapezoid_time(20, 90, 500), abs=SECONDS)
 
 
 def test_circ_stays_on_its_circle_and_ca_turns_on(arm):
@@ -88,24 +87,24 @@ def test_circ_stays_on_its_circle_and_ca_turns_on(arm):
         ("CIRC_REL {Y 100, Z 100}, {Z 200}", math.pi),
         ("CIRC_REL {Y 100, Z 100}, {Z 200}, CA 270", 1.5 * math.pi),
     ):
-        done = ran(arm, HOME, line)
-        m = done.timeline.sample(np.linspace(0.0, done.cycle_time, 80))
+        run = run_of(arm, HOME, line)
+        m = run.timeline.sample(np.linspace(0.0, run.cycle_time, 80))
         p = lwr_dyn.forward_kinematics(arm, m.q)[:, :3, 3]
         centre = p[0] + np.array([0, 0, 0.1])
         assert np.abs(np.linalg.norm(p - centre, axis=1) - 0.1).max() < METRES
-        assert done.cycle_time == pytest.approx(trapezoid_time(0.1 * angle, 0.2, 2.3), abs=SECONDS)
+        assert run.cycle_time == pytest.approx(trapezoid_time(0.1 * angle, 0.2, 2.3), abs=SECONDS)
 
 
 def test_rates_are_derivatives_also_in_blends(arm):
-    done = ran(arm, HOME, "$APO.CDIS = 30", "$APO.CPTP = 50", "PTP_REL {A1 20} C_PTP C_DIS",
+    run = run_of(arm, HOME, "$APO.CDIS = 30", "$APO.CPTP = 50", "PTP_REL {A1 20} C_PTP C_DIS",
                "LIN_REL {Y 100, B 15} C_DIS",
                "LIN_REL {Z 80, A 20} C_DIS", "CIRC_REL {Y 50, Z 50}, {Z 100} C_DIS", "PTP_REL {A6 40}")  # fmt: skip
     h = 1e-5
-    marks = np.concatenate([leg.begin + np.asarray(leg.part.law.knots) for leg in done.timeline.entries[1:]])
-    t = np.linspace(h, done.cycle_time - h, 400)
+    marks = np.concatenate([item.begin + np.asarray(item.part.profile.knots) for item in run.timeline.items[1:]])
+    t = np.linspace(h, run.cycle_time - h, 400)
     t = t[np.abs(t[:, None] - marks).min(axis=1) > 3 * h]
-    t = t[np.array([min(abs(x - e.begin - e.overlap) for e in done.timeline.entries) > 3 * h for x in t])]
-    a, b, c = (done.timeline.sample(x) for x in (t - h, t, t + h))
+    t = t[np.array([min(abs(x - e.begin - e.overlap) for e in run.timeline.items) > 3 * h for x in t])]
+    a, b, c = (run.timeline.sample(x) for x in (t - h, t, t + h))
     assert np.abs((c.q - a.q) / (2 * h) - b.dq).max() < 1e-6
     assert np.abs((c.dq - a.dq) / (2 * h) - b.ddq).max() < 1e-4
 
@@ -119,18 +118,18 @@ def test_blends_stay_inside_their_distance_and_save_time(arm, distance):
         "LIN_REL {Z -120} C_DIS",
         "LIN_REL {X -100, Z 50}",
     ]
-    done, stops = ran(arm, *lines), ran(arm, *(x.replace(" C_DIS", "") for x in lines))
-    assert done.cycle_time < stops.cycle_time
-    corners = [lwr_dyn.forward_kinematics(arm, d.q)[:3, 3] for d in done.done[1:-1]]
-    t = np.linspace(0.0, done.cycle_time, 4001)
-    p = lwr_dyn.forward_kinematics(arm, done.timeline.sample(t).q)[:, :3, 3]
+    run, stops = run_of(arm, *lines), run_of(arm, *(x.replace(" C_DIS", "") for x in lines))
+    assert run.cycle_time < stops.cycle_time
+    corners = [lwr_dyn.forward_kinematics(arm, d.q)[:3, 3] for d in run.executed[1:-1]]
+    t = np.linspace(0.0, run.cycle_time, 4001)
+    p = lwr_dyn.forward_kinematics(arm, run.timeline.sample(t).q)[:, :3, 3]
     # off the polyline only within the distance of a corner, and off it everywhere else by nothing
-    nodes = [lwr_dyn.forward_kinematics(arm, d.q)[:3, 3] for d in done.done]
+    nodes = [lwr_dyn.forward_kinematics(arm, d.q)[:3, 3] for d in run.executed]
     off = np.min([_from_segment(p, a, b) for a, b in pairwise(nodes)], axis=0)
     near = np.min([np.linalg.norm(p - c, axis=1) for c in corners], axis=0)
     assert near[off > 1e-8].max() <= distance / 1e3 + 1e-9
     assert off.max() > 0.05 * distance / 1e3
-    assert [d.overlap > 0 for d in done.done] == [False, False, True, True]
+    assert [d.overlap > 0 for d in run.executed] == [False, False, True, True]
 
 
 def _from_segment(p, a, b):
@@ -139,10 +138,10 @@ def _from_segment(p, a, b):
 
 
 def test_ptp_into_lin_is_passed_within_the_distance(arm):
-    done = ran(arm, HOME, "$APO.CDIS = 15", "$APO.CPTP = 100", "PTP_REL {A1 30} C_PTP C_DIS", "LIN_REL {Z -100}")
-    entry = done.timeline.entries[2]
+    run = run_of(arm, HOME, "$APO.CDIS = 15", "$APO.CPTP = 100", "PTP_REL {A1 30} C_PTP C_DIS", "LIN_REL {Z -100}")
+    entry = run.timeline.items[2]
     assert entry.overlap > 0
-    corner = lwr_dyn.forward_kinematics(arm, done.done[1].q)[:3, 3]
+    corner = lwr_dyn.forward_kinematics(arm, run.executed[1].q)[:3, 3]
     t = np.linspace(entry.begin, entry.begin + entry.overlap, 50)
     lin = np.linalg.norm(lwr_dyn.forward_kinematics(arm, entry.part.axes(t - entry.begin).q)[:, :3, 3] - corner, axis=1)
     assert lin.max() <= 0.015 + 1e-9
@@ -151,36 +150,36 @@ def test_ptp_into_lin_is_passed_within_the_distance(arm):
 @pytest.mark.parametrize("between", ["WAIT SEC 0.5", "$OUT[1] = TRUE", "WAIT FOR $OUT[1]==FALSE"])
 def test_a_look_at_the_world_ends_the_blend_unless_continue_stands_before(arm, between):
     head = (HOME, "$APO.CDIS = 20", "LIN_REL {Y 100} C_DIS")
-    assert ran(arm, *head, between, "LIN_REL {Z 50}").done[-1].overlap == 0.0
+    assert run_of(arm, *head, between, "LIN_REL {Z 50}").executed[-1].overlap == 0.0
     if "OUT" in between:
-        assert ran(arm, *head, "CONTINUE", between, "LIN_REL {Z 50}").done[-1].overlap > 0.0
+        assert run_of(arm, *head, "CONTINUE", between, "LIN_REL {Z 50}").executed[-1].overlap > 0.0
 
 
 def test_no_axis_is_faster_than_its_rating_without_a_word(arm):
-    done = ran(
+    run = run_of(
         arm,
         HOME,
         "$APO.CPTP = 100",
         *("PTP_REL {A1 30, A4 20} C_PTP", "PTP_REL {A1 -50, A6 90} C_PTP") * 3,
         "PTP_REL {A2 9}",
     )
-    assert (done.peak_speeds <= arm.velocity * (1 + 1e-9)).all()
-    assert done.found == ()
+    assert (run.peak_speeds <= arm.velocity * (1 + 1e-9)).all()
+    assert run.diagnostics == ()
     # a LIN through the neighbourhood of A5 = 0 at full speed
     lines = ["PTP {A1 0, A2 -90, A3 90, A4 20, A5 4, A6 0}", "$VEL.CP = 2", "LIN_REL {Y -400}"]
-    assert (3, "axis-speed") in said(arm, *lines)
+    assert (3, "axis-speed") in codes_of(arm, *lines)
 
 
 def test_a_lin_through_the_wrist_singularity_is_diagnosed(arm):
     # B turns from one side of the forearm's direction to the other: A5 passes zero
-    assert "singularity" in [code for _, code in said(arm, HOME, "LIN_REL {B 60}")]
-    assert said(arm, HOME, "LIN_REL {B -60}") == []
+    assert "singularity" in [code for _, code in codes_of(arm, HOME, "LIN_REL {B 60}")]
+    assert codes_of(arm, HOME, "LIN_REL {B -60}") == []
 
 
 def test_a_wrist_that_turns_over_in_a_ptp_is_warned_of(arm):
     first = "PTP {X 91, Y -1139, Z 1392, A 0, B 0, C 0, S 4, T 52}"
     other = "PTP {X 91, Y -1117, Z 1447, A 0, B 0, C 0, S 0, T 12}"
-    assert said(arm, HOME, first, other) == [(3, "wrist-flip")]
+    assert codes_of(arm, HOME, first, other) == [(3, "wrist-flip")]
 
 
 def test_status_of_a_lin_target_is_compared(arm):
@@ -188,7 +187,7 @@ def test_status_of_a_lin_target_is_compared(arm):
         "PTP {X 91, Y -1139, Z 1392, A 0, B 0, C 0, S 4, T 52}",
         "LIN {X 91, Y -1117, Z 1447, A 0, B 0, C 0, S 0, T 4}",
     ]
-    assert said(arm, *lines) == [(2, "status-turn")]
+    assert codes_of(arm, *lines) == [(2, "status-turn")]
 
 
 def test_pose_status_turn_to_axes_and_back_for_all_branches(arm):
@@ -207,8 +206,8 @@ def test_pose_status_turn_to_axes_and_back_for_all_branches(arm):
                     "XYZABC", (pose.x_mm, pose.y_mm, pose.z_mm, pose.a_deg, pose.b_deg, pose.c_deg), strict=True
                 )
             )
-            done = ran(arm, f"PTP {{{place}, S {pose.s}, T {pose.t}}}")
-            back = done.done[0].q
+            run = run_of(arm, f"PTP {{{place}, S {pose.s}, T {pose.t}}}")
+            back = run.executed[0].q
             worst = max(worst, np.abs(back - q).max())
             assert (status(arm, back), turn(back)) == (pose.s, pose.t)
             assert np.abs(kuka_pose(arm, back).matrix() - pose.matrix()).max() < METRES
@@ -217,22 +216,22 @@ def test_pose_status_turn_to_axes_and_back_for_all_branches(arm):
 
 
 def test_base_and_tool_are_frames(arm):
-    done = ran(arm, "$TOOL = {X 10, Y 20, Z 150, A 0, B 90, C 0}", "$BASE = {X 700, Y -200, Z 900, A 30, B 0, C 0}",
+    run = run_of(arm, "$TOOL = {X 10, Y 20, Z 150, A 0, B 90, C 0}", "$BASE = {X 700, Y -200, Z 900, A 30, B 0, C 0}",
                HOME, "PTP {X 300, Y 100, Z 400, A 20, B 100, C 10}")  # fmt: skip
     base, tool = KukaPose(700, -200, 900, 30, 0, 0).matrix(), KukaPose(10, 20, 150, 0, 90, 0).matrix()
     target = KukaPose(300, 100, 400, 20, 100, 10).matrix()
-    T = lwr_dyn.forward_kinematics(arm, done.done[-1].q)
+    T = lwr_dyn.forward_kinematics(arm, run.executed[-1].q)
     assert np.abs(T @ tool - base @ target).max() < METRES
 
 
 def test_static_and_dynamic_torque_are_the_models(arm):
-    done = ran(arm, HOME, "PTP_REL {A2 30}", "WAIT SEC 1")
+    run = run_of(arm, HOME, "PTP_REL {A2 30}", "WAIT SEC 1")
     model = lwr_dyn.dynamics_of(arm, engine="newton-euler")
-    assert np.abs(done.static_torque - model.gravity_vector(done.motion.q)).max() < 1e-8
-    tau = model.inverse_dynamics(done.motion.q, done.motion.dq, done.motion.ddq)
-    assert np.abs(done.torque - tau).max() < 1e-8
-    rest = done.motion.t > done.cycle_time - 0.9
-    assert np.abs(done.torque[rest] - done.static_torque[rest]).max() < 1e-9
+    assert np.abs(run.static_torque - model.gravity_vector(run.motion.q)).max() < 1e-8
+    tau = model.inverse_dynamics(run.motion.q, run.motion.dq, run.motion.ddq)
+    assert np.abs(run.torque - tau).max() < 1e-8
+    rest = run.motion.t > run.cycle_time - 0.9
+    assert np.abs(run.torque[rest] - run.static_torque[rest]).max() < 1e-9
 
 
 def test_the_statements_do_what_they_say(arm):
@@ -251,17 +250,17 @@ def test_the_statements_do_what_they_say(arm):
                       "DEFFCT INT half(x:IN)", "INT x", "RETURN x / 2", "ENDFCT", ""])  # fmt: skip
     program = parse_program(text, name="a")
     assert check_program(program, arm) == ()
-    done = run_program(program, arm)
-    assert np.degrees(done.done[-1].q - START)[0] == pytest.approx(6.0, abs=1e-9)
+    run = run_program(program, arm)
+    assert np.degrees(run.executed[-1].q - START)[0] == pytest.approx(6.0, abs=1e-9)
 
 
 def test_a_first_motion_to_where_the_arm_stands_starts_at_mastering(arm):
-    done = ran(arm, "PTP $AXIS_ACT", "PTP_REL {A1 10}")
-    assert np.degrees(done.done[0].q) == pytest.approx([0, -90, 90, 0, 0, 0], abs=1e-12)
+    run = run_of(arm, "PTP $AXIS_ACT", "PTP_REL {A1 10}")
+    assert np.degrees(run.executed[0].q) == pytest.approx([0, -90, 90, 0, 0, 0], abs=1e-12)
 
 
 def test_a_parameter_by_reference_comes_back(arm):
     text = "DEF a( )\nINT n\nBAS(#VEL_PTP, 100)\n" + HOME + "\nn = 1\nb(n, n)\nPTP_REL {A1 n}\nEND\n"
     for mode, expected in (("OUT", 5.0), ("IN", 1.0)):
-        done = run_program(parse_program(text + f"DEF b(k:{mode}, m:IN)\nINT k, m\nk = m + 4\nEND\n", name="a"), arm)
-        assert np.degrees(done.done[-1].q)[0] == pytest.approx(expected, abs=1e-9)
+        run = run_program(parse_program(text + f"DEF b(k:{mode}, m:IN)\nINT k, m\nk = m + 4\nEND\n", name="a"), arm)
+        assert np.degrees(run.executed[-1].q)[0] == pytest.approx(expected, abs=1e-9)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.krl.check import check_program
 from lwr_dyn.krl.program import load_program, parse_program
+from lwr_dyn.krl.run import check_program
 from lwr_dyn.model.run import Run
 from lwr_dyn.reproduction.kr30ha.krl_program import (
     EXACT_MM,
@@ -40,7 +40,7 @@ def report(arm):
 def test_every_fault_at_its_line_and_no_false_one(report):
     found = {}
     for d in report.printed:
-        found.setdefault(d.code, []).append(d.place.line)
+        found.setdefault(d.code, []).append(d.position.line)
     assert found == FAULTS
     assert report.missing == report.false == ()
 
@@ -67,7 +67,7 @@ def test_each_repair_takes_its_own_fault_away(arm):
 def test_the_corrected_program_is_clean_and_goes_where_it_should(report, arm):
     assert report.said == ()
     assert [s.target_mm for s in report.stops] == [(91, -1139, 1392), (91, -1117, 1447)]
-    T = [lwr_dyn.forward_kinematics(arm, d.q) for d in report.run.done if d.kind == "PTP"][:2]
+    T = [lwr_dyn.forward_kinematics(arm, d.q) for d in report.run.executed if d.kind == "PTP"][:2]
     for stop, pose in zip(report.stops, T, strict=True):
         assert np.linalg.norm(1e3 * pose[:3, 3] - stop.target_mm) <= EXACT_MM
         assert stop.missed_mm <= EXACT_MM

@@ -7,9 +7,9 @@ import pytest
 from lwr_dyn.errors import OptionError
 from lwr_dyn.krl import expressions as e
 from lwr_dyn.krl import statements as s
-from lwr_dyn.krl.emit import expression_text, statement_text
 from lwr_dyn.krl.line_parser import parse_line
-from lwr_dyn.krl.source import Line, parse_bytes, parse_text, read_source
+from lwr_dyn.krl.source import SourceLine, parse_bytes, parse_text, read_source
+from lwr_dyn.krl.unparse import expression_text, statement_text
 from tests.krl.mutations import PROGRAMS
 from tests.krl.random_programs import Writer
 
@@ -119,4 +119,4 @@ def test_what_cannot_be_written_is_refused():
     with pytest.raises(OptionError):
         statement_text(s.Wait("SEC", e.Real(float("inf"))))
     with pytest.raises(OptionError):
-        Line(None, "two\nlines").text()
+        SourceLine(None, "two\nlines").text()

@@ -11,11 +11,10 @@ from typing import Any
 import numpy as np
 
 from lwr_dyn.files import write_folder
-from lwr_dyn.krl.check import check_program
-from lwr_dyn.krl.diagnosis import Diagnosis
-from lwr_dyn.krl.job import job_of, job_program
+from lwr_dyn.krl.diagnostics import Diagnostic
+from lwr_dyn.krl.point_program import generate_program, point_program_of
 from lwr_dyn.krl.program import Program, parse_program
-from lwr_dyn.krl.run import ProgramRun, run_program
+from lwr_dyn.krl.run import ProgramRun, check_program, run_program
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.tables import aligned
 from lwr_dyn.viewer.replay_page import write_replay
@@ -42,13 +41,13 @@ class ProgramPoint:
 class ProgramReport:
     """The printed program with its diagnosis against the faults that are known, and the right one with its run."""
 
-    printed: tuple[Diagnosis, ...]
+    printed: tuple[Diagnostic, ...]
     missing: tuple[Fault, ...]
     """Known faults that the check did not find."""
     false: tuple[Fault, ...]
     """What the check said and is no fault."""
     corrected: Program
-    said: tuple[Diagnosis, ...]
+    said: tuple[Diagnostic, ...]
     """Of the corrected program."""
     run: ProgramRun
     stops: tuple[ProgramPoint, ...]
@@ -76,17 +75,17 @@ def corrected_program(arm: Arm) -> Program:
     """The same job as a `.src` and `.dat` that a controller takes: typed points with S and T, home in axes, speeds."""
     data = program_data()
     points = [{"name": p["name"], "xyz": p["xyz"], "abc": p["abc"], "wait": data["wait"]} for p in data["points"]]
-    return job_program(job_of({"name": NAME, "wait": data["wait"], "point": points}, arm), arm)
+    return generate_program(point_program_of({"name": NAME, "wait": data["wait"], "point": points}, arm), arm)
 
 
 def program_report(arm: Arm) -> ProgramReport:
     """The report's program diagnosed, put right, checked and run on the arm."""
     data, found = program_data(), check_program(printed_program(), arm)
     known = {(line, f["severity"], f["code"]) for f in data["fault"] for line in f["lines"]}
-    seen = {(d.place.line, str(d.severity), d.code) for d in found}
+    seen = {(d.position.line, str(d.severity), d.code) for d in found}
     right = corrected_program(arm)
     run = run_program(right, arm)
-    moved = [(d, p) for d, p in zip(run.done, run.poses(), strict=True) if d.kind == "PTP"]
+    moved = [(d, p) for d, p in zip(run.executed, run.poses(), strict=True) if d.kind == "PTP"]
     stops = []
     for point, (_, pose) in zip(data["points"], moved, strict=False):
         off = np.array([pose.x_mm, pose.y_mm, pose.z_mm]) - point["xyz"]

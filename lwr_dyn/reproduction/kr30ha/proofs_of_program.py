@@ -7,8 +7,8 @@ from functools import cache, partial
 import numpy as np
 
 from lwr_dyn.kinematics.forward import forward_kinematics
-from lwr_dyn.krl.check import check_program
-from lwr_dyn.krl.diagnosis import Diagnosis
+from lwr_dyn.krl.diagnostics import Diagnostic
+from lwr_dyn.krl.run import check_program
 from lwr_dyn.papers.assembly import arm_from_paper
 from lwr_dyn.papers.catalog import open_paper
 from lwr_dyn.reproduction.case import PaperData
@@ -18,14 +18,14 @@ from lwr_dyn.reproduction.proof import Proof, Prove
 
 
 @cache
-def _diagnoses(corrected: bool) -> tuple[Diagnosis, ...]:
+def _diagnoses(corrected: bool) -> tuple[Diagnostic, ...]:
     arm = arm_from_paper(open_paper("kr30ha"))
     return check_program(corrected_program(arm) if corrected else printed_program(), arm)
 
 
 def diagnosed(_: PaperData, codes: tuple[str, ...], lines: tuple[int, ...]) -> Proof:
     """The printed program is told off for it at these lines and no other; the program put right is not."""
-    found = {code: tuple(sorted(d.place.line for d in _diagnoses(False) if d.code == code)) for code in codes}
+    found = {code: tuple(sorted(d.position.line for d in _diagnoses(False) if d.code == code)) for code in codes}
     left = [d for d in _diagnoses(True) if d.code in codes]
     said = next((d.message for d in _diagnoses(False) if d.code == codes[0]), "nothing")
     return Proof(

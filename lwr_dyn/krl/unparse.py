@@ -1,4 +1,4 @@
-"""What a line says -> its text, in the spelling KUKA's own editor uses."""
+"""Expressions and statements -> their text, as KUKA's own editor writes it."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def _index(x: e.Index, _: int) -> str:
     return f"{expression_text(x.of)}[{_list(x.indices)}]"
 
 
-def _call(x: e.Call, _: int = 0) -> str:
+def _call(x: e.FunctionCall, _: int = 0) -> str:
     arguments = ", ".join("" if a is None else expression_text(a) for a in x.arguments)
     return f"{x.name}({arguments})"
 
@@ -86,11 +86,11 @@ _EXPRESSIONS: dict[type, Callable[[Any, int], str]] = {
     e.Real: lambda x, _: number_text(x.value),
     e.Bool: lambda x, _: "TRUE" if x.value else "FALSE",
     e.Text: lambda x, _: f'"{x.value}"',
-    e.EnumConstant: lambda x, _: f"#{x.name}",
+    e.EnumLiteral: lambda x, _: f"#{x.name}",
     e.Name: lambda x, _: x.name,
     e.Index: _index,
     e.Component: lambda x, _: f"{expression_text(x.of)}.{x.name}",
-    e.Call: _call,
+    e.FunctionCall: _call,
     e.Aggregate: _aggregate,
     e.Unary: _unary,
     e.Binary: _binary,
@@ -109,6 +109,10 @@ def _words(*words: str | None) -> str:
     return " ".join(word for word in words if word)
 
 
+def _global(x: d.Def | d.Declaration | d.EnumType | d.StructType | d.Signal | s.InterruptDeclaration) -> str | None:
+    return "GLOBAL" if x.is_global else None
+
+
 def _declarator(x: d.Declarator) -> str:
     value = "" if x.value is None else f" = {expression_text(x.value)}"
     return f"{x.name}{_brackets(x.sizes)}{value}"
@@ -122,23 +126,22 @@ def _parameter(x: d.Parameter) -> str:
 def _def(x: d.Def) -> str:
     parameters = ", ".join(map(_parameter, x.parameters)) or " "
     head = "DEF" if x.returns is None else f"DEFFCT {x.returns}{'[]' if x.returns_array else ''}"
-    return _words("GLOBAL" if x.is_global else None, head, f"{x.name}({parameters})")
+    return _words(_global(x), head, f"{x.name}({parameters})")
 
 
 def _declaration(x: d.Declaration) -> str:
-    decl, is_global = "DECL" if x.decl else None, "GLOBAL" if x.is_global else None
-    const = "CONST" if x.const else None
-    return _words(decl, is_global, const, x.type, ", ".join(map(_declarator, x.names)))
+    decl, const = "DECL" if x.decl else None, "CONST" if x.const else None
+    return _words(decl, _global(x), const, x.type, ", ".join(map(_declarator, x.names)))
 
 
 def _struct(x: d.StructType) -> str:
     members = ", ".join(f"{kind} {', '.join(map(_declarator, names))}" for kind, names in x.members)
-    return _words("GLOBAL" if x.is_global else None, "STRUC", x.name, members)
+    return _words(_global(x), "STRUC", x.name, members)
 
 
 def _signal(x: d.Signal) -> str:
     last = None if x.last is None else f"TO {expression_text(x.last)}"
-    return _words("GLOBAL" if x.is_global else None, "SIGNAL", x.name, expression_text(x.first), last)
+    return _words(_global(x), "SIGNAL", x.name, expression_text(x.first), last)
 
 
 def _external(x: d.External) -> str:
@@ -175,7 +178,7 @@ def _for(x: s.For) -> str:
 
 
 def _interrupt(x: s.InterruptDeclaration) -> str:
-    head = _words("GLOBAL" if x.is_global else None, "INTERRUPT DECL", expression_text(x.priority))
+    head = _words(_global(x), "INTERRUPT DECL", expression_text(x.priority))
     return f"{head} WHEN {expression_text(x.condition)} DO {statement_text(x.action)}"
 
 
@@ -192,7 +195,7 @@ def _analog(x: s.Analog) -> str:
 
 
 def _enum(x: d.EnumType) -> str:
-    return _words("GLOBAL" if x.is_global else None, "ENUM", x.name, ", ".join(x.members))
+    return _words(_global(x), "ENUM", x.name, ", ".join(x.members))
 
 
 def _optional(value: e.Expression | None) -> str | None:
@@ -216,7 +219,7 @@ _STATEMENTS: dict[type, Callable[[Any], str]] = {
     s.EndSpline: lambda x: _words("ENDSPLINE", *x.blends),
     s.Wait: lambda x: f"WAIT {x.kind} {expression_text(x.value)}",
     s.Condition: _condition,
-    s.Case: lambda x: f"CASE {_list(x.values)}",
+    s.CaseBranch: lambda x: f"CASE {_list(x.values)}",
     s.For: _for,
     s.Jump: lambda x: f"GOTO {x.label}",
     s.Label: lambda x: f"{x.name}:",
