@@ -1,1 +1,10 @@
-"""Arm to URDF and back, with a trail from every number to its cell."""
+"""Arm to URDF, SRDF and MJCF with the source of every number, and foreign URDFs back to Arm.
+
+writer        urdf_text: the URDF, and the source of each number in it
+provenance    provenance_text: the sidecar that lists these sources
+model_files   model_files: all files of an arm, with the rotors' SRDF
+mjcf          mjcf_text: MuJoCo's format
+geometry      primitives: default shapes of an arm without a drawing
+reader        read_urdf: a foreign URDF as an Arm
+parse, tree, xml_text    parts of reader and writer
+"""

@@ -1,8 +1,7 @@
-"""What an arm looks like when nobody drew it: primitives along its joints that a person recognises as an arm.
+"""Default shapes of an arm without a drawing: cylinders along its joints.
 
-A limb (cylinder) runs from a joint to the next one that is elsewhere; a joint across its limb is a housing with an
-axle, one that turns about it a ring; a pedestal stands under the base, a disc is the flange. No number of it enters the
-dynamics.
+A limb is a cylinder from a joint to the next joint at another place. A joint across its limb is a housing with an axle,
+a joint along its limb a ring; the base is a pedestal, the flange a disc. The dynamics uses none of these numbers.
 """
 
 from __future__ import annotations
@@ -16,8 +15,8 @@ from lwr_dyn.model.arm import Arm, DrawnCylinder, Joint
 from lwr_dyn.model.dh import JointKind
 from lwr_dyn.model.spatial import Pose, axis_to_z
 
-_MERGED = 1e-6
-"""Joint origins nearer than this [m] are one place."""
+_SAME_PLACE = 1e-6
+"""Joint origins nearer than this [m] are at the same place."""
 
 COLOURS = {"orange": (0.96, 0.45, 0.09, 1.0), "grey": (0.80, 0.81, 0.83, 1.0), "dark": (0.22, 0.23, 0.26, 1.0)}
 
@@ -34,7 +33,7 @@ class Primitive:
 
 
 def primitives(arm: Arm) -> tuple[Primitive, ...]:
-    """The shapes of all links, base and flange included: the file's own cylinders where it lists them."""
+    """The shapes of all links, base and flange included; the file's own cylinders if it lists any."""
     if arm.drawing.cylinders:
         return tuple(_as_listed(cylinder) for cylinder in arm.drawing.cylinders)
     radii, joints = link_radii(arm), arm.joints()
@@ -59,22 +58,22 @@ def _as_listed(cylinder: DrawnCylinder) -> Primitive:
 
 
 def _along_its_limb(joint: Joint, end: Array) -> bool:
-    """Whether a joint turns about the limb it stands in: its own, or the one that leads to it when it has none."""
+    """Whether the joint axis is along its limb, or along the previous limb if it has none."""
     span, axis = end, np.array([0.0, 0.0, 1.0])
-    if np.linalg.norm(end) < _MERGED:
+    if np.linalg.norm(end) < _SAME_PLACE:
         span, axis = joint.origin.position, joint.origin.rotation[:, 2]
     length = float(np.linalg.norm(span))
-    return length >= _MERGED and float(np.linalg.norm(np.cross(axis, span))) < 1e-3 * length
+    return length >= _SAME_PLACE and float(np.linalg.norm(np.cross(axis, span))) < 1e-3 * length
 
 
 def _hinge(link: str, radius: float) -> list[Primitive]:
-    """A housing across the limbs, and the axle whose ends stick out of it."""
+    """A housing across the limbs, and an axle that is longer than it."""
     axle = Primitive(link, Pose.identity(), 0.66 * radius, 2.36 * radius, "dark")
     return [Primitive(link, Pose.identity(), radius, 2.2 * radius, "grey"), axle]
 
 
 def _collar(link: str, end: Array, radius: float) -> list[Primitive]:
-    """A ring about the limb, clear of the hinge it comes from, where there is room."""
+    """A ring around the limb beyond its hinge, if the limb is long enough."""
     length = float(np.linalg.norm(end))
     if length < 1.6 * radius:
         return []
@@ -83,18 +82,18 @@ def _collar(link: str, end: Array, radius: float) -> list[Primitive]:
 
 
 def link_radii(arm: Arm) -> tuple[float, ...]:
-    """Radius of each link [m]: the file's own, or tapering with what hangs behind it."""
+    """Radius of each link [m]: the file's own, or smaller the shorter the arm beyond the link."""
     if arm.drawing.radius:
         return arm.drawing.radius
     spans = [float(np.linalg.norm(j.origin.position)) for j in arm.joints()]
     spans.append(float(np.linalg.norm(arm.flange().position)))
     reach = max(sum(spans), 0.1)
-    behind = [sum(spans[i + 1 :]) for i in range(arm.n)]
-    return tuple(reach * (0.045 + 0.03 * b / reach) for b in behind)
+    beyond = [sum(spans[i + 1 :]) for i in range(arm.n)]
+    return tuple(reach * (0.045 + 0.03 * b / reach) for b in beyond)
 
 
 def _base(arm: Arm, radius: float) -> list[Primitive]:
-    """The pedestal, and a limb from the base to the first joint where that is elsewhere."""
+    """The pedestal, and a limb from the base to the first joint if that is at another place."""
     shapes = []
     height = arm.drawing.pedestal
     if height > 0.0:
@@ -113,7 +112,7 @@ def _at(x: float, y: float, z: float) -> Pose:
 def _limb(link: str, start: Array, end: Array, radius: float, colour: str) -> Primitive | None:
     span = end - start
     length = float(np.linalg.norm(span))
-    if length < _MERGED:
+    if length < _SAME_PLACE:
         return None
     return Primitive(
         link, Pose(axis_to_z(span), (start + end) / 2), min(radius, max(length, 0.3 * radius)), length, colour

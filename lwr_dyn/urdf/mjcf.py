@@ -1,4 +1,4 @@
-"""Arm -> MJCF text for MuJoCo: the same frames, bodies, limits and shapes as the URDF, and the armature it cannot hold.
+"""Arm -> MJCF text for MuJoCo: frames, bodies, limits and shapes of the URDF, and the armature, which a URDF lacks.
 
 Orientations are `xyaxes` (two columns of the rotation matrix), so no angle is converted. Shapes collide with nothing.
 """
@@ -12,14 +12,13 @@ from lwr_dyn.model.chain import Body
 from lwr_dyn.model.dh import JointKind
 from lwr_dyn.model.spatial import Pose
 from lwr_dyn.urdf.geometry import COLOURS, Primitive, primitives
-from lwr_dyn.urdf.writer import header
-from lwr_dyn.urdf.xml_text import comment, number, numbers
+from lwr_dyn.urdf.xml_text import comment, header, number, numbers
 
 _TYPES = {JointKind.REVOLUTE: "hinge", JointKind.PRISMATIC: "slide"}
 
 
 def mjcf_text(arm: Arm) -> str:
-    """The arm as MJCF text; raises `MissingDataError` for an arm without inertias, which MuJoCo cannot hold."""
+    """The arm as MJCF text; raises `MissingDataError` for an arm without inertias, which MuJoCo refuses."""
     arm.require_dynamics()
     shapes = primitives(arm)
     lines = ['<?xml version="1.0" encoding="utf-8"?>', *_header(arm), f"<mujoco model={quoteattr(arm.name)}>"]
@@ -44,7 +43,7 @@ def mjcf_text(arm: Arm) -> str:
 
 
 def _header(arm: Arm) -> list[str]:
-    """The URDF's header with what MuJoCo does differently."""
+    """The URDF's header, with the differences of MJCF."""
     first, *rest, last = header(arm)
     rest = [
         x for x in rest if not any(word in x for word in ("provenance", "rotor inertia:", "stand-ins", "gravity in"))

@@ -1,17 +1,19 @@
-"""The files that belong to an arm: URDF, its sidecars, and where the arm has inertias the MJCF."""
+"""All files of an arm: URDF, provenance sidecar, SRDF with the rotors, and MJCF."""
 
 from __future__ import annotations
+
+from xml.sax.saxutils import quoteattr
 
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.papers.catalog import readings, robots
 from lwr_dyn.urdf.mjcf import mjcf_text
 from lwr_dyn.urdf.provenance import provenance_text
-from lwr_dyn.urdf.srdf import srdf_text
 from lwr_dyn.urdf.writer import urdf_text
+from lwr_dyn.urdf.xml_text import comment, number
 
 
 def model_stem(arm: Arm) -> str:
-    """ROBOT for the default reading of a robot of the data room, else ROBOT_READING.
+    """ROBOT for the default reading of a robot of this package, else ROBOT_READING.
 
     >>> from lwr_dyn.front import load
     >>> model_stem(load("lwr4plus")), model_stem(load("lwr4plus", reading="physical"))
@@ -22,7 +24,9 @@ def model_stem(arm: Arm) -> str:
 
 
 def model_files(arm: Arm, stem: str | None = None) -> dict[str, str]:
-    """File name -> text: `.urdf`, `.provenance.json`; `.srdf` where rotors, `.xml` (MJCF) where inertias are given.
+    """File name -> text: `.urdf`, `.provenance.json`, with rotors `.srdf`, with inertias `.xml` (MJCF).
+
+    Names begin with `stem`, or with `model_stem(arm)`.
 
     >>> from lwr_dyn.front import load
     >>> list(model_files(load("lwr4")))
@@ -35,3 +39,22 @@ def model_files(arm: Arm, stem: str | None = None) -> dict[str, str]:
     if arm.chain.bodies is not None:
         out[f"{stem}.xml"] = mjcf_text(arm)
     return out
+
+
+def srdf_text(arm: Arm) -> str:
+    """The arm's known rotors as the `rotor_params` of an SRDF, which `pinocchio.loadRotorParameters` reads."""
+    lines = [
+        '<?xml version="1.0" encoding="utf-8"?>',
+        "<!--",
+        f"  {comment(f'rotors of robot {arm.name}, reading {arm.reading}; written by lwr_dyn, do not edit')}",
+        "  for pinocchio.loadRotorParameters: mass is the rotor's moment of inertia about its axis [kg m^2];",
+        "  armature = gear_ratio^2 mass",
+        "-->",
+        f"<robot name={quoteattr(arm.name)}>",
+        "  <rotor_params>",
+    ]
+    for link in arm.chain.links:
+        if link.rotor is not None:
+            mass, ratio = number(link.rotor.inertia), number(link.rotor.gear_ratio)
+            lines.append(f'    <joint name={quoteattr(link.joint)} mass="{mass}" gear_ratio="{ratio}"/>')
+    return "\n".join([*lines, "  </rotor_params>", "</robot>"]) + "\n"

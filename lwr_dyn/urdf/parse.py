@@ -1,6 +1,6 @@
-"""The door to yourdfpy, behind checks of its own: file -> parsed URDF, or one line that names the element at fault.
+"""URDF file -> parsed URDF by yourdfpy, after checks of our own, with one error that names the faulty element.
 
-Shapes and materials are dropped before parsing: dynamics needs none, and so no mesh file is looked for.
+Shapes and materials are dropped before parsing, since dynamics needs none: so mesh files need not exist.
 """
 
 from __future__ import annotations
@@ -19,8 +19,7 @@ import numpy as np
 
 from lwr_dyn.errors import FileAccessError, UrdfError
 from lwr_dyn.model.chain import Rotor
-from lwr_dyn.urdf.writer import GRAVITY, REFLECTED, UNKNOWN_LIMITS, WRITTEN_BY
-from lwr_dyn.urdf.xml_text import comment
+from lwr_dyn.urdf.xml_text import GRAVITY, REFLECTED, UNKNOWN_LIMITS, WRITTEN_BY, comment
 
 _WIDTHS = {"xyz": 3, "rpy": 3}
 _SCALARS = ("value", "ixx", "ixy", "ixz", "iyy", "iyz", "izz", "damping", "friction", "multiplier", "offset")
@@ -32,7 +31,7 @@ _DRAKE = ("{https://drake.mit.edu/}", "{http://drake.mit.edu}", "{https://drake.
 
 @dataclass(frozen=True, slots=True, eq=False)
 class UrdfFile:
-    """A parsed URDF: yourdfpy's links and joints, and what yourdfpy does not read."""
+    """A parsed URDF: yourdfpy's links and joints, and the parts that yourdfpy does not read."""
 
     file: str
     name: str
@@ -41,9 +40,9 @@ class UrdfFile:
     joints: Mapping[str, Any]
     rotors: Mapping[str, Rotor]
     placeholders: frozenset[str]
-    """"joint limit" pairs that a header of ours calls unknown."""
+    """"joint limit" pairs that our own header lists as unknown."""
     gravity: tuple[float, ...] | None
-    """What a header of ours says."""
+    """Gravity [m/s^2] in our own header."""
 
 
 def parse_urdf(path: str | Path) -> UrdfFile:
@@ -54,7 +53,7 @@ def parse_urdf(path: str | Path) -> UrdfFile:
     FileAccessError
         The file cannot be read.
     UrdfError
-        Broken XML, a missing name or attribute, a number that is not one, names that are used twice.
+        Broken XML, a missing name or attribute, a malformed number, a name used twice.
     """
     import yourdfpy
 
@@ -84,9 +83,9 @@ def parse_urdf(path: str | Path) -> UrdfFile:
 
 
 def _named(lines: list[str], opening: str) -> frozenset[str]:
-    """The names that a header line of ours lists."""
-    found = next((x.removeprefix(opening) for x in lines if x.startswith(opening)), "")
-    return frozenset(found.split(", "))
+    """The names that a line of our header lists."""
+    names = next((x.removeprefix(opening) for x in lines if x.startswith(opening)), "")
+    return frozenset(names.split(", "))
 
 
 def _keep(parent: ElementTree.Element, tags: tuple[str, ...]) -> None:
@@ -101,13 +100,13 @@ def placeholder_name(joint: str, limit: str) -> str:
 
 def _own_header(text: str) -> list[str]:
     """The lines of the first comment if this package wrote it."""
-    found = re.search(r"<!--(.*?)-->", text, re.DOTALL)
-    lines = [line.strip() for line in found[1].splitlines()] if found else []
+    comments = re.search(r"<!--(.*?)-->", text, re.DOTALL)
+    lines = [line.strip() for line in comments[1].splitlines()] if comments else []
     return lines if any(line.startswith(WRITTEN_BY) for line in lines) else []
 
 
 def _check(root: ElementTree.Element, file: str) -> None:
-    """What yourdfpy would stumble over or take without a word."""
+    """Faults that crash yourdfpy or that it accepts silently."""
     if root.tag != "robot":
         raise UrdfError(file, f"<{root.tag}>", "the outermost element", "<robot>")
     if not root.get("name"):
@@ -135,7 +134,7 @@ def _joint(joint: ElementTree.Element, links: set[str], file: str) -> None:
 
 
 def _inertial(inertial: ElementTree.Element, where: str, file: str) -> None:
-    """yourdfpy takes a missing moment as 1 kg m^2."""
+    """A complete inertial: yourdfpy reads a missing moment as 1 kg m^2."""
     for tag, names in (("mass", ("value",)), ("inertia", ("ixx", "iyy", "izz"))):
         element = inertial.find(tag)
         for name in names:
@@ -157,15 +156,15 @@ def _names(root: ElementTree.Element, tag: str, file: str) -> set[str]:
 
 
 def _numbers(elements: list[ElementTree.Element], where: str, file: str) -> None:
-    """Every numeric attribute holds as many finite numbers as it must; limits may be infinite."""
+    """Every numeric attribute has its count of finite numbers; limits may be infinite."""
     for element in elements:
         for name, text in element.attrib.items():
             width = _WIDTHS.get(name, 1 if name in (*_SCALARS, *_LIMITS) else 0)
             if width == 0:
                 continue
-            found = [_float(word) for word in text.split()]
-            bounded = [v for v in found if not (name in _LIMITS and math.isinf(v))]
-            if len(found) != width or not all(math.isfinite(v) for v in bounded):
+            numbers = [_float(word) for word in text.split()]
+            bounded = [v for v in numbers if not (name in _LIMITS and math.isinf(v))]
+            if len(numbers) != width or not all(math.isfinite(v) for v in bounded):
                 allowed = "a finite number" if width == 1 else f"{width} finite numbers"
                 raise UrdfError(file, f"{where} <{element.tag}> {name}", repr(text), allowed)
 
@@ -178,7 +177,7 @@ def _float(word: str) -> float:
 
 
 def _rotors(root: ElementTree.Element, reflected: frozenset[str], file: str) -> dict[str, Rotor]:
-    """Rotors from Drake's tags; Drake takes a missing gear ratio as 1 and a missing inertia as 0."""
+    """Rotors from Drake's tags; as in Drake, a missing gear ratio is 1 and a missing inertia 0."""
     out = {}
     for transmission in root.findall("transmission"):
         joint, actuator = transmission.find("joint"), transmission.find("actuator")
@@ -193,10 +192,10 @@ def _rotors(root: ElementTree.Element, reflected: frozenset[str], file: str) -> 
 
 
 def _drake(actuator: ElementTree.Element, tag: str, where: str, file: str) -> float | None:
-    found = [x for space in _DRAKE for x in actuator.findall(space + tag)]
-    if not found:
+    elements = [x for space in _DRAKE for x in actuator.findall(space + tag)]
+    if not elements:
         return None
-    text = found[0].get("value", "")
+    text = elements[0].get("value", "")
     value = _float(text)
     if not (math.isfinite(value) and value >= 0.0):
         raise UrdfError(file, f"{where} <drake:{tag}> value", repr(text), "a finite number of at least 0")

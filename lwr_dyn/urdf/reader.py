@@ -1,9 +1,9 @@
-"""A URDF nobody here wrote -> Arm: the serial chain from the root to a tip, with everything welded to it merged in.
+"""Reads a foreign URDF as an Arm: the chain from root to tip, fixed links merged.
 
-What the format leaves open is read so: a limit that is missing, infinite, or (effort, velocity) zero is unknown; a
-continuous joint has no position limits; limits that a header of ours calls stand-ins are unknown again. What hangs on
-the root does not move the chain and is left out. A moving link without `<inertial>` is massless, as the format says, if
-mass hangs further out; if none does, it has no body, and the arm no dynamics.
+A limit that is missing, infinite, or (effort, velocity) zero is unknown; a continuous joint has no position limits;
+placeholders that our own header lists are unknown again. Links fixed to the root do not move and are left out. A moving
+link without `<inertial>` is massless, as the format defines, if a link further out has mass; otherwise it has no body,
+and the arm no dynamics.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ from lwr_dyn.urdf.writer import PLACEHOLDERS
 READING = "urdf"
 """The reading of an arm that comes from a URDF."""
 _OWN_LINKS = ("base", "flange")
-"""Link names of our writer; a moving link of that name gets an underscore."""
+"""Link names that our writer uses; a moving link of that name gets an underscore."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Group:
-    """Links that move as one: the joint that moves them, the links, and the way through them to the next joint."""
+    """Links that move together: the joint that moves them, the links, and the path through them to the next joint."""
 
     joint: Any
     link: str
@@ -41,7 +41,7 @@ class _Group:
     """Every link of the group with its pose in `link`."""
     exit: Pose
     through: tuple[str, ...]
-    """The welds on the way to the next joint or the tip."""
+    """The fixed joints on the path to the next joint or the tip."""
 
 
 def read_urdf(path: str | Path, tip: str | None = None, lock: Mapping[str, float] | None = None) -> Arm:
@@ -51,9 +51,9 @@ def read_urdf(path: str | Path, tip: str | None = None, lock: Mapping[str, float
     ----------
     path : path
     tip : str, optional
-        Link at which the flange is put; needed when the tree ends in several links.
+        The link that is the flange; needed when the tree ends in several links.
     lock : mapping of joint name to value, optional
-        Joints held at a value [rad or m]; a mimic joint follows the locked joint it mimics.
+        Joints fixed at a value [rad or m]; a mimic joint follows the locked joint that it mimics.
 
     Returns
     -------
@@ -66,7 +66,7 @@ def read_urdf(path: str | Path, tip: str | None = None, lock: Mapping[str, float
         The file cannot be read.
     UrdfError
         Not a URDF, not a tree, a joint of the chain that is not revolute, continuous, prismatic or fixed, a moving
-        joint off the chain that is not locked, several ends and no tip, a lock outside the joint's limits.
+        joint beside the chain that is not locked, several ends and no tip, a lock outside the joint's limits.
     UnknownNameError
         No link named `tip`, no moving joint of a locked name.
     """
@@ -100,21 +100,21 @@ def _free_name(link: str, taken: Mapping[str, Any]) -> str:
 
 def _groups(tree: Tree, path: Sequence[Any]) -> list[_Group]:
     """The root's group, then one for each moving joint of the path."""
-    moving = [joint for joint in path if not tree.is_weld(joint)]
+    moving = [joint for joint in path if not tree.is_fixed(joint)]
     for joint in moving:
         _check_moving(tree.urdf, joint)
     if not moving:
         raise UrdfError(tree.urdf.file, "chain", "no moving joint between root and tip", "another tip, or fewer locks")
-    tree.check_connected(path)
+    tree.require_locked_branches(path)
     starts = [-1, *(k for k, joint in enumerate(path) if joint in moving), len(path)]
     out = []
     for start, end in pairwise(starts):
         link = tree.root if start < 0 else path[start].child
-        parts = () if start < 0 else tuple(tree.welded_to(link))
+        parts = () if start < 0 else tuple(tree.fixed_to(link))
         exit_pose = Pose.identity()
-        for weld in path[start + 1 : end]:
-            exit_pose = exit_pose @ tree.weld(weld)
-        through = tuple(weld.name for weld in path[start + 1 : end])
+        for joint in path[start + 1 : end]:
+            exit_pose = exit_pose @ tree.fixed_pose(joint)
+        through = tuple(joint.name for joint in path[start + 1 : end])
         out.append(_Group(None if start < 0 else path[start], link, parts, exit_pose, through))
     return out
 
@@ -124,8 +124,8 @@ def _check_moving(urdf: UrdfFile, joint: Any) -> None:
     if joint.type not in KINDS:
         raise UrdfError(urdf.file, where, f"type {joint.type}", "revolute, continuous, prismatic or fixed on the chain")
     if joint.mimic is not None:
-        found = f"mimics {joint.mimic.joint!r}"
-        raise UrdfError(urdf.file, where, found, f"locked on the chain: --lock {joint.name}=VALUE")
+        allowed = f"locked on the chain: --lock {joint.name}=VALUE"
+        raise UrdfError(urdf.file, where, f"mimics {joint.mimic.joint!r}", allowed)
     if not np.linalg.norm(joint.axis) > 0.0:
         raise UrdfError(urdf.file, f"{where} <axis> xyz", "0 0 0", "a direction")
 
@@ -152,23 +152,23 @@ def _limits(urdf: UrdfFile, joint: Any) -> JointLimits:
     lower, upper = position_limits(joint)
     if lower is not None and upper is not None and lower > upper:
         raise UrdfError(urdf.file, f"joint {joint.name!r} <limit>", f"lower {lower}, upper {upper}", "lower <= upper")
-    found: dict[str, float | None] = {"lower": lower, "upper": upper}
+    values: dict[str, float | None] = {"lower": lower, "upper": upper}
     for name in ("velocity", "effort"):
         value = None if joint.limit is None else getattr(joint.limit, name)
-        found[name] = None if value is None or value == 0.0 or np.isinf(value) else value
+        values[name] = None if value is None or value == 0.0 or np.isinf(value) else value
     for tag, name in (("damping", "viscous"), ("friction", "coulomb")):
         text = None if joint.dynamics is None else getattr(joint.dynamics, tag)
-        found[name] = None if text is None else float(text)
-    for name, value in found.items():
+        values[name] = None if text is None else float(text)
+    for name, value in values.items():
         if name not in ("lower", "upper") and value is not None and value < 0.0:
             raise UrdfError(urdf.file, f"joint {joint.name!r} {name}", repr(value), "a number of at least 0")
         if placeholder_name(joint.name, name) in urdf.placeholders and value == PLACEHOLDERS.get(name):
-            found[name] = None
-    return JointLimits(**found)
+            values[name] = None
+    return JointLimits(**values)
 
 
 def _sources(urdf: UrdfFile, groups: Sequence[_Group], names: Sequence[str]) -> dict[str, tuple[Source, ...]]:
-    """Each quantity of the arm with the elements of the file it is made from."""
+    """Quantity of the arm -> the elements of the file that it is computed from."""
 
     def cell(path: str, conversion: str) -> Source:
         return Source(f"/robot/{path}", urdf.file, "URDF", "as in the file", "SI", conversion)
@@ -188,9 +188,9 @@ def _sources(urdf: UrdfFile, groups: Sequence[_Group], names: Sequence[str]) -> 
             out[f"{joint}.{quantity}"] = (cell(f"{at}/dynamics/@{tag}", "as written"),)
         for tag in ("gear_ratio", "rotor_inertia"):
             out[f"{joint}.{tag}"] = (cell(f"transmission[joint/@name='{joint}']/actuator/drake:{tag}", "as written"),)
-        welded = [part for part, _ in group.parts if urdf.links[part].inertial is not None]
-        how = "as written" if welded == [group.link] else f"welded to {group.link}"
+        fixed = [part for part, _ in group.parts if urdf.links[part].inertial is not None]
+        how = "as written" if fixed == [group.link] else f"welded to {group.link}"
         massless = (cell(f"link[@name='{group.link}']", "no <inertial>: massless, by the format"),)
         for tag in ("mass", "com", "inertia"):
-            out[f"{name}.{tag}"] = tuple(cell(f"link[@name='{x}']/inertial", how) for x in welded) or massless
+            out[f"{name}.{tag}"] = tuple(cell(f"link[@name='{x}']/inertial", how) for x in fixed) or massless
     return out

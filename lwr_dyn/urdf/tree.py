@@ -1,4 +1,4 @@
-"""The tree of a URDF: which links hang on which, what is welded, and the way from the root to a tip."""
+"""The link tree of a URDF: parents, fixed joints, path from root to tip."""
 
 from __future__ import annotations
 
@@ -21,34 +21,34 @@ KINDS = {
     "continuous": JointKind.REVOLUTE,
     "prismatic": JointKind.PRISMATIC,
 }
-"""URDF joint types that move in one way."""
+"""URDF joint types with one degree of freedom."""
 _LISTED = 12
-"""Names of links in one message."""
+"""Largest number of links that one message lists."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Tree:
-    """Links from the root outward; `held` are the locked joints, mimics of locked joints included."""
+    """The tree of links; `locked` maps each locked joint to its value, mimics of locked joints included."""
 
     urdf: UrdfFile
     root: str
     out_of: Mapping[str, tuple[Any, ...]]
-    """Link -> the joints that leave it."""
+    """Link -> its child joints."""
     into: Mapping[str, Any]
-    """Link -> the joint that carries it."""
-    held: Mapping[str, float]
+    """Link -> its parent joint."""
+    locked: Mapping[str, float]
 
-    def is_weld(self, joint: Any) -> bool:
-        """Fixed or locked."""
-        return joint.type == "fixed" or joint.name in self.held
+    def is_fixed(self, joint: Any) -> bool:
+        """Whether the joint is fixed or locked."""
+        return joint.type == "fixed" or joint.name in self.locked
 
-    def weld(self, joint: Any) -> Pose:
+    def fixed_pose(self, joint: Any) -> Pose:
         """The pose of the child of a fixed or locked joint in its parent."""
         pose = origin_pose(joint.origin)
-        if joint.name not in self.held:
+        if joint.name not in self.locked:
             return pose
         turn = axis_pose(joint)
-        return pose @ turn @ joint_motion(KINDS[joint.type], self.held[joint.name]) @ turn.inverse()
+        return pose @ turn @ joint_motion(KINDS[joint.type], self.locked[joint.name]) @ turn.inverse()
 
     def path_to(self, tip: str) -> list[Any]:
         """The joints from the root to a link."""
@@ -61,33 +61,33 @@ class Tree:
         return path[::-1]
 
     def only_end(self) -> str:
-        """The link in which the tree ends, if it is one."""
+        """The last link of the tree; raises `UrdfError` when there are several."""
         ends = [link for link in self.urdf.links if not self.out_of[link]]
         if len(ends) > 1:
-            moved = [x for x in ends if not all(self.is_weld(joint) for joint in self.path_to(x))] or ends
+            moved = [x for x in ends if not all(self.is_fixed(joint) for joint in self.path_to(x))] or ends
             some = ", ".join(moved[:_LISTED]) + (" ..." if len(moved) > _LISTED else "")
             raise UrdfError(
                 self.urdf.file, "tip", f"the tree ends in {len(ends)} links", f"a tip (--tip), such as {some}"
             )
         return ends[0]
 
-    def welded_to(self, link: str) -> list[tuple[str, Pose]]:
-        """`link` and all that is welded to it, each with its pose in `link`."""
+    def fixed_to(self, link: str) -> list[tuple[str, Pose]]:
+        """`link` and all links fixed to it, each with its pose in `link`."""
         parts = [(link, Pose.identity())]
         for here, pose in parts:
-            parts += [(j.child, pose @ self.weld(j)) for j in self.out_of[here] if self.is_weld(j)]
+            parts += [(j.child, pose @ self.fixed_pose(j)) for j in self.out_of[here] if self.is_fixed(j)]
         return parts
 
-    def check_connected(self, path: Sequence[Any]) -> None:
-        """Raise `UrdfError` when an unlocked joint off the path moves what the path moves; name all of them."""
+    def require_locked_branches(self, path: Sequence[Any]) -> None:
+        """Raise `UrdfError` when an unlocked joint beside the path moves with the path; names all of them."""
         on_path = {joint.name for joint in path}
-        moving = {joint.name for joint in path if not self.is_weld(joint)}
-        free = [x for x in self.urdf.joints.values() if x.name not in on_path and not self.is_weld(x)]
-        loose = [x.name for x in free if moving & {joint.name for joint in self.path_to(x.parent)}]
-        if loose:
-            locks = " ".join(f"--lock {name}=VALUE" for name in loose)
-            found = "moving off the chain and not locked"
-            raise UrdfError(self.urdf.file, f"joint {', '.join(loose)}", found, locks)
+        moving = {joint.name for joint in path if not self.is_fixed(joint)}
+        free = [x for x in self.urdf.joints.values() if x.name not in on_path and not self.is_fixed(x)]
+        branches = [x.name for x in free if moving & {joint.name for joint in self.path_to(x.parent)}]
+        if branches:
+            locks = " ".join(f"--lock {name}=VALUE" for name in branches)
+            where = f"joint {', '.join(branches)}"
+            raise UrdfError(self.urdf.file, where, "moving off the chain and not locked", locks)
 
 
 def build_tree(urdf: UrdfFile, lock: Mapping[str, float]) -> Tree:
@@ -96,7 +96,7 @@ def build_tree(urdf: UrdfFile, lock: Mapping[str, float]) -> Tree:
     Raises
     ------
     UrdfError
-        No or several roots, a link carried by two joints, a loop; a lock outside the joint's limits.
+        No or several roots, a link with two parent joints, a loop; a lock outside the joint's limits.
     UnknownNameError
         No moving joint of a locked name.
     """
@@ -104,27 +104,27 @@ def build_tree(urdf: UrdfFile, lock: Mapping[str, float]) -> Tree:
     out_of: dict[str, list[Any]] = {link: [] for link in urdf.links}
     for joint in urdf.joints.values():
         if joint.child in into:
-            found = f"carried by {into[joint.child].name} and {joint.name}"
-            raise UrdfError(urdf.file, f"link {joint.child!r}", found, "one joint, as in a tree")
+            parents = f"carried by {into[joint.child].name} and {joint.name}"
+            raise UrdfError(urdf.file, f"link {joint.child!r}", parents, "one joint, as in a tree")
         into[joint.child] = joint
         out_of[joint.parent].append(joint)
     roots = [link for link in urdf.links if link not in into]
     if len(roots) != 1:
-        found = f"{len(roots)} links without a parent: {', '.join(roots) or 'none'}"
-        raise UrdfError(urdf.file, "tree", found, "one root")
+        listed = f"{len(roots)} links without a parent: {', '.join(roots) or 'none'}"
+        raise UrdfError(urdf.file, "tree", listed, "one root")
     reached = [roots[0]]
     for link in reached:
         reached += [joint.child for joint in out_of[link]]
     if len(reached) != len(urdf.links):
         lost = ", ".join(x for x in urdf.links if x not in reached)
         raise UrdfError(urdf.file, "tree", f"a loop through {lost}", "a tree")
-    return Tree(urdf, roots[0], {k: tuple(v) for k, v in out_of.items()}, into, _held(urdf, lock))
+    return Tree(urdf, roots[0], {k: tuple(v) for k, v in out_of.items()}, into, _locked(urdf, lock))
 
 
-def _held(urdf: UrdfFile, lock: Mapping[str, float]) -> dict[str, float]:
-    """The locked joints, checked, and those that mimic one of them."""
+def _locked(urdf: UrdfFile, lock: Mapping[str, float]) -> dict[str, float]:
+    """The locked joints, checked, with those that mimic one of them."""
     moving = [name for name, joint in urdf.joints.items() if joint.type in KINDS]
-    held = {}
+    locked = {}
     for name, value in lock.items():
         if name not in moving:
             raise UnknownNameError(f"moving joint of {urdf.file}", name, moving)
@@ -132,18 +132,18 @@ def _held(urdf: UrdfFile, lock: Mapping[str, float]) -> dict[str, float]:
         low, up = -math.inf if low is None else low, math.inf if up is None else up
         if not (math.isfinite(value) and low <= value <= up):
             raise UrdfError(urdf.file, f"lock of joint {name!r}", repr(value), f"a number from {low} to {up}")
-        held[name] = float(value)
-    mimics = [urdf.joints[name] for name in moving if urdf.joints[name].mimic is not None and name not in held]
+        locked[name] = float(value)
+    mimics = [urdf.joints[name] for name in moving if urdf.joints[name].mimic is not None and name not in locked]
     while True:
-        follow = [j for j in mimics if j.name not in held and j.mimic.joint in held]
+        follow = [j for j in mimics if j.name not in locked and j.mimic.joint in locked]
         if not follow:
-            return held
+            return locked
         for joint in follow:
-            held[joint.name] = joint.mimic.multiplier * held[joint.mimic.joint] + joint.mimic.offset
+            locked[joint.name] = joint.mimic.multiplier * locked[joint.mimic.joint] + joint.mimic.offset
 
 
 def position_limits(joint: Any) -> tuple[float | None, float | None]:
-    """Lower and upper limit of a joint; None where the file gives none or an infinite one."""
+    """Lower and upper limit of a joint; None if missing or infinite."""
     if joint.limit is None or joint.type == "continuous":
         return None, None
     low, up = (None if x is None or math.isinf(x) else float(x) for x in (joint.limit.lower, joint.limit.upper))
@@ -151,12 +151,12 @@ def position_limits(joint: Any) -> tuple[float | None, float | None]:
 
 
 def axis_pose(joint: Any) -> Pose:
-    """The turn that brings z onto the joint's axis."""
+    """The rotation of z onto the joint's axis."""
     return Pose(axis_to_z(joint.axis), np.zeros(3))
 
 
 def origin_pose(matrix: Array | None) -> Pose:
-    """A parsed `<origin>`; entries within rounding of 0 and +-1 are these numbers, since pi/2 has no float."""
+    """A parsed `<origin>`; entries within rounding of 0 and +-1 are set to these, since pi/2 is not a float."""
     if matrix is None:
         return Pose.identity()
     rotation = matrix[:3, :3]

@@ -1,4 +1,4 @@
-"""How numbers and comments are written into XML."""
+"""Text that all written files share: numbers, comments, and the header that `lwr_dyn.urdf.parse` reads back."""
 
 from __future__ import annotations
 
@@ -6,6 +6,20 @@ from collections.abc import Sequence
 from xml.sax.saxutils import escape
 
 from lwr_dyn.arrays import Array
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.feasibility import unphysical_links
+
+WRITTEN_BY = "written by lwr_dyn"
+UNKNOWN_LIMITS = "unknown, written as stand-ins: "
+ESTIMATED = "estimated, not measured: "
+GRAVITY = "gravity in the base frame [m/s^2], which a URDF cannot hold: "
+REFLECTED = "rotor inertia as the joint feels it; gear ratios are stand-ins of 1: "
+"""Starts of header lines that are read back."""
+ONE_SIDED = (
+    "friction differs by direction, which a URDF and an MJCF cannot hold: none is written here; "
+    'it is under "friction" in the sidecar'
+)
+"""The header line of an arm whose friction is left out."""
 
 
 def number(x: float) -> str:
@@ -18,14 +32,58 @@ def number(x: float) -> str:
 
 
 def numbers(values: Array | Sequence[float]) -> str:
-    """Numbers separated by blanks."""
+    """Numbers separated by spaces."""
     return " ".join(number(v) for v in values)
 
 
 def comment(text: str) -> str:
-    """Text that may stand in an XML comment.
+    """Text that is valid inside an XML comment.
 
     >>> comment("a -- b")
     'a - - b'
     """
     return " ".join(escape(text).replace("--", "- -").split())
+
+
+def header(arm: Arm) -> list[str]:
+    """The comment at the top of a file: robot, reading, source, and which numbers are estimated, unknown or drawn."""
+    unknown = [f"{name} {x}" for name, x in unknown_limits(arm)]
+    lines = [
+        f"{arm.title}; robot {arm.name}, reading {arm.reading}",
+        f"{WRITTEN_BY}; do not edit: change the data file and write again",
+        f"errata applied: {', '.join(arm.errata) or 'none'}",
+        f"source file sha256: {arm.digest or 'none'}",
+        f"{GRAVITY}{numbers(arm.chain.gravity)}",
+        "inertials: about the centre of mass, axes of the link frame; every number's source is in the .provenance.json",
+        f"inertias that no body can have: {', '.join(unphysical_links(arm.chain)) or 'none'}",
+        *(f"{ESTIMATED}{line}" for line in estimates(arm)),
+        "rotor inertia: not part of the links' inertials; see the .srdf, the drake: tags and the MJCF .xml",
+        f"{UNKNOWN_LIMITS}{', '.join(unknown) or 'nothing'}",
+        "visual and collision shapes: drawn by lwr_dyn, not from the source",
+    ]
+    reflected = [link.joint for link in arm.chain.links if link.rotor is not None and link.rotor.reflected]
+    if reflected:
+        lines.insert(-1, f"{REFLECTED}{', '.join(reflected)}")
+    if arm.friction:
+        lines.insert(-1, ONE_SIDED)
+    return ["<!--", *(f"  {comment(x)}" for x in lines), "-->"]
+
+
+def estimates(arm: Arm) -> list[str]:
+    """Inertial values that were estimated, one line per method."""
+    methods: dict[str, dict[str, list[str]]] = {}
+    for quantity, cells in arm.sources.items():
+        link, _, part = quantity.rpartition(".")
+        for cell in cells:
+            if cell.kind == "estimated" and link:
+                methods.setdefault(cell.where, {}).setdefault(part, []).append(link)
+    return [
+        "; ".join(f"{part} of {', '.join(links)}" for part, links in parts.items()) + f" (how: {where})"
+        for where, parts in methods.items()
+    ]
+
+
+def unknown_limits(arm: Arm) -> list[tuple[str, str]]:
+    """(joint, limit) pairs that a URDF requires and the source does not give."""
+    names = ("lower", "upper", "velocity", "effort")
+    return [(joint.name, x) for joint in arm.joints() for x in names if getattr(joint.limits, x) is None]
