@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from lwr_dyn.errors import OptionError
+from lwr_dyn.front import FUNCTIONS
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.friction.refit import FrictionChange, passive_refit
 from lwr_dyn.model.run import Run
 from lwr_dyn.simulation.friction_choice import FORMS, FrictionOption
 from lwr_dyn.simulation.record import FEEDS
@@ -18,11 +18,11 @@ def chosen_friction_of(plant: Arm, form: str, refit: bool) -> tuple[FrictionOpti
         return form, {}
     if form != FORMS[0]:
         raise OptionError("--passive-refit", f"with --friction {form}", f"with --friction {FORMS[0]}")
-    made = passive_refit(plant.friction_models())
-    return made.models, {"passive_refit": [_change(plant, c) for c in made.changes]}
+    nearest = FUNCTIONS.load("passive_refit")(plant.friction_models())
+    return nearest.models, {"passive_refit": [_change(plant, c) for c in nearest.changes]}
 
 
-def _change(plant: Arm, c: FrictionChange) -> dict[str, Any]:
+def _change(plant: Arm, c: Any) -> dict[str, Any]:
     told: dict[str, Any] = {"joint": plant.joint_names[c.joint], "side": c.side, "rms": c.rms, "speed": c.speed}
     told["before"] = {"coulomb": c.before.coulomb, "viscous": c.before.viscous}
     return told | {"after": {"coulomb": c.after.coulomb, "viscous": c.after.viscous}}

@@ -15,7 +15,7 @@ from lwr_dyn.arrays import Array
 from lwr_dyn.errors import OptionError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import Body, Chain, with_payload
-from lwr_dyn.model.friction.models import FRICTIONLESS
+from lwr_dyn.model.friction import FRICTIONLESS
 
 INPUTS = ("inertia", "payload", "gravity", "friction")
 """What can be an input of a kernel, in the order in which kernels take them."""

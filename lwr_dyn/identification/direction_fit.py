@@ -14,7 +14,7 @@ from lwr_dyn.errors import OptionError
 from lwr_dyn.identification.friction_map import FrictionPoint
 from lwr_dyn.identification.least_squares import HUBER, Estimate, has_full_rank, huber, weighted
 from lwr_dyn.identification.log_columns import LogError
-from lwr_dyn.model.friction.models import Direction
+from lwr_dyn.model.friction import Direction
 
 Model = Literal["viscous+coulomb", "stribeck"]
 MODELS = get_args(Model)
@@ -32,7 +32,7 @@ WITHIN = 3.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DirectionFit:
-    """Friction of one direction of one joint: magnitudes against the motion, as `model.friction.models.Direction`.
+    """Friction of one direction of one joint: magnitudes against the motion, as `model.friction.Direction`.
 
     An offset cannot be separated: it raises one direction's Coulomb level and lowers the other's.
     """

@@ -16,7 +16,7 @@ from lwr_dyn.identification.log_columns import LogError
 from lwr_dyn.identification.logs import JointLog, read_log
 from lwr_dyn.identification.torque_model import ModelTorque, Subtract
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.friction.models import JointFriction
+from lwr_dyn.model.friction import JointFriction
 from lwr_dyn.viewer.figures import Curve, Figure, Panel
 
 BEYOND = "fit, beyond the data"

@@ -7,6 +7,6 @@ spatial       Pose, rotations, inertia tensors
 vectors       Vector, Matrix3 of any scalar, for the recursion
 transmission  the motor map dq_m = T dq
 feasibility   whether a body can have its inertia
-friction      friction models, passivity, passive refit
+friction      friction per direction, set-valued or smoothed at rest
 run           Motion, Reference, Run: records of movement
 """

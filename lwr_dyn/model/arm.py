@@ -16,7 +16,7 @@ from lwr_dyn.arrays import Array
 from lwr_dyn.errors import MissingDataError, OptionError, UnknownNameError
 from lwr_dyn.model.chain import Body, Chain, lock_joint
 from lwr_dyn.model.dh import JointKind
-from lwr_dyn.model.friction.models import JointFriction, symmetric
+from lwr_dyn.model.friction import JointFriction, symmetric
 from lwr_dyn.model.spatial import Pose
 from lwr_dyn.model.transmission import Transmission
 

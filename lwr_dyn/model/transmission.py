@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from lwr_dyn.arrays import Array, fixed_array, joint_array, read_only, real_array
 from lwr_dyn.errors import OptionError, ShapeError
-from lwr_dyn.model.friction.models import JointFriction, friction_torque
+from lwr_dyn.model.friction import JointFriction, friction_torque
 
 SINGULAR = 1e-12
 """Ratio of smallest to largest singular value below which T counts as singular."""

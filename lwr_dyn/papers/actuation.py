@@ -9,7 +9,7 @@ import numpy as np
 from lwr_dyn.arrays import read_only
 from lwr_dyn.model.arm import JointGains
 from lwr_dyn.model.chain import Rotor
-from lwr_dyn.model.friction.models import Direction, JointFriction
+from lwr_dyn.model.friction import Direction, JointFriction
 from lwr_dyn.model.transmission import Transmission
 from lwr_dyn.papers.schema import FRICTION_OF_A_SIDE, SIDES, Paper
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lwr_dyn.arrays import Array, read_only
-from lwr_dyn.model.friction.models import FRICTIONLESS, Direction, JointFriction
+from lwr_dyn.model.friction import FRICTIONLESS, Direction, JointFriction
 from lwr_dyn.simulation.box import Sides
 
 SlipLaw = Callable[[Array], Array]

@@ -12,8 +12,7 @@ import numpy as np
 from lwr_dyn.arrays import Array
 from lwr_dyn.errors import OptionError, ShapeError
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.friction.models import JointFriction
-from lwr_dyn.model.friction.smooth import smooth_friction
+from lwr_dyn.model.friction import JointFriction, smooth_friction
 from lwr_dyn.simulation.dry_friction import DryFriction
 from lwr_dyn.simulation.plant import FrictionLaw, Plant
 from lwr_dyn.simulation.settings import Settings

@@ -12,7 +12,7 @@ import lwr_dyn
 from benchmarks.timing import Call, seconds
 from lwr_dyn.control.pd_gravity import PDGravity
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.friction.smooth import smooth_friction
+from lwr_dyn.model.friction import smooth_friction
 from lwr_dyn.reproduction.wam7.runs import BLEND, DURATION, START, TRAVEL, manufacturers_pd, move, weightless
 from lwr_dyn.simulation.simulate import simulate
 

@@ -13,7 +13,7 @@ from lwr_dyn.files import make_folder
 from lwr_dyn.model.arm import Arm, JointLimits
 from lwr_dyn.model.chain import Body, Chain, ChainLink
 from lwr_dyn.model.dh import JointKind
-from lwr_dyn.model.friction.models import Direction, JointFriction
+from lwr_dyn.model.friction import Direction, JointFriction
 from lwr_dyn.model.spatial import Pose
 from lwr_dyn.reproduction.wam7.runs import cruise, experiment
 from lwr_dyn.reproduction.wam7.text import verdict

@@ -15,7 +15,7 @@ from lwr_dyn.codegen import cache, kernel
 from lwr_dyn.codegen.cache import CacheWarning
 from lwr_dyn.codegen.form import form_of
 from lwr_dyn.errors import MissingPackageError
-from lwr_dyn.model.friction.models import symmetric
+from lwr_dyn.model.friction import symmetric
 
 ARM = lwr_dyn.load("lwr4plus")
 Q = np.full((3, 7), 0.3)

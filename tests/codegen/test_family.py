@@ -17,7 +17,7 @@ from lwr_dyn.codegen.parameters import (
 )
 from lwr_dyn.errors import MissingDataError, OptionError, ShapeError
 from lwr_dyn.model.chain import Body, with_bodies, with_payload
-from lwr_dyn.model.friction.models import Direction, JointFriction, friction_torque
+from lwr_dyn.model.friction import Direction, JointFriction, friction_torque
 from scripts.benchmarks.kernel_peers import relative_difference
 from tests.arms import random_body
 from tests.codegen.evaluate import evaluated, states

@@ -7,7 +7,7 @@ import lwr_dyn
 from lwr_dyn.control.pd_gravity import PDGravity
 from lwr_dyn.identification.logs import JointLog
 from lwr_dyn.identification.simulated_logs import cruise_logs
-from lwr_dyn.model.friction.models import friction_torque
+from lwr_dyn.model.friction import friction_torque
 from tests.identification.simulated import ideal_cruise
 
 SPEEDS = (0.06, 0.09, 0.13, 0.18, 0.25)

@@ -17,7 +17,7 @@ from lwr_dyn.identification.logs import JointLog
 from lwr_dyn.identification.simulated_logs import LogSensors
 from lwr_dyn.identification.torque_model import Subtract
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.friction.models import JointFriction
+from lwr_dyn.model.friction import JointFriction
 
 
 def ideal_cruise(

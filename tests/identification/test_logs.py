@@ -8,7 +8,7 @@ from lwr_dyn.identification.friction import identify_friction, identify_friction
 from lwr_dyn.identification.log_columns import LogError, declared_units
 from lwr_dyn.identification.logs import JointLog, read_log, write_log
 from lwr_dyn.identification.simulated_logs import LogSensors
-from lwr_dyn.model.friction.models import symmetric
+from lwr_dyn.model.friction import symmetric
 from tests.identification.simulated import ideal_cruise
 
 FRICTION = [symmetric(2.0, 0.5), symmetric(1.0, 0.3)]

@@ -5,7 +5,7 @@ import pytest
 
 from lwr_dyn.identification.friction import FitOptions, identify_friction
 from lwr_dyn.identification.simulated_logs import LogSensors
-from lwr_dyn.model.friction.models import Direction, JointFriction
+from lwr_dyn.model.friction import Direction, JointFriction
 from tests.identification.simulated import ideal_cruise, interval_coverage, true_values
 
 IDEAL = 1e-6

@@ -4,7 +4,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.errors import PaperError
-from lwr_dyn.model.friction.models import Direction, JointFriction, symmetric
+from lwr_dyn.model.friction import Direction, JointFriction, symmetric
 from lwr_dyn.papers.catalog import template
 from lwr_dyn.papers.reader import parse_paper
 

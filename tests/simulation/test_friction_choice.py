@@ -7,7 +7,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.errors import OptionError, ShapeError
-from lwr_dyn.model.friction.models import Direction, JointFriction, symmetric
+from lwr_dyn.model.friction import Direction, JointFriction, symmetric
 from lwr_dyn.simulation.friction_choice import chosen_friction
 from lwr_dyn.simulation.record import FEEDS
 from lwr_dyn.simulation.simulate import simulate

@@ -8,7 +8,7 @@ import lwr_dyn
 from lwr_dyn.model.arm import Arm, JointLimits
 from lwr_dyn.model.chain import Body, Chain, ChainLink
 from lwr_dyn.model.dh import JointKind
-from lwr_dyn.model.friction.models import Direction, JointFriction, symmetric
+from lwr_dyn.model.friction import Direction, JointFriction, symmetric
 from lwr_dyn.model.spatial import Pose
 from lwr_dyn.simulation.audit import audit
 from lwr_dyn.simulation.simulate import simulate

@@ -9,7 +9,7 @@ import numpy as np
 
 from lwr_dyn.checks.verdict import Report
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.friction.models import FRICTIONLESS
+from lwr_dyn.model.friction import FRICTIONLESS
 from lwr_dyn.model.run import Run
 from lwr_dyn.reproduction.outcome import PageExtras
 from lwr_dyn.reproduction.pages import audit_of, checks_of

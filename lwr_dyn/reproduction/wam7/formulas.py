@@ -9,7 +9,7 @@ import numpy as np
 from lwr_dyn.arrays import Array
 from lwr_dyn.errors import MissingDataError
 from lwr_dyn.model.arm import JointGains
-from lwr_dyn.model.friction.models import FRICTIONLESS
+from lwr_dyn.model.friction import FRICTIONLESS
 from lwr_dyn.reproduction.case import PaperCase, PaperFormula
 from lwr_dyn.reproduction.quantities import SHARED
 from lwr_dyn.reproduction.results import ResultBlock

@@ -15,9 +15,9 @@ from lwr_dyn.arrays import Array
 from lwr_dyn.control.pd_gravity import PDGravity, tuned_pd_gravity
 from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.errors import MissingDataError
+from lwr_dyn.identification.passivity import SidePassivity, certificate
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.friction.models import FRICTIONLESS, JointFriction
-from lwr_dyn.model.friction.passivity import SidePassivity, certificate
+from lwr_dyn.model.friction import FRICTIONLESS, JointFriction
 from lwr_dyn.model.run import Run
 from lwr_dyn.simulation.simulate import simulate
 from lwr_dyn.trajectory.references.joint_moves import JointReference, lspb_move

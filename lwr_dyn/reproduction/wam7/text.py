@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from lwr_dyn.identification.passive_refit import passive_refit
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.friction.refit import passive_refit
 from lwr_dyn.reproduction.printed import printed_tables
 from lwr_dyn.reproduction.wam7.runs import AGREES, GRAVITIES, CruiseError, Experiment, sides_of
 from lwr_dyn.tables import aligned

@@ -7,6 +7,7 @@ torque has the sign of the velocity: B ddq + C dq + g = tau - tau_friction(dq).
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -31,7 +32,7 @@ class Direction:
         Level of a moving joint at vanishing speed, at least 0 [N m or N].
     viscous : float
         Slope [N m s/rad or N s/m]. May be negative: beyond some speed such friction adds energy
-        (see `lwr_dyn.model.friction.passivity`).
+        (see `lwr_dyn.identification.passivity`).
     static : float, optional
         Largest friction at rest, at least `coulomb` [N m or N]; None is unknown and counts as `coulomb`.
     stribeck_velocity : float, optional
@@ -150,3 +151,50 @@ def friction_torque(models: tuple[JointFriction | None, ...], dq: ArrayLike) -> 
     """
     v = joint_array("dq", dq, len(models))
     return np.stack([(m or FRICTIONLESS).torque(v[..., i]) for i, m in enumerate(models)], axis=-1)
+
+
+def smooth_friction(models: Sequence[JointFriction | None], width: float = 1e-3) -> Callable[[Array], Array]:
+    """The function tau_friction(dq) with tanh(dq / width) in place of sign(dq), (..., n) -> (..., n) [N m or N].
+
+    It cannot hold a joint at rest: under a load F below break-away the joint creeps at about width F/F_c.
+
+    tau = offset + level(|dq|) tanh(dq / width) + viscous dq, level and viscous those of the direction of dq. It is
+    continuous, with a kink at 0 where the directions differ; at 0 it is the offset. Ungated, for loops.
+
+    Parameters
+    ----------
+    models : sequence of JointFriction or None
+        One per joint.
+    width : float
+        Speed at which friction reaches 76 % of its level [rad/s or m/s], above 0.
+
+    Raises
+    ------
+    OptionError
+        A width that is not a number above 0.
+
+    >>> friction = smooth_friction([symmetric(2.0, 0.5)], width=1e-3)
+    >>> friction(np.array([0.0])).item(), friction(np.array([-1.0])).item()
+    (0.0, -2.5)
+    """
+    if not (np.isfinite(width) and width > 0.0):
+        raise OptionError("width", width, "a speed above 0")
+    joints = [m or FRICTIONLESS for m in models]
+    offset = np.array([m.offset for m in joints])
+    both = [[m.positive for m in joints], [m.negative for m in joints]]
+    coulomb, viscous = (
+        np.array([[getattr(d, name) for d in side] for side in both]) for name in ("coulomb", "viscous")
+    )
+    drop = np.array([[d.holding - d.coulomb if d.stribeck_velocity else 0.0 for d in side] for side in both])
+    scale = np.array([[d.stribeck_velocity or 1.0 for d in side] for side in both])
+    has_stribeck = bool(drop.any())
+
+    def torque(dq: Array) -> Array:
+        forward = dq > 0.0
+        level = np.where(forward, coulomb[0], coulomb[1])
+        if has_stribeck:
+            x = dq / np.where(forward, scale[0], scale[1])
+            level = level + np.where(forward, drop[0], drop[1]) * np.exp(-np.square(x))
+        return np.asarray(offset + level * np.tanh(dq / width) + np.where(forward, viscous[0], viscous[1]) * dq)
+
+    return torque

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import brentq
 
-from lwr_dyn.model.friction.models import Direction, JointFriction, friction_torque
+from lwr_dyn.model.friction import Direction, JointFriction, friction_torque
 
 Side = Literal["positive", "negative"]
 SIDES: tuple[Side, Side] = ("positive", "negative")

@@ -8,14 +8,14 @@ from hypothesis import strategies as st
 import lwr_dyn
 from lwr_dyn.errors import OptionError, ShapeError
 from lwr_dyn.model.arm import JointLimits
-from lwr_dyn.model.friction.models import (
+from lwr_dyn.model.friction import (
     FRICTIONLESS,
     Direction,
     JointFriction,
     friction_torque,
+    smooth_friction,
     symmetric,
 )
-from lwr_dyn.model.friction.smooth import smooth_friction
 
 ONE_SIDED = JointFriction(Direction(4.0, 0.5, 6.0, 0.1), Direction(3.0, -0.2), offset=0.25)
 SMEARED = 1e-9
