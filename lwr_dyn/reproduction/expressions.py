@@ -6,23 +6,20 @@ two points to 1e-9 that is none. Nothing is ever executed but arithmetic.
 
 from __future__ import annotations
 
-import ast
 import math
-import operator
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from functools import lru_cache
 
 import sympy as sp
 
+from lwr_dyn.audit.lint import arithmetic
 from lwr_dyn.errors import OptionError
 from lwr_dyn.reproduction.case import ComparedExpression
 
 SAME = 1e-9
-_OPERATORS: dict[type, Callable[[float, float], float]] = {
-    ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
-    ast.Pow: operator.pow,
-}  # fmt: skip
-_FUNCTIONS: dict[str, Callable[[float], float]] = {"cos": math.cos, "sin": math.sin, "sqrt": math.sqrt}
+LONGEST = 100_000
+"""Characters of an expression: matrix entries are long."""
+FUNCTIONS = ("cos", "sin", "sqrt")
 
 
 @lru_cache(maxsize=4096)
@@ -32,30 +29,17 @@ def value_of(text: str, draw: int) -> float:
     Raises
     ------
     OptionError
-        Anything but numbers, letters, + - * / **, cos, sin and sqrt.
+        Anything but numbers, letters, + - * / **, cos, sin and sqrt, or an expression without a value.
 
     >>> round(value_of("cos(q1)**2 + S1**2", 0), 12)
     1.0
     """
-    try:
-        return _value(ast.parse(text, mode="eval").body, draw)
-    except SyntaxError:
-        raise OptionError("expression", repr(text), "an expression such as -a1*C1 or cos(q1)") from None
-
-
-def _value(node: ast.expr, draw: int) -> float:
-    match node:
-        case ast.Constant(value=int() | float() as number):
-            return float(number)
-        case ast.Name(id=name):
-            return _letter(name, draw)
-        case ast.UnaryOp(op=ast.USub(), operand=inner):
-            return -_value(inner, draw)
-        case ast.BinOp(left=left, op=op, right=right) if type(op) in _OPERATORS:
-            return _OPERATORS[type(op)](_value(left, draw), _value(right, draw))
-        case ast.Call(func=ast.Name(id=name), args=[inner], keywords=[]) if name in _FUNCTIONS:
-            return _FUNCTIONS[name](_value(inner, draw))
-    raise OptionError("expression", ast.unparse(node), "numbers, letters, + - * / **, cos, sin, sqrt")
+    tree = arithmetic.parsed(text, LONGEST, FUNCTIONS)
+    names = list(arithmetic.names_in(tree)) if tree else []
+    value = arithmetic.value_of(tree, {name: _letter(name, draw) for name in names})
+    if math.isnan(value) or any("." in name for name in names):
+        raise OptionError("expression", repr(text), "numbers, letters, + - * / **, cos, sin, sqrt: -a1*C1 or cos(q1)")
+    return value
 
 
 def _letter(name: str, draw: int) -> float:

@@ -1,4 +1,4 @@
-"""Formulas as text, computed safely: numbers, names, + - * / ^, and a few functions. Nothing else is understood."""
+"""Formulas as text, evaluated safely: numbers, names, + - * / ^ and some functions, nothing else."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import math
 import operator
 import re
 import warnings
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Container, Iterator, Mapping
 
 LONGEST = 200
 """Characters of a formula."""
@@ -29,8 +29,8 @@ _OPERATORS: dict[type, Callable[[float, float], float]] = {
 _SIGNS = str.maketrans({"\N{MINUS SIGN}": "-", "\N{MULTIPLICATION SIGN}": "*", "\N{MIDDLE DOT}": "*"})
 
 
-def parsed(text: str) -> ast.expr | None:
-    """The formula as a tree, or nothing when it is none.
+def parsed(text: str, longest: int = LONGEST, functions: Container[str] = FUNCTIONS) -> ast.expr | None:
+    """The formula as a syntax tree; None where the text is no formula or is too long.
 
     >>> value_of(parsed("1/2 x 0.0106 x 0.05^2"), {})
     1.3250000000000002e-05
@@ -38,7 +38,7 @@ def parsed(text: str) -> ast.expr | None:
     True
     """
     bare = re.sub(r"(?<=[\d)\s])[xX](?=[\d(\s])", "*", text.translate(_SIGNS)).replace("^", "**").strip()
-    if not bare or len(bare) > LONGEST:
+    if not bare or len(bare) > longest:
         return None
     try:
         with warnings.catch_warnings():  # "2or 3" makes the parser complain on stderr
@@ -46,21 +46,21 @@ def parsed(text: str) -> ast.expr | None:
             tree = ast.parse(bare, mode="eval").body
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         return None
-    return tree if _known(tree) else None
+    return tree if _known(tree, functions) else None
 
 
-def _known(node: ast.expr) -> bool:
+def _known(node: ast.expr, functions: Container[str]) -> bool:
     """Only what `value_of` can compute."""
     if isinstance(node, ast.Constant):
         return isinstance(node.value, int | float) and not isinstance(node.value, bool)
     if isinstance(node, ast.BinOp):
         known = isinstance(node.op, ast.Add | ast.Sub | ast.Mult | ast.Div | ast.Pow)
-        return known and _known(node.left) and _known(node.right)
+        return known and _known(node.left, functions) and _known(node.right, functions)
     if isinstance(node, ast.UnaryOp):
-        return isinstance(node.op, ast.UAdd | ast.USub) and _known(node.operand)
+        return isinstance(node.op, ast.UAdd | ast.USub) and _known(node.operand, functions)
     if isinstance(node, ast.Call):
-        named = isinstance(node.func, ast.Name) and node.func.id in FUNCTIONS and not node.keywords
-        return named and all(_known(a) for a in node.args)
+        named = isinstance(node.func, ast.Name) and node.func.id in functions and not node.keywords
+        return named and all(_known(a, functions) for a in node.args)
     return name_of(node) is not None
 
 
@@ -89,7 +89,7 @@ def names_in(node: ast.expr) -> Iterator[str]:
 
 
 def value_of(node: ast.expr | None, names: Mapping[str, float], degrees: bool = False) -> float:
-    """The value of a formula; NaN where there is none (a division by nought, the root of a negative number)."""
+    """The value of a formula; NaN for a division by zero or the root of a negative number."""
     try:
         value = _value(node, names, degrees)
         return value if isinstance(value, float | int) and math.isfinite(value) else math.nan
