@@ -159,19 +159,18 @@ def krl_large() -> tuple[str, bool]:
 
 
 def lint() -> tuple[str, bool]:
-    """Lint: false alarms on 1000 correct tables made up at random, and the share of 1000 planted slips it finds."""
-    from lwr_dyn.audit.lint.plants import SLIPS
-    from lwr_dyn.audit.lint.trials import detection, false_alarms
+    """Lint: false alarms on 1000 random correct tables, and the share it finds of 1000 faults of each kind."""
+    from tests.audit.lint.faulty_sheets import FAULTS, detection, false_alarms
 
-    cries = false_alarms(1000, seed=1)
-    found = {slip: detection(slip, 1000, seed=2) for slip in SLIPS}
-    shares = ", ".join(f"{slip} {share:.0%}" for slip, share in found.items())
-    return f"{len(cries)} false alarms; found: {shares}", not cries and min(found.values()) >= 0.6
+    alarms = false_alarms(1000, seed=1)
+    found = {fault: detection(fault, 1000, seed=2) for fault in FAULTS}
+    shares = ", ".join(f"{fault} {share:.0%}" for fault, share in found.items())
+    return f"{len(alarms)} false alarms; found: {shares}", not alarms and min(found.values()) >= 0.6
 
 
 def recovery() -> tuple[str, bool]:
     """Conventions of 1000 scrambled tables that their evidence decides, found again."""
-    from lwr_dyn.audit.conventions.recovery import recovery as recovered
+    from tests.audit.conventions.recovery import recovery as recovered
 
     found = recovered(1000)
     return found.statement(), found.rate >= 0.99 and found.honest == 1.0

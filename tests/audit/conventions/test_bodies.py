@@ -4,20 +4,20 @@ import numpy as np
 import pytest
 
 from lwr_dyn.audit.conventions.choices import LinkChoice, LinkOptions, link_options
-from lwr_dyn.audit.conventions.decidable import open_choices
 from lwr_dyn.audit.conventions.frames import frame_vectors, other_ends, shifted, with_rows_moved
 from lwr_dyn.audit.conventions.mirror import alike_links, mirror_misses
 from lwr_dyn.audit.conventions.physics import fullness, shortfalls
-from lwr_dyn.audit.conventions.trials import same_bodies, trial
 from lwr_dyn.model.chain import Body
 from lwr_dyn.model.dh import Convention, JointKind
 from lwr_dyn.model.feasibility import is_physical
 from lwr_dyn.model.spatial import Pose, from_rpy
+from tests.audit.conventions.identifiable import open_choices
+from tests.audit.conventions.scrambled_tables import same_bodies, scrambled_table
 
 
 @pytest.mark.parametrize("seed", range(30))
 def test_a_table_read_as_it_was_printed_gives_its_bodies(seed):
-    one = trial(np.random.default_rng([11, seed]))
+    one = scrambled_table(np.random.default_rng([11, seed]))
     table = with_rows_moved(one.table, one.truth.shift)
     ends = other_ends(table, one.truth.table.convention)
     bodies = [link_options(table, i, one.truth.table, ends[i], (c,)).body(0) for i, c in enumerate(one.truth.links)]
@@ -25,7 +25,7 @@ def test_a_table_read_as_it_was_printed_gives_its_bodies(seed):
 
 
 def test_other_readings_give_other_bodies():
-    one = trial(np.random.default_rng([11, 1]))
+    one = scrambled_table(np.random.default_rng([11, 1]))
     table = with_rows_moved(one.table, one.truth.shift)
     ends = other_ends(table, one.truth.table.convention)
     for wrong in (LinkChoice("integral"), LinkChoice("tensor", "zxy")):
@@ -83,7 +83,7 @@ def test_mirror_images_agree_and_a_flipped_product_does_not():
 
 def test_repeated_links_are_found_by_mass_and_com():
     for seed in range(40):
-        one = trial(np.random.default_rng([12, seed]))
+        one = scrambled_table(np.random.default_rng([12, seed]))
         if len(one.alike) > 1:
             groups = alike_links(one.table, np.array([b.com for b in one.bodies]))
             assert set(one.alike) in [set(g) for g in groups]
@@ -103,7 +103,7 @@ def test_two_products_flipped_are_no_mirror_image_about_this_com():
 @pytest.mark.parametrize("seed", range(6))
 def test_the_other_end_of_a_link_is_where_the_frames_say(seed):
     """Standard: frame i-1 seen from frame i; modified: frame i+1 seen from frame i; both at any q."""
-    one = trial(np.random.default_rng([15, seed]))
+    one = scrambled_table(np.random.default_rng([15, seed]))
     for convention in Convention:
         links = one.table.chain(convention).links
         ends, vectors = other_ends(one.table, convention), frame_vectors(one.table, convention)
@@ -123,7 +123,7 @@ def test_the_other_end_of_a_link_is_where_the_frames_say(seed):
 
 
 def test_rows_that_fall_out_fill_the_blank_cell():
-    one = next(t for k in range(200) if (t := trial(np.random.default_rng([13, k]))).truth.shift)
+    one = next(t for k in range(200) if (t := scrambled_table(np.random.default_rng([13, k]))).truth.shift)
     moved = with_rows_moved(one.table, 1)
     assert np.isnan(one.table.com[-1]).all()
     assert np.array_equal(moved.com[-1], one.table.origin[-1])
@@ -131,7 +131,7 @@ def test_rows_that_fall_out_fill_the_blank_cell():
 
 
 def test_what_no_number_shows_is_open():
-    trials = [trial(np.random.default_rng([14, k])) for k in range(40)]
+    trials = [scrambled_table(np.random.default_rng([14, k])) for k in range(40)]
     open_ = {kind: [bool(open_choices(t)) for t in trials if t.kind == kind] for kind in ("numbers", "both")}
     assert any(open_["numbers"])
     assert sum(open_["both"]) < sum(open_["numbers"])

@@ -11,9 +11,9 @@ from lwr_dyn.audit.conventions.evidence import DerivedNumber, evidence_number
 from lwr_dyn.audit.conventions.frames import other_ends
 from lwr_dyn.audit.conventions.printed import TENSOR
 from lwr_dyn.audit.conventions.search import allowances, fit_numbers
-from lwr_dyn.audit.conventions.trials import trial
 from lwr_dyn.dynamics.newton_euler import Recursion
 from tests.arms import random_arm
+from tests.audit.conventions.scrambled_tables import scrambled_table
 
 ROUNDING = 1e-12
 """Relative, a few hundred roundings of 1e-16."""
@@ -39,8 +39,14 @@ def test_contributions_sum_to_the_recursion(seed):
             assert np.abs(ours - expected).max() <= ROUNDING * max(1.0, np.abs(expected).max())
 
 
+def _small_table():
+    """Three links, no rows shifted."""
+    tables = (scrambled_table(np.random.default_rng([3, k])) for k in range(100))
+    return next(t for t in tables if t.table.n == 3 and not t.truth.shift)
+
+
 def test_search_finds_what_the_full_product_finds():
-    one = next(t for k in range(100) if (t := trial(np.random.default_rng([3, k]))).table.n == 3 and not t.truth.shift)
+    one = _small_table()
     table, truth = one.table, one.truth
     recursion, q = Recursion.of(one.chain), np.array([0.3, -1.1, 0.8])
     diagonal = np.diag(recursion.mass_matrix(q))
@@ -62,7 +68,7 @@ def test_search_finds_what_the_full_product_finds():
 
 
 def test_a_number_that_nothing_gives_is_named():
-    one = next(t for k in range(100) if (t := trial(np.random.default_rng([3, k]))).table.n == 3 and not t.truth.shift)
+    one = _small_table()
     q = np.array([0.3, -1.1, 0.8])
     numbers = (DerivedNumber("inertia", 1, evidence_number("1234.5"), q),)
     ends = other_ends(one.table, one.truth.table.convention)
@@ -75,7 +81,7 @@ def test_a_number_that_nothing_gives_is_named():
 
 
 def test_options_are_distinct_and_the_identity_is_first():
-    one = trial(np.random.default_rng(5))
+    one = scrambled_table(np.random.default_rng(5))
     choice = TableChoice(one.truth.table.convention, "com")
     found = link_options(one.table, 0, choice, np.zeros(3))
     assert found.choices[0][0] == CHOICES[0]

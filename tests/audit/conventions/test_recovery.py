@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from lwr_dyn.audit.conventions.choices import CellChange
-from lwr_dyn.audit.conventions.recovery import numbered_trial, recovery
 from lwr_dyn.audit.conventions.repair import shortest_between
 from lwr_dyn.audit.conventions.resolve import resolve
-from lwr_dyn.audit.conventions.trials import same_bodies
 from lwr_dyn.errors import MissingDataError
+from tests.audit.conventions.recovery import numbered_table, recovery
+from tests.audit.conventions.scrambled_tables import same_bodies
 
 TABLES = 30
 SEED = 20
@@ -26,7 +26,7 @@ def test_scrambled_tables_are_recovered():
 
 
 def test_a_blank_com_that_no_row_fills_is_an_error():
-    one = next(t for k in range(50) if (t := numbered_trial(k, SEED)).table.origin is None)
+    one = next(t for k in range(50) if (t := numbered_table(k, SEED)).table.origin is None)
     com = one.table.com.copy()
     com[1] = np.nan
     with pytest.raises(MissingDataError, match="centre of mass of link_2"):
@@ -34,7 +34,7 @@ def test_a_blank_com_that_no_row_fills_is_an_error():
 
 
 def test_the_truth_is_missed_when_its_evidence_is_another_arms():
-    one = next(t for k in range(50) if (t := numbered_trial(k, SEED)).kind == "both")
+    one = next(t for k in range(50) if (t := numbered_table(k, SEED)).kind == "both")
     numbers = tuple(
         dataclasses.replace(x, printed=dataclasses.replace(x.printed, value=1.05 * x.printed.value))
         for x in one.evidence.numbers

@@ -1,4 +1,4 @@
-"""How often the rules cry at nothing and how often they find: a seeded share; scripts/soak.py runs the full count."""
+"""False alarms and the share of faults found, on seeded tables; scripts/soak.py runs the full count."""
 
 import xml.etree.ElementTree as ET
 from contextlib import suppress
@@ -11,11 +11,10 @@ from hypothesis import strategies as st
 
 from lwr_dyn.audit.lint.csv_sheet import sheet_of_csv
 from lwr_dyn.audit.lint.examine import lint
-from lwr_dyn.audit.lint.plants import SLIPS
 from lwr_dyn.audit.lint.sheet import Sheet, Table, column
 from lwr_dyn.audit.lint.toml_sheet import sheet_of_toml
-from lwr_dyn.audit.lint.trials import detection, false_alarms
 from lwr_dyn.errors import LwrDynError
+from tests.audit.lint.faulty_sheets import FAULTS, detection, false_alarms
 
 TRIALS = 60
 RATES = {
@@ -30,13 +29,13 @@ def test_correct_tables_raise_no_alarm():
     assert false_alarms(TRIALS, seed=3) == ()
 
 
-@pytest.mark.parametrize("slip", SLIPS)
-def test_planted_slips_are_found(slip):
-    assert detection(slip, TRIALS, seed=4) >= RATES.get(slip, 0.9)
+@pytest.mark.parametrize("fault", FAULTS)
+def test_faults_are_found(fault):
+    assert detection(fault, TRIALS, seed=4) >= RATES.get(fault, 0.9)
 
 
 def urdf_sheet(path):
-    """What a URDF prints, as tables: nobody here wrote these numbers."""
+    """The numbers of a public URDF as tables."""
     root = ET.parse(path).getroot()
     links = [e for e in root.findall("link/inertial") if e.find("origin") is not None]
     columns = [column("mass", tuple(e.find("mass").get("value") for e in links), "kg")]

@@ -1,4 +1,4 @@
-"""How often the resolver finds the truth of scrambled tables, counted by what the evidence can tell at all."""
+"""How often the true reading of scrambled tables is recovered, apart for tables whose evidence decides it or not."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lwr_dyn.audit.conventions.decidable import open_choices
 from lwr_dyn.audit.conventions.resolve import Resolution, resolve
-from lwr_dyn.audit.conventions.trials import Trial, same_arm, same_bodies, trial
+from tests.audit.conventions.identifiable import open_choices
+from tests.audit.conventions.scrambled_tables import ScrambledTable, same_arm, same_bodies, scrambled_table
 
 OUTCOMES = ("recovered", "same arm", "named", "lost")
-"""The same inertia parameters to the printed digits (and DH convention); others, but no motion of the arm can show it;
-others, with the truth among the readings that the resolver says are left; the truth not even among those."""
+"""The same inertial parameters to the printed digits (and DH convention); others, but no motion of the arm differs;
+others, with the truth among the readings that are left; the truth not among those."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,7 +24,7 @@ class Recovery:
     decided: Mapping[str, int]
     undecidable: Mapping[str, int]
     missed: tuple[int, ...]
-    """Numbers of the trials that were decided and not recovered, or left the truth out: `numbered_trial` gives them."""
+    """Numbers of the tables that are decided and not recovered, or that left the truth out; see `numbered_table`."""
 
     @property
     def rate(self) -> float:
@@ -34,7 +34,7 @@ class Recovery:
 
     @property
     def honest(self) -> float:
-        """Share of the undecidable tables that are recovered, or whose truth is among the readings said to be left."""
+        """Share of the undecidable tables that are recovered, or whose truth is among the readings that are left."""
         total = sum(self.undecidable.values())
         return 1.0 - self.undecidable["lost"] / total if total else float("nan")
 
@@ -49,22 +49,18 @@ class Recovery:
         )
 
 
-def numbered_trial(number: int, seed: int) -> Trial:
-    """Trial `number` of a series."""
-    return trial(np.random.default_rng([seed, number]))
+def numbered_table(number: int, seed: int) -> ScrambledTable:
+    """Table `number` of a series."""
+    return scrambled_table(np.random.default_rng([seed, number]))
 
 
 def recovery(count: int, seed: int = 7) -> Recovery:
-    """Trials until `count` of them are decidable.
-
-    >>> recovery(2, seed=1).decided["recovered"]
-    2
-    """
+    """Counts over so many tables that `count` of them are decidable."""
     decided: Counter[str] = Counter({x: 0 for x in OUTCOMES})
     undecidable: Counter[str] = Counter({x: 0 for x in OUTCOMES})
     missed, number = [], 0
     while sum(decided.values()) < count:
-        one = numbered_trial(number, seed)
+        one = numbered_table(number, seed)
         found = outcome(one, resolve(one.table, one.evidence))
         clear = not open_choices(one)
         (decided if clear else undecidable)[found] += 1
@@ -74,7 +70,7 @@ def recovery(count: int, seed: int = 7) -> Recovery:
     return Recovery(dict(decided), dict(undecidable), tuple(missed))
 
 
-def outcome(one: Trial, found: Resolution) -> str:
+def outcome(one: ScrambledTable, found: Resolution) -> str:
     """One of `OUTCOMES`."""
     best, truth = found.best, one.truth
     if best is None:

@@ -1,8 +1,8 @@
-"""Can anybody tell? Whether what is published beside a trial's table leaves its truth as the only reading.
+"""Is the truth identifiable: do the numbers published beside a scrambled table leave only one reading?
 
-This asks by another road than the resolver: the recursion runs on every arm that differs from the truth in one choice
-(of one link, of the repeated links together, of all signs, of the whole table), and a choice is open when that arm has
-other bodies, which exist, and gives the same published numbers.
+Computed independently of `rank_readings`: the recursion runs on every arm that differs from the truth in one choice
+(of one link, of the repeated links together, of all signs, of the whole table). A choice is open when that arm has
+other bodies that can exist and gives the same published numbers.
 """
 
 from __future__ import annotations
@@ -16,29 +16,29 @@ from lwr_dyn.arrays import Array
 from lwr_dyn.audit.conventions.choices import CHOICES, LinkChoice, TableChoice, link_options
 from lwr_dyn.audit.conventions.frames import frame_vectors, other_ends, shifted, with_rows_moved
 from lwr_dyn.audit.conventions.printed import TENSOR, PrintedTable
-from lwr_dyn.audit.conventions.trials import Trial, rounding_of_tensor, same_bodies
 from lwr_dyn.dynamics.newton_euler import Recursion
 from lwr_dyn.dynamics.recursion import LinkConstants, link_constants
 from lwr_dyn.model.chain import Body, Chain, link_frames, with_bodies
 from lwr_dyn.model.dh import Convention
 from lwr_dyn.model.feasibility import is_physical
 from lwr_dyn.model.vectors import Matrix3, Vector
+from tests.audit.conventions.scrambled_tables import ScrambledTable, rounding_of_tensor, same_bodies
 
 ROOM = 2.0
-"""Half digits within which a number counts as the printed one: the table's own rounding adds to its own."""
+"""Half digits within which a number counts as the printed one: the table's rounding adds to the number's own."""
 
 
-def open_choices(trial: Trial) -> tuple[str, ...]:
-    """Names of the choices that the evidence leaves open, none when the truth alone is left."""
-    table = with_rows_moved(trial.table, trial.truth.shift)
-    truth = trial.truth
-    found = [f"link_{i + 1}" for i in range(table.n) if _open_link(trial, table, i)]
-    for name, flipped in (("signs", range(table.n)), ("signs of repeated links", trial.alike)):
+def open_choices(scrambled: ScrambledTable) -> tuple[str, ...]:
+    """Names of the choices that the evidence leaves open; none when only the truth is left."""
+    table = with_rows_moved(scrambled.table, scrambled.truth.shift)
+    truth = scrambled.truth
+    found = [f"link_{i + 1}" for i in range(table.n) if _open_link(scrambled, table, i)]
+    for name, flipped in (("signs", range(table.n)), ("signs of repeated links", scrambled.alike)):
         links = tuple(_flipped(c) if i in flipped else c for i, c in enumerate(truth.links))
-        if flipped and _open(trial, table, truth.table, links, only=flipped):
+        if flipped and _open(scrambled, table, truth.table, links, only=flipped):
             found.append(name)
     for name, choice in _other_tables(truth.table):
-        if _open(trial, table, choice, truth.links, only=None):
+        if _open(scrambled, table, choice, truth.links, only=None):
             found.append(name)
     return tuple(found)
 
@@ -60,66 +60,70 @@ def _read(table: PrintedTable, choice: TableChoice, links: Sequence[LinkChoice])
 
 
 def _open(
-    trial: Trial, table: PrintedTable, choice: TableChoice, links: Sequence[LinkChoice], only: Sequence[int] | None
+    scrambled: ScrambledTable,
+    table: PrintedTable,
+    choice: TableChoice,
+    links: Sequence[LinkChoice],
+    only: Sequence[int] | None,
 ) -> bool:
     """The arm so read has other bodies (or frames), which exist, and gives what is published."""
     bodies = _read(table, choice, links)
-    moved = choice.convention is not trial.truth.table.convention
-    if moved and not _same_frames(trial, table, choice.convention):
+    moved = choice.convention is not scrambled.truth.table.convention
+    if moved and not _same_frames(scrambled, table, choice.convention):
         return False
-    if not moved and same_bodies(table, bodies, trial.bodies):
+    if not moved and same_bodies(table, bodies, scrambled.bodies):
         return False
-    if not all(is_physical(b) for b in bodies) or not _second(trial, bodies):
+    if not all(is_physical(b) for b in bodies) or not _second(scrambled, bodies):
         return False
-    if trial.alike and only is not None and set(only) & set(trial.alike) and not set(trial.alike) <= set(only):
+    if only is not None and 0 < len(set(only) & set(scrambled.alike)) < len(scrambled.alike):
         return False
     recursion = Recursion.of(with_bodies(table.chain(choice.convention), bodies))
-    true = with_bodies(trial.chain, _read(table, trial.truth.table, trial.truth.links))
-    return bool(_numbers_agree(trial, recursion, Recursion.of(true))[0])
+    true = with_bodies(scrambled.chain, _read(table, scrambled.truth.table, scrambled.truth.links))
+    return bool(_numbers_agree(scrambled, recursion, Recursion.of(true))[0])
 
 
-def _same_frames(trial: Trial, table: PrintedTable, convention: Convention) -> bool:
+def _same_frames(scrambled: ScrambledTable, table: PrintedTable, convention: Convention) -> bool:
     if table.origin is not None:
         gap = np.abs(shifted(table.origin, 0) - frame_vectors(table, convention))
         if np.nanmax(gap) > table.com_step:
             return False
     chain = table.chain(convention)
-    for place in trial.evidence.places:
+    for place in scrambled.evidence.places:
         *_, flange = link_frames(chain, place.q)
         if np.abs(flange[:3, 3] - place.xyz).max() > ROOM * place.half:
             return False
     return True
 
 
-def _second(trial: Trial, bodies: Sequence[Body]) -> bool:
+def _second(scrambled: ScrambledTable, bodies: Sequence[Body]) -> bool:
     """The second tensors come out, to their digits and those of the table."""
-    tensors = trial.evidence.tensors
+    tensors = scrambled.evidence.tensors
     if tensors is None:
         return True
     about = [b.inertia_origin() if tensors.about == "origin" else b.inertia_com for b in bodies]
     ours = np.array([[t[r, c] for r, c in TENSOR] for t in about])
-    room = ROOM * tensors.half + np.array([[rounding_of_tensor(trial.table, b)] for b in bodies])
+    room = ROOM * tensors.half + np.array([[rounding_of_tensor(scrambled.table, b)] for b in bodies])
     signs = [np.array([1.0] * 3 + [-1.0 if p == "integral" else 1.0] * 3) for p in tensors.products]
     return any(bool((np.abs(s * tensors.values - ours) <= room).all()) for s in signs)
 
 
-def _open_link(trial: Trial, table: PrintedTable, link: int) -> bool:
+def _open_link(scrambled: ScrambledTable, table: PrintedTable, link: int) -> bool:
     """Some other choice for one link alone is as good as the truth."""
-    choice, truth = trial.truth.table, trial.truth.links
-    if link in trial.alike:
-        return False  # its mirror image gives it away, or all of them are open together
+    choice, truth = scrambled.truth.table, scrambled.truth.links
+    if link in scrambled.alike:
+        return False  # its mirror image excludes the others, or all of them are open together
     others = [c for c in CHOICES if c != truth[link]]
     found = link_options(table, link, choice, other_ends(table, choice.convention)[link], others)
     options, true = [], _read(table, choice, truth)
     for o in range(len(found.choices)):
         bodies = list(true)
         bodies[link] = found.body(o)
-        if same_bodies(table, tuple(bodies), trial.bodies) or not is_physical(bodies[link]):
+        if same_bodies(table, tuple(bodies), scrambled.bodies) or not is_physical(bodies[link]):
             continue
-        if _second(trial, bodies):
+        if _second(scrambled, bodies):
             options.append(bodies[link])
-    chain = with_bodies(trial.chain, true)
-    return bool(options) and bool(_numbers_agree(trial, _batch(chain, link, options), Recursion.of(chain)).any())
+    chain = with_bodies(scrambled.chain, true)
+    return bool(options) and bool(_numbers_agree(scrambled, _batch(chain, link, options), Recursion.of(chain)).any())
 
 
 def _batch(chain: Chain, link: int, bodies: Sequence[Body]) -> Recursion:
@@ -134,12 +138,12 @@ def _batch(chain: Chain, link: int, bodies: Sequence[Body]) -> Recursion:
     return replace(Recursion.of(chain), links=tuple(constants))
 
 
-def _numbers_agree(trial: Trial, recursion: Recursion, true: Recursion) -> Array:
+def _numbers_agree(scrambled: ScrambledTable, recursion: Recursion, true: Recursion) -> Array:
     """Per arm of a batch, (A,), whether every published number is that of the truth as the table prints it."""
     good = np.array([True])
-    for q in {id(x.q): x.q for x in trial.evidence.numbers if x.q is not None}.values():
+    for q in {id(x.q): x.q for x in scrambled.evidence.numbers if x.q is not None}.values():
         theirs, ours = _numbers_at(true, q), _numbers_at(recursion, q)
-        for x in (x for x in trial.evidence.numbers if x.q is q):
+        for x in (x for x in scrambled.evidence.numbers if x.q is q):
             k = int(x.quantity == "gravity")
             good = good & (np.abs(ours[k][:, x.joint] - theirs[k][0, x.joint]) <= ROOM * x.printed.half)
     return np.asarray(good, dtype=bool)

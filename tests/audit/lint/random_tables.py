@@ -1,6 +1,6 @@
-"""Correct tables made up at random, to see whether the rules cry at nothing.
+"""Random correct tables that measure false alarms.
 
-They look as those of robot papers do: gains in proportion to inertias, figures of errors, masses with a total,
+They look like those of robot papers: gains in proportion to inertias, figures of errors, masses with a total,
 mirror-image links, DH rows stated twice, symmetric tensors, limits in round numbers, arithmetic in sentences.
 """
 
@@ -13,11 +13,7 @@ from lwr_dyn.audit.lint.sheet import Declared, Matrix, Sheet, Statement, Table, 
 
 
 def printed(value: float, digits: int) -> str:
-    """A number with so many significant digits, as a paper prints it.
-
-    >>> printed(0.0012345678, 4), printed(7310.0, 4)
-    ('0.001235', '7310')
-    """
+    """A number with so many significant digits, as a paper prints it."""
     if value == 0.0:
         return "0"
     return fixed(value, digits - 1 - int(np.floor(np.log10(abs(value)))))
@@ -29,7 +25,7 @@ def fixed(value: float, decimals: int) -> str:
 
 
 def correct_sheet(rng: Generator) -> Sheet:
-    """A file without a slip."""
+    """A file without a fault."""
     n = int(rng.integers(5, 9))
     tables = [_gains(rng, n), _errors(rng, n), _masses(rng, n), *_links(rng, n), _limits(rng, n), _noise(rng, n)]
     return Sheet("made up", tuple(tables), _tensors(rng, n), tuple(_sums(rng, i) for i in range(3)))

@@ -1,31 +1,32 @@
-"""Slips planted in correct tables, one in each, to see what share of them the rules find."""
+"""Correct tables with one fault each: the share of the faults that the rules find, and the false alarms."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
+import numpy as np
 from numpy.random import Generator
 
 from lwr_dyn.audit.lint.examine import lint
-from lwr_dyn.audit.lint.made_up import negated
 from lwr_dyn.audit.lint.sheet import Column, Sheet, Table, column
 from lwr_dyn.papers.printed_number import printed_number
+from tests.audit.lint.random_tables import correct_sheet, negated
 
 DIGITS = "0123456789"
 
 
 @dataclass(frozen=True, slots=True)
-class Plant:
-    """A sheet with one slip in it, where it is, and what rules may call it."""
+class FaultySheet:
+    """A sheet with one fault, the cells that have it, and the rules that may find it."""
 
     sheet: Sheet
     cells: frozenset[str]
     rules: tuple[str, ...]
 
     @property
-    def found(self) -> bool:
-        """A finding that counts is about one of the cells and of the right kind."""
+    def is_found(self) -> bool:
+        """A finding that counts names one of the cells and is of the right rule."""
         return any(f.counts and f.rule in self.rules and self.cells & set(f.cells) for f in lint(self.sheet))
 
 
@@ -43,9 +44,9 @@ def _with(sheet: Sheet, name: str, cells: dict[tuple[str, int], str]) -> Sheet:
     return replace(sheet, tables=tuple(replace(t, columns=columns) if t is table else t for t in sheet.tables))
 
 
-def _plant(sheet: Sheet, name: str, cells: dict[tuple[str, int], str], *rules: str) -> Plant:
+def _faulty(sheet: Sheet, name: str, cells: dict[tuple[str, int], str], *rules: str) -> FaultySheet:
     table = _table(sheet, name)
-    return Plant(_with(sheet, name, cells), frozenset(table.place(i, c) for c, i in cells), rules)
+    return FaultySheet(_with(sheet, name, cells), frozenset(table.place(i, c) for c, i in cells), rules)
 
 
 def _scaled(text: str, power: int) -> str:
@@ -74,15 +75,15 @@ def _transposed(rng: Generator, text: str) -> str:
     return text[:i] + text[i + 1] + text[i] + text[i + 2 :]
 
 
-def _mean(rng: Generator, sheet: Sheet) -> Plant:
+def _mean(rng: Generator, sheet: Sheet) -> FaultySheet:
     table, stem = _table(sheet, "errors"), str(rng.choice(["position error", "velocity error"]))
     name = f"{stem} average"
     i = int(rng.integers(table.rows))
     text = next(c for c in table.columns if c.name == name).cells[i]
-    return _plant(sheet, "errors", {(name, i): _scaled(text, 1)}, "mean-outside", "column-order")
+    return _faulty(sheet, "errors", {(name, i): _scaled(text, 1)}, "mean-outside", "column-order")
 
 
-def _order(rng: Generator, sheet: Sheet) -> Plant:
+def _order(rng: Generator, sheet: Sheet) -> FaultySheet:
     table, stem = _table(sheet, "errors"), str(rng.choice(["position error", "velocity error"]))
     columns = [c for c in table.columns if c.name.startswith(stem)]
     turn = list(rng.permutation(3))
@@ -91,33 +92,33 @@ def _order(rng: Generator, sheet: Sheet) -> Plant:
     first = int(rng.integers(0, table.rows - 1))
     last = int(rng.integers(first + 2, table.rows + 1))
     cells = {(columns[k].name, i): columns[turn[k]].cells[i] for k in range(3) for i in range(first, last)}
-    return _plant(sheet, "errors", cells, "column-order", "mean-outside")
+    return _faulty(sheet, "errors", cells, "column-order", "mean-outside")
 
 
-def _swap(rng: Generator, sheet: Sheet) -> Plant | None:
+def _swap(rng: Generator, sheet: Sheet) -> FaultySheet | None:
     table = _table(sheet, "gains")
     places = [(c, i) for c in table.columns[1:] for i in range(table.rows)]
     one, other = (places[k] for k in rng.choice(len(places), 2, replace=False))
     a, b = one[0].cells[one[1]], other[0].cells[other[1]]
     cells = {(one[0].name, one[1]): b, (other[0].name, other[1]): a}
-    return None if a == b else _plant(sheet, "gains", cells, "swapped")
+    return None if a == b else _faulty(sheet, "gains", cells, "swapped")
 
 
-def _power(rng: Generator, sheet: Sheet) -> Plant:
+def _power(rng: Generator, sheet: Sheet) -> FaultySheet:
     table = _table(sheet, "gains")
     chosen, i = table.columns[int(rng.integers(1, 3))], int(rng.integers(table.rows))
     text = _scaled(chosen.cells[i], int(rng.choice([-2, -1, 1, 2])))
-    return _plant(sheet, "gains", {(chosen.name, i): text}, "power-of-ten")
+    return _faulty(sheet, "gains", {(chosen.name, i): text}, "power-of-ten")
 
 
-def _copy(rng: Generator, sheet: Sheet) -> Plant | None:
+def _copy(rng: Generator, sheet: Sheet) -> FaultySheet | None:
     table = _table(sheet, "links")
     chosen, i = table.columns[int(rng.integers(3))], int(rng.integers(table.rows - 1))
     number = chosen.numbers[i]
     if number is None or not number.value or abs(number.value) == abs(_value(chosen, i + 1)):
         return None
     text = chosen.cells[i] + (str(rng.integers(1, 10)) if rng.random() < 0.5 else "")
-    return _plant(sheet, "links", {(chosen.name, i + 1): text}, "copied", "one-digit")
+    return _faulty(sheet, "links", {(chosen.name, i + 1): text}, "copied", "one-digit")
 
 
 def _value(chosen: Column, i: int) -> float:
@@ -125,37 +126,39 @@ def _value(chosen: Column, i: int) -> float:
     return 0.0 if number is None else number.value
 
 
-def _shift(rng: Generator, sheet: Sheet) -> Plant | None:
+def _shift(rng: Generator, sheet: Sheet) -> FaultySheet | None:
     table, step = _table(sheet, "frames"), int(rng.choice([-1, 1]))
     new = {c.name: ((*c.cells[1:], "-") if step == 1 else ("-", *c.cells[:-1])) for c in table.columns}
     sizes = {x for c in _table(sheet, "dh").columns for x in c.cells if x != "0"}
     if len(sizes) < 4:  # too few lengths to tell
         return None
     cells = {(name, i): text for name, texts in new.items() for i, text in enumerate(texts)}
-    plant = _plant(sheet, "frames", cells, "rows-shifted")
-    return replace(plant, cells=frozenset({"frames.r", "dh.d"}))
+    faulty = _faulty(sheet, "frames", cells, "rows-shifted")
+    return replace(faulty, cells=frozenset({"frames.r", "dh.d"}))
 
 
-def _total(rng: Generator, sheet: Sheet) -> Plant:
+def _total(rng: Generator, sheet: Sheet) -> FaultySheet:
     table, i = _table(sheet, "masses"), int(rng.integers(_table(sheet, "masses").rows))
     text = table.columns[0].cells[i]
-    slip = _transposed(rng, text) if rng.random() < 0.5 else _scaled(text, int(rng.choice([-1, 1])))
-    return _plant(sheet, "masses", {("mass", i): slip}, "total")
+    fault = _transposed(rng, text) if rng.random() < 0.5 else _scaled(text, int(rng.choice([-1, 1])))
+    return _faulty(sheet, "masses", {("mass", i): fault}, "total")
 
 
-def _asymmetry(rng: Generator, sheet: Sheet) -> Plant:
+def _asymmetry(rng: Generator, sheet: Sheet) -> FaultySheet:
     k, (i, j) = int(rng.integers(len(sheet.matrices))), ((0, 1), (0, 2), (1, 2))[int(rng.integers(3))]
     matrix = sheet.matrices[k]
     text = matrix.cells[j][i]
-    slip = (negated(text), _other_digit(rng, text), _scaled(text, 1))[int(rng.integers(3))]
+    fault = (negated(text), _other_digit(rng, text), _scaled(text, 1))[int(rng.integers(3))]
     rows = [list(row) for row in matrix.cells]
-    rows[j][i] = slip
+    rows[j][i] = fault
     cells = tuple(tuple(row) for row in rows)
     matrices = tuple(replace(m, cells=cells) if m is matrix else m for m in sheet.matrices)
-    return Plant(replace(sheet, matrices=matrices), frozenset({f"{matrix.name}[{i + 1},{j + 1}]"}), ("not-symmetric",))
+    return FaultySheet(
+        replace(sheet, matrices=matrices), frozenset({f"{matrix.name}[{i + 1},{j + 1}]"}), ("not-symmetric",)
+    )
 
 
-def _unit(rng: Generator, sheet: Sheet) -> Plant:
+def _unit(rng: Generator, sheet: Sheet) -> FaultySheet:
     name = str(rng.choice(["errors", "masses", "limits"]))
     wrong = {"errors": ("mm", "mm/s"), "masses": ("mm", "kg m^2"), "limits": ("kg", "mm")}[name]
     table = _table(sheet, name)
@@ -163,21 +166,22 @@ def _unit(rng: Generator, sheet: Sheet) -> Plant:
     old = table.columns[k]
     columns = tuple(replace(c, unit=str(rng.choice(wrong))) if c is old else c for c in table.columns)
     tables = tuple(replace(t, columns=columns) if t is table else t for t in sheet.tables)
-    return Plant(replace(sheet, tables=tables), frozenset({f"{name}, {old.name}"}), ("unit",))
+    return FaultySheet(replace(sheet, tables=tables), frozenset({f"{name}, {old.name}"}), ("unit",))
 
 
-def _sentence(rng: Generator, sheet: Sheet) -> Plant:
+def _sentence(rng: Generator, sheet: Sheet) -> FaultySheet:
     k = int(rng.integers(len(sheet.statements)))
-    said = sheet.statements[k]
-    left, _, right = said.text.rpartition("= ")
+    sentence = sheet.statements[k]
+    left, _, right = sentence.text.rpartition("= ")
     result = right.split()[0]
-    slip = _scaled(result, int(rng.choice([-2, -1, 1, 2]))) if rng.random() < 0.5 else _other_digit(rng, result)
-    changed = replace(said, text=f"{left}= {slip} here")
-    statements = tuple(changed if s is said else s for s in sheet.statements)
-    return Plant(replace(sheet, statements=statements), frozenset({said.place}), ("power-of-ten", "arithmetic", "sign"))
+    fault = _scaled(result, int(rng.choice([-2, -1, 1, 2]))) if rng.random() < 0.5 else _other_digit(rng, result)
+    changed = replace(sentence, text=f"{left}= {fault} here")
+    statements = tuple(changed if s is sentence else s for s in sheet.statements)
+    rules = ("power-of-ten", "arithmetic", "sign")
+    return FaultySheet(replace(sheet, statements=statements), frozenset({sentence.place}), rules)
 
 
-SLIPS: dict[str, Callable[[Generator, Sheet], Plant | None]] = {
+FAULTS: dict[str, Callable[[Generator, Sheet], FaultySheet | None]] = {
     "mean times ten": _mean,
     "columns of a block in another order": _order,
     "two gains exchanged": _swap,
@@ -189,4 +193,24 @@ SLIPS: dict[str, Callable[[Generator, Sheet], Plant | None]] = {
     "a unit of another quantity": _unit,
     "a wrong result in a sentence": _sentence,
 }
-"""Kind of slip -> what plants it."""
+"""Kind of fault -> what puts one into a sheet; None where it would change no digit."""
+
+
+def faulty_sheet(rng: Generator, fault: str) -> FaultySheet | None:
+    """A correct sheet with a fault of a kind of `FAULTS`; None when it would change no digit."""
+    sheet = correct_sheet(rng)
+    faulty = FAULTS[fault](rng, sheet)
+    return None if faulty is None or faulty.sheet == sheet else faulty
+
+
+def false_alarms(count: int, seed: int = 0) -> tuple[str, ...]:
+    """The findings that count in so many correct sheets: there should be none."""
+    rng = np.random.default_rng(seed)
+    return tuple(f.line() for _ in range(count) for f in lint(correct_sheet(rng)) if f.counts)
+
+
+def detection(fault: str, count: int, seed: int = 0) -> float:
+    """Share of so many faults of a kind that is found."""
+    rng = np.random.default_rng(seed)
+    sheets = [s for _ in range(count) if (s := faulty_sheet(rng, fault)) is not None]
+    return sum(s.is_found for s in sheets) / len(sheets)

@@ -1,4 +1,4 @@
-"""Arms of real solid bodies, printed as a paper would and scrambled as papers do: does the resolver find its way back?
+"""Random arms of solid bodies, printed under known conventions: the search for conventions must recover them.
 
 A body is one to three ellipsoids or boxes of uniform density, tilted at random, about the link's own segment, so its
 tensor is one that a body has and its products are not zero. Repeated links are mirror images. What is published beside
@@ -35,7 +35,7 @@ _OFF = ~np.eye(3, dtype=bool)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Trial:
+class ScrambledTable:
     """A scrambled table with what is published beside it, and the truth."""
 
     table: PrintedTable
@@ -49,7 +49,7 @@ class Trial:
     """Links that are mirror images of one another."""
 
 
-def trial(rng: np.random.Generator) -> Trial:
+def scrambled_table(rng: np.random.Generator) -> ScrambledTable:
     """A random arm, printed and scrambled."""
     n = int(rng.integers(3, 8))
     convention = list(Convention)[rng.integers(2)]
@@ -57,7 +57,7 @@ def trial(rng: np.random.Generator) -> Trial:
     kinds = tuple(JointKind.PRISMATIC if rng.random() < 0.05 else JointKind.REVOLUTE for _ in range(n))
     flange = Pose(np.eye(3), np.array([0.0, 0.0, round(float(rng.uniform(0.05, 0.15)), 3)]))
     frames = PrintedTable(
-        name="trial", joints=tuple(f"joint_{i + 1}" for i in range(n)), rows=rows, kinds=kinds, mass=np.zeros(n),
+        name="scrambled", joints=tuple(f"joint_{i + 1}" for i in range(n)), rows=rows, kinds=kinds, mass=np.zeros(n),
         com=np.zeros((n, 3)), inertia=np.zeros((n, 3, 3)), mass_step=1e-4, com_step=1e-5, inertia_step=1e-6,
         flange=flange,
     )  # fmt: skip
@@ -67,7 +67,9 @@ def trial(rng: np.random.Generator) -> Trial:
     truth = _reading(rng, n, convention)
     kind = KINDS[rng.integers(len(KINDS))]
     table = _printed(rng, frames, bodies, truth, ends)
-    return Trial(table, _evidence(rng, table, chain, bodies, truth, kind), truth, tuple(bodies), chain, kind, alike)
+    return ScrambledTable(
+        table, _evidence(rng, table, chain, bodies, truth, kind), truth, tuple(bodies), chain, kind, alike
+    )
 
 
 SHORTEST = 0.6
@@ -220,11 +222,11 @@ def rounding_of_tensor(table: PrintedTable, body: Body) -> float:
     return table.inertia_step + 2 * body.mass * reach * table.com_step + table.mass_step * reach**2
 
 
-def same_arm(trial: Trial, found: tuple[Body, ...], convention: Convention) -> bool:
+def same_arm(scrambled: ScrambledTable, found: tuple[Body, ...], convention: Convention) -> bool:
     """No motion can tell the two apart: B and g agree at random poses to what rounding of the cells can make."""
-    other = with_bodies(trial.table.chain(convention), found)
-    q = np.random.default_rng(0).uniform(-np.pi, np.pi, (8, trial.table.n))
-    ours, theirs = Recursion.of(other), Recursion.of(trial.chain)
+    other = with_bodies(scrambled.table.chain(convention), found)
+    q = np.random.default_rng(0).uniform(-np.pi, np.pi, (8, scrambled.table.n))
+    ours, theirs = Recursion.of(other), Recursion.of(scrambled.chain)
     gaps = (ours.mass_matrix(q) - theirs.mass_matrix(q), ours.gravity_vector(q) - theirs.gravity_vector(q))
     sizes = (theirs.mass_matrix(q), theirs.gravity_vector(q))
     return all(np.abs(gap).max() <= SAME_ARM * np.abs(size).max() for gap, size in zip(gaps, sizes, strict=True))
