@@ -46,7 +46,7 @@ class Option:
         Name on the command line; made from the keyword if not given.
     unless : str
         Keyword of the same factory that leaves this one without effect.
-    default : object
+    keyword, default : object
         Read from the factory's signature.
     """
 
@@ -54,6 +54,7 @@ class Option:
     help: str
     flag: str = ""
     unless: str = ""
+    keyword: str = ""
     default: Any = REQUIRED
 
 
@@ -63,15 +64,17 @@ def options_of(factory: Callable[..., Any]) -> dict[str, Option]:
     Raises
     ------
     OptionError
-        An annotation that names something that is not imported at run time.
+        Something that cannot be called, or an annotation that names something that is not imported at run time.
     """
+    if not callable(factory):
+        raise OptionError("factory", repr(factory), "a function")
     annotated = vars(factory).get("__init__") if isinstance(factory, type) else factory
     try:
         hints = get_type_hints(annotated, include_extras=True)
     except NameError as fault:
         raise OptionError(factory.__qualname__, f"annotation: {fault}", "names that are imported at run time") from None
     return {
-        name: replace(mark, default=parameter.default)
+        name: replace(mark, keyword=name, default=parameter.default)
         for name, parameter in signature(factory).parameters.items()
         for mark in getattr(hints.get(name), "__metadata__", ())
         if isinstance(mark, Option)
@@ -147,7 +150,7 @@ class Registry(Generic[T]):
             broken = f"{row.module}: {type(fault).__name__}: {fault}"
             raise OptionError(f"{self.kind} {name}, {row.about}", broken, "a module that can be imported") from fault
         if not hasattr(module, attribute):
-            raise UnknownNameError(f"function of {row.module}", attribute, ())
+            raise UnknownNameError(f"attribute of {row.module}", attribute, ())
         return cast(T, getattr(module, attribute))
 
     def make(self, name: str, /, *arguments: Any, **options: Any) -> Any:
@@ -175,6 +178,7 @@ class Registry(Generic[T]):
 
 def check_options(subject: str, factory: Callable[..., Any], given: int, options: Mapping[str, Any]) -> None:
     """Raise `OptionError` for options that a factory, `given` whose arguments are positional, cannot take."""
+    marked = options_of(factory)
     keywords = list(signature(factory).parameters.values())[given:]
     names = [p.name for p in keywords if p.kind is not Parameter.VAR_KEYWORD]
     if len(names) == len(keywords):
@@ -183,6 +187,6 @@ def check_options(subject: str, factory: Callable[..., Any], given: int, options
     for p in keywords:
         if p.default is REQUIRED and p.name in names and p.name not in options:
             raise OptionError(p.name, "not given", f"a value, which {subject} needs")
-    for name, option in options_of(factory).items():
+    for name, option in marked.items():
         if name in options and options.get(option.unless):
             raise OptionError(name, "would do nothing here", f"without {option.unless}")

@@ -2,26 +2,36 @@
 
 import subprocess
 import sys
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.cli.main import COMMANDS
-from lwr_dyn.cli.new import KINDS
 from lwr_dyn.control.controllers import CONTROLLERS
-from lwr_dyn.dynamics.engines import ENGINES
 from lwr_dyn.errors import LwrDynError, MissingPackageError, OptionError, UnknownNameError
-from lwr_dyn.front import FUNCTIONS
+from lwr_dyn.kinematics.inverse import IK_SOLVERS
 from lwr_dyn.registry import REQUIRED, Option, Quantity, Registry, Row, options_of
 from lwr_dyn.trajectory.references.tasks import REFERENCES
-from lwr_dyn.trajectory.timings import MOTION_PROFILES
 
 if TYPE_CHECKING:
     from decimal import Decimal
 
-REGISTRIES = (CONTROLLERS, REFERENCES, MOTION_PROFILES, ENGINES, COMMANDS, KINDS, FUNCTIONS)
+PACKAGE = Path(lwr_dyn.__file__).parent
+
+
+def _registries():
+    """Every registry at the top level of a module of the package."""
+    for path in sorted(PACKAGE.rglob("*.py")):
+        if " = Registry(\n" in path.read_text(encoding="utf-8"):
+            module = import_module(".".join(("lwr_dyn", *path.relative_to(PACKAGE).with_suffix("").parts)))
+            yield from (value for value in vars(module).values() if isinstance(value, Registry))
+
+
+REGISTRIES = {id(registry): registry for registry in _registries()}.values()
 ROWS = [pytest.param(registry, name, id=f"{registry.kind} {name}") for registry in REGISTRIES for name in registry.rows]
 
 ADDED = """
@@ -44,6 +54,9 @@ def my_engine(arm, rotors):
     return ENGINES.load("newton-euler")(arm, rotors)
 
 
+number = 3
+
+
 def still(arm, *, seconds: Annotated[float, Option(float, "Duration, s.")] = 0.02):
     return hold(arm, np.zeros(arm.n), seconds)
 
@@ -55,6 +68,7 @@ POINTS = """
 [lwr_dyn.controller]
 mine = added_rows:spring
 gone = added_rows:nothing
+number = added_rows:number
 absent = no_such_module:make
 sick = sick_module:make
 [lwr_dyn.reference]
@@ -82,9 +96,18 @@ def distribution(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(("registry", "name"), ROWS)
-def test_every_row_names_something_that_can_be_called(registry, name):
-    assert callable(registry.load(name))
-    assert registry[name].about
+def test_every_row_can_be_loaded_and_has_a_line_of_help(registry, name):
+    row = registry[name]
+    assert row.about
+    if find_spec(".".join(row.module.split(".")[:2])) is None:
+        pytest.skip("an optional package that is not installed")
+    assert callable(registry.load(name)) or registry is IK_SOLVERS
+
+
+def test_the_registries_of_the_core_are_seen():
+    kinds = {registry.kind for registry in REGISTRIES}
+    assert {"controller", "reference", "motion_profile", "engine", "command", "new", "function"} <= kinds
+    assert IK_SOLVERS in REGISTRIES
 
 
 @pytest.mark.parametrize("registry", [CONTROLLERS, REFERENCES])
@@ -146,8 +169,10 @@ def test_rows_of_another_package_come_after_our_own(distribution):
     assert lwr_dyn.controller("mine", ARM, gain=4.0).parameters == {"gain": 4.0}
     assert lwr_dyn.reference("still", ARM).duration == 0.02
     assert "my-engine" in lwr_dyn.engines()
-    with pytest.raises(UnknownNameError, match="no function of added_rows named 'nothing'"):
+    with pytest.raises(UnknownNameError, match="no attribute of added_rows named 'nothing'"):
         CONTROLLERS.load("gone")
+    with pytest.raises(OptionError, match="factory: 3; allowed: a function"):
+        lwr_dyn.controller("number", ARM)
     with pytest.raises(MissingPackageError, match="no_such_module is not installed"):
         CONTROLLERS.load("absent")
     with pytest.raises(OptionError, match="from added-rows: sick_module: ZeroDivisionError"):

@@ -1,1 +1,9 @@
-"""The command `lwr-dyn`, one file per subcommand."""
+"""The command `lwr-dyn`: one module a subcommand; optional packages bring theirs as rows of `main.COMMANDS`.
+
+main         the subcommands, exit codes, errors as one line
+options      parts of several subcommands: ROBOT, lists of numbers, JSON
+row_options  options that come with the rows of a registry
+run_report   a run as text and as a record
+friction     --friction and --passive-refit
+kuka_units   KUKA's units: mm and deg, axes by name, Status and Turn
+"""

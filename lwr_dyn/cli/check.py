@@ -1,4 +1,4 @@
-"""`lwr-dyn check`: every law and agreement of one robot; exit 1 when one fails."""
+"""`lwr-dyn check`: every check of one robot's model; exit 1 when one fails."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from lwr_dyn.tables import aligned
 @robot_options
 @click.option("--json", "as_json", is_flag=True, help="One JSON object.")
 def command(robot: str, reading: str | None, tip: str | None, locks: tuple[str, ...], as_json: bool) -> None:
-    """Every law and agreement, with value, tolerance and verdict; exit 1 when one fails."""
+    """Check a model: identities of the equations of motion, agreement of engines, feasibility; exit 1 if one fails."""
     report = check_arm(*load_robot_and_paper(robot, reading, tip, locks))
     if as_json:
         _print_json(report)

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import click
 import numpy as np
-from numpy.typing import NDArray
 
-from lwr_dyn.arrays import fixed_array, joint_array
+from lwr_dyn.arrays import Array, fixed_array, joint_array
 from lwr_dyn.cli.kuka_units import NAMED_AXES, degenerate_note, kuka_record, pose_line, positions_of_named
 from lwr_dyn.cli.options import NUMBERS, from_degrees, load_robot, print_json, robot_options
 from lwr_dyn.errors import OptionError
@@ -41,7 +40,7 @@ def command(
     if symbolic and (as_json or q_si or q_deg):
         raise OptionError("--symbolic", "with --json, --q or --q-deg", "--symbolic alone: it prints symbols as text")
     if symbolic:
-        click.echo(_in_symbols(robot, reading))
+        click.echo(_symbolic_text(robot, reading))
         return
     arm = load_robot(robot, reading, tip, locks)
     q = _positions(arm, q_si, q_deg, axes_deg)
@@ -67,7 +66,7 @@ def command(
         click.echo(f"note: {line}")
 
 
-def _in_symbols(robot: str, reading: str | None) -> str:
+def _symbolic_text(robot: str, reading: str | None) -> str:
     if robot.endswith(".urdf"):
         raise OptionError("--symbolic", robot, "a robot with a DH table")
     text: str = FUNCTIONS.load("dh_matrices_text")(open_paper(robot, reading))
@@ -76,7 +75,7 @@ def _in_symbols(robot: str, reading: str | None) -> str:
 
 def _positions(
     arm: Arm, q: tuple[float, ...] | None, q_deg: tuple[float, ...] | None, axes_deg: dict[str, float] | None
-) -> NDArray[np.float64]:
+) -> Array:
     if sum(given is not None for given in (q, q_deg, axes_deg)) != 1:
         raise OptionError("--q, --q-deg, --axes-deg", "none or several given", "one of them")
     if axes_deg is not None:
@@ -86,15 +85,15 @@ def _positions(
     return from_degrees(arm, q_deg or (), "--q-deg")
 
 
-def _outside(arm: Arm, q: NDArray[np.float64]) -> list[str]:
+def _outside(arm: Arm, q: Array) -> list[str]:
     """Joints beyond their limits, and by how much."""
     lines = []
     for name, x, low, up in zip(arm.joint_names, q, arm.lower, arm.upper, strict=True):
-        beyond = max(low - x, x - up)
-        if beyond > 0.0:
-            lines.append(f"{name} is outside its limits by {beyond:.6g}")
+        excess = max(low - x, x - up)
+        if excess > 0.0:
+            lines.append(f"{name} is outside its limits by {excess:.6g}")
     return lines
 
 
-def _triple(values: NDArray[np.float64]) -> str:
+def _triple(values: Array) -> str:
     return " ".join(f"{round(x, 9) + 0.0:.9f}" for x in values)

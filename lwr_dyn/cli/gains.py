@@ -1,4 +1,4 @@
-"""`lwr-dyn gains`: each joint's largest inertia, how it was searched, and the gains of a second-order loop."""
+"""`lwr-dyn gains`: each joint's largest inertia, how it was searched, and gains for a second-order loop."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import click
 import numpy as np
 
 from lwr_dyn.cli.options import load_robot, print_json, robot_options
-from lwr_dyn.control.gains import second_order_gains
+from lwr_dyn.control.gains import OMEGA_N, XI, second_order_gains
 from lwr_dyn.control.worst_case_inertia import InertiaMaximum, worst_case_inertias
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind
@@ -20,8 +20,8 @@ HEAD = ("joint", "b [kg m^2]", "Kp [N m/rad]", "Kd [N m s/rad]", "where (deg; * 
 
 @click.command("gains")
 @robot_options
-@click.option("--omega-n", default=50.0, show_default=True, help="Natural frequency, rad/s.")
-@click.option("--xi", default=1.0, show_default=True, help="Damping ratio.")
+@click.option("--omega-n", default=OMEGA_N, show_default=True, help="Natural frequency, rad/s.")
+@click.option("--xi", default=XI, show_default=True, help="Damping ratio.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object.")
 def command(
     robot: str, reading: str | None, tip: str | None, locks: tuple[str, ...], omega_n: float, xi: float, as_json: bool
@@ -29,13 +29,13 @@ def command(
     """Worst-case inertia of each joint over its limits, and Kp = omega_n^2 b, Kd = 2 xi omega_n b."""
     second_order_gains([1.0], omega_n, xi)  # refuse bad options before the search
     arm = load_robot(robot, reading, tip, locks)
-    found = worst_case_inertias(arm)
-    gains = second_order_gains([w.value for w in found], omega_n, xi)
+    maxima = worst_case_inertias(arm)
+    gains = second_order_gains([w.value for w in maxima], omega_n, xi)
     if as_json:
         records = [
             {"joint": arm.joint_names[w.joint], "b": w.value, "q": w.q, "free": list(w.free), "search": w.statement()}
             | {"Kp": gains.Kp[w.joint], "Kd": gains.Kd[w.joint]}
-            for w in found
+            for w in maxima
         ]
         print_json({"robot": arm.name, "reading": arm.reading, "omega_n": omega_n, "xi": xi, "joints": records})
         return
@@ -50,10 +50,10 @@ def command(
             f"{gains.Kd[w.joint]:.6g}",
             places(arm, w),
         )
-        for w in found
+        for w in maxima
     ]
     click.echo(aligned(rows, HEAD))
-    for w in found:
+    for w in maxima:
         click.echo(f"{arm.joint_names[w.joint]}: {w.statement()}")
 
 
@@ -61,13 +61,13 @@ def places(arm: Arm, worst: InertiaMaximum) -> str:
     """The maximisers in degrees (metres for sliding joints), free joints as *."""
     texts = []
     for q in worst.maximisers[:2]:
-        shown = [_shown(x, link.kind) for x, link in zip(q, arm.chain.links, strict=True)]
+        shown = [_joint_text(x, link.kind) for x, link in zip(q, arm.chain.links, strict=True)]
         texts.append(f"({' '.join(shown)})")
     more = worst.distinct - len(texts)
     return " ".join(texts) + (f" and {more} more" if more > 0 else "")
 
 
-def _shown(x: float, kind: JointKind) -> str:
+def _joint_text(x: float, kind: JointKind) -> str:
     if math.isnan(x):
         return "*"
     return f"{np.degrees(x):.0f}" if kind is JointKind.REVOLUTE else f"{x:.3g}"

@@ -8,10 +8,9 @@ from typing import Any
 
 import click
 import numpy as np
-from numpy.typing import NDArray
 
-from lwr_dyn.arrays import fixed_array
-from lwr_dyn.cli.kuka_units import chosen, degenerate_note, kuka_record, pose_record, status_and_turn
+from lwr_dyn.arrays import Array, fixed_array
+from lwr_dyn.cli.kuka_units import degenerate_note, kuka_record, pose_record, select_solutions, status_and_turn
 from lwr_dyn.cli.options import NUMBERS, load_robot, print_json, robot_options
 from lwr_dyn.errors import OptionError
 from lwr_dyn.kinematics.inverse import IK_SOLVERS, inverse_kinematics
@@ -49,87 +48,87 @@ def command(
     arm = load_robot(robot, reading, tip, locks)
     pose = _pose(given)
     angle = None if arm_angle_deg is None else float(np.radians(arm_angle_deg))
-    found = inverse_kinematics(arm, pose, arm_angle=angle, solver=given["solver"])
-    kept = chosen(arm, found.solutions, given["status"], given["turn"], given["from_deg"])
-    found = replace(found, solutions=kept, outside=found.outside if kept == found.solutions else ())
+    result = inverse_kinematics(arm, pose, arm_angle=angle, solver=given["solver"])
+    kept = select_solutions(arm, result.solutions, given["status"], given["turn"], given["from_deg"])
+    result = replace(result, solutions=kept, outside=result.outside if kept == result.solutions else ())
     if as_json:
-        print_json(_record(arm, pose, found))
-    elif found.solutions or found.outside:
-        _print_branches(arm, pose, found)
-    if found.status != "solved":
-        click.echo(f"lwr-dyn: {_verdict(arm, found, angle)}", err=True)
+        print_json(_record(arm, pose, result))
+    elif result.solutions or result.outside:
+        _print_branches(arm, pose, result)
+    if result.status != "solved":
+        click.echo(f"lwr-dyn: {_verdict(arm, result, angle)}", err=True)
         sys.exit(1)
 
 
-def _pose(given: dict[str, Any]) -> NDArray[np.float64]:
+def _pose(given: dict[str, Any]) -> Array:
     place = _one_of(given, "--xyz", "--xyz-mm")
-    turned = _one_of(given, "--rpy", "--rpy-deg", "--abc-deg")
+    angles_option = _one_of(given, "--rpy", "--rpy-deg", "--abc-deg")
     pose = np.eye(4)
     pose[:3, 3] = fixed_array(place, given[_key(place)], (3,)) / (1e3 if place == "--xyz-mm" else 1.0)
-    angles = fixed_array(turned, given[_key(turned)], (3,))
-    if turned == "--abc-deg":
+    angles = fixed_array(angles_option, given[_key(angles_option)], (3,))
+    if angles_option == "--abc-deg":
         pose[:3, :3] = rotation_of_abc(angles.tolist())
     else:
-        pose[:3, :3] = from_rpy(angles if turned == "--rpy" else np.radians(angles))
+        pose[:3, :3] = from_rpy(angles if angles_option == "--rpy" else np.radians(angles))
     return pose
 
 
 def _one_of(given: dict[str, Any], *options: str) -> str:
     """Which one of the options is given; raises `OptionError` unless exactly one is."""
-    there = [option for option in options if given[_key(option)] is not None]
-    if len(there) != 1:
-        found = {0: "neither given", 2: "both given"}.get(len(there), "several given")
-        raise OptionError(", ".join(options), found, "one of them")
-    return there[0]
+    typed = [option for option in options if given[_key(option)] is not None]
+    if len(typed) != 1:
+        fault = {0: "neither given", 2: "both given"}.get(len(typed), "several given")
+        raise OptionError(", ".join(options), fault, "one of them")
+    return typed[0]
 
 
 def _key(option: str) -> str:
     return {"--rpy": "rpy_si"}.get(option, option[2:].replace("-", "_"))
 
 
-def _verdict(arm: Arm, found: InverseResult, angle: float | None) -> str:
+def _verdict(arm: Arm, result: InverseResult, angle: float | None) -> str:
     """One line: what fails, where, by how much."""
-    sure = "" if found.complete else " (numeric search, not proven)"
-    if found.status == "out of reach":
-        return f"{arm.name}: out of reach by {found.distance:.6g} m{sure}"
+    sure = "" if result.complete else " (numeric search, not proven)"
+    if result.status == "out of reach":
+        return f"{arm.name}: out of reach by {result.distance:.6g} m{sure}"
     where = "any" if angle is None else "this"
-    other = "; at another it is inside" if any(found.arm_angle_intervals.values()) else ""
-    at = sure if not found.complete else f" at {where} arm angle{other}" if found.arm_angle_intervals else ", at best"
-    excess = found.excess or 0.0
-    if arm.chain.links[arm.joint_names.index(found.joint or "")].kind is JointKind.PRISMATIC:
-        return f"{arm.name}: outside limits: {found.joint} by {excess:.6g} m{at}"
-    return f"{arm.name}: outside limits: {found.joint} by {excess:.6g} rad ({np.degrees(excess):.6g} deg){at}"
+    other = "; at another it is inside" if any(result.arm_angle_intervals.values()) else ""
+    at = sure if not result.complete else f" at {where} arm angle{other}" if result.arm_angle_intervals else ", at best"
+    excess = result.excess or 0.0
+    if arm.chain.links[arm.joint_names.index(result.joint or "")].kind is JointKind.PRISMATIC:
+        return f"{arm.name}: outside limits: {result.joint} by {excess:.6g} m{at}"
+    return f"{arm.name}: outside limits: {result.joint} by {excess:.6g} rad ({np.degrees(excess):.6g} deg){at}"
 
 
-def _print_branches(arm: Arm, pose: NDArray[np.float64], found: InverseResult) -> None:
+def _print_branches(arm: Arm, pose: Array, result: InverseResult) -> None:
     turning = np.array([link.kind is JointKind.REVOLUTE for link in arm.chain.links])
-    how = "all branches" if found.complete else "found numerically, not complete"
+    how = "all branches" if result.complete else "found numerically, not complete"
     units = "deg" if turning.all() else "deg (m for sliding joints)"
     click.echo(f"{arm.name}, reading {arm.reading}: {how}; joints in {units}")
     rows = []
-    for solution in (*found.solutions, *found.outside):
+    for solution in (*result.solutions, *result.outside):
         rows.append(
             (
                 solution.branch or "-",
-                _told_apart_by(arm, solution),
+                _branch_label(arm, solution),
                 " ".join(f"{x:9.4f}" for x in np.where(turning, np.degrees(solution.q), solution.q) + 0.0),
-                f"{_shown(arm, solution):.4f}",
+                f"{_margin(arm, solution):.4f}",
                 solution.joint,
                 "inside" if solution.inside_limits else "OUTSIDE",
                 f"singular: {', '.join(solution.singular)}" if solution.singular else "",
             )
         )
-    apart = "S, T" if has_kuka_axes(arm) else "arm angle"
-    click.echo(aligned(rows, ("branch", apart, " ".join(f"{n:>9}" for n in arm.joint_names), "margin", "at", "", "")))
+    label = "S, T" if has_kuka_axes(arm) else "arm angle"
+    click.echo(aligned(rows, ("branch", label, " ".join(f"{n:>9}" for n in arm.joint_names), "margin", "at", "", "")))
     note = degenerate_note(pose[:3, :3]) if has_kuka_axes(arm) else None
     if note is not None:
         click.echo(f"note: {note}")
-    for branch, intervals in found.arm_angle_intervals.items():
-        said = ", ".join(f"{np.degrees(a):.4f} to {np.degrees(b):.4f}" for a, b in intervals)
-        click.echo(f"arm angle inside limits, {branch}: {said or 'none'}")
+    for branch, intervals in result.arm_angle_intervals.items():
+        text = ", ".join(f"{np.degrees(a):.4f} to {np.degrees(b):.4f}" for a, b in intervals)
+        click.echo(f"arm angle inside limits, {branch}: {text or 'none'}")
 
 
-def _told_apart_by(arm: Arm, solution: Solution) -> str:
+def _branch_label(arm: Arm, solution: Solution) -> str:
     """The arm angle, or Status and Turn."""
     bits = status_and_turn(arm, solution)
     if bits is not None:
@@ -137,26 +136,27 @@ def _told_apart_by(arm: Arm, solution: Solution) -> str:
     return "-" if solution.arm_angle is None else f"{np.degrees(solution.arm_angle):.4f}"
 
 
-def _shown(arm: Arm, solution: Solution) -> float:
+def _margin(arm: Arm, solution: Solution) -> float:
+    """[deg], or [m] for a sliding joint."""
     kind = arm.chain.links[arm.joint_names.index(solution.joint)].kind
     return float(np.degrees(solution.margin)) if kind is JointKind.REVOLUTE else solution.margin
 
 
-def _record(arm: Arm, pose: NDArray[np.float64], found: InverseResult) -> dict[str, Any]:
+def _record(arm: Arm, pose: Array, result: InverseResult) -> dict[str, Any]:
     return {
         "robot": arm.name,
         "reading": arm.reading,
         "T": pose,
-        "status": found.status,
-        "complete": found.complete,
-        "joint": found.joint,
-        "excess": found.excess,
-        "distance": found.distance,
-        "singular": list(found.singular),
+        "status": result.status,
+        "complete": result.complete,
+        "joint": result.joint,
+        "excess": result.excess,
+        "distance": result.distance,
+        "singular": list(result.singular),
         "kuka": pose_record(pose_of_matrix(pose)) if has_kuka_axes(arm) else None,
-        "solutions": [_row(arm, s) for s in found.solutions],
-        "outside": [_row(arm, s) for s in found.outside],
-        "arm_angle_intervals": dict(found.arm_angle_intervals),
+        "solutions": [_row(arm, s) for s in result.solutions],
+        "outside": [_row(arm, s) for s in result.outside],
+        "arm_angle_intervals": dict(result.arm_angle_intervals),
     }
 
 

@@ -7,9 +7,8 @@ from typing import Any
 
 import click
 import numpy as np
-from numpy.typing import NDArray
 
-from lwr_dyn.arrays import fixed_array
+from lwr_dyn.arrays import Array, fixed_array
 from lwr_dyn.errors import OptionError, UnknownNameError
 from lwr_dyn.kinematics.kuka_pose import (
     KukaPose,
@@ -27,7 +26,7 @@ from lwr_dyn.model.dh import JointKind
 
 
 class NamedAxes(click.ParamType):  # type: ignore[type-arg] # generic only since click 8.4
-    """Joints by name: `A1=10,A2=-90`; those not named stand at 0."""
+    """Joints by name: `A1=10,A2=-90`; those not named are 0."""
 
     name = "name=value,..."
 
@@ -47,8 +46,8 @@ class NamedAxes(click.ParamType):  # type: ignore[type-arg] # generic only since
 NAMED_AXES = NamedAxes()
 
 
-def positions_of_named(arm: Arm, axes: dict[str, float]) -> NDArray[np.float64]:
-    """Joint positions [rad or m] of axes named in deg (m); raises `UnknownNameError` for a joint the arm has not."""
+def positions_of_named(arm: Arm, axes: dict[str, float]) -> Array:
+    """Joint positions [rad or m] of axes named in deg (m); raises `UnknownNameError` for an unknown joint."""
     q = np.zeros(arm.n)
     for name, value in axes.items():
         if name not in arm.joint_names:
@@ -58,8 +57,8 @@ def positions_of_named(arm: Arm, axes: dict[str, float]) -> NDArray[np.float64]:
     return fixed_array("--axes-deg", q, (arm.n,))
 
 
-def degenerate_note(rotation: NDArray[np.float64]) -> str | None:
-    """What is said of A, B, C at B = +-90 deg; None elsewhere."""
+def degenerate_note(rotation: Array) -> str | None:
+    """A note on A, B, C at B = +-90 deg; None elsewhere."""
     abc = abc_of_rotation(rotation)
     if not degenerate_abc(abc):
         return None
@@ -68,7 +67,7 @@ def degenerate_note(rotation: NDArray[np.float64]) -> str | None:
 
 
 def pose_line(pose: KukaPose) -> str:
-    """X, Y, Z, A, B, C, S, T as one line of KRL's form."""
+    """X, Y, Z, A, B, C, S, T as one line in KRL's form."""
     names = ("X", "Y", "Z", "A", "B", "C")
     values = (pose.x_mm, pose.y_mm, pose.z_mm, pose.a_deg, pose.b_deg, pose.c_deg)
     text = ", ".join(f"{name} {round(value, 6) + 0.0:.6f}" for name, value in zip(names, values, strict=True))
@@ -76,11 +75,11 @@ def pose_line(pose: KukaPose) -> str:
 
 
 def pose_record(pose: KukaPose) -> dict[str, float | int | None]:
-    """The same for programs."""
+    """The same as a record."""
     return {name: getattr(pose, name) for name in KukaPose.__slots__}
 
 
-def kuka_record(arm: Arm, q: NDArray[np.float64]) -> dict[str, Any] | None:
+def kuka_record(arm: Arm, q: Array) -> dict[str, Any] | None:
     """Axes in deg and the flange in KUKA's units; None for an arm without KUKA's axes."""
     if not has_kuka_axes(arm):
         return None
@@ -89,7 +88,7 @@ def kuka_record(arm: Arm, q: NDArray[np.float64]) -> dict[str, Any] | None:
     )
 
 
-def chosen(
+def select_solutions(
     arm: Arm, solutions: tuple[Solution, ...], s: int | None, t: int | None, start_deg: Sequence[float] | None
 ) -> tuple[Solution, ...]:
     """The solutions with Status `s` and Turn `t`, and of these the one nearest to `start_deg` when it is given."""

@@ -1,4 +1,4 @@
-"""`lwr-dyn list`: the robots, their readings, what their sources give and lack."""
+"""`lwr-dyn list`: the robots, their readings, and where their numbers come from."""
 
 from __future__ import annotations
 
@@ -19,9 +19,7 @@ def command(as_json: bool) -> None:
     if as_json:
         print_json({"robots": entries})
         return
-    rows = []
-    for e in entries:
-        rows.append((e["name"], str(e["joints"]), e["title"], ", ".join(e["readings"])))
+    rows = [(e["name"], str(e["joints"]), e["title"], ", ".join(e["readings"])) for e in entries]
     click.echo(aligned(rows, ("robot", "joints", "title", "readings (default first)")))
     for e in entries:
         click.echo(f"\n{e['name']}: {e['document']['title']} ({e['document']['origin']})")

@@ -95,42 +95,45 @@ def group() -> None:
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """Run the command: exit 0 done, 1 the checked thing fails, 2 bad input with one line on stderr."""
+    """Run the command: exit code 0 done, 1 a check fails, 2 bad input with one line on stderr."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("always", RatingWarning)
             warnings.showwarning = _warner()
             code = group.main(args=arguments, prog_name="lwr-dyn", standalone_mode=False)
     except LwrDynError as error:
-        code = _complain(str(error), error.exit_code)
+        code = print_error(str(error), error.exit_code)
     except click.exceptions.NoArgsIsHelpError as error:
         click.echo(error.ctx.get_help() if error.ctx else "", err=True)
         code = 2
     except click.ClickException as error:
-        code = _complain(error.format_message(), 2)
+        code = print_error(error.format_message(), 2)
     except (KeyboardInterrupt, click.Abort):
-        code = _complain("stopped", 130)
+        code = print_error("stopped", 130)
     except SystemExit as stop:
-        # click ends with 1 when the reader of a pipe has gone, which here means "the checked thing fails"
+        # click ends with 1 when a pipe is closed, but 1 means "the check fails" here
         code = PIPE_CLOSED if type(sys.stdout).__name__.endswith("PacifyFlushWrapper") else stop.code
     except OSError as error:
-        code = _complain(f"stdout: {(error.strerror or str(error)).lower()}; allowed: an output that can be written", 2)
+        code = print_error(
+            f"stdout: {(error.strerror or str(error)).lower()}; allowed: an output that can be written", 2
+        )
     sys.exit(code if isinstance(code, int) else 0)
 
 
 def _warner() -> Callable[..., None]:
-    """Says each warning once, in one line."""
-    said: set[str] = set()
+    """Prints each warning once, in one line."""
+    printed: set[str] = set()
 
     def warn(message: Warning | str, *_: object, **__: object) -> None:
         line = " ".join(str(message).split())
-        if line not in said:
+        if line not in printed:
             click.echo(f"lwr-dyn: warning: {line}", err=True)
-        said.add(line)
+        printed.add(line)
 
     return warn
 
 
-def _complain(message: str, code: int) -> int:
+def print_error(message: str, code: int) -> int:
+    """One line on stderr; returns the exit code."""
     click.echo(f"lwr-dyn: {' '.join(message.split())}", err=True)
     return code

@@ -1,4 +1,4 @@
-"""What subcommands share: the ROBOT argument with its options, lists of numbers, JSON output."""
+"""Parts of several subcommands: the ROBOT argument with its options, lists of numbers, JSON output."""
 
 from __future__ import annotations
 

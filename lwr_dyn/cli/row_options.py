@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -21,12 +21,11 @@ Given = Mapping[str, Any]
 
 @dataclass(frozen=True, slots=True)
 class Flag:
-    """One option of the command line: the keyword that it sets in each row that has it."""
+    """One option of the command line, and the option that it sets in each row that has it."""
 
     name: str
     kind: Any
-    keywords: dict[str, str] = field(default_factory=dict)
-    options: dict[str, Option] = field(default_factory=dict)
+    rows: dict[str, Option] = field(default_factory=dict)
 
     @property
     def key(self) -> str:
@@ -39,10 +38,10 @@ class Flag:
         return click.get_current_context().get_parameter_source(self.key) is ParameterSource.COMMANDLINE
 
     def value(self, row: str, given: Given, arm: Arm) -> Any:
-        """The typed value for the row's keyword [rad, m]."""
-        option, value = self.options[row], given[self.key]
+        """The typed value as the row's factory takes it [rad, m]."""
+        value = given[self.key]
         if self.kind is bool:
-            return not option.default
+            return not self.rows[row].default
         if self.kind is Quantity.ANGLE:
             return float(np.radians(value))
         return from_degrees(arm, value, f"--{self.name}") if self.kind is Quantity.JOINT_POSITIONS else value
@@ -50,34 +49,34 @@ class Flag:
 
 @dataclass(frozen=True, slots=True)
 class RowOptions:
-    """The options of all rows of a registry, whose name is chosen with `--chooser`."""
+    """The options of all rows of a registry, a row of which is chosen with `--chooser`."""
 
     registry: Registry[Any]
     chooser: str
-    flags: Mapping[str, Flag]
+    flags: tuple[Flag, ...]
 
     def click_options(self) -> list[click.Option]:
         """The options as a command takes them."""
-        return [_click_option(flag, self.registry) for flag in self.flags.values()]
+        return [_click_option(flag, self.registry) for flag in self.flags]
 
     def refuse_unused(self, row: str) -> None:
         """Raise `OptionError` for the first typed option that does nothing for the chosen row."""
-        for flag in (flag for flag in self.flags.values() if flag.is_typed):
-            if row not in flag.keywords:
-                words = f"with --{self.chooser} {', '.join(flag.keywords)}"
+        typed = [flag for flag in self.flags if flag.is_typed]
+        for flag in typed:
+            if row not in flag.rows:
+                words = f"with --{self.chooser} {', '.join(flag.rows)}"
                 raise OptionError(f"--{flag.name}", "would do nothing here", words)
-            other = flag.options[row].unless
-            for blocking in (f for f in self.flags.values() if f.keywords.get(row) == other):
-                if blocking.is_typed:
-                    raise OptionError(f"--{flag.name}", "would do nothing here", f"without --{blocking.name}")
+            for other in typed:
+                if row in other.rows and other.rows[row].keyword == flag.rows[row].unless:
+                    raise OptionError(f"--{flag.name}", "would do nothing here", f"without --{other.name}")
 
     def values(self, row: str, given: Given, arm: Arm) -> dict[str, Any]:
-        """Keywords of the chosen row's factory with what was typed; raises `OptionError` where one is missing."""
+        """Typed values by keyword of the chosen row's factory; raises `OptionError` where one is missing."""
         values = {}
-        for flag in (flag for flag in self.flags.values() if row in flag.keywords):
+        for flag in (flag for flag in self.flags if row in flag.rows):
             if flag.is_typed:
-                values[flag.keywords[row]] = flag.value(row, given, arm)
-            elif flag.options[row].default is REQUIRED:
+                values[flag.rows[row].keyword] = flag.value(row, given, arm)
+            elif flag.rows[row].default is REQUIRED:
                 raise OptionError(f"--{flag.name}", "not given", _needed(flag, arm))
         return values
 
@@ -87,25 +86,25 @@ def row_options(registry: Registry[Any], chooser: str, others: Iterable[click.Pa
     taken = {name for option in others for name in option.opts}
     flags: dict[str, Flag] = {}
     for row in registry.names:
-        for keyword, option in _options_of(registry, row).items():
-            name = option.flag or _flag_name(keyword, option)
+        for option in _options_of(registry, row):
+            name = option.flag or _flag_name(option)
             flag = flags.get(name) or Flag(name, option.kind)
             if f"--{name}" not in taken and option.kind == flag.kind:
                 flags[name] = flag
-                flag.keywords[row], flag.options[row] = keyword, option
-    return RowOptions(registry, chooser, flags)
+                flag.rows[row] = option
+    return RowOptions(registry, chooser, tuple(flags.values()))
 
 
-def _options_of(registry: Registry[Any], row: str) -> dict[str, Option]:
-    """None for a row that cannot be loaded: choosing it says why."""
+def _options_of(registry: Registry[Any], row: str) -> Collection[Option]:
+    """None for a row that cannot be loaded: the error comes when it is chosen."""
     try:
-        return options_of(registry.load(row))
+        return options_of(registry.load(row)).values()
     except LwrDynError:
-        return {}
+        return ()
 
 
-def _flag_name(keyword: str, option: Option) -> str:
-    name = keyword.replace("_", "-")
+def _flag_name(option: Option) -> str:
+    name = option.keyword.replace("_", "-")
     if option.kind in (Quantity.ANGLE, Quantity.JOINT_POSITIONS):
         return f"{name}-deg"
     return f"no-{name}" if option.kind is bool and option.default else name
@@ -121,16 +120,16 @@ def _click_option(flag: Flag, registry: Registry[Any]) -> click.Option:
 def _help(flag: Flag, registry: Registry[Any]) -> str:
     """Help lines with the rows they are for, and the defaults."""
     lines, defaults = _by_value(flag, "help"), _by_value(flag, "default")
-    shared = len(flag.options) == len(registry.names)
+    shared = len(flag.rows) == len(registry.names)
     text = " ".join(line if shared and len(lines) == 1 else f"{rows}: {line}" for line, rows in lines.items())
     values = [x if len(defaults) == 1 else f"{x} ({rows})" for x, rows in defaults.items()]
     return text if flag.kind is bool or not values else f"{text}  [default: {', '.join(values)}]"
 
 
 def _by_value(flag: Flag, name: str) -> dict[str, str]:
-    """What the options say of `name`, with the rows that say so."""
+    """The values of the field `name` of the options, each with its rows."""
     rows: dict[str, list[str]] = {}
-    for row, option in flag.options.items():
+    for row, option in flag.rows.items():
         value = getattr(option, name)
         if value is not None and value is not REQUIRED:
             rows.setdefault(str(value), []).append(row)
@@ -145,7 +144,7 @@ def _needed(flag: Flag, arm: Arm) -> str:
 
 @dataclass(frozen=True, slots=True)
 class OptionRule:
-    """An option with what must hold beside it, as a test and in words."""
+    """An option that has an effect only where `holds` is true; `words` says so."""
 
     option: str
     holds: Callable[[Given], bool]
