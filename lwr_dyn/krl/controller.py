@@ -26,7 +26,6 @@ from lwr_dyn.krl.values import (
     null_frame,
     pose_matrix,
     pose_value,
-    struct_of,
 )
 from lwr_dyn.model.arm import Arm
 
@@ -93,10 +92,10 @@ class ControllerState:
         values: dict[str, Value] = {
             "$BASE": null_frame(), "$TOOL": null_frame(), "$NULLFRAME": null_frame(), "$WORLD": null_frame(),
             "$ROBROOT": null_frame(),
-            "$VEL": struct_of("CP", CP=data.vel_cp, ORI1=data.vel_ori, ORI2=data.vel_ori),
-            "$ACC": struct_of("CP", CP=data.acc_cp, ORI1=data.acc_ori, ORI2=data.acc_ori),
+            "$VEL": StructValue("CP", {"CP": data.vel_cp, "ORI1": data.vel_ori, "ORI2": data.vel_ori}),
+            "$ACC": StructValue("CP", {"CP": data.acc_cp, "ORI1": data.acc_ori, "ORI2": data.acc_ori}),
             "$VEL_AXIS": array_of("INT", [100] * 6), "$ACC_AXIS": array_of("INT", [100] * 6),
-            "$APO": struct_of("APO_T", CDIS=0.0, CORI=0.0, CPTP=0.0, CVEL=0.0),
+            "$APO": StructValue("APO_T", dict.fromkeys(("CDIS", "CORI", "CPTP", "CVEL"), 0.0)),
             "$OV_PRO": 100, "$ADVANCE": 3,
         }  # fmt: skip
         for name, value in values.items():
@@ -123,11 +122,11 @@ class ControllerState:
         if key in ("$TRUE", "$FALSE"):
             return key == "$TRUE"
         if key in ("PDAT_ACT", "PDEFAULT"):
-            return struct_of("PDAT", VEL=100.0, ACC=100.0, APO_DIST=100.0)
+            return StructValue("PDAT", {"VEL": 100.0, "ACC": 100.0, "APO_DIST": 100.0})
         if key in ("LDAT_ACT", "LDEFAULT"):
-            return struct_of("LDAT", VEL=2.0, ACC=100.0, APO_DIST=100.0)
+            return StructValue("LDAT", {"VEL": 2.0, "ACC": 100.0, "APO_DIST": 100.0})
         if key == "FDAT_ACT" or key.startswith("FHOME"):
-            return struct_of("FDAT", TOOL_NO=0, BASE_NO=0)
+            return StructValue("FDAT", {"TOOL_NO": 0, "BASE_NO": 0})
         return None
 
     def home(self) -> Array:

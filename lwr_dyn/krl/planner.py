@@ -89,9 +89,9 @@ def cartesian_segment(
 
 def _profile(length: float, speed: float, ramp: float) -> MotionProfile:
     try:
-        return trapezoid(length, speed, ramp)
+        return trapezoid(length, float(speed), float(ramp))
     except OptionError as fault:
-        raise ExecutionError("speed-range", f"{fault.name} {fault.found} of this motion", fault.allowed) from None
+        raise ExecutionError("speed-range", f"the {fault.name} {fault.found} of this motion", fault.allowed) from None
 
 
 def _axis_table(

@@ -18,7 +18,7 @@ from lwr_dyn.kinematics.kuka_pose import status, turn
 from lwr_dyn.krl import expressions as e
 from lwr_dyn.krl import statements as s
 from lwr_dyn.krl.declarations import Declaration, Declarator, Def, DefDat, Header
-from lwr_dyn.krl.diagnostics import Severity
+from lwr_dyn.krl.diagnostics import DiagnosticLog, SourcePosition
 from lwr_dyn.krl.lexer import KEYWORDS
 from lwr_dyn.krl.program import Program, program_of
 from lwr_dyn.krl.source import SourceFile, SourceLine, lines_of
@@ -142,13 +142,9 @@ def generate_program(points: PointProgram, arm: Arm) -> Program:
 
 
 def _axes_of(program: str, point: TaughtPoint, robot: RobotState) -> Array:
-    errors: list[str] = []
-
-    def report(severity: Severity, code: str, message: str, hint: str) -> None:
-        if severity == "error":
-            errors.append(message)
-
-    q = axes_of_point(robot, _struct(point.pose, "POS"), False, report)
+    log = DiagnosticLog(SourcePosition(program, 1), tolerant=True)
+    q = axes_of_point(robot, _struct(point.pose, "POS"), False, log.report)
+    errors = [d.message for d in log.diagnostics if d.severity == "error"]
     if q is None or errors:
         raise OptionError(f"point {point.name} of {program}", "; ".join(errors), "a point the arm can reach")
     return q

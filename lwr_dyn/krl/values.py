@@ -147,11 +147,6 @@ def axes_value(q: Array, type_name: str = "E6AXIS") -> StructValue:
     return StructValue(type_name, {**values, **{f"E{i}": 0.0 for i in range(1, 7)}})
 
 
-def struct_of(type_name: str, **parts: Value) -> StructValue:
-    """A structure from its components."""
-    return StructValue(type_name, dict(parts))
-
-
 def array_of(type_name: str, values: Iterable[Value]) -> ArrayValue:
     """An array of one dimension from its elements."""
     items: dict[tuple[int, ...], Value] = {(i + 1,): v for i, v in enumerate(values)}

@@ -1,4 +1,4 @@
-"""Programs to break: real-looking ones beside this file, and seeded mutations of their bytes and lines."""
+"""Sample programs beside this file, and seeded mutations of their bytes and lines."""
 
 import random
 from pathlib import Path
@@ -18,7 +18,7 @@ _SCRAPS = [
 
 
 def mutated(data: bytes, rng: random.Random) -> bytes:
-    """One to eight small changes: bytes, scraps, lines gone, doubled, swapped, the end cut off."""
+    """One to eight small changes: bytes, scraps, lines removed, doubled or swapped, the end cut off."""
     for _ in range(rng.randint(1, 8)):
         data = rng.choice(_CHANGES)(data, rng)
     return data

@@ -14,7 +14,7 @@ OPERATORS = tuple(e.PRIORITY)
 
 
 class Writer:
-    """Makes things up; depth bounds how deep expressions nest."""
+    """Random records from a seed; `depth` bounds how deep expressions nest."""
 
     def __init__(self, seed: int) -> None:
         self.r = random.Random(seed)

@@ -81,7 +81,7 @@ BAD = {
     "ramp": (("run", "TwoPoint.src", "--ramp", "0"), "ramp: 0.0; allowed: a number from 0.001"),
     "value": (("check", "TwoPoint.src", "--set", "x"), "--set: 'x'; allowed: NAME=VALUE"),
     "robot": (("check", "TwoPoint.src", "--robot", "lwr4plus"), "robot: lwr4plus; allowed: an arm with KUKA's axes"),
-    "lent": (("check", "TwoPoint.src", "--with", "none.dat"), "none.dat: no such file"),
+    "included": (("check", "TwoPoint.src", "--with", "none.dat"), "none.dat: no such file"),
     "no task": (("write", "none.toml"), "none.toml: no such file"),
     "name": (("write", "task.toml", "--out", "other.src"), "allowed: a path that ends in TwoPoint.src"),
 }
@@ -89,14 +89,14 @@ BAD = {
 
 @pytest.mark.parametrize("what", BAD)
 def test_bad_input_is_one_line(written, lwr_dyn_command, what):
-    arguments, said = BAD[what]
+    arguments, message = BAD[what]
     code, out, err = lwr_dyn_command("krl", *arguments)
     assert (code, out, err.count("\n")) == (2, "", 1)
-    assert said in err
+    assert message in err
 
 
 @pytest.mark.parametrize(
-    ("change", "said"),
+    ("change", "message"),
     [
         (("xyz = [91, -1139, 1392]", "xyz = [91, -1139]"), "xyz: [91, -1139]; allowed: 3 finite numbers"),
         (("xyz = [91, -1139, 1392]", "xyz = [9100, 0, 0]"), "out of reach"),
@@ -107,8 +107,8 @@ def test_bad_input_is_one_line(written, lwr_dyn_command, what):
         (("wait = 1.0", "wait = 'x"), "TOML: "),
     ],
 )
-def test_a_wrong_task_file_is_one_line(written, lwr_dyn_command, change, said):
+def test_a_wrong_task_file_is_one_line(written, lwr_dyn_command, change, message):
     (written / "task.toml").write_text(TASK.replace(*change))
     code, out, err = lwr_dyn_command("krl", "write", "task.toml")
     assert (code, out, err.count("\n")) == (2, "", 1)
-    assert said in err
+    assert message in err

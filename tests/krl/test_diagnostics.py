@@ -45,15 +45,15 @@ def codes(program, arm=None, **options):
     ],
 )
 def test_syntax_has_its_place(line, column, code):
-    (found,) = [d for d in check_program(body(line)) if d.code == code]
-    assert (found.position.line, found.position.column) == (2, column)
-    assert "\n" not in str(found)
-    assert found.hint
+    (diagnostic,) = [d for d in check_program(body(line)) if d.code == code]
+    assert (diagnostic.position.line, diagnostic.position.column) == (2, column)
+    assert "\n" not in str(diagnostic)
+    assert diagnostic.hint
 
 
-def test_a_keyword_as_a_name_is_said_to_be_one():
-    (found,) = check_program(body("DECL FRAME off"))
-    assert found.message == "off is a keyword and no name"
+def test_a_keyword_as_a_name_is_reported_as_such():
+    (diagnostic,) = check_program(body("DECL FRAME off"))
+    assert diagnostic.message == "off is a keyword and no name"
 
 
 @pytest.mark.parametrize(
@@ -102,7 +102,7 @@ def test_missing_end_and_missing_def():
     assert codes(parse_program("DEF a( )\nEND\n", "DEFDAT a\n", "a")) == [(2 - 1, "missing-end")]
 
 
-def test_wrong_encodings_are_said_and_latin_1_is_not():
+def test_wrong_encodings_are_reported_and_latin_1_is_not():
     assert codes(parse_program("DEF a( ) ; ü\nEND\n".encode("latin-1"), name="a")) == []
     assert codes(parse_program("DEF a( ) ; ü\nEND\n".encode(), name="a")) == [(1, "encoding")]
     assert (1, "encoding") in codes(parse_program("DEF a( )\nEND\n".encode("utf-16"), name="a"))
@@ -148,15 +148,15 @@ def test_faults_of_a_run(arm, lines, code):
         run_program(program, arm)
     assert fault.value.code == code
     assert str(fault.value).startswith("a.src:")
-    found = [d.code for d in check_program(program, arm)]
-    assert code in found or code in ("recursion",)
+    checked = [d.code for d in check_program(program, arm)]
+    assert code in checked or code in ("recursion",)
 
 
-def test_recursion_is_found_by_the_check_too(arm):
+def test_the_check_reports_recursion_too(arm):
     assert "recursion" in [d.code for d in check_program(body(SPEED, HOME, "a()"), arm)]
 
 
-def test_functions_nested_in_sums_without_end_are_told_by_check_and_run(arm):
+def test_functions_nested_in_sums_without_end_are_reported_by_check_and_run(arm):
     nested = "f(n+1)"
     for _ in range(30):
         nested = f"(1+{nested})"
@@ -168,7 +168,7 @@ def test_functions_nested_in_sums_without_end_are_told_by_check_and_run(arm):
     assert fault.value.code == "recursion"
 
 
-def test_an_endless_loop_is_cut_and_said(arm):
+def test_an_endless_loop_is_cut_and_reported(arm):
     for what, settings in (
         ("5000 statements", MachineData(steps=5000)),
         ("10 s of simulated time", MachineData(seconds=10.0)),
@@ -182,7 +182,7 @@ def test_an_endless_loop_is_cut_and_said(arm):
     assert run_program(empty, arm, MachineData(steps=2000)).diagnostics[0].code == "bound"
 
 
-def test_an_input_is_asked_for_and_taken(arm):
+def test_an_input_without_a_value_names_the_option(arm):
     program = body(SPEED, HOME, "IF $IN[7] THEN", "PTP_REL {A1 10}", "ENDIF")
     with pytest.raises(ProgramError, match=r"--set '\$IN\[7\]=TRUE'"):
         run_program(program, arm)
@@ -196,9 +196,9 @@ def test_an_input_is_asked_for_and_taken(arm):
 def test_files_that_are_missing(tmp_path, arm):
     source = tmp_path / "a.src"
     source.write_text(f"DEF a( )\n{SPEED}\nPTP XP1\nEND\n")
-    (found,) = check_program(load_program(source), arm)
-    assert found.code == "undeclared"
-    assert "no .dat" in found.hint
+    (diagnostic,) = check_program(load_program(source), arm)
+    assert diagnostic.code == "undeclared"
+    assert "no .dat" in diagnostic.hint
     with pytest.raises(FileAccessError):
         load_program(tmp_path / "b.src")
     with pytest.raises(FileAccessError):
@@ -212,8 +212,21 @@ def test_another_robot_is_refused():
         run_program(body(SPEED, HOME), lwr_dyn.load("lwr4plus"))
 
 
-def test_a_file_that_lends_names_is_krl(tmp_path):
+def test_an_included_file_is_krl(tmp_path):
     (tmp_path / "a.src").write_text("DEF a( )\nEND\n")
     (tmp_path / "b.toml").write_text("")
     with pytest.raises(FileAccessError, match=r"ends in '.toml'; allowed: a .src or .dat file"):
         load_program(tmp_path / "a.src", [tmp_path / "b.toml"])
+
+
+def test_faults_of_an_included_file_are_not_reported(tmp_path):
+    (tmp_path / "a.src").write_text("DEF a( )\nHALT\nEND\n")
+    (tmp_path / "b.dat").write_text("DEFDAT b\nINT n=1\nINT n=2\nENDDAT\n")
+    assert check_program(load_program(tmp_path / "a.src", [tmp_path / "b.dat"])) == ()
+
+
+def test_a_motion_of_nanometres_is_planned_and_an_endless_one_reported(arm):
+    tiny = ["BAS(#VEL_PTP, 100)", "$VEL.CP = 2", HOME, "LIN_REL {X 0.0000015}", "LIN_REL {X 0.0000015, A 10}"]
+    assert codes(body(*tiny), arm) == []
+    slow = [SPEED, "$VEL.ORI1 = 0.000001", "$OV_PRO = 1", HOME, "LIN_REL {A 10}"]
+    assert codes(body(*slow), arm) == [(7, "speed-range")]

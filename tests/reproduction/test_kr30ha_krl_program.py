@@ -38,10 +38,10 @@ def report(arm):
 
 
 def test_every_fault_at_its_line_and_no_false_one(report):
-    found = {}
+    lines = {}
     for d in report.printed:
-        found.setdefault(d.code, []).append(d.position.line)
-    assert found == FAULTS
+        lines.setdefault(d.code, []).append(d.position.line)
+    assert lines == FAULTS
     assert report.missing == report.false == ()
 
 
