@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 import lwr_dyn
-from lwr_dyn.checks.report import check_arm
+from lwr_dyn.checks.run_checks import check_arm
 from lwr_dyn.kinematics.inverse import inverse_kinematics
 from lwr_dyn.papers.catalog import open_paper
 from lwr_dyn.trajectory.references.ist import ist_reference

@@ -1,7 +1,7 @@
-"""Can a body have this inertia? Positive definite, triangle inequality, radius of gyration against the link's size.
+"""Feasibility of each link: positive definite, triangle inequality, radius of gyration.
 
-The first two are exact conditions (a density >= 0 exists); the third is a bound on plausibility, since a tensor ten
-times too large passes both: no mass can lie farther from its centre than the link reaches.
+The first two are exact conditions (a density >= 0 exists). The third bounds plausibility, since a tensor ten times too
+large passes both: no mass is farther from the centre of mass than the link reaches.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ from lwr_dyn.model.feasibility import ROUNDING
 from lwr_dyn.model.spatial import principal_moments
 
 THICKNESS = 0.12
-"""Share of the arm's reach that a link may stand out beyond its joints and centre of mass: half the thickness of a
-heavy link. LWR links stand at 0.4 to 0.65 of the bound so drawn, tensors ten times too large beyond it."""
+"""Share of the arm's reach that a link may extend past its joints and centre of mass: half the thickness of a heavy
+link. LWR links are at 0.4 to 0.65 of the resulting bound, tensors ten times too large exceed it."""
 
 
 @dataclass(frozen=True, slots=True)
 class LinkFeasibility:
-    """What was found about one link: moments [kg m^2], lengths [m]."""
+    """Inertia of one link against its size: moments [kg m^2], lengths [m]."""
 
     link: str
     principal: tuple[float, float, float]
@@ -31,7 +31,7 @@ class LinkFeasibility:
     gyration: float
     """Largest radius of gyration about the centre of mass."""
     reach: float
-    """How far the link's mass can lie from its centre."""
+    """Largest possible distance of the link's mass from its centre of mass."""
 
 
 def links_feasibility(arm: Arm) -> tuple[LinkFeasibility, ...]:
@@ -39,13 +39,13 @@ def links_feasibility(arm: Arm) -> tuple[LinkFeasibility, ...]:
     joints, flange = arm.joints(), arm.flange()
     ends = [*(j.origin.position for j in joints[1:]), flange.position]
     total = sum(float(np.linalg.norm(p)) for p in (*(j.origin.position for j in joints), flange.position))
-    found = []
+    rows = []
     for link, body, end in zip(arm.chain.links, arm.bodies(), ends, strict=True):
         if body is None or body.mass <= 0.0:
             continue
         moments = principal_moments(body.inertia_com)
         spans = [float(np.linalg.norm(body.com - p)) for p in (np.zeros(3), end)]
-        found.append(
+        rows.append(
             LinkFeasibility(
                 link=link.link,
                 principal=(float(moments[0]), float(moments[1]), float(moments[2])),
@@ -54,7 +54,7 @@ def links_feasibility(arm: Arm) -> tuple[LinkFeasibility, ...]:
                 reach=max(spans) + THICKNESS * total,
             )
         )
-    return tuple(found)
+    return tuple(rows)
 
 
 def feasibility_verdicts(arm: Arm) -> list[Verdict]:

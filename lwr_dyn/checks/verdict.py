@@ -1,16 +1,19 @@
-"""A verdict: what was looked at, what came out, what is allowed, and whether it holds."""
+"""The result of one check: quantity, value, tolerance, pass or fail; all results of an arm; their table."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal
+
+from lwr_dyn.tables import Heading, Table
 
 Bound = Literal["at most", "above"]
 
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """One law or agreement: `value` against `tolerance`, in `unit`."""
+    """One identity or agreement: `value` against `tolerance`, in `unit`."""
 
     name: str
     value: float
@@ -27,15 +30,10 @@ class Verdict:
         """
         return self.value <= self.tolerance if self.bound == "at most" else self.value > self.tolerance
 
-    @property
-    def word(self) -> str:
-        """The verdict in a word."""
-        return "holds" if self.holds else "FAILS"
-
 
 @dataclass(frozen=True, slots=True)
-class Report:
-    """All verdicts on an arm, and what could not be looked at and why."""
+class CheckReport:
+    """All verdicts on an arm, and notes on what could not be checked and why."""
 
     robot: str
     reading: str
@@ -46,3 +44,27 @@ class Report:
     def holds(self) -> bool:
         """Every verdict holds."""
         return all(v.holds for v in self.verdicts)
+
+    def table(self) -> Table:
+        """The verdicts under the robot's name."""
+        return verdict_table(f"{self.robot}, reading {self.reading}", self.verdicts)
+
+
+def verdict_table(title: str, verdicts: Iterable[Verdict]) -> Table:
+    """Verdicts as a table.
+
+    >>> print(verdict_table("arm", [Verdict("B symmetric", 2e-16, 1e-12, "relative")]).text())
+    arm
+    check        value  bound    tolerance  unit      verdict
+    -----------  -----  -------  ---------  --------  -------
+    B symmetric  2e-16  at most  1e-12      relative  holds
+    """
+    headings = (
+        Heading("check", key="name"),
+        Heading("value", format=".3g"),
+        Heading("bound"),
+        Heading("tolerance", format=".3g"),
+        Heading("unit"),
+        Heading("verdict", format=lambda holds: "holds" if holds else "FAILS", key="holds"),
+    )
+    return Table(title, headings, [(v.name, v.value, v.bound, v.tolerance, v.unit, v.holds) for v in verdicts])

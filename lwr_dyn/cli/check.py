@@ -6,10 +6,9 @@ import sys
 
 import click
 
-from lwr_dyn.checks.report import check_arm
-from lwr_dyn.checks.verdict import Report
+from lwr_dyn.checks.run_checks import check_arm
+from lwr_dyn.checks.verdict import CheckReport
 from lwr_dyn.cli.options import load_robot_and_paper, print_json, robot_options
-from lwr_dyn.tables import aligned
 
 
 @click.command("check")
@@ -25,20 +24,14 @@ def command(robot: str, reading: str | None, tip: str | None, locks: tuple[str, 
     sys.exit(0 if report.holds else 1)
 
 
-def _print_json(report: Report) -> None:
-    rows = [
-        {"name": v.name, "value": v.value, "bound": v.bound, "tolerance": v.tolerance, "unit": v.unit, "holds": v.holds}
-        for v in report.verdicts
-    ]
+def _print_json(report: CheckReport) -> None:
     record = {"robot": report.robot, "reading": report.reading, "holds": report.holds}
-    print_json({**record, "verdicts": rows, "notes": list(report.notes)})
+    print_json({**record, "verdicts": report.table().record(), "notes": list(report.notes)})
 
 
-def _print_table(report: Report) -> None:
-    rows = [(v.name, f"{v.value:.3g}", f"{v.bound} {v.tolerance:.3g}", v.unit, v.word) for v in report.verdicts]
-    click.echo(f"{report.robot}, reading {report.reading}")
-    click.echo(aligned(rows, ("check", "value", "allowed", "unit", "verdict")))
+def _print_table(report: CheckReport) -> None:
+    click.echo(report.table().text())
     for note in report.notes:
         click.echo(f"note: {note}")
     failed = sum(not v.holds for v in report.verdicts)
-    click.echo(f"{len(rows) - failed} hold, {failed} fail")
+    click.echo(f"{len(report.verdicts) - failed} hold, {failed} fail")

@@ -19,20 +19,15 @@ PinocchioModel = Any
 
 
 def pinocchio_model(arm: Arm) -> PinocchioModel:
-    """The arm's URDF text as a Pinocchio model, with rotor inertia in `armature` and the arm's gravity.
-
-    Raises `MissingDataError` for an arm without inertias.
-    """
-    arm.require_dynamics()
+    """The arm's URDF text as a Pinocchio model, with rotor inertia in `armature` and the arm's gravity."""
     model = pin.buildModelFromXML(urdf_text(arm))
     model.armature = arm.armature
     model.gravity.linear = np.array(arm.chain.gravity)
     return model
 
 
-def flange_poses(arm: Arm, q: Array) -> Array:
+def flange_poses(model: PinocchioModel, q: Array) -> Array:
     """Pose of the URDF's flange in its base by Pinocchio, (k, 4, 4), for q (k, n); needs no inertias."""
-    model = pin.buildModelFromXML(urdf_text(arm))
     data, flange = model.createData(), model.getFrameId("flange", pin.FrameType.BODY)
     poses = []
     for state in q:
@@ -71,6 +66,7 @@ class PinocchioCalls:
 
 def pinocchio_dynamics(arm: Arm, rotors: str = "armature") -> Gated[PinocchioCalls]:
     """The engine "pinocchio", whose rotors are "armature"; raises `MissingDataError` for an arm without inertias."""
+    arm.require_dynamics()
     # B_11 of a sliding first joint is the mass of the arm, whatever q is
     slow = ("mass_matrix",) if arm.chain.links[0].kind is JointKind.PRISMATIC else ()
     return Gated("pinocchio", arm.n, PinocchioCalls(pinocchio_model(arm)), slow=slow)

@@ -6,16 +6,15 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from lwr_dyn.checks.report import check_arm
-from lwr_dyn.checks.verdict import Report, Verdict
+from lwr_dyn.checks.run_checks import check_arm
+from lwr_dyn.checks.verdict import CheckReport
 from lwr_dyn.files import write_file, write_folder
 from lwr_dyn.papers.assembly import arm_from_paper
 from lwr_dyn.papers.catalog import open_paper, readings
-from lwr_dyn.tables import aligned
 from lwr_dyn.urdf.model_files import model_files
 
 
-def models_and_checks(place: Path, robot: str) -> list[Report]:
+def models_and_checks(place: Path, robot: str) -> list[CheckReport]:
     """Write `models/` and `checks.txt` into a folder; raises `FileAccessError`."""
     reports, lines = [], []
     for reading in readings(robot):
@@ -23,19 +22,13 @@ def models_and_checks(place: Path, robot: str) -> list[Report]:
         arm = arm_from_paper(paper)
         write_folder(place / "models", model_files(arm))
         report = check_arm(arm, paper)
-        lines.append(f"{arm.name}, reading {reading}\n{verdict_table(report.verdicts)}")
+        lines.append(report.table().text())
         reports.append(report)
     write_file(place / "checks.txt", "\n\n".join(lines) + "\n")
     return reports
 
 
-def verdict_table(verdicts: Sequence[Verdict]) -> str:
-    """Verdicts as aligned text."""
-    rows = [(v.name, f"{v.value:.3g}", f"{v.tolerance:.3g}", v.unit, v.word) for v in verdicts]
-    return aligned(rows, ("check", "value", "tolerance", "unit", "verdict"))
-
-
-def check_line(report: Report) -> str:
+def check_line(report: CheckReport) -> str:
     """A report in one line."""
     failed = [v.name for v in report.verdicts if not v.holds]
     kept = len(report.verdicts) - len(failed)
@@ -43,6 +36,6 @@ def check_line(report: Report) -> str:
     return f"check {report.robot}, reading {report.reading}: {kept} hold{faults}"
 
 
-def check_record(reports: Sequence[Report]) -> dict[str, Any]:
+def check_record(reports: Sequence[CheckReport]) -> dict[str, Any]:
     """Reports as JSON values, by reading."""
     return {r.reading: {v.name: {"value": v.value, "holds": v.holds} for v in r.verdicts} for r in reports}

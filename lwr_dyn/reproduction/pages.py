@@ -9,7 +9,7 @@ from decimal import Decimal
 from pathlib import Path
 from typing import cast
 
-from lwr_dyn.checks.verdict import Report
+from lwr_dyn.checks.verdict import CheckReport
 from lwr_dyn.model.run import Run
 from lwr_dyn.papers.printed_number import last_digit
 from lwr_dyn.papers.reader import paper_of_tables
@@ -160,7 +160,7 @@ def _erratum(entry: LedgerEntry) -> Erratum:
     )  # fmt: skip
 
 
-def checks_of(reports: Iterable[Report]) -> tuple[Check, ...]:
+def checks_of(reports: Iterable[CheckReport]) -> tuple[Check, ...]:
     """The checks on a robot's models, reading by reading."""
     return tuple(
         Check(f"{v.name} ({r.reading})", f"{v.value:.3g} {v.unit}", f"{v.bound} {v.tolerance:.3g} {v.unit}", v.holds)

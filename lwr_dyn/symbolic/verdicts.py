@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.checks.states import ACCELERATION, SPEED
+from lwr_dyn.checks.identities import ACCELERATION, SPEED
 from lwr_dyn.checks.verdict import Verdict
 from lwr_dyn.dynamics.pinocchio_engine import pinocchio_dynamics
 from lwr_dyn.model.arm import Arm

@@ -6,7 +6,7 @@ import statistics
 
 import lwr_dyn
 from benchmarks.timing import Call, seconds
-from lwr_dyn.checks.states import random_states
+from lwr_dyn.checks.identities import random_states
 from lwr_dyn.codegen.functions import FUNCTIONS
 from lwr_dyn.model.arm import Arm
 

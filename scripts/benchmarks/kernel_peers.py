@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pinocchio as pin
 
-from lwr_dyn.checks.states import random_states
+from lwr_dyn.checks.identities import random_states
 from lwr_dyn.codegen.batch import batch_dynamics
 from lwr_dyn.codegen.functions import FUNCTIONS
 from lwr_dyn.codegen.parameters import moved

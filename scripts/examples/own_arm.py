@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 import lwr_dyn
-from lwr_dyn.checks.report import check_arm
+from lwr_dyn.checks.run_checks import check_arm
 from lwr_dyn.papers.catalog import template
 
 

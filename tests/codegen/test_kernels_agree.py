@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.checks.agreement import roads_agree
-from lwr_dyn.checks.laws import gravity_law, mass_matrix_laws, velocity_laws
-from lwr_dyn.checks.states import random_states
+from lwr_dyn.checks.identities import gravity_identity, mass_matrix_identities, random_states, velocity_identities
+from lwr_dyn.checks.run_checks import roads_agree
 from lwr_dyn.codegen.functions import FUNCTIONS
 from lwr_dyn.codegen.trace import EXPRESSIONS
 from lwr_dyn.dynamics.newton_euler import newton_euler_dynamics
@@ -75,9 +74,9 @@ def test_the_engine_passes_the_laws_and_agrees_with_road_b(robot):
         newton_euler_dynamics(arm.chain),
     )
     verdicts = [
-        *mass_matrix_laws(kernels, x),
-        *velocity_laws(kernels, road_b.ungated, x),
-        gravity_law(kernels, road_b.ungated, x),
+        *mass_matrix_identities(kernels, x),
+        *velocity_identities(kernels, road_b.ungated, x),
+        gravity_identity(kernels, road_b.ungated, x),
         *roads_agree(kernels, road_b, x),
     ]
     assert [v for v in verdicts if not v.holds] == []

@@ -5,10 +5,8 @@ import pytest
 from hypothesis import given
 
 import lwr_dyn
-from lwr_dyn.checks.laws import mass_matrix_rate, potential_gradient, relative
-from lwr_dyn.checks.report import check_arm
-from lwr_dyn.checks.states import random_states
-from lwr_dyn.checks.swing import energy_drift
+from lwr_dyn.checks.identities import energy_drift, mass_matrix_rate, potential_gradient, random_states, relative
+from lwr_dyn.checks.run_checks import check_arm
 from lwr_dyn.papers.assembly import arm_from_paper
 from lwr_dyn.papers.catalog import open_paper, template
 from lwr_dyn.papers.reader import parse_paper

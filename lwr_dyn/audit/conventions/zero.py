@@ -2,7 +2,7 @@
 
 Each joint's angle is theta_i = sign_i q_i + offset_i, with offsets by quarter turns. The axes that the maker draws at
 q = 0 fix them joint by joint, from the base outward; what then remains is judged by the places and turns that are
-printed of the flange and the wrist, by the limits and by the envelope, all of `checks.envelope`.
+printed of the flange and the wrist, by the limits and by the envelope, all of `checks.datasheet`.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.audit.conventions.printed import printed_rows
-from lwr_dyn.checks.envelope import datasheet_verdicts
+from lwr_dyn.checks.datasheet import datasheet_verdicts
 from lwr_dyn.checks.verdict import Verdict
 from lwr_dyn.errors import MissingDataError
 from lwr_dyn.model.arm import Arm

@@ -6,13 +6,13 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from lwr_dyn.checks.verdict import Report, Verdict
+from lwr_dyn.checks.verdict import CheckReport, Verdict, verdict_table
 from lwr_dyn.files import make_folder, write_folder
 from lwr_dyn.kinematics.envelope import Envelope, working_envelope
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.papers.assembly import arm_from_paper
 from lwr_dyn.papers.catalog import open_paper
-from lwr_dyn.reproduction.checked_models import check_line, check_record, models_and_checks, verdict_table
+from lwr_dyn.reproduction.checked_models import check_line, check_record, models_and_checks
 from lwr_dyn.reproduction.kr30ha.cycle import Cycle, cycle
 from lwr_dyn.reproduction.kr30ha.figures import figures, page_extras
 from lwr_dyn.reproduction.kr30ha.krl_program import program_record, program_report, program_text, write_program
@@ -73,7 +73,7 @@ def reproduce(folder: str | Path, progress: Progress = lambda _: None) -> Reprod
             matrices_text(matrices),
             envelope_text(envelope, arm),
             f"{SYMMETRIC}\n{equations_text(motion.symmetric.equations)}",
-            f"Symbols against Pinocchio\n{verdict_table(symbolic)}",
+            verdict_table("Symbols against Pinocchio", symbolic).text(),
             comparison_text(motion),
             cycle_text(found, arm),
             program_text(program),

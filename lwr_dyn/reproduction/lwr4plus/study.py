@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from lwr_dyn.checks.verdict import Report
+from lwr_dyn.checks.verdict import CheckReport
 from lwr_dyn.errors import OptionError
 from lwr_dyn.files import make_folder, write_folder
 from lwr_dyn.model.arm import Arm
@@ -141,7 +141,7 @@ def _pictures(
 
 
 def _record(
-    reports: list[Report],
+    reports: list[CheckReport],
     inertias: tuple[InertiaRow, ...],
     gains: tuple[GainCell, ...],
     errors: dict[str, list[ErrorTable]],

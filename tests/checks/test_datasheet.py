@@ -6,7 +6,7 @@ from importlib import resources
 import pytest
 
 import lwr_dyn
-from lwr_dyn.checks.envelope import datasheet_verdicts
+from lwr_dyn.checks.datasheet import datasheet_verdicts
 from lwr_dyn.errors import PaperError
 from lwr_dyn.papers.assembly import arm_from_paper
 from lwr_dyn.papers.catalog import open_paper

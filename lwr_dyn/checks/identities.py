@@ -1,31 +1,57 @@
-"""Laws that the equations of motion obey whatever the arm: B, C, g against each other, to machine precision.
+"""Identities that hold for every arm's equations of motion, over random states, to machine precision.
 
-Derivatives are complex steps of the hand-written recursion (it takes complex numbers), so they are exact: no
-difference quotient hides behind these tolerances.
+Derivatives are complex steps of the hand-written recursion (it takes complex numbers), so they are exact: no tolerance
+hides the error of a difference quotient.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy.integrate import solve_ivp
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.checks.states import States
 from lwr_dyn.checks.verdict import Verdict
 from lwr_dyn.dynamics.newton_euler import Recursion
-from lwr_dyn.dynamics.protocol import Dynamics
+from lwr_dyn.dynamics.protocol import Dynamics, mechanical_energy
+from lwr_dyn.model.arm import Arm
 
+SPEED, ACCELERATION = 2.0, 10.0
+"""Half-widths of the random joint speeds and accelerations [rad/s, rad/s^2]."""
 EXACT = 1e-12
 """Relative: a few hundred roundings of 1e-16 in a recursion over a handful of links."""
 FLOOR = 1e-3
-"""Share of an arm's own torque (or B times its speed) below which g or C counts as this share: an arm may have
-no gravity torque or no Coriolis terms at all, and roundings have no relative size."""
+"""Smallest scale of a comparison of g or C, as a share of the arm's largest torque (or B times speed): some arms have
+no gravity torque or no Coriolis terms, only roundings of zero."""
 STEP = 1e-30
-"""Complex step: no subtraction takes place, so it may be as small as floats allow."""
+"""Complex step: there is no subtraction, so it may be as small as floats allow."""
+SECONDS, RTOL = 2.0, 1e-12
+DRIFT = 1e-8
+"""[J] A swing exchanges tens of joules, of which DOP853 at rtol 1e-12 loses about 1e-10."""
 
 
-def mass_matrix_laws(dynamics: Dynamics, states: States) -> list[Verdict]:
+@dataclass(frozen=True, slots=True, eq=False)
+class States:
+    """q, dq, ddq, (count, n) each."""
+
+    q: Array
+    dq: Array
+    ddq: Array
+
+
+def random_states(arm: Arm, count: int, seed: int) -> States:
+    """Joint positions uniform inside the limits (+-pi where unknown), speeds and accelerations uniform."""
+    rng = np.random.default_rng(seed)
+    lower = np.where(np.isfinite(arm.lower), arm.lower, -np.pi)
+    upper = np.where(np.isfinite(arm.upper), arm.upper, np.pi)
+    q = rng.uniform(lower, upper, (count, arm.n))
+    dq = rng.uniform(-SPEED, SPEED, (count, arm.n))
+    return States(q, dq, rng.uniform(-ACCELERATION, ACCELERATION, (count, arm.n)))
+
+
+def mass_matrix_identities(dynamics: Dynamics, states: States) -> list[Verdict]:
     """B is symmetric and positive definite; its columns are inverse dynamics of unit accelerations."""
     B = dynamics.mass_matrix(states.q)
     g = dynamics.gravity_vector(states.q)
@@ -38,7 +64,7 @@ def mass_matrix_laws(dynamics: Dynamics, states: States) -> list[Verdict]:
     ]
 
 
-def velocity_laws(dynamics: Dynamics, recursion: Recursion, states: States) -> list[Verdict]:
+def velocity_identities(dynamics: Dynamics, recursion: Recursion, states: States) -> list[Verdict]:
     """dB/dt = C + C^T, and C dq + g is the bias torque."""
     C = dynamics.coriolis_matrix(states.q, states.dq)
     dB = mass_matrix_rate(recursion, states.q, states.dq)
@@ -51,7 +77,7 @@ def velocity_laws(dynamics: Dynamics, recursion: Recursion, states: States) -> l
     ]
 
 
-def gravity_law(dynamics: Dynamics, recursion: Recursion, states: States) -> Verdict:
+def gravity_identity(dynamics: Dynamics, recursion: Recursion, states: States) -> Verdict:
     """g = dU/dq, with U from the positions of the centres of mass."""
     g, gradient = dynamics.gravity_vector(states.q), potential_gradient(recursion, states.q)
     return Verdict("g - dU/dq", relative(g, gradient, torque_floor(recursion, states)), EXACT, "relative")
@@ -87,3 +113,22 @@ def relative(a: Array, b: Array, floor: float = 0.0) -> float:
     """
     scale = max(float(np.abs(a).max(initial=0.0)), float(np.abs(b).max(initial=0.0)), floor)
     return 0.0 if scale == 0.0 else float(np.abs(a - b).max()) / scale
+
+
+def energy_drift(dynamics: Dynamics, q: Array, dq: Array, seconds: float = SECONDS) -> float:
+    """Largest |E(t) - E(0)| [J] of a free swing from (q, dq), adaptive DOP853 at rtol 1e-12."""
+    n, none = dynamics.n, np.zeros(dynamics.n)
+
+    def rates(_: float, x: Array) -> Array:
+        return np.concatenate([x[n:], dynamics.forward_dynamics(x[:n], x[n:], none)])
+
+    run = solve_ivp(rates, (0.0, seconds), np.concatenate([q, dq]), method="DOP853", rtol=RTOL, atol=RTOL)
+    if not run.success:
+        return float("nan")
+    energies = mechanical_energy(dynamics, run.y[:n].T, run.y[n:].T)
+    return float(np.abs(energies - energies[0]).max())
+
+
+def swing_verdict(dynamics: Dynamics, q: Array, dq: Array) -> Verdict:
+    """The energy drift: nothing drives or brakes the arm, so kinetic plus potential energy is constant."""
+    return Verdict(f"energy drift of a free swing, {SECONDS:g} s", energy_drift(dynamics, q, dq), DRIFT, "J")

@@ -6,11 +6,15 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.checks import report
-from lwr_dyn.checks.agreement import tabulated_frames
-from lwr_dyn.checks.laws import gravity_law, mass_matrix_laws, velocity_laws
-from lwr_dyn.checks.states import random_states
-from lwr_dyn.checks.swing import energy_drift
+from lwr_dyn.checks import run_checks
+from lwr_dyn.checks.identities import (
+    energy_drift,
+    gravity_identity,
+    mass_matrix_identities,
+    random_states,
+    velocity_identities,
+)
+from lwr_dyn.checks.run_checks import tabulated_frames
 from lwr_dyn.dynamics.newton_euler import newton_euler_dynamics
 from lwr_dyn.papers.catalog import open_paper
 
@@ -51,29 +55,29 @@ def failing(verdicts):
 
 
 def test_the_report_has_every_law(arm):
-    found = [v.name for v in report.check_arm(arm, open_paper("lwr4plus"), states=5).verdicts]
+    found = [v.name for v in run_checks.check_arm(arm, open_paper("lwr4plus"), states=5).verdicts]
     assert [name for name in found if not name.startswith("link_")] == NAMES
     assert len(found) == len(NAMES) + 3 * 7
 
 
 def test_mass_matrix_laws(arm, states):
     twisted = Faulty(arm.chain, mass_matrix=lambda B: B + SMALL * np.eye(7, k=1))
-    assert failing(mass_matrix_laws(twisted, states)) == ["B symmetric", "B column i = NE(q, 0, e_i) - g"]
+    assert failing(mass_matrix_identities(twisted, states)) == ["B symmetric", "B column i = NE(q, 0, e_i) - g"]
     negative = Faulty(arm.chain, mass_matrix=lambda B: B - 0.01 * np.eye(7))
-    assert "B smallest eigenvalue" in failing(mass_matrix_laws(negative, states))
+    assert "B smallest eigenvalue" in failing(mass_matrix_identities(negative, states))
 
 
 @pytest.mark.parametrize("name", ["coriolis_matrix", "bias_torque"])
 def test_velocity_laws(arm, states, name):
     wrong = Faulty(arm.chain, **{name: lambda x: x * (1 + SMALL)})
-    found = failing(velocity_laws(wrong, newton_euler_dynamics(arm.chain).ungated, states))
+    found = failing(velocity_identities(wrong, newton_euler_dynamics(arm.chain).ungated, states))
     assert "C dq + g - bias torque" in found
     assert ("dB/dt - C - C^T" in found) is (name == "coriolis_matrix")
 
 
 def test_gravity_law(arm, states):
     wrong = Faulty(arm.chain, gravity_vector=lambda g: g + SMALL)
-    assert not gravity_law(wrong, newton_euler_dynamics(arm.chain).ungated, states).holds
+    assert not gravity_identity(wrong, newton_euler_dynamics(arm.chain).ungated, states).holds
 
 
 def test_energy_drift_sees_a_brake(arm):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.checks import report
+from lwr_dyn.checks import run_checks
 from lwr_dyn.dynamics import newton_euler, pinocchio_engine, recursion
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.urdf.writer import urdf_text
@@ -58,7 +58,7 @@ def test_a_fault_in_the_recursion_is_caught(monkeypatch, name):
     twin = mutated(recursion, *RECURSION_FAULTS[name])
     monkeypatch.setattr(newton_euler, "inverse_dynamics", twin.inverse_dynamics)
     monkeypatch.setattr(newton_euler, "potential_energy", twin.potential_energy)
-    assert not report.check_arm(lwr_dyn.load("lwr4plus", "physical"), states=STATES).holds
+    assert not run_checks.check_arm(lwr_dyn.load("lwr4plus", "physical"), states=STATES).holds
 
 
 LINK_2 = '<link name="link_2">'
@@ -103,7 +103,7 @@ def test_a_fault_in_the_urdf_is_caught(monkeypatch, name):
     text = URDF_FAULTS[name](urdf_text(arm))
     assert text != urdf_text(arm)
     monkeypatch.setattr(pinocchio_engine, "urdf_text", lambda _: text)
-    assert not report.check_arm(arm, states=STATES).holds
+    assert not run_checks.check_arm(arm, states=STATES).holds
 
 
 @pytest.mark.parametrize("joint", range(7))
@@ -112,7 +112,7 @@ def test_a_lost_rotor_is_caught(monkeypatch, joint):
     lost = arm.armature
     lost[joint] = 0.0
     monkeypatch.setattr(Arm, "armature", property(lambda self: lost))
-    assert not report.check_arm(arm, states=STATES).holds
+    assert not run_checks.check_arm(arm, states=STATES).holds
 
 
 def test_a_rotor_that_turns_the_other_way_round_in_the_full_model_is_seen():

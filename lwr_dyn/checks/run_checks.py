@@ -1,0 +1,112 @@
+"""All checks of one arm: frames, data sheet, feasibility, identities, agreement of the two roads, energy.
+
+Road A is the URDF in Pinocchio, road B the recursion on the paper's own DH frames.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lwr_dyn.arrays import Array
+from lwr_dyn.checks.datasheet import datasheet_verdicts
+from lwr_dyn.checks.feasibility import feasibility_verdicts
+from lwr_dyn.checks.identities import (
+    EXACT,
+    States,
+    coriolis_floor,
+    gravity_identity,
+    mass_matrix_identities,
+    random_states,
+    relative,
+    swing_verdict,
+    torque_floor,
+    velocity_identities,
+)
+from lwr_dyn.checks.verdict import CheckReport, Verdict
+from lwr_dyn.dynamics.gate import Gated
+from lwr_dyn.dynamics.newton_euler import Recursion, newton_euler_dynamics
+from lwr_dyn.dynamics.pinocchio_engine import flange_poses, pinocchio_dynamics, pinocchio_model
+from lwr_dyn.dynamics.protocol import Dynamics
+from lwr_dyn.kinematics.forward import forward_kinematics
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.dh import Convention
+from lwr_dyn.papers.assembly import dh_rows
+from lwr_dyn.papers.schema import Paper
+
+STATES = 1000
+SEED = 20240607
+METRES = 1e-12
+"""Poses [m and entries of R]: the arm is about a metre long, each of its products rounds at 1e-16."""
+
+
+def check_arm(arm: Arm, paper: Paper | None = None, states: int = STATES, seed: int = SEED) -> CheckReport:
+    """All checks that the arm's data allow.
+
+    Parameters
+    ----------
+    arm : Arm
+    paper : Paper, optional
+        Adds the checks against the paper's tabulated frames and its data sheet.
+    states : int
+        Random states inside the limits.
+    seed : int
+    """
+    x = random_states(arm, states, seed)
+    road_a = None if arm.chain.bodies is None else pinocchio_dynamics(arm)
+    model = pinocchio_model(arm) if road_a is None else road_a.ungated.model
+    verdicts = [frames_agree(arm, flange_poses(model, x.q), x)]
+    verdicts += [] if paper is None else [*tabulated_frames(paper), *datasheet_verdicts(arm, paper)]
+    if road_a is None:
+        notes = ("masses and inertias are not given: no dynamics to check",)
+        return CheckReport(arm.name, arm.reading, tuple(verdicts), notes)
+    road_b = newton_euler_dynamics(arm.chain)
+    verdicts += feasibility_verdicts(arm)
+    verdicts += mass_matrix_identities(road_a, x)
+    verdicts += velocity_identities(road_a, road_b.ungated, x)
+    verdicts.append(gravity_identity(road_a, road_b.ungated, x))
+    verdicts += roads_agree(road_a, road_b, x)
+    verdicts.append(swing_verdict(road_a, x.q[0], 0.5 * x.dq[0]))
+    return CheckReport(arm.name, arm.reading, tuple(verdicts), _rotor_notes(arm, road_b, x))
+
+
+def roads_agree(road_a: Dynamics, road_b: Gated[Recursion], states: States) -> list[Verdict]:
+    """B, C, g, inverse and forward dynamics of both roads over the same states."""
+    q, dq, ddq = states.q, states.dq, states.ddq
+    tau = road_b.inverse_dynamics(q, dq, ddq)
+    pairs = {
+        "B": (road_a.mass_matrix(q), road_b.mass_matrix(q), 0.0),
+        "C": (road_a.coriolis_matrix(q, dq), road_b.coriolis_matrix(q, dq), coriolis_floor(road_b.ungated, states)),
+        "g": (road_a.gravity_vector(q), road_b.gravity_vector(q), torque_floor(road_b.ungated, states)),
+        "inverse dynamics": (road_a.inverse_dynamics(q, dq, ddq), tau, 0.0),
+    }
+    rows = [Verdict(f"{name}: road A - road B", relative(*pair), EXACT, "relative") for name, pair in pairs.items()]
+    residual = relative(road_b.inverse_dynamics(q, dq, road_a.forward_dynamics(q, dq, tau)), tau)
+    return [*rows, Verdict("forward dynamics: road B of road A's ddq gives tau", residual, EXACT, "relative")]
+
+
+def frames_agree(arm: Arm, urdf_flange: Array, states: States) -> Verdict:
+    """Flange pose through the URDF frames against the product of the native matrices."""
+    native = forward_kinematics(arm.chain, states.q)
+    return Verdict("FK(URDF) - FK(DH)", float(np.abs(urdf_flange - native).max()), METRES, "m")
+
+
+def tabulated_frames(paper: Paper) -> list[Verdict]:
+    """r_{i-1,i} as a paper tabulates it against its DH rows: (a, d sin alpha, d cos alpha) in frame i."""
+    if "frames.origin" not in paper.columns or paper.convention is not Convention.STANDARD:
+        return []
+    rows = dh_rows(paper)
+    origins = np.array(
+        [after.rotation.T @ after.position for _, after in (r.fixed_poses(paper.convention) for r in rows)]
+    )
+    deviation = float(np.abs(origins - paper.columns["frames.origin"].si()).max())
+    return [Verdict("r_{i-1,i} as tabulated - DH rows", deviation, METRES, "m")]
+
+
+def _rotor_notes(arm: Arm, road_b: Gated[Recursion], x: States) -> tuple[str, ...]:
+    if all(link.rotor is None for link in arm.chain.links):
+        return ("no rotor inertia is given",)
+    if all(link.rotor is None or link.rotor.reflected for link in arm.chain.links):
+        return ("rotor inertia is given at the joints, without gear ratios: no spin couplings to compute",)
+    full = newton_euler_dynamics(arm.chain, rotors="full")
+    more = abs(full.inverse_dynamics(x.q, x.dq, x.ddq) - road_b.inverse_dynamics(x.q, x.dq, x.ddq)).max()
+    return (f"rotors' spin couplings, which engines drop: at most {more:.2g} N m over these states",)
