@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from lwr_dyn.arrays import Array, fixed_array
-from lwr_dyn.checks.verdict import Report
+from lwr_dyn.checks.verdict import CheckReport
 from lwr_dyn.kinematics.envelope import Envelope, EnvelopeArc, working_envelope
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.reproduction.kr30ha.points import RightPoint
@@ -93,7 +93,7 @@ def page_extras(
     right: Sequence[RightPoint],
     runs: Sequence[ReplayedRun],
     drawn: Sequence[Figure],
-    reports: Sequence[Report],
+    reports: Sequence[CheckReport],
 ) -> PageExtras:
     """The figures beside the replay, frames (Figure 5) and elbow up (Figure 6) as stills, checks and audits."""
     stills = (

@@ -101,7 +101,7 @@ def _equations(place: Path, motion: MotionReport) -> None:
 
 
 def _pictures(
-    place: Path, arm: Arm, right: Sequence[RightPoint], runs: Sequence[ReplayedRun], reports: Sequence[Report]
+    place: Path, arm: Arm, right: Sequence[RightPoint], runs: Sequence[ReplayedRun], reports: Sequence[CheckReport]
 ) -> PageExtras:
     """Write the movement, figures and the replay; what the report page shows of them."""
     plots, folder = make_folder(place / "plots"), make_folder(place / "runs")

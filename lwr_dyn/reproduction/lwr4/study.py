@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.checks.verdict import Report
+from lwr_dyn.checks.verdict import CheckReport
 from lwr_dyn.files import make_folder, write_folder
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.papers.assembly import arm_from_paper
@@ -39,7 +39,7 @@ def reproduce(folder: str | Path) -> Reproduction:
     return Reproduction(holds, text, record, shown=_page_extras(arm, e, reports))
 
 
-def _page_extras(arm: Arm, e: Exercise, reports: Sequence[Report]) -> PageExtras:
+def _page_extras(arm: Arm, e: Exercise, reports: Sequence[CheckReport]) -> PageExtras:
     """The arm with its frames as the exercise shows it, and with the tool point at its given position."""
     place = ", ".join(f"{x + 0.0:.2f}" for x in e.tool)
     stills = (

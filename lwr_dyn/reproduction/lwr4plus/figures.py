@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from lwr_dyn.checks.verdict import Report
+from lwr_dyn.checks.verdict import CheckReport
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
 from lwr_dyn.reproduction.lwr4plus.runs import ControllerRun
@@ -60,7 +60,7 @@ def page_extras(
     found: Sequence[ControllerRun],
     runs: Sequence[ReplayedRun],
     drawn: Sequence[Figure],
-    reports: Sequence[Report],
+    reports: Sequence[CheckReport],
 ) -> PageExtras:
     """The figures beside the replay, Figure 2 as a still, checks, audits and the controllers' ranking."""
     still = Still("Fig. 2: frames, arm stretched up", arm, np.zeros(arm.n), "q = 0, DH frames of every link")

@@ -123,7 +123,7 @@ def reproduce(
 
 
 def _pictures(
-    place: Path, arm: Arm, found: tuple[ControllerRun, ...], table_viii: Run, reports: list[Report]
+    place: Path, arm: Arm, found: tuple[ControllerRun, ...], table_viii: Run, reports: list[CheckReport]
 ) -> PageExtras:
     """Write runs, figures and the replay; what the report page shows of them."""
     for trial in found:

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from lwr_dyn.checks.verdict import Report
+from lwr_dyn.checks.verdict import CheckReport
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.friction import FRICTIONLESS
 from lwr_dyn.model.run import Run
@@ -65,7 +65,7 @@ def page_extras(
     made: Sequence[Experiment],
     runs: Sequence[ReplayedRun],
     drawn: Sequence[Figure],
-    reports: Sequence[Report],
+    reports: Sequence[CheckReport],
 ) -> PageExtras:
     """The figures beside the replay, Figure 1 as a still, checks and audits."""
     still = Still("Figure 1: Denavit-Hartenberg frames, q = 0", arm, np.zeros(arm.n))

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from lwr_dyn.checks.verdict import Report
+from lwr_dyn.checks.verdict import CheckReport
 from lwr_dyn.files import make_folder, write_folder
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.papers.assembly import arm_from_paper
@@ -70,7 +70,7 @@ def findings_text(found: Sequence[CruiseError]) -> str:
     return "\n".join(["Findings: the friction takes more damping than kd gives, a limit cycle", *lines])
 
 
-def _pictures(place: Path, arm: Arm, made: Sequence[Experiment], reports: Sequence[Report]) -> PageExtras:
+def _pictures(place: Path, arm: Arm, made: Sequence[Experiment], reports: Sequence[CheckReport]) -> PageExtras:
     """Write runs, figures and the replay; what the report page shows of them."""
     plots, folder = make_folder(place / "plots"), make_folder(place / "runs")
     for e in made:
