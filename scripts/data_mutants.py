@@ -14,7 +14,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))  # for `tests`
 
-from lwr_dyn.reproduction.rooms import PAPERS
+from lwr_dyn.reproduction.study import studies
 from tests.reproduction.mutants import Mutant, Survey, mutants, survey
 
 PIECES = 8
@@ -31,7 +31,7 @@ def surveyed(paper: str, chosen: list[Mutant], processes: int) -> Survey:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("papers", nargs="*", default=list(PAPERS), help=", ".join(PAPERS))
+    parser.add_argument("papers", nargs="*", default=list(studies()), help=", ".join(studies()))
     parser.add_argument("--share", type=int, help="so many mutants a paper, drawn at random; all if not given")
     parser.add_argument("--processes", type=int, default=2)
     options = parser.parse_args()

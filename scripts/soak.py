@@ -192,10 +192,10 @@ def data_mutants() -> tuple[str, bool]:
     """Every numeric cell of every data file changed in four ways, one at a time; survivors: scripts/data_mutants.py."""
     from data_mutants import surveyed
 
-    from lwr_dyn.reproduction.rooms import PAPERS
+    from lwr_dyn.reproduction.study import studies
     from tests.reproduction.mutants import mutants
 
-    found = {paper: surveyed(paper, list(mutants(paper)), 2) for paper in PAPERS}
+    found = {paper: surveyed(paper, list(mutants(paper)), 2) for paper in studies()}
     missed = sum(len(one.missed) for one in found.values())
     words = ", ".join(f"{paper} {one.share:.1%} of {len(one.fates)} seen" for paper, one in found.items())
     return f"{words}; moved a number by more than its last digit unseen: {missed}", missed == 0

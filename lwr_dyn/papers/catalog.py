@@ -94,3 +94,20 @@ def template(file: str, name: str, joints: str = "RRRRRR", convention: str = "st
 
 def _packaged_text(file: str) -> str:
     return resources.files("lwr_dyn.papers").joinpath(file).read_text(encoding="utf-8")
+
+
+def data_files(robot: str) -> dict[str, str]:
+    """Name -> text of the TOML files about a robot in this package: its data file, then those in folders of its name.
+
+    Raises `UnknownNameError` for a robot that does not come with the package.
+
+    >>> list(data_files("lwr4"))
+    ['lwr4.toml', 'lwr4/results.toml']
+    """
+    if robot not in robots():
+        raise UnknownNameError("robot", robot, robots())
+    package = resources.files("lwr_dyn")
+    folders = [place for place in (part.joinpath(robot) for part in package.iterdir()) if place.is_dir()]
+    beside = {f"{robot}/{f.name}": f for place in folders for f in place.iterdir() if f.name.endswith(".toml")}
+    files = {f"{robot}.toml": package.joinpath("papers", f"{robot}.toml"), **dict(sorted(beside.items()))}
+    return {name: file.read_text(encoding="utf-8") for name, file in files.items()}

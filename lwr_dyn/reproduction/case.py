@@ -36,8 +36,8 @@ class PaperCase:
     results: Results
     file: str
     applied: frozenset[str]
-    warm: bool = False
-    """Global searches may start where they ended before: for judging changed tables by the hundred."""
+    from_known_maxima: bool = False
+    """Global searches only look where they ended for the package's own tables: for comparing hundreds of tables."""
 
     @cached_property
     def paper(self) -> Paper:
@@ -96,35 +96,38 @@ class PaperFormula:
         return (self.function.__doc__ or "").strip().splitlines()[0]
 
 
-def case_of(
-    tables: Mapping[str, Any], results: Results, file: str, applied: Collection[Erratum], warm: bool = False
-) -> PaperCase:
-    """The case of parsed tables under some of their errata; raises `PaperError` when a patch does not find its cell."""
-    ids = {e.id for e in applied}
-    patched = copy.deepcopy(dict(tables))
-    apply_errata(patched, tuple(applied), file)
-    results = patched_results(results, applied)
-    return PaperCase(patched, results, file, frozenset(ids), warm)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class PaperData:
-    """A paper's tables and results, from which cases are made at will: what a proof is given."""
+    """A paper's data file and printed results as they stand; cases of them are computed with chosen errata."""
 
     tables: Mapping[str, Any]
+    """The data file as parsed."""
     results: Results
     file: str
+    """Name of the data file, for messages."""
 
-    def case(self, *errata: str) -> PaperCase:
-        """The case with exactly these errata."""
-        known = paper_of_tables(dict(self.tables), self.file).errata
-        return case_of(self.tables, self.results, self.file, [e for e in known if e.id in errata])
+    @cached_property
+    def paper(self) -> Paper:
+        """The data file as read under its default reading; raises `PaperError`."""
+        return paper_of_tables(dict(self.tables), self.file)
+
+    @property
+    def errata(self) -> tuple[Erratum, ...]:
+        """Every erratum that the data file names; raises `PaperError`."""
+        return self.paper.errata
+
+    def case(self, *errata: str, from_known_maxima: bool = False) -> PaperCase:
+        """The case with exactly these errata (ids); raises `PaperError` when a patch does not find its cell."""
+        applied = [e for e in self.errata if e.id in errata]
+        tables = copy.deepcopy(dict(self.tables))
+        apply_errata(tables, tuple(applied), self.file)
+        ids = frozenset(e.id for e in applied)
+        return PaperCase(tables, patched_results(self.results, applied), self.file, ids, from_known_maxima)
 
     def reading(self, name: str = "", *more: str) -> PaperCase:
         """The case of a reading (the default one if not named) and of further errata."""
-        paper = paper_of_tables(dict(self.tables), self.file)
-        read = paper.readings[name or self.tables.get("default_reading", "printed")].errata
-        return self.case(*read, *more)
+        read = self.paper.readings[name] if name else self.paper.reading
+        return self.case(*read.errata, *more)
 
 
 def patched_results(results: Results, applied: Collection[Erratum]) -> Results:

@@ -3,34 +3,49 @@
 from __future__ import annotations
 
 import sys
+from typing import Any
 
 import click
 
 from lwr_dyn.cli.options import print_json
+from lwr_dyn.reproduction.study import ALL, option_keywords, studies, takers
 
 
-@click.command("reproduce")
+def _options() -> list[click.Parameter]:
+    """The options of all studies; each says for which papers it is."""
+    out: list[click.Parameter] = []
+    for keyword in option_keywords():
+        papers = takers(keyword)
+        option = next(iter(papers.values()))
+        about = f"{', '.join(papers)}: {option.about}."
+        out.append(click.Option([f"--{option.name}"], is_flag=not option.values, help=about))
+    return out
+
+
+@click.command(
+    "reproduce",
+    params=_options(),
+    help=f"""Recompute what PAPER prints ({", ".join(studies())}, or {ALL});
+exit 1 when a number is left unexplained.""",
+)
 @click.argument("paper")
 @click.option("--out", help="The folder to write; out/PAPER if not given, out for all.")
-@click.option("--timing", help="lwr4plus: constant, quintic or smooth (the one taken if not given).")
-@click.option("--fit-arm-angle", is_flag=True, help="lwr4plus: also fit the arm angle to Table VIII.")
-@click.option("--spread", is_flag=True, help="lwr4plus, wam7: also the task under all readings (a minute more).")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object instead of the tables.")
-def command(paper: str, out: str | None, timing: str | None, fit_arm_angle: bool, spread: bool, as_json: bool) -> None:
-    """Recompute what PAPER prints (lwr4, lwr4plus, wam7, kr30ha, or all); exit 1 when a number is left unexplained."""
-    from lwr_dyn.reproduction.reproduce import ALL, reproduce
+def command(paper: str, out: str | None, as_json: bool, **options: Any) -> None:
+    """Recompute a paper into a folder; the options are those of the studies."""
+    from lwr_dyn.reproduction.reproduce import reproduce
 
     folder = out or ("out" if paper == ALL else f"out/{paper}")
-    outcome = reproduce(paper, folder, timing, fit_arm_angle, spread, _say)
+    reproduction = reproduce(paper, folder, _progress, **options)
     if as_json:
-        print_json(outcome.record)
+        print_json(reproduction.record)
     else:
-        click.echo(outcome.text)
+        click.echo(reproduction.text)
         click.echo(f"\nwrote {folder}")
-    sys.exit(0 if outcome.holds else 1)
+    sys.exit(0 if reproduction.holds else 1)
 
 
-def _say(step: str) -> None:
-    """What is being done, on a terminal; quiet in a pipe."""
+def _progress(step: str) -> None:
+    """The step that begins, on a terminal; quiet in a pipe."""
     if sys.stderr.isatty():
         click.echo(f"... {step}", err=True)

@@ -1,4 +1,4 @@
-"""One block of printed numbers judged: recomputed under as few errata as it takes."""
+"""One block of printed numbers against the recomputed ones, under as few errata as it takes."""
 
 from __future__ import annotations
 
@@ -11,8 +11,9 @@ from typing import Any
 from lwr_dyn.errors import LwrDynError, PaperError
 from lwr_dyn.papers.printed_number import agrees, last_digit
 from lwr_dyn.papers.schema import Erratum, Paper
-from lwr_dyn.reproduction.case import ComparedExpression, PaperCase, PaperFormula, Value, case_of
-from lwr_dyn.reproduction.results import PrintedCell, ResultBlock, Results
+from lwr_dyn.reproduction.case import ComparedExpression, PaperCase, Value
+from lwr_dyn.reproduction.paper_study import PaperStudy
+from lwr_dyn.reproduction.results import PrintedCell, ResultBlock
 
 REPRODUCED, AFTER, DIFFERS, NOT = VERDICTS = ("reproduced", "after erratum", "differs", "not reproducible")
 Columns = Mapping[str, Any]
@@ -61,14 +62,11 @@ class ComparedNumber:
 
 
 class BlockComparer:
-    """Judges block by block; each set of errata is read once, each block computed once under it."""
+    """Compares block by block; each set of errata is read once, each block computed once under it."""
 
-    def __init__(
-        self, tables: Mapping[str, Any], results: Results, file: str, functions: Mapping[str, PaperFormula], own: Paper,
-        warm: bool,
-    ) -> None:  # fmt: skip
-        self._tables, self._results, self._file, self._functions = tables, results, file, functions
-        self._own, self._warm = own, warm
+    def __init__(self, study: PaperStudy, from_known_maxima: bool) -> None:
+        self._data, self._formulas, self._own = study.data, study.formulas, study.data.paper
+        self._from_known_maxima = from_known_maxima
         self._cases: dict[frozenset[str], PaperCase | None] = {}
         self._values: dict[tuple[str, frozenset[str]], dict[str, tuple[str, Value]]] = {}
 
@@ -77,7 +75,7 @@ class BlockComparer:
         own = frozenset(self._own.reading.errata)
         if known is not None:
             self._values[block.name, own] = _by_path(block, known)
-        formula = self._functions[block.compute].formula if block.compute else ""
+        formula = self._formulas[block.compute].formula if block.compute else ""
         missing = tuple(need for need in block.needs if not _printed(need, self._own))
         if missing or block.derived or known is not None:
             read = frozenset(self._own.readings[block.reading].errata) if block.reading else own
@@ -121,15 +119,14 @@ class BlockComparer:
             return {}
         here = case.block(block.name)
         try:
-            return _by_path(here, self._functions[block.compute].function(case, here))
+            return _by_path(here, self._formulas[block.compute].function(case, here))
         except (LwrDynError, ArithmeticError, ValueError):
             return {}  # these tables give no value: no arm, no solution
 
     def _case(self, applied: frozenset[str]) -> PaperCase | None:
         if applied not in self._cases:
             try:
-                errata = [e for e in self._own.errata if e.id in applied]
-                self._cases[applied] = case_of(self._tables, self._results, self._file, errata, self._warm)
+                self._cases[applied] = self._data.case(*applied, from_known_maxima=self._from_known_maxima)
             except PaperError:
                 self._cases[applied] = None  # two of them read one cell
         return self._cases[applied]

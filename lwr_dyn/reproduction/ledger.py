@@ -1,25 +1,52 @@
-"""The errata ledger: every slip that a data file names, its proof run anew, what it touches and how sure it is.
+"""The errata ledger: every erratum that a data file names, its proof run anew, what it touches and how sure it is.
 
-An entry is "proven" when a computation shows the slip and its right reading; that computation is a function of the
-paper's room, it is run, and a ledger with a proven entry that has none, or whose proof fails, is wrong. "likely" has
-evidence that no computation from printed numbers decides, "open" is told and left.
+An entry is "proven" when a computation shows the fault and its right reading; that computation is a function of the
+paper's study. A ledger with a proven entry that has no proof, or whose proof fails, is wrong. "likely" has evidence
+that no computation from printed numbers decides; "open" is listed without a verdict.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
 
-from lwr_dyn.papers.reader import paper_of_tables
 from lwr_dyn.papers.schema import Erratum
-from lwr_dyn.reproduction.proof import Proof
-from lwr_dyn.reproduction.rooms import Room
+from lwr_dyn.reproduction.case import PaperData
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Proof:
+    """A computation that shows a fault of a paper: a statement, whether its numbers bear it out, those numbers."""
+
+    statement: str
+    holds: bool
+    numbers: Mapping[str, float | str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        plain = {name: x if isinstance(x, str) else float(x) for name, x in self.numbers.items()}
+        object.__setattr__(self, "numbers", plain)
+        object.__setattr__(self, "holds", bool(self.holds))
+
+    @property
+    def text(self) -> str:
+        """Statement and numbers, a line each."""
+        rows = [f"{name}: {x if isinstance(x, str) else format(x, '.6g')}" for name, x in self.numbers.items()]
+        return "\n".join([self.statement, *rows])
+
+    def record(self) -> dict[str, Any]:
+        """As JSON values."""
+        return {"statement": self.statement, "numbers": dict(self.numbers), "holds": self.holds}
+
+
+Prove = Callable[[PaperData], Proof]
+"""A proof of an erratum, computed from the paper's data."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LedgerEntry:
-    """One slip of a paper with its proof; None where it is not proven."""
+    """One erratum of a paper with its proof; None where it is not proven."""
 
-    paper: str
     erratum: Erratum
     proof: Proof | None
 
@@ -28,18 +55,13 @@ class LedgerEntry:
         """A proven entry has a proof that holds; the others claim nothing."""
         return self.erratum.status != "proven" or (self.proof is not None and self.proof.holds)
 
-
-def errata_of(room: Room) -> tuple[Erratum, ...]:
-    """Every slip that a paper's data file names."""
-    return paper_of_tables(dict(room.tables), room.file).errata
-
-
-def ledger(room: Room) -> tuple[LedgerEntry, ...]:
-    """All entries of a paper, each proof run now."""
-    return tuple(entry(room, erratum) for erratum in errata_of(room))
+    def record(self) -> dict[str, Any]:
+        """As JSON values."""
+        keys = ("id", "where", "printed", "read_as", "why", "effect", "severity", "status")
+        proof = None if self.proof is None else self.proof.record()
+        return {key: getattr(self.erratum, key) for key in keys} | {"proof": proof}
 
 
-def entry(room: Room, erratum: Erratum) -> LedgerEntry:
-    """One entry, its proof run now."""
-    prove = room.proofs.get(erratum.id)
-    return LedgerEntry(room.paper, erratum, None if prove is None else prove(room.evidence))
+def ledger(data: PaperData, proofs: Mapping[str, Prove]) -> tuple[LedgerEntry, ...]:
+    """An entry for every erratum of a paper, each proof run now."""
+    return tuple(LedgerEntry(e, proofs[e.id](data) if e.id in proofs else None) for e in data.errata)

@@ -12,14 +12,12 @@ from typing import cast
 from lwr_dyn.checks.verdict import CheckReport
 from lwr_dyn.model.run import Run
 from lwr_dyn.papers.printed_number import last_digit
-from lwr_dyn.papers.reader import paper_of_tables
 from lwr_dyn.reproduction.case import ComparedExpression
 from lwr_dyn.reproduction.compare import DIFFERS, NOT, ComparedNumber
 from lwr_dyn.reproduction.ledger import LedgerEntry
-from lwr_dyn.reproduction.outcome import Reproduction
+from lwr_dyn.reproduction.paper_study import PaperStudy, Reproduction
 from lwr_dyn.reproduction.report.content import Cell, Check, Erratum, FileFact, Page, ReportTable, Row, Section, Verdict
 from lwr_dyn.reproduction.results import ResultBlock
-from lwr_dyn.reproduction.rooms import Room
 from lwr_dyn.reproduction.verdicts import Verdicts
 from lwr_dyn.simulation.audit import TOLERANCE
 from lwr_dyn.simulation.record import versions
@@ -32,25 +30,26 @@ REPORT = "report.html"
 _KINDS = {".npz": "run", ".urdf": "model", ".xml": "model", ".srdf": "model", ".png": "plot", ".svg": "plot"}
 
 
-def page_of(here: Room, found: Reproduction, judgement: Verdicts, entries: Sequence[LedgerEntry], place: Path) -> Page:
+def page_of(
+    study: PaperStudy, result: Reproduction, verdicts: Verdicts, entries: Sequence[LedgerEntry], place: Path
+) -> Page:
     """The whole page of a paper, with the files that lie in its folder by then."""
-    paper = paper_of_tables(dict(here.tables), here.file)
-    printed, derived = (tuple(j for j in judgement.data if j.block.derived == d) for d in (False, True))
-    counted = judgement.counts()
-    more = (Section("text", "As text", found.text), *found.shown.sections)
+    paper, extras = study.data.paper, result.extras
+    printed, derived = (tuple(x for x in verdicts.numbers if x.block.derived == d) for d in (False, True))
+    counted = verdicts.counts()
     return Page(
         title=paper.title,
         subtitle=paper.document.get("title", ""),
-        words=_words(counted, entries, found.holds),
+        words=_words(counted, entries, result.holds),
         document=tuple((key, text) for key, text in paper.document.items() if key != "title"),
         counts={cast(Verdict, verdict): count for verdict, count in counted.items()},
         tables=(*_tables(printed), *_tables(derived)),
         errata=tuple(map(_erratum, entries)),
-        figures=found.shown.figures,
-        replay=found.shown.replay,
-        checks=found.shown.checks,
-        audit=found.shown.audit,
-        sections=more,
+        figures=extras.figures,
+        replay=extras.replay,
+        checks=extras.checks,
+        audit=extras.audit,
+        sections=(Section("text", "As text", result.text), *extras.sections),
         files=_files(place),
         versions=(("Python", platform.python_version()), *versions().items()),
     )
@@ -153,7 +152,7 @@ def _ours(judged: ComparedNumber) -> str:
 
 def _erratum(entry: LedgerEntry) -> Erratum:
     e, proof = entry.erratum, entry.proof
-    told = e.why if proof is None else f"{e.why}\n{proof.told}"
+    told = e.why if proof is None else f"{e.why}\n{proof.text}"
     return Erratum(
         id=e.id, where=e.where, printed=e.printed, right=e.read_as, proof=told, holds=entry.holds,
         effect=e.effect, severity=e.severity, status=e.status, computed=proof is not None,

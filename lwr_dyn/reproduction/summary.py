@@ -52,7 +52,7 @@ def differing_text(found: Verdicts) -> str:
             _difference(j.miss),
             _difference(j.digits),
         )
-        for j in found.data
+        for j in found.numbers
         if j.verdict == DIFFERS
     ]
     return aligned(rows, ("cell", "printed", "recomputed", "D", "in last digits")) if rows else ""
@@ -64,15 +64,3 @@ def _told(value: Any) -> str:
 
 def _difference(value: float | None) -> str:
     return "-" if value is None else f"{value:+.3g}"
-
-
-def entry_record(entry: LedgerEntry) -> dict[str, Any]:
-    """An entry of the ledger as JSON values."""
-    e, proof = entry.erratum, entry.proof
-    words = {
-        key: getattr(e, key) for key in ("id", "where", "printed", "read_as", "why", "effect", "severity", "status")
-    }
-    shown = None
-    if proof is not None:
-        shown = {"statement": proof.statement, "numbers": dict(proof.numbers), "holds": proof.holds}
-    return words | {"proof": shown}

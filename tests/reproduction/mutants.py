@@ -1,10 +1,10 @@
-"""Mutants of the data: every numeric cell of a paper's files changed, one at a time, and whether a verdict notices.
+"""Mutants of the data: every numeric cell of a paper's files changed, one at a time, and whether a verdict changes.
 
-A number that can be changed without anybody noticing is a number that nobody checks. What a changed cell can do:
+A number that can be changed without effect is a number without a check. Effects of a changed cell:
 
-    refused    the reader, or an erratum that does not find what it says is printed
+    refused    by the reader, or by an erratum whose printed value is no longer there
     verdict    a printed or derived number has another verdict, or needs other errata
-    unseen     nothing; `moved` says by how many last digits the most sensitive number moved all the same
+    unseen     none; `moved` says by how many last digits the most sensitive number moved all the same
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from typing import Any
 from lwr_dyn.errors import LwrDynError
 from lwr_dyn.papers.printed_number import last_digit
 from lwr_dyn.reproduction.case import Value
-from lwr_dyn.reproduction.rooms import room
+from lwr_dyn.reproduction.paper_study import paper_study
 from lwr_dyn.reproduction.verdicts import Verdicts, compare_numbers
 
 KINDS = ("sign", "times ten", "neighbour", "one percent")
@@ -69,8 +69,8 @@ class Fate:
 
 def mutants(paper: str) -> Iterator[Mutant]:
     """Every mutant of a paper's two files, in the order of the files; changes that change nothing are left out."""
-    here = room(paper)
-    for file, raw in (("tables", here.tables), ("results", here.results.raw)):
+    data = paper_study(paper).data
+    for file, raw in (("tables", data.tables), ("results", data.results.raw)):
         cells = list(numeric_cells(raw))
         for i, (path, value) in enumerate(cells):
             after = {"sign": _times(value, -1), "times ten": _times(value, 10), "one percent": _one_percent(value)}
@@ -113,30 +113,26 @@ def mutated(raw: Mapping[str, Any], mutant: Mutant) -> dict[str, Any]:
 
 def fate(mutant: Mutant, usual: Verdicts) -> Fate:
     """BlockComparer a paper with one changed cell; `usual` is its judgement without."""
-    here = room(mutant.paper)
-    tables, results = here.tables, here.results.raw
-    if mutant.file == "tables":
-        tables = mutated(tables, mutant)
-    else:
-        results = mutated(results, mutant)
+    study = paper_study(mutant.paper)
+    raw = study.data.tables if mutant.file == "tables" else study.data.results.raw
     try:
-        found = compare_numbers(mutant.paper, tables, results)
+        found = compare_numbers(study.with_data(**{mutant.file: mutated(raw, mutant)}), from_known_maxima=True)
     except LwrDynError:
         return Fate(mutant, REFUSED)
-    before, after = usual.keys(), found.keys()
+    before, after = usual.by_cell(), found.by_cell()
     turned = tuple(path for path in before if before[path] != after.get(path))
     moved, mover = _largest_move(usual, found)
     return Fate(mutant, VERDICT if turned else UNSEEN, turned, moved, mover)
 
 
 def usual_judgement(paper: str) -> Verdicts:
-    """The judgement that mutants are compared with: quick numbers only, warm searches, as for the mutants."""
-    return compare_numbers(paper, room(paper).tables)
+    """The verdicts that mutants are compared with: quick numbers only, searches from known maxima, as for mutants."""
+    return compare_numbers(paper_study(paper), from_known_maxima=True)
 
 
 def _largest_move(usual: Verdicts, found: Verdicts) -> tuple[float, str]:
-    now = {j.cell.path: j for j in found.data}
-    moves = [(_move(j.value, now[j.cell.path].value, j.cell.printed), j.cell.path) for j in usual.data
+    now = {j.cell.path: j for j in found.numbers}
+    moves = [(_move(j.value, now[j.cell.path].value, j.cell.printed), j.cell.path) for j in usual.numbers
              if j.cell.path in now and j.verdict == now[j.cell.path].verdict]  # fmt: skip
     return max(moves, default=(0.0, ""))
 

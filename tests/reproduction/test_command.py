@@ -9,7 +9,7 @@ def test_reproduce_the_exercise(lwr_dyn_command, tmp_path):
     code, out, _ = lwr_dyn_command("reproduce", "lwr4", "--out", str(tmp_path / "o"), "--json")
     assert code == 0
     assert json.loads(out)["tool"] == pytest.approx([-0.3, -0.39, -0.05])
-    assert {p.name for p in (tmp_path / "o").iterdir()} >= {"exercise.txt", "results.json", "report.html", "models"}
+    assert {p.name for p in (tmp_path / "o").iterdir()} >= {"tables.txt", "results.json", "report.html", "models"}
 
 
 def test_reproduce_into_a_folder_that_cannot_be_made(lwr_dyn_command, tmp_path):

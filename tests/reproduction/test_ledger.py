@@ -7,21 +7,22 @@ import pytest
 from lwr_dyn.errors import LwrDynError
 from lwr_dyn.papers.schema import SEVERITIES
 from lwr_dyn.reproduction.case import PaperData
-from lwr_dyn.reproduction.ledger import LedgerEntry, entry, errata_of
-from lwr_dyn.reproduction.proof import Proof
+from lwr_dyn.reproduction.ledger import LedgerEntry, Proof, ledger
+from lwr_dyn.reproduction.paper_study import paper_study
 from lwr_dyn.reproduction.results import results_of_tables
-from lwr_dyn.reproduction.rooms import PAPERS, room
+from lwr_dyn.reproduction.study import studies
 
-ALL = [(paper, erratum) for paper in PAPERS for erratum in errata_of(room(paper))]
+ALL = [(paper, erratum) for paper in studies() for erratum in paper_study(paper).data.errata]
 PROVEN = [(paper, erratum) for paper, erratum in ALL if erratum.status == "proven"]
 PROMISED = 25
 
 
 @pytest.mark.parametrize(("paper", "erratum"), PROVEN, ids=[f"{p}-{e.id}" for p, e in PROVEN])
 def test_a_proven_erratum_has_a_proof_that_holds(paper, erratum):
-    found = entry(room(paper), erratum)
+    study = paper_study(paper)
+    (found,) = (e for e in ledger(study.data, study.proofs) if e.erratum.id == erratum.id)
     assert found.proof is not None, "proven, but no proof"
-    assert found.proof.holds, found.proof.told
+    assert found.proof.holds, found.proof.text
     assert found.holds
     assert found.proof.statement
     assert "\n" not in found.proof.statement
@@ -30,8 +31,8 @@ def test_a_proven_erratum_has_a_proof_that_holds(paper, erratum):
 def test_there_are_as_many_as_promised_and_no_proof_is_of_nothing():
     assert len(PROVEN) >= PROMISED
     assert len({paper for paper, _ in PROVEN}) == 3  # the exercise has no slip that its text shows
-    for paper in PAPERS:
-        assert set(room(paper).proofs) <= {e.id for e in errata_of(room(paper))}
+    for paper in studies():
+        assert set(paper_study(paper).proofs) <= {e.id for e in paper_study(paper).data.errata}
 
 
 def test_every_entry_says_how_severe_it_is():
@@ -39,17 +40,17 @@ def test_every_entry_says_how_severe_it_is():
 
 
 def test_a_proven_entry_without_a_proof_or_with_a_broken_one_does_not_hold():
-    paper, erratum = PROVEN[0]
-    assert not LedgerEntry(paper, erratum, None).holds
-    assert not LedgerEntry(paper, erratum, Proof("nothing", False)).holds
+    _, erratum = PROVEN[0]
+    assert not LedgerEntry(erratum, None).holds
+    assert not LedgerEntry(erratum, Proof("nothing", False)).holds
     likely = next(e for _, e in ALL if e.status == "likely")
-    assert LedgerEntry("lwr4plus", likely, None).holds
+    assert LedgerEntry(likely, None).holds
 
 
 def without_the_slip(paper, erratum):
     """The paper as it would be had it printed what the erratum reads."""
-    here = room(paper)
-    tables, results = copy.deepcopy(dict(here.tables)), copy.deepcopy(dict(here.results.raw))
+    here = paper_study(paper)
+    tables, results = copy.deepcopy(dict(here.data.tables)), copy.deepcopy(dict(here.data.results.raw))
     for patch in erratum.patches:
         steps = patch.at.replace("]", "").replace("[", ".").split(".")
         if steps[0] == "results":
@@ -62,10 +63,10 @@ def without_the_slip(paper, erratum):
         last = int(steps[-1]) if steps[-1].isdigit() else steps[-1]
         assert holder[last] == patch.printed
         holder[last] = patch.read
-    for entry_of in tables["erratum"]:
-        if entry_of["id"] == erratum.id:
-            entry_of.pop("patch")
-    return PaperData(tables, results_of_tables(results, "results.toml"), here.file)
+    for entry in tables["erratum"]:
+        if entry["id"] == erratum.id:
+            entry.pop("patch")
+    return PaperData(tables, results_of_tables(results, "results.toml"), here.data.file)
 
 
 PATCHED = [(paper, e) for paper, e in PROVEN if e.patches]
@@ -75,7 +76,7 @@ PATCHED = [(paper, e) for paper, e in PROVEN if e.patches]
 def test_the_proof_fails_on_a_paper_that_prints_what_is_right(paper, erratum):
     evidence = without_the_slip(paper, erratum)
     try:
-        holds = room(paper).proofs[erratum.id](evidence).holds
+        holds = paper_study(paper).proofs[erratum.id](evidence).holds
     except LwrDynError:
         return  # nothing left to compare
     assert not holds

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.reproduction.lwr4plus.errors import NEAR, TIMINGS, ErrorCell, error_table, fit_arm_angle, velocity_rows
-from lwr_dyn.reproduction.lwr4plus.runs import PLANTS, plants, ranking, trials
+from lwr_dyn.reproduction.lwr4plus.errors import NEAR, TIMINGS, ErrorCell, error_table, fitted_arm_angle, velocity_rows
+from lwr_dyn.reproduction.lwr4plus.runs import PLANTS, controller_runs, plants, ranking
 from lwr_dyn.trajectory.references.ist import ist_reference
 
 
@@ -16,7 +16,7 @@ def arm():
 
 @pytest.fixture(scope="module")
 def fitted(arm):
-    return error_table(arm, "table_viii", "smooth", fit_arm_angle(arm))
+    return error_table(arm, "table_viii", "smooth", fitted_arm_angle(arm))
 
 
 def test_table_viii_rows_1_to_5_come_out_within_15_percent_under_the_hypothesis(fitted):
@@ -55,7 +55,7 @@ def test_verdicts_are_computed():
 
 
 def test_controllers_keep_the_limits_and_rank_as_reported(arm):
-    found = trials(arm, ist_reference(arm))
+    found = controller_runs(arm, ist_reference(arm))
     assert len(found) == 9
     for trial in found:
         assert trial.metrics.within_limits

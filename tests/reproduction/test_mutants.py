@@ -4,7 +4,8 @@ import random
 
 import pytest
 
-from lwr_dyn.reproduction.rooms import PAPERS, room
+from lwr_dyn.reproduction.paper_study import paper_study
+from lwr_dyn.reproduction.study import studies
 from tests.reproduction.mutants import (
     KINDS,
     REFUSED,
@@ -25,7 +26,7 @@ SEEN = 0.75
 """Least share of them that is seen; the full counts stand in the README."""
 
 
-@pytest.mark.parametrize("paper", PAPERS)
+@pytest.mark.parametrize("paper", studies())
 def test_no_mutant_moves_a_number_unseen(paper):
     chosen = random.Random(20261121).sample(list(mutants(paper)), SHARE)
     found = survey(paper, chosen)
@@ -45,7 +46,7 @@ def test_each_kind_of_change_is_made():
 
 
 def test_an_exchange_changes_both_cells_and_the_original_stays():
-    raw = room("lwr4plus").tables
+    raw = paper_study("lwr4plus").data.tables
     (exchange,) = (m for m in mutants("lwr4plus") if m.place == "inertial.mass.values[4]" and m.kind == "neighbour")
     found = mutated(raw, exchange)["inertial"]["mass"]["values"]
     assert found[4:6] == [1.2172, 1.8789]

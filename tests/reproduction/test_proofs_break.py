@@ -10,10 +10,10 @@ from lwr_dyn.krl.program import parse_program
 from lwr_dyn.reproduction.case import PaperData
 from lwr_dyn.reproduction.kr30ha import proofs_of_motion, proofs_of_program
 from lwr_dyn.reproduction.kr30ha.planar_model import planar_equations
-from lwr_dyn.reproduction.ledger import errata_of
 from lwr_dyn.reproduction.lwr4plus import proofs_of_laws
+from lwr_dyn.reproduction.paper_study import paper_study
 from lwr_dyn.reproduction.results import results_of_tables
-from lwr_dyn.reproduction.rooms import PAPERS, room
+from lwr_dyn.reproduction.study import studies
 
 
 def put(path, value):
@@ -108,14 +108,14 @@ BROKEN = {
 
 @pytest.mark.parametrize(("paper", "name"), BROKEN, ids=lambda x: str(x))
 def test_a_broken_proof_does_not_hold(paper, name, monkeypatch):
-    here = room(paper)
-    assert here.proofs[name](here.evidence).holds
-    tables, results = copy.deepcopy(dict(here.tables)), copy.deepcopy(dict(here.results.raw))
+    here = paper_study(paper)
+    assert here.proofs[name](here.data).holds
+    tables, results = copy.deepcopy(dict(here.data.tables)), copy.deepcopy(dict(here.data.results.raw))
     BROKEN[paper, name](tables, results, monkeypatch)
-    evidence = PaperData(tables, results_of_tables(results, "results.toml"), here.file)
+    evidence = PaperData(tables, results_of_tables(results, "results.toml"), here.data.file)
     assert not here.proofs[name](evidence).holds
 
 
 def test_every_proof_is_broken_here_or_by_putting_its_cells_right():
-    proven = {(paper, e.id): e for paper in PAPERS for e in errata_of(room(paper)) if e.status == "proven"}
+    proven = {(paper, e.id): e for paper in studies() for e in paper_study(paper).data.errata if e.status == "proven"}
     assert {key for key, e in proven.items() if not e.patches} == set(BROKEN)

@@ -1,13 +1,14 @@
 """`reproduce`: one paper or all, the same bytes twice, options refused where they would be ignored."""
 
+import copy
 import json
 
 import pytest
 
 from lwr_dyn.errors import OptionError, UnknownNameError
 from lwr_dyn.reproduction import reproduce
-from lwr_dyn.reproduction.outcome import Reproduction
-from lwr_dyn.reproduction.rooms import PAPERS
+from lwr_dyn.reproduction.paper_study import Reproduction, paper_study
+from lwr_dyn.reproduction.study import studies
 
 
 def test_a_second_run_writes_the_same_results_byte_for_byte_and_the_same_page(tmp_path):
@@ -21,7 +22,9 @@ def test_a_second_run_writes_the_same_results_byte_for_byte_and_the_same_page(tm
 
 
 @pytest.mark.parametrize("paper", ["lwr4", "wam7", "kr30ha", "all"])
-@pytest.mark.parametrize(("option", "said"), [({"timing": "smooth"}, "timing"), ({"fit": True}, "fit-arm-angle")])
+@pytest.mark.parametrize(
+    ("option", "said"), [({"timing": "smooth"}, "timing"), ({"fit_arm_angle": True}, "fit-arm-angle")]
+)
 def test_options_of_the_lwr4plus_are_refused_elsewhere_and_nothing_is_written(tmp_path, paper, option, said):
     with pytest.raises(OptionError, match=f"{said}: given for {paper}; allowed: only for lwr4plus"):
         reproduce.reproduce(paper, tmp_path / "out", **option)
@@ -29,9 +32,18 @@ def test_options_of_the_lwr4plus_are_refused_elsewhere_and_nothing_is_written(tm
 
 
 @pytest.mark.parametrize("paper", ["lwr4", "kr30ha"])
-def test_a_spread_is_refused_where_there_is_none(tmp_path, paper):
-    with pytest.raises(OptionError, match=f"spread: given for {paper}; allowed: only for lwr4plus, wam7, all"):
-        reproduce.reproduce(paper, tmp_path / "out", with_spread=True)
+def test_sensitivity_is_refused_where_no_readings_can_be_simulated(tmp_path, paper):
+    with pytest.raises(OptionError, match=f"sensitivity: given for {paper}; allowed: only for lwr4plus, wam7, all"):
+        reproduce.reproduce(paper, tmp_path / "out", sensitivity=True)
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("option", "fault"), [({"timing": "slow"}, "timing: 'slow'"), ({"speed": 2}, "option: 'speed'")]
+)
+def test_unknown_options_and_values_are_refused(tmp_path, option, fault):
+    with pytest.raises(OptionError, match=f"{fault}; allowed: .*(smooth|timing)"):
+        reproduce.reproduce("lwr4plus", tmp_path / "out", **option)
     assert not (tmp_path / "out").exists()
 
 
@@ -68,25 +80,17 @@ def test_all_papers_in_a_folder_each_and_one_table(tmp_path, monkeypatch):
     monkeypatch.setattr(reproduce, "ProcessPoolExecutor", Here)
     monkeypatch.setattr(reproduce, "_one", one)
     outcome = reproduce.reproduce("all", tmp_path)
-    assert sorted(made) == sorted((paper, paper) for paper in PAPERS)
+    assert sorted(made) == sorted((paper, paper) for paper in studies())
     assert not outcome.holds
     assert outcome.text.splitlines()[-1].split() == ["all", "8", "4", "4", "0", "0", "8", "4", "4", "4"]
-    assert list(json.loads((tmp_path / "results.json").read_text())["papers"]) == list(PAPERS)
+    assert list(json.loads((tmp_path / "results.json").read_text())["papers"]) == list(studies())
 
 
 def test_a_number_that_differs_is_listed_and_fails_the_paper(tmp_path, monkeypatch):
-    import copy
-    import dataclasses
-
-    from lwr_dyn.reproduction.results import results_of_tables
-    from lwr_dyn.reproduction.rooms import room
-
-    here = room("lwr4")
-    raw = copy.deepcopy(dict(here.results.raw))
+    study = paper_study("lwr4")
+    raw = copy.deepcopy(dict(study.data.results.raw))
     raw["tool"]["cells"]["position"][0] = "-0.3001"
-    other = dataclasses.replace(here, results=results_of_tables(raw, here.results.file))
-    monkeypatch.setattr("lwr_dyn.reproduction.reproduce.room", lambda _: other)
-    monkeypatch.setattr("lwr_dyn.reproduction.verdicts.room", lambda _: other)
+    monkeypatch.setattr(reproduce, "paper_study", lambda _: study.with_data(results=raw))
     outcome = reproduce.reproduce("lwr4", tmp_path)
     assert not outcome.holds
     assert "tool.position[0]" in outcome.text

@@ -1,11 +1,11 @@
 """What stands both in a data file and among the printed results is the same in both."""
 
+from lwr_dyn.reproduction.paper_study import paper_study
 from lwr_dyn.reproduction.printed import printed_tables
-from lwr_dyn.reproduction.rooms import room
 
 
 def test_table_ii_of_the_lwr4plus():
-    origins = room("lwr4plus").tables["frames"]["origin"]["values"]
+    origins = paper_study("lwr4plus").data.tables["frames"]["origin"]["values"]
     printed = printed_tables("lwr4plus")["table_ii"]["r"]
     assert [[float(x) for x in row] for row in printed] == [[float(x) for x in row] for row in origins]
 
@@ -17,13 +17,13 @@ def test_what_the_text_repeats_of_tables_vii_and_viii():
 
 
 def test_appendix_a_of_the_kr30ha():
-    ratings, printed = room("kr30ha").tables["ratings"], printed_tables("kr30ha")["appendix_a"]
+    ratings, printed = paper_study("kr30ha").data.tables["ratings"], printed_tables("kr30ha")["appendix_a"]
     assert float(printed["reach"][0]) == ratings["reach"]["values"]
     assert float(printed["volume"][0]) == ratings["envelope_volume"]["values"]
 
 
 def test_expressions_of_the_kr30ha():
-    block = room("kr30ha").results.blocks["expressions"]
+    block = paper_study("kr30ha").data.results.blocks["expressions"]
     listed = printed_tables("kr30ha", "motion")["expression"]
     texts = ["; ".join(e["printed"]) if isinstance(e["printed"], list) else e["printed"] for e in listed]
     assert [cell.printed for cell in block.cells] == texts

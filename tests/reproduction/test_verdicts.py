@@ -8,18 +8,23 @@ import pytest
 from lwr_dyn.errors import OptionError, PaperError
 from lwr_dyn.reproduction.compare import AFTER, DIFFERS, NOT, REPRODUCED
 from lwr_dyn.reproduction.expressions import same, value_of
+from lwr_dyn.reproduction.paper_study import paper_study
 from lwr_dyn.reproduction.results import read_results, results_of_tables
-from lwr_dyn.reproduction.rooms import PAPERS, room
+from lwr_dyn.reproduction.study import studies
 from lwr_dyn.reproduction.verdicts import compare_numbers
 
 
 @pytest.fixture(scope="module")
 def found():
-    return {paper: compare_numbers(paper, warm=True) for paper in PAPERS}
+    return {paper: compare_numbers(paper_study(paper), from_known_maxima=True) for paper in studies()}
+
+
+def changed_numbers(paper, **data):
+    return compare_numbers(paper_study(paper).with_data(**data), from_known_maxima=True)
 
 
 def of(judgement, path):
-    return next(j for j in judgement.data if j.cell.path == path)
+    return next(j for j in judgement.numbers if j.cell.path == path)
 
 
 def test_nothing_printed_is_left_unexplained_and_nothing_derived_differs(found):
@@ -61,19 +66,20 @@ def test_what_is_not_printed_is_named_and_how_far_assumptions_come_is_told(found
 
 
 def test_a_changed_cell_turns_what_depends_on_it_and_nothing_else(found):
-    tables = copy.deepcopy(dict(room("lwr4plus").tables))
+    tables = copy.deepcopy(dict(paper_study("lwr4plus").data.tables))
     tables["inertial"]["mass"]["values"][6] *= 1.01
-    changed, same = compare_numbers("lwr4plus", tables=tables).keys(), found["lwr4plus"].keys()
+    changed, same = changed_numbers("lwr4plus", tables=tables).by_cell(), found["lwr4plus"].by_cell()
     turned = {path for path in same if changed[path] != same[path]}
     assert {"results.figure_1.mass[0]", "results.torques.g[1]"} <= turned
     assert not any(path.startswith(("results.table_ii.", "results.table_vi.", "results.limits.")) for path in turned)
-    assert compare_numbers("lwr4plus", tables=dict(room("lwr4plus").tables)).keys() == same
+    tables = dict(paper_study("lwr4plus").data.tables)
+    assert changed_numbers("lwr4plus", tables=tables).by_cell() == same
 
 
 def test_a_difference_is_told_in_units_and_last_digits(found):
-    raw = copy.deepcopy(dict(room("lwr4plus").results.raw))
+    raw = copy.deepcopy(dict(paper_study("lwr4plus").data.results.raw))
     raw["figure_1"]["cells"]["mass"] = ["14.4465"]
-    one = of(compare_numbers("lwr4plus", results=raw, warm=True), "results.figure_1.mass[0]")
+    one = of(changed_numbers("lwr4plus", results=raw), "results.figure_1.mass[0]")
     assert one.verdict == DIFFERS
     assert one.miss == pytest.approx(-0.0003)
     assert one.digits == pytest.approx(-3.0)
@@ -81,10 +87,10 @@ def test_a_difference_is_told_in_units_and_last_digits(found):
 
 
 def test_no_verdict_is_written_in_the_data():
-    for paper in PAPERS:
-        for block in room(paper).results.blocks.values():
-            assert block.compute in room(paper).functions
-            assert room(paper).functions[block.compute].formula
+    for paper in studies():
+        for block in paper_study(paper).data.results.blocks.values():
+            assert block.compute in paper_study(paper).formulas
+            assert paper_study(paper).formulas[block.compute].formula
 
 
 @pytest.mark.parametrize("text", ["__import__('os')", "x.y", "cos(a, b)", "a b", "tan(q1)", "'C1'"])
@@ -135,28 +141,28 @@ cells = { count = ["7"] }
 def test_a_broken_file_of_results_is_refused_in_one_line(old, new, said):
     text = SMALL.replace(old, new)
     with pytest.raises(PaperError, match=said) as caught:
-        compare_numbers("wam7", results=tomllib.loads(text))
+        changed_numbers("wam7", results=tomllib.loads(text))
     assert "\n" not in str(caught.value)
 
 
 def test_the_small_file_is_good_and_broken_toml_is_told():
-    assert compare_numbers("wam7", results=tomllib.loads(SMALL)).counts()[REPRODUCED] == 1
+    assert changed_numbers("wam7", results=tomllib.loads(SMALL)).counts()[REPRODUCED] == 1
     assert results_of_tables(tomllib.loads(SMALL), "x").paper == "wam7"
     with pytest.raises(PaperError, match="TOML"):
         read_results("a = = 1", "x.toml")
 
 
 def test_a_reading_of_an_unknown_erratum_or_of_two_on_one_cell_is_refused():
-    tables = copy.deepcopy(dict(room("lwr4plus").tables))
+    tables = copy.deepcopy(dict(paper_study("lwr4plus").data.tables))
     tables["reading"]["printed"]["errata"] = ["table-nine"]
     with pytest.raises(PaperError, match=r"reading.printed.errata: 'table-nine'; allowed: one of table2-rows"):
-        compare_numbers("lwr4plus", tables=tables)
-    tables = copy.deepcopy(dict(room("lwr4plus").tables))
+        changed_numbers("lwr4plus", tables=tables)
+    tables = copy.deepcopy(dict(paper_study("lwr4plus").data.tables))
     twice = copy.deepcopy(next(e for e in tables["erratum"] if e["id"] == "table2-c5z")) | {"id": "again"}
     tables["erratum"].append(twice)
     tables["reading"]["computed"]["errata"].append("again")
     with pytest.raises(PaperError, match=r"errata table2-c5z and again: both read inertial.com.values\[4\]"):
-        compare_numbers("lwr4plus", tables=tables)
+        changed_numbers("lwr4plus", tables=tables)
     tables["default_reading"] = "printed"  # a reading that is not asked for is refused as well
     with pytest.raises(PaperError, match="errata table2-c5z and again"):
-        compare_numbers("lwr4plus", tables=tables)
+        changed_numbers("lwr4plus", tables=tables)

@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator, Sequence
-from importlib import resources
+from collections.abc import Sequence
 from pathlib import Path
 
 import click
 
-from lwr_dyn.audit.lint.examine import lint, sheet_of_file
+from lwr_dyn.audit.lint.examine import lint, sheet_of_file, sheets_of_robot
 from lwr_dyn.audit.lint.finding import Finding
 from lwr_dyn.audit.lint.sheet import Sheet
-from lwr_dyn.audit.lint.toml_sheet import sheet_of_toml
 from lwr_dyn.cli.options import print_json
 from lwr_dyn.errors import UnknownNameError
-from lwr_dyn.papers.catalog import open_paper, robots
+from lwr_dyn.papers.catalog import robots
 
 
 @click.command("lint")
@@ -39,20 +37,13 @@ def command(files: tuple[str, ...], as_json: bool) -> None:
     sys.exit(1 if counted else 0)
 
 
-def _sheets(name: str) -> Iterator[Sheet]:
+def _sheets(name: str) -> tuple[Sheet, ...]:
     """A file, or everything that comes with the package about a robot."""
     if Path(name).suffix.lower() in (".toml", ".csv") or "/" in name:
-        yield sheet_of_file(name)
-        return
+        return (sheet_of_file(name),)
     if name not in robots():
         raise UnknownNameError("robot", name, (*robots(), "a path to a .toml or .csv file"))
-    kinds = {kind.value for kind in open_paper(name).kinds}
-    joints = kinds.pop() if len(kinds) == 1 else ""
-    package = resources.files("lwr_dyn")
-    yield sheet_of_toml(package.joinpath("papers", f"{name}.toml").read_text("utf-8"), f"{name}.toml", joints)
-    room = package.joinpath("reproduction", name)
-    for file in sorted((f for f in room.iterdir() if f.name.endswith(".toml")), key=lambda f: f.name):
-        yield sheet_of_toml(file.read_text("utf-8"), f"{name}/{file.name}", joints)
+    return sheets_of_robot(name)
 
 
 def _summary(counted: Sequence[Finding], notes: int, sheets: Sequence[Sheet]) -> str:

@@ -22,6 +22,7 @@ from lwr_dyn.audit.lint.totals import totals
 from lwr_dyn.audit.lint.unit_sense import unit_sense
 from lwr_dyn.errors import FileAccessError
 from lwr_dyn.files import read_text
+from lwr_dyn.papers.catalog import data_files, open_paper
 
 Rule = Callable[[Sheet], Iterator[Finding]]
 RULES: tuple[Rule, ...] = (
@@ -89,3 +90,11 @@ def sheet_of_file(path: str | Path, joints: str = "") -> Sheet:
     if file.suffix.lower() == ".csv":
         return sheet_of_csv(text, str(path), file.stem)
     return sheet_of_toml(text, str(path), joints)
+
+
+def sheets_of_robot(robot: str) -> tuple[Sheet, ...]:
+    """All files that come with the package about a robot, a sheet each; raises `UnknownNameError`."""
+    files = data_files(robot)
+    kinds = {kind.value for kind in open_paper(robot).kinds}
+    joints = kinds.pop() if len(kinds) == 1 else ""
+    return tuple(sheet_of_toml(text, name, joints) for name, text in files.items())

@@ -47,14 +47,21 @@ def error_table(result: Sensitivity, controller: str) -> Table:
     """Errors under one controller: a row per model, a column per plant; * where the loop is sampled faster."""
     tips, worst = result.tip_rms_mm(controller), result.worst_mrad(controller)
     raised = {(r.model, r.plant) for r in result.runs if r.controller == controller and r.rate > result.rate}
+    least, largest = float(np.nanmin(tips)), float(np.nanmax(tips)) or 1.0
+
+    def shade(cell: tuple[float, float, str]) -> float:
+        return float(np.nan_to_num((cell[0] - least) / largest))
+
     rows = []
     for i, model in enumerate(result.names):
         marks = ["*" if (model, plant) in raised else "" for plant in result.names]
-        rows.append((model, *(_errors(*x) for x in zip(tips[i], worst[i], marks, strict=True))))
-    return Table("", (controller, *(f"on {name}" for name in result.names)), rows)
+        rows.append((model, *zip(tips[i], worst[i], marks, strict=True)))
+    plants = (Heading(f"on {name}", format=_errors, shade=shade) for name in result.names)
+    return Table("", (controller, *plants), rows)
 
 
-def _errors(tip: float, worst: float, mark: str) -> str:
+def _errors(cell: tuple[float, float, str]) -> str:
+    tip, worst, mark = cell
     return "no run" if math.isnan(tip) else f"{tip:.3g} ({worst:.3g}){mark}"
 
 

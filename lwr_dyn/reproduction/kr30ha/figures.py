@@ -10,12 +10,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from lwr_dyn.arrays import Array, fixed_array
-from lwr_dyn.checks.verdict import CheckReport
 from lwr_dyn.kinematics.envelope import Envelope, EnvelopeArc, working_envelope
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.reproduction.kr30ha.points import RightPoint
-from lwr_dyn.reproduction.outcome import PageExtras
-from lwr_dyn.reproduction.pages import audit_of, checks_of
+from lwr_dyn.reproduction.pages import audit_of
+from lwr_dyn.reproduction.paper_study import PageExtras
 from lwr_dyn.reproduction.report.content import Replay, Still
 from lwr_dyn.viewer.figures import Curve, Figure, Panel, Series
 from lwr_dyn.viewer.replayed_runs import ReplayedRun
@@ -93,7 +92,6 @@ def page_extras(
     right: Sequence[RightPoint],
     runs: Sequence[ReplayedRun],
     drawn: Sequence[Figure],
-    reports: Sequence[CheckReport],
 ) -> PageExtras:
     """The figures beside the replay, frames (Figure 5) and elbow up (Figure 6) as stills, checks and audits."""
     stills = (
@@ -102,4 +100,4 @@ def page_extras(
         *(Still(f"Figure 6: {p.name}, elbow up", arm, p.q, "flange there with A = B = C = 0") for p in right[:2]),
     )
     audits = audit_of((one.label, one.run) for one in runs)
-    return PageExtras(tuple(drawn), Replay(tuple(runs), stills), checks_of(reports), audits)
+    return PageExtras(tuple(drawn), Replay(tuple(runs), stills), audit=audits)

@@ -16,11 +16,10 @@ from lwr_dyn.arrays import Array
 from lwr_dyn.model.chain import link_frames
 from lwr_dyn.papers.assembly import arm_from_paper
 from lwr_dyn.papers.catalog import open_paper
-from lwr_dyn.papers.reader import paper_of_tables
 from lwr_dyn.papers.schema import Paper
 from lwr_dyn.reproduction.expressions import compared
+from lwr_dyn.reproduction.paper_study import paper_study
 from lwr_dyn.reproduction.printed import printed_tables
-from lwr_dyn.reproduction.rooms import room
 from lwr_dyn.symbolic.dh_matrices import dh_matrices
 
 PLACES = [(r, c) for r in range(4) for c in range(4)]
@@ -170,7 +169,7 @@ def _without(name: str, printed: Array) -> str:
 
 def _with(errata: Sequence[str]) -> Paper:
     """The data file with exactly these errata."""
-    return paper_of_tables(dict(room("kr30ha").tables), "kr30ha.toml", errata_read=errata)
+    return paper_study("kr30ha").data.case(*errata).paper
 
 
 def _row_of(printed: sp.Matrix, i: int) -> str:

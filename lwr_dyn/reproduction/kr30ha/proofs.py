@@ -18,7 +18,7 @@ from lwr_dyn.reproduction.kr30ha.points import wrist_centre_mm
 from lwr_dyn.reproduction.kr30ha.proofs_of_motion import MOTION
 from lwr_dyn.reproduction.kr30ha.proofs_of_points import POINTS
 from lwr_dyn.reproduction.kr30ha.proofs_of_program import PROGRAM
-from lwr_dyn.reproduction.proof import Proof, Prove
+from lwr_dyn.reproduction.ledger import Proof, Prove
 
 OFFSET, HALF_TURN, SIGNS = "table2-offset", "table2-half-turn", "kuka-signs"
 

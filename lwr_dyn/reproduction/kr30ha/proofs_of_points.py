@@ -13,7 +13,7 @@ from lwr_dyn.papers.printed_number import agrees
 from lwr_dyn.reproduction.case import PaperData
 from lwr_dyn.reproduction.kr30ha.formulas import simplified_point
 from lwr_dyn.reproduction.kr30ha.points import point_misses, right_points, wrist_centre_mm
-from lwr_dyn.reproduction.proof import Proof, Prove
+from lwr_dyn.reproduction.ledger import Proof, Prove
 
 
 def home_x(given: PaperData) -> Proof:

@@ -14,7 +14,7 @@ from lwr_dyn.papers.catalog import open_paper
 from lwr_dyn.reproduction.case import PaperData
 from lwr_dyn.reproduction.kr30ha.krl_program import corrected_program, printed_program
 from lwr_dyn.reproduction.kr30ha.points import right_points
-from lwr_dyn.reproduction.proof import Proof, Prove
+from lwr_dyn.reproduction.ledger import Proof, Prove
 
 
 @cache

@@ -1,18 +1,16 @@
-"""Everything the KR 30 HA report prints, recomputed, in one folder: points, matrices, envelope, equations, movement."""
+"""Everything the KR 30 HA report prints, recomputed: points, matrices, envelope, equations, movement, program."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from lwr_dyn.checks.verdict import CheckReport, Verdict, verdict_table
+from lwr_dyn.checks.verdict import Verdict, verdict_table
 from lwr_dyn.files import make_folder, write_folder
 from lwr_dyn.kinematics.envelope import Envelope, working_envelope
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.papers.assembly import arm_from_paper
 from lwr_dyn.papers.catalog import open_paper
-from lwr_dyn.reproduction.checked_models import check_line, check_record, models_and_checks
 from lwr_dyn.reproduction.kr30ha.cycle import Cycle, cycle
 from lwr_dyn.reproduction.kr30ha.figures import figures, page_extras
 from lwr_dyn.reproduction.kr30ha.krl_program import program_record, program_report, program_text, write_program
@@ -27,29 +25,25 @@ from lwr_dyn.reproduction.kr30ha.text import (
     matrices_text,
     points_text,
 )
-from lwr_dyn.reproduction.outcome import PageExtras, Reproduction
+from lwr_dyn.reproduction.paper_study import PageExtras, Progress, Reproduction
 from lwr_dyn.symbolic.equation_text import equations_latex, equations_text
 from lwr_dyn.symbolic.verdicts import symbolic_verdicts
 from lwr_dyn.viewer.plots import save_figure
 from lwr_dyn.viewer.replay_page import write_replay
 from lwr_dyn.viewer.replayed_runs import ReplayedRun, replayed_runs
 
-Progress = Callable[[str], None]
 SYMMETRIC = "First two joints of the arm, links symmetric about its plane (as estimated); vectors in the base frame"
 TITLE = "KUKA KR 30 HA: mastering, Point 1, Point 2, mastering"
 GENERAL = "First two joints of the arm, any links: ten letters a link"
 
 
-def reproduce(folder: str | Path, progress: Progress = lambda _: None) -> Reproduction:
-    """Recompute the report and write `folder`: models, checks, tables, envelope, equations, run and replay.
+def run(place: Path, arm: Arm, progress: Progress) -> Reproduction:
+    """Recompute the report: points, matrices, envelope, equations of motion, movement and program.
 
-    It holds when the default reading passes every check, the symbols equal Pinocchio's numbers, and each printed
-    result is reproduced or explained by a named erratum. Raises `FileAccessError` when the folder cannot be written.
+    It holds when the symbols equal Pinocchio's numbers, and each printed result is reproduced or explained by a named
+    erratum.
     """
-    place, paper = make_folder(folder), open_paper("kr30ha")
-    arm = arm_from_paper(paper)
-    progress("models and checks")
-    reports = models_and_checks(place, "kr30ha")
+    paper = open_paper("kr30ha")
     progress("points, matrices, envelope")
     points, matrices, envelope = paper_points(), paper_matrices(), working_envelope(arm)
     progress("equations of motion")
@@ -60,15 +54,12 @@ def reproduce(folder: str | Path, progress: Progress = lambda _: None) -> Reprod
     found = cycle(arm, points.right)
     program = program_report(arm)
     runs = replayed_runs([found.run, program.run.to_run()], arm, ["inverse dynamics", "KRL program, corrected"])
-    extras = _pictures(place, arm, points.right, runs, reports)
+    extras = _pictures(place, arm, points.right, runs)
     progress("KRL program")
     write_program(program, arm, make_folder(place / "program"))
-    checked = next(r for r in reports if r.reading == paper.reading.name)
-    holds = checked.holds and all(v.holds for v in symbolic) and points.holds and matrices.holds and motion.holds
-    holds = holds and program.holds
+    holds = all(v.holds for v in symbolic) and points.holds and matrices.holds and motion.holds and program.holds
     text = "\n\n".join(
         [
-            "\n".join(check_line(r) for r in reports),
             points_text(points),
             matrices_text(matrices),
             envelope_text(envelope, arm),
@@ -79,11 +70,9 @@ def reproduce(folder: str | Path, progress: Progress = lambda _: None) -> Reprod
             program_text(program),
         ]
     )
-    record = {"checks": check_record(reports), **_record(points, matrices, envelope, motion, symbolic, found)}
-    record |= {"program": program_record(program)}
-    files = {"tables.txt": text, "errata.txt": errata_text(paper)}
-    write_folder(place, {name: content + "\n" for name, content in files.items()})
-    return Reproduction(holds, text, record, shown=extras)
+    record = _record(points, matrices, envelope, motion, symbolic, found) | {"program": program_record(program)}
+    write_folder(place, {"errata.txt": errata_text(paper) + "\n"})
+    return Reproduction(holds, text, record, extras=extras)
 
 
 def _equations(place: Path, motion: MotionReport) -> None:
@@ -100,9 +89,7 @@ def _equations(place: Path, motion: MotionReport) -> None:
     )
 
 
-def _pictures(
-    place: Path, arm: Arm, right: Sequence[RightPoint], runs: Sequence[ReplayedRun], reports: Sequence[CheckReport]
-) -> PageExtras:
+def _pictures(place: Path, arm: Arm, right: Sequence[RightPoint], runs: Sequence[ReplayedRun]) -> PageExtras:
     """Write the movement, figures and the replay; what the report page shows of them."""
     plots, folder = make_folder(place / "plots"), make_folder(place / "runs")
     movement = runs[0]
@@ -111,7 +98,7 @@ def _pictures(
     drawn = figures(arm, right, runs)
     for name, side_by_side in drawn.items():
         save_figure(side_by_side, plots / name, runs)
-    return page_extras(arm, right, runs, [one for side_by_side in drawn.values() for one in side_by_side], reports)
+    return page_extras(arm, right, runs, [one for side_by_side in drawn.values() for one in side_by_side])
 
 
 def _record(

@@ -1,1 +1,9 @@
 """The LWR-IV exercise recomputed."""
+
+from lwr_dyn.reproduction.study import Study
+
+STUDY = Study(
+    order=2,
+    run="lwr_dyn.reproduction.lwr4.study:run",
+    formulas="lwr_dyn.reproduction.lwr4.formulas:FORMULAS",
+)

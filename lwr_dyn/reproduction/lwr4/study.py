@@ -1,30 +1,71 @@
-"""The LWR-IV exercise as a folder: what was found, as text and JSON, and the kinematic model."""
+"""The LWR-IV exercise recomputed: the seven matrices, the wrist centre by both routes, the tool point."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import sympy as sp
 
-from lwr_dyn.checks.verdict import CheckReport
-from lwr_dyn.files import make_folder, write_folder
+from lwr_dyn.arrays import Array
+from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.papers.assembly import arm_from_paper
 from lwr_dyn.papers.catalog import open_paper
-from lwr_dyn.reproduction.checked_models import check_record, models_and_checks
-from lwr_dyn.reproduction.lwr4.exercise import Exercise, exercise
-from lwr_dyn.reproduction.outcome import PageExtras, Reproduction
-from lwr_dyn.reproduction.pages import checks_of
+from lwr_dyn.reproduction.paper_study import PageExtras, Progress, Reproduction
+from lwr_dyn.reproduction.printed import printed_tables
 from lwr_dyn.reproduction.report.content import Replay, Still
+from lwr_dyn.symbolic.dh_matrices import SymbolicRoute, dh_matrices, full_product, vector_route
 
 
-def reproduce(folder: str | Path) -> Reproduction:
-    """Solve the exercise and write `folder`; raises `FileAccessError` when it cannot be written."""
-    place, e = make_folder(folder), exercise()
-    arm = arm_from_paper(open_paper("lwr4"))
-    reports = models_and_checks(place, "lwr4")
+@dataclass(frozen=True, slots=True, eq=False)
+class Exercise:
+    """What came out: A_i with whether each is the printed one, both routes to the wrist, the tool point [m]."""
+
+    matrices: tuple[sp.Matrix, ...]
+    identical: tuple[bool, ...]
+    wrist_full: SymbolicRoute
+    wrist_short: SymbolicRoute
+    routes_agree: bool
+    q_deg: tuple[float, ...]
+    tool_in_flange: tuple[float, ...]
+    tool: Array
+
+    @property
+    def holds(self) -> bool:
+        """All matrices are the printed ones and both routes give one wrist."""
+        return all(self.identical) and self.routes_agree
+
+
+def exercise() -> Exercise:
+    """Solve the exercise from its own table."""
+    paper, printed = open_paper("lwr4"), printed_tables("lwr4")
+    matrices = dh_matrices(paper)
+    names = {str(s): s for m in matrices for s in m.free_symbols}
+    tables = [
+        sp.Matrix([[sp.sympify(x, names) for x in row] for row in printed["matrices"][f"A{i + 1}"]]) for i in range(7)
+    ]
+    full = full_product(matrices, sp.Matrix([0, 0, 0, 1]))
+    short = vector_route(matrices[:4], sp.Matrix([0, 0, names["M"], 1]))
+    tool = printed["tool"]
+    pose = forward_kinematics(arm_from_paper(paper).chain, np.radians(tool["q_deg"]))
+    return Exercise(
+        matrices=matrices,
+        identical=tuple(bool(m == t) for m, t in zip(matrices, tables, strict=True)),
+        wrist_full=full,
+        wrist_short=short,
+        routes_agree=bool(sp.expand(full.value - short.value) == sp.zeros(4, 1)),
+        q_deg=tuple(tool["q_deg"]),
+        tool_in_flange=tuple(tool["point"]),
+        tool=pose[:3, :3] @ np.array(tool["point"]) + pose[:3, 3],
+    )
+
+
+def run(_: Path, arm: Arm, __: Progress) -> Reproduction:
+    """Solve the exercise."""
+    e = exercise()
     routes = {
         name: {"value": [str(x) for x in route.value], "products": route.multiplications, "sums": route.additions}
         for name, route in (("full_product", e.wrist_full), ("vector_route", e.wrist_short))
@@ -32,26 +73,23 @@ def reproduce(folder: str | Path) -> Reproduction:
     matrices = {f"A{i + 1}": str(m.tolist()) for i, m in enumerate(e.matrices)}
     record: dict[str, Any] = {"matrices": matrices, "identical_to_printed": list(e.identical), "wrist": routes}
     record |= {"routes_agree": e.routes_agree, "tool": e.tool}
-    text = _text(e)
-    write_folder(place, {"exercise.txt": text + "\n"})
-    record |= {"checks": check_record(reports)}
-    holds = e.holds and all(r.holds for r in reports)
-    return Reproduction(holds, text, record, shown=_page_extras(arm, e, reports))
+    return Reproduction(e.holds, _text(e), record, extras=PageExtras(replay=Replay(stills=_stills(arm, e))))
 
 
-def _page_extras(arm: Arm, e: Exercise, reports: Sequence[CheckReport]) -> PageExtras:
-    """The arm with its frames as the exercise shows it, and with the tool point at its given position."""
+def _stills(arm: Arm, e: Exercise) -> tuple[Still, ...]:
+    """Frames in the printed configuration, and the arm at the tool point."""
     place = ", ".join(f"{x + 0.0:.2f}" for x in e.tool)
-    stills = (
+    return (
         Still("Assignment of D-H frames, q = 0", arm, np.zeros(arm.n)),
         Still("tool position", arm, np.radians(e.q_deg), f"the tool point stands at ({place}) m in frame 0"),
     )
-    return PageExtras(replay=Replay(stills=stills), checks=checks_of(reports))
 
 
 def _text(e: Exercise) -> str:
-    same = ("DIFFERS from", "identical to")
-    lines = [f"A{i}: {same[found]} the printed matrix" for i, found in enumerate(e.identical, start=1)]
+    lines = [
+        f"A{i}: {'identical to' if same else 'DIFFERS from'} the printed matrix"
+        for i, same in enumerate(e.identical, 1)
+    ]
     full, short = e.wrist_full, e.wrist_short
     lines.append(f"wrist by A1...A7 (0,0,0,1): {full.multiplications} products, {full.additions} sums")
     lines.append(f"wrist by A1..A4 (0,0,M,1):  {short.multiplications} products, {short.additions} sums")

@@ -1,1 +1,17 @@
 """The LWR 4+ paper recomputed: worst-case inertias, gains, both controllers on IST."""
+
+from lwr_dyn.reproduction.study import SENSITIVITY, Option, Study
+
+TIMINGS = ("constant", "quintic", "smooth")
+STUDY = Study(
+    order=1,
+    run="lwr_dyn.reproduction.lwr4plus.study:run",
+    formulas="lwr_dyn.reproduction.lwr4plus.formulas:FORMULAS",
+    proofs="lwr_dyn.reproduction.lwr4plus.proofs:PROOFS",
+    options=(
+        Option("timing", f"of the runs that are replayed: {', '.join(TIMINGS)} (the last if not given)", TIMINGS),
+        Option("fit-arm-angle", "also fit the arm angle to Table VIII"),
+        SENSITIVITY,
+    ),
+    conventions="tensors",
+)

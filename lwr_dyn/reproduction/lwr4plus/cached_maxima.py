@@ -19,11 +19,11 @@ from lwr_dyn.reproduction.lwr4plus.tables import PAPER_ZERO, arms
 _found: dict[bytes, float] = {}
 
 
-def largest(arm: Arm, joint: int, warm: bool) -> float:
-    """max B_ii [kg m^2] of one joint; `warm` looks only where the searches of the package's own readings ended."""
-    key = _key(arm, joint) + bytes([warm])
+def largest(arm: Arm, joint: int, from_known_maxima: bool = False) -> float:
+    """max B_ii [kg m^2] of one joint; else searched anew than where the searches of our own readings ended."""
+    key = _key(arm, joint) + bytes([from_known_maxima])
     if key not in _found:
-        if warm:
+        if from_known_maxima:
             _found[key] = float(diagonal(Recursion.of(arm.require_dynamics()), joint, _ends(joint)).max())
         else:
             _found[key] = worst_case_inertia(arm, joint).value

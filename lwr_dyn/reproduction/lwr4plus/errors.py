@@ -22,6 +22,7 @@ from lwr_dyn.kinematics.srs import closed_form
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
 from lwr_dyn.papers.printed_number import agrees
+from lwr_dyn.reproduction.lwr4plus import TIMINGS
 from lwr_dyn.reproduction.printed import printed_tables
 from lwr_dyn.simulation.metrics import metrics
 from lwr_dyn.simulation.simulate import simulate
@@ -29,11 +30,10 @@ from lwr_dyn.trajectory.references.arm_angles import FixedArmAngle
 from lwr_dyn.trajectory.references.ist import ist_reference, timed_ist
 from lwr_dyn.trajectory.references.pose_path_reference import PosePathReference
 
-TIMINGS = ("constant", "quintic", "smooth")
 NEAR = 0.15
 """A cell is near when it misses the printed value by at most this share of its row's printed range."""
 FIT_STEPS_DEG = (5, 1)
-"""Coarse and fine grid of constant arm angles that `fit_arm_angle` looks at."""
+"""Coarse and fine grid of constant arm angles that `fitted_arm_angle` looks at."""
 LARGEST_MARGIN = "largest joint-limit margin"
 """How the arm angle is chosen that is not fitted."""
 OMEGA_N = 50.0
@@ -119,7 +119,7 @@ def error_table(arm: Arm, name: str, timing: str, arm_angle: FixedArmAngle | Non
     return ErrorTable(name, timing, angle, tuple(cells), run, reference)
 
 
-def fit_arm_angle(arm: Arm) -> FixedArmAngle:
+def fitted_arm_angle(arm: Arm) -> FixedArmAngle:
     """The constant arm angle and branch whose droop B^-1 g / omega_n^2 along IST comes nearest to Table VIII.
 
     This is a fit to a printed result, asked for by name and never the default; it may leave the position limits.

@@ -7,12 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from lwr_dyn.checks.verdict import CheckReport
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
 from lwr_dyn.reproduction.lwr4plus.runs import ControllerRun
-from lwr_dyn.reproduction.outcome import PageExtras
-from lwr_dyn.reproduction.pages import audit_of, checks_of
+from lwr_dyn.reproduction.pages import audit_of
+from lwr_dyn.reproduction.paper_study import PageExtras
 from lwr_dyn.reproduction.report.content import Replay, Section, Still
 from lwr_dyn.tables import Heading, Table
 from lwr_dyn.viewer.figures import Figure
@@ -60,13 +59,12 @@ def page_extras(
     found: Sequence[ControllerRun],
     runs: Sequence[ReplayedRun],
     drawn: Sequence[Figure],
-    reports: Sequence[CheckReport],
 ) -> PageExtras:
     """The figures beside the replay, Figure 2 as a still, checks, audits and the controllers' ranking."""
     still = Still("Fig. 2: frames, arm stretched up", arm, np.zeros(arm.n), "q = 0, DH frames of every link")
     audits = audit_of((f"{t.controller}, {t.plant}", t.run) for t in found)
     sections = (Section("controllers", "Wrong models", "", (_ranking(found),)),)
-    return PageExtras(tuple(drawn), Replay(tuple(runs), (still,)), checks_of(reports), audits, sections)
+    return PageExtras(tuple(drawn), Replay(tuple(runs), (still,)), audit=audits, sections=sections)
 
 
 def _ranking(found: Sequence[ControllerRun]) -> Table:

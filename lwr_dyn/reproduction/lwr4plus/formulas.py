@@ -57,7 +57,7 @@ def sizes(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
 def worst_case_inertia(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
     """max over the joint box of B_ii(q) + k_r^2 I_m [kg m^2]"""
     case.arm.require_dynamics()
-    return {"b": [largest(case.arm, i, case.warm) for i in range(case.arm.n)]}
+    return {"b": [largest(case.arm, i, case.from_known_maxima) for i in range(case.arm.n)]}
 
 
 def inertia_at_printed_q(case: PaperCase, block: ResultBlock) -> dict[str, Any]:

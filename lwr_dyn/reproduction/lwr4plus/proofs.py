@@ -12,10 +12,10 @@ from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import Body, with_bodies
 from lwr_dyn.papers.printed_number import agrees
 from lwr_dyn.reproduction.case import PaperCase, PaperData
+from lwr_dyn.reproduction.ledger import Proof, Prove
 from lwr_dyn.reproduction.lwr4plus.cached_maxima import at_printed, largest
 from lwr_dyn.reproduction.lwr4plus.formulas import origin_miss
 from lwr_dyn.reproduction.lwr4plus.proofs_of_laws import LAWS
-from lwr_dyn.reproduction.proof import Proof, Prove
 
 ROWS, SWAPPED, C5Z = "table2-rows", "table1-swapped-yz", "table2-c5z"
 
@@ -55,7 +55,7 @@ def _b_agree(case: PaperCase, orders: dict[int, tuple[int, ...]]) -> bool:
     for i, order in orders.items():
         bodies[i] = replace(bodies[i], inertia_com=bodies[i].inertia_com[np.ix_(order, order)])
     arm = case.arm.with_chain(with_bodies(case.arm.chain, bodies))
-    return all(agrees(_b(case)[joint], largest(arm, joint, warm=False)) for joint in (3, 2, 1, 0))
+    return all(agrees(_b(case)[joint], largest(arm, joint)) for joint in (3, 2, 1, 0))
 
 
 def _b(case: PaperCase) -> list[str]:
@@ -67,15 +67,15 @@ def table2_c5z(given: PaperData) -> Proof:
     case = given.case(ROWS, SWAPPED)
     fifth, sixth = (float(case.arm.chain.bodies[i].com[2]) for i in (4, 5))  # type: ignore[index]
     grid = [round(-1e-4 * k, 4) for k in range(501)]
-    fitting = [z for z in grid if agrees(_b(case)[4], largest(_with_c5z(case.arm, z), 4, warm=True))]
+    fitting = [z for z in grid if agrees(_b(case)[4], largest(_with_c5z(case.arm, z), 4, from_known_maxima=True))]
     read = float(given.case(ROWS, SWAPPED, C5Z).values("inertial", "com")[4][2])
-    followers = [agrees(_b(case)[i], largest(_with_c5z(case.arm, read), i, warm=False)) for i in range(5)]
+    followers = [agrees(_b(case)[i], largest(_with_c5z(case.arm, read), i)) for i in range(5)]
     same = abs(fifth - sixth) < 1e-8
     return Proof(
         f"the printed c5z repeats link 6's; of {len(grid)} values {len(fitting)} give b55, and with {read} b11 to b44"
         " follow to every printed digit, with the printed one none does",
         same and read in fitting and fifth not in fitting and all(followers)
-        and not any(agrees(_b(case)[i], largest(case.arm, i, warm=False)) for i in (0, 2, 4)),
+        and not any(agrees(_b(case)[i], largest(case.arm, i)) for i in (0, 2, 4)),
         {"printed c5z - c6z [m]": fifth - sixth, "fitting from [m]": min(fitting, default=0.0),
          "fitting to [m]": max(fitting, default=0.0)},
     )  # fmt: skip
@@ -144,7 +144,7 @@ def com_from(given: PaperData) -> Proof:
     for link, body in zip(case.arm.chain.links, bodies, strict=True):
         moved.append(replace(body, com=body.com - link.after.rotation.T @ link.after.position))
     other = case.arm.with_chain(with_bodies(case.arm.chain, moved))
-    right, wrong = ([largest(a, i, warm=False) for i in range(7)] for a in (case.arm, other))
+    right, wrong = ([largest(a, i) for i in range(7)] for a in (case.arm, other))
     fits = [[agrees(b, x) for b, x in zip(_b(case), values, strict=True)] for values in (right, wrong)]
     return Proof(
         "Table IV follows with centres of mass from the origin of frame i, and not from that of frame i-1",

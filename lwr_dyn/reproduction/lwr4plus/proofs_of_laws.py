@@ -9,8 +9,8 @@ import numpy as np
 from lwr_dyn.arrays import Array
 from lwr_dyn.dynamics.newton_euler import Recursion
 from lwr_dyn.reproduction.case import PaperCase, PaperData
+from lwr_dyn.reproduction.ledger import Proof, Prove
 from lwr_dyn.reproduction.lwr4plus.printed_recursion import printed_torque
-from lwr_dyn.reproduction.proof import Proof, Prove
 
 STATE = {
     "q": np.array([0.3, -0.7, 0.5, 1.1, -0.4, 0.9, 0.2]),

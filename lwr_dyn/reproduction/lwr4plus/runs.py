@@ -33,7 +33,7 @@ def plants(arm: Arm) -> dict[str, Arm]:
     return dict(zip(PLANTS, (arm, scaled(arm, 1.1), loaded(arm, 3.0)), strict=True))
 
 
-def trials(arm: Arm, reference: Reference) -> tuple[ControllerRun, ...]:
+def controller_runs(arm: Arm, reference: Reference) -> tuple[ControllerRun, ...]:
     """Every controller on every plant: PD in the paper's form, PID, inverse dynamics with feed-forward."""
     searched = {"inertia": [w.value for w in worst_case_inertias(arm)]}
     controllers: dict[str, dict[str, Any]] = {"pd-gravity": searched, "pid": searched, "inverse-dynamics": {}}
@@ -47,5 +47,5 @@ def trials(arm: Arm, reference: Reference) -> tuple[ControllerRun, ...]:
 
 
 def ranking(found: Sequence[ControllerRun], plant: str) -> tuple[ControllerRun, ...]:
-    """The trials on a plant, smallest RMS error of the tip first."""
+    """The controller_runs on a plant, smallest RMS error of the tip first."""
     return tuple(sorted((t for t in found if t.plant == plant), key=lambda t: t.metrics.tip_rms_mm))

@@ -1,30 +1,24 @@
-"""The main job: everything the LWR 4+ paper prints, recomputed, in one folder."""
+"""Everything the LWR 4+ paper prints, recomputed."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from lwr_dyn.checks.verdict import CheckReport
-from lwr_dyn.errors import OptionError
-from lwr_dyn.files import make_folder, write_folder
+from lwr_dyn.files import make_folder
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
-from lwr_dyn.papers.assembly import arm_from_paper
-from lwr_dyn.papers.catalog import open_paper
-from lwr_dyn.reproduction.checked_models import check_line, check_record, models_and_checks
+from lwr_dyn.reproduction.lwr4plus import TIMINGS
 from lwr_dyn.reproduction.lwr4plus.errors import (
     LARGEST_MARGIN,
-    TIMINGS,
     ErrorTable,
     error_table,
-    fit_arm_angle,
+    fitted_arm_angle,
     velocity_rows,
 )
 from lwr_dyn.reproduction.lwr4plus.figures import INVERSE, PD, drawn_runs, figures, page_extras
 from lwr_dyn.reproduction.lwr4plus.formulas import error_columns
-from lwr_dyn.reproduction.lwr4plus.runs import ControllerRun, trials
+from lwr_dyn.reproduction.lwr4plus.runs import ControllerRun, controller_runs
 from lwr_dyn.reproduction.lwr4plus.tables import (
     GainCell,
     InertiaRow,
@@ -42,113 +36,80 @@ from lwr_dyn.reproduction.lwr4plus.text import (
     table_vi_text,
     velocity_rows_text,
 )
-from lwr_dyn.reproduction.outcome import PageExtras, Reproduction
+from lwr_dyn.reproduction.paper_study import PageExtras, Progress, Reproduction
 from lwr_dyn.trajectory.references.ist import ist_reference
 from lwr_dyn.viewer.plots import save_figure
 from lwr_dyn.viewer.replay_page import write_replay
 from lwr_dyn.viewer.run_figures import error_figure
 
-Progress = Callable[[str], None]
 DEFAULT_TIMING = "smooth"
 REPLAYED = ("pd-gravity", "inverse-dynamics")
 
 
-def reproduce(
-    folder: str | Path, timing: str = DEFAULT_TIMING, fit: bool = False, progress: Progress = lambda _: None
+def run(
+    place: Path, arm: Arm, progress: Progress, timing: str = DEFAULT_TIMING, fit_arm_angle: bool = False
 ) -> Reproduction:
-    """Recompute the paper and write `folder`: models, checks, tables, runs, plots and the replay.
+    """Recompute the paper: tables, runs, plots and the replay.
 
-    Parameters
-    ----------
-    folder : path
-        Made if missing.
-    timing : str
-        Of the runs that are replayed; Tables VII and VIII are computed under all of them.
-    fit : bool
-        Also fit the arm angle to Table VIII; its tables are named as fitted.
-    say : callable
-        Told what is being done.
-
-    Raises
-    ------
-    OptionError
-        An unknown timing.
-    FileAccessError
-        The folder cannot be written.
+    Tables VII and VIII are computed under all timings; `timing` is that of the runs that are replayed. With
+    `fit_arm_angle` they are also computed with the arm angle fitted to Table VIII, and named as fitted.
     """
-    if timing not in TIMINGS:
-        raise OptionError("timing", repr(timing), ", ".join(TIMINGS))
-    place = make_folder(folder)
-    for name in ("models", "runs", "plots"):
-        make_folder(place / name)
-    progress("models and checks")
-    reports = models_and_checks(place, "lwr4plus")
     progress("Tables IV and VI")
     inertias, gains = table_iv(), table_vi()
-    arm = arm_from_paper(open_paper("lwr4plus"))
     spreads = {name: shell_spread(a) for name, a in arms().items()}
     progress("Tables VII and VIII")
-    angles = [None, *([fit_arm_angle(arm)] if fit else [])]
+    angles = [None, *([fitted_arm_angle(arm)] if fit_arm_angle else [])]
     errors = {
         name: [error_table(arm, name, t, angle) for angle in angles for t in TIMINGS]
         for name in ("table_vii", "table_viii")
     }
     velocity = velocity_rows(min(errors["table_viii"], key=lambda t: t.distance), arm)
     progress("controllers on three plants")
-    found = trials(arm, ist_reference(arm, timing))
+    runs = controller_runs(arm, ist_reference(arm, timing))
     progress("plots and replay")
     own = {name: [t for t in tables if t.arm_angle == LARGEST_MARGIN] for name, tables in errors.items()}
     nearest = {name: min(tables, key=lambda t: t.distance) for name, tables in own.items()}
-    extras = _pictures(place, arm, found, nearest["table_viii"].run, reports)
+    extras = _pictures(place, arm, runs, nearest["table_viii"].run)
     text = "\n\n".join(
         [
-            *map(check_line, reports),
             table_iv_text(inertias),
             shells_text(spreads),
             table_vi_text(gains),
             *(error_tables_text(tables) for tables in errors.values()),
             velocity_rows_text(velocity),
-            ranking_text(found),
+            ranking_text(runs),
         ]
     )
-    holds = all(r.holds for r in reports) and all(r.reproduced("computed") for r in inertias)
-    holds = holds and all(g.reproduced or g.fits for g in gains)
-    record = _record(reports, inertias, gains, errors, found) | {
-        "shell_spread": spreads,
-        "velocity_rows": velocity,
-    }
-    write_folder(place, {"tables.txt": text + "\n"})
+    holds = all(r.reproduced("computed") for r in inertias) and all(g.reproduced or g.fits for g in gains)
+    record = _record(inertias, gains, errors, runs) | {"shell_spread": spreads, "velocity_rows": velocity}
     known = {name: error_columns(one, arm) for name, one in nearest.items()}
     return Reproduction(holds, text, record, known, extras)
 
 
-def _pictures(
-    place: Path, arm: Arm, found: tuple[ControllerRun, ...], table_viii: Run, reports: list[CheckReport]
-) -> PageExtras:
+def _pictures(place: Path, arm: Arm, found: tuple[ControllerRun, ...], table_viii: Run) -> PageExtras:
     """Write runs, figures and the replay; what the report page shows of them."""
+    plots, folder = make_folder(place / "plots"), make_folder(place / "runs")
     for trial in found:
         stem = f"{trial.controller}_{trial.plant.replace(' ', '_').replace('%', 'percent')}"
-        trial.run.save(place / "runs" / f"{stem}.npz")
+        trial.run.save(folder / f"{stem}.npz")
     replayed = [t for t in found if t.plant == "as modelled" and t.controller in REPLAYED]
     runs = drawn_runs(arm, replayed, table_viii)
     drawn = figures(runs)
     both = {q.replace(" ", "_"): error_figure(runs, (PD, INVERSE), q) for q in ("position error", "velocity error")}
     for name, figure in (drawn | both).items():
-        save_figure(figure, place / "plots" / name, runs)
+        save_figure(figure, plots / name, runs)
     labels = [t.controller for t in replayed]
     write_replay(place / "replay.html", [t.run for t in replayed], arm, labels=labels, title="KUKA LWR 4+ draws IST")
-    return page_extras(arm, found, runs, list(drawn.values()), reports)
+    return page_extras(arm, found, runs, list(drawn.values()))
 
 
 def _record(
-    reports: list[CheckReport],
     inertias: tuple[InertiaRow, ...],
     gains: tuple[GainCell, ...],
     errors: dict[str, list[ErrorTable]],
     found: tuple[ControllerRun, ...],
 ) -> dict[str, Any]:
     return {
-        "checks": check_record(reports),
         "table_iv": [
             {"joint": r.joint + 1, "printed": r.printed, "values": dict(r.values), "search": r.worst.statement()}
             | {"reproduced": {name: r.reproduced(name) for name in r.values}, "at_printed_q": list(r.at_printed)}

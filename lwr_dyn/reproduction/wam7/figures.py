@@ -7,14 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from lwr_dyn.checks.verdict import CheckReport
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.friction import FRICTIONLESS
 from lwr_dyn.model.run import Run
-from lwr_dyn.reproduction.outcome import PageExtras
-from lwr_dyn.reproduction.pages import audit_of, checks_of
+from lwr_dyn.reproduction.pages import audit_of
+from lwr_dyn.reproduction.paper_study import PageExtras, paper_study
 from lwr_dyn.reproduction.report.content import Replay, Still
-from lwr_dyn.reproduction.rooms import room
 from lwr_dyn.reproduction.wam7.formulas import caption_motion
 from lwr_dyn.reproduction.wam7.runs import GRAVITIES, Experiment
 from lwr_dyn.viewer.figures import Curve, Figure, Level, Panel
@@ -65,17 +63,16 @@ def page_extras(
     made: Sequence[Experiment],
     runs: Sequence[ReplayedRun],
     drawn: Sequence[Figure],
-    reports: Sequence[CheckReport],
 ) -> PageExtras:
     """The figures beside the replay, Figure 1 as a still, checks and audits."""
     still = Still("Figure 1: Denavit-Hartenberg frames, q = 0", arm, np.zeros(arm.n))
     audits = audit_of((e.name, e.run) for e in made)
-    return PageExtras(tuple(drawn), Replay(tuple(runs), (still,)), checks_of(reports), audits)
+    return PageExtras(tuple(drawn), Replay(tuple(runs), (still,)), audit=audits)
 
 
 def _lspb() -> Figure:
     """With the signs of the erratum, under which the motion lies within the figure's axes."""
-    case = room("wam7").evidence.case("figure4-acceleration")
+    case = paper_study("wam7").data.case("figure4-acceleration")
     t, motion = caption_motion(case)
     panels = []
     for (name, values), unit in zip(motion.items(), ("rad", "rad/s", "rad/s^2"), strict=True):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from lwr_dyn.reproduction.case import PaperCase, PaperData
-from lwr_dyn.reproduction.proof import Proof, Prove
+from lwr_dyn.reproduction.ledger import Proof, Prove
 from lwr_dyn.reproduction.wam7.formulas import figure_4, sheet_tensors
 
 SHEET = 1e-6

@@ -1,18 +1,14 @@
-"""Everything the WAM paper simulates, in one folder: model, tables, runs, Figures 4 to 8 redrawn, a replay."""
+"""Everything the WAM paper simulates: tables, runs, Figures 4 to 8 redrawn, a replay."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from lwr_dyn.checks.verdict import CheckReport
-from lwr_dyn.files import make_folder, write_folder
+from lwr_dyn.files import make_folder
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.papers.assembly import arm_from_paper
-from lwr_dyn.papers.catalog import open_paper
-from lwr_dyn.reproduction.checked_models import check_line, check_record, models_and_checks
-from lwr_dyn.reproduction.outcome import PageExtras, Reproduction
+from lwr_dyn.reproduction.paper_study import PageExtras, Progress, Reproduction
 from lwr_dyn.reproduction.wam7.figures import drawn_runs, figures, page_extras, runs_of_joints
 from lwr_dyn.reproduction.wam7.runs import GRAVITIES, CruiseError, Experiment, cruises, experiments
 from lwr_dyn.reproduction.wam7.text import (
@@ -26,36 +22,22 @@ from lwr_dyn.reproduction.wam7.text import (
 from lwr_dyn.viewer.plots import save_figure
 from lwr_dyn.viewer.replay_page import write_replay
 
-Progress = Callable[[str], None]
 
-
-def reproduce(folder: str | Path, progress: Progress = lambda _: None) -> Reproduction:
-    """Recompute the paper's simulations and write `folder`; raises `FileAccessError` when it cannot be written.
+def run(place: Path, arm: Arm, progress: Progress) -> Reproduction:
+    """Recompute the paper's simulations.
 
     It holds when every cruise of a loop with damping settles on (F_c + sigma v)/kp, and no readable axis of Figure 7
-    is left. The loop without damping is a finding, told as such.
+    is left. The loop without damping is a finding, stated as such.
     """
-    place, arm = make_folder(folder), arm_from_paper(open_paper("wam7"))
-    progress("models and checks")
-    reports = models_and_checks(place, "wam7")
     made = experiments(arm, progress)
     found = cruises(arm, made)
     progress("plots and replay")
-    extras = _pictures(place, arm, made, reports)
+    extras = _pictures(place, arm, made)
     text = "\n\n".join(
-        [
-            *map(check_line, reports),
-            cruises_text(found),
-            findings_text(found),
-            figure_7_text(found),
-            passivity_text(arm),
-            runs_text(made),
-        ]
+        [cruises_text(found), findings_text(found), figure_7_text(found), passivity_text(arm), runs_text(made)]
     )
-    holds = all(r.holds for r in reports) and all(c.holds for c in found) and figure_7_holds(found)
-    record: dict[str, Any] = {"checks": check_record(reports)}
-    record |= {"cruises": [_cruise(c) for c in found], "runs": [_run(e) for e in made]}
-    write_folder(place, {"tables.txt": text + "\n"})
+    holds = all(c.holds for c in found) and figure_7_holds(found)
+    record = {"cruises": [_cruise(c) for c in found], "runs": [_run(e) for e in made]}
     settled = [1e3 * c.mean for c in found if c.side > 0 and c.gravity == GRAVITIES[0] and c.stable]
     return Reproduction(holds, text, record, {"settled": {"error": settled}}, extras)
 
@@ -70,7 +52,7 @@ def findings_text(found: Sequence[CruiseError]) -> str:
     return "\n".join(["Findings: the friction takes more damping than kd gives, a limit cycle", *lines])
 
 
-def _pictures(place: Path, arm: Arm, made: Sequence[Experiment], reports: Sequence[CheckReport]) -> PageExtras:
+def _pictures(place: Path, arm: Arm, made: Sequence[Experiment]) -> PageExtras:
     """Write runs, figures and the replay; what the report page shows of them."""
     plots, folder = make_folder(place / "plots"), make_folder(place / "runs")
     for e in made:
@@ -82,7 +64,7 @@ def _pictures(place: Path, arm: Arm, made: Sequence[Experiment], reports: Sequen
         save_figure(figure, plots / name, runs)
     title = "Barrett WAM, all joints, 0.5 rad in 7 s"
     write_replay(place / "replay.html", [one.run for one in runs[:2]], arm, labels=list(together), title=title)
-    return page_extras(arm, made, runs, list(drawn.values()), reports)
+    return page_extras(arm, made, runs, list(drawn.values()))
 
 
 def _cruise(c: CruiseError) -> dict[str, Any]:

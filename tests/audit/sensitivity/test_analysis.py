@@ -9,6 +9,7 @@ import lwr_dyn
 from lwr_dyn.audit.sensitivity.analysis import sensitivity
 from lwr_dyn.audit.sensitivity.closed_loops import closed_loops
 from lwr_dyn.audit.sensitivity.conclusions import Conclusion, conclusions
+from lwr_dyn.audit.sensitivity.result_tables import error_table
 from lwr_dyn.audit.sensitivity.simulated_task import simulated_task
 from lwr_dyn.audit.sensitivity.statics import shared_poses, statics_of
 from lwr_dyn.errors import LwrDynError, MissingDataError, OptionError, ShapeError, UnknownNameError
@@ -44,6 +45,13 @@ def test_a_controller_that_knows_its_plant_does_best(result):
     assert np.argmin(tips, axis=0).tolist() == [0, 1]
     assert tips[0, 1] > 10 * tips[0, 0]
     assert np.isfinite(result.tip_rms_mm(PD)).all()
+
+
+def test_errors_are_shaded_by_their_size(result):
+    table, tips = error_table(result, INVERSE), result.tip_rms_mm(INVERSE)
+    shades = np.array([row[1:] for row in table.shades])
+    np.testing.assert_allclose(shades, (tips - tips.min()) / tips.max())
+    assert table.cells[0][1].startswith(f"{tips[0, 0]:.3g} (")
 
 
 def test_rows_are_models_and_columns_plants(arms, result):

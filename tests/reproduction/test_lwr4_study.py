@@ -5,8 +5,8 @@ import json
 import numpy as np
 
 import lwr_dyn
-from lwr_dyn.reproduction.lwr4 import exercise as room
-from lwr_dyn.reproduction.lwr4.exercise import exercise
+from lwr_dyn.reproduction.lwr4 import study
+from lwr_dyn.reproduction.lwr4.study import exercise
 
 
 def test_the_seven_matrices_are_symbolically_the_printed_ones():
@@ -34,10 +34,10 @@ def test_the_tool_point():
 
 
 def test_a_wrong_matrix_is_seen(monkeypatch):
-    right = room.printed_tables("lwr4")
+    right = study.printed_tables("lwr4")
     wrong = json.loads(json.dumps(right))
     wrong["matrices"]["A3"][2][3] = "-L"
-    monkeypatch.setattr(room, "printed_tables", lambda _: wrong)
+    monkeypatch.setattr(study, "printed_tables", lambda _: wrong)
     e = exercise()
     assert e.identical == (True, True, False, True, True, True, True)
     assert not e.holds

@@ -1,5 +1,0 @@
-"""Proofs of the errata."""
-
-from lwr_dyn.reproduction.proof import Prove
-
-PROOFS: dict[str, Prove] = {}
