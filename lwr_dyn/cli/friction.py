@@ -8,8 +8,8 @@ from lwr_dyn.errors import OptionError
 from lwr_dyn.front import FUNCTIONS
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
-from lwr_dyn.simulation.friction_choice import FORMS, FrictionOption
-from lwr_dyn.simulation.record import FEEDS
+from lwr_dyn.simulation.friction import FORMS, FrictionOption
+from lwr_dyn.simulation.record import ACTIVE_FRICTION
 
 
 def chosen_friction_of(plant: Arm, form: str, refit: bool) -> tuple[FrictionOption, dict[str, Any]]:
@@ -39,6 +39,6 @@ def friction_lines(run: Run, arm: Arm) -> list[str]:
         cost = f"RMS {c['rms']:.3g} N m up to {c['speed']:g} rad/s"
         lines.append(f"passive refit of {c['joint']}, {c['side']}: {before} -> {after}; {cost}")
     for joint, name in enumerate(arm.joint_names):
-        for e in (e for e in run.events if e.kind == FEEDS and e.joint == joint):
+        for e in (e for e in run.events if e.kind == ACTIVE_FRICTION and e.joint == joint):
             lines.append(f"warning: friction of {name} feeds energy in from {e.t:g} s on, at {e.value:.4g} rad/s (m/s)")
     return lines

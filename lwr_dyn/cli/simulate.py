@@ -19,8 +19,8 @@ from lwr_dyn.files import check_writable
 from lwr_dyn.front import load
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
-from lwr_dyn.simulation.friction_choice import FORMS
-from lwr_dyn.simulation.plant import loaded, scaled
+from lwr_dyn.simulation.friction import FORMS
+from lwr_dyn.simulation.plant import arm_with_payload, arm_with_scaled_inertia
 from lwr_dyn.simulation.sensors import Encoder
 from lwr_dyn.simulation.simulate import simulate
 from lwr_dyn.trajectory.references.tasks import REFERENCES
@@ -120,11 +120,11 @@ command.params += [TASK, *OF_TASK, CONTROLLER, *CONTROLLER_OPTIONS.click_options
 
 def _simulated(arm: Arm, robot: str, given: dict[str, Any]) -> Run:
     payload, name = given["payload"], given["controller"]
-    believed = loaded(arm, payload) if given["payload_known"] and payload else arm
+    believed = arm_with_payload(arm, payload) if given["payload_known"] and payload else arm
     controller = make_controller(name, believed, given["engine"], **CONTROLLER_OPTIONS.values(name, given, believed))
     plant = arm if given["plant_reading"] is None else load(robot, given["plant_reading"], **arm.loaded_with)
     if given["plant_scale"] != 1.0:
-        plant = scaled(plant, given["plant_scale"])
+        plant = arm_with_scaled_inertia(plant, given["plant_scale"])
     friction, note = chosen_friction_of(plant, given["friction"], given["passive_refit"])
     encoder = _encoder(given["encoder_bits"], given["encoder_noise"], given["velocity_cutoff"])
     reference = REFERENCES.make(given["task"], arm, **TASK_OPTIONS.values(given["task"], given, arm))

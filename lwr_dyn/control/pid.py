@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from lwr_dyn.arrays import Array, read_only
 from lwr_dyn.control.gains import OMEGA_N, XI, DampingRatio, NaturalFrequency, worst_case_gains
-from lwr_dyn.control.protocol import VelocityError, positive_gains
+from lwr_dyn.control.protocol import VelocityError, positive_gains, saturate
 from lwr_dyn.dynamics.protocol import Dynamics, ungated
 from lwr_dyn.errors import OptionError
 from lwr_dyn.model.arm import Arm
@@ -62,7 +62,7 @@ class PID:
     Siciliano et al., section 8.3; Astrom, Hagglund, *PID Controllers*, section 3.5.
     """
 
-    __slots__ = ("Kd", "Ki", "Kp", "_effort", "_floor", "_gravity", "_integral", "_rate", "_t", "tracking_time",
+    __slots__ = ("Kd", "Ki", "Kp", "_effort", "_gravity", "_integral", "_rate", "_t", "tracking_time",
                  "velocity_error")  # fmt: skip
 
     name = "pid"
@@ -82,7 +82,7 @@ class PID:
         if ceiling.ndim != 1 or not (ceiling > 0.0).all():
             raise OptionError("effort", ceiling.tolist(), "one torque limit above 0 per joint, inf where there is none")
         n = ceiling.size
-        self._effort, self._floor = read_only(ceiling), read_only(-ceiling)
+        self._effort = read_only(ceiling)
         self.Kp, self.Kd = positive_gains("Kp", Kp, n), positive_gains("Kd", Kd, n)
         self.Ki = positive_gains("Ki", default_integral_gain(self.Kp, omega_n) if Ki is None else Ki, n)
         tracking = np.sqrt(self.Kd / self.Ki) if tracking_time is None else tracking_time
@@ -124,8 +124,7 @@ class PID:
         tau = self.Kp * error + memory - self.Kd * dq
         if self._gravity is not None:
             tau = tau + self._gravity(q)
-        cut = np.minimum(np.maximum(tau, self._floor), self._effort)
-        return tau, self.Ki * error + (cut - tau) / self.tracking_time
+        return tau, self.Ki * error + (saturate(tau, self._effort) - tau) / self.tracking_time
 
     def __call__(self, t: float, q: Array, dq: Array, q_ref: Array, dq_ref: Array, ddq_ref: Array) -> Array:
         """Tau (n,) [N m] at a sample; the integral moves on by the time since the last call."""

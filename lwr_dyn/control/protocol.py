@@ -61,6 +61,15 @@ def describe(controller: Controller) -> dict[str, Any]:
     return {"name": getattr(controller, "name", own_name), "parameters": dict(parameters)}
 
 
+def saturate(tau: Array, effort: Array, out: Array | None = None) -> Array:
+    """The torque that motors with the limits `effort` (n,) can give, (n,) [N m]; written into `out` if given.
+
+    >>> saturate(np.array([3.0, -9.0]), np.array([5.0, 4.0]))
+    array([ 3., -4.])
+    """
+    return np.asarray(np.maximum(np.minimum(tau, effort, out=out), -effort, out=out))
+
+
 def positive_gains(name: str, value: ArrayLike, n: int) -> Array:
     """Gains as a read-only (n,) array; a single number is for all joints.
 

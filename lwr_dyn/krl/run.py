@@ -23,7 +23,7 @@ from lwr_dyn.krl.timeline import Timeline
 from lwr_dyn.krl.values import Value
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Event, Motion, Run
-from lwr_dyn.simulation.record import origin
+from lwr_dyn.simulation.setup import arm_record
 
 INTERPOLATION = 0.012
 """[s] KUKA's interpolation cycle: the sampling period of a run."""
@@ -85,7 +85,7 @@ class ProgramRun:
         power = np.sum(self.torque * m.dq, axis=1)
         work = np.concatenate([[0.0], np.cumsum(0.5 * (power[1:] + power[:-1]) * np.diff(m.t))])
         meta: dict[str, Any] = {
-            **origin(arm), "task": f"KRL program {self.program}", "controller": {"name": f"KRL {self.program}"},
+            **arm_record(arm), "task": f"KRL program {self.program}", "controller": {"name": f"KRL {self.program}"},
             "assumed": self.machine.to_json(), "diagnoses": [d.to_json() for d in self.diagnostics],
         }  # fmt: skip
         events = tuple(Event(x.begin, f"line {x.position.line}: {x.kind}") for x in self.executed)

@@ -70,6 +70,8 @@ class Run:
     work: Mapping[str, Array]  # (k,) [J] each: done by each channel since t = 0
     events: tuple[Event, ...] = ()
     meta: Mapping[str, Any] = field(default_factory=dict)
+    setup: Any = None
+    """The `lwr_dyn.simulation.setup.Setup` that was run; None for a run from a file."""
 
     def __post_init__(self) -> None:
         for name in _ARRAYS:

@@ -20,7 +20,7 @@ from lwr_dyn.reproduction.report.content import Cell, Check, Erratum, FileFact, 
 from lwr_dyn.reproduction.results import ResultBlock
 from lwr_dyn.reproduction.verdicts import Verdicts
 from lwr_dyn.simulation.audit import TOLERANCE
-from lwr_dyn.simulation.record import versions
+from lwr_dyn.simulation.setup import versions
 
 MORE = 2
 """Digits of ours beyond the last printed one."""

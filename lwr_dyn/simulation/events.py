@@ -1,25 +1,24 @@
-"""Finding what happens first within an interval: a joint that passes a limit, a held joint that is let go."""
+"""What may end a contact mode within an interval, as functions of time, and the search for the first that comes."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.optimize import brentq
+from scipy.optimize import brentq, minimize_scalar
 
 from lwr_dyn.arrays import Array
+from lwr_dyn.simulation.contact import ContactMode
+from lwr_dyn.simulation.friction import Mask
 from lwr_dyn.simulation.integrators import Integrator, Rates
-from lwr_dyn.simulation.plant import Plant
-from lwr_dyn.simulation.stops import Mask, constrained
 
 TURN = 2 * np.pi
 """[rad or m] a step: a joint that makes a whole turn between two samples cannot be followed."""
 TIME = 1e-15
 """[s] to which the moment of an event is found."""
-PUSH = 1e-12
-"""[N m] by which a stop would have to pull before its joint counts as let go."""
+HOLDING = 1e-12
+"""[N m] by which a holding torque must pass its bound before the joint starts to slip or leaves its stop."""
 HALVINGS = 30
 """How far the search for the first moment off a limit goes back."""
 
@@ -29,18 +28,9 @@ def followable(y: Array, n: int, h: float) -> bool:
     return bool(np.isfinite(y).all() and (np.abs(y[n : 2 * n]) <= TURN / h).all())
 
 
-@dataclass(frozen=True, slots=True)
-class Found:
-    """First event of an interval: when after its start [s], which joint, the side of the stop met (0: a release)."""
-
-    after: float
-    joint: int
-    side: float
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class Interval:
-    """The smooth motion from state y at t over h [s], as if no event came; it can be asked at any moment in between."""
+    """The smooth motion from state y at t over h [s], as if no event came."""
 
     integrate: Integrator
     rates: Rates
@@ -58,61 +48,42 @@ class Interval:
         return self._known[s]
 
 
-def first_event(
-    plant: Plant, net_torque: Callable[[float, Array], Array], interval: Interval, held: Mask, forced: Mask
-) -> Found | None:
-    """The first joint that passes a limit or, held and not `forced`, would be pulled by its stop; None if nothing does.
+@dataclass(frozen=True, slots=True)
+class EventFunction:
+    """Joint `joint` starts to slip to `side` ("slip"), reaches its stop ("stop"), or sticks ("stick", side 0).
 
-    A limit that is passed and left again within the interval is not seen.
+    `value`, of the time since the start [s], is positive at `until` if the event has come by then.
     """
-    n, after = plant.n, interval.later(interval.h)
 
-    def passed(joint: int, side: float) -> Callable[[float], float]:
-        limit = (plant.upper if side > 0 else plant.lower)[joint]
-        return lambda s: float(side * (interval.later(s)[joint] - limit))
-
-    def pulled(joint: int, side: float) -> Callable[[float], float]:
-        def pull(s: float) -> float:
-            y = interval.later(s)
-            tau = net_torque(interval.t + s, y)
-            return float(side * constrained(plant, y[:n], y[n : 2 * n], tau, held)[1][joint]) - PUSH
-
-        return pull
-
-    beyond = np.flatnonzero(plant.beyond(after[:n]) & ~held)
-    watched = [(passed(j, side), j, side) for j, side in _sides(plant, after, beyond)]
-    watched += [(pulled(j, side), j, 0.0) for j, side in _sides(plant, interval.y, np.flatnonzero(held & ~forced))]
-    first = earliest((f, interval.h) for f, _, _ in watched)
-    return None if first is None else Found(first.after, *watched[first.index][1:])
+    kind: str
+    joint: int
+    side: int
+    value: Callable[[float], float]
+    until: float
 
 
 @dataclass(frozen=True, slots=True)
-class First:
-    """Which of several comes first, and when [s]."""
+class Crossing:
+    """The first of several events, and when it comes after the start [s]."""
 
     after: float
-    index: int
+    event: EventFunction
 
 
-def earliest(watched: Iterable[tuple[Callable[[float], float], float]]) -> First | None:
-    """Of functions f, each positive at its time `until` once what it watches has happened: the first to turn so."""
-    first: First | None = None
-    for index, (f, latest) in enumerate(watched):
-        until = latest if first is None else min(latest, first.after)
-        if f(until) > 0.0:
-            first = First(crossing(f, until), index)
+def earliest(events: Sequence[EventFunction]) -> Crossing | None:
+    """The event that comes first; None when none has come."""
+    first: Crossing | None = None
+    for event in events:
+        until = event.until if first is None else min(event.until, first.after)
+        if event.value(until) > 0.0:
+            first = Crossing(first_root(event.value, until), event)
     return first
 
 
-def _sides(plant: Plant, y: Array, joints: NDArray[np.intp]) -> list[tuple[int, float]]:
-    side = plant.at_limit(y[: plant.n])
-    return [(int(j), float(side[j])) for j in joints]
-
-
-def crossing(f: Callable[[float], float], h: float) -> float:
+def first_root(f: Callable[[float], float], h: float) -> float:
     """Where f turns positive in [0, h], f(h) > 0; a start that is not negative is left by halving, or is the answer.
 
-    >>> crossing(lambda s: s * s - 0.25, 1.0)
+    >>> first_root(lambda s: s * s - 0.25, 1.0)
     0.5
     """
     low = 0.0
@@ -125,3 +96,59 @@ def crossing(f: Callable[[float], float], h: float) -> float:
         else:
             return 0.0
     return float(brentq(f, low, h, xtol=TIME, rtol=4 * np.finfo(float).eps))
+
+
+def limit_events(mode: ContactMode, interval: Interval, after: Array) -> list[EventFunction]:
+    """Joints beyond a position limit at the end of the interval, where the state is `after`."""
+    plant, out = mode.plant, []
+    for j in np.flatnonzero(plant.beyond(after[: plant.n]) & ~mode.at_rest):
+        side = 1 if after[j] > plant.upper[j] else -1
+        limit = float((plant.upper if side > 0 else plant.lower)[j])
+        out.append(EventFunction("stop", int(j), side, _excess(interval, int(j), side, limit), interval.h))
+    return out
+
+
+def stick_events(mode: ContactMode, interval: Interval, after: Array) -> list[EventFunction]:
+    """Joints whose speed is against their side at the end of the interval, or may have been so within it.
+
+    The latter are braked so much at first that their speed might pass zero, yet move on at the end.
+    """
+    n, sides, h, directional = mode.plant.n, mode.sides, interval.h, mode.plant.friction.directional
+    if not directional.any():
+        return []
+    speed, at_end = sides * interval.y[n : 2 * n], sides * after[n : 2 * n]
+    out = []
+    for j in np.flatnonzero(directional & (sides != 0) & (at_end < 0.0)):
+        out.append(EventFunction("stick", int(j), 0, _excess(interval, n + int(j), -int(sides[j])), h))
+    braked = speed + h * sides * interval.rates(interval.t, interval.y)[n : 2 * n] < 0.0
+    for j in np.flatnonzero(directional & (speed > 0.0) & braked & (at_end > 0.0)):
+        value = _excess(interval, n + int(j), -int(sides[j]))
+        slowest = minimize_scalar(lambda s, value=value: -value(s), bounds=(0.0, h), method="bounded").x
+        out.append(EventFunction("stick", int(j), 0, value, float(slowest)))
+    return out
+
+
+def slip_events(
+    mode: ContactMode, interval: Interval, barred: Mask, holding: Callable[[float], Array]
+) -> list[EventFunction]:
+    """Joints at rest that need more than can resist them at the end of the interval, `barred` (n,) ones excepted.
+
+    `holding` (n,) is the holding torque at a time since the start. An excess that comes and goes is not seen.
+    """
+    last = holding(interval.h)
+    high, low = last > mode.highest + HOLDING, last < mode.lowest - HOLDING
+    out = []
+    for j in np.flatnonzero(mode.at_rest & ~barred & (high | low)):
+        side = 1 if high[j] else -1
+        bound = float(mode.highest[j] if side > 0 else mode.lowest[j])
+
+        def excess(s: float, j: int = int(j), side: int = side, bound: float = bound) -> float:
+            return float(side * (holding(s)[j] - bound)) - HOLDING
+
+        out.append(EventFunction("slip", int(j), side, excess, interval.h))
+    return out
+
+
+def _excess(interval: Interval, index: int, side: int, limit: float = 0.0) -> Callable[[float], float]:
+    """How far entry `index` of the state is beyond a limit."""
+    return lambda s: float(side * (interval.later(s)[index] - limit))

@@ -1,4 +1,4 @@
-"""The motion over one interval whatever happens in it: stops met, joints held and let go, friction, any torque source.
+"""Integrates one interval and handles every event in it: impacts at stops, joints that stick or are released.
 
 The state is y = (q, dq, work of the motors, work of friction, memory of the controller).
 """
@@ -12,118 +12,176 @@ import numpy as np
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.model.run import Event
-from lwr_dyn.simulation.events import Found, Interval, first_event, followable
+from lwr_dyn.simulation.boxed_lcp import Sides
+from lwr_dyn.simulation.contact import ContactMode, contact_mode, impact, resolve_stick_slip
+from lwr_dyn.simulation.events import (
+    EventFunction,
+    Interval,
+    earliest,
+    followable,
+    limit_events,
+    slip_events,
+    stick_events,
+)
+from lwr_dyn.simulation.friction import Mask
 from lwr_dyn.simulation.integrators import Integrator, Rates
 from lwr_dyn.simulation.plant import Plant
-from lwr_dyn.simulation.stops import Mask, constrained, held_joints, impact
 
 Drive = Callable[[float, Array, Array, Array], tuple[Array, Array]]
 """(t, q, dq, memory) -> torque that reaches the joints (n,), derivative of the memory."""
-
 MOST_EVENTS = 50
 """Events within one interval after which no more are looked for in it."""
+TIE = 1e-12
+"""[s] Joints that would stop within it of each other stop in the same instant."""
+SPEED_ROUNDING = 1e-14
+"""Share of the largest speed before an impact that counts as none after it: rounding moves no joint."""
 
 
 @dataclass(slots=True, eq=False)
 class Flow:
-    """Advances a plant; it keeps the journal of events, the work of the stops and which joints are held."""
+    """Advances a plant; it keeps the contact mode, the events, and the work of the stops [J]."""
 
     plant: Plant
     integrate: Integrator
     stop_work: float = 0.0
     evaluations: int = 0
+    """How often accelerations were computed."""
     events: list[Event] = field(default_factory=list)
-    _held: Mask = field(init=False)
-
-    def __post_init__(self) -> None:
-        self._held = np.zeros(self.plant.n, dtype=bool)
+    friction: Array = field(init=False)
+    """tau_friction (n,) where the last interval began [N m]."""
+    mode: ContactMode = field(init=False)
+    """Of the moment; set by `begin`."""
+    _begun: bool = field(init=False, default=False)
 
     def advance(self, drive: Drive, t: float, y: Array, h: float) -> Array:
         """y(t + h), with every event in between."""
         end, n = t + h, self.plant.n
-        forced, barred = np.zeros(n, dtype=bool), np.zeros(n, dtype=bool)
-
-        def net_torque(t: float, y: Array) -> Array:
-            tau, _ = drive(t, y[:n], y[n : 2 * n], y[2 * n + 2 :])
-            return tau if self.plant.friction is None else tau - self.plant.friction(y[n : 2 * n])
-
+        barred, forced = np.zeros((2, n), dtype=bool)
+        y = self.begin(drive, t, y)
         for _ in range(MOST_EVENTS):
-            y = self._meet_stops(t, y)
-            held = self._held_now(t, y, net_torque(t, y), forced, barred)
-            interval = Interval(self.integrate, self._rates(drive, held), t, end - t, y)
+            interval = Interval(self.integrate, self._rates(drive), t, end - t, y)
             after = interval.later(end - t)
             if not followable(after, n, h):
                 return after
-            found = first_event(self.plant, net_torque, interval, held, forced)
-            if found is None:
+            first = earliest(self._possible_events(drive, interval, after, barred))
+            if first is None:
                 return after
-            t, y = t + found.after, self._at_event(found, interval.later(found.after))
-            barred[:] = False
-            barred[found.joint] = not found.side
-            forced[found.joint] |= bool(found.side) and found.after == 0.0
-        return self.integrate(self._rates(drive, self._held), t, y, end - t)
+            event = first.event
+            t, y = t + first.after, self._meet_stops(t + first.after, self._state_at(event, interval, first.after))
+            if first.after > 0.0:
+                barred[:] = forced[:] = False
+            elif (
+                event.kind != "slip"
+            ):  # it had just slipped or left its stop, by rounding: not again at the same moment
+                barred[event.joint], forced[event.joint] = True, event.kind == "stop"
+            guess = self._guess(y)
+            guess[event.joint] = event.side * (event.kind == "slip")
+            self._update_mode(t, y, self._torque(drive, t, y), guess, forced)
+        self.events.append(Event(t, "more events than followed"))
+        return self.integrate(self._rates(drive), t, y, end - t)
 
-    def _rates(self, drive: Drive, held: Mask) -> Rates:
+    def begin(self, drive: Drive, t: float, y: Array) -> Array:
+        """The state at the start of an interval, impacts done; its contact mode and its friction torque are kept."""
+        n = self.plant.n
+        if not np.isfinite(y).all():
+            return y
+        y = self._meet_stops(t, y)
+        q, dq, tau = y[:n], y[n : 2 * n], self._torque(drive, t, y)
+        self._update_mode(t, y, tau, self._guess(y), np.zeros(n, dtype=bool))
+        self.friction = self.mode.friction_torque(dq)
+        if self.mode.any_at_rest:
+            holding = self._holding_torque(q, dq, tau - self.friction)
+            self.friction = self.friction + self.mode.friction_part(holding)
+        return y
+
+    def _torque(self, drive: Drive, t: float, y: Array) -> Array:
+        n = self.plant.n
+        return drive(t, y[:n], y[n : 2 * n], y[2 * n + 2 :])[0]
+
+    def _holding_torque(self, q: Array, dq: Array, net: Array) -> Array:
+        self.evaluations += 1
+        return self.mode.holding_torque(q, dq, net, self.mode.accelerator()(q, dq, net))
+
+    def _meet_stops(self, t: float, y: Array) -> Array:
+        """The state after the impacts of joints that stand at a limit with outward speed, if there are any."""
+        n = self.plant.n
+        q, dq = y[:n], y[n : 2 * n]
+        if not (self.plant.at_limit(q) * dq > 0.0).any():
+            return y
+        result = impact(self.plant, q, dq)
+        struck = np.flatnonzero(result.stopped & (dq != 0.0))
+        self.stop_work += float(result.work.sum())
+        self.events += [Event(t, "stop", int(joint), float(-result.work[joint])) for joint in struck]
+        still = np.abs(result.dq) <= SPEED_ROUNDING * np.abs(dq).max()
+        return np.concatenate([q, np.where(still, 0.0, result.dq), y[2 * n :]])
+
+    def _guess(self, y: Array) -> Sides:
+        """Sides of joints without speed where both rest and motion are right: friction holds, a stop alone releases."""
+        away = -self.plant.at_limit(y[: self.plant.n]).astype(int)
+        return np.where(self.plant.friction.directional, 0, away)
+
+    def _update_mode(self, t: float, y: Array, tau: Array, guess: Sides, forced: Mask) -> None:
+        """The contact mode from here on, `forced` joints at rest; joints that change become events."""
         plant, n = self.plant, self.plant.n
-        forward, friction = plant.raw.forward_dynamics, plant.friction
-        anything_held, none = bool(held.any()), np.zeros(n)
+        sides = np.where(forced, 0, resolve_stick_slip(plant, y[:n], y[n : 2 * n], tau, guess))
+        at_stop = plant.at_limit(y[:n]) != 0.0
+        if self._begun:
+            old = self.mode.sides
+            known = (sides != old) & (plant.friction.directional | self.mode.at_rest)
+            self.events += [_change(t, int(j), old[j], sides[j], at_stop[j]) for j in np.flatnonzero(known)]
+            if not at_stop.any() and (sides == old).all():
+                return
+        self.mode, self._begun = contact_mode(plant, y[:n], sides), True
+
+    def _rates(self, drive: Drive) -> Rates:
+        n, friction_torque, accelerate = self.plant.n, self.mode.friction_torque, self.mode.accelerator()
 
         def rates(t: float, y: Array) -> Array:
             self.evaluations += 1
             q, dq = y[:n], y[n : 2 * n]
             tau, memory_rate = drive(t, q, dq, y[2 * n + 2 :])
-            drag = none if friction is None else friction(dq)
-            net = tau - drag
-            ddq = constrained(plant, q, dq, net, held)[0] if anything_held else forward(q, dq, net)
-            return np.concatenate([dq, ddq, (tau @ dq, -(drag @ dq)), memory_rate])
+            friction = friction_torque(dq)
+            return np.concatenate([dq, accelerate(q, dq, tau - friction), (tau @ dq, -(friction @ dq)), memory_rate])
 
         return rates
 
-    def _at_event(self, found: Found, y: Array) -> Array:
-        """The state at an event, the joint that met its stop exactly there."""
-        plant, n, joint = self.plant, self.plant.n, found.joint
-        y = np.concatenate([np.clip(y[:n], plant.lower, plant.upper), y[n:]])
-        if found.side:
-            y[joint] = (plant.upper if found.side > 0 else plant.lower)[joint]
-            if found.after == 0.0:  # it left by less than a float can show: it has not left
-                y[n + joint] = 0.0
+    def _possible_events(self, drive: Drive, interval: Interval, after: Array, barred: Mask) -> list[EventFunction]:
+        mode, n, known = self.mode, self.plant.n, dict[float, Array]()
+
+        def holding(s: float) -> Array:
+            if s not in known:
+                y = interval.later(s)
+                dq = y[n : 2 * n]
+                net = self._torque(drive, interval.t + s, y) - mode.friction_torque(dq)
+                known[s] = self._holding_torque(y[:n], dq, net)
+            return known[s]
+
+        events = slip_events(mode, interval, barred, holding) if mode.any_at_rest else []
+        if mode.all_at_rest:
+            return events
+        return events + limit_events(mode, interval, after) + stick_events(mode, interval, after)
+
+    def _state_at(self, event: EventFunction, interval: Interval, after: float) -> Array:
+        """The state at an event, the joint exactly where it stopped, and others that stop in the same instant too."""
+        plant, n, sides = self.plant, self.plant.n, self.mode.sides
+        y = interval.later(after).copy()
+        y[:n] = np.clip(y[:n], plant.lower, plant.upper)
+        dq = y[n : 2 * n]
+        if event.kind == "stop":
+            y[event.joint] = (plant.upper if event.side > 0 else plant.lower)[event.joint]
+            if after == 0.0:  # it left by less than a float can show: it has not left
+                dq[event.joint] = 0.0
+        if event.kind == "stick":
+            rate = sides * interval.rates(interval.t + after, y)[n : 2 * n]
+            dq[plant.friction.directional & (rate < 0.0) & (sides * dq <= -TIE * rate)] = 0.0
+            dq[event.joint] = 0.0
         return y
 
-    def _meet_stops(self, t: float, y: Array) -> Array:
-        met = meet_stops(self.plant, t, y)
-        if met is None:
-            return y
-        self.stop_work += met.work
-        self.events += met.events
-        return met.y
 
-    def _held_now(self, t: float, y: Array, tau: Array, forced: Mask, barred: Mask) -> Mask:
-        """Which joints rest against a stop from here on; those that no longer do are written down."""
-        n = self.plant.n
-        resting = held_joints(self.plant, y[:n], y[n : 2 * n], tau)
-        held: Mask = ((resting & ~barred) | forced) & (y[n : 2 * n] == 0.0)
-        for joint in np.flatnonzero(self._held & ~held):
-            self.events.append(Event(t, "release", int(joint)))
-        self._held = held
-        return held
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Met:
-    """What an impact left: the state, the work of the stops [J], and its events."""
-
-    y: Array
-    work: float
-    events: list[Event]
-
-
-def meet_stops(plant: Plant, t: float, y: Array) -> Met | None:
-    """Impacts of joints that stand at a limit with outward speed; None where there is none."""
-    n = plant.n
-    q, dq = y[:n], y[n : 2 * n]
-    if not (plant.at_limit(q) * dq > 0.0).any():
-        return None
-    hit = impact(plant, q, dq)
-    struck = np.flatnonzero(hit.stopped & (dq != 0.0))
-    events = [Event(t, "stop", int(joint), float(-hit.work[joint])) for joint in struck]
-    return Met(np.concatenate([q, hit.dq, y[2 * n :]]), float(hit.work.sum()), events)
+def _change(t: float, joint: int, old: int, new: int, at_stop: bool) -> Event:
+    """A joint that sticks, slips, is released from its stop, or turns round."""
+    if new == 0:
+        return Event(t, "stick", joint)
+    if old == 0:
+        return Event(t, "release" if at_stop else "slip", joint, float(new))
+    return Event(t, "reverse", joint, float(new))

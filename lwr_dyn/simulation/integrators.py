@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 from scipy.integrate import DOP853
@@ -14,7 +13,13 @@ Rates = Callable[[float, Array], Array]
 """dx/dt of (t, x)."""
 Integrator = Callable[[Rates, float, Array, float], Array]
 """x(t + h) of (rates, t, x, h)."""
+HeldStep = Callable[[Array, Array, Array], float]
+"""`step(now, tau, after)` writes the state `after` (2, n) that follows `now` (2, n) under the torque tau (n,)."""
 
+NODES = (0.5, 0.5, 1.0)
+WEIGHTS = np.array([1, 2, 2, 1])
+"""Tableau of the classical method: each stage uses the rates of the one before, k_i at x + NODES h k_{i-1}, and
+x(h) = x + h WEIGHTS k / 6."""
 MOST_STEPS = 2_000
 """Adaptive steps within one interval after which the motion counts as diverged."""
 
@@ -31,11 +36,10 @@ def rk4(substeps: int = 1) -> Integrator:
         d = h / substeps
         for i in range(substeps):
             s = t + i * d
-            k1 = rates(s, x)
-            k2 = rates(s + d / 2, x + (d / 2) * k1)
-            k3 = rates(s + d / 2, x + (d / 2) * k2)
-            k4 = rates(s + d, x + d * k3)
-            x = x + (d / 6) * (k1 + 2 * (k2 + k3) + k4)
+            k = [rates(s, x)]
+            for c in NODES:
+                k.append(rates(s + c * d, x + (c * d) * k[-1]))
+            x = x + (d / 6) * (k[0] + 2 * (k[1] + k[2]) + k[3])
         return x
 
     return advance
@@ -57,35 +61,74 @@ def dop853(rtol: float = 1e-12, atol: float = 1e-13) -> Integrator:
     return advance
 
 
-def held_rk4(forward: Callable[..., Any], n: int, h: float) -> Callable[[Array, Array, Array], None]:
-    """One RK4 step under a held torque, written for speed: `step(now, tau, after)` with states (2, n) = (q, dq).
+def held_rk4(
+    forward: Callable[[Array, Array, Array], Array],
+    n: int,
+    h: float,
+    substeps: int = 1,
+    friction: Callable[[Array], Array] | None = None,
+) -> tuple[HeldStep, Callable[[], Array]]:
+    """RK4 over h [s] under a held torque, written for speed, for ddq = forward(q, dq, tau - friction(dq)).
 
     For a second-order system the stages are combinations of q, dq and the accelerations k1..k4, so each is one small
     matrix product: q4 = q + h dq + h^2/2 k2, and so on. It is the method of `rk4`, to rounding.
+
+    Returns
+    -------
+    step : callable
+        See `HeldStep`, states (2, n) = (q, dq); it returns the work of friction [J].
+    tangent : callable
+        The speeds (n,) at the end of the last substep if the first acceleration in it had stayed.
     """
-    c2 = np.array([[1.0, h / 2, 0.0], [0.0, 1.0, h / 2]])
-    c3 = np.array([[1.0, h / 2, h * h / 4, 0.0], [0.0, 1.0, 0.0, h / 2]])
-    c4 = np.array([[1.0, h, 0.0, h * h / 2, 0.0], [0.0, 1.0, 0.0, 0.0, h]])
-    c = np.array(
-        [[1.0, h, h * h / 6, h * h / 6, h * h / 6, 0.0], [0.0, 1.0, h / 6, h / 3, h / 3, h / 6]],
-    )
-    table = np.zeros((6, n))
-    start, k1, k2, k3, k4 = table[:2], table[2], table[3], table[4], table[5]
-    upto1, upto2, upto3 = table[:3], table[:4], table[:5]
-    stage = np.zeros((2, n))
-    q, dq = stage
-    first_q, first_dq = table[0], table[1]
-    dot = np.dot
+    d, brake = h / substeps, friction or np.zeros_like
+    *stages, end = _second_order_tables(d)
+    table, stage, dot, repeats = np.zeros((6, n)), np.zeros((2, n)), np.dot, range(substeps)
+    start, (q0, dq0), (q, dq) = table[:2], table[:2], stage
+    k1, k2, k3, k4 = table[2:]
+    (c2, c3, c4), upto1, upto2, upto3 = stages, table[:3], table[:4], table[:5]
+    later = ((c2, upto1, k2, 2.0), (c3, upto2, k3, 2.0), (c4, upto3, k4, 1.0))
 
-    def step(now: Array, tau: Array, after: Array) -> None:
-        start[:] = now
-        k1[:] = forward(first_q, first_dq, tau)
-        dot(c2, upto1, out=stage)
-        k2[:] = forward(q, dq, tau)
-        dot(c3, upto2, out=stage)
-        k3[:] = forward(q, dq, tau)
-        dot(c4, upto3, out=stage)
-        k4[:] = forward(q, dq, tau)
-        dot(c, table, out=after)
+    def frictionless(now: Array, tau: Array, after: Array) -> float:
+        state = now
+        for _ in repeats:
+            start[:] = state
+            k1[:] = forward(q0, dq0, tau)
+            dot(c2, upto1, out=stage)
+            k2[:] = forward(q, dq, tau)
+            dot(c3, upto2, out=stage)
+            k3[:] = forward(q, dq, tau)
+            dot(c4, upto3, out=stage)
+            k4[:] = forward(q, dq, tau)
+            dot(end, table, out=after)
+            state = after
+        return 0.0
 
-    return step
+    def with_friction(now: Array, tau: Array, after: Array) -> float:
+        state, work = now, 0.0
+        for _ in repeats:
+            start[:] = state
+            f = brake(dq0)
+            power = f.dot(dq0)
+            k1[:] = forward(q0, dq0, tau - f)
+            for coefficients, known, k, weight in later:
+                dot(coefficients, known, out=stage)
+                f = brake(dq)
+                power += weight * f.dot(dq)
+                k[:] = forward(q, dq, tau - f)
+            dot(end, table, out=after)
+            work -= power
+            state = after
+        return float(work * d / 6)
+
+    return (frictionless if friction is None else with_friction), lambda: dq0 + d * k1
+
+
+def _second_order_tables(h: float) -> list[Array]:
+    """From (q, dq, k1, ..) to (q, dq) of the stages 2, 3 and 4, and of the end of a step: the tableau applied twice."""
+    stages = np.diag(NODES, -1)
+    tables = []
+    for i, c in enumerate(NODES, start=1):
+        twice = h * h * (stages @ stages)[i, :i]
+        tables.append(np.array([[1.0, c * h, *twice], [0.0, 1.0, *(h * stages[i, :i])]]))
+    end = np.array([[1.0, h, *(h * h * (WEIGHTS @ stages) / 6)], [0.0, 1.0, *(h * WEIGHTS / 6)]])
+    return [*tables, end]

@@ -1,57 +1,40 @@
-"""The loops themselves: one for sampled controllers, with a fast way for the usual step, and one for continuous ones.
+"""The loops of a run: one for sampled controllers, with a fast path for the usual step, and one for continuous ones.
 
-Both fill a `Log` and raise `Blowup` where the state leaves what can be followed.
+Both fill a `Log` and raise `Diverged` where the state can no longer be followed.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.control.protocol import Controller, WithMemory
+from lwr_dyn.control.protocol import Controller, WithMemory, saturate
 from lwr_dyn.errors import ShapeError
 from lwr_dyn.model.run import Reference
 from lwr_dyn.simulation.events import followable
+from lwr_dyn.simulation.fast_step import FastStep
 from lwr_dyn.simulation.flow import Drive, Flow
-from lwr_dyn.simulation.log import Log
-from lwr_dyn.simulation.quick import quick_step
+from lwr_dyn.simulation.record import Log
 from lwr_dyn.simulation.sensors import Sensor
-from lwr_dyn.simulation.stick_flow import StickFlow
+from lwr_dyn.simulation.setup import Setup
 
 Progress = Callable[[float], None]
 """Called with the share that is done, about a hundred times."""
-Advancing = Flow | StickFlow
-"""What takes a state over an interval, events included."""
 REPORTS = 100
 _EMPTY = np.zeros(0)
 
 
-class Blowup(Exception):  # noqa: N818 (caught at once and told as DivergenceError)
-    """The state after sample `k` cannot be followed; `command` is the torque asked for then."""
+class Diverged(Exception):  # noqa: N818 (always turned into a DivergenceError)
+    """The state after sample `k` cannot be followed; `command` is the controller's torque at that sample."""
 
     def __init__(self, k: int, command: Array) -> None:
         self.k, self.command = k, command
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Sampling:
-    """How the controller is asked: every `step` [s], through a sensor or with the true state.
-
-    `fast` says that a step which meets nothing may go the fast way: RK4, no friction.
-    """
-
-    step: float
-    substeps: int
-    fast: bool
-    sensor: Sensor | None
-    progress: Progress | None
-
-
 def joint_torque(tau: object, n: int, k: int) -> Array:
-    """What a controller gave at sample k as a float64 array (n,); raises `ShapeError` for text or another shape."""
+    """A controller's torque at sample k as a float64 array (n,); raises `ShapeError` for text or another shape."""
     name, allowed = f"torque of the controller at sample {k}", f"{n} numbers, one a joint"
     try:
         array = np.asarray(tau, dtype=np.float64)
@@ -72,18 +55,21 @@ def _spans(steps: int, progress: Progress | None) -> Iterator[tuple[int, int]]:
             progress(last / steps)
 
 
-def run_sampled(flow: Advancing, controller: Controller, log: Log, sampling: Sampling) -> None:
+def run_sampled(setup: Setup, flow: Flow, log: Log, progress: Progress | None) -> None:
     """Torques held from sample to sample.
 
-    A step that the fast way does not vouch for is thrown away and goes through `flow`.
+    A step that the fast path rejects is computed again by `Flow`.
     """
-    plant, n, h = flow.plant, flow.plant.n, sampling.step
-    quick = quick_step(flow, log, sampling.step, sampling.substeps)
-    effort, negative = plant.effort, -plant.effort
-    minimum, maximum = np.minimum, np.maximum
-    sensor, shape, reference = sampling.sensor, (n,), log.reference
-    careful = not sampling.fast or isinstance(flow, StickFlow) or bool(plant.at_limit(log.states[0, 0]).any())
-    for first, last in _spans(len(log.t) - 1, sampling.progress):
+    plant, options, controller = setup.plant, setup.options, setup.controller
+    n, h, effort = plant.n, 1 / options.rate, plant.effort
+    fast = FastStep(flow, h, options.substeps)
+    friction, work = log.friction, log.friction_work
+    sensor, shape, reference = setup.sensor(), (n,), log.reference
+    always_events = options.method != "rk4" or plant.friction.smooth is not None
+    with_events = always_events or friction is not None or bool(plant.at_limit(log.states[0, 0]).any())
+    if not with_events:
+        flow.begin(_holding(np.zeros(n)), float(log.t[0]), _sampled_state(log, 0))
+    for first, last in _spans(len(log.t) - 1, progress):
         part = slice(first, last)
         rows = zip(
             range(first, last), log.t[part].tolist(), log.states[part], log.states[first + 1 : last + 1],
@@ -98,30 +84,36 @@ def run_sampled(flow: Advancing, controller: Controller, log: Log, sampling: Sam
             if tau.__class__ is not np.ndarray or tau.shape != shape:
                 tau = joint_torque(tau, n, k)
             command[:] = tau
-            minimum(tau, effort, out=applied)
-            maximum(applied, negative, out=applied)
+            saturate(tau, effort, applied)
             log.done = k + 1
-            if not careful and quick(k, now, applied, after):
+            if not with_events and fast.take(now, applied, after):
+                if friction is not None:
+                    friction[k], work[k + 1] = fast.friction, fast.work
                 continue
-            careful = _careful_step(flow, log, k, h) or not sampling.fast
+            _advance(flow, _holding(applied), log, k, h, _sampled_state(log, k))
+            with_events = always_events
     _last_sample(flow, controller, log, sensor)
 
 
-def _last_sample(flow: Advancing, controller: Controller, log: Log, sensor: Sensor | None) -> None:
+def _sampled_state(log: Log, k: int) -> Array:
+    """State k for `Flow`, without memory."""
+    return np.concatenate([log.states[k].ravel(), (0.0, 0.0)])
+
+
+def _last_sample(flow: Flow, controller: Controller, log: Log, sensor: Sensor | None) -> None:
     """The torque at the end of the run, which moves nothing any more."""
-    k = len(log.t) - 1
+    k, reference = len(log.t) - 1, log.reference
     q, dq = log.states[k]
     if sensor is not None:
         q, dq = sensor(q, dq)
-    asked = log.reference
-    tau = controller(float(asked.t[k]), q, dq, asked.q[k], asked.dq[k], asked.ddq[k])
+    tau = controller(float(reference.t[k]), q, dq, reference.q[k], reference.dq[k], reference.ddq[k])
     _write_torque(flow, log, k, tau)
-    _last_friction(flow, log, _holding(log.applied[k]), np.concatenate([log.states[k].ravel(), (0.0, 0.0)]))
+    _last_friction(flow, log, _holding(log.applied[k]), _sampled_state(log, k))
 
 
-def _last_friction(flow: Advancing, log: Log, drive: Drive, y: Array) -> None:
-    """The friction at the end of the run, for those at rest under the torque asked for there."""
-    if isinstance(flow, StickFlow) and log.friction is not None:
+def _last_friction(flow: Flow, log: Log, drive: Drive, y: Array) -> None:
+    """The friction at the end of the run; for joints at rest it depends on the torque there."""
+    if log.friction is not None:
         k = len(log.t) - 1
         flow.begin(drive, float(log.t[k]), y)
         log.friction[k] = flow.friction
@@ -132,76 +124,67 @@ def _holding(tau: Array) -> Drive:
     return lambda t, q, dq, memory: (tau, _EMPTY)
 
 
-def _write_torque(flow: Advancing, log: Log, k: int, tau: object) -> None:
+def _write_torque(flow: Flow, log: Log, k: int, tau: object) -> None:
     log.command[k] = joint_torque(tau, flow.plant.n, k)
-    log.applied[k] = flow.plant.cut(log.command[k])
+    saturate(log.command[k], flow.plant.effort, log.applied[k])
     log.done = k + 1
     if not np.isfinite(log.command[k]).all():
-        raise Blowup(k, log.command[k])
+        raise Diverged(k, log.command[k])
 
 
-def _careful_step(flow: Advancing, log: Log, k: int, h: float) -> bool:
-    """Step k with its events; says whether a joint stands at a limit after it, where `quick` does not know of that."""
-    n = flow.plant.n
-    _advance(flow, _holding(log.applied[k]), log, k, h, np.concatenate([log.states[k].ravel(), (0.0, 0.0)]))
-    return not isinstance(flow, StickFlow) and bool(flow.plant.at_limit(log.states[k + 1].reshape(2, n)[0]).any())
-
-
-def _advance(flow: Advancing, drive: Drive, log: Log, k: int, h: float, y: Array) -> Array:
-    """State k + 1 and what the channels did meanwhile; raises `Blowup` when it cannot be followed."""
+def _advance(flow: Flow, drive: Drive, log: Log, k: int, h: float, y: Array) -> Array:
+    """State k + 1 and the work of each channel until then; raises `Diverged` when it cannot be followed."""
     n, before = flow.plant.n, flow.stop_work
     if not np.isfinite(log.applied[k]).all():
-        raise Blowup(k, log.command[k])
+        raise Diverged(k, log.command[k])
     y1 = flow.advance(drive, float(log.t[k]), y, h)
-    if isinstance(flow, StickFlow) and log.friction is not None:
+    if log.friction is not None:
         log.friction[k] = flow.friction
     if not followable(y1, n, h):
-        raise Blowup(k, log.command[k])
+        raise Diverged(k, log.command[k])
     log.states[k + 1] = y1[: 2 * n].reshape(2, n)
     log.friction_work[k + 1] = y1[2 * n + 1] - y[2 * n + 1]
     log.stop_work[k + 1] = flow.stop_work - before
     return y1
 
 
-def run_continuous(
-    flow: Advancing, controller: Controller, reference: Reference, log: Log, progress: Progress | None
-) -> None:
-    """The controller asked at every moment the integrator looks at; its memory and the works ride along as states."""
+def run_continuous(setup: Setup, flow: Flow, log: Log, progress: Progress | None) -> None:
+    """The controller called at every stage of the integrator; its memory and the works are integrated as states."""
     n, h = flow.plant.n, float(log.t[1] - log.t[0])
-    raw, memory_size = _continuous_law(controller, reference, n)
+    unlimited, memory_size = _continuous_controller(setup.controller, setup.reference)
 
     def drive(t: float, q: Array, dq: Array, memory: Array) -> tuple[Array, Array]:
-        tau, rate = raw(t, q, dq, memory)
+        tau, rate = unlimited(t, q, dq, memory)
         if not np.isfinite(tau).all() and np.isfinite(q + dq).all():
-            raise Blowup(log.done - 1, tau)
-        return flow.plant.cut(tau), rate
+            raise Diverged(log.done - 1, tau)
+        return saturate(tau, flow.plant.effort), rate
 
-    def ask(k: int, y: Array) -> Array:
-        return raw(float(log.t[k]), y[:n], y[n : 2 * n], y[2 * n + 2 :])[0]
+    def torque(k: int, y: Array) -> Array:
+        return unlimited(float(log.t[k]), y[:n], y[n : 2 * n], y[2 * n + 2 :])[0]
 
-    y = np.concatenate([log.states[0].ravel(), (0.0, 0.0), np.zeros(memory_size)])
+    y = np.concatenate([_sampled_state(log, 0), np.zeros(memory_size)])
     for first, last in _spans(len(log.t) - 1, progress):
         for k in range(first, last):
-            _write_torque(flow, log, k, ask(k, y))
+            _write_torque(flow, log, k, torque(k, y))
             after = _advance(flow, drive, log, k, h, y)
             log.actuator_work[k + 1] = after[2 * n] - y[2 * n]
             y = after
-    _write_torque(flow, log, len(log.t) - 1, ask(len(log.t) - 1, y))
+    _write_torque(flow, log, len(log.t) - 1, torque(len(log.t) - 1, y))
     _last_friction(flow, log, drive, y)
 
 
-def _continuous_law(controller: Controller, reference: Reference, n: int) -> tuple[Drive, int]:
-    """The controller as a function of time and state; the reference is asked once for stages of the same moment."""
-    moment, asked = np.full(1, np.nan), reference.sample(np.zeros(1))
+def _continuous_controller(controller: Controller, reference: Reference) -> tuple[Drive, int]:
+    """The controller as a function of time and state; the reference is sampled once for stages of the same moment."""
+    moment, sample = np.full(1, np.nan), reference.sample(np.zeros(1))
 
     def at(t: float) -> tuple[Array, Array, Array]:
-        nonlocal asked
+        nonlocal sample
         if moment[0] != t:
             moment[0] = t
-            asked = reference.sample(moment.copy())
-        return asked.q[0], asked.dq[0], asked.ddq[0]
+            sample = reference.sample(moment.copy())
+        return sample.q[0], sample.dq[0], sample.ddq[0]
 
     if isinstance(controller, WithMemory):
-        remembering = controller
-        return lambda t, q, dq, memory: remembering.torque_and_rate(memory, q, dq, *at(t)), controller.memory_size
+        with_memory = controller
+        return lambda t, q, dq, memory: with_memory.torque_and_rate(memory, q, dq, *at(t)), controller.memory_size
     return lambda t, q, dq, memory: (controller(t, q, dq, *at(t)), _EMPTY), 0

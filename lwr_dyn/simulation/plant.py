@@ -1,14 +1,13 @@
-"""The arm that is moved, which need not be the one the controller believes in."""
+"""The plant: the arm that is simulated, which need not be the one that the controller models."""
 
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.dynamics.protocol import Dynamics, UngatedDynamics, ungated
@@ -16,10 +15,7 @@ from lwr_dyn.errors import NotPhysicalError, OptionError, RatingWarning
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import Body, with_bodies, with_payload
 from lwr_dyn.model.feasibility import unphysical_links
-from lwr_dyn.simulation.dry_friction import DryFriction
-
-FrictionLaw = Callable[[Array], Array]
-"""tau_friction(dq), (n,) -> (n,) [N m], smooth in dq; it opposes the motion: B ddq + C dq + g = tau - tau_friction."""
+from lwr_dyn.simulation.friction import ArmFriction, Mask
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -28,12 +24,10 @@ class Plant:
 
     arm: Arm
     dynamics: Dynamics
-    friction: FrictionLaw | None
+    friction: ArmFriction
     lower: Array
     upper: Array
     effort: Array
-    dry: DryFriction | None = None
-    """Set-valued friction, in place of `friction`."""
 
     @property
     def n(self) -> int:
@@ -41,7 +35,7 @@ class Plant:
         return self.arm.n
 
     @property
-    def raw(self) -> UngatedDynamics:
+    def ungated(self) -> UngatedDynamics:
         """The engine without the shape gate."""
         return ungated(self.dynamics)
 
@@ -49,25 +43,20 @@ class Plant:
         """+1 at or above an upper limit, -1 at or below a lower one, else 0, (n,)."""
         return (q >= self.upper).astype(np.float64) - (q <= self.lower)
 
-    def beyond(self, q: Array) -> NDArray[np.bool_]:
+    def beyond(self, q: Array) -> Mask:
         """Whether a joint is past a limit, (n,)."""
         return np.asarray((q > self.upper) | (q < self.lower))
-
-    def cut(self, tau: Array) -> Array:
-        """The torque the motors can give, (n,)."""
-        return np.minimum(np.maximum(tau, -self.effort), self.effort)
 
 
 def plant_of(
     arm: Arm,
     dynamics: Dynamics,
-    friction: FrictionLaw | None = None,
+    friction: ArmFriction | None = None,
     saturate: bool = True,
     position_limits: bool = True,
     allow_unphysical: bool = False,
-    dry: DryFriction | None = None,
 ) -> Plant:
-    """The plant of an arm; with `dry`, for a `StickFlow`.
+    """The plant of an arm, without friction if none is given.
 
     Raises
     ------
@@ -81,16 +70,15 @@ def plant_of(
         raise NotPhysicalError(f"{arm.name} ({arm.reading})", bad)
     free = np.full(arm.n, np.inf)
     return Plant(
-        arm, dynamics, friction,
+        arm, dynamics, friction or ArmFriction.function("none", arm.n, None),
         lower=arm.lower if position_limits else -free,
         upper=arm.upper if position_limits else free,
         effort=arm.effort if saturate else free,
-        dry=dry,
     )  # fmt: skip
 
 
-def loaded(arm: Arm, mass: float, com: ArrayLike = (0.0, 0.0, 0.0), inertia_com: Any = None) -> Arm:
-    """The arm with a payload welded to its flange: mass [kg], com (3,) [m] and inertia in the flange frame.
+def arm_with_payload(arm: Arm, mass: float, com: ArrayLike = (0.0, 0.0, 0.0), inertia_com: Any = None) -> Arm:
+    """The arm with a payload fixed to its flange: mass [kg], com (3,) [m] and inertia in the flange frame.
 
     Give it to the plant alone and the payload is unknown to the controller; build the controller's dynamics on it
     too and it is known. Raises `OptionError` for a negative mass, `ShapeError` for other shapes; warns with
@@ -104,7 +92,7 @@ def loaded(arm: Arm, mass: float, com: ArrayLike = (0.0, 0.0, 0.0), inertia_com:
     return arm.with_chain(with_payload(arm.chain, mass, com, inertia_com))
 
 
-def scaled(arm: Arm, factor: float) -> Arm:
+def arm_with_scaled_inertia(arm: Arm, factor: float) -> Arm:
     """The arm with every mass and inertia multiplied by `factor`; raises `OptionError` unless it is above 0."""
     if not (np.isfinite(factor) and factor > 0.0):
         raise OptionError("mass factor", factor, "a number above 0")

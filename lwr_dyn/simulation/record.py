@@ -1,10 +1,9 @@
-"""From a loop's log to a `Run`: energies, channels, what made it, and the error that tells of a run that broke off."""
+"""What a run writes: the `Log` of a loop, the `Run` made of it, and the error of a run that diverged."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
-from importlib.metadata import version
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -12,61 +11,85 @@ import numpy as np
 from lwr_dyn.arrays import Array
 from lwr_dyn.dynamics.protocol import mechanical_energy
 from lwr_dyn.errors import DivergenceError
-from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind
-from lwr_dyn.model.run import Event, Run
+from lwr_dyn.model.run import Event, Motion, Run
 from lwr_dyn.simulation.audit import audit
 from lwr_dyn.simulation.events import TURN
-from lwr_dyn.simulation.log import Log
-from lwr_dyn.simulation.loops import Advancing
-from lwr_dyn.simulation.plant import Plant
+from lwr_dyn.simulation.flow import Flow
+from lwr_dyn.simulation.setup import Setup
 
-PACKAGES = ("lwr_dyn", "numpy", "scipy", "pin")
-FEEDS = "friction feeds energy in"
+ACTIVE_FRICTION = "friction feeds energy in"
 """Kind of the event that warns of it."""
 
 
-def origin(arm: Arm) -> dict[str, Any]:
-    """Which robot, as JSON values."""
-    about = {"robot": arm.name, "reading": arm.reading, "digest": arm.digest, "errata": list(arm.errata)}
-    return {**about, "file": arm.file or None, "loaded_with": dict(arm.loaded_with)}
+@dataclass(slots=True, eq=False)
+class Log:
+    """Samples 0..k of a run: states (k + 1, 2, n), torques (k + 1, n) [N m], work of each step (k + 1,) [J]."""
+
+    reference: Motion
+    states: Array
+    command: Array
+    applied: Array
+    friction: Array | None
+    """tau_friction (k + 1, n) [N m]; None without friction."""
+    friction_work: Array
+    stop_work: Array
+    actuator_work: Array
+    """Filled by continuous runs only; under hold it is tau . (q_{k+1} - q_k), exactly."""
+    continuous: bool
+    done: int = 0
+    """Samples of which state and torque are written."""
+
+    @classmethod
+    def blank(cls, setup: Setup) -> Log:
+        """A log for the times of a setup, with the first state in it."""
+        reference = setup.motion
+        samples, n = reference.q.shape
+        states = np.zeros((samples, 2, n))
+        states[0] = setup.start
+        command, applied = np.zeros((2, samples, n))
+        work, stop, actuator = np.zeros((3, samples))
+        friction = None if setup.plant.friction.form == "none" else np.zeros((samples, n))
+        return cls(reference, states, command, applied, friction, work, stop, actuator, setup.options.continuous)
+
+    @property
+    def t(self) -> Array:
+        """Times of the samples [s]."""
+        return self.reference.t
+
+    def work(self) -> dict[str, Array]:
+        """Work of each channel since t = 0, (done,) [J] each: actuator, friction, stop."""
+        done = self.done
+        steps = self.actuator_work[:done]
+        if not self.continuous:
+            travel = np.diff(self.states[:done, 0], axis=0)
+            steps = np.concatenate([[0.0], np.einsum("ki,ki->k", self.applied[: done - 1], travel)])
+        channels = {"actuator": steps, "friction": self.friction_work[:done], "stop": self.stop_work[:done]}
+        return {name: np.cumsum(each) for name, each in channels.items()}
 
 
-def versions() -> dict[str, str]:
-    """Versions of the packages that took part."""
-    return {name: version(name) for name in PACKAGES}
-
-
-def run_of(plant: Plant, log: Log, flow: Advancing, meta: Mapping[str, Any]) -> Run:
-    """The run as far as it was computed, with its energy audit in `meta`."""
+def run_of(setup: Setup, log: Log, flow: Flow, meta: Mapping[str, Any]) -> Run:
+    """The run as far as it was computed; its meta is `meta`, the record of the setup, with the energy audit."""
     done = slice(0, log.done)
     q, dq = log.states[done, 0], log.states[done, 1]
-    asked = log.reference
-    tau_friction = _friction(plant, log, dq)
-    happened = [event for event in flow.events if event.t <= log.t[log.done - 1]]
-    happened += fed_by_friction(log.t[done], dq, tau_friction)
+    reference = log.reference
+    tau_friction = np.zeros_like(dq) if log.friction is None else log.friction[done]
+    events = [event for event in flow.events if event.t <= log.t[log.done - 1]]
+    events += active_friction(log.t[done], dq, tau_friction)
     run = Run(
-        t=log.t[done], q=q, dq=dq, q_ref=asked.q[done], dq_ref=asked.dq[done],
+        t=log.t[done], q=q, dq=dq, q_ref=reference.q[done], dq_ref=reference.dq[done],
         tau_command=log.command[done], tau_applied=log.applied[done], tau_friction=tau_friction,
-        energy=mechanical_energy(plant.dynamics, q, dq), work=log.work(),
-        events=tuple(sorted(happened, key=lambda event: event.t)), meta=meta,
+        energy=mechanical_energy(setup.plant.dynamics, q, dq), work=log.work(),
+        events=tuple(sorted(events, key=lambda event: event.t)), meta=meta, setup=setup,
     )  # fmt: skip
     return replace(run, meta={**meta, "evaluations": flow.evaluations, "audit": audit(run).to_json()})
 
 
-def _friction(plant: Plant, log: Log, dq: Array) -> Array:
-    if log.friction is not None:
-        return log.friction[: log.done]
-    if plant.friction is not None:
-        return np.array([plant.friction(speed) for speed in dq])
-    return np.zeros_like(dq)
-
-
-def fed_by_friction(t: Array, dq: Array, tau_friction: Array) -> list[Event]:
+def active_friction(t: Array, dq: Array, tau_friction: Array) -> list[Event]:
     """For each joint and direction the first sample at which friction fed energy in, with the speed there.
 
     Friction does so where tau_friction dq < 0: a negative viscous coefficient beyond some speed. Nothing is clamped;
-    this says that a run went where such a model was.
+    the event only warns.
     """
     out = []
     for joint, (speeds, torques) in enumerate(zip(dq.T, tau_friction.T, strict=True)):
@@ -74,24 +97,22 @@ def fed_by_friction(t: Array, dq: Array, tau_friction: Array) -> list[Event]:
         for side in (1.0, -1.0):
             rows = np.flatnonzero(feeding & (side * speeds > 0.0))
             if rows.size:
-                out.append(Event(float(t[rows[0]]), FEEDS, joint, float(speeds[rows[0]])))
+                out.append(Event(float(t[rows[0]]), ACTIVE_FRICTION, joint, float(speeds[rows[0]])))
     return out
 
 
-def divergence(
-    k: int, command: Array, plant: Plant, log: Log, flow: Advancing, meta: Mapping[str, Any]
-) -> DivergenceError:
+def divergence(k: int, command: Array, setup: Setup, log: Log, flow: Flow, meta: Mapping[str, Any]) -> DivergenceError:
     """The error of a run that cannot go on after sample k: when, which joint, and the run until then."""
-    speed = np.abs(log.states[k, 1])
-    cap = TURN / float(log.t[1] - log.t[0])
+    speed, arm = np.abs(log.states[k, 1]), setup.plant.arm
+    cap = TURN * setup.options.rate
     broken = np.flatnonzero(~np.isfinite(command))
     if broken.size:
-        joint, found, allowed = int(broken[0]), f"torque command {command[broken[0]]}", "finite torques"
+        joint, fault, allowed = int(broken[0]), f"torque command {command[broken[0]]}", "finite torques"
     else:
         joint = int(np.argmax(speed))
-        unit = "rad/s" if plant.arm.chain.links[joint].kind is JointKind.REVOLUTE else "m/s"
-        found = f"{speed[joint]:.3g} {unit} at the last sample that can be followed, beyond reach at the next"
+        unit = "rad/s" if arm.chain.links[joint].kind is JointKind.REVOLUTE else "m/s"
+        fault = f"{speed[joint]:.3g} {unit} at the last sample that can be followed, beyond reach at the next"
         allowed = f"less than a turn a sample ({cap:.4g} rad/s), finite numbers; try a higher rate or lower gains"
-    t, name = float(log.t[k]), plant.arm.joint_names[joint]
-    told = {**meta, "diverged": {"t": t, "joint": name, "found": found}}
-    return DivergenceError(t, name, found, allowed, run_of(plant, log, flow, told))
+    t, name = float(log.t[k]), arm.joint_names[joint]
+    diverged = {"t": t, "joint": name, "found": fault}
+    return DivergenceError(t, name, fault, allowed, run_of(setup, log, flow, {**meta, "diverged": diverged}))

@@ -1,4 +1,4 @@
-"""Encoders: what the controller sees of the joints is rounded to counts, noisy, and has no velocity."""
+"""Encoders: measured positions are rounded to counts and noisy; velocities are filtered differences of them."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from lwr_dyn.control.velocity import FilteredDifference
 from lwr_dyn.errors import OptionError
 
 Sensor = Callable[[Array, Array], tuple[Array, Array]]
-"""(q, dq) as they are -> (q, dq) as they are measured; called once a sample, in order."""
+"""True (q, dq) -> measured (q, dq); called once a sample, in order."""
 
 
 @dataclass(frozen=True, slots=True)
 class Encoder:
-    """A position sensor at every joint, and the filter that makes velocities of its readings.
+    """A position sensor at every joint, and the filter that computes velocities from its readings.
 
     Parameters
     ----------
@@ -32,7 +32,7 @@ class Encoder:
     Raises
     ------
     OptionError
-        A negative or non-finite resolution or noise; the cut-off is judged against the rate when a run begins.
+        A negative or non-finite resolution or noise; the cut-off is checked against the rate by `velocity_filter`.
     """
 
     resolution: float = 0.0
@@ -53,28 +53,30 @@ class Encoder:
         """
         return cls(2 * np.pi / 2**bits, noise, cutoff_hz)
 
+    def velocity_filter(self, rate: float) -> FilteredDifference:
+        """The filter for readings at `rate` [Hz]; raises `OptionError` for a cut-off beyond it."""
+        return FilteredDifference(self.cutoff_hz, rate)
+
     def sensor(self, q0: Array, dq0: Array, samples: int, rate: float, seed: int) -> Sensor:
         """A sensor for one run of `samples` readings at `rate` [Hz]; the same seed gives the same noise.
 
         The velocity filter starts at the first reading with velocity dq0.
         """
-        offsets = np.random.default_rng(seed).normal(0.0, self.noise, (samples, q0.size))
-        rows = iter(offsets)
-        resolution = self.resolution
-        velocity = FilteredDifference(self.cutoff_hz, rate)
+        noise = iter(np.random.default_rng(seed).normal(0.0, self.noise, (samples, q0.size)))
+        resolution, velocity = self.resolution, self.velocity_filter(rate)
         begun = False
 
         def read(q: Array) -> Array:
-            shown = q + next(rows)
-            return np.asarray(np.round(shown / resolution) * resolution if resolution > 0.0 else shown)
+            noisy = q + next(noise)
+            return np.asarray(np.round(noisy / resolution) * resolution if resolution > 0.0 else noisy)
 
         def measure(q: Array, dq: Array) -> tuple[Array, Array]:
             nonlocal begun
-            shown = read(q)
-            if not begun:
-                begun = True
-                velocity.start(shown, dq0)
-                return shown, dq0
-            return shown, velocity(shown)
+            reading = read(q)
+            if begun:
+                return reading, velocity(reading)
+            begun = True
+            velocity.start(reading, dq0)
+            return reading, dq0
 
         return measure

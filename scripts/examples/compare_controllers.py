@@ -7,7 +7,7 @@ import argparse
 import lwr_dyn
 from lwr_dyn.control.controllers import CONTROLLERS
 from lwr_dyn.simulation.metrics import metrics
-from lwr_dyn.simulation.plant import loaded, scaled
+from lwr_dyn.simulation.plant import arm_with_payload, arm_with_scaled_inertia
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -22,8 +22,8 @@ def main(arguments: list[str] | None = None) -> None:
     controllers = {name: lwr_dyn.controller(name, arm) for name in CONTROLLERS.names}
     plants = {
         "as modelled": arm,
-        f"{options.heavier:g} x heavier": scaled(arm, options.heavier),
-        f"{options.payload:g} kg payload": loaded(arm, options.payload),
+        f"{options.heavier:g} x heavier": arm_with_scaled_inertia(arm, options.heavier),
+        f"{options.payload:g} kg payload": arm_with_payload(arm, options.payload),
     }
     for plant_name, plant in plants.items():
         found = []

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 import lwr_dyn
-from lwr_dyn.simulation.swing import CASES, swing
+from lwr_dyn.simulation.swing import CASES, free_swing
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -22,7 +22,7 @@ def main(arguments: list[str] | None = None) -> None:
     options.out.mkdir(parents=True, exist_ok=True)
     runs = []
     for name, case in CASES.items():
-        run = swing(arm, name, duration=options.seconds)
+        run = free_swing(arm, name, duration=options.seconds)
         run.save(options.out / f"{name}.npz")
         runs.append(run)
         state = "an equilibrium" if run.meta["note"]["equilibrium"] else "no equilibrium"

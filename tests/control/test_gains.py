@@ -10,7 +10,7 @@ from lwr_dyn.papers.assembly import arm_from_paper
 from lwr_dyn.papers.catalog import template
 from lwr_dyn.papers.reader import parse_paper
 from lwr_dyn.simulation.simulate import simulate
-from lwr_dyn.simulation.swing import Rest
+from tests.simulation.sample_runs import StandStill
 
 
 @pytest.mark.parametrize(("factor", "grows"), [(0.98, False), (1.02, True)])
@@ -25,7 +25,7 @@ def test_just_above_the_threshold_the_speed_grows(factor, grows):
     def damper(t, q, dq, q_ref, dq_ref, ddq_ref):
         return dynamics.gravity_vector(q) - Kd * dq
 
-    run = simulate(arm, damper, Rest(q, 0.2), dq0=[1e-6, -2e-6], saturate=False)
+    run = simulate(arm, damper, StandStill(q, 0.2), dq0=[1e-6, -2e-6], saturate=False)
     speed = np.abs(run.dq).max(axis=1)
     assert (speed[-1] > speed[0]) is np.bool_(grows)
 

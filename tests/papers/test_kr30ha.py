@@ -14,7 +14,7 @@ from lwr_dyn.model.spatial import principal_moments
 from lwr_dyn.papers.catalog import open_paper
 from lwr_dyn.papers.reader import parse_paper
 from lwr_dyn.papers.solids import COM_DIGITS, INERTIA_DIGITS, MASS_DIGITS, cylinder_body, solid_bodies
-from lwr_dyn.simulation.plant import loaded
+from lwr_dyn.simulation.plant import arm_with_payload
 from lwr_dyn.urdf.provenance import provenance_text
 
 TEXT = resources.files("lwr_dyn.papers").joinpath("kr30ha.toml").read_text(encoding="utf-8")
@@ -91,13 +91,13 @@ def test_what_the_data_sheet_says(arm):
 
 
 def test_the_rated_payload_is_carried_and_more_is_warned_of(arm):
-    heavy = loaded(arm, 30.0, (0, 0, 0.1))
+    heavy = arm_with_payload(arm, 30.0, (0, 0, 0.1))
     assert heavy.chain.bodies[5].mass == pytest.approx(arm.chain.bodies[5].mass + 30.0)
     g = lwr_dyn.dynamics_of(heavy).gravity_vector(np.zeros(6)) - lwr_dyn.dynamics_of(arm).gravity_vector(np.zeros(6))
     assert g[1] == pytest.approx(-30.0 * 9.81 * (2.19 + 0.1 - 0.35))
     assert np.abs(with_payload(arm.chain, 30.0).bodies[5].com).max() < 0.01
     with pytest.warns(RatingWarning, match="kr30ha: a payload of 31 kg is over the rated 30 kg"):
-        loaded(arm, 31.0)
+        arm_with_payload(arm, 31.0)
 
 
 def test_the_drawing_stands_where_the_links_are(arm):

@@ -6,20 +6,46 @@ import pytest
 from lwr_dyn.model.dh import JointKind
 from lwr_dyn.simulation.integrators import dop853, held_rk4, rk4
 from lwr_dyn.simulation.simulate import simulate
-from lwr_dyn.simulation.swing import Rest, no_torque
-from tests.simulation.sample_runs import controllers, joint_waves, lwr, lwr_dynamics, one_joint
+from lwr_dyn.simulation.swing import no_torque
+from tests.simulation.sample_runs import Still, controllers, joint_waves, lwr, lwr_dynamics, one_joint
 
 ROUNDING = 1e-13
 
 
-def test_the_fast_step_is_rk4():
+@pytest.mark.parametrize("substeps", [1, 3])
+def test_the_fast_step_is_rk4(substeps):
     rng, forward = np.random.default_rng(1), lwr_dynamics().ungated.forward_dynamics
     state, tau = rng.uniform(-1, 1, (2, 7)), rng.uniform(-5, 5, 7)
     after = np.zeros((2, 7))
-    held_rk4(forward, 7, 0.01)(state, tau, after)
-    plain = rk4(1)(lambda t, x: np.concatenate([x[7:], forward(x[:7], x[7:], tau)]), 0.0, state.ravel(), 0.01)
+    step, tangent = held_rk4(forward, 7, 0.01, substeps)
+    assert step(state, tau, after) == 0.0
+    plain = rk4(substeps)(lambda t, x: np.concatenate([x[7:], forward(x[:7], x[7:], tau)]), 0.0, state.ravel(), 0.01)
     np.testing.assert_allclose(after.ravel(), plain, rtol=0, atol=ROUNDING * 100)
     assert np.abs(after - state).max() > 1e-3
+    if substeps == 1:
+        np.testing.assert_allclose(tangent(), state[1] + 0.01 * forward(*state, tau), rtol=1e-14)
+
+
+@pytest.mark.parametrize("substeps", [1, 3])
+def test_the_fast_step_with_friction_is_rk4_and_returns_its_work(substeps):
+    """Against `rk4` with the work of friction as one more state."""
+    rng, forward = np.random.default_rng(2), lwr_dynamics().ungated.forward_dynamics
+    state, tau, level = rng.uniform(-1, 1, (2, 7)), rng.uniform(-5, 5, 7), rng.uniform(0, 0.1, 7)
+
+    def friction(dq):
+        return level * np.tanh(dq)
+
+    def rates(t, x):
+        f = friction(x[7:14])
+        return np.concatenate([x[7:14], forward(x[:7], x[7:14], tau - f), [-f @ x[7:14]]])
+
+    after = np.zeros((2, 7))
+    step, _ = held_rk4(forward, 7, 0.01, substeps, friction)
+    work = step(state, tau, after)
+    plain = rk4(substeps)(rates, 0.0, np.append(state, 0.0), 0.01)
+    np.testing.assert_allclose(after.ravel(), plain[:14], rtol=0, atol=ROUNDING * 100)
+    assert work == pytest.approx(plain[14], rel=1e-11)
+    assert work < 0.0
 
 
 @pytest.mark.parametrize(("method", "order"), [(rk4(1), 4)])
@@ -83,6 +109,6 @@ def test_pendulum_keeps_to_its_elliptic_period():
     start = np.array([-np.pi / 2 + 1.0])  # 1 rad from hanging
     small = np.sqrt(2.0 * 9.81 * 0.5 / (2.0 * (0.5**2 + 0.01)))
     period = 4 / small * ellipk(np.sin(0.5) ** 2)
-    run = simulate(arm, no_torque, Rest(start, period), rate=1000 / period, q0=start)
+    run = simulate(arm, no_torque, Still(start, period), rate=1000 / period, q0=start)
     assert run.q[-1, 0] == pytest.approx(start[0], abs=1e-9)
     assert run.q[500, 0] == pytest.approx(-np.pi / 2 - 1.0, abs=1e-9)

@@ -11,7 +11,7 @@ from lwr_dyn.control.worst_case_inertia import worst_case_inertias
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Reference, Run
 from lwr_dyn.simulation.metrics import Metrics, metrics
-from lwr_dyn.simulation.plant import loaded, scaled
+from lwr_dyn.simulation.plant import arm_with_payload, arm_with_scaled_inertia
 from lwr_dyn.simulation.simulate import simulate
 
 PLANTS = ("as modelled", "10 % heavier", "3 kg at the flange")
@@ -30,7 +30,7 @@ class ControllerRun:
 
 def plants(arm: Arm) -> dict[str, Arm]:
     """The plants by name."""
-    return dict(zip(PLANTS, (arm, scaled(arm, 1.1), loaded(arm, 3.0)), strict=True))
+    return dict(zip(PLANTS, (arm, arm_with_scaled_inertia(arm, 1.1), arm_with_payload(arm, 3.0)), strict=True))
 
 
 def controller_runs(arm: Arm, reference: Reference) -> tuple[ControllerRun, ...]:

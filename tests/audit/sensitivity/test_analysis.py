@@ -14,7 +14,7 @@ from lwr_dyn.audit.sensitivity.simulated_task import simulated_task
 from lwr_dyn.audit.sensitivity.statics import shared_poses, statics_of
 from lwr_dyn.errors import LwrDynError, MissingDataError, OptionError, ShapeError, UnknownNameError
 from lwr_dyn.papers.study_tasks import PublishedClaim
-from lwr_dyn.simulation.plant import scaled
+from lwr_dyn.simulation.plant import arm_with_scaled_inertia
 from lwr_dyn.trajectory.references.joint_moves import point_to_point
 
 PD, INVERSE = "PD + gravity", "inverse dynamics"
@@ -25,7 +25,7 @@ RATE = 250.0
 @pytest.fixture(scope="module")
 def arms():
     arm = lwr_dyn.load("lwr4plus")
-    return {"true": arm, "heavy": scaled(arm, 1.1)}
+    return {"true": arm, "heavy": arm_with_scaled_inertia(arm, 1.1)}
 
 
 @pytest.fixture(scope="module")

@@ -7,7 +7,7 @@ from hypothesis import given
 import lwr_dyn
 from lwr_dyn.simulation.audit import TOLERANCE, audit
 from lwr_dyn.simulation.simulate import simulate
-from lwr_dyn.simulation.swing import swing
+from lwr_dyn.simulation.swing import free_swing
 from tests.arms import arms
 from tests.examples import examples
 from tests.simulation.sample_runs import MIDDLE, Sinusoids, controllers, joint_waves, lwr, lwr_dynamics, with_limits
@@ -27,7 +27,7 @@ def test_fourteen_seconds_at_1_khz_with_rk4(name):
 @examples(10)
 @given(arms)
 def test_any_arm_swings_freely(arm):
-    run = swing(arm, "speed", duration=0.05, rate=100.0)
+    run = free_swing(arm, "speed", duration=0.05, rate=100.0)
     assert audit(run, lwr_dyn.dynamics_of(arm, "newton-euler")).worst <= 1e-8 * max(1.0, np.abs(run.energy).max())
 
 

@@ -1,9 +1,9 @@
-"""The options of a simulation, checked before anything moves."""
+"""The options of a simulation, and the checks of reference, start and friction before a run begins."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import isfinite
+from math import ceil, isfinite
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,10 +21,12 @@ MOST_SAMPLES = 1e7
 METHODS = ("rk4", "dop853")
 GRID = 1e-9
 """Share of a step by which a duration may miss the grid of samples."""
+STABLE = 2.7
+"""Product of rate and step up to which RK4 is stable on the negative real axis (2.785)."""
 
 
 @dataclass(frozen=True, slots=True)
-class Settings:
+class SimulationOptions:
     """How a run is computed: `rate` [Hz] of samples, method, RK4 steps a sample, tolerance of the adaptive method."""
 
     rate: float = 1000.0
@@ -59,8 +61,8 @@ class Settings:
         if not (isfinite(duration) and duration > 0.0):
             raise OptionError("duration", duration, "a number above 0, in s")
         if duration * self.rate > MOST_SAMPLES:
-            found = f"{self.rate:g} samples a second over {duration:g} s"
-            raise OptionError("rate, duration", found, f"at most {MOST_SAMPLES:.0e} samples in all")
+            samples = f"{self.rate:g} samples a second over {duration:g} s"
+            raise OptionError("rate, duration", samples, f"at most {MOST_SAMPLES:.0e} samples in all")
         steps = max(1, int(np.ceil(duration * self.rate - GRID)))
         return np.arange(steps + 1) / self.rate
 
@@ -69,14 +71,14 @@ def sampled_reference(reference: Reference, t: Array, n: int) -> Motion:
     """The reference at every sample in one call; raises `ShapeError` when it is for another number of joints."""
     motion = reference.sample(t)
     for name in ("q", "dq", "ddq"):
-        found = getattr(motion, name).shape
-        if found != (t.size, n):
-            raise ShapeError(f"reference {name}", f"shape {found}", f"({t.size}, {n})")
+        shape = getattr(motion, name).shape
+        if shape != (t.size, n):
+            raise ShapeError(f"reference {name}", f"shape {shape}", f"({t.size}, {n})")
     return motion
 
 
 def start_state(plant: Plant, motion: Motion, q0: ArrayLike | None, dq0: ArrayLike | None) -> Array:
-    """Where the run begins, (2, n): on the reference unless said otherwise.
+    """The state (q, dq) in which the run begins, (2, n): on the reference if not given.
 
     Raises `ShapeError`, or `OptionError` for a start outside the position limits.
     """
@@ -99,3 +101,21 @@ def check_continuous(controller: Controller, encoder: object) -> None:
             "continuous", "with a controller that remembers between calls",
             "a sampled run, or a controller with `law` and `memory_size`",
         )  # fmt: skip
+
+
+def friction_rate(plant: Plant, q: Array, options: SimulationOptions) -> float:
+    """Fastest rate at which friction brakes [1/s], the largest eigenvalue of B(q)^-1 diag(slope), where a run begins.
+
+    Raises `OptionError` where RK4's step is too long for it: the motion would grow instead of coming to rest.
+    """
+    form, slope = plant.friction.form, plant.friction.slope
+    if not slope.any():
+        return 0.0
+    rate = float(np.linalg.eigvals(np.linalg.solve(plant.ungated.mass_matrix(q), np.diag(slope))).real.max())
+    step = 1.0 / (options.rate * options.substeps)
+    if options.method == "rk4" and rate * step > STABLE:
+        need = ceil(rate / options.rate / STABLE)
+        other = ", or friction set-valued" if form == "smooth" else ""
+        fault = f"{form}, brakes at up to {rate:.4g} 1/s, too fast for RK4 steps of {step:.3g} s"
+        raise OptionError("friction", fault, f"substeps from {need} on, method dop853{other}")
+    return rate

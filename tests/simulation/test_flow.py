@@ -12,9 +12,9 @@ from lwr_dyn.model.friction import Direction, JointFriction, symmetric
 from lwr_dyn.model.spatial import Pose
 from lwr_dyn.simulation.audit import audit
 from lwr_dyn.simulation.simulate import simulate
-from lwr_dyn.simulation.swing import Rest, no_torque
+from lwr_dyn.simulation.swing import no_torque
 from tests.simulation.phases import Phases
-from tests.simulation.sample_runs import Sinusoids, controllers, lwr, one_joint, with_limits
+from tests.simulation.sample_runs import Sinusoids, Still, controllers, lwr, one_joint, with_limits
 
 CLOSED_FORM = 1e-10
 """[s] and [rad], the issue's bound for a joint that stops."""
@@ -54,7 +54,12 @@ class TestOneJoint:
         force = 3.0 if side > 0 else 2.0
         models = [JointFriction(Direction(3.0, viscous, 4.0), Direction(2.0, viscous))]
         run = simulate(
-            one_joint(mass=mass), no_torque, Rest(np.zeros(1), 0.9), dq0=[side * speed], friction=models, **options
+            one_joint(mass=mass),
+            no_torque,
+            Still(np.zeros(1), 0.9),
+            dq0=[side * speed],
+            friction=models,
+            **options,
         )
         if viscous:
             t = mass / viscous * np.log1p(viscous * speed / force)
@@ -74,7 +79,9 @@ class TestOneJoint:
     @pytest.mark.parametrize(("side", "level"), [(1.0, 4.0), (-1.0, 2.5)])
     def test_below_break_away_not_a_bit_moves_in_a_minute(self, side, level):
         start = 0.123456789
-        run = simulate(one_joint(), constant(0.99 * side * level), Rest(np.full(1, start), 60.0), friction=[ASYMMETRIC])
+        run = simulate(
+            one_joint(), constant(0.99 * side * level), Still(np.full(1, start), 60.0), friction=[ASYMMETRIC]
+        )
         assert (run.q == start).all()
         assert (run.dq == 0.0).all()
         assert run.events == ()
@@ -83,7 +90,7 @@ class TestOneJoint:
 
     @pytest.mark.parametrize(("side", "level"), [(1.0, 4.0), (-1.0, 2.5)])
     def test_above_it_moves_and_then_only_coulomb_resists(self, side, level):
-        run = simulate(one_joint(), constant(1.01 * side * level), Rest(np.zeros(1), 0.5), friction=[ASYMMETRIC])
+        run = simulate(one_joint(), constant(1.01 * side * level), Still(np.zeros(1), 0.5), friction=[ASYMMETRIC])
         kinetic = ASYMMETRIC.positive if side > 0 else ASYMMETRIC.negative
         c, drive, mass = kinetic.viscous, 1.01 * level - kinetic.coulomb, 2.0
         expected = drive / c * (run.t - mass / c * -np.expm1(-c * run.t / mass))
@@ -94,7 +101,7 @@ class TestOneJoint:
         """Continuous torque 8 t: break-away at 4.0/8 s, then m ddq = 8 t - 3 without viscous friction."""
         models = [JointFriction(Direction(3.0, 0.0, static=4.0), Direction(2.0, 0.0))]
         run = simulate(
-            one_joint(), lambda t, *state: np.array([8.0 * t]), Rest(np.zeros(1), 1.0), friction=models,
+            one_joint(), lambda t, *state: np.array([8.0 * t]), Still(np.zeros(1), 1.0), friction=models,
             continuous=True,
         )  # fmt: skip
         (slip,) = run.events
@@ -109,7 +116,12 @@ class TestOneJoint:
         mass, speed, force = 2.0, 0.6, 5.0
         models = [JointFriction(Direction(3.0, 0.0, static=4.0), Direction(2.0, 0.0, static=4.0))]
         run = simulate(
-            one_joint(mass=mass), constant(-force), Rest(np.zeros(1), 0.4), dq0=[speed], friction=models, **options
+            one_joint(mass=mass),
+            constant(-force),
+            Still(np.zeros(1), 0.4),
+            dq0=[speed],
+            friction=models,
+            **options,
         )
         t = mass * speed / (force + 3.0)
         assert kinds(run) == ["reverse"]
@@ -124,7 +136,7 @@ class TestOneJoint:
         """Speed v0 - t + 1000 t^2 would pass zero and be back before the sample ends: it sticks until 3 N m again."""
         h, v0 = 1e-3, 2e-4
         run = simulate(
-            one_joint(mass=1.0), lambda t, *state: np.array([2.0 + 2000.0 * t]), Rest(np.zeros(1), h), dq0=[v0],
+            one_joint(mass=1.0), lambda t, *state: np.array([2.0 + 2000.0 * t]), Still(np.zeros(1), h), dq0=[v0],
             friction=[symmetric(3.0, 0.0)], continuous=True, method=method,
         )  # fmt: skip
         t = (1 - np.sqrt(1 - 4000 * v0)) / 2000
@@ -136,7 +148,7 @@ class TestOneJoint:
 
     def test_stribeck_friction_slows_it_as_the_reference_says(self):
         model = JointFriction(Direction(2.0, 0.3, 3.5, 0.2), Direction(2.0, 0.3))
-        run = simulate(one_joint(), no_torque, Rest(np.zeros(1), 0.5), dq0=[0.5], friction=[model], substeps=2)
+        run = simulate(one_joint(), no_torque, Still(np.zeros(1), 0.5), dq0=[0.5], friction=[model], substeps=2)
 
         def rates(t, y):
             return [y[1], -(2.0 + 0.3 * y[1] + 1.5 * np.exp(-((y[1] / 0.2) ** 2))) / 2.0]
@@ -152,18 +164,18 @@ class TestOneJoint:
     def test_an_offset_shifts_what_is_held(self):
         model = JointFriction(Direction(1.0, 0.0), Direction(1.0, 0.0), offset=0.5)
         for torque, moves in ((1.49, False), (1.51, True), (-0.49, False), (-0.51, True)):
-            run = simulate(one_joint(), constant(torque), Rest(np.zeros(1), 0.1), friction=[model])
+            run = simulate(one_joint(), constant(torque), Still(np.zeros(1), 0.1), friction=[model])
             assert (run.q[-1, 0] != 0.0) == moves
         for torque, ddq in ((2.0, 0.5 / 2), (-2.0, -1.5 / 2)):
-            run = simulate(one_joint(), constant(torque), Rest(np.zeros(1), 0.1), friction=[model])
+            run = simulate(one_joint(), constant(torque), Still(np.zeros(1), 0.1), friction=[model])
             assert run.q[-1, 0] == pytest.approx(ddq * 0.1**2 / 2, abs=1e-14)
 
     def test_a_motor_cut_below_break_away_moves_nothing(self):
-        run = simulate(one_joint(effort=3.9), constant(100.0), Rest(np.zeros(1), 0.1), friction=[ASYMMETRIC])
+        run = simulate(one_joint(effort=3.9), constant(100.0), Still(np.zeros(1), 0.1), friction=[ASYMMETRIC])
         assert (run.q == 0.0).all()
         assert (run.tau_friction == 3.9).all()
         free = simulate(
-            one_joint(effort=3.9), constant(100.0), Rest(np.zeros(1), 0.1), friction=[ASYMMETRIC], saturate=False
+            one_joint(effort=3.9), constant(100.0), Still(np.zeros(1), 0.1), friction=[ASYMMETRIC], saturate=False
         )
         assert free.q[-1, 0] > 0.1
 
@@ -176,7 +188,7 @@ class TestStops:
         def force(t, *state):
             return np.array([5.0 if t < 0.5 else -0.9 if t < 0.7 else -3.0])
 
-        run = simulate(arm, force, Rest(np.zeros(1), 1.0), friction=models)
+        run = simulate(arm, force, Still(np.zeros(1), 1.0), friction=models)
         stop, stick, release = run.events
         assert (stop.kind, stick.kind, release.kind) == ("stop", "stick", "release")
         assert stop.t == pytest.approx(np.sqrt(2 * 0.2 * 2.0 / 4.0), abs=1e-12)
@@ -193,7 +205,7 @@ class TestStops:
         run = simulate(
             arm,
             constant(4.0, 0.0),
-            Rest(np.array([0.0, -0.5]), 1.0),
+            Still(np.array([0.0, -0.5]), 1.0),
             friction=[symmetric(0.1, 0.0), symmetric(9.0, 0.2)],
         )
         assert kinds(run, 0)[:2] == ["slip", "stop"] or kinds(run, 0)[:1] == ["stop"]
@@ -210,7 +222,7 @@ class TestTwoJoints:
         run = simulate(
             sliders(),
             constant(*load),
-            Rest(np.zeros(2), 0.6),
+            Still(np.zeros(2), 0.6),
             dq0=speed,
             friction=[symmetric(f, 0.0) for f in friction],
         )
@@ -228,7 +240,7 @@ class TestTwoJoints:
         run = simulate(
             sliders(),
             constant(*load),
-            Rest(np.zeros(2), 0.5),
+            Still(np.zeros(2), 0.5),
             dq0=speed,
             friction=[symmetric(f, 0.0) for f in friction],
         )
@@ -245,11 +257,11 @@ class TestTwoJoints:
         models = [JointFriction(Direction(c, 0.0, s), Direction(c, 0.0, s)) for c, s in ((1.0, 4.0), (0.5, 1.0))]
         reaction = [1.5 * (5.0 - f) / 3.5 for f in (4.0, 1.0)]  # on joint 2 at rest
         assert reaction[0] < 1.0 < reaction[1]
-        run = simulate(sliders(), constant(5.0, 0.0), Rest(np.zeros(2), 0.3), friction=models)
+        run = simulate(sliders(), constant(5.0, 0.0), Still(np.zeros(2), 0.3), friction=models)
         ddq = np.linalg.solve(SLIDING, [5.0 - 1.0, 0.5])
         assert ddq[0] > 0 > ddq[1]
         np.testing.assert_allclose(run.q[-1], ddq * 0.3**2 / 2, rtol=0, atol=1e-12)
-        held = simulate(sliders(), constant(3.9, 0.9), Rest(np.zeros(2), 0.3), friction=models)
+        held = simulate(sliders(), constant(3.9, 0.9), Still(np.zeros(2), 0.3), friction=models)
         assert (held.q == 0.0).all()
 
     @pytest.mark.parametrize("options", [{}, {"substeps": 2}, {"method": "dop853"}])
@@ -258,7 +270,7 @@ class TestTwoJoints:
         arm, dynamics = plane_arm(), lwr_dyn.dynamics_of(plane_arm(), "newton-euler")
         models = [symmetric(0.5, 0.1), JointFriction(Direction(0.4, 0.2, 0.6), Direction(0.5, 0.2, 0.7))]
         start, torque = np.array([0.0, 1.2]), lambda t: np.array([5.0 * np.sin(6.0 * t), 0.0])
-        run = simulate(arm, lambda t, *state: torque(t), Rest(start, 1.2), friction=models, continuous=True, **options)
+        run = simulate(arm, lambda t, *state: torque(t), Still(start, 1.2), friction=models, continuous=True, **options)
         events, q_end = Phases(dynamics, models, torque).follow(start, 1.2)
         mine = [(e.kind, e.joint) for e in run.events]
         assert mine == [(kind, joint) for kind, joint, _ in events]
@@ -272,12 +284,39 @@ class TestTwoJoints:
         """A constant torque on joint 1: its growing speed throws joint 2 outward at a moment of its own."""
         models = [symmetric(0.5, 0.1), JointFriction(Direction(0.4, 0.2, 0.6), Direction(0.5, 0.2, 0.7))]
         start, torque = np.array([0.0, 1.2]), np.array([2.0, 0.0])
-        run = simulate(plane_arm(), constant(*torque), Rest(start, 1.2), friction=models, **options)
+        run = simulate(plane_arm(), constant(*torque), Still(start, 1.2), friction=models, **options)
         reference = Phases(lwr_dyn.dynamics_of(plane_arm(), "newton-euler"), models, lambda t: torque)
         events, q_end = reference.follow(start, 1.2, signs=(1, 0))
         assert [(e.kind, e.joint) for e in run.events] == [event[:2] for event in events] == [("slip", 1)]
         assert run.events[0].t == pytest.approx(events[0][2], abs=INSTANT)
         np.testing.assert_allclose(run.q[-1], q_end, rtol=0, atol=REFERENCE)
+
+
+class TestJointsWithoutFrictionBesideOthers:
+    def test_one_that_turned_round_is_not_stopped_when_another_sticks(self):
+        """Both happen within one sample; closed form, since the mass matrix of the sliders is constant."""
+        t_stick, t_turn, load = 0.2006, 0.2003, np.array([0.5, -1.7])
+        ddq = np.linalg.solve(SLIDING, load - [3.0, 0.0])
+        speed = -ddq * np.array([t_stick, t_turn])
+        assert (speed > 0).all()
+        friction = [symmetric(3.0, 0.0), None]
+        run = simulate(sliders(), constant(*load), Still(np.zeros(2), 0.4), dq0=speed, friction=friction)
+        assert [(e.kind, e.joint) for e in run.events] == [("stick", 0)]
+        s = 0.4 - t_stick
+        q = speed * t_stick + ddq * t_stick**2 / 2
+        at_stick, after = speed[1] + ddq[1] * t_stick, load[1] / SLIDING[1, 1]
+        assert run.q[-1, 0] == pytest.approx(q[0], abs=1e-12)
+        assert run.q[-1, 1] == pytest.approx(q[1] + at_stick * s + after * s**2 / 2, abs=1e-11)
+        assert (run.tau_friction[:, 1] == 0.0).all()
+
+    @pytest.mark.parametrize("offset", [0.0, 0.2])
+    def test_a_viscous_joint_is_braked_from_rest_on(self, offset):
+        smooth = JointFriction(Direction(0.0, 0.5), Direction(0.0, 0.5), offset=offset)
+        run = simulate(sliders(), constant(4.0, 1.0), Still(np.zeros(2), 0.3), friction=[symmetric(3.0, 0.0), smooth])
+        assert {e.joint for e in run.events} <= {0}
+        np.testing.assert_allclose(run.tau_friction[:, 1], offset + 0.5 * run.dq[:, 1], rtol=0, atol=1e-15)
+        assert np.abs(run.dq[-1, 1]) > 0.1
+        assert audit(run).worst <= 1e-11
 
 
 SLIDING = np.array([[3.5, 1.5], [1.5, 1.5]])

@@ -15,11 +15,11 @@ from lwr_dyn.errors import (
 )
 from lwr_dyn.model.chain import Body, with_bodies
 from lwr_dyn.model.run import Run
-from lwr_dyn.simulation.plant import scaled
+from lwr_dyn.simulation.plant import arm_with_scaled_inertia
 from lwr_dyn.simulation.sensors import Encoder
 from lwr_dyn.simulation.simulate import simulate
-from lwr_dyn.simulation.swing import Rest, no_torque, swing
-from tests.simulation.sample_runs import controllers, joint_waves, lwr, lwr_dynamics, one_joint
+from lwr_dyn.simulation.swing import free_swing, no_torque
+from tests.simulation.sample_runs import Still, controllers, joint_waves, lwr, lwr_dynamics, one_joint
 
 OPTIONS = [
     ("rate", 0.0), ("rate", -1.0), ("rate", np.nan), ("rate", np.inf), ("rate", "fast"), ("substeps", 0),
@@ -48,7 +48,7 @@ def test_another_shape(options):
 
 def test_a_reference_for_another_arm():
     with pytest.raises(ShapeError, match="reference"):
-        simulate(lwr(), no_torque, Rest(np.zeros(3), 1.0))
+        simulate(lwr(), no_torque, Still(np.zeros(3), 1.0))
 
 
 @pytest.mark.parametrize("torque", [np.zeros(6), 0.0, np.zeros((1, 7)), "none", [[1.0], [2.0, 3.0]]])
@@ -71,7 +71,7 @@ def test_an_engine_that_does_not_exist():
 def test_an_arm_without_masses():
     arm = lwr_dyn.load("lwr4")
     with pytest.raises(MissingDataError, match="masses"):
-        simulate(arm, no_torque, Rest(np.zeros(arm.n), 1.0))
+        simulate(arm, no_torque, Still(np.zeros(arm.n), 1.0))
 
 
 def test_an_arm_that_cannot_be_is_refused_unless_asked_for():
@@ -79,8 +79,8 @@ def test_an_arm_that_cannot_be_is_refused_unless_asked_for():
     bodies[2] = Body(1.0, np.zeros(3), np.diag([1.0, 1.0, 2.5]))
     arm = lwr().with_chain(with_bodies(lwr().chain, bodies))
     with pytest.raises(NotPhysicalError, match="link_3"):
-        swing(arm, duration=0.01, engine="newton-euler")
-    assert swing(arm, duration=0.01, engine="newton-euler", allow_unphysical=True).t.size == 11
+        free_swing(arm, duration=0.01, engine="newton-euler")
+    assert free_swing(arm, duration=0.01, engine="newton-euler", allow_unphysical=True).t.size == 11
 
 
 @pytest.mark.parametrize("option", [{"resolution": -1.0}, {"noise": -1.0}, {"noise": np.nan}])
@@ -111,7 +111,7 @@ def test_continuous_needs_the_true_state_and_no_hidden_memory():
 @pytest.mark.parametrize("factor", [0.0, -1.0, np.nan])
 def test_masses_cannot_be_scaled_away(factor):
     with pytest.raises(OptionError, match="mass factor"):
-        scaled(lwr(), factor)
+        arm_with_scaled_inertia(lwr(), factor)
 
 
 class TestDivergence:

@@ -11,9 +11,10 @@ from lwr_dyn.control.pid import PID
 from lwr_dyn.model.run import Run
 from lwr_dyn.simulation.audit import audit
 from lwr_dyn.simulation.metrics import metrics
-from lwr_dyn.simulation.plant import loaded, scaled
+from lwr_dyn.simulation.plant import arm_with_payload, arm_with_scaled_inertia
 from lwr_dyn.simulation.sensors import Encoder
-from lwr_dyn.simulation.simulate import simulate
+from lwr_dyn.simulation.setup import prepare
+from lwr_dyn.simulation.simulate import run_setup, simulate
 from tests.simulation.sample_runs import (
     MIDDLE,
     WORST_CASE,
@@ -56,9 +57,13 @@ def test_a_heavier_plant_and_a_payload_are_felt():
     law, wave = controllers()["inverse-dynamics"], joint_waves(2.0)
     exact, heavy, unknown = (
         metrics(simulate(lwr(), law, wave, **options), lwr()).tip_max_mm
-        for options in ({}, {"plant": scaled(lwr(), 1.1)}, {"payload": 3.0, "payload_com": (0.0, 0.0, 0.05)})
+        for options in (
+            {},
+            {"plant": arm_with_scaled_inertia(lwr(), 1.1)},
+            {"payload": 3.0, "payload_com": (0.0, 0.0, 0.05)},
+        )
     )
-    carrying = loaded(lwr(), 3.0, (0.0, 0.0, 0.05))
+    carrying = arm_with_payload(lwr(), 3.0, (0.0, 0.0, 0.05))
     told = InverseDynamics(lwr_dyn.dynamics_of(carrying), 2500, 100)
     known = simulate(lwr(), told, wave, payload=3.0, payload_com=(0.0, 0.0, 0.05))
     assert 100 * exact < heavy < unknown
@@ -88,6 +93,18 @@ def test_the_run_file_says_what_made_it(tmp_path):
     assert told["note"] == {"task": "waves"}
     assert told["audit"]["residual"] <= 1e-9
     np.testing.assert_array_equal(run.q, made.q)
+
+
+def test_a_setup_can_be_shown_run_again_and_stays_with_its_run(tmp_path):
+    setup = prepare(lwr(), controllers()["pid"], joint_waves(0.05), payload=1.5, encoder=Encoder(1e-5, 1e-6), seed=2)
+    runs = [run_setup(setup), run_setup(setup)]
+    np.testing.assert_array_equal(runs[0].q, runs[1].q)
+    assert runs[0].setup is setup
+    assert setup.plant.arm.chain.bodies[6].mass > lwr().chain.bodies[6].mass + 1.49
+    shown = json.loads(str(setup))
+    assert shown == {name: value for name, value in runs[0].meta.items() if name not in ("audit", "evaluations")}
+    runs[0].save(tmp_path / "run.npz")
+    assert Run.load(tmp_path / "run.npz").setup is None
 
 
 def test_samples_are_on_the_grid_and_the_last_torque_is_there():

@@ -1,0 +1,83 @@
+"""The usual step of a sampled run, in which the contact mode stays: written for speed, refused where it may change.
+
+It is the method of `integrators.rk4` on the rates of `Flow`, to rounding. A step in which a joint may stop, turn round,
+start to slip or reach a limit is refused, and `Flow` computes it again.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lwr_dyn.arrays import Array
+from lwr_dyn.simulation.contact import ContactMode
+from lwr_dyn.simulation.events import HOLDING, TURN
+from lwr_dyn.simulation.flow import Flow
+from lwr_dyn.simulation.integrators import HeldStep, held_rk4
+
+
+class FastStep:
+    """One sample of `h` [s] in RK4 substeps.
+
+    `friction` (n,) [N m] at its start and `work` of the friction [J] are those of the last step that was taken.
+    """
+
+    def __init__(self, flow: Flow, h: float, substeps: int) -> None:
+        plant, n = flow.plant, flow.plant.n
+        self._flow, self._h, self._substeps = flow, h, substeps
+        cap = np.full(n, TURN / h)
+        self._ceiling, self._floor = np.array([plant.upper, cap]), np.array([plant.lower, -cap])
+        self._inside = np.zeros((2, 2, n), dtype=bool)
+        self._all_inside = np.ones_like(self._inside).tobytes()
+        self._directional = plant.friction.directional
+        self._mode: ContactMode | None = None
+        self._step: HeldStep = lambda now, tau, after: 0.0
+        self.friction, self.work = np.zeros(n), 0.0
+
+    def take(self, now: Array, tau: Array, after: Array) -> bool:
+        """The step from `now` into `after`, states (2, n) = (q, dq); False where it is refused: `after` is void."""
+        flow, mode = self._flow, self._flow.mode
+        if mode is not self._mode:
+            self._adopt(mode)
+        if mode.any_at_rest:
+            if not self._stays_at_rest(mode, now, tau):
+                return False
+        elif mode.friction is not None:
+            self.friction = mode.friction(now[1])
+        if mode.all_at_rest:
+            after[:], self.work = now, 0.0
+            return True
+        self.work = self._step(now, tau, after)
+        flow.evaluations += 4 * self._substeps
+        # one comparison finds a limit that is passed, a speed that cannot be followed, and NaN
+        np.less_equal(after, self._ceiling, out=self._inside[0])
+        np.greater_equal(after, self._floor, out=self._inside[1])
+        return self._inside.tobytes() == self._all_inside and (self._simple or self._keeps(mode, tau, after))
+
+    def _adopt(self, mode: ContactMode) -> None:
+        self._mode, self._accelerate = mode, mode.accelerator()
+        self._step, self._tangent = held_rk4(self._accelerate, mode.plant.n, self._h, self._substeps, mode.friction)
+        self._high, self._low = mode.highest + HOLDING, mode.lowest - HOLDING
+        self._simple = not (self._directional.any() or mode.any_at_rest)
+
+    def _stays_at_rest(self, mode: ContactMode, state: Array, tau: Array) -> bool:
+        """Whether joints at rest stay so under tau; it also keeps the friction torque."""
+        q, dq = state
+        friction = mode.friction_torque(dq)
+        net = tau - friction
+        holding = mode.holding_torque(q, dq, net, self._accelerate(q, dq, net))
+        self._flow.evaluations += 1
+        self.friction = friction + mode.friction_part(holding)
+        return bool(((holding <= self._high) & (holding >= self._low)).all())
+
+    def _keeps(self, mode: ContactMode, tau: Array, after: Array) -> bool:
+        """Whether no joint turned round (or might have, by the tangent at the last substep), or started to slip."""
+        sides = mode.sides
+        same = ((sides * after[1] > 0.0) & (sides * self._tangent() >= 0.0)) | mode.at_rest | ~self._directional
+        if not same.all():
+            return False
+        if not mode.any_at_rest:
+            return True
+        friction = self.friction
+        stays = self._stays_at_rest(mode, after, tau)
+        self.friction = friction
+        return stays

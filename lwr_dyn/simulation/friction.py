@@ -1,0 +1,145 @@
+"""Friction of the simulated arm: set-valued with true stick, its smooth form, none, or a function of the caller."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lwr_dyn.arrays import Array, read_only
+from lwr_dyn.errors import OptionError, ShapeError
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.friction import FRICTIONLESS, Direction, JointFriction, smooth_friction
+from lwr_dyn.simulation.boxed_lcp import Sides
+
+FORMS = ("set-valued", "smooth", "none")
+FrictionTorque = Callable[[Array], Array]
+"""tau_friction(dq), (n,) -> (n,) [N m], smooth in dq; it opposes the motion: B ddq + C dq + g = tau - tau_friction."""
+FrictionOption = str | Sequence[JointFriction | None] | FrictionTorque | None
+"""See `simulate`; None is the default, "set-valued"."""
+Mask = NDArray[np.bool_]
+"""One yes or no a joint, (n,)."""
+SMOOTH_SPEED = 1e-3
+"""[rad/s or m/s] of the smooth form: tanh(dq / SMOOTH_SPEED) in place of the sign."""
+RULE = (
+    "a joint at rest stays at rest if its static level holds it; those that it cannot hold resist with Coulomb's level "
+    "only, and what remains at rest is judged again"
+)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ArmFriction:
+    """Friction of n joints; arrays (2, n) hold the positive and the negative direction [N m, N m s/rad].
+
+    `lowest`, `highest` (n,) bound what friction can hold at rest; `lowest_slip`, `highest_slip` (n,) are its values at
+    vanishing speed, which are smaller where static friction falls to Coulomb's at the first motion.
+    """
+
+    form: str
+    """One of `FORMS`, or "viscous" or "given" for a smooth function of the speeds."""
+    smooth: FrictionTorque | None
+    """The torque of the smooth forms, in place of all arrays below."""
+    coulomb: Array
+    viscous: Array
+    stribeck_drop: Array
+    """(static - coulomb) where it falls with speed (Stribeck), else 0 [N m]."""
+    sharpness: Array
+    """1 / stribeck_velocity^2, or 0."""
+    offset: Array
+    lowest: Array
+    highest: Array
+    lowest_slip: Array
+    highest_slip: Array
+    slope: Array
+    """The steepest slope of the torque over the speed, (n,) [N m s/rad]; 0 where it is not known."""
+
+    @classmethod
+    def of(cls, joints: Sequence[JointFriction | None]) -> ArmFriction:
+        """Set-valued, from the friction of each joint; None has none."""
+        each = [joint or FRICTIONLESS for joint in joints]
+        table = np.array([[_numbers(joint.positive) for joint in each], [_numbers(joint.negative) for joint in each]])
+        coulomb, viscous, drop, sharpness, hold = np.moveaxis(table, -1, 0)
+        offset = np.array([joint.offset for joint in each])
+        bounds = (offset - hold[1], offset + hold[0], offset - (coulomb + drop)[1], offset + (coulomb + drop)[0])
+        slope = np.maximum(viscous.max(axis=0), 0.0)
+        return cls(FORMS[0], None, *map(read_only, (coulomb, viscous, drop, sharpness, offset, *bounds, slope)))
+
+    @classmethod
+    def function(cls, form: str, n: int, torque: FrictionTorque | None, slope: Array | None = None) -> ArmFriction:
+        """A smooth function of the speeds of n joints; None is no friction."""
+        pair, none = read_only(np.zeros((2, n))), read_only(np.zeros(n))
+        steepest = none if slope is None else read_only(slope)
+        return cls(form, torque, pair, pair, pair, pair, none, none, none, none, none, steepest)
+
+    @property
+    def directional(self) -> Mask:
+        """Joints that can stick, or whose friction depends on the direction of the motion, (n,)."""
+        return np.asarray((self.highest > self.lowest) | (self.viscous[0] != self.viscous[1]))
+
+    def torque(self, sides: Sides, at_rest: Mask) -> FrictionTorque | None:
+        """tau_friction(dq) of joints that move to these sides (n,), 0 of those at rest; None without friction.
+
+        It is smooth through dq = 0, so that a trial step may pass it.
+        """
+        if self.form != FORMS[0]:
+            return self.smooth
+        way = np.where(sides < 0, 1, 0)
+
+        def of_moving(table: Array) -> Array:
+            return np.where(at_rest, 0.0, np.take_along_axis(table, way[None], axis=0)[0])
+
+        level = sides * of_moving(self.coulomb) + np.where(at_rest, 0.0, self.offset)
+        slope, drop, fall = of_moving(self.viscous), sides * of_moving(self.stribeck_drop), -of_moving(self.sharpness)
+        if not drop.any():
+            return lambda dq: level + slope * dq
+        return lambda dq: level + slope * dq + drop * np.exp(fall * dq * dq)
+
+    def record(self) -> dict[str, Any]:
+        """The friction as JSON values."""
+        if self.form == "smooth":
+            return {"form": self.form, "smooth_speed": SMOOTH_SPEED}
+        if self.form != FORMS[0]:
+            return {"form": self.form}
+        levels = {name: getattr(self, name).tolist() for name in ("coulomb", "viscous", "lowest", "highest")}
+        return {"form": self.form, "rule": RULE, **levels}
+
+
+def chosen_friction(arm: Arm, option: FrictionOption = None) -> ArmFriction:
+    """The friction that an option of `simulate` names.
+
+    Raises
+    ------
+    OptionError
+        A form of another name.
+    ShapeError
+        Another number of joints.
+    """
+    if callable(option):
+        return ArmFriction.function("given", arm.n, option)
+    if isinstance(option, str) and option not in FORMS:
+        raise OptionError("friction", repr(option), f"{', '.join(FORMS)}, one JointFriction a joint, or a function")
+    own = option is None or isinstance(option, str)
+    models = arm.friction_models() if option is None or isinstance(option, str) else tuple(option)
+    if len(models) != arm.n:
+        raise ShapeError("friction", f"{len(models)} joints", f"{arm.n}, one a joint, None where there is none")
+    if option == "none" or (own and all(model is None for model in models)):
+        return ArmFriction.function("none", arm.n, None)
+    set_valued = ArmFriction.of(models)
+    if option == "smooth":
+        jump = (set_valued.coulomb + set_valued.stribeck_drop).max(axis=0)
+        slope = set_valued.viscous.max(axis=0) + jump / SMOOTH_SPEED
+        return ArmFriction.function("smooth", arm.n, smooth_friction(models, SMOOTH_SPEED), slope)
+    if not (set_valued.directional.any() or set_valued.offset.any()):
+        coefficients = set_valued.viscous[0]
+        return ArmFriction.function("viscous", arm.n, lambda dq: coefficients * dq, set_valued.slope)
+    return set_valued
+
+
+def _numbers(d: Direction) -> tuple[float, ...]:
+    """Coulomb, viscous, Stribeck drop, sharpness, and what holds at rest."""
+    if d.stribeck_velocity is None:
+        return d.coulomb, d.viscous, 0.0, 0.0, d.holding
+    return d.coulomb, d.viscous, d.holding - d.coulomb, d.stribeck_velocity**-2, d.holding

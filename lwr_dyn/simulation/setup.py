@@ -1,0 +1,204 @@
+"""`prepare`: what `simulate` is given becomes a `Setup`, checked whole, that can be shown, kept and run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from importlib.metadata import version
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from lwr_dyn.arrays import Array, read_only
+from lwr_dyn.control.protocol import Controller, describe
+from lwr_dyn.dynamics.engines import dynamics_of
+from lwr_dyn.dynamics.protocol import Dynamics
+from lwr_dyn.errors import OptionError, ShapeError
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.run import Motion, Reference
+from lwr_dyn.simulation.friction import FrictionOption, chosen_friction
+from lwr_dyn.simulation.options import (
+    SimulationOptions,
+    check_continuous,
+    friction_rate,
+    sampled_reference,
+    start_state,
+)
+from lwr_dyn.simulation.plant import Plant, arm_with_payload, plant_of
+from lwr_dyn.simulation.sensors import Encoder, Sensor
+from lwr_dyn.tables import json_text
+from lwr_dyn.version import VERSION
+
+PACKAGES = ("numpy", "scipy", "pin")
+
+
+def arm_record(arm: Arm) -> dict[str, Any]:
+    """Which robot it is, as JSON values."""
+    about = {"robot": arm.name, "reading": arm.reading, "digest": arm.digest, "errata": list(arm.errata)}
+    return {**about, "file": arm.file or None, "loaded_with": dict(arm.loaded_with)}
+
+
+def versions() -> dict[str, str]:
+    """Versions of the packages that took part."""
+    return {"lwr_dyn": VERSION, **{name: version(name) for name in PACKAGES}}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Setup:
+    """A simulation whose options are all checked: `run_setup` runs it; its text is `run.meta`."""
+
+    arm: Arm
+    """The robot as its controller knows it."""
+    plant: Plant
+    controller: Controller
+    reference: Reference
+    motion: Motion
+    """The reference at every sample."""
+    start: Array
+    """(q, dq) at t = 0, (2, n)."""
+    options: SimulationOptions
+    encoder: Encoder | None
+    engine: str
+    payload: Mapping[str, Any] | None
+    friction_rate: float
+    """Fastest rate at which friction brakes at the start [1/s]."""
+    note: Mapping[str, Any]
+
+    def sensor(self) -> Sensor | None:
+        """A fresh sensor for one run; None where the controller sees the true state."""
+        if self.encoder is None:
+            return None
+        q0, dq0 = self.start
+        return self.encoder.sensor(q0, dq0, self.motion.t.size, self.options.rate, self.options.seed)
+
+    def record(self) -> dict[str, Any]:
+        """The setup as JSON values."""
+        friction, reference = self.plant.friction, self.reference
+        return {
+            **arm_record(self.arm), "plant": arm_record(self.plant.arm), "payload": self.payload,
+            "controller": describe(self.controller), "engine": self.engine,
+            "reference": {
+                "name": getattr(reference, "name", type(reference).__name__), "duration": float(reference.duration),
+                "about": dict(getattr(reference, "about", {})),
+            },
+            "options": asdict(self.options), "encoder": None if self.encoder is None else asdict(self.encoder),
+            "friction": friction.form != "none", "friction_law": {**friction.record(), "rate": self.friction_rate},
+            "seed": self.options.seed, "versions": versions(), "note": dict(self.note),
+        }  # fmt: skip
+
+    def __str__(self) -> str:
+        return json_text(self.record())
+
+
+def prepare(
+    arm: Arm,
+    controller: Controller,
+    reference: Reference,
+    *,
+    rate: float = 1000.0,
+    method: str = "rk4",
+    substeps: int = 1,
+    rtol: float = 1e-12,
+    continuous: bool = False,
+    engine: str | Dynamics = "pinocchio",
+    plant: Arm | None = None,
+    payload: float = 0.0,
+    payload_com: ArrayLike = (0.0, 0.0, 0.0),
+    payload_inertia: ArrayLike | None = None,
+    friction: FrictionOption = "set-valued",
+    encoder: Encoder | None = None,
+    saturate: bool = True,
+    position_limits: bool = True,
+    allow_unphysical: bool = False,
+    seed: int = 0,
+    duration: float | None = None,
+    q0: ArrayLike | None = None,
+    dq0: ArrayLike | None = None,
+    meta: Mapping[str, Any] | None = None,
+) -> Setup:
+    """The closed loop B ddq + C dq + g = sat(tau) - tau_friction, tau = controller(t, state, reference), checked.
+
+    Parameters
+    ----------
+    arm : Arm
+        The robot as its controller knows it; also the plant unless `plant` is given.
+    controller : Controller
+        A function or object `f(t, q, dq, q_ref, dq_ref, ddq_ref) -> tau`.
+    reference : Reference
+    rate : float
+        Samples a second [Hz]: the controller is called at each, and its torque held until the next.
+    method : {"rk4", "dop853"}
+        RK4 with `substeps` equal steps a sample, or adaptive with relative tolerance `rtol`.
+    continuous : bool
+        Call the controller at every stage of the integrator; `rate` then only sets the samples of the run.
+    engine : str or Dynamics
+        The plant's engine: a name, or one already built for exactly this plant with its payload.
+    plant : Arm, optional
+        The arm that is simulated: another reading, other masses.
+    payload, payload_com, payload_inertia
+        Mass [kg], centre (3,) [m] and inertia about it (3, 3) [kg m^2] of a load in the plant's flange frame. The
+        controller knows of it only if its own dynamics were built on `arm_with_payload(arm, ...)`.
+    friction : {"set-valued", "smooth", "none"}, sequence of JointFriction, or function
+        The plant's own friction, where its file gives any, with true stick; its tanh form (stiff: see `substeps`); or
+        none. Friction of one's own, joint by joint, is set-valued; a function tau_friction(dq) must be smooth.
+    encoder : Encoder, optional
+        What the controller sees; the true state if not given.
+    saturate, position_limits : bool
+        Cut torques at the effort limits; stop joints at their position limits, without bounce.
+    allow_unphysical : bool
+        Simulate inertias that no body can have.
+    seed : int
+        Of the encoder's noise.
+    duration : float, optional
+        [s]; the reference's if not given.
+    q0, dq0 : (n,) array_like, optional
+        The state at the start [rad or m, per s]; on the reference if not given.
+    meta : mapping, optional
+        JSON values that are kept in `run.meta["note"]`.
+
+    Raises
+    ------
+    OptionError, ShapeError
+        An option outside what is allowed, an array of the wrong shape, a start outside the limits.
+    MissingDataError, NotPhysicalError, UnknownNameError
+        An arm that cannot be simulated, an engine that does not exist.
+    """
+    options = SimulationOptions(
+        rate, method, substeps, rtol, continuous, saturate, position_limits, allow_unphysical, seed
+    )
+    if not callable(controller):
+        raise OptionError("controller", repr(controller), "a function f(t, q, dq, q_ref, dq_ref, ddq_ref) -> tau")
+    if not hasattr(reference, "sample"):
+        raise OptionError("reference", repr(reference), "a Reference, such as tasks and Motion are")
+    simulated, load = arm if plant is None else plant, None
+    if payload != 0.0:
+        simulated = arm_with_payload(simulated, payload, payload_com, payload_inertia)
+        load = _payload_record(payload, payload_com, payload_inertia)
+    body = _plant(simulated, engine, friction, options)
+    if continuous:
+        check_continuous(controller, encoder)
+    times = options.times(reference.duration if duration is None else duration)
+    motion = sampled_reference(reference, times, body.n)
+    start = read_only(start_state(body, motion, q0, dq0))
+    if encoder is not None:
+        encoder.velocity_filter(rate)  # raises where it is too slow for the rate
+    return Setup(
+        arm, body, controller, reference, motion, start, options, encoder,
+        engine if isinstance(engine, str) else getattr(engine, "name", type(engine).__name__),
+        load, friction_rate(body, start[0], options), dict(meta or {}),
+    )  # fmt: skip
+
+
+def _plant(arm: Arm, engine: str | Dynamics, friction: FrictionOption, options: SimulationOptions) -> Plant:
+    chosen = chosen_friction(arm, friction)
+    arm.require_dynamics()
+    dynamics = dynamics_of(arm, engine) if isinstance(engine, str) else engine
+    if dynamics.n != arm.n:
+        raise ShapeError("engine", f"{dynamics.n} joints", f"{arm.n} joints, as the plant has")
+    return plant_of(arm, dynamics, chosen, options.saturate, options.position_limits, options.allow_unphysical)
+
+
+def _payload_record(mass: float, com: ArrayLike, inertia: ArrayLike | None) -> dict[str, Any]:
+    tensor = None if inertia is None else np.asarray(inertia, dtype=np.float64).tolist()
+    return {"mass": float(mass), "com": np.asarray(com, dtype=np.float64).tolist(), "inertia": tensor}
