@@ -86,6 +86,12 @@ def same_batch(**arrays: Array) -> tuple[int, ...]:
         raise ShapeError(", ".join(arrays), shapes, "leading axes that broadcast together") from None
 
 
+def freeze_arrays(record: object, *names: str) -> None:
+    """Replaces fields of a frozen record by read-only float64 copies."""
+    for name in names:
+        object.__setattr__(record, name, read_only(getattr(record, name)))
+
+
 def read_only(value: Any) -> Array:
     """A float64 copy nobody can write to, for records.
 

@@ -8,7 +8,7 @@ from typing import Annotated
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lwr_dyn.arrays import Array, read_only, real_array
+from lwr_dyn.arrays import Array, freeze_arrays, real_array
 from lwr_dyn.control.worst_case_inertia import worst_case_inertias
 from lwr_dyn.dynamics.protocol import Dynamics
 from lwr_dyn.errors import OptionError
@@ -37,8 +37,7 @@ class Gains:
     xi: float
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "Kp", read_only(self.Kp))
-        object.__setattr__(self, "Kd", read_only(self.Kd))
+        freeze_arrays(self, "Kp", "Kd")
 
 
 def second_order_gains(inertia: ArrayLike, omega_n: float = OMEGA_N, xi: float = XI) -> Gains:

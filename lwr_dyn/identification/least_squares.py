@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-from lwr_dyn.arrays import Array, read_only
+from lwr_dyn.arrays import Array, freeze_arrays
 
 SIGMAS = 3.0
 """Half-width of the intervals, as a normal deviation: 99.73 % of Student's t are inside."""
@@ -29,8 +29,7 @@ class Estimate:
     dof: int
 
     def __post_init__(self) -> None:
-        for name in ("values", "covariance", "residuals"):
-            object.__setattr__(self, name, read_only(getattr(self, name)))
+        freeze_arrays(self, "values", "covariance", "residuals")
 
     @property
     def standard_errors(self) -> Array:

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.arrays import Array, fixed_array, read_only
+from lwr_dyn.arrays import Array, fixed_array, freeze_arrays
 from lwr_dyn.errors import OptionError
 from lwr_dyn.model.dh import JointKind
 from lwr_dyn.model.spatial import Pose, rot_z, steiner
@@ -29,8 +29,7 @@ class Body:
     inertia_com: Array  # (3, 3) [kg m^2], about the centre of mass
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "com", read_only(self.com))
-        object.__setattr__(self, "inertia_com", read_only(self.inertia_com))
+        freeze_arrays(self, "com", "inertia_com")
 
     @classmethod
     def massless(cls) -> Body:
@@ -98,7 +97,7 @@ class Chain:
     gravity: Array
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "gravity", read_only(self.gravity))
+        freeze_arrays(self, "gravity")
 
     def __repr__(self) -> str:
         return f"Chain(n={self.n}, joints={', '.join(link.joint for link in self.links)})"

@@ -11,7 +11,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from lwr_dyn.arrays import Array, fixed_array, read_only, real_array
+from lwr_dyn.arrays import Array, fixed_array, freeze_arrays, read_only, real_array
 from lwr_dyn.errors import FileAccessError
 from lwr_dyn.files import write_file
 
@@ -29,8 +29,7 @@ class Motion:
     ddq: Array  # (k, n) [rad/s^2 or m/s^2]
 
     def __post_init__(self) -> None:
-        for name in ("t", "q", "dq", "ddq"):
-            object.__setattr__(self, name, read_only(getattr(self, name)))
+        freeze_arrays(self, "t", "q", "dq", "ddq")
 
 
 class Reference(Protocol):

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.arrays import Array, read_only
+from lwr_dyn.arrays import Array, freeze_arrays
 
 SNAP = 1e-15
 """An angle within this [rad] of a multiple of 90 deg counts as that multiple: cos(pi/2) is 6e-17 only because pi is not
@@ -113,8 +113,7 @@ class Pose:
     position: Array
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "rotation", read_only(self.rotation))
-        object.__setattr__(self, "position", read_only(self.position))
+        freeze_arrays(self, "rotation", "position")
 
     @classmethod
     def identity(cls) -> Pose:

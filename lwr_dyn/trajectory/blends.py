@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lwr_dyn.arrays import Array, read_only
+from lwr_dyn.arrays import Array, freeze_arrays
 from lwr_dyn.errors import OptionError
 from lwr_dyn.trajectory.motion_profile import positive_number
 from lwr_dyn.trajectory.path import Path, PathJoint, end_of, path_of, start_of
@@ -35,8 +35,7 @@ class Quintic:
     """Length from 0 to the end of each panel, (PANELS + 1,) [m]."""
 
     def __post_init__(self) -> None:
-        for name in ("coefficients", "lengths"):
-            object.__setattr__(self, name, read_only(getattr(self, name)))
+        freeze_arrays(self, "coefficients", "lengths")
 
     @property
     def length(self) -> float:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lwr_dyn.arrays import Array, read_only, real_array
+from lwr_dyn.arrays import Array, freeze_arrays, real_array
 from lwr_dyn.errors import OptionError
 
 DEGREE = 5
@@ -30,8 +30,7 @@ class ProfileSample:
     ddds: Array
 
     def __post_init__(self) -> None:
-        for name in ("s", "ds", "dds", "ddds"):
-            object.__setattr__(self, name, read_only(getattr(self, name)))
+        freeze_arrays(self, "s", "ds", "dds", "ddds")
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,8 +55,7 @@ class MotionProfile:
     coefficients: Array
 
     def __post_init__(self) -> None:
-        for name in ("knots", "coefficients"):
-            object.__setattr__(self, name, read_only(getattr(self, name)))
+        freeze_arrays(self, "knots", "coefficients")
 
     @property
     def duration(self) -> float:

@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lwr_dyn.arrays import Array, fixed_array, read_only
+from lwr_dyn.arrays import Array, fixed_array, freeze_arrays
 from lwr_dyn.errors import OptionError
 from lwr_dyn.model.spatial import skew
 from lwr_dyn.trajectory.motion_profile import positive_number
@@ -41,7 +41,7 @@ class ConstantOrientation:
     R: Array
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "R", read_only(self.R))
+        freeze_arrays(self, "R")
 
     def at(self, s: Array) -> Rotation:
         """At lengths s (k,) [m]."""
@@ -58,8 +58,7 @@ class Slerp:
     rate: float
 
     def __post_init__(self) -> None:
-        for name in ("R", "axis"):
-            object.__setattr__(self, name, read_only(getattr(self, name)))
+        freeze_arrays(self, "R", "axis")
 
     def at(self, s: Array) -> Rotation:
         """At lengths s (k,) [m]."""

@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lwr_dyn.arrays import Array, fixed_array, read_only
+from lwr_dyn.arrays import Array, fixed_array, freeze_arrays
 from lwr_dyn.errors import OptionError
 
 SHORTEST = 1e-6
@@ -27,8 +27,7 @@ class PathSample:
     ddp: Array
 
     def __post_init__(self) -> None:
-        for name in ("p", "dp", "ddp"):
-            object.__setattr__(self, name, read_only(getattr(self, name)))
+        freeze_arrays(self, "p", "dp", "ddp")
 
 
 class Segment(Protocol):
@@ -51,8 +50,7 @@ class LineSegment:
     length: float
 
     def __post_init__(self) -> None:
-        for name in ("start", "direction"):
-            object.__setattr__(self, name, read_only(getattr(self, name)))
+        freeze_arrays(self, "start", "direction")
 
     def at(self, s: Array) -> PathSample:
         """Position, tangent and curvature vector at s (k,) [m]."""
@@ -71,8 +69,7 @@ class ArcSegment:
     length: float
 
     def __post_init__(self) -> None:
-        for name in ("centre", "x", "y"):
-            object.__setattr__(self, name, read_only(getattr(self, name)))
+        freeze_arrays(self, "centre", "x", "y")
 
     def at(self, s: Array) -> PathSample:
         """Position, tangent and curvature vector at s (k,) [m]."""

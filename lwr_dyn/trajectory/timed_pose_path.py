@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lwr_dyn.arrays import Array, read_only
+from lwr_dyn.arrays import Array, freeze_arrays
 from lwr_dyn.errors import OptionError
 from lwr_dyn.trajectory.motion_profile import MotionProfile, ProfileSample
 from lwr_dyn.trajectory.orientations import Orientation
@@ -31,8 +31,7 @@ class PoseMotion:
     acceleration: Array
 
     def __post_init__(self) -> None:
-        for name in ("t", "T", "velocity", "acceleration"):
-            object.__setattr__(self, name, read_only(getattr(self, name)))
+        freeze_arrays(self, "t", "T", "velocity", "acceleration")
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -9,7 +9,7 @@ from typing import Annotated, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lwr_dyn.arrays import Array, fixed_array, joint_array, read_only, real_array
+from lwr_dyn.arrays import Array, fixed_array, freeze_arrays, joint_array, real_array
 from lwr_dyn.errors import OptionError, PathLimitError, ShapeError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Motion
@@ -32,7 +32,7 @@ class JointReference:
     """In run files."""
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "waypoints", read_only(self.waypoints))
+        freeze_arrays(self, "waypoints")
 
     @property
     def duration(self) -> float:
