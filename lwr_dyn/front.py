@@ -1,4 +1,4 @@
-"""The front door: what `import lwr_dyn` offers. Engines are imported when they are asked for."""
+"""The front door: what `import lwr_dyn` offers. Each function imports what it needs when it is called."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ FUNCTIONS: Registry[Callable[..., Any]] = Registry(
         "dh_matrices_text": Row("lwr_dyn.symbolic.dh_matrices:dh_matrices_text", "DH matrices", extra="symbolic"),
     },
 )
-"""Functions that optional packages lend to `import lwr_dyn` and to the commands."""
+"""Functions of optional packages that are offered by `import lwr_dyn` and to the commands."""
 
 
 def _an_arm(arm: Any) -> Arm:
@@ -197,7 +197,7 @@ def forward_kinematics(arm: Arm, q: ArrayLike) -> Array:
 
 
 def inverse_kinematics(arm: Arm, T: ArrayLike, **options: Any) -> InverseResult:
-    """Joint positions for a pose T (4, 4) of the flange: all branches, limits told apart from reach.
+    """Joint positions for a pose T (4, 4) of the flange: all branches, out of limits and out of reach kept apart.
 
     Options and errors are those of `lwr_dyn.kinematics.inverse.inverse_kinematics`.
 

@@ -1,4 +1,4 @@
-"""The front door answers slips of the hand with one clear line."""
+"""The front door answers bad input with one clear line."""
 
 import numpy as np
 import pytest
@@ -8,7 +8,7 @@ from lwr_dyn.errors import LwrDynError
 from lwr_dyn.trajectory.references.joint_moves import hold
 
 ARM = lwr_dyn.load("lwr4plus")
-SLIPS = {
+BAD = {
     "a name for an arm, text": (lambda: lwr_dyn.urdf_text("lwr4plus"), "arm: 'lwr4plus'; allowed: an arm"),
     "a name for an arm, engine": (lambda: lwr_dyn.dynamics_of("lwr4plus"), "arm: 'lwr4plus'"),
     "a name for an arm, pose": (lambda: lwr_dyn.forward_kinematics("lwr4plus", np.zeros(7)), "arm: 'lwr4plus'"),
@@ -23,10 +23,10 @@ SLIPS = {
 }
 
 
-@pytest.mark.parametrize("slip", SLIPS)
-def test_a_slip_of_the_hand_is_told_in_one_line(slip):
-    call, said = SLIPS[slip]
+@pytest.mark.parametrize("case", BAD)
+def test_bad_input_is_one_line(case):
+    call, message = BAD[case]
     with pytest.raises(LwrDynError) as fault:
         call()
-    assert said in str(fault.value)
+    assert message in str(fault.value)
     assert "\n" not in str(fault.value)

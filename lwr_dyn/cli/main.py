@@ -25,7 +25,9 @@ COMMANDS: Registry[click.Command] = Registry(
         ),
         "fk": Row("lwr_dyn.cli.fk:command", "Pose of the flange; the DH matrices in symbols."),
         "gains": Row("lwr_dyn.cli.gains:command", "Worst-case inertia of each joint, and gains from it."),
-        "ik": Row("lwr_dyn.cli.ik:command", "Joint positions for a pose: all branches, limits told apart from reach."),
+        "ik": Row(
+            "lwr_dyn.cli.ik:command", "Joint positions for a pose: all branches, with limits and reach kept apart."
+        ),
         "kernels": Row(
             "lwr_dyn.codegen.command:command",
             "The generated source of a batch function, what it costs, and where it is kept.",

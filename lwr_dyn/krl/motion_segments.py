@@ -19,9 +19,8 @@ from lwr_dyn.kinematics.spherical_wrist import all_branches
 from lwr_dyn.krl.diagnostics import ExecutionError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.trajectory.motion_profile import MotionProfile
-from lwr_dyn.trajectory.orientations import Slerp, slerp
+from lwr_dyn.trajectory.pose_path import Slerp, TimedPosePath, slerp
 from lwr_dyn.trajectory.segments import SHORTEST, ArcSegment, LineSegment
-from lwr_dyn.trajectory.timed_pose_path import TimedPosePath
 
 TURN = 2.0 * math.pi
 STILL = 1e-9

@@ -20,7 +20,7 @@ from lwr_dyn.model.arm import Arm
 from lwr_dyn.trajectory.lspb import trapezoid
 from lwr_dyn.trajectory.motion_profile import MotionProfile
 from lwr_dyn.trajectory.path import Path
-from lwr_dyn.trajectory.timed_pose_path import TimedPosePath
+from lwr_dyn.trajectory.pose_path import TimedPosePath
 
 NEAR = np.radians(1.0)
 """[rad] With A5 this near to 0 on a path, axes 4 and 6 are in line."""

@@ -1,7 +1,7 @@
 """Blends: corners and bends of a path rounded by quintics, so that they can be passed at speed.
 
 A blend leaves the path a given distance before a joint and comes back the same distance after it, with
-position, tangent and curvature continuous: the acceleration of whoever passes has no jump there.
+position, tangent and curvature continuous: the acceleration along the path does not jump there.
 """
 
 from __future__ import annotations
@@ -18,17 +18,17 @@ from lwr_dyn.trajectory.path import Path, PathJoint, end_of, path_of, start_of
 from lwr_dyn.trajectory.segments import PathSample, Segment
 
 PANELS, NODES = 32, 10
-"""Gauss-Legendre panels for the length of a quintic: exact to rounding for every blend this file makes."""
+"""Gauss-Legendre panels for the length of a quintic: exact to rounding for the blends of this file."""
 NEWTON = 3
-"""Steps from the table's linear guess to u(s) at rounding: each squares the error; two do it, one is in hand."""
+"""Newton steps from the table's linear guess to u(s): each squares the error, two reach rounding, one is a reserve."""
 REVERSAL = math.radians(170.0)
-"""[rad] A corner that turns by more cannot be rounded: the pen comes back on its own line."""
+"""[rad] A corner that turns by more cannot be rounded: the path goes back on itself."""
 _X, _W = np.polynomial.legendre.leggauss(NODES)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Quintic:
-    """A quintic curve p(u), u from 0 to 1, read by its length: `coefficients` (6, 3) [m], lowest power first."""
+class QuinticCurve:
+    """A quintic curve p(u), u from 0 to 1, by its length: `coefficients` (6, 3) [m], lowest power first."""
 
     coefficients: Array
     lengths: Array
@@ -63,8 +63,8 @@ class Quintic:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Cut:
-    """A part of a segment: from `start` [m] on it, `length` [m] long."""
+class PartOfSegment:
+    """A part of a segment: it begins at `start` [m] and is `length` [m] long."""
 
     segment: Segment
     start: float
@@ -75,7 +75,7 @@ class Cut:
         return self.segment.at(s + self.start)
 
 
-def quintic_between(before: PathSample, after: PathSample, speed: float) -> Quintic:
+def quintic_between(before: PathSample, after: PathSample, speed: float) -> QuinticCurve:
     """The quintic with the position, tangent and curvature of two samples (k = 1), and |dp/du| = speed at its ends."""
     p0, v0, a0 = before.p[0], speed * before.dp[0], speed**2 * before.ddp[0]
     p1, v1, a1 = after.p[0], speed * after.dp[0], speed**2 * after.ddp[0]
@@ -88,7 +88,7 @@ def quintic_between(before: PathSample, after: PathSample, speed: float) -> Quin
     edges = np.linspace(0.0, 1.0, PANELS + 1)
     nodes = edges[:-1, None] + (0.5 / PANELS) * (1.0 + _X)
     panels = _speed(c, nodes.ravel()).reshape(nodes.shape) @ _W * (0.5 / PANELS)
-    return Quintic(c, np.concatenate([[0.0], np.cumsum(panels)]))
+    return QuinticCurve(c, np.concatenate([[0.0], np.cumsum(panels)]))
 
 
 def blended(path: Path, corners: float = 0.0, bends: float = 0.0) -> Path:
@@ -121,7 +121,7 @@ def blended(path: Path, corners: float = 0.0, bends: float = 0.0) -> Path:
                 "blend", f"{reach[i]:g} m and {reach[i + 1]:g} m at the ends of segment {i}",
                 f"together at most its length, {segment.length:g} m",
             )  # fmt: skip
-        part = Cut(segment, reach[i], left) if reach[i] or reach[i + 1] else segment
+        part = PartOfSegment(segment, reach[i], left) if reach[i] or reach[i + 1] else segment
         if reach[i]:
             out.append(_blend(end_of(out[-1]), start_of(part), reach[i]))
         out.append(part)
@@ -134,8 +134,8 @@ def _reach(joint: PathJoint, corners: float, bends: float) -> float:
     return bends if joint.is_bend else 0.0
 
 
-def _blend(before: PathSample, after: PathSample, reach: float) -> Quintic:
-    """|dp/du| half-way between chord and legs: near the least curvature and the least slope of it at once."""
+def _blend(before: PathSample, after: PathSample, reach: float) -> QuinticCurve:
+    """With |dp/du| half-way between chord and legs: both the curvature and its slope are near their least there."""
     chord = float(np.linalg.norm(after.p[0] - before.p[0]))
     return quintic_between(before, after, reach + 0.5 * chord)
 

@@ -59,7 +59,7 @@ def double_s(length: float, speed: float, acceleration: float, jerk: float) -> M
 def double_s_in(lengths: Sequence[float], duration: float, acceleration: float, jerk: float) -> MotionProfile:
     """Double-S over sections with a stop after each, in a given total time: one cruise speed for all sections.
 
-    The cruise speed is the one number that is solved for; the bounds on acceleration and jerk are kept as given.
+    Only the cruise speed is solved for; the bounds on acceleration and jerk stay as given.
 
     Parameters
     ----------
@@ -98,7 +98,7 @@ def double_s_in(lengths: Sequence[float], duration: float, acceleration: float, 
         )
     speed = _falling_root(excess, sum(sections) / duration, fastest)
     profile = concatenate([double_s(length, speed, acceleration, jerk) for length in sections])
-    return stretched(profile, duration)  # takes away the last rounding of the solved speed
+    return stretched(profile, duration)  # removes the rounding of the solved speed
 
 
 def _times(length: float, speed: float, acceleration: float, jerk: float) -> tuple[float, float, float]:
@@ -125,7 +125,7 @@ def _total(length: float, speed: float, acceleration: float, jerk: float) -> flo
 
 
 def _reachable_speed(length: float, acceleration: float, jerk: float) -> float:
-    """The speed above which a higher bound changes nothing: the mean speed of one ramp, length / T_a."""
+    """The largest speed reached without a bound on it: length / T_a, the mean speed of the two ramps."""
     _, ramp, _ = _times(length, math.inf, acceleration, jerk)
     return length / ramp
 

@@ -20,7 +20,7 @@ from lwr_dyn.errors import OptionError
 from lwr_dyn.trajectory.motion_profile import DEGREE, MotionProfile, positive_number
 
 ROUNDING = 1e-12
-"""Relative: how far a request may stand beyond the triangular profile and still mean it."""
+"""Relative: a request that is beyond the triangular profile by less is taken for it."""
 
 
 def lspb(length: float, duration: float, blend: float) -> MotionProfile:
@@ -66,7 +66,7 @@ def lspb_at_velocity(length: float, duration: float, velocity: float) -> MotionP
     Parameters
     ----------
     length : float
-        [m or rad]; 0 is an axis that stands still for `duration`, whatever the velocity.
+        [m or rad]; 0 is an axis that stands still for `duration`, for any velocity.
     duration : float
         [s]
     velocity : float

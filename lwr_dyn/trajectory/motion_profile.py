@@ -1,6 +1,6 @@
 """Motion profiles: a scalar s(t) with its exact derivatives, as polynomials in time from knot to knot.
 
-One record, `MotionProfile`, that functions make. Before 0 and after its duration a profile stands still.
+Functions return the one record `MotionProfile`. Before 0 and after its duration a profile stands still.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from lwr_dyn.errors import OptionError
 
 DEGREE = 5
 SHORTEST, LONGEST = 1e-9, 1e9
-"""Amounts (lengths, times, bounds) outside this range are slips of a unit or a sign, and would lose the digits."""
+"""Allowed range of lengths, times and bounds: numbers outside come from a wrong unit, and would lose their digits."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -86,11 +86,11 @@ class MotionProfile:
         >>> constant_speed(3.0, 2.0).peaks()
         Peaks(speed=1.5, acceleration=0.0, jerk=0.0)
         """
-        found, c = [], self.coefficients
+        peaks, c = [], self.coefficients
         for _ in range(3):
             c = _derivative(c)
-            found.append(max(map(_peak, c, np.diff(self.knots))))
-        return Peaks(*found)
+            peaks.append(max(map(_peak, c, np.diff(self.knots))))
+        return Peaks(*peaks)
 
 
 def constant_speed(length: float, duration: float) -> MotionProfile:
@@ -128,7 +128,7 @@ def quintic(length: float, duration: float) -> MotionProfile:
 
 
 def stretched(profile: MotionProfile, duration: float) -> MotionProfile:
-    """The same profile stretched in time to `duration` [s]: speed, acceleration and jerk go with 1/x, 1/x^2, 1/x^3.
+    """The profile stretched in time by x to `duration` [s]: speed, acceleration and jerk scale with 1/x, 1/x^2, 1/x^3.
 
     Raises
     ------
@@ -146,7 +146,7 @@ def stretched(profile: MotionProfile, duration: float) -> MotionProfile:
 
 
 def concatenate(profiles: Sequence[MotionProfile]) -> MotionProfile:
-    """Laws one after the other, each going on where the one before it ended; those that end at rest stop there.
+    """Profiles one after the other, each from where the one before it ends; those that end at rest stop there.
 
     Raises
     ------

@@ -24,7 +24,7 @@ BEND = 1e-6
 
 @dataclass(frozen=True, slots=True)
 class PathJoint:
-    """Where two segments meet: s [m], the turn of the tangent [rad], the step of the curvature vector [1/m]."""
+    """Where two segments meet: at s [m], with a turn of the tangent [rad] and a step of the curvature vector [1/m]."""
 
     s: float
     turn: float
@@ -32,12 +32,12 @@ class PathJoint:
 
     @property
     def is_corner(self) -> bool:
-        """The tangent jumps: whoever passes here at speed has a jump of velocity."""
+        """The tangent jumps, and at speed the velocity."""
         return self.turn > TURN
 
     @property
     def is_bend(self) -> bool:
-        """Only the curvature jumps: whoever passes here at speed v has a jump v^2 bend of acceleration."""
+        """Only the curvature jumps, and at speed v the acceleration by v^2 bend."""
         return not self.is_corner and self.bend > BEND
 
 
@@ -84,7 +84,7 @@ class Path:
         return tuple(joint for joint in self.joints() if joint.is_corner)
 
     def sections(self) -> tuple[float, ...]:
-        """Lengths [m] from corner to corner: what can be drawn without a stop."""
+        """Lengths [m] from corner to corner, each followed without a stop."""
         marks = [0.0, *(corner.s for corner in self.corners()), self.length]
         return tuple(b - a for a, b in pairwise(marks))
 

@@ -35,9 +35,10 @@ def test_a_known_payload_is_compensated(simulated):
 
 
 def test_feedforward_and_gravity_can_be_left_out(simulated):
-    law = ("--controller", "inverse-dynamics", "--duration", "1")
+    controller = ("--controller", "inverse-dynamics", "--duration", "1")
     full, paper, droop = (
-        simulated(*MOVE, *law, *x)["metrics"]["tip_max_mm"] for x in ((), ("--no-feedforward",), ("--no-gravity",))
+        simulated(*MOVE, *controller, *x)["metrics"]["tip_max_mm"]
+        for x in ((), ("--no-feedforward",), ("--no-gravity",))
     )
     assert full < 0.1 * paper < 0.1 * droop
 

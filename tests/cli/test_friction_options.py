@@ -49,10 +49,10 @@ BAD = {
 
 @pytest.mark.parametrize("case", BAD)
 def test_bad_input_is_one_line(lwr_dyn_command, case):
-    arguments, said = BAD[case]
+    arguments, message = BAD[case]
     code, out, err = lwr_dyn_command(*FAST, *arguments)
     assert (code, out) == (2, "")
-    assert said in err
+    assert message in err
     assert err.count("\n") == 1
 
 

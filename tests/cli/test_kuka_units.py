@@ -1,4 +1,4 @@
-"""fk and ik of the KR 30 HA in SI and in KUKA's units, and what is said of bad input."""
+"""fk and ik of the KR 30 HA in SI and in KUKA's units, and what is message of bad input."""
 
 import io
 import json
@@ -89,10 +89,10 @@ BAD = {
 
 @pytest.mark.parametrize("name", BAD)
 def test_bad_input_is_one_line(name):
-    arguments, code, said = BAD[name]
+    arguments, code, message = BAD[name]
     done = run(*arguments)
     assert done.returncode == code
-    assert said in done.stderr
+    assert message in done.stderr
     assert len(done.stderr.splitlines()) == 1
 
 

@@ -8,7 +8,7 @@ import lwr_dyn
 from lwr_dyn.errors import LwrDynError
 
 HOLD = ("--task", "hold", "--from-deg", "0,30,0,-60,0,30,0", "--duration", "0.05")
-LAW = "def controller(t, q, dq, q_ref, dq_ref, ddq_ref):\n    return {}\n"
+FUNCTION = "def controller(t, q, dq, q_ref, dq_ref, ddq_ref):\n    return {}\n"
 BAD = {
     "not there": (None, "no such file or directory; allowed: a Python file with controller(t, q, dq,"),
     "not Python": ("def controller(:\n", "line 1: SyntaxError"),
@@ -19,8 +19,8 @@ BAD = {
     "make of one argument": ("def make(arm): ...\n", "make does not take two arguments"),
     "make returns nothing": ("def make(arm, dynamics): ...\n", "no function of six arguments"),
     "make fails": ("def make(arm, dynamics):\n    return arm.nothing\n", "line 2: AttributeError"),
-    "fails when it runs": (LAW.format("q[9]"), "line 2: IndexError"),
-    "no torques": (LAW.format("None"), "torque of the controller at sample 0: shape (); allowed: 7 numbers"),
+    "fails when it runs": (FUNCTION.format("q[9]"), "line 2: IndexError"),
+    "no torques": (FUNCTION.format("None"), "torque of the controller at sample 0: shape (); allowed: 7 numbers"),
 }
 
 
@@ -37,7 +37,7 @@ def test_a_bad_file_is_one_line(case, lwr_dyn_command, tmp_path):
 
 def test_a_function_and_a_factory_are_taken(lwr_dyn_command, tmp_path):
     own = tmp_path / "gentle.py"
-    own.write_text(LAW.format("400.0 * (q_ref - q) - 20.0 * dq"))
+    own.write_text(FUNCTION.format("400.0 * (q_ref - q) - 20.0 * dq"))
     record = json.loads(lwr_dyn_command("simulate", "lwr4plus", *HOLD, "--controller", str(own), "--json")[1])
     assert record["meta"]["controller"] == {"name": "gentle", "parameters": {}}
     own.write_text(

@@ -1,4 +1,4 @@
-"""Control laws against the formulas of the paper, written out with B, C and g."""
+"""Controllers against the formulas of the paper, written out with B, C and g."""
 
 import numpy as np
 import pytest
@@ -31,20 +31,20 @@ class TestFormulas:
         close(PDGravity(model, Kp, Kd)(0.0, *STATE), ROAD_B.gravity_vector(q) + Kp * e - Kd * dq)
 
     def test_pd_with_velocity_error(self, model):
-        law = PDGravity(model, Kp, Kd, velocity_error=True)
-        close(law(0.0, *STATE), ROAD_B.gravity_vector(q) + Kp * e + Kd * de)
+        controller = PDGravity(model, Kp, Kd, velocity_error=True)
+        close(controller(0.0, *STATE), ROAD_B.gravity_vector(q) + Kp * e + Kd * de)
 
     @pytest.mark.parametrize("feedforward", [True, False])
     @pytest.mark.parametrize("gravity", [True, False])
     def test_inverse_dynamics(self, model, feedforward, gravity):
-        law = InverseDynamics(model, Kp, Kd, feedforward=feedforward, gravity=gravity)
+        controller = InverseDynamics(model, Kp, Kd, feedforward=feedforward, gravity=gravity)
         y = Kp * e + Kd * de + feedforward * ddq_ref
         n = ROAD_B.coriolis_matrix(q, dq) @ dq + gravity * ROAD_B.gravity_vector(q)
-        close(law(0.0, *STATE), ROAD_B.mass_matrix(q) @ y + n)
+        close(controller(0.0, *STATE), ROAD_B.mass_matrix(q) @ y + n)
 
     def test_pid_with_gravity(self, model):
-        law = PID(Kp, Kd, np.full(7, np.inf), dynamics=model)
-        close(law(0.0, *STATE), ROAD_B.gravity_vector(q) + Kp * e - Kd * dq)
+        controller = PID(Kp, Kd, np.full(7, np.inf), dynamics=model)
+        close(controller(0.0, *STATE), ROAD_B.gravity_vector(q) + Kp * e - Kd * dq)
 
 
 class TestPID:
@@ -53,42 +53,42 @@ class TestPID:
         np.testing.assert_allclose(default_integral_gain(50.0**2 * b), 50.0**3 * b / 10, rtol=1e-15)
 
     def test_integral_is_the_sum_of_errors(self):
-        law = PID(Kp, Kd, np.full(7, np.inf), Ki=7.0)
+        controller = PID(Kp, Kd, np.full(7, np.inf), Ki=7.0)
         errors = RNG.uniform(-1, 1, (5, 7))
         for k, error in enumerate(errors):
-            tau = law(k * 0.01, q, dq, q + error, dq_ref, ddq_ref)
+            tau = controller(k * 0.01, q, dq, q + error, dq_ref, ddq_ref)
             close(tau, Kp * error + 7.0 * 0.01 * errors[:k].sum(axis=0) - Kd * dq)
 
     def test_back_calculation_pulls_the_integral_to_the_limit(self):
         limit, T_t, T = 1.0, 0.1, 1e-3
-        law = PID([10.0], [1.0], [limit], Ki=5.0, tracking_time=T_t)
+        controller = PID([10.0], [1.0], [limit], Ki=5.0, tracking_time=T_t)
         one, still, memory = np.ones(1), np.zeros(1), 0.0
         for k in range(3000):
-            tau = law(k * T, still, still, one, still, still)
+            tau = controller(k * T, still, still, one, still, still)
             assert tau[0] == pytest.approx(10.0 + memory, abs=1e-12)
             memory += T * (5.0 + (limit - tau[0]) / T_t)
         # at rest: Ki e = (tau - limit) / T_t
         assert tau[0] == pytest.approx(limit + 5.0 * T_t, abs=1e-9)
 
     def test_without_a_limit_it_winds_up(self):
-        law = PID([10.0], [1.0], [np.inf], Ki=5.0)
+        controller = PID([10.0], [1.0], [np.inf], Ki=5.0)
         one, still = np.ones(1), np.zeros(1)
         for k in range(1001):
-            tau = law(k * 1e-3, still, still, one, still, still)
+            tau = controller(k * 1e-3, still, still, one, still, still)
         assert tau[0] == pytest.approx(15.0, abs=1e-9)
 
     def test_reset_forgets(self):
-        law = PID(Kp, Kd, ARM.effort)
-        first = law(0.0, *STATE)
-        assert not np.allclose(law(0.5, *STATE), first)
-        reset(law)
-        close(law(0.9, *STATE), first)
-        close(law.integral, 0.0)
+        controller = PID(Kp, Kd, ARM.effort)
+        first = controller(0.0, *STATE)
+        assert not np.allclose(controller(0.5, *STATE), first)
+        reset(controller)
+        close(controller(0.9, *STATE), first)
+        close(controller.integral, 0.0)
 
     def test_has_a_continuous_form(self):
-        law = PID(Kp, Kd, np.full(7, np.inf), Ki=3.0)
-        assert isinstance(law, WithMemory)
-        tau, rate = law.torque_and_rate(np.ones(7), *STATE)
+        controller = PID(Kp, Kd, np.full(7, np.inf), Ki=3.0)
+        assert isinstance(controller, WithMemory)
+        tau, rate = controller.torque_and_rate(np.ones(7), *STATE)
         close(tau, Kp * e + 1.0 - Kd * dq)
         close(rate, 3.0 * e)
 
@@ -121,14 +121,14 @@ class TestAnyController:
     def test_describes_itself_in_json(self, name):
         import json
 
-        told = json.loads(json.dumps(describe(BUILDERS[name](Kp=2.0, Kd=3.0))))
-        assert told["name"] == name
-        assert told["parameters"]["Kp"] == [2.0] * 7
+        record = json.loads(json.dumps(describe(BUILDERS[name](Kp=2.0, Kd=3.0))))
+        assert record["name"] == name
+        assert record["parameters"]["Kp"] == [2.0] * 7
 
     def test_leaves_its_arguments_alone(self, name):
-        law = BUILDERS[name](Kp=2.0, Kd=3.0)
+        controller = BUILDERS[name](Kp=2.0, Kd=3.0)
         before = [x.copy() for x in STATE]
-        law(0.0, *STATE)
+        controller(0.0, *STATE)
         for x, y in zip(before, STATE, strict=True):
             np.testing.assert_array_equal(x, y)
 

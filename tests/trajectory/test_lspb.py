@@ -1,4 +1,4 @@
-"""LSPB: equation (2) of the WAM paper, the three ways to ask for it, the slip in equations (3) and (4), refusals."""
+"""LSPB: equation (2) of the WAM paper, the three ways to give it, the erratum in equations (3) and (4), refusals."""
 
 import numpy as np
 import pytest

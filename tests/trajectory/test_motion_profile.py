@@ -1,4 +1,4 @@
-"""Laws of motion: derivatives against differences, bounds, ends, and what is refused."""
+"""Motion profiles: derivatives against differences, bounds, ends, and what is refused."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ WEIGHTS = np.array([1 / 280, -4 / 105, 1 / 5, -4 / 5, 4 / 5, -1 / 5, 4 / 105, -1
 """Eighth-order central difference: exact for these polynomials, so only rounding is left."""
 
 amounts = st.floats(1e-2, 1e2)
-LAWS = {
+PROFILES = {
     "constant": constant_speed(0.7, 3.0),
     "quintic": quintic(0.7, 3.0),
     "double-S, all seven pieces": double_s(0.7, 0.3, 0.6, 2.0),
@@ -29,7 +29,7 @@ LAWS = {
 }
 
 
-@pytest.mark.parametrize("profile", LAWS.values(), ids=LAWS)
+@pytest.mark.parametrize("profile", PROFILES.values(), ids=PROFILES)
 def test_derivatives_are_those_of_s_inside_every_piece(profile):
     h = 1e-2 * float(np.min(np.diff(profile.knots)))
     for begin, end in zip(profile.knots, profile.knots[1:], strict=False):
@@ -42,16 +42,16 @@ def test_derivatives_are_those_of_s_inside_every_piece(profile):
             np.testing.assert_allclose(getattr(here, rate), difference, atol=scale, rtol=1e-9)
 
 
-@pytest.mark.parametrize("profile", LAWS.values(), ids=LAWS)
+@pytest.mark.parametrize("profile", PROFILES.values(), ids=PROFILES)
 def test_every_law_goes_from_zero_to_its_length_and_stands_still_outside(profile):
     sample = profile.at([-1.0, 0.0, profile.duration, profile.duration + 1.0])
     np.testing.assert_allclose(sample.s, [0.0, 0.0, profile.length, profile.length], atol=ROUNDING)
     assert not np.any([sample.ds[[0, 3]], sample.dds[[0, 3]], sample.ddds[[0, 3]]])
 
 
-@pytest.mark.parametrize("name", [n for n in LAWS if n != "constant"])
+@pytest.mark.parametrize("name", [n for n in PROFILES if n != "constant"])
 def test_rest_to_rest_laws_have_no_jump_of_s_speed_or_acceleration(name):
-    profile = LAWS[name]
+    profile = PROFILES[name]
     before = profile.at(np.nextafter(profile.knots, -np.inf))
     after = profile.at(profile.knots)
     for value in ("s", "ds", "dds"):
@@ -59,7 +59,7 @@ def test_rest_to_rest_laws_have_no_jump_of_s_speed_or_acceleration(name):
 
 
 def test_constant_speed_jumps_at_both_ends():
-    profile = LAWS["constant"]
+    profile = PROFILES["constant"]
     eps = 1e-9
     np.testing.assert_allclose(profile.at([-eps, 0.0, 3.0, 3.0 + eps]).ds, [0.0, 0.7 / 3.0, 0.7 / 3.0, 0.0])
 

@@ -1,4 +1,4 @@
-"""The arm angle along a task's path: the best curve, one fixed angle, or one that is given."""
+"""The arm angle along a path: the best curve, one fixed angle, or a curve that is given."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from lwr_dyn.trajectory.references.limits import limit_margin
 
 if TYPE_CHECKING:
     from lwr_dyn.model.arm import Arm
-    from lwr_dyn.trajectory.timed_pose_path import TimedPosePath
+    from lwr_dyn.trajectory.pose_path import TimedPosePath
 
 PLACES = 1401
 """Places on the path at which the arm angle is chosen: 1 mm apart on IST."""
@@ -34,7 +34,7 @@ class ArmAngle(Protocol):
 
     @property
     def reference(self) -> Array | None:
-        """The direction (3,) the angle is counted from; None for the arm's own."""
+        """The direction (3,) from which the angle is measured; None for the arm's own."""
 
     def evaluate(self, s: Array) -> tuple[Array, Array, Array]:
         """psi, dpsi/ds, d2psi/ds2 at lengths s (k,) [rad, rad/m, rad/m^2]."""
@@ -42,7 +42,7 @@ class ArmAngle(Protocol):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FixedArmAngle:
-    """The same arm angle `psi` [rad] all along, on a branch of one's own choice."""
+    """The same arm angle `psi` [rad] all along, on a given branch."""
 
     psi: float
     branch: Branch
@@ -62,7 +62,7 @@ class ChosenArmAngle(NamedTuple):
 
 
 def choose_arm_angle(arm: Arm, poses: TimedPosePath, wanted: float | ArmAngle | None) -> ChosenArmAngle:
-    """The arm angle for a task; see `pose_path_reference` for `wanted` and what is raised."""
+    """The arm angle for a path; `wanted` and the errors are those of `pose_path_reference`."""
     if wanted is None:
         return ChosenArmAngle(
             _best(arm, poses), "the curve of the largest joint-limit margin; the paper's own is not known"
@@ -86,9 +86,9 @@ def _best(arm: Arm, poses: TimedPosePath) -> ArmAngle:
         raise out_of_reach(poses, _when(poses, fault.at), fault.distance) from fault
     except OutsideLimitsError as fault:
         when = _when(poses, fault.at)
-        said = f"no arm angle keeps {fault.joint} within its limits, {fault.excess:.3g} rad outside ({fault.why})"
+        fault_text = f"no arm angle keeps {fault.joint} within its limits, {fault.excess:.3g} rad outside ({fault.why})"
         allowed = "a path inside the position limits"
-        raise PathLimitError(when, place_at(poses, when), said, allowed, fault.joint, fault.excess) from fault
+        raise PathLimitError(when, place_at(poses, when), fault_text, allowed, fault.joint, fault.excess) from fault
 
 
 def _fixed(arm: Arm, poses: TimedPosePath, psi: float) -> FixedArmAngle:
@@ -107,7 +107,7 @@ def _fixed(arm: Arm, poses: TimedPosePath, psi: float) -> FixedArmAngle:
 
 
 def _places(poses: TimedPosePath) -> Array:
-    """Lengths along the path, segment by segment, so that every joint of the path is one of them."""
+    """Lengths along the path; every joint between two segments is one of them."""
     starts = poses.path.starts
     gap = poses.length / (PLACES - 1)
     parts = [np.linspace(a, b, max(math.ceil((b - a) / gap), 1), endpoint=False) for a, b in pairwise(starts)]
@@ -116,12 +116,12 @@ def _places(poses: TimedPosePath) -> Array:
 
 def out_of_reach(poses: TimedPosePath, when: float, distance: float) -> PathLimitError:
     """The error for a wrist out of reach at time `when` [s], by `distance` [m]."""
-    said = f"the wrist is {distance:.3g} m out of reach"
-    return PathLimitError(when, place_at(poses, when), said, "a path within reach of the arm")
+    fault = f"the wrist is {distance:.3g} m out of reach"
+    return PathLimitError(when, place_at(poses, when), fault, "a path within reach of the arm")
 
 
 def _when(poses: TimedPosePath, s: float) -> float:
-    """The time at which the profile has travelled s [m]: s never falls, so bisection finds it."""
+    """The time [s] at which the profile reaches s [m], by bisection: s never falls."""
     if s <= 0.0:
         return 0.0
     low, high = 0.0, poses.duration

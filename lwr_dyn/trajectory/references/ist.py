@@ -1,4 +1,4 @@
-"""The IST path of the LWR 4+ paper: its points as printed, the path they mean, and the timings considered."""
+"""The IST path of the LWR 4+ paper: its points as printed, the path through them, and its timing."""
 
 from __future__ import annotations
 
@@ -13,13 +13,12 @@ from lwr_dyn.model.arm import Arm
 from lwr_dyn.papers.schema import Column
 from lwr_dyn.registry import Option, Quantity
 from lwr_dyn.trajectory.motion_profile import positive_number
-from lwr_dyn.trajectory.orientations import ConstantOrientation, rotation
 from lwr_dyn.trajectory.path import Path, path_of
+from lwr_dyn.trajectory.pose_path import ConstantOrientation, TimedPosePath, rotation, timed_pose_path
 from lwr_dyn.trajectory.references.arm_angles import ArmAngle
 from lwr_dyn.trajectory.references.pose_path_reference import PosePathReference, pose_path_reference
 from lwr_dyn.trajectory.references.tasks import Duration
 from lwr_dyn.trajectory.segments import arc, line
-from lwr_dyn.trajectory.timed_pose_path import TimedPosePath, timed_pose_path
 from lwr_dyn.trajectory.timings import MOTION_PROFILES, SmoothTiming
 
 POINTS = Column(
@@ -77,7 +76,7 @@ def timed_ist(
     R_07: ArrayLike | None = None,
     smoothness: SmoothTiming | None = None,
 ) -> TimedPosePath:
-    """The IST path with one of the timings; which one the authors used is not known.
+    """The IST path with one of the timings; the paper does not say which one it used.
 
     Parameters
     ----------

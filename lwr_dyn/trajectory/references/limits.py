@@ -1,4 +1,4 @@
-"""Where a joint movement leaves the position limits of an arm, and where it comes nearest to them."""
+"""Where a joint motion violates the position limits of an arm, and where it comes nearest to them."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class LimitMargin:
 
 
 def largest_violation(arm: Arm, q: Array) -> LimitViolation | None:
-    """The one of the positions q (k, n) [rad or m] that is furthest outside the limits, or None."""
+    """The largest violation of the limits by positions q (k, n) [rad or m], or None."""
     excess = np.maximum(q - arm.upper, arm.lower - q)
     i, j = (int(x) for x in np.unravel_index(int(np.argmax(excess)), excess.shape))
     if excess[i, j] <= 0.0:

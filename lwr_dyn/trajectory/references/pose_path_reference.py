@@ -1,4 +1,4 @@
-"""A reference for the joints made from a timed pose path, the arm's inverse kinematics and an arm angle."""
+"""A reference for the joints from a timed pose path, the arm's inverse kinematics and an arm angle."""
 
 from __future__ import annotations
 
@@ -18,24 +18,24 @@ from lwr_dyn.trajectory.references.limits import LimitMargin, largest_violation,
 
 if TYPE_CHECKING:
     from lwr_dyn.model.arm import Arm
-    from lwr_dyn.trajectory.timed_pose_path import TimedPosePath
+    from lwr_dyn.trajectory.pose_path import TimedPosePath
 
 TIMES = 1401
-"""Times at which the position limits are looked at, besides the knots of the profile: 10 ms apart on IST."""
+"""Times at which the position limits are checked, besides the knots of the profile: 10 ms apart on IST."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PosePathReference:
-    """A drawn path as a reference for the joints; q, dq, ddq are exact derivatives.
+    """A path of poses as a reference for the joints; q, dq, ddq are exact derivatives.
 
-    `poses` is the path in space with its timing, `arm_angle` the arm angle along it, `tightest` the place where the
-    motion comes nearest to a position limit, and `about` (JSON) says what of it is printed, assumed or estimated.
+    `poses` is the path in space with its timing, `arm_angle` the arm angle along it, `nearest_limit` where the
+    motion comes nearest to a position limit, and `about` (JSON) says what is printed, assumed or estimated.
     """
 
     arm: Arm
     poses: TimedPosePath
     arm_angle: ArmAngle
-    tightest: LimitMargin
+    nearest_limit: LimitMargin
     about: Mapping[str, Any] = field(default_factory=dict)
     name: ClassVar[str] = "TaskReference"
     """In run files."""
@@ -48,14 +48,14 @@ class PosePathReference:
     @property
     def margin(self) -> float:
         """Smallest distance from a position limit [rad]."""
-        return self.tightest.margin
+        return self.nearest_limit.margin
 
     def sample(self, t: ArrayLike) -> Motion:
         """The motion at times t (k,) [s]; before 0 and after `duration` it stands still; raises `ShapeError`."""
         return _motion(self.arm, self.poses, self.arm_angle, np.atleast_1d(real_array("t", t)))
 
     def trace(self, places: int = TIMES) -> Array:
-        """Points (places, 3) [m] of the drawn path in the base frame, evenly spaced."""
+        """Points (places, 3) [m] of the path in the base frame, evenly spaced."""
         return self.poses.path.at(np.linspace(0.0, self.poses.length, places)).p
 
 
@@ -77,10 +77,10 @@ def pose_path_reference(
         [rad], the same all along, on the branch with the largest margin; or a curve. If not given, the curve of
         `best_arm_angle`: the one that keeps the largest joint-limit margin.
     about : mapping, optional
-        What a run file should say of the task.
+        What a run file says about the task.
     limits : bool
-        False lets a fixed or given arm angle leave the position limits, for the study of a path as somebody else may
-        have drawn it: the margin is then negative, and `about` says so.
+        False lets a fixed or given arm angle leave the position limits, to study a path that may have been followed
+        without them: the margin is then negative, and `about` says so.
 
     Raises
     ------
@@ -103,20 +103,20 @@ def pose_path_reference(
     record = {
         **(about or {}),
         "arm_angle": {"value": how, "branch": curve.branch.label, "kind": "assumed"},
-        "margin": _said(nearest, outside is None),
+        "margin": _margin_record(nearest, outside is None),
     }
     return PosePathReference(arm, poses, curve, nearest, record)
 
 
-def _said(nearest: LimitMargin, kept: bool) -> dict[str, Any] | None:
-    """None where the arm has no limits: JSON knows no infinity."""
+def _margin_record(nearest: LimitMargin, kept: bool) -> dict[str, Any] | None:
+    """None where the arm has no limits: JSON has no infinity."""
     if not np.isfinite(nearest.margin):
         return None
     return {"value": nearest.margin, "joint": nearest.joint, "t": nearest.t, "limits_kept": kept}
 
 
 def _placed_motion(arm: Arm, poses: TimedPosePath, curve: ArmAngle, t: Array) -> Motion:
-    """`_motion`, whose errors count rows, with errors that say when and where."""
+    """`_motion`, with errors that say when and where instead of the row."""
     try:
         return _motion(arm, poses, curve, t)
     except OutOfReachError as fault:

@@ -1,4 +1,4 @@
-"""The IST path and its timings, before any arm is asked."""
+"""The IST path and its timings, without an arm."""
 
 import math
 

@@ -49,8 +49,8 @@ def test_hold_stands_still():
 @pytest.mark.parametrize("side", [2.5, -2.5])
 def test_a_waypoint_outside_the_limits_says_when_which_joint_and_by_how_much(side):
     outside = np.array([0, 0, 0, side, 0, 0, 0.0])
-    said = rf"at t = 2 s, waypoint 1: joint_4 at {side} rad, 0.406 rad outside"
-    with pytest.raises(PathLimitError, match=said) as caught:
+    message = rf"at t = 2 s, waypoint 1: joint_4 at {side} rad, 0.406 rad outside"
+    with pytest.raises(PathLimitError, match=message) as caught:
         point_to_point(ARM, [np.zeros(7), outside, np.zeros(7)], [2.0, 1.0])
     assert caught.value.joint == "joint_4"
     assert caught.value.excess == pytest.approx(2.5 - np.radians(120))

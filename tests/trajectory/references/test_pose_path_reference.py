@@ -1,4 +1,4 @@
-"""A task for the joints: the flange draws the path, q, dq, ddq belong together, limits are told with their place."""
+"""A path as a reference for the joints: the flange follows it, q, dq, ddq are consistent, errors name the place."""
 
 import json
 
@@ -10,13 +10,12 @@ from lwr_dyn.errors import OptionError, PathLimitError, ShapeError, SingularArmE
 from lwr_dyn.kinematics.branches import Branch
 from lwr_dyn.model.spatial import rot_x
 from lwr_dyn.trajectory.motion_profile import quintic
-from lwr_dyn.trajectory.orientations import constant, slerp
 from lwr_dyn.trajectory.path import path_of
+from lwr_dyn.trajectory.pose_path import constant_orientation, slerp, timed_pose_path
 from lwr_dyn.trajectory.references.arm_angles import FixedArmAngle
 from lwr_dyn.trajectory.references.ist import TOOL, ist_reference, timed_ist
 from lwr_dyn.trajectory.references.pose_path_reference import pose_path_reference
 from lwr_dyn.trajectory.segments import line
-from lwr_dyn.trajectory.timed_pose_path import timed_pose_path
 from lwr_dyn.trajectory.timings import MOTION_PROFILES, SmoothTiming
 
 ARM = lwr_dyn.load("lwr4plus")
@@ -106,8 +105,8 @@ def test_it_stands_still_before_and_after():
 def test_the_tightest_place_is_joint_6_at_point_1_by_1_2_degrees(timing):
     reference = REFERENCES[timing]
     assert np.degrees(reference.margin) == pytest.approx(1.2, abs=0.05)
-    assert reference.tightest.joint == "joint_6"
-    assert reference.tightest.t == pytest.approx(0.0, abs=0.2)
+    assert reference.nearest_limit.joint == "joint_6"
+    assert reference.nearest_limit.t == pytest.approx(0.0, abs=0.2)
     q = reference.sample(np.linspace(0, 14, 1401)).q
     assert np.min(np.minimum(ARM.upper - q, q - ARM.lower)) >= reference.margin
 
@@ -198,21 +197,21 @@ def test_a_given_curve_that_leads_out_of_reach_or_through_a_singularity_says_whe
     far = path_of([line((0.3, 0.3, 0.5), (0.3, 2.3, 0.5))])
     own = FixedArmAngle(0.0, Branch(1, 1, 1))
     with pytest.raises(PathLimitError, match=r"at t = 2 s, point .* 1\.\d+ m out of reach"):
-        pose_path_reference(ARM, timed_pose_path(far, constant(np.eye(3)), quintic(far.length, 2.0)), own)
+        pose_path_reference(ARM, timed_pose_path(far, constant_orientation(np.eye(3)), quintic(far.length, 2.0)), own)
     # the tool points away from the elbow's line as the arm passes upright: the wrist stands on the axis of joint 1
     over = path_of([line((-0.2, 0.0, 0.7), (0.2, 0.0, 0.7))])
     with pytest.raises(SingularArmError, match=r"at t = 1 s, point \(0, 0, 0\.7\) m"):
         pose_path_reference(
-            ARM, timed_pose_path(over, constant(np.eye(3)), quintic(over.length, 2.0)), own, limits=False
+            ARM, timed_pose_path(over, constant_orientation(np.eye(3)), quintic(over.length, 2.0)), own, limits=False
         )
 
 
 @pytest.mark.parametrize("arm_angle", [None, 0.0])
 def test_a_path_out_of_reach_says_where(arm_angle):
     path = path_of([line((0.3, 0.3, 0.5), (0.3, 2.3, 0.5))])
-    poses = timed_pose_path(path, constant(np.eye(3)), quintic(path.length, 2.0))
-    said = r"at t = 2 s, point \(0\.3, 2\.3, 0\.5\) m: the wrist is 1\.\d+ m out of reach"
-    with pytest.raises(PathLimitError, match=said):
+    poses = timed_pose_path(path, constant_orientation(np.eye(3)), quintic(path.length, 2.0))
+    message = r"at t = 2 s, point \(0\.3, 2\.3, 0\.5\) m: the wrist is 1\.\d+ m out of reach"
+    with pytest.raises(PathLimitError, match=message):
         pose_path_reference(ARM, poses, arm_angle)
 
 

@@ -1,4 +1,4 @@
-"""Orientations along a path: constant, or turning about one axis in proportion to the length travelled."""
+"""Poses along a path: a path in space, an orientation along it, and a motion profile that says when."""
 
 from __future__ import annotations
 
@@ -12,14 +12,17 @@ from numpy.typing import ArrayLike
 from lwr_dyn.arrays import Array, fixed_array, freeze_arrays
 from lwr_dyn.errors import OptionError
 from lwr_dyn.model.spatial import skew
-from lwr_dyn.trajectory.motion_profile import positive_number
+from lwr_dyn.trajectory.motion_profile import MotionProfile, ProfileSample, positive_number
+from lwr_dyn.trajectory.path import Path
 
 ORTHONORMAL = 1e-6
-"""How far R R^T may be from the identity: what six printed digits leave."""
+"""How far R R^T may be from the identity: the rounding of six printed digits."""
+LENGTHS = 1e-9
+"""Relative: how far profile and path may differ in length, by rounding of sums."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Rotation:
+class RotationSample:
     """Orientation at k lengths s: R (k, 3, 3), rate (k, 3) [rad/m] and its derivative (k, 3) [rad/m^2], base axes."""
 
     R: Array
@@ -30,7 +33,7 @@ class Rotation:
 class Orientation(Protocol):
     """A rotation as a function of the length on a path."""
 
-    def at(self, s: Array) -> Rotation:
+    def at(self, s: Array) -> RotationSample:
         """At lengths s (k,) [m]."""
 
 
@@ -43,10 +46,10 @@ class ConstantOrientation:
     def __post_init__(self) -> None:
         freeze_arrays(self, "R")
 
-    def at(self, s: Array) -> Rotation:
+    def at(self, s: Array) -> RotationSample:
         """At lengths s (k,) [m]."""
         still = np.zeros((len(s), 3))
-        return Rotation(np.broadcast_to(self.R, (len(s), 3, 3)), still, still)
+        return RotationSample(np.broadcast_to(self.R, (len(s), 3, 3)), still, still)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -60,16 +63,16 @@ class Slerp:
     def __post_init__(self) -> None:
         freeze_arrays(self, "R", "axis")
 
-    def at(self, s: Array) -> Rotation:
+    def at(self, s: Array) -> RotationSample:
         """At lengths s (k,) [m]."""
         angle = (self.rate * s)[:, None, None]
         K = skew(self.axis)
         R = (np.eye(3) + np.sin(angle) * K + (1.0 - np.cos(angle)) * (K @ K)) @ self.R
         rate = np.broadcast_to(self.rate * self.axis, (len(s), 3))
-        return Rotation(R, rate, np.zeros((len(s), 3)))
+        return RotationSample(R, rate, np.zeros((len(s), 3)))
 
 
-def constant(R: ArrayLike) -> ConstantOrientation:
+def constant_orientation(R: ArrayLike) -> ConstantOrientation:
     """One orientation R (3, 3) for the whole path; raises `ShapeError`, or `OptionError` when R is no rotation."""
     return ConstantOrientation(rotation("R", R))
 
@@ -112,3 +115,76 @@ def rotation(name: str, value: ArrayLike) -> Array:
         kind = "left-handed" if error <= ORTHONORMAL else f"R R^T differs from 1 by {error:.2g}"
         raise OptionError(name, kind, "a rotation matrix")
     return R
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PoseMotion:
+    """A pose over k times: T (k, 4, 4), velocity and acceleration (k, 6) [linear, angular], in the base frame.
+
+    t (k,) [s]; `profile` holds the length travelled and its derivatives; linear rates are those of the frame's origin.
+    """
+
+    t: Array
+    profile: ProfileSample
+    T: Array
+    velocity: Array
+    acceleration: Array
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, "t", "T", "velocity", "acceleration")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TimedPosePath:
+    """Path, orientation and profile together, with exact derivatives by the chain rule."""
+
+    path: Path
+    orientation: Orientation
+    profile: MotionProfile
+
+    @property
+    def duration(self) -> float:
+        """[s]"""
+        return self.profile.duration
+
+    @property
+    def length(self) -> float:
+        """[m]"""
+        return self.path.length
+
+    def poses(self, s: ArrayLike) -> Array:
+        """T (k, 4, 4) at lengths s (k,) [m]."""
+        where = np.atleast_1d(np.asarray(s, dtype=np.float64))
+        return _pose(self.orientation.at(where).R, self.path.at(where).p)
+
+    def at(self, t: ArrayLike) -> PoseMotion:
+        """Pose, velocity p' ds and acceleration p' dds + p'' ds^2 at times t (k,) [s]; raises `ShapeError`.
+
+        Before 0 and after `duration` the pose stands still.
+        """
+        profile = self.profile.at(t)
+        place, turn = self.path.at(profile.s), self.orientation.at(profile.s)
+        ds, dds = profile.ds[:, None], profile.dds[:, None]
+        first = np.hstack([place.dp, turn.rate])
+        second = np.hstack([place.ddp, turn.d_rate])
+        times = np.atleast_1d(np.asarray(t, dtype=np.float64))
+        return PoseMotion(times, profile, _pose(turn.R, place.p), first * ds, first * dds + second * ds**2)
+
+
+def timed_pose_path(path: Path, orientation: Orientation, profile: MotionProfile) -> TimedPosePath:
+    """The three put together.
+
+    Raises
+    ------
+    OptionError
+        The profile is made for another length than the path's.
+    """
+    if abs(profile.length - path.length) > LENGTHS * path.length:
+        raise OptionError("profile", f"a length of {profile.length:.9g}", f"the path's length, {path.length:.9g} m")
+    return TimedPosePath(path, orientation, profile)
+
+
+def _pose(R: Array, p: Array) -> Array:
+    T = np.zeros((len(p), 4, 4))
+    T[:, :3, :3], T[:, :3, 3], T[:, 3, 3] = R, p, 1.0
+    return T

@@ -10,10 +10,9 @@ from lwr_dyn.model.spatial import rot_x, rot_y, rot_z
 from lwr_dyn.trajectory.blends import blended
 from lwr_dyn.trajectory.double_s import double_s_in
 from lwr_dyn.trajectory.motion_profile import quintic
-from lwr_dyn.trajectory.orientations import constant, slerp
 from lwr_dyn.trajectory.path import path_of
+from lwr_dyn.trajectory.pose_path import constant_orientation, slerp, timed_pose_path
 from lwr_dyn.trajectory.segments import arc, line
-from lwr_dyn.trajectory.timed_pose_path import timed_pose_path
 
 STENCIL = np.array([-4, -3, -2, -1, 1, 2, 3, 4])
 WEIGHTS = np.array([1 / 280, -4 / 105, 1 / 5, -4 / 5, 4 / 5, -1 / 5, 4 / 105, -1 / 280])
@@ -48,7 +47,7 @@ def test_velocity_and_acceleration_are_the_derivatives_of_the_pose():
 def test_blended_path_with_a_smooth_law_has_no_jump_of_acceleration_anywhere():
     path = path_of([line((0, 0, 0.3), (0, 0, 0)), line((0, 0, 0), (0, 0.3, 0))])
     path = blended(path, corners=0.05)
-    poses = timed_pose_path(path, constant(np.eye(3)), double_s_in(path.sections(), 3.0, 0.5, 5.0))
+    poses = timed_pose_path(path, constant_orientation(np.eye(3)), double_s_in(path.sections(), 3.0, 0.5, 5.0))
     h = 1e-5
     a = poses.at(np.arange(0.0, 3.0, h)).acceleration
     jerk = np.abs(np.diff(a, axis=0)).max() / h
@@ -67,15 +66,15 @@ def test_slerp_reaches_both_ends_the_short_way_and_stands_still_outside():
 
 def test_what_is_no_rotation_or_no_match_is_refused():
     with pytest.raises(ShapeError, match="R: shape"):
-        constant(np.eye(4))
+        constant_orientation(np.eye(4))
     with pytest.raises(OptionError, match="differs from 1"):
-        constant(1.1 * np.eye(3))
+        constant_orientation(1.1 * np.eye(3))
     with pytest.raises(OptionError, match="left-handed"):
-        constant(np.diag([1.0, 1.0, -1.0]))
+        constant_orientation(np.diag([1.0, 1.0, -1.0]))
     with pytest.raises(OptionError, match="less than 180 deg"):
         slerp(np.eye(3), rot_z(math.pi), 1.0)
     path = path_of([line((0, 0, 0), (1, 0, 0))])
     with pytest.raises(OptionError, match="a length of 2; allowed: the path's length, 1 m"):
-        timed_pose_path(path, constant(np.eye(3)), quintic(2.0, 1.0))
+        timed_pose_path(path, constant_orientation(np.eye(3)), quintic(2.0, 1.0))
     with pytest.raises(ShapeError, match="nan"):
         turning_arc().at([np.nan])
