@@ -1,7 +1,7 @@
-"""The shape gate: what a caller hands in becomes a finite float64 array of the right shape, or one clear error.
+"""Input checks of arrays: arguments become finite float64 arrays of the right shape, or raise one clear error.
 
-It runs at the front door and in the public methods of the dynamics protocol; recursions and loops behind
-it are ungated.
+They run in the functions of `import lwr_dyn` and in the public methods of the engines; recursions and loops behind them
+run unchecked.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ def joint_array(name: str, value: ArrayLike, n: int) -> Array:
     Parameters
     ----------
     name : str
-        What the caller calls it, for the message.
+        Name of the argument, for the message.
     value : (..., n) array_like
     n : int
         Number of joints.
@@ -60,11 +60,11 @@ def fixed_array(name: str, value: ArrayLike, shape: tuple[int, ...]) -> Array:
 def real_array(name: str, value: ArrayLike) -> Array:
     """A finite float64 array of any shape; raises `ShapeError` for text, ragged lists, NaN or infinity."""
     try:
-        given = np.asarray(value)
-        array = np.asarray(given.real if given.dtype.kind == "c" else given, dtype=np.float64)
+        raw = np.asarray(value)
+        array = np.asarray(raw.real if raw.dtype.kind == "c" else raw, dtype=np.float64)
     except (TypeError, ValueError) as fault:
         raise ShapeError(name, "not an array of numbers", "real numbers") from fault
-    if given.dtype.kind == "c":
+    if raw.dtype.kind == "c":
         raise ShapeError(name, "complex numbers", "real numbers")
     finite = np.isfinite(array)
     if not finite.all():
@@ -93,7 +93,7 @@ def freeze_arrays(record: object, *names: str) -> None:
 
 
 def read_only(value: Any) -> Array:
-    """A float64 copy nobody can write to, for records.
+    """A read-only float64 copy.
 
     >>> read_only([1.0]).flags.writeable
     False

@@ -1,4 +1,4 @@
-"""Text in, its faults told; files out, under a temporary name and renamed: a kill leaves the old file or none."""
+"""Reads files with one clear error; writes files under a temporary name and renames them: none is ever incomplete."""
 
 from __future__ import annotations
 
@@ -9,24 +9,40 @@ from pathlib import Path
 
 from lwr_dyn.errors import FileAccessError
 
+_WRITABLE = "a file in an existing, writable directory"
 
-def read_text(path: str | Path, needed: str, encoding: str = "utf-8") -> str:
-    """A file as text; raises `FileAccessError` when it cannot be read or is not UTF-8, saying what is needed."""
+
+def read_text(path: str | Path, needed: str, encoding: str = "utf-8", largest: int | None = None) -> str:
+    """A file as text; raises `FileAccessError` as `read_bytes` and when it is not UTF-8."""
     try:
-        return Path(path).read_bytes().decode(encoding)
+        return read_bytes(path, needed, largest).decode(encoding)
     except UnicodeDecodeError:
         raise FileAccessError(str(path), "not UTF-8 text", needed) from None
+
+
+def read_bytes(path: str | Path, needed: str, largest: int | None = None) -> bytes:
+    """The content of a file; raises `FileAccessError` when it cannot be read or has more than `largest` bytes."""
+    try:
+        size = Path(path).stat().st_size
+        if largest is None or size <= largest:
+            return Path(path).read_bytes()
     except OSError as fault:
-        raise FileAccessError(str(path), (fault.strerror or str(fault)).lower(), needed) from None
+        raise FileAccessError(str(path), reason_of(fault), needed) from None
+    raise FileAccessError(str(path), f"{size} bytes", f"at most {largest} bytes")
+
+
+def reason_of(fault: OSError) -> str:
+    """The system's reason in lower case: "no such file or directory"."""
+    return (fault.strerror or str(fault)).lower()
 
 
 def write_file(path: str | Path, data: str | bytes) -> None:
-    """Write text (UTF-8) or bytes, whole or not at all; raises `FileAccessError` when the place cannot be written."""
+    """Write text (UTF-8) or bytes, completely or not at all; raises `FileAccessError`."""
     write_files({Path(path): data})
 
 
 def write_files(files: Mapping[Path, str | bytes]) -> None:
-    """Write several files, all staged before the first is renamed; raises `FileAccessError` with none of them there."""
+    """Write several files, all under temporary names before the first is renamed; raises `FileAccessError`."""
     staged: list[tuple[str, Path]] = []
     target = Path()
     try:
@@ -43,8 +59,7 @@ def write_files(files: Mapping[Path, str | bytes]) -> None:
             os.replace(temporary, target)
             staged.pop(0)
     except OSError as fault:
-        reason = (fault.strerror or str(fault)).lower()
-        raise FileAccessError(str(target), reason, "a file in an existing, writable directory") from None
+        raise FileAccessError(str(target), reason_of(fault), _WRITABLE) from None
     finally:
         for temporary, _ in staged:
             Path(temporary).unlink(missing_ok=True)
@@ -60,24 +75,21 @@ def check_writable(path: str | Path) -> None:
     """Raise `FileAccessError` now, before long work, when a file could not be written there later."""
     target = Path(path)
     if target.is_dir():
-        raise FileAccessError(str(path), "is a directory", "a file in an existing, writable directory")
+        raise FileAccessError(str(path), "is a directory", _WRITABLE)
     if not (target.parent.is_dir() and os.access(target.parent, os.W_OK | os.X_OK)):
-        raise FileAccessError(
-            str(path), f"cannot write in {target.parent}", "a file in an existing, writable directory"
-        )
+        raise FileAccessError(str(path), f"cannot write in {target.parent}", _WRITABLE)
 
 
 def write_folder(folder: str | Path, files: Mapping[str, str | bytes]) -> None:
-    """Write several files into a folder, made if missing; raises `FileAccessError`."""
+    """Write several files into a folder, which is created if missing; raises `FileAccessError`."""
     place = make_folder(folder)
     write_files({place / name: data for name, data in files.items()})
 
 
 def make_folder(folder: str | Path) -> Path:
-    """The folder, made if missing; raises `FileAccessError` when it cannot be."""
+    """The folder, created if missing; raises `FileAccessError`."""
     try:
         Path(folder).mkdir(parents=True, exist_ok=True)
     except OSError as fault:
-        reason = (fault.strerror or str(fault)).lower()
-        raise FileAccessError(str(folder), reason, "a directory that can be made and written") from None
+        raise FileAccessError(str(folder), reason_of(fault), "a directory that can be made and written") from None
     return Path(folder)

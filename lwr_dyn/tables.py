@@ -1,4 +1,4 @@
-"""A table is described once and drawn as aligned text, as a record for programs, or (by reports) as HTML."""
+"""A table is described once; its forms are aligned text, a record for programs, and (in reports) HTML."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ class Heading:
     head: str
     unit: str = ""
     format: str | Callable[[Any], str] = ""
-    """A format specification of numbers, or a function; text is shown as it is."""
+    """A format specification for numbers, or a function; text is unchanged."""
     key: str = ""
     shade: Callable[[Any], float] | None = None
-    """Of a value, from 0 to 1: how dark its cell is where a table has colours."""
+    """Darkness of a value's cell, from 0 to 1, where a table has colours."""
 
     @property
     def title(self) -> str:
@@ -40,7 +40,7 @@ class Heading:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Table:
-    """Rows of values under headings; a heading that is only text is shown as it is.
+    """Rows of values under headings; a heading may be plain text.
 
     Raises `OptionError` for a row with another number of values than there are headings.
 
@@ -65,12 +65,12 @@ class Table:
         for i, row in enumerate(self.rows):
             if len(row) != len(self.headings):
                 where = f"table {self.title!r}, row {i + 1}"
-                raise OptionError(where, f"{len(row)} values", f"{len(self.headings)}, one a column")
+                raise OptionError(where, f"{len(row)} values", f"{len(self.headings)}, one per column")
 
     @property
     def columns(self) -> tuple[Heading, ...]:
         """The headings."""
-        return self.headings  # type: ignore[return-value] # made so by __post_init__
+        return self.headings  # type: ignore[return-value] # converted in __post_init__
 
     @property
     def cells(self) -> tuple[tuple[str, ...], ...]:
@@ -79,7 +79,7 @@ class Table:
 
     @property
     def shades(self) -> tuple[tuple[float | None, ...], ...]:
-        """How dark each cell is, row by row; None for a cell without colour."""
+        """Darkness of each cell, row by row; None for a cell without colour."""
         return tuple(
             tuple(None if h.shade is None else h.shade(v) for h, v in zip(self.columns, row, strict=True))
             for row in self.rows
@@ -91,7 +91,7 @@ class Table:
         return "\n".join(line for line in lines if line)
 
     def record(self) -> list[dict[str, Any]]:
-        """A dictionary a row, values as they are."""
+        """One dictionary per row, values unchanged."""
         keys = [h.key or h.head for h in self.columns]
         return [dict(zip(keys, row, strict=True)) for row in self.rows]
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.errors import FileAccessError, MissingPackageError
-from lwr_dyn.files import write_file
+from lwr_dyn.files import reason_of, write_file
 from lwr_dyn.identification.log_checks import check_arm, check_log
 from lwr_dyn.identification.log_columns import SI, LogError, check_kinds, layout_of
 from lwr_dyn.model.arm import Arm
@@ -144,7 +144,7 @@ def read_head(path: Path) -> FileHeader:
     except UnicodeDecodeError:
         raise LogError(str(path), "head", "not text", "a CSV file in UTF-8") from None
     except OSError as fault:
-        raise FileAccessError(str(path), _reason(fault), "a log (.csv or .parquet)") from None
+        raise FileAccessError(str(path), reason_of(fault), "a log (.csv or .parquet)") from None
     raise LogError(str(path), "head", "the file is empty", "a line of column names, then rows")
 
 
@@ -166,7 +166,7 @@ def read_columns(path: Path, head: FileHeader, wanted: Sequence[int]) -> Array:
     except (ValueError, IndexError) as fault:
         raise _bad_row(path, head, str(fault)) from None
     except OSError as fault:
-        raise FileAccessError(str(path), _reason(fault), "a log (.csv or .parquet)") from None
+        raise FileAccessError(str(path), reason_of(fault), "a log (.csv or .parquet)") from None
 
 
 def _bad_row(path: Path, head: FileHeader, message: str) -> LogError:
@@ -225,7 +225,3 @@ def table_bytes(names: Sequence[str], columns: Sequence[Array], suffix: str) -> 
         return bytes(sink.getvalue().to_pybytes())
     rows = (",".join(map(repr, row)) for row in zip(*(c.tolist() for c in columns), strict=True))
     return ("\n".join([",".join(names), *rows]) + "\n").encode()
-
-
-def _reason(fault: OSError) -> str:
-    return (fault.strerror or str(fault)).lower()

@@ -11,8 +11,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from lwr_dyn.errors import FileAccessError, OptionError
-from lwr_dyn.files import write_file
+from lwr_dyn.errors import OptionError
+from lwr_dyn.files import read_bytes, write_file
 from lwr_dyn.krl.diagnostics import Diagnostic, SourcePosition
 from lwr_dyn.krl.lexer import LineError
 from lwr_dyn.krl.line_parser import parse_line
@@ -129,16 +129,7 @@ def parse_bytes(data: bytes, name: str = "program.src") -> tuple[SourceFile, tup
 
 def read_source(path: str | Path) -> tuple[SourceFile, tuple[Diagnostic, ...]]:
     """A file from disk; raises `FileAccessError` when it cannot be read or is larger than any program."""
-    target = Path(path)
-    try:
-        if target.stat().st_size > LARGEST:
-            raise FileAccessError(str(path), f"larger than {LARGEST} bytes", "a KRL program")
-        return parse_bytes(target.read_bytes(), target.name)
-    except OSError as fault:
-        if isinstance(fault, FileAccessError):
-            raise
-        reason = (fault.strerror or str(fault)).lower()
-        raise FileAccessError(str(path), reason, "a KRL file, .src or .dat") from None
+    return parse_bytes(read_bytes(path, "a KRL file, .src or .dat", LARGEST), Path(path).name)
 
 
 def _means(layout: str, line: SourceLine) -> bool:

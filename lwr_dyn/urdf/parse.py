@@ -17,7 +17,8 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.errors import FileAccessError, UrdfError
+from lwr_dyn.errors import UrdfError
+from lwr_dyn.files import read_bytes
 from lwr_dyn.model.chain import Rotor
 from lwr_dyn.urdf.xml_text import GRAVITY, REFLECTED, UNKNOWN_LIMITS, WRITTEN_BY, comment
 
@@ -57,10 +58,7 @@ def parse_urdf(path: str | Path) -> UrdfFile:
     """
     import yourdfpy
 
-    try:
-        content = Path(path).read_bytes()
-    except OSError as fault:
-        raise FileAccessError(str(path), (fault.strerror or str(fault)).lower(), "a readable .urdf file") from None
+    content = read_bytes(path, "a readable .urdf file")
     file = Path(path).name
     try:
         root = ElementTree.fromstring(content)

@@ -1,1 +1,11 @@
-"""What a run looks like: the one-file replay page, the live meshcat, the plots."""
+"""Runs in 3D and as figures.
+
+replay_page    replay_html, write_replay: one HTML file that replays runs in 3D
+live           serve: the same page, connected to a meshcat server on this machine
+replayed_runs  ReplayedRun: a run with its arm, label and colour
+scene          the arm as meshcat commands
+figures        descriptions of figures
+run_figures    figures of runs: errors, torques, path
+plots          figures drawn by Matplotlib
+page_parts     templates, scripts and packed numbers for one-file pages
+"""

@@ -1,9 +1,9 @@
 // Shapes that meshcat has no command for: paths as tubes, frames as three arrows.
-// Lengths in m. Matrices are arrays of 16 numbers, column after column, as three.js keeps them.
+// Lengths in m. Matrices are arrays of 16 numbers, column after column, as in three.js.
 
 const THREE = MeshCat.THREE;
 const AXIS_COLOURS = [0xd6336c, 0x37b24d, 0x1c7ed6];
-const MIN_STEP = 0.0005; // points of a drawn path nearer than this are one point
+const MIN_STEP = 0.0005; // nearer points of a drawn path count as one point
 const TUBE_SIDES = 8;
 
 function jointPose(joint, value) {
@@ -87,7 +87,7 @@ function nameplate(text, size) {
   const material = new THREE.SpriteMaterial({ map: new THREE.CanvasTexture(canvas), depthTest: false, transparent: true });
   const sprite = new THREE.Sprite(material);
   sprite.scale.setScalar(size * 0.55);
-  const turn = 2.4 * Number(text); // frames often share a place; their names then stand round it
+  const turn = 2.4 * Number(text); // frames at one place: their names are drawn around it
   sprite.position.set(0.4 * size * Math.cos(turn), 0.4 * size * Math.sin(turn), 0.15 * size);
   return sprite;
 }

@@ -1,8 +1,8 @@
-"""Live meshcat that listens on the loopback only: meshcat's own server, bound to 127.0.0.1.
+"""Live replay: meshcat's own server, bound to the loopback address 127.0.0.1 only.
 
-Stock meshcat calls ``app.listen(port)``, which listens on all interfaces. Here its server gets a socket that is already
-bound, and answers only requests made to this machine's own name. ``/`` is the replay page, connected to the server;
-``/static/`` is meshcat's own page with the same arms; `zmq_url` takes drawings from any ``meshcat.Visualizer``.
+Plain meshcat calls ``app.listen(port)``, which listens on all interfaces. Here its server gets a socket that is already
+bound, and it answers only requests to this machine's own name. ``/`` is the replay page, connected to the server;
+``/static/`` is meshcat's own page with the same arms; `zmq_url` accepts drawings from any ``meshcat.Visualizer``.
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ from numpy.typing import ArrayLike
 
 from lwr_dyn.arrays import joint_array
 from lwr_dyn.errors import OptionError
+from lwr_dyn.files import reason_of
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
 from lwr_dyn.viewer import scene
@@ -32,7 +33,7 @@ from lwr_dyn.viewer.page_parts import meshcat_folder
 from lwr_dyn.viewer.replay_page import replay_html
 from lwr_dyn.viewer.replayed_runs import ReplayedRun, replayed_runs
 
-with warnings.catch_warnings():  # meshcat imports a module of pyzmq that says so; it makes no use of it
+with warnings.catch_warnings():  # meshcat imports a deprecated module of pyzmq that it does not use
     warnings.filterwarnings("ignore", message="zmq.eventloop.ioloop is deprecated", category=DeprecationWarning)
     from meshcat.servers.tree import find_node
     from meshcat.servers.zmqserver import StaticFileHandlerNoCache, WebSocketHandler, ZMQWebSocketBridge
@@ -41,11 +42,11 @@ LOOPBACK = "127.0.0.1"
 DEFAULT_PORT = 7000
 _OWN_NAMES = r"(127\.0\.0\.1|localhost)"
 _STARTS_WITHIN = 30.0
-"""Seconds until the server's thread must stand."""
+"""Longest start of the server's thread [s]."""
 
 
 class LiveReplay:
-    """A running server; `close()` it, or use it as a context."""
+    """A running server; `close()` stops it, and it is a context manager."""
 
     def __init__(self, page: str, shown: Sequence[ReplayedRun], sockets: Sequence[socket.socket]) -> None:
         self.port = int(sockets[0].getsockname()[1])
@@ -60,13 +61,13 @@ class LiveReplay:
             raise self._fault[0]
 
     def show(self, q: ArrayLike, run: int = 0) -> None:
-        """Move the arm of run `run` on every open page to q (n,) [rad or m]; raises `ShapeError`."""
+        """Move the arm of run `run` to q (n,) [rad or m] on every open page; raises `ShapeError`."""
         arm = self._shown[run].arm
         commands = list(scene.pose_commands(arm, joint_array("q", q, arm.n), run))
         self._loop.add_callback(self._draw, commands)
 
     def wait(self) -> None:
-        """Until the server is closed."""
+        """Wait until the server is closed."""
         while self._thread.is_alive():
             self._thread.join(0.2)
 
@@ -94,7 +95,7 @@ class LiveReplay:
             self._loop.add_callback(self._ready.set)
             self._loop.start()
             self._bridge.stop()
-        except Exception as fault:  # handed to the thread that asked for the server
+        except Exception as fault:  # raised in the thread that started the server
             self._fault.append(fault)
         finally:
             app.stop()
@@ -114,14 +115,14 @@ def serve(
     Parameters
     ----------
     runs, arms
-        As `lwr_dyn.viewer.replay_page.replay_html`, which also names `page_options`.
+        As for `lwr_dyn.viewer.replay_page.replay_html`, which also lists `page_options`.
     port : int
-        0 takes any free one; it is then in `LiveReplay.port`.
+        0 for any free port; `LiveReplay.port` is the actual one.
 
     Raises
     ------
     OptionError
-        The port is taken, not allowed, or outside 0..65535; and as `replay_html`.
+        The port is in use, not allowed, or outside 0..65535; and as `replay_html`.
     ShapeError
         As `replay_html`.
     """
@@ -133,21 +134,21 @@ def serve(
 def _bound(port: int) -> list[socket.socket]:
     if not 0 <= port <= 65535:
         raise OptionError("port", port, "0..65535, 0 takes a free one")
-    held = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
-    held.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-    held.setblocking(False)
+    bound = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    bound.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    bound.setblocking(False)
     try:
-        held.bind((LOOPBACK, port))
-        held.listen()
+        bound.bind((LOOPBACK, port))
+        bound.listen()
     except OSError as fault:
-        held.close()
-        reason = "taken" if fault.errno == errno.EADDRINUSE else (fault.strerror or str(fault)).lower()
+        bound.close()
+        reason = "taken" if fault.errno == errno.EADDRINUSE else reason_of(fault)
         raise OptionError("port", f"{port} is {reason}", "a free port, or 0 for any free one") from None
-    return [held]
+    return [bound]
 
 
 class _LoopbackApplication(tornado.web.Application):
-    """meshcat's pages and websocket on sockets that are bound already, for requests to our own names only."""
+    """meshcat's pages and websocket on sockets that are already bound, for requests to our own names only."""
 
     def __init__(self, page: str, sockets: Sequence[socket.socket]) -> None:
         super().__init__()
@@ -164,19 +165,19 @@ class _LoopbackApplication(tornado.web.Application):
         self.add_handlers(_OWN_NAMES, routes)
 
     def listen(self, *_: Any, **__: Any) -> tornado.httpserver.HTTPServer:
-        """Serve the sockets given at the start, whatever port meshcat names."""
+        """Serve our own sockets; the port that meshcat passes is ignored."""
         self._server.add_sockets(self._sockets)
         return self._server
 
     def stop(self) -> None:
         """Stop listening."""
         self._server.stop()
-        for held in self._sockets:
-            held.close()
+        for bound in self._sockets:
+            bound.close()
 
 
 class _PageOrSocket(WebSocketHandler):  # type: ignore[misc]
-    """The replay page for a browser that asks for a page, the websocket for the page."""
+    """The replay page for browsers, and the websocket of that page."""
 
     def initialize(self, page: str) -> None:
         self._page_text = page
@@ -200,7 +201,7 @@ class _PageOrSocket(WebSocketHandler):  # type: ignore[misc]
 
 
 class _Bridge(ZMQWebSocketBridge):  # type: ignore[misc]
-    """meshcat's bridge on our application; its ZeroMQ socket takes a free loopback port."""
+    """meshcat's bridge on our application; its ZeroMQ socket uses a free loopback port."""
 
     def __init__(self, app: _LoopbackApplication) -> None:
         self._loopback_app = app
@@ -208,12 +209,12 @@ class _Bridge(ZMQWebSocketBridge):  # type: ignore[misc]
         self.zmq_url = self.zmq_socket.getsockopt(zmq.LAST_ENDPOINT).decode()
 
     def make_app(self) -> _LoopbackApplication:
-        """Ours instead of the stock one."""
+        """Our application instead of meshcat's."""
         self._loopback_app.open_to(self)
         return self._loopback_app
 
     def draw(self, command: scene.Command) -> None:
-        """Keep a command for pages to come and send it to those that are open."""
+        """Store a command for future pages and send it to open ones."""
         path = [name for name in command["path"].split("/") if name]
         data = umsgpack.packb(dict(command))
         node = find_node(self.tree, path)
@@ -224,7 +225,7 @@ class _Bridge(ZMQWebSocketBridge):  # type: ignore[misc]
         self.forward_to_websockets([command["type"], command["path"], data])
 
     def stop(self) -> None:
-        """Close the pages' sockets and our own."""
+        """Close the pages' sockets and the bridge's."""
         for page in list(self.websocket_pool):
             page.close()
         self.zmq_stream.close(linger=0)

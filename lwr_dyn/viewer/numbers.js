@@ -1,4 +1,4 @@
-// Numbers of the page: packed series, the sample at a time, text of a number; and elements, made in one line.
+// Numbers of the page: packed series, the sample at a time, text of a number, and elements created in one line.
 "use strict";
 
 function unpack(packed) {
@@ -35,7 +35,7 @@ function sampleAt(run, time) {
 
 function plainNumber(value) {
   const size = Math.abs(value);
-  if (size < 1e-6) return "0"; // less than the packing keeps, in thousandths
+  if (size < 1e-6) return "0"; // below the precision of the packing, in thousandths
   if (size < 1e-3) return value.toExponential(1);
   return value.toFixed(size >= 100 ? 0 : size >= 10 ? 1 : size >= 1 ? 2 : 3);
 }

@@ -1,7 +1,7 @@
-// The player: one time for all runs; controls, readouts, whoever watches the time, and a hook for scripts and tests.
+// The player: one time for all runs; controls, readouts, listeners of the time, and an interface for scripts and tests.
 
 class Player {
-  // `covered` as of the stage; `keys` is where keys are listened to.
+  // `covered` as of the stage; `keys` is the element that receives keys.
   constructor(data, { covered, keys = document } = {}) {
     this.stage = new Stage(document.getElementById("stage"), data, covered);
     this.runs = this.stage.runs;
@@ -47,7 +47,7 @@ class Player {
     if (index === null) this.strip.visible.forEach((visible, i) => this.stage.showRun(i, visible));
   }
 
-  // What scripts and tests may ask for.
+  // For scripts and tests.
   hook() {
     return {
       ready: true,

@@ -29,10 +29,10 @@ from lwr_dyn.viewer.page_parts import (
 from lwr_dyn.viewer.replayed_runs import ReplayedRun, facts, replayed_runs
 
 SERIES_BUDGET = 4_300_000
-"""Bytes the series of all runs may take in the page; beyond, samples are left out, and the page says so."""
+"""Largest size of all series in the page [bytes]; above it samples are left out, and the page shows how many."""
 _TRACE_POINTS = 1500
-"""A drawn path has at most this many points."""
-_EVENTS = 400
+"""Largest number of points of a drawn path."""
+_MOST_EVENTS = 400
 
 
 def replay_html(
@@ -59,11 +59,11 @@ def replay_html(
     title : str, optional
         Headline; the arm's title if not given.
     trace, frames : bool
-        Whether the drawn trace and the frames of the paper are shown at first; both have a switch on the page.
+        Whether the trace and the source's frames are shown at the start; the page has a switch for each.
     layout : {"overlaid", "beside"}
-        Whether several arms stand in one place or side by side at first; a switch too.
+        Whether several arms are at one place or side by side at the start; the page has a switch.
     live : bool
-        Whether the page listens to the meshcat server it comes from (`lwr_dyn.viewer.live`).
+        Whether the page connects to the meshcat server that served it (`lwr_dyn.viewer.live`).
 
     Raises
     ------
@@ -96,7 +96,7 @@ def write_replay(path: str | Path, runs: Sequence[Run], arms: Arm | Sequence[Arm
 
 
 def page_data(shown: Sequence[ReplayedRun]) -> dict[str, Any]:
-    """What the player reads: the runs, and the arms as meshcat commands."""
+    """The player's data: the runs, and the arms as meshcat commands."""
     samples = sum(one.run.t.size * (2 * one.arm.n + 2) for one in shown)
     stride = max(1, -(-samples * 16 // 3 // SERIES_BUDGET))  # four bytes a number, a third more as base64
     commands = [command for i, one in enumerate(shown) for command in scene.arm_commands(one, i)]
@@ -104,7 +104,7 @@ def page_data(shown: Sequence[ReplayedRun]) -> dict[str, Any]:
 
 
 def run_record(shown: ReplayedRun, stride: int = 1) -> dict[str, Any]:
-    """One run as JSON: who it is, its joints as origins and kinds, its series as packed integers."""
+    """One run as JSON values: label and facts, joints as origins and kinds, series as packed integers."""
     run, arm = shown.run, shown.arm
     keep = subsample(run.t.size, stride)
     drawn = subsample(run.t.size, -(-run.t.size // _TRACE_POINTS))
@@ -127,10 +127,10 @@ def run_record(shown: ReplayedRun, stride: int = 1) -> dict[str, Any]:
         "tip_error": pack_int32(shown.tip_error[keep]),
         "trace": {"t": pack_int32(run.t[drawn]), "points": pack_int32(shown.pose[drawn, :3, 3])},
         "reference": pack_int32(path),
-        "events": [[event.t, event.kind, event.joint] for event in run.events[:_EVENTS]],
+        "events": [[event.t, event.kind, event.joint] for event in run.events[:_MOST_EVENTS]],
     }
 
 
 def _policy(live: bool) -> str:
-    listens = "connect-src 'self' ws:" if live else "connect-src 'none'"
-    return f"default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; {listens}"
+    connect = "connect-src 'self' ws:" if live else "connect-src 'none'"
+    return f"default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; {connect}"

@@ -14,32 +14,32 @@ from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
 
 RUN_COLOURS = ("#e8590c", "#1c7ed6", "#2b8a3e", "#9c36b5", "#c2255c", "#0c8599")
-"""One per run, told apart by people with a colour deficiency too as long as there are two or three."""
+"""One per run; the first three are distinguishable with a colour deficiency."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ReplayedRun:
-    """One run as it is shown; `pose` and `pose_ref` are T_{0,flange} (k, 4, 4) [m] of what happened, what was asked."""
+    """A run with its arm, label and colour, and the flange pose T_{0,flange}, actual and desired."""
 
     run: Run
     arm: Arm
     label: str
     colour: str
-    pose: Array
-    pose_ref: Array
+    pose: Array  # (k, 4, 4) [m], actual
+    pose_ref: Array  # (k, 4, 4) [m], desired
 
     @property
     def tip_error(self) -> Array:
-        """Distance of the flange from where it should be, (k,) [m]."""
+        """Distance between desired and actual flange position, (k,) [m]."""
         return np.asarray(np.linalg.norm(self.pose_ref[:, :3, 3] - self.pose[:, :3, 3], axis=1))
 
     @property
     def reference_path(self) -> Array:
-        """Points of the path asked for, (m, 3) [m]: the task's own where the run file carries it."""
-        given = self.run.meta.get("reference_trace")
-        if given is None:
+        """Points of the desired path, (m, 3) [m]: the one stored in the run if any, else that of `pose_ref`."""
+        stored = self.run.meta.get("reference_trace")
+        if stored is None:
             return np.asarray(self.pose_ref[:, :3, 3])
-        points = real_array("reference_trace", given)
+        points = real_array("reference_trace", stored)
         if points.ndim != 2 or points.shape[1] != 3:
             raise ShapeError("reference_trace", f"shape {points.shape}", "(m, 3), points in the base frame in m")
         return points
@@ -56,7 +56,7 @@ def replayed_runs(
     arms : Arm or sequence of Arm
         One for all, or one per run.
     labels : sequence of str, optional
-        One per run; the controller's name if not given, numbered where two are alike.
+        One per run; the controller's name if not given, numbered where names repeat.
 
     Raises
     ------
@@ -69,14 +69,14 @@ def replayed_runs(
     names = _labels(runs) if labels is None else [str(label) for label in labels]
     if not runs:
         raise OptionError("runs", "none", "one or more")
-    for what, given in (("arms", arm_of), ("labels", names)):
-        if len(given) != len(runs):
-            raise OptionError(what, f"{len(given)} for {len(runs)} runs", "one per run")
+    for option, values in (("arms", arm_of), ("labels", names)):
+        if len(values) != len(runs):
+            raise OptionError(option, f"{len(values)} for {len(runs)} runs", "one per run")
     colours = [RUN_COLOURS[i % len(RUN_COLOURS)] for i in range(len(runs))]
-    return tuple(_shown(*row) for row in zip(runs, arm_of, names, colours, strict=True))
+    return tuple(_replayed(*row) for row in zip(runs, arm_of, names, colours, strict=True))
 
 
-def _shown(run: Run, arm: Arm, label: str, colour: str) -> ReplayedRun:
+def _replayed(run: Run, arm: Arm, label: str, colour: str) -> ReplayedRun:
     if run.t.ndim != 1 or run.t.size == 0:
         raise ShapeError(f"t of {label}", f"shape {run.t.shape}", "(k,) with at least one time")
     if not (np.diff(run.t) > 0.0).all():
@@ -96,10 +96,10 @@ def _labels(runs: Sequence[Run]) -> list[str]:
 
 
 def facts(run: Run) -> dict[str, str]:
-    """What a page says of a run: robot, reading, the controller's name, the task, the plant where it is named."""
+    """Facts about a run for a page, if known: robot, reading, controller, task, plant."""
     meta, note = run.meta, run.meta.get("note") or {}
     controller = meta.get("controller")
     name = controller.get("name") if isinstance(controller, Mapping) else controller
-    found = {"robot": meta.get("robot"), "reading": meta.get("reading"), "controller": name}
-    found |= {key: note.get(key, meta.get(key)) for key in ("task", "plant")}
-    return {key: value for key, value in found.items() if isinstance(value, str) and value}
+    values = {"robot": meta.get("robot"), "reading": meta.get("reading"), "controller": name}
+    values |= {key: note.get(key, meta.get(key)) for key in ("task", "plant")}
+    return {key: value for key, value in values.items() if isinstance(value, str) and value}

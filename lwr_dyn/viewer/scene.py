@@ -1,7 +1,7 @@
-"""The arm as meshcat commands: `set_object` and `set_transform` dictionaries that a meshcat viewer takes as they are.
+"""The arm as meshcat commands: `set_object` and `set_transform` dictionaries in the format of a meshcat viewer.
 
-The same commands fill the one-file page and the live server. Names are made from places in the tree, not at random, so
-the same runs give the same bytes. Link k stands at `link_path(run, k)` below link k - 1; its transform is the joint's
+The replay page and the live server use the same commands. Names come from the place in the scene tree, not at random,
+so the same runs give the same bytes. Link k is at `link_path(run, k)` below link k - 1; its transform is the joint's
 origin times the joint's motion, which the player sets.
 """
 
@@ -23,17 +23,17 @@ Command = Mapping[str, Any]
 
 ROOT = "arms"
 _UPRIGHT = Pose(rot_x(np.pi / 2), np.zeros(3))
-"""A three.js cylinder lies along y, ours along z."""
+"""Turns the y axis of a three.js cylinder to our z axis."""
 _SIDES = 40
 
 
 def run_path(run: int) -> str:
-    """Where the base of run `run` stands in the scene tree."""
+    """Path of the base of run `run` in the scene tree."""
     return f"/{ROOT}/run_{run}"
 
 
 def link_path(run: int, link: int) -> str:
-    """Where link `link` stands: 0 is the base, n + 1 the flange of an arm of n joints."""
+    """Path of link `link`: 0 is the base, n + 1 the flange of an arm with n joints."""
     return "/".join([run_path(run), *(f"link_{i}" for i in range(link + 1))])
 
 
@@ -53,7 +53,7 @@ def pose_commands(arm: Arm, q: Array, run: int) -> Iterator[Command]:
 
 
 def cylinder(path: str, shape: Primitive, accent: str) -> Command:
-    """A drawn cylinder; the arm's orange parts wear the colour of their run."""
+    """A drawn cylinder; orange parts of the arm get the colour of their run."""
     r, g, b = (round(255 * c) for c in COLOURS[shape.colour][:3])
     colour = int(accent[1:], 16) if shape.colour == "orange" else r << 16 | g << 8 | b
     geometry = {
@@ -82,12 +82,12 @@ def cylinder(path: str, shape: Primitive, accent: str) -> Command:
 
 
 def transform(path: str, pose: Pose) -> Command:
-    """Put the node at `path` at `pose` in its parent."""
+    """Sets the pose of the node at `path` in its parent."""
     return {"type": "set_transform", "path": path, "matrix": column_major(pose)}
 
 
 def column_major(pose: Pose) -> list[float]:
-    """The 16 numbers of a pose as three.js keeps them, column after column."""
+    """The 16 numbers of a pose in column-major order, as in three.js."""
     return [float(x) for x in pose.matrix().T.ravel()]
 
 

@@ -48,7 +48,7 @@ class Stage {
     return parts;
   }
 
-  // A still never moves from the pose it was made in; it is out of sight until it is asked for.
+  // A still keeps its pose; it is hidden until it is chosen.
   #settle(still) {
     const tip = this.flangePose(this.arms.indexOf(still)).map((row) => row[3]);
     still.reach = Math.hypot(tip[0], tip[1], tip[2]);
@@ -57,7 +57,7 @@ class Stage {
     this.viewer.set_property(still.root, "visible", false);
   }
 
-  // Only the still `index` is on stage, or with null the runs.
+  // Shows only the still `index`, or with null the runs.
   showStill(index) {
     this.stills.forEach((still, i) => this.viewer.set_property(still.root, "visible", i === index));
     if (index !== null) this.runs.forEach((run) => this.viewer.set_property(run.root, "visible", false));
@@ -95,7 +95,7 @@ class Stage {
     viewer.set_property(["Lights", "AmbientLight", "<object>"], "intensity", 0.55);
   }
 
-  // The path is looked at from its front when it lies in an upright plane, a little from the side of the path.
+  // The camera looks at the path from its front when it lies in an upright plane, a little from the side of the path.
   #camera() {
     const points = this.runs.flatMap((run) => run.reference), box = new THREE.Box3();
     points.forEach((p) => box.expandByPoint(new THREE.Vector3(p[0], p[1], p[2])));
@@ -140,7 +140,7 @@ class Stage {
     this.viewer.set_dirty();
   }
 
-  // Side by side the arms stand apart along the picture's horizontal; overlaid all but the first are glassy.
+  // Side by side the arms stand apart along the picture's horizontal; overlaid all but the first are transparent.
   setBeside(beside) {
     this.beside = beside;
     const gap = 1.0, right = [-Math.sin(this.azimuth), Math.cos(this.azimuth)];
@@ -157,7 +157,7 @@ class Stage {
     this.frameView();
   }
 
-  // Points that the picture must hold: every run's path, foot, and joints at some samples.
+  // Points that must be visible: every run's path, foot, and joints at some samples.
   outline() {
     const points = [], samples = 12;
     this.scene().updateMatrixWorld(true);
@@ -181,7 +181,7 @@ class Stage {
     return this.viewer.scene;
   }
 
-  // The camera so that the outline fills what is free of the pane.
+  // Places the camera so that the outline fills the free part of the pane.
   frameView() {
     const viewer = this.viewer, camera = viewer.camera, points = this.outline();
     const width = this.pane.clientWidth, height = this.pane.clientHeight, { left: side, bottom: bar } = this.covered();
@@ -208,7 +208,7 @@ class Stage {
       distance = Math.max(...needed);
     }
     const eye = out.multiplyScalar(distance).add(centre);
-    camera.position.set(eye.x, eye.z, -eye.y); // meshcat's camera lives in a frame whose y is up
+    camera.position.set(eye.x, eye.z, -eye.y); // meshcat's camera frame has y up
     viewer.controls.target.set(centre.x, centre.z, -centre.y);
     camera.setViewOffset(width, height, -side / 2, bar / 2, width, height);
     viewer.controls.update();

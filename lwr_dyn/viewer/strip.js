@@ -94,7 +94,7 @@ class Strip {
 
   cursor(time) {
     this.time = time;
-    if (this.still.width === 0) return; // out of sight
+    if (this.still.width === 0) return; // hidden
     const { canvas } = this, scale = window.devicePixelRatio || 1, pen = canvas.getContext("2d");
     pen.setTransform(1, 0, 0, 1, 0, 0);
     pen.clearRect(0, 0, canvas.width, canvas.height);

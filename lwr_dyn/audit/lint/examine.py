@@ -79,14 +79,7 @@ def sheet_of_file(path: str | Path, joints: str = "") -> Sheet:
     file = Path(path)
     if file.suffix.lower() not in (".toml", ".csv"):
         raise FileAccessError(str(path), "neither .toml nor .csv", FORMATS)
-    try:
-        if file.stat().st_size > LARGEST:
-            raise FileAccessError(str(path), f"{file.stat().st_size} bytes", f"at most {LARGEST} bytes")
-    except OSError as fault:
-        if isinstance(fault, FileAccessError):
-            raise
-        raise FileAccessError(str(path), (fault.strerror or str(fault)).lower(), FORMATS) from None
-    text = read_text(path, FORMATS, "utf-8-sig")
+    text = read_text(path, FORMATS, "utf-8-sig", LARGEST)
     if file.suffix.lower() == ".csv":
         return sheet_of_csv(text, str(path), file.stem)
     return sheet_of_toml(text, str(path), joints)
