@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from lwr_dyn.arrays import Array
+from lwr_dyn.dynamics.regressor import body_parameters
 from lwr_dyn.errors import OptionError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import Body, Chain, with_payload
@@ -24,7 +25,7 @@ PER_LINK = ("m", "mx", "my", "mz", "Ixx", "Ixy", "Iyy", "Ixz", "Iyz", "Izz")
 FRICTION = ("positive_coulomb", "positive_viscous", "negative_coulomb", "negative_viscous", "offset")
 """Rows of the friction of an arm: magnitudes per direction as in `friction.models`, [N m] and [N m s/rad]."""
 TENSOR = ((0, 0), (0, 1), (1, 1), (0, 2), (1, 2), (2, 2))
-"""Entries of the tensor in the order of `PER_LINK`."""
+"""Entries of the tensor in the order of `PER_LINK`, which is Pinocchio's."""
 
 
 def parameter_shape(name: str, n: int) -> tuple[int, ...]:
@@ -54,15 +55,9 @@ def chosen_inputs(inputs: Iterable[str]) -> tuple[str, ...]:
     return tuple(name for name in INPUTS if name in wanted)
 
 
-def body_parameters(body: Body) -> Array:
-    """The ten inertial parameters of a body in the frame it is given in, (10,), ordered as `PER_LINK`."""
-    tensor = body.inertia_origin()
-    return np.array([body.mass, *(body.mass * body.com), *(tensor[i, j] for i, j in TENSOR)])
-
-
 def inertial_parameters(chain: Chain) -> Array:
     """Inertial parameters of all links in their own frames, (n, 10), ordered as `PER_LINK`; zero where not given."""
-    return np.array([body_parameters(Body.massless() if link.body is None else link.body) for link in chain.links])
+    return np.array([body_parameters(link.body or Body.massless(), TENSOR) for link in chain.links])
 
 
 def payload_parameters(mass: float, com: Any = (0.0, 0.0, 0.0), inertia_com: Any = None) -> Array:
@@ -78,7 +73,7 @@ def payload_parameters(mass: float, com: Any = (0.0, 0.0, 0.0), inertia_com: Any
     here = Pose.identity()
     bare = Chain((ChainLink("joint", "link", JointKind.REVOLUTE, here, here),), here, np.zeros(3))
     body = with_payload(bare, mass, com, inertia_com).links[0].body
-    return body_parameters(Body.massless() if body is None else body)
+    return body_parameters(body or Body.massless(), TENSOR)
 
 
 def friction_parameters(arm: Arm) -> Array:

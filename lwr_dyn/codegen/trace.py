@@ -15,10 +15,11 @@ import numpy as np
 
 from lwr_dyn.codegen.form import Form
 from lwr_dyn.codegen.functions import function_shape
-from lwr_dyn.codegen.parameters import body_parameters, moved, parameter_shape
+from lwr_dyn.codegen.parameters import TENSOR, moved, parameter_shape
 from lwr_dyn.codegen.triangles import factor_of, solved
 from lwr_dyn.dynamics.newton_euler import Recursion
 from lwr_dyn.dynamics.recursion import LinkConstants, link_constants
+from lwr_dyn.dynamics.regressor import body_parameters
 from lwr_dyn.kinematics.jacobian import jacobian_at, joint_axes
 from lwr_dyn.model.chain import link_frames
 from lwr_dyn.model.vectors import ZERO, Matrix3, Vector
@@ -80,7 +81,7 @@ class Traced:
         if "payload" in self.given:
             load = moved(self.given["payload"], chain.flange.rotation, chain.flange.position)
             body = chain.links[-1].body
-            last = out.get(n - 1, [0.0] * 10 if body is None else list(body_parameters(body)))
+            last = out.get(n - 1, [0.0] * 10 if body is None else list(body_parameters(body, TENSOR)))
             out[n - 1] = [a + b for a, b in zip(last, load, strict=True)]
         return out
 

@@ -1,4 +1,4 @@
-"""The engines: who computes an arm's dynamics, by name."""
+"""The engines of an arm's dynamics, by name."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ ENGINES: Registry[Callable[[Arm, str], Dynamics]] = Registry(
         ),
     },
 )
-"""Who computes an arm's dynamics; each row makes it from the arm and the treatment of its rotors."""
+"""Engines by name; each row is a function of the arm and the treatment of its rotors."""
 
 
 def dynamics_of(arm: Arm, engine: str = "pinocchio", rotors: str = "armature") -> Dynamics:
@@ -49,7 +49,7 @@ def dynamics_of(arm: Arm, engine: str = "pinocchio", rotors: str = "armature") -
     UnknownNameError
         No engine of that name.
     OptionError
-        Rotors that the engine does not know.
+        Rotors that the engine does not have.
     MissingDataError
         The arm has no inertias.
     MissingPackageError

@@ -1,4 +1,4 @@
-"""Road B as an engine: B, C and g derived from the recursion as in the LWR 4+ paper.
+"""Road B: B, C and g from the recursion, as in the LWR 4+ paper.
 
 g(q) = NE(q, 0, 0); column j of B = NE(q, 0, e_j) without gravity; C e_j = [h(dq + e_j) - h(dq) - h(e_j)] / 2 with
 h(dq) = NE(q, dq, 0) without gravity, which is quadratic in dq: its polar form is the Christoffel matrix.
@@ -17,7 +17,7 @@ from lwr_dyn.dynamics.recursion import LinkConstants, Rotors, inverse_dynamics, 
 from lwr_dyn.model.chain import Chain
 from lwr_dyn.model.vectors import ZERO, Scalar, Vector
 
-_REST = 0.0
+_ZERO = 0.0  # a literal zero, whose terms the recursion drops
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -35,8 +35,8 @@ class Recursion:
 
     def _torque(self, gravity: Vector, q: Any, dq: Any, ddq: Any) -> Any:
         n = len(self.links)
-        rest = [_REST] * n
-        q_i, dq_i, ddq_i = (rest if x is None else [x[..., i] for i in range(n)] for x in (q, dq, ddq))
+        zeros = [_ZERO] * n
+        q_i, dq_i, ddq_i = (zeros if x is None else [x[..., i] for i in range(n)] for x in (q, dq, ddq))
         return _joined(inverse_dynamics(self.links, gravity, q_i, dq_i, ddq_i, self.rotors))
 
     def inverse_dynamics(self, q: Any, dq: Any, ddq: Any) -> Any:
@@ -62,15 +62,15 @@ class Recursion:
 
     def forward_dynamics(self, q: Any, dq: Any, tau: Any) -> Any:
         """ddq = B^-1 (tau - C dq - g), for numbers."""
-        rest = tau - self.bias_torque(q, dq)
-        return np.linalg.solve(self.mass_matrix(q), rest[..., None])[..., 0]
+        net = tau - self.bias_torque(q, dq)
+        return np.linalg.solve(self.mass_matrix(q), net[..., None])[..., 0]
 
     def coriolis_matrix(self, q: Any, dq: Any) -> Any:
         """C(q, dq): column j is the polar form of h at (dq, e_j)."""
         unit = np.eye(len(self.links))
-        here = q[..., None, :]
-        both = self.velocity_torque(here, dq[..., None, :] + unit)
-        columns = (both - self.velocity_torque(q, dq)[..., None, :] - self.velocity_torque(here, unit)) / 2
+        q_row = q[..., None, :]
+        both = self.velocity_torque(q_row, dq[..., None, :] + unit)
+        columns = (both - self.velocity_torque(q, dq)[..., None, :] - self.velocity_torque(q_row, unit)) / 2
         return np.swapaxes(columns, -1, -2)
 
     def potential_energy(self, q: Any) -> Any:

@@ -1,11 +1,11 @@
 """Road B: the paper's Newton-Euler recursion, by hand, on the native chain.
 
-Siciliano, Sciavicco, Oriolo, Villani, *Robotics*, section 7.5 (the recursion of the LWR 4+ paper, its slips put
-right): link i is seen in its own frame i, its joint acts along z0 of frame i-1, its rotor sits on link i-1.
+Siciliano, Sciavicco, Oriolo, Villani, *Robotics*, section 7.5 (the recursion of the LWR 4+ paper, its errata
+corrected): vectors of link i are in its own frame i, its joint acts along z0 of frame i-1, its rotor is on link i-1.
 
-Two things are more general than the book: a constant pose `before` may stand ahead of the joint (modified DH, URDF),
-and rotors may enter whole ("full"), by what the joint feels of them ("armature", k_r^2 I_m ddq) or not at all ("none").
-Scalars are whatever `lwr_dyn.model.vectors` takes. This module must never see a URDF, an Arm or Pinocchio.
+Two things are more general than the book: a constant pose `before` may precede the joint (modified DH, URDF), and
+rotors enter completely ("full"), by their inertia at the joint ("armature", k_r^2 I_m ddq) or not at all ("none").
+Scalars are those of `lwr_dyn.model.vectors`. This module must never see a URDF, an Arm or Pinocchio.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ Rotors = Literal["armature", "full", "none"]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LinkConstants:
-    """What the recursion needs of one link, as scalars: constants today, symbols when a kernel is traced."""
+    """The constants of one link as scalars: numbers, or symbols when code is generated."""
 
     revolute: bool
     turn_before: Matrix3
     shift_before: Vector
-    at_once: bool
-    """`before` is the identity, as in every standard DH table."""
+    before_is_identity: bool
+    """As in every standard DH table."""
     turn: Matrix3
     """Rotation of frame i in the moved joint frame."""
     shift: Vector
@@ -42,11 +42,11 @@ class LinkConstants:
     gear_ratio: Scalar
     rotor_inertia: Scalar
     reflected: bool
-    """The rotor's inertia is known at the joint alone, so that "full" can only take it as armature."""
+    """Only the rotor's inertia at the joint is known, so that "full" takes it as armature."""
 
 
 def link_constants(chain: Chain) -> tuple[LinkConstants, ...]:
-    """The chain as the recursion reads it; a link without a body counts as massless, one without a rotor as without."""
+    """The constants of all links; a link without a body is massless, one without a rotor has no rotor inertia."""
     out = []
     for link in chain.links:
         body, rotor = link.body, link.rotor
@@ -55,7 +55,7 @@ def link_constants(chain: Chain) -> tuple[LinkConstants, ...]:
                 revolute=link.kind is JointKind.REVOLUTE,
                 turn_before=Matrix3.of(link.before.rotation),
                 shift_before=Vector.of(link.before.position),
-                at_once=link.before.is_identity(),
+                before_is_identity=link.before.is_identity(),
                 turn=Matrix3.of(link.after.rotation),
                 shift=Vector.of(link.after.position),
                 mass=0.0 if body is None else float(body.mass),
@@ -70,8 +70,8 @@ def link_constants(chain: Chain) -> tuple[LinkConstants, ...]:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Moving:
-    """Link i in motion: what the forward recursion leaves for the backward one, in frame i."""
+class _LinkState:
+    """Motion of link i: results of the forward recursion for the backward one, in frame i."""
 
     R: Matrix3
     """R_i^{i-1}, frame i in the joint frame."""
@@ -113,19 +113,19 @@ def inverse_dynamics(
     ----------
     Siciliano et al., eqs. 7.107 to 7.114; LWR 4+ paper, "Forward Recursion", "Backward Recursion".
     """
-    moving = _forward(links, gravity, q, dq, ddq)
-    return _backward(links, moving, dq, ddq, rotors)
+    states = _forward(links, gravity, q, dq, ddq)
+    return _backward(links, states, dq, ddq, rotors)
 
 
 def _forward(
     links: Sequence[LinkConstants], gravity: Vector, q: Sequence[Scalar], dq: Sequence[Scalar], ddq: Sequence[Scalar]
-) -> list[_Moving]:
+) -> list[_LinkState]:
     """Velocities and accelerations from the base outward (eqs. 7.107 to 7.111)."""
     omega, domega, ddp = ZERO, ZERO, -gravity
-    moving = []
+    states = []
     for i, link in enumerate(links):
-        if not link.at_once:
-            ddp = ddp + acceleration_of_arm(omega, domega, link.shift_before)
+        if not link.before_is_identity:
+            ddp = ddp + lever_acceleration(omega, domega, link.shift_before)
             omega, domega, ddp = (link.turn_before.T @ v for v in (omega, domega, ddp))
         carrier, dcarrier = omega, domega
         if link.revolute:
@@ -140,24 +140,24 @@ def _forward(
             omega = R.T @ carrier
             domega = R.T @ dcarrier
             ddp = R.T @ (ddp + Z.times(ddq[i]) + carrier.times(multiply(2.0, dq[i])).cross(Z))
-        ddp = ddp + acceleration_of_arm(omega, domega, r)
-        ddp_com = ddp + acceleration_of_arm(omega, domega, link.com)
-        moving.append(_Moving(R, r, omega, domega, ddp_com, carrier, dcarrier))
-    return moving
+        ddp = ddp + lever_acceleration(omega, domega, r)
+        ddp_com = ddp + lever_acceleration(omega, domega, link.com)
+        states.append(_LinkState(R, r, omega, domega, ddp_com, carrier, dcarrier))
+    return states
 
 
 def _backward(
     links: Sequence[LinkConstants],
-    moving: Sequence[_Moving],
+    states: Sequence[_LinkState],
     dq: Sequence[Scalar],
     ddq: Sequence[Scalar],
     rotors: Rotors,
 ) -> list[Scalar]:
     """Forces and moments from the flange inward (eqs. 7.112 to 7.114)."""
-    f, mu = ZERO, ZERO  # what link i+1 takes from link i, about the origin of frame i, in frame i
+    f, mu = ZERO, ZERO  # force and moment of link i on link i+1, about the origin of frame i, in frame i
     tau: list[Scalar] = [0.0] * len(links)
     for i in reversed(range(len(links))):
-        link, m = links[i], moving[i]
+        link, m = links[i], states[i]
         f_next, f = f, f + m.ddp_com.times(link.mass)
         mu = (
             mu
@@ -176,7 +176,7 @@ def _backward(
             domega_m = m.domega_carrier + Z.times(dspin) + m.omega_carrier.times(spin).cross(Z)
             tau[i] = add(tau[i], multiply(kr * Im, domega_m.z))
             mu = mu + Z.times(multiply(dspin, Im)) + m.omega_carrier.cross(Z).times(multiply(spin, Im))
-        if not link.at_once:  # to frame i-1, about its origin
+        if not link.before_is_identity:  # to frame i-1, about its origin
             f, mu = link.turn_before @ f, link.turn_before @ mu
             mu = mu + link.shift_before.cross(f)
     return tau
@@ -188,8 +188,8 @@ def turn_about_z(angle: Scalar) -> Matrix3:
     return Matrix3(Vector(c, -s, 0.0), Vector(s, c, 0.0), Z)
 
 
-def acceleration_of_arm(omega: Vector, domega: Vector, r: Vector) -> Vector:
-    """What a point at r on a turning body has over the origin: domega x r + omega x (omega x r)."""
+def lever_acceleration(omega: Vector, domega: Vector, r: Vector) -> Vector:
+    """Acceleration of a point at r on a turning body relative to the origin: domega x r + omega x (omega x r)."""
     return domega.cross(r) + omega.cross(omega.cross(r))
 
 

@@ -1,9 +1,9 @@
-"""The regressor of an arm: torques are linear in the ten inertial parameters of every link, so columns are torques.
+"""Regressor of an arm: joint torques are linear in the ten inertial parameters of every link.
 
     tau = Y(q, dq, ddq) pi,   pi_i = (m, m cx, m cy, m cz, Ixx, Ixy, Ixz, Iyy, Iyz, Izz) about the origin of frame i
 
-No second derivation: a column is what the Newton-Euler recursion gives for a chain with one parameter of 1 and all
-others 0. Friction and rotors add columns of their own joint.
+A column is the torque of the Newton-Euler recursion for a chain with one parameter of 1 and all others 0. Friction and
+rotors add columns for their own joint.
 """
 
 from __future__ import annotations
@@ -20,18 +20,21 @@ from lwr_dyn.model.spatial import steiner
 from lwr_dyn.model.vectors import ZERO, Matrix3, Vector
 
 INERTIAL = ("m", "mx", "my", "mz", "Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz")
+"""Mass [kg], first moment [kg m], tensor about the origin of the frame [kg m^2]."""
 JOINT = ("armature", "coulomb+", "viscous+", "coulomb-", "viscous-")
-_PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
+"""Rotor inertia at the joint [kg m^2], friction per direction [N m, N m s/rad]."""
+ROW_BY_ROW = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
+"""Entries of the tensor in the order of `INERTIAL`."""
 
 
-def inertial_parameters(body: Body) -> Array:
-    """The ten parameters of a body in its frame, in the order of `INERTIAL`.
+def body_parameters(body: Body, entries: Sequence[tuple[int, int]] = ROW_BY_ROW) -> Array:
+    """The ten inertial parameters of a body in its frame, (10,), the entries of the tensor in the given order.
 
-    >>> inertial_parameters(Body(2.0, np.array([0.0, 0.0, 1.0]), np.zeros((3, 3)))).tolist()
+    >>> body_parameters(Body(2.0, np.array([0.0, 0.0, 1.0]), np.zeros((3, 3)))).tolist()
     [2.0, 0.0, 0.0, 2.0, 2.0, 0.0, 0.0, 2.0, 0.0, 0.0]
     """
     tensor = body.inertia_origin()
-    return np.array([body.mass, *(body.mass * body.com), *(tensor[i, j] for i, j in _PAIRS)])
+    return np.array([body.mass, *(body.mass * body.com), *(tensor[i, j] for i, j in entries)])
 
 
 def parameter_names(n: int) -> tuple[str, ...]:
@@ -41,21 +44,21 @@ def parameter_names(n: int) -> tuple[str, ...]:
 
 
 def chain_parameters(chain: Chain) -> Array:
-    """The columns' values in a chain without friction, (15 n,): what the model says before anything is identified."""
-    links = [inertial_parameters(link.body or Body.massless()) for link in chain.links]
+    """The parameters of a chain without friction, (15 n,): the model's own values for the columns."""
+    links = [body_parameters(link.body or Body.massless()) for link in chain.links]
     joints = [[0.0 if link.rotor is None else link.rotor.armature, 0.0, 0.0, 0.0, 0.0] for link in chain.links]
     return np.concatenate([*links, *joints])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Regressor:
-    """Y(q, dq, ddq) of one chain's geometry; its masses do not enter."""
+    """Y(q, dq, ddq) of one chain's geometry; independent of its masses."""
 
     chain: Chain
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the columns."""
+        """Names of the columns."""
         return parameter_names(self.chain.n)
 
     def __call__(self, q: Array, dq: Array, ddq: Array) -> Array:
@@ -77,7 +80,7 @@ class Regressor:
                 for j, values in enumerate(torque):
                     out[:, j, len(INERTIAL) * i + p] = values
             mass = out[:, :, len(INERTIAL) * i, None]
-            out[:, :, len(INERTIAL) * i + 1 : len(INERTIAL) * i + 4] -= mass  # a first moment needs a mass to carry it
+            out[:, :, len(INERTIAL) * i + 1 : len(INERTIAL) * i + 4] -= mass  # that body had a mass of 1 too
         first = len(INERTIAL) * n
         for i in range(n):
             columns = slice(first + len(JOINT) * i, first + len(JOINT) * (i + 1))
@@ -96,14 +99,14 @@ def _bare(link: LinkConstants) -> LinkConstants:
 
 
 def _unit_bodies(bare: LinkConstants) -> Sequence[LinkConstants]:
-    """The link with a mass of 1; with that mass one unit out along each axis; with each element of the tensor 1.
+    """The link with a mass of 1; with that mass at one unit along each axis; with each element of the tensor 1.
 
-    The middle three have no inertia about the origin, so that the tensor about their centre of mass is negative.
+    The middle three have no inertia about the origin: their tensor about the centre of mass is negative.
     """
     bodies = [replace(bare, mass=1.0)]
     for axis in np.eye(3):
         bodies.append(replace(bare, mass=1.0, com=Vector.of(axis), inertia=Matrix3.of(-steiner(1.0, axis))))
-    for a, b in _PAIRS:
+    for a, b in ROW_BY_ROW:
         tensor = np.zeros((3, 3))
         tensor[a, b] = tensor[b, a] = 1.0
         bodies.append(replace(bare, inertia=Matrix3.of(tensor)))

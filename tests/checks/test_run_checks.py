@@ -23,7 +23,7 @@ RECURSION_FAULTS = {
     "centrifugal term lost": ("domega.cross(r) + omega.cross(omega.cross(r))", "domega.cross(r)"),
     "centrifugal term reversed": ("+ omega.cross(omega.cross(r))", "- omega.cross(omega.cross(r))"),
     "centre of mass forgotten in acceleration": (
-        "ddp_com = ddp + acceleration_of_arm(omega, domega, link.com)",
+        "ddp_com = ddp + lever_acceleration(omega, domega, link.com)",
         "ddp_com = ddp",
     ),
     "lever arm without r": ("- f.cross(m.r + link.com)", "- f.cross(link.com)"),
@@ -38,7 +38,7 @@ RECURSION_FAULTS = {
     "moment not carried to the parent": ("f, mu = m.R @ f, m.R @ mu", "f, mu = m.R @ f, mu"),
     "armature lost": ('if rotors == "armature" or', 'if rotors == "" or'),
     "armature with k_r instead of its square": ("multiply(kr * kr, Im)", "multiply(kr, Im)"),
-    "rotor of the wrong joint": ("links[i], moving[i]", "links[max(i - 1, 0)], moving[i]"),
+    "rotor of the wrong joint": ("links[i], states[i]", "links[max(i - 1, 0)], states[i]"),
     "potential energy reversed": ("multiply(-link.mass, gravity.dot", "multiply(link.mass, gravity.dot"),
     "origin vector in the parent's axes": ("r = link.turn.T @ link.shift", "r = link.shift"),
 }
