@@ -30,7 +30,7 @@ FUNCTIONS: Registry[Callable[..., Any]] = Registry(
         "dh_matrices_text": Row("lwr_dyn.symbolic.dh_matrices:dh_matrices_text", "DH matrices", extra="symbolic"),
     },
 )
-"""Functions of optional packages that are offered by `import lwr_dyn` and to the commands."""
+"""Functions of optional packages that are offered by `import lwr_dyn` and by the commands."""
 
 
 def _an_arm(arm: Any) -> Arm:

@@ -1,4 +1,4 @@
-"""fk and ik of the KR 30 HA in SI and in KUKA's units, and what is message of bad input."""
+"""fk and ik of the KR 30 HA in SI and in KUKA's units, and one line for bad input."""
 
 import io
 import json
