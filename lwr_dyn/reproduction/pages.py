@@ -16,7 +16,17 @@ from lwr_dyn.reproduction.case import ComparedExpression
 from lwr_dyn.reproduction.compare import DIFFERS, NOT, ComparedNumber
 from lwr_dyn.reproduction.ledger import LedgerEntry
 from lwr_dyn.reproduction.paper_study import PaperStudy, Reproduction
-from lwr_dyn.reproduction.report.content import Cell, Check, Erratum, FileFact, Page, ReportTable, Row, Section, Verdict
+from lwr_dyn.reproduction.report.content import (
+    Cell,
+    Check,
+    Erratum,
+    FileFact,
+    Page,
+    ReportRow,
+    ReportTable,
+    Section,
+    Verdict,
+)
 from lwr_dyn.reproduction.results import ResultBlock
 from lwr_dyn.reproduction.verdicts import Verdicts
 from lwr_dyn.simulation.audit import TOLERANCE
@@ -103,7 +113,7 @@ def _table(
         title=f"{title}, {matrix}" if matrix else title,
         where="" if block.where == title.removeprefix("derived: ") else block.where,
         columns=tuple(columns),
-        rows=tuple(Row(row, tuple(cells.get((row, column), empty) for column in columns)) for row in rows),
+        rows=tuple(ReportRow(row, tuple(cells.get((row, column), empty) for column in columns)) for row in rows),
         unit="" if units == ["1"] else ", ".join(units),
         note=block.note,
     )

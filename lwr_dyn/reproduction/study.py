@@ -16,7 +16,7 @@ ALL = "all"
 
 
 @dataclass(frozen=True, slots=True)
-class Option:
+class StudyOption:
     """An option of `lwr-dyn reproduce` that a study takes: one of `values`, or a flag where there are none."""
 
     name: str
@@ -31,7 +31,7 @@ class Option:
         return self.name.replace("-", "_")
 
 
-SENSITIVITY = Option("sensitivity", "also the task under all readings (a minute more)", for_all=True)
+SENSITIVITY = StudyOption("sensitivity", "also the task under all readings (a minute more)", for_all=True)
 """For papers whose readings are readings of one arm, with masses in print."""
 
 
@@ -47,7 +47,7 @@ class Study:
     """Name in `results.toml` -> `PaperFormula`."""
     proofs: str = ""
     """Id of an erratum -> its proof; empty for a paper without errata."""
-    options: tuple[Option, ...] = ()
+    options: tuple[StudyOption, ...] = ()
     conventions: Literal["", "tensors", "zero"] = ""
     """What the tables leave open: conventions of the inertia tensors, or zero and signs of the joints."""
     failing_readings: tuple[str, ...] = ()
@@ -74,7 +74,7 @@ def study_of(paper: str) -> Study:
     return studies()[paper]
 
 
-def takers(keyword: str) -> dict[str, Option]:
+def takers(keyword: str) -> dict[str, StudyOption]:
     """Paper -> option of that keyword, for the papers that take it."""
     return {paper: o for paper, study in studies().items() for o in study.options if o.keyword == keyword}
 

@@ -70,14 +70,14 @@ cells = { reach = ["0.09"] }
     "reproduction/fifth/__init__.py": '''
 """The fifth paper recomputed."""
 
-from lwr_dyn.reproduction.study import Option, Study
+from lwr_dyn.reproduction.study import StudyOption, Study
 
 STUDY = Study(
     order=5,
     run="lwr_dyn.reproduction.fifth.study:run",
     formulas="lwr_dyn.reproduction.fifth.study:FORMULAS",
     proofs="lwr_dyn.reproduction.fifth.study:PROOFS",
-    options=(Option("loudly", "in capital letters"),),
+    options=(StudyOption("loudly", "in capital letters"),),
     conventions="tensors",
 )
 ''',

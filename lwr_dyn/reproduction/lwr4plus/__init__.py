@@ -1,6 +1,6 @@
 """The LWR 4+ paper recomputed: worst-case inertias, gains, both controllers on IST."""
 
-from lwr_dyn.reproduction.study import SENSITIVITY, Option, Study
+from lwr_dyn.reproduction.study import SENSITIVITY, Study, StudyOption
 
 TIMINGS = ("constant", "quintic", "smooth")
 STUDY = Study(
@@ -9,8 +9,8 @@ STUDY = Study(
     formulas="lwr_dyn.reproduction.lwr4plus.formulas:FORMULAS",
     proofs="lwr_dyn.reproduction.lwr4plus.proofs:PROOFS",
     options=(
-        Option("timing", f"of the runs that are replayed: {', '.join(TIMINGS)} (the last if not given)", TIMINGS),
-        Option("fit-arm-angle", "also fit the arm angle to Table VIII"),
+        StudyOption("timing", f"of the runs that are replayed: {', '.join(TIMINGS)} (the last if not given)", TIMINGS),
+        StudyOption("fit-arm-angle", "also fit the arm angle to Table VIII"),
         SENSITIVITY,
     ),
     conventions="tensors",

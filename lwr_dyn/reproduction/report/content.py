@@ -45,7 +45,7 @@ class Cell:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Row:
+class ReportRow:
     """A row of a table: its label and a cell per column."""
 
     label: str
@@ -60,7 +60,7 @@ class ReportTable:
     title: str
     where: str
     columns: tuple[str, ...]
-    rows: tuple[Row, ...]
+    rows: tuple[ReportRow, ...]
     unit: str = ""
     row_heading: str = ""
     note: str = ""

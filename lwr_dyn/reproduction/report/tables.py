@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence, Set
 
-from lwr_dyn.reproduction.report.content import Cell, ReportTable, Row, Verdict
+from lwr_dyn.reproduction.report.content import Cell, ReportRow, ReportTable, Verdict
 from lwr_dyn.reproduction.report.markup import Html, anchor, element, grid, joined, raised
 
 CLASS: dict[Verdict, str] = {
@@ -71,7 +71,7 @@ def _erratum_link(name: str, errata: Set[str]) -> Html:
 
 def _how(table: ReportTable) -> Html | None:
     """Formulas and conversions as text: for print, for readers of the whole, for screen readers."""
-    groups: dict[tuple[str, str, str], list[tuple[Row, int]]] = {}
+    groups: dict[tuple[str, str, str], list[tuple[ReportRow, int]]] = {}
     for row in table.rows:
         for i, cell in enumerate(row.cells):
             groups.setdefault((cell.formula, cell.conversion, cell.note), []).append((row, i))
@@ -88,7 +88,7 @@ def _sentence(told: tuple[str, str, str]) -> Html:
     return element("p", joined([[word, ". "] for word in words if word]))
 
 
-def _places(table: ReportTable, cells: Sequence[tuple[Row, int]]) -> str:
+def _places(table: ReportTable, cells: Sequence[tuple[ReportRow, int]]) -> str:
     """Where a group of cells stands, row by row, and which places of the document they were read from."""
     rows: dict[str, list[int]] = {}
     for row, i in cells:

@@ -9,8 +9,8 @@ from lwr_dyn.reproduction.report.content import (
     FileFact,
     Page,
     Replay,
+    ReportRow,
     ReportTable,
-    Row,
     Section,
     Still,
 )
@@ -32,7 +32,7 @@ def inertia_table(name=""):
         ("12.5", "", "", ()),
     ]
     rows = [
-        Row(
+        ReportRow(
             f"joint {j + 1}",
             tuple(
                 Cell(

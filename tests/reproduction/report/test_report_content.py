@@ -10,7 +10,7 @@ import pytest
 
 from lwr_dyn.errors import MissingDataError, OptionError
 from lwr_dyn.reproduction.report import page as page_module
-from lwr_dyn.reproduction.report.content import Cell, Page, Replay, ReportTable, Row
+from lwr_dyn.reproduction.report.content import Cell, Page, Replay, ReportRow, ReportTable
 from lwr_dyn.reproduction.report.page import report_html
 from lwr_dyn.reproduction.report.payload import payload
 from lwr_dyn.viewer.figures import Curve, Figure, Panel, Series
@@ -31,7 +31,7 @@ def plot_of(*curves):
     ("make", "said"),
     [
         (lambda: Cell("1", verdict="fine"), "verdict: 'fine'; allowed: reproduced, after erratum"),
-        (lambda: ReportTable("t", "t", "", ("a", "b"), (Row("r", (Cell("1"),)),)), "row 'r': 1 cells; allowed: 2"),
+        (lambda: ReportTable("t", "t", "", ("a", "b"), (ReportRow("r", (Cell("1"),)),)), "row 'r': 1 cells; allowed: 2"),
         (lambda: Replay(), "no run and no still"),
         (lambda: Page("p", tables=(inertia_table(), inertia_table())), "ids of a page: IV more than once"),
         (lambda: report_html(Page("p", figures=(plot_of(Curve("c", Series(0, "q", 0))),))), "no run is shown"),
