@@ -27,11 +27,14 @@ def plot_of(*curves):
     return Figure("p", "p", "", "x", "", (Panel("", "y", "", curves),))
 
 
+SHORT = ReportRow("r", (Cell("1"),))
+
+
 @pytest.mark.parametrize(
     ("make", "said"),
     [
         (lambda: Cell("1", verdict="fine"), "verdict: 'fine'; allowed: reproduced, after erratum"),
-        (lambda: ReportTable("t", "t", "", ("a", "b"), (ReportRow("r", (Cell("1"),)),)), "row 'r': 1 cells; allowed: 2"),
+        (lambda: ReportTable("t", "t", "", ("a", "b"), (SHORT,)), "row 'r': 1 cells; allowed: 2"),
         (lambda: Replay(), "no run and no still"),
         (lambda: Page("p", tables=(inertia_table(), inertia_table())), "ids of a page: IV more than once"),
         (lambda: report_html(Page("p", figures=(plot_of(Curve("c", Series(0, "q", 0))),))), "no run is shown"),
