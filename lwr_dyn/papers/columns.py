@@ -45,8 +45,8 @@ def _column(
     count = n if rule.per_joint else 1
     rows = values if rule.per_joint else [values]
     if not isinstance(rows, list) or len(rows) != count:
-        found = f"{len(rows)} rows" if isinstance(rows, list) else repr(rows)
-        raise PaperError(file, f"{name}.values", found, f"{count} rows, one per joint")
+        actual = f"{len(rows)} rows" if isinstance(rows, list) else repr(rows)
+        raise PaperError(file, f"{name}.values", actual, f"{count} rows, one per joint")
     if symbols and len(symbols) != count:
         raise PaperError(file, f"{name}.symbols", f"{len(symbols)} entries", f"{count}, one per joint, or none")
     units = list(unit) if isinstance(unit, list) else [unit] * count
@@ -77,6 +77,6 @@ def _row(row: Any, shape: tuple[int, ...], file: str, field: str) -> Any:
             raise PaperError(file, field, repr(row), f"a number below {LARGEST:g}")
         return number
     if not isinstance(row, list) or len(row) != shape[0]:
-        found = f"{len(row)} entries" if isinstance(row, list) else repr(row)
-        raise PaperError(file, field, found, f"a list of {shape[0]}")
+        actual = f"{len(row)} entries" if isinstance(row, list) else repr(row)
+        raise PaperError(file, field, actual, f"a list of {shape[0]}")
     return tuple(_row(cell, shape[1:], file, f"{field}[{i}]") for i, cell in enumerate(row))

@@ -50,6 +50,6 @@ class Fields:
 def choice(value: Any, allowed: Sequence[str], file: str, field: str) -> str:
     """`value` when it is one of the allowed words; raises `PaperError` otherwise."""
     if value not in allowed:
-        found = "missing" if value is None else repr(value)
-        raise PaperError(file, field, found, f"one of {', '.join(allowed)}")
+        actual = "missing" if value is None else repr(value)
+        raise PaperError(file, field, actual, f"one of {', '.join(allowed)}")
     return str(value)

@@ -1,4 +1,4 @@
-"""Runs that look like an arm at work, until somebody needs a real one."""
+"""Runs that look like an arm at work, without a simulation."""
 
 import numpy as np
 

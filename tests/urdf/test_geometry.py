@@ -1,13 +1,11 @@
-"""What an arm looks like: shapes on links that exist, hinges across limbs, rings about them."""
+"""Default shapes of an arm: on links that exist, hinges across limbs, rings around them."""
 
 import numpy as np
 import pytest
 from hypothesis import given
 
 from lwr_dyn.urdf.geometry import COLOURS, primitives
-from lwr_dyn.viewer import scene
-from lwr_dyn.viewer.replayed_runs import ReplayedRun
-from tests.arms import arms, random_arm
+from tests.arms import arms
 
 
 @given(arms)
@@ -41,12 +39,3 @@ def test_hinges_lie_across_and_rings_about_the_limbs(arm):
     for link in ("link_3", "link_5"):
         assert dark[link].length < dark[link].radius
         assert dark[link].pose.position @ np.array([0.0, 0.0, 1.0]) > 0.0
-
-
-def test_scene_names_each_node_once(arm, two_runs):
-    for shown_arm, run in ((arm, two_runs[0]), (random_arm(3), None)):
-        q = np.zeros((1, shown_arm.n)) if run is None else run.q
-        pose = np.eye(4)[None]
-        one = ReplayedRun(type("R", (), {"q": q})(), shown_arm, "x", "#1c7ed6", pose, pose)
-        paths = [c["path"] for c in scene.arm_commands(one, 0) if c["type"] == "set_object"]
-        assert len(paths) == len(set(paths)) == len(primitives(shown_arm))

@@ -1,0 +1,39 @@
+"""An arm as meshcat commands: each shape once, links where forward kinematics has them, colours of the runs."""
+
+import numpy as np
+import pytest
+
+from lwr_dyn.kinematics.forward import forward_kinematics
+from lwr_dyn.urdf.geometry import primitives
+from lwr_dyn.viewer import scene
+from lwr_dyn.viewer.replayed_runs import ReplayedRun
+from tests.arms import random_arm
+
+
+def replayed(arm, q):
+    """The arm at q, in as much of a run as the scene needs."""
+    pose = np.eye(4)[None]
+    return ReplayedRun(type("R", (), {"q": np.array([q])})(), arm, "x", "#1c7ed6", pose, pose)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_scene_names_each_shape_once(seed):
+    arm = random_arm(seed)
+    paths = [c["path"] for c in scene.arm_commands(replayed(arm, np.zeros(arm.n)), 0) if c["type"] == "set_object"]
+    assert len(paths) == len(set(paths)) == len(primitives(arm))
+
+
+def test_transforms_of_the_links_multiply_to_the_pose_of_the_flange(arm):
+    q = np.linspace(-1.0, 1.0, arm.n)
+    pose = np.eye(4)
+    for i, command in enumerate(scene.pose_commands(arm, q, 2), start=1):
+        assert command["path"] == scene.link_path(2, i)
+        pose = pose @ np.reshape(command["matrix"], (4, 4)).T
+    np.testing.assert_allclose(pose, forward_kinematics(arm.chain, q), atol=1e-12)
+
+
+def test_orange_shapes_have_the_colour_of_their_run(arm):
+    commands = list(scene.arm_commands(replayed(arm, np.zeros(arm.n)), 0))
+    colours = [c["object"]["materials"][0]["color"] for c in commands if c["type"] == "set_object"]
+    orange = [shape.colour == "orange" for shape in primitives(arm)]
+    assert [colour == 0x1C7ED6 for colour in colours] == orange
