@@ -1,7 +1,7 @@
-"""A DH table in symbols: the matrices A_i, and a position by two routes with what each costs.
+"""A DH table in symbols: the matrices A_i, and a position by two routes with the operations of each.
 
-The second route multiplies matrices into a vector from the tip inward; the first multiplies all matrices and takes the
-last column. Both give the same expression, at very different numbers of operations.
+One route multiplies all matrices, then the vector; the other multiplies matrices into the vector from the tip inward.
+Both give the same expression, with very different numbers of operations.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from lwr_dyn.papers.schema import Column, Paper
 
 @dataclass(frozen=True, slots=True)
 class SymbolicRoute:
-    """An expression and the scalar operations spent on the way (terms with 0, factors of +-1 cost nothing)."""
+    """An expression and the scalar operations that it took (terms with 0, factors of +-1 cost nothing)."""
 
     value: sp.Matrix
     multiplications: int

@@ -1,4 +1,4 @@
-"""Equations of motion to read: as plain text and as a LaTeX document, term by term in the same order."""
+"""Equations of motion as plain text and as a LaTeX document, term by term in the same order."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _HEAD = r"""\documentclass{article}
 """
 
 
-class Line(NamedTuple):
+class EquationLine(NamedTuple):
     """One equation: its left side as text and as LaTeX, and the terms of its right side."""
 
     text: str
@@ -35,7 +35,7 @@ def equations_text(equations: EquationsOfMotion, motions: bool = True) -> str:
 
 
 def equations_latex(equations: EquationsOfMotion, motions: bool = True) -> str:
-    """The same as a LaTeX document, a line per term."""
+    """The equations of `equations_text` as a LaTeX document, a line per term."""
     lines = [*(_motion_lines(equations) if motions else ()), *_dynamics_lines(equations)]
     body = []
     for line in lines:
@@ -66,21 +66,21 @@ def expression_latex(expression: Any) -> str:
 
 
 def _latex_symbol(name: str) -> str:
-    found = _SYMBOL.match(name)
-    if found is None:
+    parts = _SYMBOL.match(name)
+    if parts is None:
         return str(sp.latex(sp.Symbol(name)))
-    letter = "I_{a" if found["letter"] == "Ia" else f"{found['letter']}_{{"
-    if found["dots"]:
-        command = "dot" if found["dots"] == "d" else "ddot"
-        letter = rf"\{command}{{{found['letter']}}}_{{"
-    return f"{letter}{found['number']}{',' + found['axes'] if found['axes'] else ''}}}"
+    letter = "I_{a" if parts["letter"] == "Ia" else f"{parts['letter']}_{{"
+    if parts["dots"]:
+        command = "dot" if parts["dots"] == "d" else "ddot"
+        letter = rf"\{command}{{{parts['letter']}}}_{{"
+    return f"{letter}{parts['number']}{',' + parts['axes'] if parts['axes'] else ''}}}"
 
 
 def _sum(terms: list[str]) -> str:
     return " + ".join(terms).replace("+ -", "- ")
 
 
-def _motion_lines(e: EquationsOfMotion) -> Iterator[Line]:
+def _motion_lines(e: EquationsOfMotion) -> Iterator[EquationLine]:
     """Per link, in base axes: v_C, omega, a_C, domega."""
     for motion in e.motions:
         vectors = (
@@ -91,19 +91,19 @@ def _motion_lines(e: EquationsOfMotion) -> Iterator[Line]:
             based = motion.in_base(vector, e.variables.q)
             for axis, i in DIMENSION.items():
                 name = f"{latex.format(motion.number)},{axis}}}"
-                yield Line(f"{text.format(motion.number)}.{axis}", name, terms_of(based[i], e.rates, ()))
+                yield EquationLine(f"{text.format(motion.number)}.{axis}", name, terms_of(based[i], e.rates, ()))
 
 
-def _dynamics_lines(e: EquationsOfMotion) -> Iterator[Line]:
+def _dynamics_lines(e: EquationsOfMotion) -> Iterator[EquationLine]:
     joints = [q.name.removeprefix("q") for q in e.variables.q]
     for letter, energies in (("K", e.kinetic_of_links), ("U", e.potential_of_links)):
         for number, energy in energies.items():
-            yield Line(f"{letter}_{number}", f"{letter}_{{{number}}}", terms_of(energy, e.rates, e.weights))
+            yield EquationLine(f"{letter}_{number}", f"{letter}_{{{number}}}", terms_of(energy, e.rates, e.weights))
     for letter, matrix in (("B", e.B), ("C", e.C)):
         for i, row in enumerate(joints):
             for j, column in enumerate(joints):
                 terms = terms_of(matrix[i, j], e.rates, e.weights)
-                yield Line(f"{letter}_{row}{column}", f"{letter}_{{{row}{column}}}", terms)
+                yield EquationLine(f"{letter}_{row}{column}", f"{letter}_{{{row}{column}}}", terms)
     for letter, latex, vector in (("g", "g", e.g), ("tau", r"\tau", e.tau)):
         for i, row in enumerate(joints):
-            yield Line(f"{letter}_{row}", f"{latex}_{{{row}}}", terms_of(vector[i], e.rates, e.weights))
+            yield EquationLine(f"{letter}_{row}", f"{latex}_{{{row}}}", terms_of(vector[i], e.rates, e.weights))

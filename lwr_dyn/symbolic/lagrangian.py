@@ -1,9 +1,9 @@
-"""The equations of motion of a chain in symbols, by Euler and Lagrange: a third road beside URDF and recursion.
+"""Equations of motion of a chain in symbols from its Lagrangian: a third road beside URDF and recursion.
 
     L = K - U,   tau_i = d/dt dL/d(dq_i) - dL/dq_i = (B ddq + C dq + g)_i
 
-B is the Hessian of K in dq, C its Christoffel form, g the gradient of U; tau is derived from L on its own, so that
-tau - (B ddq + C dq + g) = 0 is a check and not a definition. The maths takes matrices from anywhere.
+B is the Hessian of K in dq, C its Christoffel form, g the gradient of U. tau is derived from L independently, so that
+tau - (B ddq + C dq + g) = 0 is a check and not a definition.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ from lwr_dyn.symbolic.trigonometry import normal_form
 
 @dataclass(frozen=True, slots=True, eq=False)
 class EquationsOfMotion:
-    """B ddq + C dq + g = tau in symbols, and what it was derived from; all in normal form."""
+    """B ddq + C dq + g = tau in symbols, with the motions and energies behind it; all in normal form."""
 
     variables: Variables
     motions: tuple[LinkMotion, ...]
     kinetic_of_links: Mapping[str, sp.Expr]
-    """K_i by the link's number; "a" holds that of the rotors, where there are some."""
+    """K_i by the link's number; "a" is that of the rotors, if there are any."""
     potential_of_links: Mapping[str, sp.Expr]
     B: sp.Matrix
     C: sp.Matrix
@@ -54,7 +54,7 @@ class EquationsOfMotion:
 
     @property
     def weights(self) -> tuple[sp.Symbol, ...]:
-        """Masses, moments, products and rotor inertias: everything is linear in them."""
+        """Masses, moments, products and rotor inertias: the equations are linear in them."""
         return tuple(s for s in self.parameters if s.name[0] in "mI")
 
     @property
@@ -64,13 +64,13 @@ class EquationsOfMotion:
 
     @property
     def parameters(self) -> tuple[sp.Symbol, ...]:
-        """Every symbol that is no joint variable: lengths, masses, moments, gravity; sorted by name."""
+        """All symbols except joint variables: lengths, masses, moments, gravity; sorted by name."""
         x = self.variables
         symbols = set().union(*(m.free_symbols for m in (self.kinetic, self.potential)))
         return tuple(sorted(symbols - {*x.q, *x.dq, *x.ddq}, key=lambda s: s.name))
 
     def residual(self) -> sp.Matrix:
-        """Tau from the Lagrangian less B ddq + C dq + g, (n, 1): zero if both derivations are right."""
+        """tau from the Lagrangian less B ddq + C dq + g, (n, 1): zero if both derivations are right."""
         x = self.variables
         rest = self.tau - self.B * sp.Matrix(x.ddq) - self.C * sp.Matrix(x.dq) - self.g
         return normal_form(rest, x.q)
@@ -82,7 +82,7 @@ def euler_lagrange(links: Sequence[SymbolicLink], gravity: sp.Matrix) -> Equatio
     Parameters
     ----------
     links : sequence of SymbolicLink
-        From the base outward; a link without a joint is welded to the one before, one without a body weighs nothing.
+        From the base outward; a link without a joint is fixed to the one before, one without a body is massless.
     gravity : (3, 1) Matrix
         In the base frame.
 
@@ -115,10 +115,10 @@ def euler_lagrange(links: Sequence[SymbolicLink], gravity: sp.Matrix) -> Equatio
     return EquationsOfMotion(x, motions, kinetic, potential, B, C, g, normal_form(sp.Matrix(lagrange), x.q))
 
 
-def sub_chain(
+def reduced_chain(
     links: Sequence[SymbolicLink], moving: Sequence[int], held: Mapping[int, sp.Expr] | None = None
 ) -> tuple[SymbolicLink, ...]:
-    """The links that remain when only some joints move: held ones are welded, those beyond the last are cut off.
+    """The links of a chain in which only some joints move: held joints are fixed, links after the last are cut off.
 
     Parameters
     ----------
@@ -127,26 +127,26 @@ def sub_chain(
     moving : sequence of int
         0-based joints that move.
     held : mapping, optional
-        0-based joint -> the value it is held at; needed for every other joint up to the last that is named.
+        0-based joint -> the value it is held at; required for every other joint up to the last that is named.
 
     Raises
     ------
     OptionError
-        A joint that is not there, named twice, or not named and in between.
+        A joint that does not exist, is named twice, or is not named and in between.
     """
-    still = dict(held or {})
-    named = sorted([*moving, *still])
+    fixed = dict(held or {})
+    named = sorted([*moving, *fixed])
     if not moving or named != list(range(len(named))) or len(named) > len(links):
-        said = f"moving {[i + 1 for i in moving]}, held {[i + 1 for i in still]}"
-        raise OptionError("joints (from 1)", said, f"1 to k, each once, k at most {len(links)}, one of them moving")
+        given = f"moving {[i + 1 for i in moving]}, held {[i + 1 for i in fixed]}"
+        raise OptionError("joints (from 1)", given, f"1 to k, each once, k at most {len(links)}, one of them moving")
     out: list[SymbolicLink] = []
     base = sp.eye(4)
     for i in named:
         link = links[i]
-        if i in still:
-            link = replace(link, pose=link.pose.subs(link.joint, still[i]), joint=None, armature=sp.Integer(0))
+        if i in fixed:
+            link = replace(link, pose=link.pose.subs(link.joint, fixed[i]), joint=None, armature=sp.Integer(0))
             if not out:
-                base = base * link.pose  # what stands still before the first joint only turns the base
+                base = base * link.pose  # a link before the first moving joint is part of the base
                 continue
         out.append(link if out else replace(link, pose=base * link.pose))
     return tuple(out)

@@ -27,9 +27,9 @@ class SymbolicBody:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SymbolicLink:
-    """Link `number` of its arm (from 1): T_{i-1,i}(q_i) with what it carries; `joint` is None for a welded link.
+    """Link `number` of its arm (from 1): T_{i-1,i}(q_i), body and rotor; `joint` is None for a fixed link.
 
-    `axis` (3, 1) is the direction about which a turning joint turns, in the link's own frame; zero for a sliding one.
+    `axis` (3, 1) is the axis of a turning joint in the link's own frame; zero for a sliding joint.
     """
 
     number: int

@@ -1,7 +1,7 @@
-"""One form for each trigonometric expression, so that equal expressions are equal text, and a short form to read.
+"""Normal form of trigonometric expressions, in which equal expressions are identical, and a short form to read.
 
-sin(q_i)^2 is 1 - cos(q_i)^2 everywhere and products are multiplied out: polynomials in the cosines and sines of the
-angles, at most linear in each sine, are independent functions, so an expression is zero exactly when its form is 0.
+In normal form sin(q_i)^2 is replaced by 1 - cos(q_i)^2 and products are expanded. Monomials in cosines and sines, at
+most linear in each sine, are linearly independent functions, so an expression is zero exactly when its form is 0.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ import sympy as sp
 from sympy.simplify.fu import TR8
 
 FACTORED = 12
-"""Longest sum, in terms, that is tried for a factor."""
+"""Longest sum [terms] that is factored."""
 
 
 def normal_form(expression: Any, angles: Sequence[sp.Symbol]) -> Any:
-    """An expression, or each entry of a matrix, as the one polynomial it is in cos and sin of `angles`.
+    """An expression, or each entry of a matrix, as a polynomial in cos and sin of `angles`.
 
     >>> q = sp.Symbol("q")
     >>> normal_form(sp.sin(q) ** 2 + sp.cos(q) ** 2, [q])
@@ -46,9 +46,9 @@ def normal_form(expression: Any, angles: Sequence[sp.Symbol]) -> Any:
 
 
 def readable(expression: Any, rates: Sequence[sp.Symbol], weights: Iterable[sp.Symbol]) -> Any:
-    """The same expression sorted for reading: first by products of `rates`, then by `weights` it is linear in.
+    """The same expression sorted for reading: first by products of `rates`, then by the linear `weights`.
 
-    Rates are joint speeds and accelerations, weights masses and moments; each factor is as short as it gets.
+    Rates are joint speeds and accelerations, weights masses and moments; each factor is written in its shortest form.
 
     >>> m, a, q, dq = sp.symbols("m a q dq")
     >>> readable(m * dq**2 * (a**2 * sp.cos(q) ** 2 + 2 * a * sp.cos(q) + 1), [dq], [m])
@@ -91,7 +91,7 @@ def _shortest(expression: sp.Expr) -> sp.Expr:
 
 
 def _factored(expression: sp.Expr) -> sp.Expr:
-    """Factored where that is cheap: a long sum in many symbols can take minutes, and rarely has a factor."""
+    """The expression factored if it is short: a long sum in many symbols can take minutes and rarely has a factor."""
     return sp.factor(expression) if len(sp.Add.make_args(expression)) <= FACTORED else expression
 
 
@@ -102,7 +102,7 @@ def _cosines_as_sines(power: sp.Expr) -> sp.Expr:
 
 
 def _gathered(expression: sp.Expr) -> sp.Expr:
-    """Inside every sum, terms of one sine or cosine brought together: a cos(q) + b cos(q) = (a + b) cos(q)."""
+    """The expression with the terms of one sine or cosine collected: a cos(q) + b cos(q) = (a + b) cos(q)."""
 
     def gather(*terms: sp.Expr) -> sp.Expr:
         whole = sp.Add(*terms)

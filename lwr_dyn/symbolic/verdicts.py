@@ -1,4 +1,4 @@
-"""Symbolic equations of motion against Pinocchio on the reduced model: other lengths, bodies and states each time."""
+"""Symbolic equations of motion against Pinocchio on the reduced model, for random lengths, bodies and states."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import Body, Chain
 from lwr_dyn.papers.assembly import dh_rows
 from lwr_dyn.papers.schema import Paper
+from lwr_dyn.symbolic.arm_equations import equations_of_motion, reduced_arm, symbol_values
+from lwr_dyn.symbolic.compiled_equations import compile_equations
 from lwr_dyn.symbolic.dh_matrices import length_letters
-from lwr_dyn.symbolic.kinematic_equations import equations_of_motion, reduced_arm, symbol_values
-from lwr_dyn.symbolic.lagrangian_dynamics import compile_equations
 
 SYMBOLIC = 1e-10
 """[kg m^2, N m s, N m] Largest difference allowed, of numbers up to some hundreds."""
 QUANTITIES = {"mass_matrix": 1, "coriolis_matrix": 2, "gravity_vector": 1, "inverse_dynamics": 3}
-"""Method -> how many of q, dq, ddq it takes."""
+"""Function -> the number of its arguments."""
 
 
 def symbolic_verdicts(
@@ -35,24 +35,24 @@ def symbolic_verdicts(
 ) -> tuple[Verdict, ...]:
     """B, C, g and tau from Euler-Lagrange less Pinocchio's, the largest over `count` random arms and states.
 
-    Each time every length, mass, centre of mass, tensor, rotor-free joint state and the size of gravity are new; the
-    equations are derived once. Raises as `equations_of_motion`.
+    Lengths, masses, centres of mass, tensors, joint states and the size of gravity are random each time; the arm has no
+    rotors, and the equations are derived once. Raises as `equations_of_motion`.
     """
     bare = replace(arm, chain=replace(arm.chain, links=tuple(replace(x, rotor=None) for x in arm.chain.links)))
     derived = equations_of_motion(bare, joints, held, paper)
     compiled, rng = compile_equations(derived.equations), np.random.default_rng(seed)
     moving = [arm.joint_names.index(name) for name in joints]
-    still = {arm.joint_names.index(name): value for name, value in (held or {}).items()}
+    fixed = {arm.joint_names.index(name): value for name, value in (held or {}).items()}
     worst = dict.fromkeys(QUANTITIES, 0.0)
     for _ in range(count):
         chain, lengths = _random_chain(bare.chain, paper, rng)
         symbolic = compiled.at(symbol_values(chain) | lengths)
-        engine = pinocchio_dynamics(reduced_arm(replace(bare, chain=chain), moving, still))
+        engine = pinocchio_dynamics(reduced_arm(replace(bare, chain=chain), moving, fixed))
         q = rng.uniform(-np.pi, np.pi, len(moving))
         state = (q, rng.uniform(-SPEED, SPEED, q.size), rng.uniform(-ACCELERATION, ACCELERATION, q.size))
         for name, takes in QUANTITIES.items():
-            found = getattr(symbolic, name)(*state[:takes]) - getattr(engine, name)(*state[:takes])
-            worst[name] = max(worst[name], float(np.abs(found).max()))
+            difference = getattr(symbolic, name)(*state[:takes]) - getattr(engine, name)(*state[:takes])
+            worst[name] = max(worst[name], float(np.abs(difference).max()))
     head = f"{', '.join(joints)}: Euler-Lagrange - Pinocchio, {count} random arms and states"
     residual = sum(1 for entry in derived.equations.residual() if entry != 0)
     return (
@@ -76,7 +76,7 @@ def _random_chain(chain: Chain, paper: Paper, rng: np.random.Generator) -> tuple
 
 
 def _random_body(rng: np.random.Generator) -> Body:
-    """Five mass points somewhere: a body that can exist."""
+    """Five random mass points: a feasible body."""
     points: Array = rng.uniform(-0.5, 0.5, (5, 3))
     body = Body.massless()
     for mass, point in zip(rng.uniform(0.5, 5.0, 5), points, strict=True):

@@ -11,10 +11,10 @@ import lwr_dyn
 from lwr_dyn.dynamics.protocol import Dynamics
 from lwr_dyn.errors import OptionError, ShapeError, UnknownNameError
 from lwr_dyn.papers.catalog import open_paper
+from lwr_dyn.symbolic.arm_equations import equations_of_motion, symbolic_links
+from lwr_dyn.symbolic.compiled_equations import compile_equations
 from lwr_dyn.symbolic.equation_text import equations_latex, equations_text
-from lwr_dyn.symbolic.kinematic_equations import equations_of_motion, symbolic_links
-from lwr_dyn.symbolic.lagrangian import euler_lagrange, sub_chain
-from lwr_dyn.symbolic.lagrangian_dynamics import compile_equations
+from lwr_dyn.symbolic.lagrangian import euler_lagrange, reduced_chain
 from lwr_dyn.symbolic.link_motion import Variables
 from lwr_dyn.symbolic.trigonometry import normal_form, readable
 from tests.arms import random_arm
@@ -161,9 +161,9 @@ def test_normal_form_tells_equal_from_unequal():
 def test_bad_input_is_named(kr30):
     links = symbolic_links(KR30.chain, PAPERS["kr30ha"])
     with pytest.raises(OptionError, match=r"moving \[2\], held \[\]; allowed: 1 to k"):
-        sub_chain(links, [1])
+        reduced_chain(links, [1])
     with pytest.raises(OptionError, match=r"moving \[1, 1\]"):
-        sub_chain(links, [0, 0])
+        reduced_chain(links, [0, 0])
     with pytest.raises(OptionError, match="none with a joint; allowed: at least one"):
         euler_lagrange([], sp.zeros(3, 1))
     with pytest.raises(UnknownNameError, match="no joint named 'A7'"):

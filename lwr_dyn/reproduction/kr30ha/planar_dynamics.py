@@ -16,7 +16,7 @@ from lwr_dyn.papers.assembly import arm_from_paper
 from lwr_dyn.papers.catalog import open_paper
 from lwr_dyn.reproduction.kr30ha.planar_model import Counterpart, counterparts, finished, planar_equations
 from lwr_dyn.reproduction.printed import printed_tables
-from lwr_dyn.symbolic.kinematic_equations import SubChain, equations_of_motion
+from lwr_dyn.symbolic.arm_equations import ArmEquations, equations_of_motion
 from lwr_dyn.symbolic.lagrangian import EquationsOfMotion
 from lwr_dyn.symbolic.trigonometry import normal_form
 
@@ -62,9 +62,9 @@ class Comparison:
 class MotionReport:
     """Everything about the report's equations of motion."""
 
-    general: SubChain
+    general: ArmEquations
     """The first two joints of the arm with all ten letters a link."""
-    symmetric: SubChain
+    symmetric: ArmEquations
     """The same without what mirror symmetry makes zero."""
     planar: EquationsOfMotion
     comparisons: tuple[Comparison, ...]

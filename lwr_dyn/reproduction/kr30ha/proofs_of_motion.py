@@ -11,7 +11,7 @@ from lwr_dyn.reproduction.expressions import same
 from lwr_dyn.reproduction.kr30ha.planar_dynamics import FIRST_TWO, Comparison, comparisons
 from lwr_dyn.reproduction.kr30ha.planar_model import counterparts, finished, planar_equations
 from lwr_dyn.reproduction.ledger import Proof, Prove
-from lwr_dyn.symbolic.kinematic_equations import equations_of_motion
+from lwr_dyn.symbolic.arm_equations import equations_of_motion
 
 
 @cache

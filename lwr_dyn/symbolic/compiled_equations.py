@@ -1,4 +1,4 @@
-"""Equations of motion as numbers: symbols compiled once, then an engine for any masses, lengths and gravity."""
+"""Equations of motion in numbers: compiled once, then an engine for any masses, lengths and gravity."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Entries = Callable[..., Sequence[Any]]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CompiledEquations:
-    """Functions of (q, dq, ddq, parameters), scalars or batches, that give entries in order; no symbol is left."""
+    """Functions of (q, dq, ddq, parameters), scalars or batches, whose values are the entries in order."""
 
     equations: EquationsOfMotion
     B: Entries

@@ -1,4 +1,4 @@
-"""From an arm to its symbolic equations of motion: matrices, symbols for masses and inertias, and their numbers."""
+"""Symbolic equations of motion of an arm: matrices, symbols for masses and inertias, and their numbers."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from lwr_dyn.model.chain import Body, Chain, ChainLink, first_links, lock_joint
 from lwr_dyn.model.dh import JointKind
 from lwr_dyn.papers.schema import Paper
 from lwr_dyn.symbolic.dh_matrices import dh_matrices, exact_angle, length_values
-from lwr_dyn.symbolic.lagrangian import EquationsOfMotion, euler_lagrange, sub_chain
+from lwr_dyn.symbolic.lagrangian import EquationsOfMotion, euler_lagrange, reduced_chain
 from lwr_dyn.symbolic.link_motion import SymbolicBody, SymbolicLink, link_of_matrix
 
 AXES = "xyz"
@@ -23,13 +23,13 @@ PAIRS = [(i, j) for i in range(3) for j in range(i, 3)]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class SubChain:
-    """The equations of some joints of an arm, the numbers of that arm for their symbols, and the arm so reduced."""
+class ArmEquations:
+    """Equations of motion of some joints of an arm, and the arm's numbers for their symbols."""
 
     equations: EquationsOfMotion
     values: Mapping[str, float]
     arm: Arm
-    """Held joints locked, those beyond cut off: what an engine takes to compute the same."""
+    """The arm with its held joints locked and those after the last one cut off: an engine computes the same for it."""
 
 
 def equations_of_motion(
@@ -38,8 +38,8 @@ def equations_of_motion(
     held: Mapping[str, float] | None = None,
     paper: Paper | None = None,
     keep_zeros: bool = False,
-) -> SubChain:
-    """The equations of motion of some joints of an arm, derived by Euler and Lagrange in symbols.
+) -> ArmEquations:
+    """The equations of motion of some joints of an arm, derived in symbols from the Lagrangian.
 
     Parameters
     ----------
@@ -47,33 +47,33 @@ def equations_of_motion(
     joints : sequence of str
         Names of those that move.
     held : mapping, optional
-        Joint -> value [rad or m]; needed for every other joint up to the last one named. Joints beyond are cut off,
-        with their links.
+        Joint -> value [rad or m]; required for every other joint up to the last one named. The joints after that one
+        are cut off with their links.
     paper : Paper, optional
-        The arm's own data file: lengths are then the paper's letters, else they are the chain's numbers.
+        The arm's own data file: lengths are then the paper's letters, else the chain's numbers.
     keep_zeros : bool
-        No symbol for a coordinate of a centre of mass or a product of inertia that is exactly 0 in the arm's numbers:
-        the shorter equations of a mirror-symmetric link.
+        0 instead of a symbol for a coordinate of a centre of mass or a product of inertia that is exactly 0 in the
+        arm's numbers: shorter equations for links with mirror symmetry.
 
     Raises
     ------
     UnknownNameError
         No joint of that name.
     OptionError
-        A joint named twice, or one in between that is neither moving nor held.
+        A joint that is named twice, or one in between that is neither moving nor held.
     MissingDataError
         `keep_zeros` for an arm without inertias.
     """
     moving = [_index(arm, name) for name in joints]
-    still = {_index(arm, name): float(value) for name, value in (held or {}).items()}
+    fixed = {_index(arm, name): float(value) for name, value in (held or {}).items()}
     bodies = arm.require_dynamics().bodies if keep_zeros else None
     links = symbolic_links(arm.chain, paper, bodies)
     exact = {
-        i: exact_angle(x) if arm.chain.links[i].kind is JointKind.REVOLUTE else _exact(x) for i, x in still.items()
+        i: exact_angle(x) if arm.chain.links[i].kind is JointKind.REVOLUTE else _exact(x) for i, x in fixed.items()
     }
-    part = sub_chain(links, moving, exact)
+    part = reduced_chain(links, moving, exact)
     equations = euler_lagrange(part, gravity_symbols(arm.chain.gravity))
-    return SubChain(equations, symbol_values(arm.chain, paper), reduced_arm(arm, moving, still))
+    return ArmEquations(equations, symbol_values(arm.chain, paper), reduced_arm(arm, moving, fixed))
 
 
 def symbolic_links(
@@ -142,7 +142,7 @@ def gravity_symbols(gravity: Array) -> sp.Matrix:
 
 
 def reduced_arm(arm: Arm, moving: Sequence[int], held: Mapping[int, float]) -> Arm:
-    """The arm with the held joints locked and everything beyond the last named joint cut off."""
+    """The arm with the held joints locked and everything after the last named joint cut off."""
     chain = first_links(arm.chain, 1 + max([*moving, *held]))
     for i in sorted(held, reverse=True):
         chain = lock_joint(chain, i, held[i])
@@ -150,7 +150,7 @@ def reduced_arm(arm: Arm, moving: Sequence[int], held: Mapping[int, float]) -> A
 
 
 def _numeric_link(number: int, link: ChainLink, q: sp.Symbol, body: SymbolicBody, armature: sp.Expr) -> SymbolicLink:
-    """The matrix of a chain's link in exact numbers; the axis is known, so its rounding does not spread."""
+    """A link of a chain with its matrix in exact numbers; the axis is known, so it contains no rounding."""
     before, after = (_exact_matrix(x.matrix()) for x in (link.before, link.after))
     motion, axis = sp.eye(4), sp.zeros(3, 1)
     if link.kind is JointKind.REVOLUTE:
@@ -166,7 +166,7 @@ def _exact_matrix(matrix: Array) -> sp.Matrix:
 
 
 def _exact(value: float) -> sp.Expr:
-    """A float as the fraction that its shortest decimal text is."""
+    """A float as the fraction of its shortest decimal text."""
     return sp.Rational(repr(value))
 
 
