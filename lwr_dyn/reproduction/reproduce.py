@@ -16,7 +16,7 @@ from lwr_dyn.reproduction.audit_sections import audit_sections
 from lwr_dyn.reproduction.checked_models import check_line, check_record, models_and_checks
 from lwr_dyn.reproduction.compare import DIFFERS
 from lwr_dyn.reproduction.ledger import ledger
-from lwr_dyn.reproduction.pages import REPORT, checks_of, page_of
+from lwr_dyn.reproduction.paper_page import REPORT, checks_of, paper_page
 from lwr_dyn.reproduction.paper_study import PaperStudy, Progress, Reproduction, paper_study
 from lwr_dyn.reproduction.report.page import write_report
 from lwr_dyn.reproduction.study import ALL, SENSITIVITY, check_options, studies, study_of, takers
@@ -123,5 +123,5 @@ def _written(study: PaperStudy, place: Path, options: Mapping[str, Any], progres
     extras = replace(result.extras, checks=checks_of(reports), sections=(*result.extras.sections, *sections))
     done = Reproduction(holds, text, record, extras=extras)
     progress("report page")
-    write_report(place / REPORT, page_of(study, done, verdicts, entries, place))
+    write_report(place / REPORT, paper_page(study, done, verdicts, entries, place))
     return done

@@ -81,6 +81,6 @@ def script_safe(text: str) -> str:
     return text.replace("<", "\\u003c")
 
 
-def resource_text(name: str) -> str:
-    """A file of this package (HTML, CSS, JavaScript) as text."""
-    return files("lwr_dyn.viewer").joinpath(name).read_text(encoding="utf-8")
+def resource_text(name: str, package: str = "lwr_dyn.viewer") -> str:
+    """A file of a package, as text."""
+    return files(package).joinpath(name).read_text(encoding="utf-8")

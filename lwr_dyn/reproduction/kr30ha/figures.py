@@ -13,7 +13,7 @@ from lwr_dyn.arrays import Array, fixed_array
 from lwr_dyn.kinematics.envelope import Envelope, EnvelopeArc, working_envelope
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.reproduction.kr30ha.points import RightPoint
-from lwr_dyn.reproduction.pages import audit_of
+from lwr_dyn.reproduction.paper_page import audit_of
 from lwr_dyn.reproduction.paper_study import PageExtras
 from lwr_dyn.reproduction.report.content import Replay, Still
 from lwr_dyn.viewer.figures import Curve, Figure, Panel, Series

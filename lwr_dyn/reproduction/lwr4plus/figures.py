@@ -10,7 +10,7 @@ import numpy as np
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
 from lwr_dyn.reproduction.lwr4plus.runs import ControllerRun
-from lwr_dyn.reproduction.pages import audit_of
+from lwr_dyn.reproduction.paper_page import audit_of
 from lwr_dyn.reproduction.paper_study import PageExtras
 from lwr_dyn.reproduction.report.content import Replay, Section, Still
 from lwr_dyn.tables import Heading, Table

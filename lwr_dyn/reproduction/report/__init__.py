@@ -1,1 +1,7 @@
-"""A report as one HTML file: `content` is what it shows, `page` writes it."""
+"""A report as one HTML file that loads nothing.
+
+- `content`: the records that a page shows, from `Page` down to `ReportCell`.
+- `page`: `write_report`, `report_html`.
+- `layout`, `blocks`, `printed_tables`, `markup`: the HTML, from the whole page to one element.
+- `script_data`: runs and figures for the scripts beside this file.
+"""

@@ -42,7 +42,7 @@ class Chart {
     const columns = this.columns(width), rows = Math.ceil(this.panels.length / columns);
     const side = width / columns - 60;
     const single = this.panels.length === 1;
-    const panel = this.record.equal ? Math.min(460, side) : single ? 250 : columns > 1 ? 150 : 165;
+    const panel = this.record.equal_aspect ? Math.min(460, side) : single ? 250 : columns > 1 ? 150 : 165;
     const top = 30, bottom = 54 + this.#legendRows(width) * 29, gap = this.record.over_time ? 28 : 62;
     return { columns, rows, panel, gap, top, bottom, height: top + rows * panel + (rows - 1) * gap + bottom };
   }
@@ -106,7 +106,7 @@ class Chart {
       text: curve.text.map(plainText),
       line: { color: colour, width: 1.6, dash: DASHES[Number(curve.dashed)] },
       marker: { color: colour, size: 7 },
-      ...(curve.filled ? { fill: "toself", fillcolor: `${colour}26`, hoveron: "points" } : {}),
+      ...(curve.is_filled ? { fill: "toself", fillcolor: `${colour}26`, hoveron: "points" } : {}),
       xaxis: `x${axis}`, yaxis: `y${axis}`,
       hovertemplate: together
         ? `${point}%{y:.5~g}${unit}<extra>${name}</extra>`
@@ -147,7 +147,7 @@ class Chart {
       layout[`yaxis${axis}`] = {
         ...lines, domain: [(y1 - panel) / tall, y1 / tall].map((part) => Math.min(1, Math.max(0, part))), anchor: `x${axis}`,
         title: { text: withUnit(one.y_label, one.y_unit), standoff: 4 }, exponentformat: "e", nticks: 6,
-        ...(this.record.equal ? { scaleanchor: `x${axis}`, scaleratio: 1 } : {}),
+        ...(this.record.equal_aspect ? { scaleanchor: `x${axis}`, scaleratio: 1 } : {}),
       };
       layout.annotations.push({
         text: `<b>${plainText(one.title)}</b>`, showarrow: false, x: 0, xanchor: "left", y: 1, yanchor: "bottom",
@@ -158,7 +158,7 @@ class Chart {
     return layout;
   }
 
-  #level(layout, [label, value, along], axis, ink) {
+  #level(layout, { label, value, axis: along }, axis, ink) {
     const flat = along === "y";
     layout.shapes.push({
       type: "line", layer: "below", line: { color: ink("--limit"), width: 1.2, dash: "dot" },

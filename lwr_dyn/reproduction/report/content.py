@@ -1,13 +1,13 @@
-"""What a report page shows: plain records of text and numbers that know nothing of papers or of HTML.
+"""The content of a report page as plain records, without HTML.
 
-All text is plain: the page escapes it. Line breaks are kept in `Erratum.proof`, `Section.text` and `note`s.
+All text is plain: the page escapes it. Line breaks are kept in proofs, `Section.text` and notes.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Literal, get_args
+from typing import TYPE_CHECKING, Literal, get_args
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.errors import OptionError
@@ -16,23 +16,26 @@ from lwr_dyn.tables import Table
 from lwr_dyn.viewer.figures import Figure
 from lwr_dyn.viewer.replayed_runs import ReplayedRun
 
-Verdict = Literal["reproduced", "after erratum", "differs", "not reproducible", ""]
-"""Of one printed number; "" for a cell that is only told."""
-VERDICTS: tuple[Verdict, ...] = get_args(Verdict)[:-1]
+if TYPE_CHECKING:
+    from lwr_dyn.reproduction.ledger import LedgerEntry
+
+CellVerdict = Literal["reproduced", "after erratum", "differs", "not reproducible", ""]
+"""Of one printed number; "" for a cell that is only shown."""
+VERDICTS: tuple[CellVerdict, ...] = get_args(CellVerdict)[:-1]
 Fact = tuple[str, str]
-"""A name and what is said of it."""
+"""A name and its text."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Cell:
-    """One printed number beside ours; `source`, `formula` and `conversion` are what the reader is told on demand.
+class ReportCell:
+    """One printed number beside ours; `source`, `formula` and `conversion` are shown when it is pointed at.
 
     `errata` are ids of the page's errata; an id that is not on the page is shown without a link.
     """
 
     printed: str
     ours: str = ""
-    verdict: Verdict = ""
+    verdict: CellVerdict = ""
     source: str = ""
     formula: str = ""
     conversion: str = ""
@@ -49,7 +52,7 @@ class ReportRow:
     """A row of a table: its label and a cell per column."""
 
     label: str
-    cells: tuple[Cell, ...]
+    cells: tuple[ReportCell, ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -73,28 +76,8 @@ class ReportTable:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Erratum:
-    """A slip of the document: where, what is printed, what is right, and the computation that shows it.
-
-    `holds` is False when that computation did not come out as told while the report was made, or is owed and missing.
-    """
-
-    id: str
-    where: str
-    printed: str
-    right: str
-    proof: str
-    holds: bool
-    effect: str
-    severity: str
-    status: str
-    computed: bool = True
-    """Whether `proof` tells of a computation, or only of reasons."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
 class Still:
-    """An arm standing at q (n,) [rad or m], shown with its DH frames when asked for, as a figure of the document."""
+    """An arm at rest at q (n,) [rad or m], shown with its DH frames, as a figure of the document."""
 
     label: str
     arm: Arm
@@ -116,7 +99,7 @@ class Replay:
 
 @dataclass(frozen=True, slots=True)
 class Check:
-    """A law, an agreement or an audit: a value against what is allowed, both as text with their unit."""
+    """An identity, an agreement or an audit: a value against what is allowed, both as text with their unit."""
 
     name: str
     value: str
@@ -127,7 +110,7 @@ class Check:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Section:
-    """Something more to tell: text, tables, figures; stands in the navigation under its title."""
+    """A further part of the page: text, tables, figures; the navigation lists it under its title."""
 
     id: str
     title: str
@@ -158,9 +141,9 @@ class Page:
     subtitle: str = ""
     words: str = ""
     document: tuple[Fact, ...] = ()
-    counts: Mapping[Verdict, int] | None = None
+    counts: Mapping[CellVerdict, int] | None = None
     tables: tuple[ReportTable, ...] = ()
-    errata: tuple[Erratum, ...] = ()
+    errata: tuple[LedgerEntry, ...] = ()
     figures: tuple[Figure, ...] = ()
     replay: Replay | None = None
     checks: tuple[Check, ...] = ()
@@ -171,16 +154,16 @@ class Page:
 
     def __post_init__(self) -> None:
         ids = [one.id for one in self.tables]
-        ids += [one.id for one in self.errata] + [one.id for one in self.sections]
+        ids += [one.erratum.id for one in self.errata] + [one.id for one in self.sections]
         ids += [one.id for one in self.figures] + [figure.id for section in self.sections for figure in section.figures]
         twice = sorted({one for one in ids if ids.count(one) > 1})
         if twice:
             raise OptionError("ids of a page", f"{', '.join(twice)} more than once", "unique ids")
 
     @property
-    def counted(self) -> dict[Verdict, int]:
+    def counted(self) -> dict[CellVerdict, int]:
         """How many printed numbers got each verdict."""
         if self.counts is not None:
             return {verdict: self.counts.get(verdict, 0) for verdict in VERDICTS}
-        found = [cell.verdict for table in self.tables for row in table.rows for cell in row.cells]
-        return {verdict: found.count(verdict) for verdict in VERDICTS}
+        given = [cell.verdict for table in self.tables for row in table.rows for cell in row.cells]
+        return {verdict: given.count(verdict) for verdict in VERDICTS}

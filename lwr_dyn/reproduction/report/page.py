@@ -1,4 +1,4 @@
-"""A report as one HTML file: what is told stands in it as HTML; the scripts add the 3D replay and the plots.
+"""A report as one HTML file: text and tables are HTML; scripts add the 3D replay and the figures.
 
 Nothing is loaded: the libraries (meshcat with three.js, plotly.js) and the numbers are in the page, compressed, and its
 content security policy forbids requests and code made from text.
@@ -9,16 +9,15 @@ from __future__ import annotations
 import base64
 import gzip
 import json
-from importlib.resources import files
 from importlib.util import find_spec
 from pathlib import Path
 
-from lwr_dyn.errors import MissingDataError
+from lwr_dyn.errors import MissingDataError, MissingPackageError
 from lwr_dyn.files import write_file
 from lwr_dyn.reproduction.report.content import Page
-from lwr_dyn.reproduction.report.layout import footer, header, navigation, parts_of
+from lwr_dyn.reproduction.report.layout import HERE, footer, header, main, navigation, parts_of
 from lwr_dyn.reproduction.report.markup import Html, element, joined
-from lwr_dyn.reproduction.report.payload import all_figures, payload
+from lwr_dyn.reproduction.report.script_data import all_figures, script_data
 from lwr_dyn.viewer.page_parts import PLAYER, fill_template, meshcat_bundle, resource_text
 
 _POLICY = (
@@ -35,18 +34,18 @@ def report_html(page: Page) -> str:
     Parameters
     ----------
     page : Page
-        Everything it shows.
+        Its content.
 
     Raises
     ------
     OptionError
-        A plot of a run or joint that is not on the page.
-    ShapeError
-        A run that is empty, not finite, or has other joints than its arm.
+        A figure of a run or joint that is not on the page.
+    MissingPackageError
+        plotly is not installed, and the page has figures.
     MissingDataError
         The installed meshcat or plotly lacks its script.
     """
-    data = json.dumps(payload(page), sort_keys=True, separators=(",", ":"), allow_nan=False)
+    data = json.dumps(script_data(page), sort_keys=True, separators=(",", ":"), allow_nan=False)
     libraries = {"numbers": data}
     if page.replay is not None:
         libraries["player"] = "\n".join([meshcat_bundle(), *map(resource_text, PLAYER)])
@@ -54,19 +53,20 @@ def report_html(page: Page) -> str:
         libraries["player"] = "\n".join(map(resource_text, _WITHOUT_3D))
     if all_figures(page):
         libraries["plotly"] = plotly_bundle()
-    parts = {
+    parts = parts_of(page)
+    filling = {
         "title": element("title", page.title),
         "policy": _POLICY,
-        "style": resource_text("player.css") + _resource_text("report.css"),
-        "signs": _resource_text("signs.svg"),
-        "navigation": navigation(page),
+        "style": resource_text("player.css") + resource_text("report.css", HERE),
+        "signs": resource_text("signs.svg", HERE),
+        "navigation": navigation(parts),
         "header": header(page),
-        "main": joined(parts_of(page)),
+        "main": main(parts),
         "footer": footer(page),
         "libraries": joined(_library(name, text) for name, text in libraries.items()),
-        "scripts": "\n".join(map(_resource_text, _SCRIPTS)),
+        "scripts": "\n".join(resource_text(name, HERE) for name in _SCRIPTS),
     }
-    return fill_template(_resource_text("report.html"), parts)
+    return fill_template(resource_text("report.html", HERE), filling)
 
 
 def write_report(path: str | Path, page: Page) -> None:
@@ -75,19 +75,17 @@ def write_report(path: str | Path, page: Page) -> None:
 
 
 def plotly_bundle() -> str:
-    """The installed plotly.js; raises `MissingDataError` when it is not there."""
+    """The installed plotly.js; raises `MissingPackageError`, and `MissingDataError` when plotly lacks its script."""
     spec = find_spec("plotly")
-    script = Path(spec.origin or "").parent / "package_data" / "plotly.min.js" if spec else Path()
+    if spec is None:
+        raise MissingPackageError("plotly", "report")
+    script = Path(spec.origin or "").parent / "package_data" / "plotly.min.js"
     if not script.is_file():
         raise MissingDataError("plotly", "package_data/plotly.min.js", "a report; install plotly again")
     return script.read_text(encoding="utf-8")
 
 
 def _library(name: str, text: str) -> Html:
-    """A text, compressed, as the loader unpacks it."""
+    """A text, compressed; the loader unpacks it."""
     packed = base64.b64encode(gzip.compress(text.encode(), compresslevel=9, mtime=0)).decode("ascii")
     return Html(f'<script type="text/plain" id="packed-{name}">{packed}</script>\n')
-
-
-def _resource_text(name: str) -> str:
-    return files("lwr_dyn.reproduction.report").joinpath(name).read_text(encoding="utf-8")

@@ -69,8 +69,8 @@ class RunSeries {
     return unpack(name === "q" || name === "q_ref" ? record[name] : record.series[name]);
   }
 
-  of({ of: name, joint, scale }) {
-    const flat = this.flat(name), width = joint === null ? 1 : this.n;
+  of({ quantity, joint, scale }) {
+    const flat = this.flat(quantity), width = joint === null ? 1 : this.n;
     return Float64Array.from(this.t, (_, k) => scale * flat[k * width + (joint ?? 0)]);
   }
 }

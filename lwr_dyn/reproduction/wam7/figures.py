@@ -10,7 +10,7 @@ import numpy as np
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.friction import FRICTIONLESS
 from lwr_dyn.model.run import Run
-from lwr_dyn.reproduction.pages import audit_of
+from lwr_dyn.reproduction.paper_page import audit_of
 from lwr_dyn.reproduction.paper_study import PageExtras, paper_study
 from lwr_dyn.reproduction.report.content import Replay, Still
 from lwr_dyn.reproduction.wam7.formulas import caption_motion

@@ -3,16 +3,19 @@
 import gzip
 import json
 import re
+import subprocess
+import sys
 from base64 import b64decode
+from importlib.machinery import ModuleSpec
 
 import numpy as np
 import pytest
 
-from lwr_dyn.errors import MissingDataError, OptionError
+from lwr_dyn.errors import MissingDataError, MissingPackageError, OptionError
 from lwr_dyn.reproduction.report import page as page_module
-from lwr_dyn.reproduction.report.content import Cell, Page, Replay, ReportRow, ReportTable
+from lwr_dyn.reproduction.report.content import Page, Replay, ReportCell, ReportRow, ReportTable
 from lwr_dyn.reproduction.report.page import report_html
-from lwr_dyn.reproduction.report.payload import payload
+from lwr_dyn.reproduction.report.script_data import script_data
 from lwr_dyn.viewer.figures import Curve, Figure, Panel, Series
 from lwr_dyn.viewer.replayed_runs import replayed_runs
 from tests.reproduction.report.reported import inertia_table, report
@@ -20,6 +23,7 @@ from tests.viewer.replayed import lagging_run
 
 LARGEST_PAGE = 6_000_000
 """Bytes: the issue's bound on a report."""
+ROW = ReportRow("r", (ReportCell("1"),))
 TWO = np.array([1.0, 2.0])
 
 
@@ -27,14 +31,13 @@ def plot_of(*curves):
     return Figure("p", "p", "", "x", "", (Panel("", "y", "", curves),))
 
 
-SHORT = ReportRow("r", (Cell("1"),))
 
 
 @pytest.mark.parametrize(
     ("make", "said"),
     [
-        (lambda: Cell("1", verdict="fine"), "verdict: 'fine'; allowed: reproduced, after erratum"),
-        (lambda: ReportTable("t", "t", "", ("a", "b"), (SHORT,)), "row 'r': 1 cells; allowed: 2"),
+        (lambda: ReportCell("1", verdict="fine"), "verdict: 'fine'; allowed: reproduced, after erratum"),
+        (lambda: ReportTable("t", "t", "", ("a", "b"), (ROW,)), "row 'r': 1 cells; allowed: 2"),
         (lambda: Replay(), "no run and no still"),
         (lambda: Page("p", tables=(inertia_table(), inertia_table())), "ids of a page: IV more than once"),
         (lambda: report_html(Page("p", figures=(plot_of(Curve("c", Series(0, "q", 0))),))), "no run is shown"),
@@ -61,7 +64,7 @@ def test_counts_are_those_of_the_cells_unless_given():
 def test_gaps_and_shared_numbers(arm, two_runs):
     x = np.linspace(0.0, 1.0, 100)
     y = np.where(x > 0.5, np.nan, x)
-    data = payload(Page("p", figures=(plot_of(Curve("a", y, x), Curve("b", x, x), Curve("c", TWO, TWO)),)))
+    data = script_data(Page("p", figures=(plot_of(Curve("a", y, x), Curve("b", x, x), Curve("c", TWO, TWO)),)))
     curves = data["figures"][0]["panels"][0]["curves"]
     assert curves[0]["x"] == curves[1]["x"] == curves[1]["y"] != curves[0]["y"]
     assert data["numbers"][curves[0]["y"]]["gaps"] == list(range(50, 100))
@@ -80,7 +83,18 @@ def test_long_runs_are_thinned_and_the_page_stays_small(arm):
     assert "q" not in record["series"]
 
 
-def test_missing_plotly_is_told(monkeypatch):
+def test_missing_plotly_names_the_extra_and_a_missing_script_its_place(monkeypatch):
     monkeypatch.setattr(page_module, "find_spec", lambda name: None)
-    with pytest.raises(MissingDataError, match="plotly"):
+    with pytest.raises(MissingPackageError, match=r"plotly is not installed.*pip install 'lwr_dyn\[report\]'"):
         page_module.plotly_bundle()
+    monkeypatch.setattr(page_module, "find_spec", lambda name: ModuleSpec(name, None, origin="/nowhere/__init__.py"))
+    with pytest.raises(MissingDataError, match=r"plotly\.min\.js"):
+        page_module.plotly_bundle()
+
+
+def test_plotly_itself_is_never_imported():
+    program = (
+        "import sys; from lwr_dyn.reproduction.report import page; page.plotly_bundle(); print('plotly' in sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "False"

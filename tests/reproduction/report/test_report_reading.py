@@ -72,7 +72,8 @@ def test_erratum_opens_from_its_link_and_by_keys(window):
     assert "B_11 with y and z exchanged" in entry.text
     window.find_element("css selector", ".open-all").send_keys(Keys.ENTER)
     assert all(e.get_attribute("open") for e in window.find_elements("css selector", "details.erratum"))
-    assert "likely, FAILS" in window.find_element("id", "erratum-E3").text
+    assert "proven, FAILS" in window.find_element("id", "erratum-E3").text
+    assert "no computation decides it" in window.find_element("id", "erratum-E4").text
 
 
 def test_keyboard_reaches_and_plays_the_replay(window):

@@ -4,53 +4,52 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from lwr_dyn.reproduction.report.content import Check, Erratum, Fact, FileFact, Section
+from lwr_dyn.reproduction.ledger import LedgerEntry
+from lwr_dyn.reproduction.report.content import Check, Fact, FileFact, Section
 from lwr_dyn.reproduction.report.markup import Html, anchor, element, grid, joined
-from lwr_dyn.reproduction.report.tables import sign
+from lwr_dyn.reproduction.report.printed_tables import sign
 from lwr_dyn.tables import Table
 from lwr_dyn.viewer.figures import Figure
 
 
 def facts_html(facts: Sequence[Fact]) -> Html:
-    """Names and what is said of them."""
+    """Names and their texts."""
     pairs = [item for name, text in facts for item in (element("dt", name), element("dd", text))]
     return element("dl", pairs, class_="facts-list")
 
 
-def erratum_html(erratum: Erratum) -> Html:
-    """One slip: what is printed and what is right in one line, the proof on demand."""
+def erratum_html(entry: LedgerEntry) -> Html:
+    """An erratum: what is printed and what is right in one line, the proof on demand."""
+    e, proof = entry.erratum, entry.proof
     heading = [
-        element("span", erratum.id, class_="id"),
-        element("span", erratum.where, class_="where"),
+        element("span", e.id, class_="id"),
+        element("span", e.where, class_="where"),
         element(
             "span",
-            element("span" if erratum.status == "open" else "del", erratum.printed),
+            element("span" if e.status == "open" else "del", e.printed),
             element("span", " \u2192 ", aria_hidden="true"),
             element("span", "right: ", class_="word"),
-            element("ins", erratum.right),
+            element("ins", e.read_as),
             class_="change",
         ),
-        element(
-            "span", erratum.status if erratum.holds else f"{erratum.status}, FAILS", class_=f"chip {_status(erratum)}"
-        ),
+        element("span", e.status if entry.holds else f"{e.status}, FAILS", class_=f"chip {_status(entry)}"),
     ]
-    told: list[Fact] = [("proof" if erratum.computed else "reason", erratum.proof), ("checked", _outcome(erratum))]
-    told.append(("effect", erratum.effect))
-    told.append(("severity", erratum.severity))
-    body = facts_html([(name, text) for name, text in told if text])
+    reason = ("reason", e.why) if proof is None else ("proof", f"{e.why}\n{proof.text}")
+    facts: list[Fact] = [reason, ("checked", _outcome(entry)), ("effect", e.effect), ("severity", e.severity)]
+    body = facts_html([(name, text) for name, text in facts if text])
     return element(
-        "details", element("summary", heading), body, id=anchor("erratum", erratum.id), class_="erratum", tabindex=-1
+        "details", element("summary", heading), body, id=anchor("erratum", e.id), class_="erratum", tabindex=-1
     )
 
 
-def _outcome(erratum: Erratum) -> str:
-    if not erratum.holds:
+def _outcome(entry: LedgerEntry) -> str:
+    if not entry.holds:
         return "THE COMPUTATION DOES NOT COME OUT AS TOLD"
-    return "the computation comes out as told" if erratum.computed else "no computation decides it"
+    return "no computation decides it" if entry.proof is None else "the computation comes out as told"
 
 
-def _status(erratum: Erratum) -> str:
-    return "fails" if not erratum.holds else "proven" if erratum.status == "proven" else "likely"
+def _status(entry: LedgerEntry) -> str:
+    return "fails" if not entry.holds else "proven" if entry.erratum.status == "proven" else "likely"
 
 
 def checks_html(checks: Sequence[Check]) -> Html:
@@ -87,7 +86,7 @@ def _tinted(text: str, shade: float) -> Html:
 
 
 def figure_html(figure: Figure) -> Html:
-    """The place of a plot; the script fills it."""
+    """The place of a figure; the script fills it."""
     name = anchor("plot", figure.id)
     caption = element(
         "figcaption",
@@ -99,12 +98,12 @@ def figure_html(figure: Figure) -> Html:
 
 
 def _paragraph(text: str) -> Html:
-    """Words as a paragraph; columns aligned with spaces as they stand."""
+    """Text as a paragraph; columns aligned with spaces are kept."""
     return element("pre", text, tabindex=0) if "  " in text else element("p", text)
 
 
 def section_html(section: Section) -> list[Html]:
-    """What stands under the heading of a section."""
+    """The body of a section."""
     text = [_paragraph(part) for part in section.text.split("\n\n") if part.strip()]
     return [
         element("div", text, class_="prose"),

@@ -1,8 +1,9 @@
-"""What the scripts of a report read: the runs, packed once for the 3D view and for the figures, and the figures."""
+"""Data for the scripts of a report: the runs, packed once for the 3D view and for the figures, and the figures."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,6 @@ from lwr_dyn.viewer.figures import (
     PALETTE,
     Curve,
     Figure,
-    Panel,
     Quantity,
     Series,
     check_series,
@@ -36,7 +36,7 @@ _FROM_PLAYER: tuple[Quantity, ...] = ("q", "q_ref", "position error", "tip error
 """Quantities that the player's own series hold."""
 
 
-def payload(page: Page) -> dict[str, Any]:
+def script_data(page: Page) -> dict[str, Any]:
     """Runs, stills, arms and figures of a page; raises `OptionError` for a series of no run or joint of the page."""
     figures, replay = all_figures(page), page.replay
     series = [one for figure in figures for curve in figure.curves for one in curve.series]
@@ -94,52 +94,35 @@ def _still(still: Still) -> ReplayedRun:
 
 
 def _figure(figure: Figure, pool: dict[bytes, Array]) -> dict[str, Any]:
-    return {
-        "id": figure.id,
-        "title": figure.title,
-        "x_label": figure.x_label,
-        "x_unit": figure.x_unit,
-        "over_time": figure.over_time,
-        "equal": figure.equal_aspect,
-        "columns": figure.columns,
-        "panels": [_panel(figure, panel, pool) for panel in figure.panels],
-    }
-
-
-def _panel(figure: Figure, panel: Panel, pool: dict[bytes, Array]) -> dict[str, Any]:
-    return {
-        "title": panel.title,
-        "y_label": panel.y_label,
-        "y_unit": panel.y_unit,
-        "curves": [_curve(figure, curve, pool) for curve in panel.curves],
-        "levels": [[level.label, level.value, level.axis] for level in panel.levels],
-    }
+    panels = []
+    for panel in figure.panels:
+        curves = [_curve(figure, curve, pool) for curve in panel.curves]
+        panels.append(_fields(panel) | {"curves": curves, "levels": [_fields(level) for level in panel.levels]})
+    return _fields(figure) | {"panels": panels}
 
 
 def _curve(figure: Figure, curve: Curve, pool: dict[bytes, Array]) -> dict[str, Any]:
     size = 1 if isinstance(curve.y, Series) else curve.y.size
     keep = subsample(size, -(-size // LARGEST_CURVE))
-    kept = [value if value is None or isinstance(value, Series) else value[keep] for value in (curve.x, curve.y)]
-    return {
-        "label": curve.label,
-        "x": _source(kept[0], pool),
-        "y": _source(kept[1], pool),
-        "style": curve.style,
-        "dashed": curve.dashed,
-        "colour": figure.colour(curve),
-        "filled": curve.is_filled,
-        "text": [curve.text[i] for i in keep] if curve.text else [],
-    }
+    x, y = (_source(value, keep, pool) for value in (curve.x, curve.y))
+    text = [curve.text[i] for i in keep] if curve.text else []
+    return _fields(curve) | {"x": x, "y": y, "colour": figure.colour(curve), "text": text}
 
 
-def _source(values: Array | Series | None, pool: dict[bytes, Array]) -> Any:
-    """A series as its name, numbers as their place in the pool, where the same numbers are kept once."""
+def _fields(record: Any) -> dict[str, Any]:
+    """The fields of a record of `viewer.figures`, as they are."""
+    return {field.name: getattr(record, field.name) for field in fields(record)}
+
+
+def _source(values: Array | Series | None, keep: Any, pool: dict[bytes, Array]) -> Any:
+    """A series by its name, numbers by their place in the pool, which keeps the same numbers once."""
+    if isinstance(values, Series):
+        return _fields(values)
     if values is None:
         return None
-    if isinstance(values, Series):
-        return {"run": values.run, "of": values.quantity, "joint": values.joint, "scale": values.scale}
-    pool.setdefault(values.tobytes(), values)
-    return list(pool).index(values.tobytes())
+    kept = values[keep]
+    pool.setdefault(kept.tobytes(), kept)
+    return list(pool).index(kept.tobytes())
 
 
 def _numbers(values: Array) -> Any:

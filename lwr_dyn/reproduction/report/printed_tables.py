@@ -1,13 +1,13 @@
-"""The document's tables beside ours as HTML: a verdict per cell, and what each number was computed from."""
+"""The document's tables beside ours as HTML: a verdict per cell, and the source of each number."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence, Set
 
-from lwr_dyn.reproduction.report.content import Cell, ReportRow, ReportTable, Verdict
+from lwr_dyn.reproduction.report.content import CellVerdict, ReportCell, ReportRow, ReportTable
 from lwr_dyn.reproduction.report.markup import Html, anchor, element, grid, joined, raised
 
-CLASS: dict[Verdict, str] = {
+CLASS: dict[CellVerdict, str] = {
     "reproduced": "reproduced",
     "after erratum": "after",
     "differs": "differs",
@@ -17,8 +17,8 @@ CLASS: dict[Verdict, str] = {
 """Of each verdict: the class of its cell and the name of its sign."""
 
 
-def sign(verdict: Verdict) -> Html | None:
-    """The shape that stands for a verdict; the word must stand beside it."""
+def sign(verdict: CellVerdict) -> Html | None:
+    """The shape that marks a verdict; the page shows it beside the word."""
     if verdict == "":
         return None
     use = element("use", href=f"#sign-{CLASS[verdict]}")
@@ -47,15 +47,14 @@ def printed_table_html(table: ReportTable, errata: Set[str]) -> Html:
     )
 
 
-def _cell(cell: Cell, place: str, errata: Set[str]) -> Html:
+def _cell(cell: ReportCell, place: str, errata: Set[str]) -> Html:
     quiet = "word" if cell.verdict in ("", "reproduced") else "word seen"
     inside = [
         element("span", sign(cell.verdict), cell.printed, class_="number"),
         element("span", cell.ours, class_="ours") if cell.ours else None,
         element("span", cell.verdict, class_=quiet) if cell.verdict else None,
     ]
-    told = {"source": cell.source, "formula": cell.formula, "conversion": cell.conversion, "note": cell.note}
-    facts = {f"data_{name}": text for name, text in told.items() if text}
+    facts = {f"data_{name}": getattr(cell, name) or None for name in ("source", "formula", "conversion", "note")}
     button = element(
         "button", inside, type="button", class_="cell", data_place=place, data_verdict=cell.verdict, **facts
     )
@@ -78,18 +77,17 @@ def _how(table: ReportTable) -> Html | None:
     groups.pop(("", "", ""), None)
     if not groups:
         return None
-    items = [element("li", _sentence(told), element("span", _places(table, cells))) for told, cells in groups.items()]
+    items = [element("li", _sentence(*key), element("span", _places(table, cells))) for key, cells in groups.items()]
     return element("details", element("summary", "How each number was computed"), element("ul", items), class_="how")
 
 
-def _sentence(told: tuple[str, str, str]) -> Html:
-    formula, conversion, note = told
+def _sentence(formula: str, conversion: str, note: str) -> Html:
     words = [element("code", formula) if formula else None, conversion or None, note or None]
     return element("p", joined([[word, ". "] for word in words if word]))
 
 
 def _places(table: ReportTable, cells: Sequence[tuple[ReportRow, int]]) -> str:
-    """Where a group of cells stands, row by row, and which places of the document they were read from."""
+    """The places of a group of cells in the table, row by row, and in the document."""
     rows: dict[str, list[int]] = {}
     for row, i in cells:
         rows.setdefault(row.label, []).append(i)

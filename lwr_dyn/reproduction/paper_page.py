@@ -17,15 +17,14 @@ from lwr_dyn.reproduction.compare import DIFFERS, NOT, ComparedNumber
 from lwr_dyn.reproduction.ledger import LedgerEntry
 from lwr_dyn.reproduction.paper_study import PaperStudy, Reproduction
 from lwr_dyn.reproduction.report.content import (
-    Cell,
+    CellVerdict,
     Check,
-    Erratum,
     FileFact,
     Page,
+    ReportCell,
     ReportRow,
     ReportTable,
     Section,
-    Verdict,
 )
 from lwr_dyn.reproduction.results import ResultBlock
 from lwr_dyn.reproduction.verdicts import Verdicts
@@ -40,7 +39,7 @@ REPORT = "report.html"
 _KINDS = {".npz": "run", ".urdf": "model", ".xml": "model", ".srdf": "model", ".png": "plot", ".svg": "plot"}
 
 
-def page_of(
+def paper_page(
     study: PaperStudy, result: Reproduction, verdicts: Verdicts, entries: Sequence[LedgerEntry], place: Path
 ) -> Page:
     """The whole page of a paper, with the files that lie in its folder by then."""
@@ -52,9 +51,9 @@ def page_of(
         subtitle=paper.document.get("title", ""),
         words=_words(counted, entries, result.holds),
         document=tuple((key, text) for key, text in paper.document.items() if key != "title"),
-        counts={cast(Verdict, verdict): count for verdict, count in counted.items()},
+        counts={cast(CellVerdict, verdict): count for verdict, count in counted.items()},
         tables=(*_tables(printed), *_tables(derived)),
-        errata=tuple(map(_erratum, entries)),
+        errata=tuple(entries),
         figures=extras.figures,
         replay=extras.replay,
         checks=extras.checks,
@@ -86,7 +85,7 @@ def _block(data: Sequence[ComparedNumber]) -> list[ReportTable]:
         rows, columns = (
             list(dict.fromkeys(names)) for names in zip(*((j.cell.row, j.cell.column) for j in plain), strict=True)
         )
-        cells: dict[tuple[str, ...], Cell] = {(j.cell.row, j.cell.column): _cell(j) for j in plain}
+        cells: dict[tuple[str, ...], ReportCell] = {(j.cell.row, j.cell.column): _cell(j) for j in plain}
         out.append(_table(block, block.name, columns, rows, cells, plain))
     for column in dict.fromkeys(j.cell.column for j in data if _in_matrix(j)):
         mine = [j for j in data if j.cell.column == column]
@@ -101,13 +100,13 @@ def _in_matrix(judged: ComparedNumber) -> bool:
 
 
 def _table(
-    block: ResultBlock, name: str, columns: Sequence[str], rows: Sequence[str], cells: Mapping[tuple[str, ...], Cell],
+    block: ResultBlock, name: str, columns: Sequence[str], rows: Sequence[str], cells: Mapping[tuple[str, ...], ReportCell],
     data: Sequence[ComparedNumber], matrix: str = "",
 ) -> ReportTable:  # fmt: skip
     units = list(dict.fromkeys(j.cell.unit for j in data))
     title = block.where.split(",")[0].split(":")[0].split(";")[0].strip("'")
     title = f"derived: {title}" if block.derived else title
-    empty = Cell("")
+    empty = ReportCell("")
     return ReportTable(
         id=name,
         title=f"{title}, {matrix}" if matrix else title,
@@ -119,7 +118,7 @@ def _table(
     )
 
 
-def _cell(judged: ComparedNumber) -> Cell:
+def _cell(judged: ComparedNumber) -> ReportCell:
     cell, verdict = judged.cell, judged.verdict
     notes = []
     if judged.missing:
@@ -132,10 +131,10 @@ def _cell(judged: ComparedNumber) -> Cell:
     if judged.block.reading:
         notes.append(f"under the reading {judged.block.reading}")
     unit = f"in {cell.unit}, as printed" if cell.unit != "1" else "a bare number"
-    return Cell(
+    return ReportCell(
         printed=cell.printed,
         ours=_ours(judged),
-        verdict=cast(Verdict, verdict),
+        verdict=cast(CellVerdict, verdict),
         source=f"{judged.block.where} ({cell.path})",
         formula=judged.formula,
         conversion=f"{unit}; by {judged.block.compute}" if judged.block.compute else unit,
@@ -158,15 +157,6 @@ def _ours(judged: ComparedNumber) -> str:
         return f"{value:.6g}"
     shown = Decimal(value).quantize(least)
     return f"{abs(shown) if shown == 0 else shown:f}"
-
-
-def _erratum(entry: LedgerEntry) -> Erratum:
-    e, proof = entry.erratum, entry.proof
-    told = e.why if proof is None else f"{e.why}\n{proof.text}"
-    return Erratum(
-        id=e.id, where=e.where, printed=e.printed, right=e.read_as, proof=told, holds=entry.holds,
-        effect=e.effect, severity=e.severity, status=e.status, computed=proof is not None,
-    )  # fmt: skip
 
 
 def checks_of(reports: Iterable[CheckReport]) -> tuple[Check, ...]:
