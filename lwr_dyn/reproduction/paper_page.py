@@ -1,4 +1,4 @@
-"""Findings -> the page that shows them: printed numbers side by side with ours, errata with proofs, checks, audits."""
+"""The report page of a paper: printed numbers beside ours, errata with proofs, checks, audits, files."""
 
 from __future__ import annotations
 
@@ -26,7 +26,6 @@ from lwr_dyn.reproduction.report.content import (
     ReportTable,
     Section,
 )
-from lwr_dyn.reproduction.results import ResultBlock
 from lwr_dyn.reproduction.verdicts import Verdicts
 from lwr_dyn.simulation.audit import TOLERANCE
 from lwr_dyn.simulation.setup import versions
@@ -68,92 +67,74 @@ def _words(counted: Mapping[str, int], entries: Sequence[LedgerEntry], holds: bo
     numbers = ", ".join(f"{count} {verdict}" for verdict, count in counted.items() if count)
     proven = sum(e.holds for e in entries if e.erratum.status == "proven")
     end = "No difference is left unexplained." if holds else "Something printed, checked or claimed is NOT explained."
-    slips = f" {proven} slips are proven." if proven else ""
-    return f"Of {sum(counted.values())} printed numbers: {numbers}.{slips} {end}"
+    errata = f" {proven} errata are proven." if proven else ""
+    return f"Of {sum(counted.values())} printed numbers: {numbers}.{errata} {end}"
 
 
-def _tables(data: Sequence[ComparedNumber]) -> list[ReportTable]:
-    blocks = dict.fromkeys(j.block.name for j in data)
-    return [table for name in blocks for table in _block([j for j in data if j.block.name == name])]
+def _tables(numbers: Sequence[ComparedNumber]) -> list[ReportTable]:
+    """Block by block: the plain columns as one table, each matrix as one of its own."""
+    tables: dict[str, dict[str, list[ComparedNumber]]] = {}
+    for number in numbers:
+        matrix = number.cell.column if "][" in number.cell.path else ""
+        tables.setdefault(number.block.name, {"": []}).setdefault(matrix, []).append(number)
+    return [_table(mine, matrix) for block in tables.values() for matrix, mine in block.items() if mine]
 
 
-def _block(data: Sequence[ComparedNumber]) -> list[ReportTable]:
-    """The plain columns of a block as one table, each matrix as one of its own."""
-    block, out = data[0].block, []
-    plain = [j for j in data if not _in_matrix(j)]
-    if plain:
-        rows, columns = (
-            list(dict.fromkeys(names)) for names in zip(*((j.cell.row, j.cell.column) for j in plain), strict=True)
-        )
-        cells: dict[tuple[str, ...], ReportCell] = {(j.cell.row, j.cell.column): _cell(j) for j in plain}
-        out.append(_table(block, block.name, columns, rows, cells, plain))
-    for column in dict.fromkeys(j.cell.column for j in data if _in_matrix(j)):
-        mine = [j for j in data if j.cell.column == column]
-        matrix = {tuple(j.cell.row.rsplit(",", 1)): _cell(j) for j in mine}
-        rows, numbers = (list(dict.fromkeys(key[k] for key in matrix)) for k in (0, 1))
-        out.append(_table(block, f"{block.name}-{column}", numbers, rows, matrix, mine, column))
-    return out
-
-
-def _in_matrix(judged: ComparedNumber) -> bool:
-    return "][" in judged.cell.path
-
-
-def _table(
-    block: ResultBlock, name: str, columns: Sequence[str], rows: Sequence[str], cells: Mapping[tuple[str, ...], ReportCell],
-    data: Sequence[ComparedNumber], matrix: str = "",
-) -> ReportTable:  # fmt: skip
-    units = list(dict.fromkeys(j.cell.unit for j in data))
+def _table(numbers: Sequence[ComparedNumber], matrix: str) -> ReportTable:
+    block = numbers[0].block
+    places = [number.cell.row.rsplit(",", 1) if matrix else (number.cell.row, number.cell.column) for number in numbers]
+    cells = {(row, column): _cell(number) for (row, column), number in zip(places, numbers, strict=True)}
+    rows, columns = (dict.fromkeys(place[k] for place in cells) for k in (0, 1))
+    units = list(dict.fromkeys(number.cell.unit for number in numbers))
     title = block.where.split(",")[0].split(":")[0].split(";")[0].strip("'")
-    title = f"derived: {title}" if block.derived else title
-    empty = ReportCell("")
+    heading = f"derived: {title}" if block.derived else title
     return ReportTable(
-        id=name,
-        title=f"{title}, {matrix}" if matrix else title,
-        where="" if block.where == title.removeprefix("derived: ") else block.where,
+        id=f"{block.name}-{matrix}" if matrix else block.name,
+        title=f"{heading}, {matrix}" if matrix else heading,
+        where="" if block.where == title else block.where,
         columns=tuple(columns),
-        rows=tuple(ReportRow(row, tuple(cells.get((row, column), empty) for column in columns)) for row in rows),
+        rows=tuple(ReportRow(row, tuple(cells.get((row, name), ReportCell("")) for name in columns)) for row in rows),
         unit="" if units == ["1"] else ", ".join(units),
         note=block.note,
     )
 
 
-def _cell(judged: ComparedNumber) -> ReportCell:
-    cell, verdict = judged.cell, judged.verdict
+def _cell(number: ComparedNumber) -> ReportCell:
+    cell, verdict = number.cell, number.verdict
     notes = []
-    if judged.missing:
-        notes.append(f"not printed: {', '.join(judged.missing)}; ours is under assumed ones")
-    if verdict in (DIFFERS, NOT) and judged.miss is not None:
-        size = "" if judged.digits is None else f", {judged.digits:+.3g} last digits"
-        notes.append(f"ours less printed: {judged.miss:+.3g} {cell.unit}{size}")
+    if number.missing:
+        notes.append(f"not printed: {', '.join(number.missing)}; ours is under assumed ones")
+    if verdict in (DIFFERS, NOT) and number.miss is not None:
+        size = "" if number.digits is None else f", {number.digits:+.3g} last digits"
+        notes.append(f"ours less printed: {number.miss:+.3g} {cell.unit}{size}")
     if cell.span is not None:
         notes.append(f"can be read within {cell.span[0]} to {cell.span[1]}")
-    if judged.block.reading:
-        notes.append(f"under the reading {judged.block.reading}")
+    if number.block.reading:
+        notes.append(f"under the reading {number.block.reading}")
     unit = f"in {cell.unit}, as printed" if cell.unit != "1" else "a bare number"
     return ReportCell(
         printed=cell.printed,
-        ours=_ours(judged),
+        ours=_ours(number),
         verdict=cast(CellVerdict, verdict),
-        source=f"{judged.block.where} ({cell.path})",
-        formula=judged.formula,
-        conversion=f"{unit}; by {judged.block.compute}" if judged.block.compute else unit,
+        source=f"{number.block.where} ({cell.path})",
+        formula=number.formula,
+        conversion=f"{unit}; by {number.block.compute}" if number.block.compute else unit,
         note="; ".join(notes),
-        errata=judged.errata,
+        errata=number.errata,
     )
 
 
-def _ours(judged: ComparedNumber) -> str:
+def _ours(number: ComparedNumber) -> str:
     """Ours with a few digits more than printed."""
-    value = judged.value
+    value = number.value
     if value is None:
         return ""
     if isinstance(value, ComparedExpression):
         return value.text
-    if abs(value - round(value)) < 1e-9 and last_digit(judged.cell.printed) == 1:
+    if abs(value - round(value)) < 1e-9 and last_digit(number.cell.printed) == 1:
         return f"{round(value):d}"
-    least = last_digit(judged.cell.printed).scaleb(-MORE)
-    if "e" in judged.cell.printed or least < Decimal("1e-14") or abs(value) > LARGEST_WRITTEN:
+    least = last_digit(number.cell.printed).scaleb(-MORE)
+    if "e" in number.cell.printed or least < Decimal("1e-14") or abs(value) > LARGEST_WRITTEN:
         return f"{value:.6g}"
     shown = Decimal(value).quantize(least)
     return f"{abs(shown) if shown == 0 else shown:f}"
@@ -182,7 +163,7 @@ def audit_of(runs: Iterable[tuple[str, Run]]) -> tuple[Check, ...]:
 
 
 def _files(place: Path) -> tuple[FileFact, ...]:
-    found = sorted(path for path in place.rglob("*") if path.is_file() and path.name not in (REPORT, "replay.html"))
+    paths = sorted(path for path in place.rglob("*") if path.is_file() and path.name not in (REPORT, "replay.html"))
     return tuple(
         FileFact(
             path.relative_to(place).as_posix(),
@@ -190,5 +171,5 @@ def _files(place: Path) -> tuple[FileFact, ...]:
             hashlib.sha256(path.read_bytes()).hexdigest(),
             _KINDS.get(path.suffix, ""),
         )
-        for path in found
+        for path in paths
     )
