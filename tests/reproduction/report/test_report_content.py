@@ -31,8 +31,6 @@ def plot_of(*curves):
     return Figure("p", "p", "", "x", "", (Panel("", "y", "", curves),))
 
 
-
-
 @pytest.mark.parametrize(
     ("make", "said"),
     [
