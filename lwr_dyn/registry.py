@@ -108,7 +108,10 @@ class Row:
 class Registry(Generic[T]):
     """Choices of one kind by name: own rows, then entry points of the group "lwr_dyn.KIND".
 
-    An own name cannot be replaced by an entry point.
+    Another package adds a row in its pyproject.toml; an own name cannot be replaced:
+
+        [project.entry-points."lwr_dyn.controller"]
+        mine = "my_package.my_module:make_mine"
     """
 
     kind: str

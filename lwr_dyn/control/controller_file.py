@@ -25,7 +25,7 @@ def controller_from_file(path: str, arm: Arm, dynamics: Dynamics, **options: Any
     """The controller of a Python file: its function `controller`, or what its function `make` returns.
 
     The file holds `make(arm, dynamics)`, or else `controller(t, q, dq, q_ref, dq_ref, ddq_ref)` itself. A function
-    without a `name` of its own is named after the file.
+    without a `name` of its own is named as the file, such as "mine.py".
 
     Raises
     ------
@@ -45,7 +45,7 @@ def controller_from_file(path: str, arm: Arm, dynamics: Dynamics, **options: Any
     if controller is None or not _takes(controller, 6):
         raise FileAccessError(path, "no function of six arguments for a controller", NEEDED)
     if inspect.isfunction(controller) and not hasattr(controller, "name"):
-        controller.name = Path(path).stem  # type: ignore[attr-defined]
+        controller.name = Path(path).name  # type: ignore[attr-defined]
     return cast(Controller, controller)
 
 
