@@ -63,7 +63,7 @@ def errata(name=""):
 
     def entry(id, where, printed, right, effect, severity, status, proof):
         erratum = Erratum(id, where, printed, right, "the tables disagree" + name, effect, status, (), severity)
-        return LedgerEntry("paper", erratum, proof)
+        return LedgerEntry(erratum, proof)
 
     return (
         entry("E1" + name, "Table II" + name, "(0, -0.4, 0)", "one row lower", "none", "high", "proven", computation),
