@@ -11,7 +11,7 @@ from lwr_dyn.audit.conventions.printed import printed_table
 from lwr_dyn.audit.conventions.resolve import resolve
 from lwr_dyn.audit.conventions.statements import statements
 from lwr_dyn.audit.conventions.zero import resolve_zero, zero_statements
-from lwr_dyn.audit.lint.examine import lint, sheets_of_robot
+from lwr_dyn.audit.lint.rules import lint, sheets_of_robot
 from lwr_dyn.audit.sensitivity.analysis import sensitivity
 from lwr_dyn.audit.sensitivity.result_tables import error_table, gains_table, survival
 from lwr_dyn.papers.assembly import arm_from_paper

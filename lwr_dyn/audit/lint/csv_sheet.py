@@ -1,4 +1,4 @@
-"""CSV with one heading line as a sheet; lines that begin with # may declare what has not to be guessed."""
+"""CSV with one heading line as a sheet; lines that begin with # declare formulas, units and roles."""
 
 from __future__ import annotations
 
@@ -7,31 +7,36 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from lwr_dyn.audit.lint.roles import TOTALS, name_in, role_of, unit_in, words_of
-from lwr_dyn.audit.lint.sheet import Declared, Sheet, Statement, Table, TableError, column
+from lwr_dyn.audit.lint.sheet import Declared, Sentence, Sheet, SheetColumn, SheetTable, TableError
 
 SEPARATORS = ",;\t|"
 DECLARATIONS = ("title", "formula", "ratio", "joints", "total", "role")
 
 
 @dataclass(slots=True)
-class _Said:
-    """The # lines, by their word."""
+class CsvDeclarations:
+    """The # lines of a CSV text by their word."""
 
     lines: dict[str, list[str]] = field(default_factory=dict)
 
     def add(self, line: str) -> None:
+        """Take a line "# WORD: text"; others are comments."""
         word, sign, rest = line.lstrip("# ").partition(":")
         if sign and word.strip().lower() in DECLARATIONS:
             self.lines.setdefault(word.strip().lower(), []).append(rest.strip())
 
+    def texts(self, word: str) -> tuple[str, ...]:
+        """The texts of a word, line by line."""
+        return tuple(self.lines.get(word, []))
+
     def pairs(self, word: str) -> dict[str, str]:
-        """ "mass = 14.4462" lines as a mapping."""
-        split = [line.partition("=") for line in self.lines.get(word, [])]
+        """Lines such as "mass = 14.4462" as a mapping."""
+        split = [line.partition("=") for line in self.texts(word)]
         return {name_in(key.strip()): value.strip() for key, _, value in split}
 
 
 def sheet_of_csv(text: str, file: str, name: str) -> Sheet:
-    """The one table of a CSV text.
+    """The table of a CSV text.
 
     Parameters
     ----------
@@ -40,39 +45,39 @@ def sheet_of_csv(text: str, file: str, name: str) -> Sheet:
         "# ratio: Kp / Kd", "# total: Mass = 14.4462", "# joints: revolute", "# role: a = mean" and "# title: ..."
         declare. A last row labelled "total" is taken as the sum.
     file, name : str
-        What messages call the file and the table.
+        Names of the file and the table in messages.
 
     Raises
     ------
     TableError
         No CSV, no rows, a row of another length, two columns of one name.
     """
-    said = _Said()
+    declared = CsvDeclarations()
     body: list[str] = []
     for line in text.splitlines():
-        (said.add if line.lstrip().startswith("#") else body.append)(line)
+        (declared.add if line.lstrip().startswith("#") else body.append)(line)
     headings, *cells = _rows(body, file)
     bare = [name_in(h) for h in headings]
     head = [name if bare.count(name) == 1 else heading for name, heading in zip(bare, headings, strict=True)]
-    roles = said.pairs("role")
+    roles = declared.pairs("role")
     summed = _total_row(head, cells, roles)
     body_rows = cells[:-1] if summed else cells
     columns = tuple(
-        column(name, tuple(row[j] for row in body_rows), unit_in(heading))
+        SheetColumn(name, tuple(row[j] for row in body_rows), unit_in(heading))
         for j, (name, heading) in enumerate(zip(head, headings, strict=True))
     )
     sums = {h: cell for h, cell, c in zip(head, cells[-1], columns, strict=True) if summed and c.numeric}
-    declared = Declared(
-        formulas=tuple(said.lines.get("formula", [])), ratios=tuple(said.lines.get("ratio", [])),
-        totals={**sums, **said.pairs("total")}, roles=roles, joints=" ".join(said.lines.get("joints", [])),
+    declarations = Declared(
+        formulas=declared.texts("formula"), ratios=declared.texts("ratio"), totals={**sums, **declared.pairs("total")},
+        roles=roles, joints=" ".join(declared.texts("joints")),
     )  # fmt: skip
-    title = " ".join(said.lines.get("title", []))
-    table = Table(name, columns, where=title, declared=declared)
-    return Sheet(file, (table,), statements=(Statement("title", title),))
+    title = " ".join(declared.texts("title"))
+    table = SheetTable(name, columns, where=title, declared=declarations)
+    return Sheet(file, (table,), sentences=(Sentence("title", title),))
 
 
 def _rows(lines: Sequence[str], file: str) -> list[list[str]]:
-    """The heading and the rows, all of one length."""
+    """The heading line and the rows, all of one length."""
     try:
         stripped = [[c.strip() for c in row] for row in csv.reader(lines, delimiter=_separator(lines))]
     except csv.Error as fault:

@@ -1,53 +1,40 @@
 """Columns of one file that are proportional in most rows, and the rows that break it.
 
-A broken row alone says nothing (joint 2 of an arm may have another range). It is a finding when one named slip, a swap
-of two cells or a power of ten, makes every row proportional again.
+A broken row alone is no fault (joint 2 of an arm may have another range). It is a finding when one named fault, an
+exchange of two cells or a power of ten, makes every row proportional again.
 """
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from lwr_dyn.audit.lint.finding import Finding
-from lwr_dyn.audit.lint.sheet import Column, Sheet, Table, TableError
+from lwr_dyn.audit.lint.fault_search import exchanges
+from lwr_dyn.audit.lint.sheet import Finding, Sheet, SheetColumn, SheetTable, TableError
 from lwr_dyn.papers.printed_number import ROUND, PrintedNumber
 
 LEAST_ROWS = 3
-"""Rows that have to agree before a ratio counts as one."""
+"""Rows that have to agree before a ratio counts as constant."""
 LEAST_SHARE = 0.6
 """Share of the rows that have to agree."""
 SHARPEST = 0.03
-"""A row takes part when its rounding leaves less than this of the ratio open."""
+"""A row takes part when its rounding leaves less than this share of the ratio open."""
 LEAST_DISTINCT = 3
 """Different numbers among the agreeing rows: two constants are always proportional."""
 MOST_BROKEN = 3
 SAMPLE = 200
-"""First rows of a long table in which a ratio has to show before all rows are looked at."""
+"""First rows of a long table in which a ratio has to show before all rows are examined."""
+LARGEST_POWER = 6
 Interval = tuple[float, float]
-
-
-@dataclass(frozen=True, slots=True)
-class Pair:
-    """Two columns with as many rows, of one file."""
-
-    tables: tuple[Table, Table]
-    columns: tuple[Column, Column]
-
-    def place(self, side: int, row: int) -> str:
-        """A cell in words."""
-        return self.tables[side].place(row, self.columns[side].name)
-
-    def number(self, side: int, row: int) -> PrintedNumber | None:
-        """What the cell prints."""
-        return self.columns[side].numbers[row]
+Place = tuple[int, int]
+"""Column (0 or 1) and row of a cell of a pair."""
 
 
 def ratio(a: PrintedNumber | None, b: PrintedNumber | None) -> Interval | None:
-    """All values that a / b may have within their printed digits; nothing when that leaves too much open.
+    """All values that a / b may have within their printed digits; None when that leaves too much open.
 
-    >>> low, high = ratio(*(PrintedNumber(t, v, h) for t, v, h in (("13.5", 13.5, 0.05), ("0.54", 0.54, 0.005))))
+    >>> low, high = ratio(PrintedNumber("13.5", 13.5, 0.05), PrintedNumber("0.54", 0.54, 0.005))
     >>> round(low, 2), round(high, 2)
     (24.68, 25.32)
     """
@@ -58,18 +45,58 @@ def ratio(a: PrintedNumber | None, b: PrintedNumber | None) -> Interval | None:
     return (middle - spread, middle + spread) if spread <= SHARPEST * abs(middle) else None
 
 
-def pairs(sheet: Sheet) -> Iterator[Pair]:
+@dataclass(frozen=True, slots=True)
+class ColumnPair:
+    """Two columns with as many rows, of one file."""
+
+    tables: tuple[SheetTable, SheetTable]
+    columns: tuple[SheetColumn, SheetColumn]
+
+    @property
+    def full_names(self) -> frozenset[str]:
+        """The columns with their tables."""
+        return frozenset(f"{t.name}.{c.name}" for t, c in zip(self.tables, self.columns, strict=True))
+
+    @property
+    def name(self) -> str:
+        """ "a / b", with the tables where they differ."""
+        same = self.tables[0].name == self.tables[1].name
+        a, b = (c.name if same else f"{t.name}.{c.name}" for t, c in zip(self.tables, self.columns, strict=True))
+        return f"{a} / {b}"
+
+    @property
+    def rows(self) -> int:
+        """Number of rows."""
+        return len(self.columns[0].cells)
+
+    def places(self, row: int) -> tuple[str, str]:
+        """The two cells of a row in words."""
+        a, b = (t.place(row, c.name) for t, c in zip(self.tables, self.columns, strict=True))
+        return a, b
+
+    def texts(self, row: int) -> tuple[str, str]:
+        """The two cells of a row as printed."""
+        return self.columns[0].cells[row], self.columns[1].cells[row]
+
+    def ratio(self, row: int, changed: Mapping[Place, PrintedNumber] | None = None) -> Interval | None:
+        """The ratio in a row, some cells changed."""
+        new = changed or {}
+        return ratio(*(new.get((side, row), self.columns[side].numbers[row]) for side in (0, 1)))
+
+
+def column_pairs(sheet: Sheet) -> Iterator[ColumnPair]:
     """Every two numeric columns with the same number of rows."""
     columns = [(t, c) for t in sheet.tables for c in t.columns if c.numeric and len(c.cells) > LEAST_ROWS]
     for (s, a), (t, b) in itertools.combinations(columns, 2):
         if len(a.cells) == len(b.cells):
-            yield Pair((s, t), (a, b))
+            yield ColumnPair((s, t), (a, b))
 
 
 @dataclass(frozen=True, slots=True)
-class Law:
-    """a / b = `value` in the rows `kept`, not in `broken`."""
+class ConstantRatio:
+    """The ratio of a pair of columns is `value` in the rows `kept`, not in `broken`."""
 
+    pair: ColumnPair
     value: Interval
     kept: tuple[int, ...]
     broken: tuple[int, ...]
@@ -79,44 +106,49 @@ class Law:
         """The ratio."""
         return sum(self.value) / 2
 
-    def holds(self, found: Interval | None) -> bool:
-        """This ratio is the same one."""
-        return found is not None and found[0] <= self.value[1] and self.value[0] <= found[1]
+    def holds(self, other: Interval | None) -> bool:
+        """The ratio of a row can be this one."""
+        return other is not None and other[0] <= self.value[1] and self.value[0] <= other[1]
+
+    def numbers(self) -> dict[str, object]:
+        """The ratio, in all rows too, as JSON values."""
+        rows = [self.pair.ratio(i) for i in range(self.pair.rows)]
+        middles = [None if r is None else sum(r) / 2 for r in rows]
+        broken = [i + 1 for i in self.broken]
+        return {"ratio": self.middle, "of": self.pair.name, "rows": middles, "broken": broken}
 
 
-def law_of(pair: Pair) -> Law | None:
-    """The ratio on which most rows agree, if it is there, sharp, and no accident of constants."""
-    rows = len(pair.columns[0].cells)
-    if rows > 2 * SAMPLE and len(_most(_ratios(pair, SAMPLE))) < LEAST_SHARE * SAMPLE / 2:
+def constant_ratio(pair: ColumnPair) -> ConstantRatio | None:
+    """The ratio that most rows share, if there is one, sharp, and not of two constants."""
+    if pair.rows > 2 * SAMPLE and len(_most(_ratios(pair, SAMPLE))) < LEAST_SHARE * SAMPLE / 2:
         return None
-    found = _ratios(pair, rows)
-    if len(found) < LEAST_ROWS:
+    ratios = _ratios(pair, pair.rows)
+    best = _most(ratios)
+    if len(best) < max(LEAST_ROWS, LEAST_SHARE * len(ratios)) or not _is_significant(pair, best):
         return None
-    best = _most(found)
-    if len(best) < max(LEAST_ROWS, LEAST_SHARE * len(found)) or not _tells(pair, best):
-        return None
-    value = max(found[i][0] for i in best), min(found[i][1] for i in best)
-    return Law(value, best, tuple(i for i in found if i not in best))
+    value = max(ratios[i][0] for i in best), min(ratios[i][1] for i in best)
+    return ConstantRatio(pair, value, best, tuple(i for i in ratios if i not in best))
 
 
-def _ratios(pair: Pair, rows: int) -> dict[int, Interval]:
+def _ratios(pair: ColumnPair, rows: int) -> dict[int, Interval]:
     """The ratios of the first rows, where they are sharp."""
-    return {i: r for i in range(rows) if (r := ratio(pair.number(0, i), pair.number(1, i)))}
+    return {i: r for i in range(rows) if (r := pair.ratio(i))}
 
 
-def _most(found: dict[int, Interval]) -> tuple[int, ...]:
+def _most(ratios: dict[int, Interval]) -> tuple[int, ...]:
     """The rows of the largest set of intervals that have a point in common."""
-    ends = sorted([(low, 0) for low, _ in found.values()] + [(high, 1) for _, high in found.values()])
+    ends = sorted([(low, 0) for low, _ in ratios.values()] + [(high, 1) for _, high in ratios.values()])
     depth, deepest, at = 0, 0, 0.0
     for x, closes in ends:
         depth += -1 if closes else 1
         if depth > deepest:
             deepest, at = depth, x
-    return tuple(i for i, (low, high) in found.items() if low <= at <= high)
+    return tuple(i for i, (low, high) in ratios.items() if low <= at <= high)
 
 
-def _tells(pair: Pair, rows: Sequence[int]) -> bool:
-    texts = [{n.digits.rstrip("0") for i in rows if (n := pair.number(side, i))} for side in (0, 1)]
+def _is_significant(pair: ColumnPair, rows: tuple[int, ...]) -> bool:
+    """Both columns print enough different numbers in these rows."""
+    texts = [{n.digits.rstrip("0") for i in rows if (n := c.numbers[i])} for c in pair.columns]
     return min(len(t) for t in texts) >= LEAST_DISTINCT
 
 
@@ -124,24 +156,20 @@ def proportions(sheet: Sheet) -> Iterator[Finding]:
     """Rules 3 and 4 without a formula: cells exchanged, or off by a power of ten, in a column that follows another."""
     seen: set[tuple[str, frozenset[str]]] = set()
     declared = {frozenset(names): text for text, names in _declared(sheet)}
-    for pair in pairs(sheet):
-        law, text = law_of(pair), declared.get(frozenset(_full_names(pair)), "")
-        if law is None or not 0 < len(law.broken) <= (len(law.kept) if text else MOST_BROKEN):
+    for pair in column_pairs(sheet):
+        constant, text = constant_ratio(pair), declared.get(pair.full_names, "")
+        if constant is None or not 0 < len(constant.broken) <= (len(constant.kept) if text else MOST_BROKEN):
             continue
-        findings = [*_swaps(sheet.file, pair, law), *_powers(sheet.file, pair, law)]
-        for finding in findings or (_broken(sheet.file, pair, law, text) if text else ()):
+        findings = [*_exchanged(constant), *_power_of_ten(constant)]
+        for finding in findings or (_broken(constant, text) if text else ()):
             key = finding.rule, frozenset(finding.cells)
             if key not in seen:
                 seen.add(key)
                 yield finding
 
 
-def _full_names(pair: Pair) -> tuple[str, ...]:
-    return tuple(f"{t.name}.{c.name}" for t, c in zip(pair.tables, pair.columns, strict=True))
-
-
 def _declared(sheet: Sheet) -> Iterator[tuple[str, tuple[str, ...]]]:
-    """The declared ratios with the full names of their columns; raises `TableError` for one that names none."""
+    """The declared ratios with the full names of their columns; raises `TableError` for unknown names."""
     full = {f"{t.name}.{c.name}" for t in sheet.tables for c in t.columns}
     for table in sheet.tables:
         for text in table.declared.ratios:
@@ -151,73 +179,50 @@ def _declared(sheet: Sheet) -> Iterator[tuple[str, tuple[str, ...]]]:
             yield text, names
 
 
-def _broken(file: str, pair: Pair, law: Law, text: str) -> Iterator[Finding]:
-    """Rows that break a ratio that the file declares, with no slip that explains them."""
-    for row in law.broken:
-        cells = tuple(pair.place(side, row) for side in (0, 1))
-        printed = ", ".join(pair.columns[side].cells[row] for side in (0, 1))
-        found = ratio(pair.number(0, row), pair.number(1, row)) or (0.0, 0.0)
+def _broken(constant: ConstantRatio, text: str) -> Iterator[Finding]:
+    """Rows that break a ratio that the file declares, with no fault that explains them."""
+    pair = constant.pair
+    for row in constant.broken:
+        here = sum(pair.ratio(row) or (0.0, 0.0)) / 2
         yield Finding(
-            "ratio", "error", "certain", file, cells[0], cells, printed, f"{_names(pair)} = {law.middle:.6g}",
-            f"{text} is {sum(found) / 2:.6g} here and {law.middle:.6g} in {len(law.kept)} other rows",
-            _numbers(pair, law),
+            "ratio", "error", "certain", pair.places(row), ", ".join(pair.texts(row)),
+            f"{pair.name} = {constant.middle:.6g}",
+            f"{text} is {here:.6g} here and {constant.middle:.6g} in {len(constant.kept)} other rows",
+            constant.numbers(),
         )  # fmt: skip
 
 
-def _swaps(file: str, pair: Pair, law: Law) -> Iterator[Finding]:
-    """Exchanges of two cells of the broken rows after which every row obeys the law."""
-    places = [(side, i) for i in law.broken for side in (0, 1)]
-    fits = [
-        (one, other)
-        for one, other in itertools.combinations(places, 2)
-        if all(law.holds(_ratio_swapped(pair, i, one, other)) for i in law.broken)
-    ]
+def _exchanged(constant: ConstantRatio) -> Iterator[Finding]:
+    """Exchanges of two cells of the broken rows after which every row has the ratio."""
+    pair, broken = constant.pair, constant.broken
+    places = [(side, i) for i in broken for side in (0, 1)]
+    numbers = {(side, i): n for side, i in places if (n := pair.columns[side].numbers[i])}
+    fits = exchanges(numbers, lambda new: all(constant.holds(pair.ratio(i, new)) for i in broken))
     if not fits:
         return
-    one, other = fits[0]
-    a, b = pair.number(*one), pair.number(*other)
-    if a is None or b is None:
-        return
-    cells = tuple(pair.place(*cell) for cell in (one, other))
-    others = [f"{pair.place(*x)} with {pair.place(*y)}" for x, y in fits[1:]]
-    said = f"{cells[0]} prints {a.text} and {cells[1]} prints {b.text}"
-    again = f" (so does exchanging {'; or '.join(others)})" if others else ""
+    words = [tuple(pair.places(i)[side] for side, i in fit) for fit in fits]
+    cells, (a, b) = words[0], (numbers[place].text for place in fits[0])
+    others = "; or ".join(f"{x} with {y}" for x, y in words[1:])
+    again = f" (so does exchanging {others})" if others else ""
+    kept, rows = len(constant.kept), len(constant.kept) + len(broken)
     yield Finding(
-        "swapped", "error", "certain" if len(fits) == 1 else "likely", file, cells[0], cells, f"{a.text}, {b.text}",
-        f"{b.text}, {a.text}", f"{said}: exchanged, {_names(pair)} is {law.middle:.6g} in every row as it is in "
-        f"{len(law.kept)} of {len(law.kept) + len(law.broken)} as printed{again}", _numbers(pair, law),
+        "swapped", "error", "certain" if len(fits) == 1 else "likely", cells, f"{a}, {b}", f"{b}, {a}",
+        f"{cells[0]} prints {a} and {cells[1]} prints {b}: exchanged, {pair.name} is {constant.middle:.6g} "
+        f"in every row as it is in {kept} of {rows} as printed{again}", constant.numbers(),
     )  # fmt: skip
 
 
-def _ratio_swapped(pair: Pair, row: int, one: tuple[int, int], other: tuple[int, int]) -> Interval | None:
-    to = {one: other, other: one}
-    return ratio(*(pair.number(*to.get((side, row), (side, row))) for side in (0, 1)))
-
-
-def _powers(file: str, pair: Pair, law: Law) -> Iterator[Finding]:
-    if len(law.broken) != 1:
+def _power_of_ten(constant: ConstantRatio) -> Iterator[Finding]:
+    """The one broken row has the ratio when one of its cells is multiplied by a power of ten."""
+    pair, here = constant.pair, constant.pair.ratio(constant.broken[0])
+    if len(constant.broken) != 1 or here is None:
         return
-    (row,) = law.broken
-    found = ratio(pair.number(0, row), pair.number(1, row))
-    for k in (k for k in range(-6, 7) if k and found):
-        if found and law.holds((min(x * 10.0**k for x in found), max(x * 10.0**k for x in found))):
-            cells = tuple(pair.place(side, row) for side in (0, 1))
-            texts = [pair.columns[side].cells[row] for side in (0, 1)]
+    cells, (a, b) = pair.places(constant.broken[0]), pair.texts(constant.broken[0])
+    for k in (k for k in range(-LARGEST_POWER, LARGEST_POWER + 1) if k):
+        low, high = sorted(x * 10.0**k for x in here)
+        if constant.holds((low, high)):
             yield Finding(
-                "power-of-ten", "error", "likely", file, cells[0], cells, ", ".join(texts),
-                f"{texts[0]} times 1e{k}, or {texts[1]} times 1e{-k}",
-                f"{cells[0]} prints {texts[0]} and {cells[1]} prints {texts[1]}: {_names(pair)} is {law.middle:.6g} "
-                f"in the other {len(law.kept)} rows, here off by 1e{-k}", _numbers(pair, law),
+                "power-of-ten", "error", "likely", cells, f"{a}, {b}", f"{a} times 1e{k}, or {b} times 1e{-k}",
+                f"{cells[0]} prints {a} and {cells[1]} prints {b}: {pair.name} is {constant.middle:.6g} "
+                f"in the other {len(constant.kept)} rows, here off by 1e{-k}", constant.numbers(),
             )  # fmt: skip
-
-
-def _names(pair: Pair) -> str:
-    same = pair.tables[0].name == pair.tables[1].name
-    a, b = (c.name if same else f"{t.name}.{c.name}" for t, c in zip(pair.tables, pair.columns, strict=True))
-    return f"{a} / {b}"
-
-
-def _numbers(pair: Pair, law: Law) -> dict[str, object]:
-    rows = [ratio(pair.number(0, i), pair.number(1, i)) for i in range(len(pair.columns[0].cells))]
-    middles = [None if r is None else sum(r) / 2 for r in rows]
-    return {"ratio": law.middle, "of": _names(pair), "rows": middles, "broken": [i + 1 for i in law.broken]}

@@ -4,69 +4,72 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
-from lwr_dyn.audit.lint.finding import Finding
-from lwr_dyn.audit.lint.sheet import Column, Sheet, Table
+from lwr_dyn.audit.lint.sheet import Finding, Sheet, SheetColumn
 
 LEAST_MATCHES = 3
-"""Different numbers other than nought that have to repeat."""
+"""Different numbers other than 0 that have to repeat."""
 SAME = 1e-9
-Named = tuple[str, Column, Sequence[float | None]]
-"""Table and heading, the column, its sizes."""
+Sizes = Sequence[float | None]
 
 
-def sizes(sheet: Sheet) -> Iterator[Named]:
-    """Every column as sizes without sign: a vector by its length, so that a turned frame does not hide it."""
+@dataclass(frozen=True, slots=True)
+class ColumnSizes:
+    """A column, or the components of a vector, as sizes without sign: a turned frame does not hide a repeat."""
+
+    name: str
+    unit: str
+    values: Sizes
+
+    @property
+    def text(self) -> str:
+        """The sizes, a dash where a cell prints no number."""
+        return ", ".join("-" if x is None else f"{x:.6g}" for x in self.values)
+
+
+def column_sizes(sheet: Sheet) -> Iterator[ColumnSizes]:
+    """The sizes of every column, or vector of up to three columns."""
     for table in sheet.tables:
-        groups: dict[str, list[Column]] = {}
+        groups: dict[str, list[SheetColumn]] = {}
         for column in table.columns:
             groups.setdefault(column.group or column.name, []).append(column)
         for name, columns in groups.items():
             if len(columns) <= 3 and all(c.numeric for c in columns):
-                yield _place(table, name), columns[0], [_size(columns, i) for i in range(table.rows)]
+                sizes = [_size(columns, i) for i in range(table.rows)]
+                yield ColumnSizes(f"{table.name}.{name}", columns[0].unit, sizes)
 
 
-def _place(table: Table, name: str) -> str:
-    return f"{table.name}.{name}"
-
-
-def _size(columns: Sequence[Column], row: int) -> float | None:
-    numbers = [c.numbers[row] for c in columns]
-    known = [n.value for n in numbers if n is not None]
-    return float(sum(x * x for x in known) ** 0.5) if len(known) == len(numbers) else None
+def _size(columns: Sequence[SheetColumn], row: int) -> float | None:
+    values = [n.value for c in columns if (n := c.numbers[row]) is not None]
+    return float(sum(x * x for x in values) ** 0.5) if len(values) == len(columns) else None
 
 
 def shifts(sheet: Sheet) -> Iterator[Finding]:
     """Rule 6: whole columns, or all rows of one from some row on, that fit another column one row up or down."""
-    for one, other in itertools.combinations(list(sizes(sheet)), 2):
-        if one[1].unit == other[1].unit and len(one[2]) == len(other[2]):
-            yield from _shifted(sheet.file, one, other)
+    for one, other in itertools.combinations(list(column_sizes(sheet)), 2):
+        if one.unit == other.unit and len(one.values) == len(other.values):
+            yield from _shifted(one, other)
 
 
-def _shifted(file: str, one: Named, other: Named) -> Iterator[Finding]:
-    a, b = one[2], other[2]
+def _shifted(one: ColumnSizes, other: ColumnSizes) -> Iterator[Finding]:
+    a, b = one.values, other.values
     straight = [_same(x, y) for x, y in zip(a, b, strict=True)]
-    if all(straight):
-        return
-    for step in (1, -1):
-        first = _first_shifted(a, b, straight, step)
+    for step, sense in ((1, "lower"), (-1, "higher")):
+        first = None if all(straight) else _first_shifted(a, b, straight, step)
         if first is None:
             continue
-        sense = "lower" if step == 1 else "higher"
         since = "" if first == 0 else f" from row {first + 1} on"
-        count = sum(straight)
         yield Finding(
-            "rows-shifted", "error", "likely", file, one[0], (one[0], other[0]), _text(a), _text(b),
-            f"{one[0]}{since} repeats the sizes of {other[0]} when each stands one row {sense}; as printed "
-            f"{count} of {len(a)} rows agree: one of the two is shifted",
-            {"shift": step, "from_row": first + 1, one[0]: list(a), other[0]: list(b)},
+            "rows-shifted", "error", "likely", (one.name, other.name), one.text, other.text,
+            f"{one.name}{since} repeats the sizes of {other.name} when each stands one row {sense}; as printed "
+            f"{sum(straight)} of {len(a)} rows agree: one of the two is shifted",
+            {"shift": step, "from_row": first + 1, one.name: list(a), other.name: list(b)},
         )  # fmt: skip
         return
 
 
-def _first_shifted(
-    a: Sequence[float | None], b: Sequence[float | None], straight: Sequence[bool], step: int
-) -> int | None:
+def _first_shifted(a: Sizes, b: Sizes, straight: Sequence[bool], step: int) -> int | None:
     """The first row from which a, moved by `step` rows, is b; the rows before agree as they stand."""
     n = len(a)
     for first in range(n - LEAST_MATCHES):
@@ -74,20 +77,11 @@ def _first_shifted(
             return None
         source = range(first, n - 1) if step == 1 else range(max(first, 1), n)
         matched = [(a[i], b[i + step]) for i in source]
-        if all(_same(x, y) for x, y in matched) and _tells([x for x, _ in matched], first, straight):
+        distinct = {x for x, _ in matched if x}
+        if all(_same(x, y) for x, y in matched) and len(distinct) >= LEAST_MATCHES and not all(straight[first:-1]):
             return first
     return None
 
 
-def _tells(values: Sequence[float | None], first: int, straight: Sequence[bool]) -> bool:
-    """Enough different numbers repeat, and they do not also agree unmoved."""
-    distinct = {x for x in values if x}
-    return len(distinct) >= LEAST_MATCHES and not all(straight[first:-1])
-
-
 def _same(x: float | None, y: float | None) -> bool:
     return x is not None and y is not None and abs(x - y) <= SAME * max(abs(x), abs(y))
-
-
-def _text(values: Sequence[float | None]) -> str:
-    return ", ".join("-" if x is None else f"{x:.6g}" for x in values)

@@ -1,7 +1,7 @@
-"""Any TOML file of numbers as a sheet: robots' data files, printed results, a user's own tables.
+"""Any TOML file of numbers as a sheet: data files of robots, printed results, a user's own tables.
 
 A list of numbers is a column, lists of one length in one table are its rows; lists of lists are vectors or square
-matrices; a table with `values` is a column with its `unit`. What needs declaring stands under `lint` in its table:
+matrices; a table with `values` is a column with its `unit`. Declarations stand under `lint` in the table:
 `formula`, `ratio` and `symmetric` are lists of texts, `total`, `role` and `unit` are by column, `joints` is a text.
 """
 
@@ -15,7 +15,7 @@ from typing import Any
 
 from lwr_dyn.audit.lint.list_columns import cell_text, columns_of
 from lwr_dyn.audit.lint.roles import words_of
-from lwr_dyn.audit.lint.sheet import Column, Declared, Matrix, Sheet, Statement, Table, TableError, column
+from lwr_dyn.audit.lint.sheet import Declared, Sentence, Sheet, SheetColumn, SheetMatrix, SheetTable, TableError
 from lwr_dyn.papers.printed_number import printed_number
 
 LISTS = ("formula", "ratio", "symmetric")
@@ -27,20 +27,20 @@ NOT_CELLS = ("lint", "unit", "units", "schema", "rows", "errata", "needs")
 _PRINTED_IN = re.compile(r"printed in ([^,;]+)")
 
 
-class Printed(str):
-    """A number of the file with its digits as they stand there."""
+class NumberText(str):
+    """A number of the file as text, with all its digits."""
 
     __slots__ = ()
 
 
 @dataclass(slots=True)
-class _Found:
-    """What was met on the way through the file."""
+class SheetParts:
+    """Tables, matrices and sentences collected from the file."""
 
     file: str
-    tables: list[Table] = field(default_factory=list)
-    matrices: list[Matrix] = field(default_factory=list)
-    statements: list[Statement] = field(default_factory=list)
+    tables: list[SheetTable] = field(default_factory=list)
+    matrices: list[SheetMatrix] = field(default_factory=list)
+    sentences: list[Sentence] = field(default_factory=list)
     errata: dict[str, str] = field(default_factory=dict)
 
 
@@ -51,7 +51,7 @@ def sheet_of_toml(text: str, file: str, joints: str = "") -> Sheet:
     ----------
     text, file : str
     joints : str
-        "revolute" or "prismatic": what the joints are, where the file does not say; "" if nobody knows.
+        "revolute" or "prismatic": the kind of the joints, where the file does not state it; "" if unknown.
 
     Raises
     ------
@@ -62,50 +62,50 @@ def sheet_of_toml(text: str, file: str, joints: str = "") -> Sheet:
     ('292.4', '290.8')
     """
     try:
-        raw = tomllib.loads(text, parse_float=Printed)
+        raw = tomllib.loads(text, parse_float=NumberText)
     except (tomllib.TOMLDecodeError, RecursionError, ValueError) as fault:
         raise TableError(file, "TOML", str(fault), "valid TOML 1.0") from None
-    found = _Found(file)
-    _walk(raw, "", found, joints or _joints(raw))
-    _masses(raw, found)
-    return Sheet(file, tuple(found.tables), tuple(found.matrices), tuple(found.statements), found.errata)
+    parts = SheetParts(file)
+    _walk(raw, "", parts, joints or _joints(raw))
+    _masses(raw, parts)
+    return Sheet(file, tuple(parts.tables), tuple(parts.matrices), tuple(parts.sentences), parts.errata)
 
 
 def _joints(raw: Mapping[str, Any]) -> str:
-    """What a robot's file says of its joints, if they are all of one kind."""
+    """The kind of the joints in a robot's file, if all have the same."""
     table = raw.get("joints")
     kinds = table.get("kinds") if isinstance(table, dict) else None
     same = {str(kind) for kind in kinds} if isinstance(kinds, list) else set()
     return same.pop() if len(same) == 1 else ""
 
 
-def _walk(raw: Mapping[str, Any], name: str, found: _Found, joints: str) -> None:
-    declared, units = _declared(raw.get("lint", {}), f"{name or 'file'}.lint", found.file, joints)
+def _walk(raw: Mapping[str, Any], name: str, parts: SheetParts, joints: str) -> None:
+    declared, units = _declared(raw.get("lint", {}), f"{name or 'file'}.lint", parts.file, joints)
     where = str(raw.get("where", ""))
-    columns: list[Column] = []
-    values: dict[str, Column] = {}
+    columns: list[SheetColumn] = []
+    values: dict[str, SheetColumn] = {}
     for key, value in _flat(raw):
         path = f"{name}.{key}" if name else key
         unit = units.get(key, "") or _unit_of_table(raw, key, value)
         if isinstance(value, dict) and "values" in value:
-            columns += columns_of(key, value["values"], path, _unit(value), declared, found.matrices)
-            _sentences({k: v for k, v in value.items() if k != "unit"}, path, found)
+            columns += columns_of(key, value["values"], path, _unit(value), declared, parts.matrices)
+            _sentences({k: v for k, v in value.items() if k != "unit"}, path, parts)
         elif isinstance(value, dict):
-            _walk(value, path, found, joints)
+            _walk(value, path, parts, joints)
         elif isinstance(value, list) and value and all(isinstance(x, dict) for x in value):
-            _records(value, path, found, joints)
+            _records(value, path, parts, joints)
         elif isinstance(value, list):
-            columns += columns_of(key, value, path, unit, declared, found.matrices)
+            columns += columns_of(key, value, path, unit, declared, parts.matrices)
         elif cell_text(value) is not None:
-            values[key] = column(key, (cell_text(value) or "",), unit)
-    _sentences(raw, name, found)
+            values[key] = SheetColumn(key, (cell_text(value) or "",), unit)
+    _sentences(raw, name, parts)
     named = raw.get("rows")
     labels = tuple(str(x) for x in named) if isinstance(named, list) else ()
-    _keep(Table(name or "file", tuple(columns), values, where, declared, labels), found)
+    _keep(SheetTable(name or "file", tuple(columns), values, where, declared, labels), parts)
 
 
 def _flat(raw: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
-    """What stands in a table, and in its parts that hold cells: those are its own."""
+    """The entries of a table, and those of its parts that hold cells."""
     for key, value in raw.items():
         if key in PARTS and isinstance(value, dict) and "values" not in value:
             yield from value.items()
@@ -113,33 +113,33 @@ def _flat(raw: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
             yield key, value
 
 
-def _keep(table: Table, found: _Found) -> None:
+def _keep(table: SheetTable, parts: SheetParts) -> None:
     """One table for each length of columns; single values stand beside each."""
     lengths = list(dict.fromkeys(len(c.cells) for c in table.columns))
     values = {**table.values, **{c.name: c for c in table.columns if len(c.cells) == 1}}
     for length in [n for n in lengths if n > 1] or ([0] if values else []):
         rows = tuple(c for c in table.columns if len(c.cells) == length)
-        found.tables.append(replace(table, columns=rows, values=values))
+        parts.tables.append(replace(table, columns=rows, values=values))
 
 
-def _records(records: list[dict[str, Any]], path: str, found: _Found, joints: str) -> None:
+def _records(records: list[dict[str, Any]], path: str, parts: SheetParts, joints: str) -> None:
     """A list of tables: each by itself, and their single values as columns over the records."""
     for i, record in enumerate(records):
         label = record.get("name", record.get("id", i + 1))
-        if path.rsplit(".", 1)[-1] == "erratum":  # what a slip reads right is no table of the source
-            _sentences(record, f"erratum {label}", found)
-            found.errata.update(_patched(record, str(label)))
+        if path.rsplit(".", 1)[-1] == "erratum":  # corrected values are no table of the source
+            _sentences(record, f"erratum {label}", parts)
+            parts.errata.update(_patched(record, str(label)))
         else:
-            _walk(record, f"{path}[{label}]", found, joints)
+            _walk(record, f"{path}[{label}]", parts, joints)
     keys = dict.fromkeys(k for r in records for k in r)
-    columns = [column(k, tuple(cell_text(r.get(k, "-")) or "" for r in records)) for k in keys]
+    columns = [SheetColumn(k, tuple(cell_text(r.get(k, "-")) or "" for r in records)) for k in keys]
     numeric = [c for c in columns if c.numeric]
     if numeric and len(records) > 1:
-        found.tables.append(Table(path, tuple(numeric)))
+        parts.tables.append(SheetTable(path, tuple(numeric)))
 
 
 def _patched(record: Mapping[str, Any], label: str) -> Iterator[tuple[str, str]]:
-    """The places, in the words of findings, that an erratum is about."""
+    """The places, worded as in findings, that an erratum is about."""
     yield f"erratum {label}, ", label
     patches = record.get("patch", [])
     for patch in patches if isinstance(patches, list) else []:
@@ -150,10 +150,10 @@ def _patched(record: Mapping[str, Any], label: str) -> Iterator[tuple[str, str]]
             yield f"{table}, row {int(row) + 1}, {name}" if row else f"{table}, row", label
 
 
-def _sentences(raw: Mapping[str, Any], path: str, found: _Found) -> None:
+def _sentences(raw: Mapping[str, Any], path: str, parts: SheetParts) -> None:
     for key, value in raw.items():
         if type(value) is str and printed_number(value) is None:
-            found.statements.append(Statement(f"{path}, {key}" if path else key, value))
+            parts.sentences.append(Sentence(f"{path}, {key}" if path else key, value))
 
 
 def _unit(raw: Mapping[str, Any]) -> str:
@@ -172,11 +172,11 @@ def _unit_of_table(raw: Mapping[str, Any], key: str, value: Any) -> str:
     units = raw.get("units", raw.get("unit", ""))
     if isinstance(units, dict):
         return str(units.get(key, ""))
-    return str(units) if isinstance(value, list) else ""  # what stands beside a table is seldom in its unit
+    return str(units) if isinstance(value, list) else ""  # a value beside a table is seldom in its unit
 
 
 def _declared(raw: Any, path: str, file: str, joints: str) -> tuple[Declared, dict[str, str]]:
-    """The `lint` of a table, and the units it states by column."""
+    """The declarations of a table, and its units by column."""
     if not isinstance(raw, dict):
         raise TableError(file, path, repr(raw), "a table")
     for key, value in raw.items():
@@ -187,22 +187,23 @@ def _declared(raw: Any, path: str, file: str, joints: str) -> tuple[Declared, di
             raise TableError(file, f"{path}.{key}", repr(value), f"a {'text' if kind is str else kind.__name__}")
     texts = {key: tuple(str(x) for x in raw.get(key, [])) for key in LISTS}
     maps = {key: {str(k): str(v) for k, v in raw.get(key, {}).items()} for key in ("total", "role", "unit")}
-    said = Declared(
+    declared = Declared(
         formulas=texts["formula"], ratios=texts["ratio"], symmetric=texts["symmetric"], totals=maps["total"],
         roles=maps["role"], joints=str(raw.get("joints", joints)),
     )  # fmt: skip
-    return said, maps["unit"]
+    return declared, maps["unit"]
 
 
-def _masses(raw: Mapping[str, Any], found: _Found) -> None:
-    """A robot's file states its links' masses, its base's, and the total of a data sheet."""
+def _masses(raw: Mapping[str, Any], parts: SheetParts) -> None:
+    """A table of the masses of links and base in a robot's file, with the total of its data sheet."""
     tables = [raw.get(name, {}) for name in ("base", "inertial", "ratings")]
-    parts = [table.get("mass", {}) for table in tables if isinstance(table, dict)]
-    if len(parts) < 3 or not all(isinstance(p, dict) and "values" in p for p in parts):
+    columns = [table.get("mass", {}) for table in tables if isinstance(table, dict)]
+    if len(columns) < 3 or not all(isinstance(c, dict) and "values" in c for c in columns):
         return
-    base, links, total = (p["values"] for p in parts)
+    base, links, total = (c["values"] for c in columns)
     cells = [cell_text(x) for x in (base, *(links if isinstance(links, list) else [links]))]
-    if all(c is not None for c in cells) and cell_text(total) is not None:
-        masses = column("mass", tuple(c or "" for c in cells), "kg")
+    text = cell_text(total)
+    if all(c is not None for c in cells) and text is not None:
+        masses = SheetColumn("mass", tuple(c or "" for c in cells), "kg")
         name = "base.mass and inertial.mass against ratings.mass"
-        found.tables.append(Table(name, (masses,), declared=Declared(totals={"mass": cell_text(total) or ""})))
+        parts.tables.append(SheetTable(name, (masses,), declared=Declared(totals={"mass": text})))

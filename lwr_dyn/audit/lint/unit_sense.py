@@ -1,13 +1,12 @@
-"""Units that do not fit what a column is of: a joint's error in millimetres, a mass in metres."""
+"""Units that do not fit the quantity of a column: a joint's error in millimetres, a mass in metres."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
 from lwr_dyn.audit.lint.dimensions import NUMBER, Powers, in_words, unit_of
-from lwr_dyn.audit.lint.finding import Finding
 from lwr_dyn.audit.lint.roles import words_of
-from lwr_dyn.audit.lint.sheet import Column, Sheet, Table
+from lwr_dyn.audit.lint.sheet import Finding, Sheet, SheetColumn, SheetTable
 
 _LENGTH, _ANGLE, _TIME, _MASS = "m", "rad", "s", "kg"
 QUANTITIES: dict[str, tuple[str, ...]] = {
@@ -24,34 +23,34 @@ ERRORS = ("error", "errors", "err", "deviation")
 _ALONG, _AROUND = (1.0, 0.0), (0.0, 1.0)
 """Powers of metre and radian of an error along and around a joint."""
 ANGULAR_ALONE = {"rad", "rad/s", "rad/s^2"}
-"""Where the radian is all that tells an angle from a number."""
+"""Units that differ from a number by the radian alone."""
 
 
 def unit_sense(sheet: Sheet) -> Iterator[Finding]:
     """Rule 9: a column whose unit is not one of its quantity."""
     for table in sheet.tables:
-        errors: dict[str, list[Column]] = {}
+        errors: dict[str, list[SheetColumn]] = {}
         for column in (*table.columns, *table.values.values()):
             if column.unit and _is_error_of_joints(table, column):
                 errors.setdefault(column.unit, []).append(column)
             elif column.unit:
-                yield from _quantity(sheet.file, table, column)
+                yield from _quantity(table, column)
         for unit, columns in errors.items():
-            yield from _joint_errors(sheet.file, table, unit, columns)
+            yield from _joint_errors(table, unit, columns)
 
 
-def _words(column: Column) -> list[str]:
+def _words(column: SheetColumn) -> list[str]:
     return words_of(column.group or column.name)
 
 
-def _is_error_of_joints(table: Table, column: Column) -> bool:
-    """The heading, or else the table's title, speaks of errors, and the rows are joints."""
+def _is_error_of_joints(table: SheetTable, column: SheetColumn) -> bool:
+    """The heading or the table's title contains a word for errors, and the rows are joints."""
     words = set(_words(column)) | set(words_of(table.where))
     labelled = any({"joint", "joints"} & set(words_of(c.name)) for c in table.columns if c is not column)
     return bool(words & set(ERRORS)) and (bool(table.declared.joints) or labelled) and column.numeric
 
 
-def _joint_errors(file: str, table: Table, text: str, columns: list[Column]) -> Iterator[Finding]:
+def _joint_errors(table: SheetTable, text: str, columns: list[SheetColumn]) -> Iterator[Finding]:
     unit, sliding, known = unit_of(text), table.declared.joints == "prismatic", bool(table.declared.joints)
     if unit is None or unit.powers[1] or (unit.powers[0], unit.powers[3]) not in (_ALONG, _AROUND):
         return
@@ -60,15 +59,14 @@ def _joint_errors(file: str, table: Table, text: str, columns: list[Column]) -> 
     right = text.replace("rad", "m") if sliding else text.replace("mm", "mrad") if "mm" in text else "rad or deg"
     why = "these joints slide" if sliding else "these joints turn" if known else "right for joints that slide only"
     cells = tuple(f"{table.name}, {column.name}" for column in columns)
-    place = cells[0] if len(cells) == 1 else f"{table.name}, {', '.join(c.name for c in columns)}"
     yield Finding(
-        "unit", "error" if known else "warning", "certain" if known else "likely", file, place, cells, text, right,
+        "unit", "error" if known else "warning", "certain" if known else "likely", cells, text, right,
         f"errors of joints are given in {text}: {why}, so {right} is expected",
-        {"powers": list(unit.powers)},
+        {"powers": list(unit.powers)}, f"{table.name}, {', '.join(c.name for c in columns)}",
     )  # fmt: skip
 
 
-def _quantity(file: str, table: Table, column: Column) -> Iterator[Finding]:
+def _quantity(table: SheetTable, column: SheetColumn) -> Iterator[Finding]:
     words = [w for w in _words(column) if w in QUANTITIES]
     unit = unit_of(column.unit)
     if not words or unit is None or unit.powers == NUMBER:  # a share or a count of anything has the unit 1
@@ -76,9 +74,8 @@ def _quantity(file: str, table: Table, column: Column) -> Iterator[Finding]:
     allowed = QUANTITIES[words[-1]]
     if any(_fits(unit.powers, text) for text in allowed):
         return
-    place = f"{table.name}, {column.name}"
     yield Finding(
-        "unit", "error", "likely", file, place, (place,), column.unit, " or ".join(allowed),
+        "unit", "error", "likely", (f"{table.name}, {column.name}",), column.unit, " or ".join(allowed),
         f"{column.name} is given in {column.unit} ({in_words(unit.powers)}); {words[-1]}: {' or '.join(allowed)}",
         {"powers": list(unit.powers)},
     )  # fmt: skip

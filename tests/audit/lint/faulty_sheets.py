@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.random import Generator
 
-from lwr_dyn.audit.lint.examine import lint
-from lwr_dyn.audit.lint.sheet import Column, Sheet, Table, column
+from lwr_dyn.audit.lint.rules import lint
+from lwr_dyn.audit.lint.sheet import Sheet, SheetColumn, SheetTable
 from lwr_dyn.papers.printed_number import printed_number
 from tests.audit.lint.random_tables import correct_sheet, negated
 
@@ -30,7 +30,7 @@ class FaultySheet:
         return any(f.counts and f.rule in self.rules and self.cells & set(f.cells) for f in lint(self.sheet))
 
 
-def _table(sheet: Sheet, name: str) -> Table:
+def _table(sheet: Sheet, name: str) -> SheetTable:
     return next(t for t in sheet.tables if t.name == name)
 
 
@@ -38,7 +38,7 @@ def _with(sheet: Sheet, name: str, cells: dict[tuple[str, int], str]) -> Sheet:
     """The sheet with some cells of a table printed differently."""
     table = _table(sheet, name)
     columns = tuple(
-        column(c.name, tuple(cells.get((c.name, i), x) for i, x in enumerate(c.cells)), c.unit, c.group)
+        SheetColumn(c.name, tuple(cells.get((c.name, i), x) for i, x in enumerate(c.cells)), c.unit, c.group)
         for c in table.columns
     )
     return replace(sheet, tables=tuple(replace(t, columns=columns) if t is table else t for t in sheet.tables))
@@ -121,7 +121,7 @@ def _copy(rng: Generator, sheet: Sheet) -> FaultySheet | None:
     return _faulty(sheet, "links", {(chosen.name, i + 1): text}, "copied", "one-digit")
 
 
-def _value(chosen: Column, i: int) -> float:
+def _value(chosen: SheetColumn, i: int) -> float:
     number = chosen.numbers[i]
     return 0.0 if number is None else number.value
 
@@ -170,15 +170,15 @@ def _unit(rng: Generator, sheet: Sheet) -> FaultySheet:
 
 
 def _sentence(rng: Generator, sheet: Sheet) -> FaultySheet:
-    k = int(rng.integers(len(sheet.statements)))
-    sentence = sheet.statements[k]
+    k = int(rng.integers(len(sheet.sentences)))
+    sentence = sheet.sentences[k]
     left, _, right = sentence.text.rpartition("= ")
     result = right.split()[0]
     fault = _scaled(result, int(rng.choice([-2, -1, 1, 2]))) if rng.random() < 0.5 else _other_digit(rng, result)
     changed = replace(sentence, text=f"{left}= {fault} here")
-    statements = tuple(changed if s is sentence else s for s in sheet.statements)
+    statements = tuple(changed if s is sentence else s for s in sheet.sentences)
     rules = ("power-of-ten", "arithmetic", "sign")
-    return FaultySheet(replace(sheet, statements=statements), frozenset({sentence.place}), rules)
+    return FaultySheet(replace(sheet, sentences=statements), frozenset({sentence.place}), rules)
 
 
 FAULTS: dict[str, Callable[[Generator, Sheet], FaultySheet | None]] = {

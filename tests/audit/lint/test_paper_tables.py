@@ -1,9 +1,9 @@
-"""The slips of the LWR 4+ paper, found in its tables as printed, without a model."""
+"""Faults of the LWR 4+ paper, found in its tables as printed, without a model."""
 
 import pytest
 
 from lwr_dyn.audit.lint.csv_sheet import sheet_of_csv
-from lwr_dyn.audit.lint.examine import lint, lint_file
+from lwr_dyn.audit.lint.rules import lint, lint_file
 
 TABLE_VI = """Joint,K_P,K_D
 1,7310,292.4
@@ -40,7 +40,7 @@ def found(text):
 def test_the_exchanged_gains_are_found_by_the_ratio_alone():
     (finding,) = found(TABLE_VI)
     assert (finding.rule, set(finding.cells)) == ("swapped", {"t, row 6, K_D", "t, row 7, K_P"})
-    assert finding.sure == "certain"
+    assert finding.confidence == "certain"
     assert finding.numbers["ratio"] == pytest.approx(25.0, rel=1e-3)
 
 
@@ -49,7 +49,7 @@ def test_gains_put_right_are_clean():
     assert not found(right)
 
 
-def test_means_of_absolute_values_are_no_slip():
+def test_means_of_absolute_values_are_no_fault():
     rows = [line.rsplit(",", 3)[0] for line in TABLE_VIII.replace("(mm)", "(mrad)").splitlines() if line[0] != "#"]
     (note,) = found("\n".join(rows))
     assert (note.rule, note.severity) == ("mean-kind", "note")
@@ -60,7 +60,7 @@ def test_the_velocity_block_is_in_another_order_and_a_row_too_low():
     order = rules["column-order"]
     assert order.numbers["rows"] == [2, 3, 4, 5, 6]
     assert order.numbers["orders"] == [["max", "min", "mean"]]
-    assert rules["rows-shifted"].sure == "possible"
+    assert rules["rows-shifted"].confidence == "possible"
     assert rules["rows-shifted"].numbers["shift"] == -1
 
 

@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lwr_dyn.audit.lint.csv_sheet import sheet_of_csv
-from lwr_dyn.audit.lint.examine import lint
-from lwr_dyn.audit.lint.sheet import Sheet, Table, column
+from lwr_dyn.audit.lint.rules import lint
+from lwr_dyn.audit.lint.sheet import Sheet, SheetColumn, SheetTable
 from lwr_dyn.audit.lint.toml_sheet import sheet_of_toml
 from lwr_dyn.errors import LwrDynError
 from tests.audit.lint.faulty_sheets import FAULTS, detection, false_alarms
@@ -38,12 +38,12 @@ def urdf_sheet(path):
     """The numbers of a public URDF as tables."""
     root = ET.parse(path).getroot()
     links = [e for e in root.findall("link/inertial") if e.find("origin") is not None]
-    columns = [column("mass", tuple(e.find("mass").get("value") for e in links), "kg")]
+    columns = [SheetColumn("mass", tuple(e.find("mass").get("value") for e in links), "kg")]
     places = [e.find("origin").get("xyz", "0 0 0").split() for e in links]
-    columns += [column(f"com.{a}", tuple(p[k] for p in places), "m", "com") for k, a in enumerate("xyz")]
+    columns += [SheetColumn(f"com.{a}", tuple(p[k] for p in places), "m", "com") for k, a in enumerate("xyz")]
     for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"):
-        columns.append(column(key, tuple(e.find("inertia").get(key) for e in links), "kg m^2", "inertia"))
-    return Sheet(path.name, (Table("inertial", tuple(columns)),))
+        columns.append(SheetColumn(key, tuple(e.find("inertia").get(key) for e in links), "kg m^2", "inertia"))
+    return Sheet(path.name, (SheetTable("inertial", tuple(columns)),))
 
 
 def test_public_urdfs_raise_no_alarm():

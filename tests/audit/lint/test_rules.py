@@ -1,12 +1,12 @@
-"""Each rule on a small table: it finds its slip, and lets what is right pass."""
+"""Each rule on a small table: it finds its fault and accepts a correct table."""
 
 import pytest
 
 from lwr_dyn.audit.lint.csv_sheet import sheet_of_csv
 from lwr_dyn.audit.lint.dimensions import unit_of
-from lwr_dyn.audit.lint.examine import lint
+from lwr_dyn.audit.lint.rules import lint
+from lwr_dyn.audit.lint.sentences import equalities
 from lwr_dyn.audit.lint.sheet import TableError
-from lwr_dyn.audit.lint.statements import equalities
 from lwr_dyn.audit.lint.toml_sheet import sheet_of_toml
 
 

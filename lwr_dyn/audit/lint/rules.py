@@ -1,4 +1,4 @@
-"""A file of numbers, looked at by every rule."""
+"""A file of numbers, examined by every rule."""
 
 from __future__ import annotations
 
@@ -6,19 +6,16 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
-from lwr_dyn.audit.lint.copies import copies
+from lwr_dyn.audit.lint.consistency import repeats, symmetry, totals
 from lwr_dyn.audit.lint.csv_sheet import sheet_of_csv
-from lwr_dyn.audit.lint.extremes import extremes
-from lwr_dyn.audit.lint.finding import Finding
 from lwr_dyn.audit.lint.formulas import formulas
+from lwr_dyn.audit.lint.min_mean_max import min_mean_max
 from lwr_dyn.audit.lint.proportions import proportions
-from lwr_dyn.audit.lint.repeats import repeats
-from lwr_dyn.audit.lint.sheet import Sheet
+from lwr_dyn.audit.lint.repeated_digits import repeated_digits
+from lwr_dyn.audit.lint.sentences import sentences
+from lwr_dyn.audit.lint.sheet import Finding, Sheet
 from lwr_dyn.audit.lint.shifts import shifts
-from lwr_dyn.audit.lint.statements import statements
-from lwr_dyn.audit.lint.symmetry import symmetry
 from lwr_dyn.audit.lint.toml_sheet import sheet_of_toml
-from lwr_dyn.audit.lint.totals import totals
 from lwr_dyn.audit.lint.unit_sense import unit_sense
 from lwr_dyn.errors import FileAccessError
 from lwr_dyn.files import read_text
@@ -26,43 +23,37 @@ from lwr_dyn.papers.catalog import data_files, open_paper
 
 Rule = Callable[[Sheet], Iterator[Finding]]
 RULES: tuple[Rule, ...] = (
-    extremes, proportions, formulas, statements, totals, shifts, copies, repeats, symmetry, unit_sense,
+    min_mean_max, proportions, formulas, sentences, totals, shifts, repeated_digits, repeats, symmetry, unit_sense,
 )  # fmt: skip
-"""In the order in which findings are told; a slip that an earlier rule explained is not told again."""
+"""In the order of their findings; a fault that an earlier rule explains is not reported again."""
 LARGEST = 20_000_000
 """Bytes of a file."""
 FORMATS = "a .toml or .csv file of numbers"
 
 
 def lint(sheet: Sheet) -> tuple[Finding, ...]:
-    """What all rules find in a sheet; raises `TableError` for a declaration that cannot be read.
+    """The findings of all rules; raises `TableError` for a declaration that cannot be read.
 
     >>> from lwr_dyn.audit.lint.toml_sheet import sheet_of_toml
     >>> [f.sentence for f in lint(sheet_of_toml('why = "1/2 x 0.0106 x 0.05^2 = 1.325e-7"', "x.toml"))]
     ['1/2 x 0.0106 x 0.05^2 = 1.325e-05, printed as 1.325e-7: off by 1e2']
     """
-    found: list[Finding] = []
-    for rule in RULES:
-        for finding in rule(sheet):
-            same = [f for f in found if f.rule == finding.rule and set(f.cells) == set(finding.cells)]
-            if not same:
-                found.append(replace(finding, known=_known(sheet, finding)))
-    return tuple(found)
-
-
-def _known(sheet: Sheet, finding: Finding) -> tuple[str, ...]:
-    ids = [label for place, label in sheet.errata.items() if any(c.startswith(place) for c in finding.cells)]
-    return tuple(dict.fromkeys(ids))
+    findings: dict[tuple[str, frozenset[str]], Finding] = {}
+    for finding in (finding for rule in RULES for finding in rule(sheet)):
+        ids = [label for place, label in sheet.errata.items() if any(c.startswith(place) for c in finding.cells)]
+        known = tuple(dict.fromkeys(ids))
+        findings.setdefault((finding.rule, frozenset(finding.cells)), replace(finding, file=sheet.file, known=known))
+    return tuple(findings.values())
 
 
 def lint_file(path: str | Path, joints: str = "") -> tuple[Finding, ...]:
-    """What all rules find in a .toml or .csv file.
+    """The findings of all rules in a .toml or .csv file.
 
     Parameters
     ----------
     path : path
     joints : str
-        "revolute" or "prismatic", for files that do not say what their joints are.
+        "revolute" or "prismatic", for files that do not state the kind of their joints.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Arithmetic written out in sentences, "1/2 x 0.0106 x 0.05^2 = 1.325e-7", done again."""
+"""Arithmetic in sentences, such as "1/2 x 0.0106 x 0.05^2 = 1.325e-7", computed again."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from lwr_dyn.audit.lint.arithmetic import FUNCTIONS, parsed, value_of
-from lwr_dyn.audit.lint.finding import Finding
-from lwr_dyn.audit.lint.sheet import Sheet
-from lwr_dyn.papers.printed_number import PrintedNumber, power_of_ten, printed_number
+from lwr_dyn.audit.lint.fault_search import scale_or_sign
+from lwr_dyn.audit.lint.sheet import Finding, Sheet
+from lwr_dyn.papers.printed_number import PrintedNumber, printed_number
 
 _NUM = r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _TOKEN = rf"(?:{_NUM}|\b(?:{'|'.join(sorted(FUNCTIONS, key=len, reverse=True))})(?=\s*\()|[-+*/^(),]|\bx\b|\bdeg\b|\s)"
@@ -22,25 +22,24 @@ _INNER = re.compile(rf"(?<![\w.]){_NUM}")
 
 @dataclass(frozen=True, slots=True)
 class Equality:
-    """left = right as a sentence prints it."""
+    """An equation left = right in a sentence."""
 
     left: str
     tree: ast.expr
     right: tuple[PrintedNumber, ...]
-    """Alternatives, where the sentence gives some ("= -90 or 11.01")."""
+    """All alternatives that the sentence gives ("= -90 or 11.01")."""
 
     @property
     def slack(self) -> float:
-        """What the rounding of the left side's decimals may change."""
-        spread = 0.0
+        """How much the rounding of the decimals on the left may change the result."""
         exact = value_of(self.tree, {})
-        for found in _INNER.finditer(self.left):
-            number = printed_number(found.group())
+        changes = []
+        for match in _INNER.finditer(self.left):
+            number = printed_number(match.group())
             if number is not None and not number.is_whole:
-                moved = self.left[: found.start()] + repr(number.value + number.half) + self.left[found.end() :]
-                change = abs(value_of(parsed(moved), {}) - exact)
-                spread += change if math.isfinite(change) else 0.0
-        return spread
+                rounded = self.left[: match.start()] + repr(number.value + number.half) + self.left[match.end() :]
+                changes.append(abs(value_of(parsed(rounded), {}) - exact))
+        return sum(x for x in changes if math.isfinite(x))
 
 
 def equalities(text: str) -> Iterator[Equality]:
@@ -57,7 +56,7 @@ def equalities(text: str) -> Iterator[Equality]:
         left = _balanced(before.group().replace("deg", "").strip(" ,"))
         tree = parsed(left) if left else None
         rest = (after.group(3) or " ").lstrip()
-        if tree is None or not _computes(tree) or rest[:1] in tuple("+*/^-x("):
+        if tree is None or not _is_computation(tree) or rest[:1] in tuple("+*/^-x("):
             continue
         texts = [after.group(1), *re.findall(rf"or\s+([-+]?{_NUM})", after.group(2))]
         numbers = tuple(n for t in texts if (n := printed_number(t)) is not None)
@@ -79,31 +78,25 @@ def _balanced(text: str) -> str:
     return "" if out[:1] in tuple("+*/^,x)") else out
 
 
-def _computes(tree: ast.expr) -> bool:
-    """It is more than a number."""
+def _is_computation(tree: ast.expr) -> bool:
+    """The formula is more than a number."""
     return any(isinstance(node, ast.BinOp | ast.Call) for node in ast.walk(tree))
 
 
-def statements(sheet: Sheet) -> Iterator[Finding]:
+def sentences(sheet: Sheet) -> Iterator[Finding]:
     """Rule 4 on sentences: the left side does not give the number on the right."""
-    for statement in sheet.statements:
-        for equality in equalities(statement.text):
+    for sentence in sheet.sentences:
+        for equality in equalities(sentence.text):
             values = [value_of(equality.tree, {}, degrees) for degrees in (False, True)]
             if not any(n.meets(v, equality.slack) for v in values for n in equality.right):
-                yield _wrong(sheet.file, statement.place, equality, values)
+                yield _wrong(sentence.place, equality, values[-1])
 
 
-def _wrong(file: str, place: str, equality: Equality, values: list[float]) -> Finding:
-    value = values[-1]
+def _wrong(place: str, equality: Equality, value: float) -> Finding:
     printed = " or ".join(n.text for n in equality.right)
-    powers = [k for n in equality.right if (k := power_of_ten(value, n, equality.slack))]
-    if powers:
-        rule, how = "power-of-ten", f"off by 1e{powers[0]}"
-    elif any(n.meets(-value, equality.slack) for n in equality.right):
-        rule, how = "sign", "the sign is the other one"
-    else:
-        rule, how = "arithmetic", f"off by {value - equality.right[0].value:.3g}"
+    off = "arithmetic", f"off by {value - equality.right[0].value:.3g}"
+    rule, how = scale_or_sign(value, equality.right, equality.slack) or off
     return Finding(
-        rule, "error", "certain", file, place, (place,), printed, f"{value:.8g}",
+        rule, "error", "certain", (place,), printed, f"{value:.8g}",
         f"{equality.left} = {value:.8g}, printed as {printed}: {how}", {"value": value, "formula": equality.left},
     )  # fmt: skip
