@@ -1,4 +1,15 @@
-"""Generated batch dynamics: the hand-written recursion traced, simplified, written out and compiled for one arm.
+"""Batch dynamics by generated code: the recursion on symbols, simplified, written as source, compiled for one arm.
 
-trace (CasADi) -> program (each operation once) -> source (Python, blocked) -> build (numba) -> cache -> batch, engine
+batch                `BatchDynamics`, `batch_dynamics`: functions over rows of states
+engine               the engine "kernels" of `dynamics_of`
+kernel_spec          the functions of a batch; `KernelSpec`, the arm and the options of its kernels
+parameters           quantities that can be inputs: inertial parameters, payload, gravity, friction
+batch_arguments      arguments -> rows that a kernel can step through
+symbolic_functions   the functions as CasADi expressions; ldl solves a system in symbols
+straight_line        expressions -> `StraightLineCode`, each operation once; sincos is sine and cosine without a branch
+kernel_source        straight-line code -> Python source over blocks of states
+lowering, transposes  numba intrinsics: the body as vector instructions, rows to lanes and back
+machine_code         source -> object code -> a function in memory
+kernel, cache        `Kernel`: loaded, from the cache on disk, or compiled now
+command              `lwr-dyn kernels`
 """

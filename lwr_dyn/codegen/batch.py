@@ -1,7 +1,7 @@
-"""Batch dynamics: an arm's functions over rows of states at the speed of the machine.
+"""Batch dynamics: an arm's functions over rows of states, by compiled kernels.
 
-Results come as new arrays, or in `out`. A state with a value that is not finite gives a row of NaN and a
-`NotFiniteWarning` that carries its index; all other states are computed.
+Results are new arrays, or written to `out`. A state with a value that is not finite gives a row of NaN and a
+`NotFiniteWarning` with its index; all other states are computed.
 """
 
 from __future__ import annotations
@@ -14,10 +14,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lwr_dyn.codegen.form import Form, form_of
-from lwr_dyn.codegen.functions import function_shape
+from lwr_dyn.codegen.batch_arguments import address_and_step, input_rows, result_array, wrap_angles
 from lwr_dyn.codegen.kernel import Kernel, kernel_of, require_packages, thread_count
-from lwr_dyn.codegen.rows import address_and_step, input_rows, nearer, result_array
+from lwr_dyn.codegen.kernel_spec import KernelSpec, function_shape, kernel_spec
 from lwr_dyn.errors import OptionError
 from lwr_dyn.model.arm import Arm
 
@@ -60,31 +59,31 @@ class AccelerationDerivatives:
 class BatchDynamics:
     """Functions over (N, n) arrays of q [rad or m], dq, ddq, tau; a single row (n,) stands for all.
 
-    Inputs of the family are keywords: inertia (n, 10), payload (10,), gravity (3,), friction (5, n), one set for all
-    states or one for each with N in front. Every method raises `ShapeError` (shape or number type) and `OptionError`
-    (an input missing, or not one of this family); kernels are compiled when they are first used.
+    The inputs of `batch_dynamics` are keywords here: inertia (n, 10), payload (10,), gravity (3,), friction (5, n); one
+    set for all states, or N sets. Every method raises `ShapeError` (shape or number type) and `OptionError` (an input
+    missing, or not one of this batch). Kernels are compiled when they are first used.
     """
 
-    form: Form
+    spec: KernelSpec
     threads: int = 1
     _kernels: dict[str, Kernel] = field(default_factory=dict, repr=False)
 
     @property
     def n(self) -> int:
         """Number of joints."""
-        return self.form.n
+        return self.spec.n
 
     @property
     def dtype(self) -> str:
         """Number type of arguments and results."""
-        return self.form.dtype
+        return self.spec.dtype
 
     def inverse_dynamics(self, q: Any, dq: Any, ddq: Any, *, out: Numbers | None = None, **inputs: Any) -> Numbers:
-        """tau (N, n) [N m]: B ddq + C dq + g, and friction where the form has it."""
+        """tau (N, n) [N m]: B ddq + C dq + g, plus friction where the batch has it."""
         return self._evaluate("inverse_dynamics", (q, dq, ddq), out, inputs)
 
     def mass_matrix(self, q: Any, *, out: Numbers | None = None, **inputs: Any) -> Numbers:
-        """B(q), (N, n, n) [kg m^2], rotors included as the form has them."""
+        """B(q), (N, n, n) [kg m^2], with rotors as chosen."""
         return self._evaluate("mass_matrix", (q,), out, inputs)
 
     def bias_torque(self, q: Any, dq: Any, *, out: Numbers | None = None, **inputs: Any) -> Numbers:
@@ -122,51 +121,49 @@ class BatchDynamics:
     def torque_regressor(self, q: Any, dq: Any, ddq: Any, *, out: Numbers | None = None, **inputs: Any) -> Numbers:
         """Y, (N, n, 10 n): the bodies' torque is Y pi with pi = `inertial_parameters(chain)` flat (eq. 7.83).
 
-        Rotors and friction are not in it.
+        Without rotors and friction.
         """
         return self._evaluate("torque_regressor", (q, dq, ddq), out, inputs)
 
     def inverse_dynamics_derivatives(self, q: Any, dq: Any, ddq: Any, **inputs: Any) -> TorqueDerivatives:
         """d tau / d(q, dq, ddq)."""
-        found = self._evaluate("inverse_dynamics_derivatives", (q, dq, ddq), None, inputs)
-        return TorqueDerivatives(*np.moveaxis(found, 1, 0))
+        derivatives = self._evaluate("inverse_dynamics_derivatives", (q, dq, ddq), None, inputs)
+        return TorqueDerivatives(*np.moveaxis(derivatives, 1, 0))
 
     def forward_dynamics_derivatives(self, q: Any, dq: Any, tau: Any, **inputs: Any) -> AccelerationDerivatives:
         """d ddq / d(q, dq, tau)."""
-        found = self._evaluate("forward_dynamics_derivatives", (q, dq, tau), None, inputs)
-        return AccelerationDerivatives(*np.moveaxis(found, 1, 0))
+        derivatives = self._evaluate("forward_dynamics_derivatives", (q, dq, tau), None, inputs)
+        return AccelerationDerivatives(*np.moveaxis(derivatives, 1, 0))
 
     def kernel(self, function: str) -> Kernel:
         """The compiled function of that name; raises `UnknownNameError` and `MissingPackageError`."""
-        found = self._kernels.get(function)
-        if found is None:
-            found = self._kernels[function] = kernel_of(self.form, function)
-        return found
+        if function not in self._kernels:
+            self._kernels[function] = kernel_of(self.spec, function)
+        return self._kernels[function]
 
     def _evaluate(self, function: str, states: tuple[Any, ...], out: Numbers | None, inputs: dict[str, Any]) -> Numbers:
-        shape, form = function_shape(function), self.form
-        rows, count = input_rows(form, function, dict(zip(shape.states, states, strict=True)), inputs)
-        result = result_array(out, (count, *shape.result(form.n)), form.dtype, rows)
+        shape, spec = function_shape(function), self.spec
+        rows, count = input_rows(spec, function, dict(zip(shape.states, states, strict=True)), inputs)
+        result = result_array(out, (count, *shape.result(spec.n)), spec.dtype, rows)
         if count:
             kernel = self.kernel(function)
             places = [address_and_step(row, count) for row in rows]
             if kernel.run(places, result.__array_interface__["data"][0], count, self.threads):
-                self._again(kernel, function, rows, result)
+                self._repair(kernel, function, rows, result)
         return result
 
-    def _again(self, kernel: Kernel, function: str, rows: list[Numbers], result: Numbers) -> None:
-        """NaN and a warning for the states that are not finite; those with very large angles once more, with less."""
+    def _repair(self, kernel: Kernel, function: str, rows: list[Numbers], result: Numbers) -> None:
+        """NaN and a warning for states that are not finite; very large angles are wrapped and computed again."""
         count = len(result)
         whole = [np.broadcast_to(row, (count, row.shape[1])) for row in rows]
         bad = ~np.logical_and.reduce([np.isfinite(row).all(axis=1) for row in whole])
-        far = ~bad & (np.abs(whole[0]) > kernel.description.limit).any(axis=1)
+        far = ~bad & (np.abs(whole[0]) > kernel.interface.limit).any(axis=1)
         if far.any():
-            few = [np.ascontiguousarray(row[far]) for row in whole]
-            few[0] = nearer(self.form.chain, few[0])
-            part = np.empty((len(few[0]), *result.shape[1:]), dtype=result.dtype)
-            kernel.run(
-                [address_and_step(row, len(part)) for row in few], part.__array_interface__["data"][0], len(part)
-            )
+            wrapped = [np.ascontiguousarray(row[far]) for row in whole]
+            wrapped[0] = wrap_angles(self.spec.chain, wrapped[0])
+            part = np.empty((len(wrapped[0]), *result.shape[1:]), dtype=result.dtype)
+            places = [address_and_step(row, len(part)) for row in wrapped]
+            kernel.run(places, part.__array_interface__["data"][0], len(part))
             result[far] = part
         if bad.any():
             result[bad] = np.nan
@@ -190,23 +187,23 @@ def batch_dynamics(
     threads : int or None
         None for all processors.
     inputs : names out of inertia, payload, gravity, friction
-        What the kernels take as inputs instead of the arm's constants.
+        The quantities that kernels take as inputs instead of the arm's constants.
     friction : {"none", "arm"}
-        "arm" adds the arm's friction (Coulomb and viscous per direction, offset) to inverse and takes it from forward
-        dynamics.
+        "arm" adds the arm's friction (Coulomb and viscous per direction, offset) to inverse and subtracts it in
+        forward dynamics.
     rotors : {"armature", "full", "none"}
 
     Raises
     ------
     OptionError
-        A choice that does not exist, or the arm's friction has a Stribeck curve, which kernels do not know.
+        A choice that does not exist, or the arm's friction has a Stribeck curve, which kernels do not support.
     MissingDataError
         The arm has no inertias.
     MissingPackageError
         The extra `batch` (numba, casadi) is not installed.
     """
-    form = form_of(arm, inputs, friction, rotors, dtype)
+    spec = kernel_spec(arm, inputs, friction, rotors, dtype)
     if threads is not None and (isinstance(threads, bool) or not isinstance(threads, int) or threads < 1):
         raise OptionError("threads", repr(threads), "a whole number above 0, or None for all processors")
     require_packages()
-    return BatchDynamics(form, thread_count(threads))
+    return BatchDynamics(spec, thread_count(threads))

@@ -1,7 +1,7 @@
-"""Compiled kernels on disk: one file each, whole or not at all, checked by its digest before it is run.
+"""Compiled kernels on disk: one file each, written whole or not at all, its digest checked before it is run.
 
-Two processes that compile the same kernel write the same file, each under a name of its own and renamed; a kill leaves
-at most such a name, swept later. A file that is not what it says is built anew.
+Two processes that compile the same kernel write the same file, each under a temporary name and then renamed; a killed
+process leaves at most a temporary file, which is deleted later. A damaged file is built again.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from lwr_dyn.files import write_file
 
 _MARK = b"lwr_dyn kernel 1\n"
 _LEFT_OVER = 3600.0
-"""Seconds after which an unfinished file is of a process that was killed."""
-_told: set[str] = set()
+"""[s] An unfinished file older than this belongs to a killed process."""
+_warned: set[str] = set()
 
 
 class CacheWarning(UserWarning):
@@ -36,7 +36,7 @@ class CacheWarning(UserWarning):
 
 
 def cache_folder() -> Path:
-    """Where kernels are kept: LWR_DYN_CACHE, or lwr_dyn in the user's cache folder (XDG_CACHE_HOME, ~/.cache ...)."""
+    """The folder of kernels: LWR_DYN_CACHE, or lwr_dyn in the user's cache folder (XDG_CACHE_HOME, ~/.cache ...)."""
     if chosen := os.environ.get("LWR_DYN_CACHE"):
         return Path(chosen)
     if sys.platform == "win32":
@@ -48,8 +48,8 @@ def cache_folder() -> Path:
     return Path(base) / "lwr_dyn"
 
 
-def kept(key: str) -> tuple[dict[str, Any], bytes] | None:
-    """Description and code of the kernel of that key; None when there is none that can be trusted."""
+def read_cache(key: str) -> tuple[dict[str, Any], bytes] | None:
+    """Record and code of the kernel of that key; None without one, or with a damaged one."""
     try:
         content = (cache_folder() / f"{key}.kernel").read_bytes()
     except OSError:
@@ -58,21 +58,21 @@ def kept(key: str) -> tuple[dict[str, Any], bytes] | None:
     if not content.startswith(_MARK) or digest != _digest(rest):
         return None
     text, _, code = rest.partition(b"\n")
-    description: dict[str, Any] = json.loads(text)
-    return description, code
+    record: dict[str, Any] = json.loads(text)
+    return record, code
 
 
-def keep(key: str, description: dict[str, Any], code: bytes) -> None:
-    """Write a kernel; where that cannot be, say so once and go on."""
+def write_cache(key: str, record: dict[str, Any], code: bytes) -> None:
+    """Write a kernel; a folder that cannot be written is warned of once."""
     folder = cache_folder()
-    rest = json.dumps(description).encode() + b"\n" + code
+    rest = json.dumps(record).encode() + b"\n" + code
     try:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         write_file(folder / f"{key}.kernel", _MARK + _digest(rest) + rest)
         _sweep(folder)
     except (OSError, FileAccessError) as fault:
-        if str(folder) not in _told:
-            _told.add(str(folder))
+        if str(folder) not in _warned:
+            _warned.add(str(folder))
             reason = getattr(fault, "reason", None) or getattr(fault, "strerror", None) or str(fault)
             warnings.warn(CacheWarning(str(folder), str(reason).lower()), stacklevel=2)
 
@@ -82,7 +82,7 @@ def _digest(content: bytes) -> bytes:
 
 
 def _sweep(folder: Path) -> None:
-    """Remove what killed processes left half written."""
+    """Delete the temporary files of killed processes."""
     for path in folder.glob(".*.kernel.*"):
         try:
             if time.time() - path.stat().st_mtime > _LEFT_OVER:

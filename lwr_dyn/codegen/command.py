@@ -1,4 +1,4 @@
-"""`lwr-dyn kernels`: the generated source of a batch function, how much it computes, and where kernels are kept."""
+"""`lwr-dyn kernels`: the generated source of a batch function, its number of operations, the folder of kernels."""
 
 from __future__ import annotations
 
@@ -6,9 +6,8 @@ import click
 
 from lwr_dyn.cli.options import load_robot, print_json, robot_options
 from lwr_dyn.codegen.cache import cache_folder
-from lwr_dyn.codegen.form import form_of
-from lwr_dyn.codegen.functions import FUNCTIONS, function_shape
 from lwr_dyn.codegen.kernel import require_packages
+from lwr_dyn.codegen.kernel_spec import FUNCTIONS, function_shape, kernel_spec
 from lwr_dyn.errors import OptionError
 
 
@@ -29,23 +28,23 @@ def command(
     if emit is not None:
         function_shape(emit)
     chosen = [name.strip() for name in inputs.split(",") if name.strip()]
-    form = form_of(load_robot(robot, reading, tip, locks), chosen, friction, "armature", dtype)
+    spec = kernel_spec(load_robot(robot, reading, tip, locks), chosen, friction, "armature", dtype)
     require_packages()
-    from lwr_dyn.codegen.build import generate
+    from lwr_dyn.codegen.kernel_source import generate
 
     if emit is not None:
-        click.echo(generate(form, emit).text, nl=False)
+        click.echo(generate(spec, emit).text, nl=False)
         return
-    known = {name: generate(form, name).description for name in FUNCTIONS}
+    interfaces = {name: generate(spec, name).interface for name in FUNCTIONS}
     if as_json:
         records = [
-            {"name": name, "operations": s.operations, "fused": s.fused, "inputs": list(s.inputs), "result": s.width}
-            for name, s in known.items()
+            {"name": name, "operations": x.operations, "fused": x.fused, "inputs": list(x.inputs), "result": x.width}
+            for name, x in interfaces.items()
         ]
-        print_json({"robot": form.name, "dtype": dtype, "cache": str(cache_folder()), "functions": records})
+        print_json({"robot": spec.name, "dtype": dtype, "cache": str(cache_folder()), "functions": records})
         return
     from lwr_dyn.tables import aligned
 
-    rows = [(n, str(s.operations), str(s.fused), FUNCTIONS[n].says) for n, s in known.items()]
-    click.echo(f"{form.name}, {dtype}; kept in {cache_folder()}")
+    rows = [(n, str(x.operations), str(x.fused), FUNCTIONS[n].text) for n, x in interfaces.items()]
+    click.echo(f"{spec.name}, {dtype}; kept in {cache_folder()}")
     click.echo(aligned(rows, ("function", "operations", "with fused multiply-add", "gives")))

@@ -10,8 +10,8 @@ import numpy as np
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.codegen.batch import BatchDynamics, batch_dynamics
-from lwr_dyn.codegen.functions import function_shape
-from lwr_dyn.codegen.rows import nearer
+from lwr_dyn.codegen.batch_arguments import wrap_angles
+from lwr_dyn.codegen.kernel_spec import function_shape
 from lwr_dyn.dynamics.gate import FUNCTIONS, Gated
 from lwr_dyn.model.arm import Arm
 
@@ -26,21 +26,21 @@ def kernel_engine(arm: Arm, rotors: str = "armature") -> Gated[SimpleNamespace]:
 
 
 def _rows(function: Any, *states: Array) -> Array:
-    """A function of rows (k, n) called with states (..., n)."""
+    """Call a function of rows (k, n) with states (..., n)."""
     *batch, n = states[0].shape
     out: Array = function(*(x.reshape(-1, n) for x in states))
     return out.reshape((*batch, *out.shape[1:]))
 
 
 def _single_state(batch: BatchDynamics, function: str, *state: Any) -> Any:
-    """A kernel called with a single state, (n,) each, nothing checked: for loops."""
+    """Call a kernel with a single state, (n,) each, unchecked: for loops."""
     kernel = batch.kernel(function)
     arrays = [np.ascontiguousarray(x, dtype=np.float64) for x in state]
     out = np.empty(function_shape(function).result(batch.n))
     place = out.__array_interface__["data"][0]
     if kernel.run([(x.__array_interface__["data"][0], 0) for x in arrays], place, 1):
         with np.errstate(invalid="ignore"):  # a state that is not finite gives NaN, as in the other engines
-            arrays[0] = nearer(batch.form.chain, arrays[0])
+            arrays[0] = wrap_angles(batch.spec.chain, arrays[0])
         kernel.run([(x.__array_interface__["data"][0], 0) for x in arrays], place, 1)
     return out[()]
 

@@ -1,7 +1,7 @@
-"""A straight-line loop over lanes as vector instructions: what numba calls for the body of a kernel.
+"""Lowers the body of a kernel, a straight-line loop over lanes, to LLVM vector instructions.
 
-numba spends a millisecond on the types of every statement and leaves it to an optimiser whether lanes become vectors.
-Here every statement is one LLVM instruction on a vector of W lanes, so thousands of them compile in a second or two.
+numba spends a millisecond on the types of each statement, and its optimiser may or may not use vectors. Here each
+statement is one instruction on a vector of W lanes, so thousands of them compile in a second or two.
 """
 
 from __future__ import annotations
@@ -21,15 +21,15 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 
 _FLAGS = ("contract",)
-"""A product and a sum may become one instruction; no other freedom, so rounding tricks and NaN stay what they are."""
+"""A product and a sum may become one instruction; nothing else may change, so rounding and NaN stay exact."""
 _INSTRUCTIONS = {ast.Add: "fadd", ast.Sub: "fsub", ast.Mult: "fmul", ast.Div: "fdiv"}
 _NUMBERS: dict[str, Any] = {"float64": ir.DoubleType(), "float32": ir.FloatType()}
 _BYTES = {"float64": 8, "float32": 4}
 
 
 def _unlinked() -> None:
-    """What numba finds under the name of a body that `build.compiled` has not linked."""
-    raise RuntimeError("this kernel's body is not linked: compile it with lwr_dyn.codegen.build.compiled")
+    """Stands in for a body that `machine_code.compiled` has not linked."""
+    raise RuntimeError("this kernel's body is not linked: compile it with lwr_dyn.codegen.machine_code.compiled")
 
 
 _UNLINKED = ctypes.CFUNCTYPE(None)(_unlinked)
@@ -40,7 +40,7 @@ def straight_line(dtype: str) -> Callable[[Callable[[Any], None]], Any]:
 
     Statements are ``v = b[I + k]``, ``v = x + y`` (also - * /), ``v = 1.0 if x > y else 0.0``, ``b[I + k] = x`` and
     ``b[I + k] = -x``, where x and y are names or numbers (of the type of b), and I a multiple of W. The intrinsic calls
-    a function of the module `intrinsic.assembly`, to be linked by who compiles (`build.compiled`).
+    a function of the module `intrinsic.assembly`, which `machine_code.compiled` links.
     """
 
     def decorate(function: Callable[[Any], None]) -> Any:
@@ -78,7 +78,7 @@ def _assembly(text: str, name: str, dtype: str) -> str:
 
 
 class _Lanes:
-    """Writes statements as instructions on vectors of lanes."""
+    """Translates statements to instructions on vectors of lanes."""
 
     def __init__(self, builder: Any, data: Any, dtype: str, lanes: int) -> None:
         self.builder, self.data, self.number, self.lanes = builder, data, _NUMBERS[dtype], lanes

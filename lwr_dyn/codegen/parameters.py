@@ -1,7 +1,7 @@
-"""What a kernel may take as an input instead of a constant, and the vectors it is given in.
+"""The quantities that a kernel may take as inputs instead of constants, as arrays.
 
 The torque is linear in the ten inertial parameters of each link (Siciliano et al., Robotics, section 7.2.2), so a
-kernel of a family has no division by a mass, and sets that only identification can love (a mass of 0) work.
+kernel does not divide by a mass and accepts any values, such as base parameters from identification (a mass of 0).
 """
 
 from __future__ import annotations
@@ -19,17 +19,17 @@ from lwr_dyn.model.chain import Body, Chain, with_payload
 from lwr_dyn.model.friction import FRICTIONLESS
 
 INPUTS = ("inertia", "payload", "gravity", "friction")
-"""What can be an input of a kernel, in the order in which kernels take them."""
+"""Possible inputs of a kernel, in the order of its arguments."""
 PER_LINK = ("m", "mx", "my", "mz", "Ixx", "Ixy", "Iyy", "Ixz", "Iyz", "Izz")
 """Inertial parameters of a link: mass [kg], first moment [kg m], tensor about the origin of its frame [kg m^2]."""
 FRICTION = ("positive_coulomb", "positive_viscous", "negative_coulomb", "negative_viscous", "offset")
-"""Rows of the friction of an arm: magnitudes per direction as in `friction.models`, [N m] and [N m s/rad]."""
+"""Rows of the friction of an arm: magnitudes per direction as in `model.friction`, [N m] and [N m s/rad]."""
 TENSOR = ((0, 0), (0, 1), (1, 1), (0, 2), (1, 2), (2, 2))
-"""Entries of the tensor in the order of `PER_LINK`, which is Pinocchio's."""
+"""Entries of the tensor in the order of `PER_LINK`, which is Pinocchio's; `dynamics.regressor` goes row by row."""
 
 
 def parameter_shape(name: str, n: int) -> tuple[int, ...]:
-    """Shape of one set of an input of a kernel.
+    """Shape of one set of an input.
 
     >>> parameter_shape("inertia", 7), parameter_shape("friction", 7)
     ((7, 10), (5, 7))
@@ -77,12 +77,12 @@ def payload_parameters(mass: float, com: Any = (0.0, 0.0, 0.0), inertia_com: Any
 
 
 def friction_parameters(arm: Arm) -> Array:
-    """Friction of the joints, (5, n), rows as `FRICTION`; zero where nothing is known.
+    """Friction of the joints, (5, n), rows as `FRICTION`; zero where unknown.
 
     Raises
     ------
     OptionError
-        A joint with a Stribeck curve, which a kernel does not know.
+        A joint with a Stribeck curve, which kernels do not support.
     """
     columns = []
     for name, model in zip(arm.joint_names, arm.friction_models(), strict=True):
@@ -96,10 +96,10 @@ def friction_parameters(arm: Arm) -> Array:
     return np.array(columns).T
 
 
-def moved(parameters: Any, rotation: Array, position: Array) -> list[Any]:
-    """Inertial parameters seen from the parent of a frame with this pose: linear in them, symbols too.
+def in_parent_frame(parameters: Any, rotation: Array, position: Array) -> list[Any]:
+    """Inertial parameters (numbers or symbols) in the parent of a frame with this pose; linear in them.
 
-    m' = m, (m c)' = R mc + m p, and the second moments (tr(I)/2 E - I) turn and shift without signs to remember.
+    m' = m, (m c)' = R mc + m p, and the second moments tr(I)/2 E - I transform as R S R^T plus the terms of the shift.
     """
     m, first = _scalar(parameters[0]), np.array([*parameters[1:4]], dtype=object)
     tensor = np.empty((3, 3), dtype=object)
@@ -118,7 +118,7 @@ def _half_trace(tensor: Any) -> Any:
 
 
 def _scalar(x: Any) -> Any:
-    """As an array of one, so that a symbol times an array is an array of symbols."""
+    """An array of one, so that a symbol times an array is an array of symbols."""
     out = np.empty(1, dtype=object)
     out[0] = x
     return out

@@ -1,6 +1,6 @@
 """Sine and cosine without a branch: x = m pi + r, then polynomials in r^2 over |r| <= pi/2.
 
-sin x = (-1)^m sin r, cos x = (-1)^m cos r; pi is taken off in three parts (Cody and Waite), so that m times the first
+sin x = (-1)^m sin r, cos x = (-1)^m cos r; pi is subtracted in three parts (Cody and Waite), so that m times the first
 is exact. Polynomials are near-minimax (Chebyshev), fitted with mpmath when a kernel is generated.
 """
 
@@ -18,20 +18,20 @@ DIGITS = 50
 
 @dataclass(frozen=True, slots=True)
 class SinCos:
-    """Numbers of the range reduction and the polynomials for one number type."""
+    """Constants of the range reduction and the polynomials for one number type."""
 
     pi_parts: tuple[float, float, float]
     magic: float
     """Adding and subtracting it rounds to an integer: 1.5 times 2^(bits of the significand - 1)."""
     most_half_turns: int
-    """Beyond so many half turns their product with the first part of pi is no longer exact."""
+    """Most half turns whose product with the first part of pi is exact."""
     sine: tuple[float, ...]
     """(sin r - r) / r^3 as a polynomial in r^2, highest power first."""
     cosine: tuple[float, ...]
     """(cos r - 1 + r^2/2) / r^4 as a polynomial in r^2, highest power first."""
 
     def expand(self, writer: Any, x: Any) -> tuple[Any, Any, Any]:
-        """sin x, cos x and the half turns m, as nodes of a program."""
+        """sin x, cos x and the half turns m, as nodes of straight-line code."""
         plus, minus, times, number = writer.plus, writer.minus, writer.times, writer.number
 
         def rounded(value: Any) -> Any:
@@ -58,7 +58,7 @@ class SinCos:
 
 @cache
 def sincos(dtype: str) -> SinCos:
-    """The numbers for float64 (errors below 3e-16) or float32 (below 2e-7)."""
+    """The constants for float64 (errors below 3e-16) or float32 (below 2e-7)."""
     if dtype == "float64":
         return _fitted(significand=53, part=33, terms=(8, 7))
     return _fitted(significand=24, part=12, terms=(4, 4))

@@ -1,6 +1,6 @@
-"""Between rows of states and lanes of a block: W x W transposes in registers, for numba.
+"""W x W transposes in registers, between rows of states and lanes of a block, as numba intrinsics.
 
-Moving one number at a time costs more than the arithmetic of a small kernel; log2(W) rounds of shuffles move W x W.
+Copying one number at a time costs more than the arithmetic of a small kernel; log2(W) rounds of shuffles copy W x W.
 """
 
 from __future__ import annotations
@@ -15,14 +15,13 @@ from numba.extending import intrinsic
 def rows_to_lanes(lanes: int, width: int, first: int) -> Any:
     """An intrinsic `(x, start, step, b, c)`: b[(first + j) W + k] = x[start + k step + j] for W columns j from c.
 
-    With rows shorter than W, c is 0 and it reads up to W - width numbers behind a row: whoever calls it knows that
-    more rows follow.
+    With rows shorter than W, c is 0 and up to W - width numbers behind a row are read: more rows must follow.
     """
 
     @intrinsic  # type: ignore[untyped-decorator]
     def taken(typing_context: Any, x: Any, start: Any, step: Any, b: Any, c: Any) -> Any:
         def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            block = _Block(context, builder, signature.args[0].dtype, lanes)
+            block = _LaneBlock(context, builder, signature.args[0].dtype, lanes)
             source, target = (block.data(signature.args[i], arguments[i]) for i in (0, 3))
             at = builder.add(arguments[1], arguments[4])
             places = [builder.add(at, builder.mul(arguments[2], block.index(k))) for k in range(lanes)]
@@ -39,14 +38,14 @@ def rows_to_lanes(lanes: int, width: int, first: int) -> Any:
 def lanes_to_rows(lanes: int, width: int, first: int) -> Any:
     """An intrinsic `(b, out, start, c)`: out[start + k width + j] = b[(first + j) W + k] for W columns j from c.
 
-    Rows shorter than W (c is 0) are written whole, each over what the one before it spilled; the last ones number by
-    number.
+    Rows shorter than W (c is 0) are written with W numbers, each over the surplus of the one before; the last ones
+    number by number.
     """
 
     @intrinsic  # type: ignore[untyped-decorator]
     def given(typing_context: Any, b: Any, out: Any, start: Any, c: Any) -> Any:
         def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            block = _Block(context, builder, signature.args[0].dtype, lanes)
+            block = _LaneBlock(context, builder, signature.args[0].dtype, lanes)
             source, target = (block.data(signature.args[i], arguments[i]) for i in (0, 1))
             slots = [block.slot(first + j, arguments[3]) for j in range(min(lanes, width))]
             vectors = [block.load(source, slot, aligned=True) for slot in slots]
@@ -58,7 +57,7 @@ def lanes_to_rows(lanes: int, width: int, first: int) -> Any:
     return given
 
 
-def _write_rows(block: _Block, vectors: list[Any], target: Any, start: Any, width: int) -> None:
+def _write_rows(block: _LaneBlock, vectors: list[Any], target: Any, start: Any, width: int) -> None:
     builder, lanes = block.builder, block.lanes
     if width == 1:
         block.store(vectors[0], target, start)
@@ -75,7 +74,7 @@ def _write_rows(block: _Block, vectors: list[Any], target: Any, start: Any, widt
             builder.store(number, builder.gep(target, [builder.add(place, block.index(j))]))
 
 
-class _Block:
+class _LaneBlock:
     """Vectors of W lanes in a function being built."""
 
     def __init__(self, context: Any, builder: Any, dtype: Any, lanes: int) -> None:
@@ -90,7 +89,7 @@ class _Block:
         return ir.Constant(ir.IntType(64), i)
 
     def slot(self, first: int, column: Any) -> Any:
-        """Where the lanes of column `first + column` begin in the buffer."""
+        """The index in the buffer at which the lanes of column `first + column` begin."""
         return self.builder.mul(self.builder.add(self.index(first), column), self.index(self.lanes))
 
     def _place(self, data: Any, index: Any) -> Any:

@@ -7,7 +7,7 @@ import statistics
 import lwr_dyn
 from benchmarks.timing import Call, seconds
 from lwr_dyn.checks.identities import random_states
-from lwr_dyn.codegen.functions import FUNCTIONS
+from lwr_dyn.codegen.kernel_spec import FUNCTIONS
 from lwr_dyn.model.arm import Arm
 
 
@@ -32,13 +32,13 @@ def arithmetic_limit(arm: Arm, pairs: int) -> None:
     batch, states = lwr_dyn.batch_dynamics(arm), random_states(arm, count, seed=2)
     x = (states.q, states.dq, states.ddq)
     print(f"\n### {arm.name}: distance from the arithmetic limit, one thread, {count} states\n")
-    lanes = batch.kernel("gravity_vector").description.lanes
+    lanes = batch.kernel("gravity_vector").interface.lanes
     print(f"(limit = fused operations / (2 x {lanes} lanes x {hertz / 1e9:.2f} GHz))\n")
     print(
         "| function | operations | fused | limit [ns] | measured [ns] | measured / limit |\n|---|---|---|---|---|---|"
     )
     for function in FUNCTIONS:
-        known = batch.kernel(function).description
+        known = batch.kernel(function).interface
         call: Call = lambda f=function: getattr(batch, f)(*x[: len(FUNCTIONS[f].states)])  # noqa: E731
         call()
         took = statistics.median(seconds(call, 5) for _ in range(2 * pairs)) / count

@@ -9,8 +9,8 @@ import pinocchio as pin
 
 from lwr_dyn.checks.identities import random_states
 from lwr_dyn.codegen.batch import batch_dynamics
-from lwr_dyn.codegen.functions import FUNCTIONS
-from lwr_dyn.codegen.parameters import moved
+from lwr_dyn.codegen.kernel_spec import FUNCTIONS
+from lwr_dyn.codegen.parameters import in_parent_frame
 from lwr_dyn.dynamics.pinocchio_engine import pinocchio_model
 from lwr_dyn.model.arm import Arm
 
@@ -22,7 +22,7 @@ def parameters_moved(arm: Arm) -> np.ndarray:
     out = np.zeros((10 * arm.n, 10 * arm.n))
     for i, link in enumerate(arm.chain.links):
         for k, unit in enumerate(np.eye(10)):
-            column = moved(unit, link.after.rotation, link.after.position)
+            column = in_parent_frame(unit, link.after.rotation, link.after.position)
             out[10 * i : 10 * i + 10, 10 * i + k] = np.array(column, dtype=float)
     return out
 

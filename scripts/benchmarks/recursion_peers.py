@@ -101,10 +101,10 @@ def casadi_call(arm: Arm, x: tuple[np.ndarray, ...]) -> Call:
     """CasADi's own C code for one state, compiled with -O3, mapped over the batch in memory it owns."""
     import casadi
 
-    from lwr_dyn.codegen.form import form_of
-    from lwr_dyn.codegen.trace import trace
+    from lwr_dyn.codegen.kernel_spec import kernel_spec
+    from lwr_dyn.codegen.symbolic_functions import symbolic_function
 
-    function = trace(form_of(arm), "inverse_dynamics")
+    function = symbolic_function(kernel_spec(arm), "inverse_dynamics")
     folder = tempfile.mkdtemp()
     here = os.getcwd()
     os.chdir(folder)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from lwr_dyn.codegen.functions import function_shape
+from lwr_dyn.codegen.kernel_spec import function_shape
 
 
 def evaluated(batch, function, *states, **inputs):

@@ -13,7 +13,7 @@ import pytest
 import lwr_dyn
 from lwr_dyn.codegen import cache, kernel
 from lwr_dyn.codegen.cache import CacheWarning
-from lwr_dyn.codegen.form import form_of
+from lwr_dyn.codegen.kernel_spec import kernel_spec
 from lwr_dyn.errors import MissingPackageError
 from lwr_dyn.model.friction import symmetric
 
@@ -33,7 +33,7 @@ def folder(tmp_path, monkeypatch):
     """A cache of its own, and a process that has loaded nothing."""
     monkeypatch.setenv("LWR_DYN_CACHE", str(tmp_path / "kernels"))
     monkeypatch.setattr(kernel, "_loaded", {})
-    monkeypatch.setattr(cache, "_told", set())
+    monkeypatch.setattr(cache, "_warned", set())
     return tmp_path / "kernels"
 
 
@@ -80,14 +80,14 @@ def test_a_damaged_kernel_is_built_anew(folder, monkeypatch, damage):
             assert np.array_equal(gravity(), right)
     else:
         assert np.array_equal(gravity(), right)
-        assert cache.kept(file.stem) is not None
+        assert cache.read_cache(file.stem) is not None
 
 
 def test_a_folder_that_cannot_be_written_is_said_once_and_worked_without(tmp_path, monkeypatch):
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("LWR_DYN_CACHE", str(tmp_path / "file" / "kernels"))
     monkeypatch.setattr(kernel, "_loaded", {})
-    monkeypatch.setattr(cache, "_told", set())
+    monkeypatch.setattr(cache, "_warned", set())
     with pytest.warns(CacheWarning, match="this process compiles its own; name another folder in LWR_DYN_CACHE"):
         right = gravity()
     lwr_dyn.batch_dynamics(ARM).potential_energy(Q)  # no second warning: warnings are errors here
@@ -117,17 +117,17 @@ def test_what_a_killed_process_left_is_swept_later(folder):
 
 
 def test_the_key_tells_arms_choices_and_functions_apart():
-    forms = [
-        form_of(ARM),
-        form_of(lwr_dyn.load("lwr4plus", "printed")),
-        form_of(ARM, dtype="float32"),
-        form_of(ARM, inputs=["gravity"]),
-        form_of(ARM, rotors="none"),
-        form_of(replace(ARM, friction=(symmetric(1.0, 0.1),) * 7), friction="arm"),
+    specs = [
+        kernel_spec(ARM),
+        kernel_spec(lwr_dyn.load("lwr4plus", "printed")),
+        kernel_spec(ARM, dtype="float32"),
+        kernel_spec(ARM, inputs=["gravity"]),
+        kernel_spec(ARM, rotors="none"),
+        kernel_spec(replace(ARM, friction=(symmetric(1.0, 0.1),) * 7), friction="arm"),
     ]
-    keys = {kernel.key_of(form, name) for form in forms for name in ("gravity_vector", "mass_matrix")}
+    keys = {kernel.key_of(spec, name) for spec in specs for name in ("gravity_vector", "mass_matrix")}
     assert len(keys) == 12
-    assert kernel.key_of(form_of(lwr_dyn.load("lwr4plus")), "mass_matrix") in keys
+    assert kernel.key_of(kernel_spec(lwr_dyn.load("lwr4plus")), "mass_matrix") in keys
 
 
 @pytest.mark.parametrize("package", ["numba", "casadi"])

@@ -6,8 +6,8 @@ import pytest
 import lwr_dyn
 from lwr_dyn.checks.identities import gravity_identity, mass_matrix_identities, random_states, velocity_identities
 from lwr_dyn.checks.run_checks import roads_agree
-from lwr_dyn.codegen.functions import FUNCTIONS
-from lwr_dyn.codegen.trace import EXPRESSIONS
+from lwr_dyn.codegen.kernel_spec import FUNCTIONS
+from lwr_dyn.codegen.symbolic_functions import EXPRESSIONS
 from lwr_dyn.dynamics.newton_euler import newton_euler_dynamics
 from scripts.benchmarks.kernel_peers import pinocchio_answers, relative_difference
 from tests.arms import random_arm

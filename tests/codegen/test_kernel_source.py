@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.codegen.build import generate
-from lwr_dyn.codegen.form import form_of
+from lwr_dyn.codegen.kernel_source import generate
+from lwr_dyn.codegen.kernel_spec import kernel_spec
 from tests.codegen.evaluate import states
 
 ARM = lwr_dyn.load("lwr4plus")
@@ -16,8 +16,8 @@ def run_as_python(source, row):
     text = source.text[source.text.index("def body(b):") : source.text.index("@cfunc")]
     names = {}
     exec(text, names)
-    lanes, given = source.description.lanes, sum(source.description.widths)
-    b = np.zeros(source.description.buffer)
+    lanes, given = source.interface.lanes, sum(source.interface.widths)
+    b = np.zeros(source.interface.buffer)
     b[: given * lanes] = np.repeat(row, lanes)
     names["body"](b)
     return b[(given + 1) * lanes :: lanes]
@@ -25,21 +25,21 @@ def run_as_python(source, row):
 
 @pytest.mark.parametrize("function", ["gravity_vector", "forward_dynamics", "potential_energy"])
 def test_the_body_is_python_that_gives_the_kernels_numbers(function):
-    source = generate(form_of(ARM), function)
-    x = states(7, 1)[: len(source.description.inputs)]
+    source = generate(kernel_spec(ARM), function)
+    x = states(7, 1)[: len(source.interface.inputs)]
     found = getattr(lwr_dyn.batch_dynamics(ARM), function)(*x)
     assert np.abs(run_as_python(source, x.ravel()) - found.ravel()).max() < 1e-12 * max(1.0, np.abs(found).max())
 
 
 def test_the_same_arm_gives_the_same_text_and_blocks_may_have_any_width():
-    assert generate(form_of(ARM), "jacobian").text == generate(form_of(ARM), "jacobian").text
-    assert "for k in range(4):" in generate(form_of(ARM), "jacobian", lanes=4).text
+    assert generate(kernel_spec(ARM), "jacobian").text == generate(kernel_spec(ARM), "jacobian").text
+    assert "for k in range(4):" in generate(kernel_spec(ARM), "jacobian", lanes=4).text
 
 
 def test_the_operations_stay_few():
     """What CasADi's own simplification leaves is 843; fused, with six sines and cosines of 30 each, 726."""
     found = {
-        name: generate(form_of(ARM), name).description.fused
+        name: generate(kernel_spec(ARM), name).interface.fused
         for name in ("inverse_dynamics", "mass_matrix", "forward_dynamics")
     }
     assert found["inverse_dynamics"] < 740

@@ -1,4 +1,4 @@
-"""A small symmetric system solved in symbols, unrolled: no loop, no pivot, no square root."""
+"""LDL^T factorisation and solution of a small symmetric system in symbols, unrolled: no pivot, no square root."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from typing import Any
 import casadi
 
 
-def factor_of(B: Any) -> tuple[Any, Any]:
-    """Unit lower triangle L and reciprocal diagonal of B = L D L^T, unrolled."""
+def ldl_factor(B: Any) -> tuple[Any, Any]:
+    """The unit lower triangle L and the reciprocal diagonal of D, with B = L D L^T."""
     n = B.shape[0]
     L = casadi.SX.eye(n)
     D: list[Any] = []
@@ -22,8 +22,8 @@ def factor_of(B: Any) -> tuple[Any, Any]:
     return L, inverse
 
 
-def solved(factor: tuple[Any, Any], right: Any) -> Any:
-    """B^-1 right, for a column or several."""
+def ldl_solve(factor: tuple[Any, Any], right: Any) -> Any:
+    """B^-1 right, for one or several columns."""
     L, inverse = factor
     n, columns = right.shape
     out = casadi.SX.zeros(n, columns)

@@ -1,4 +1,4 @@
-"""A program as Python source: a block of W states goes into one small buffer, straight-line code works on its lanes.
+"""Generates the Python source of a kernel: a block of W states is copied to a buffer, the code works on its lanes.
 
 The body is plain Python over lanes; `lowering.straight_line` gives it to numba as vector instructions.
 """
@@ -8,10 +8,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from lwr_dyn.codegen.description import Description
-from lwr_dyn.codegen.form import GENERATOR, Form
-from lwr_dyn.codegen.functions import function_shape
-from lwr_dyn.codegen.program import OPERATIONS, Program
+import numpy as np
+
+from lwr_dyn.codegen.kernel_spec import GENERATOR, KernelInterface, KernelSpec, function_shape
+from lwr_dyn.codegen.machine_code import lanes_of
+from lwr_dyn.codegen.sincos import sincos
+from lwr_dyn.codegen.straight_line import OPERATIONS, StraightLineCode, straight_line_code
+from lwr_dyn.codegen.symbolic_functions import symbolic_function
 from lwr_dyn.version import VERSION
 
 _HEAD = '''"""{function} of {name}: {says}; {dtype}, blocks of {lanes} states.
@@ -66,43 +69,54 @@ _COPY = """        if whole and {name}_step >= {width}:
 
 
 @dataclass(frozen=True, slots=True)
-class Source:
-    """Python text of a kernel and how to call it."""
+class KernelSource:
+    """The Python text of a kernel and how it is called."""
 
     text: str
-    description: Description
+    interface: KernelInterface
 
 
-def source_of(form: Form, function: str, program: Program, widths: Sequence[int], lanes: int, limit: float) -> Source:
+def generate(spec: KernelSpec, function: str, lanes: int | None = None) -> KernelSource:
+    """The source of a kernel, in blocks of `lanes` states; raises `UnknownNameError` for an unknown function."""
+    numbers, symbolic = sincos(spec.dtype), symbolic_function(spec, function)
+    widths = [symbolic.size1_in(i) for i in range(symbolic.n_in())]
+    limit = (numbers.most_half_turns - 1) * np.pi / np.sqrt(max(spec.n, 1))
+    wide = lanes_of(spec.dtype) if lanes is None else lanes
+    return kernel_source(spec, function, straight_line_code(symbolic, numbers), widths, wide, float(limit))
+
+
+def kernel_source(
+    spec: KernelSpec, function: str, code: StraightLineCode, widths: Sequence[int], lanes: int, limit: float
+) -> KernelSource:
     """The Python source of a kernel.
 
     Parameters
     ----------
-    form : Form
+    spec : KernelSpec
     function : str
-    program : Program
+    code : StraightLineCode
     widths : sequence of int
-        Values of one row of each input.
+        Values in one row of each input.
     lanes : int
-        States of a block, W.
+        States in a block, W.
     limit : float
-        The largest angle [rad] that the range reduction takes; whoever calls brings larger ones near zero.
+        The largest angle [rad] that the range reduction accepts; callers wrap larger ones.
     """
-    names = (*function_shape(function).states, *form.parameters_of(function))
+    names = (*function_shape(function).states, *spec.parameters_of(function))
     first = [sum(widths[:i]) for i in range(len(widths))]
     slots = {("in", i, j): first[i] + j for i in range(len(widths)) for j in range(widths[i])}
     flag, results = sum(widths), sum(widths) + 1
-    width, size = len(program.results), (sum(widths) + 1 + len(program.results)) * lanes
-    number = f"types.CPointer(types.{form.dtype})"
-    fused = program.operations_after_contraction()
+    width, size = len(code.results), (sum(widths) + 1 + len(code.results)) * lanes
+    number = f"types.CPointer(types.{spec.dtype})"
+    fused = code.operations_after_contraction()
     text = _HEAD.format(
-        function=function, name=form.name, says=function_shape(function).says, dtype=form.dtype, lanes=lanes,
-        version=VERSION, generator=GENERATOR, operations=program.operations, fused=fused, inputs=", ".join(names),
-        body="\n".join(_body(program, slots, flag, results, lanes)),
+        function=function, name=spec.name, says=function_shape(function).text, dtype=spec.dtype, lanes=lanes,
+        version=VERSION, generator=GENERATOR, operations=code.operations, fused=fused, inputs=", ".join(names),
+        body="\n".join(_body(code, slots, flag, results, lanes)),
         types=", ".join([f"{number}, types.int64"] * len(names) + [f"{number}, {number}, types.int64, types.int64"]),
         arguments=", ".join(f"{name}_, {name}_step" for name in names),
         arrays="\n".join(
-            f"    {x} = carray({x}_, ((stop - 1) * {x}_step + {w},), types.{form.dtype})"
+            f"    {x} = carray({x}_, ((stop - 1) * {x}_step + {w},), types.{spec.dtype})"
             for x, w in zip(names, widths, strict=True)
         ),
         transposes="\n".join(
@@ -113,8 +127,8 @@ def source_of(form: Form, function: str, program: Program, widths: Sequence[int]
         two_blocks=2 * lanes, width=width, size=size, flag=flag * lanes, first_result=results,
         copies="\n".join(_copy(x, w, f, lanes) for x, w, f in zip(names, widths, first, strict=True)),
     )  # fmt: skip
-    known = Description(names, tuple(widths), width, size, lanes, limit, program.operations, fused)
-    return Source(text, known)
+    interface = KernelInterface(names, tuple(widths), width, size, lanes, limit, code.operations, fused)
+    return KernelSource(text, interface)
 
 
 def _copy(name: str, width: int, first: int, lanes: int) -> str:
@@ -124,17 +138,19 @@ def _copy(name: str, width: int, first: int, lanes: int) -> str:
 
 
 def _groups(call: str, width: int, lanes: int) -> str:
-    """A transpose for every W columns: the last group overlaps the one before it instead of leaving the row."""
+    """A transpose for every W columns; the last group overlaps the one before it, so as to end with the row."""
     if width <= lanes:
         return " " * 12 + call.format(0)
     last = f"min(c, {width - lanes})"
     return f"            for c in range(0, {width}, {lanes}):\n" + " " * 16 + call.format(last)
 
 
-def _body(program: Program, slots: dict[tuple[str, int, int], int], flag: int, results: int, lanes: int) -> list[str]:
+def _body(
+    code: StraightLineCode, slots: dict[tuple[str, int, int], int], flag: int, results: int, lanes: int
+) -> list[str]:
     """Lines of the loop over lanes."""
     lines, names = [], []
-    for i, node in enumerate(program.nodes):
+    for i, node in enumerate(code.nodes):
         if node.op in ("const", "zero"):
             names.append(repr(node.a))
             continue
@@ -145,7 +161,7 @@ def _body(program: Program, slots: dict[tuple[str, int, int], int], flag: int, r
             lines.append(f"v{i} = 1.0 if {names[node.a]} > {names[node.b]} else 0.0")
         elif node.op in OPERATIONS:
             lines.append(f"v{i} = {names[node.a]} {node.op} {names[node.b]}")
-    for j, value in enumerate((program.flag, *program.results)):
+    for j, value in enumerate((code.flag, *code.results)):
         place = flag if j == 0 else results + j - 1
         lines.append(f"b[{place * lanes} + k] = {'-' if value.sign < 0 else ''}{names[value.node]}")
     return [f"        {line}" for line in lines]

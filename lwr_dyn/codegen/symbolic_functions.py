@@ -1,7 +1,7 @@
-"""The recursion on symbols: what each function of a batch is as a CasADi expression.
+"""The functions of a batch as CasADi expressions: the recursion evaluated on symbols.
 
-With inertial parameters as inputs the torque is traced as what it is, linear in them: the derivative of the recursion
-in their direction, at links of unit mass whose centre of mass is the origin and whose tensor is zero.
+The torque is linear in the inertial parameters. Where they are inputs, it is the derivative of the recursion in their
+direction, at links of unit mass whose centre of mass is the origin and whose tensor is zero.
 """
 
 from __future__ import annotations
@@ -13,10 +13,9 @@ from typing import Any
 import casadi
 import numpy as np
 
-from lwr_dyn.codegen.form import Form
-from lwr_dyn.codegen.functions import function_shape
-from lwr_dyn.codegen.parameters import TENSOR, moved, parameter_shape
-from lwr_dyn.codegen.triangles import factor_of, solved
+from lwr_dyn.codegen.kernel_spec import KernelSpec, function_shape
+from lwr_dyn.codegen.ldl import ldl_factor, ldl_solve
+from lwr_dyn.codegen.parameters import TENSOR, in_parent_frame, parameter_shape
 from lwr_dyn.dynamics.newton_euler import Recursion
 from lwr_dyn.dynamics.recursion import LinkConstants, link_constants
 from lwr_dyn.dynamics.regressor import body_parameters
@@ -41,24 +40,24 @@ def scalars(vector: Any) -> Symbols:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Traced:
-    """Symbols of one form: joint vectors, parameters, and the recursion that sees them."""
+class SymbolicDynamics:
+    """The dynamics of one `KernelSpec` on symbols: joint vectors and inputs."""
 
-    form: Form
+    spec: KernelSpec
     q: Symbols
     dq: Symbols
     last: Symbols
     """ddq, or tau for forward dynamics."""
-    given: dict[str, Symbols]
-    """The form's inputs, flat."""
+    inputs: dict[str, Symbols]
+    """The inputs, flat."""
 
     def gravity(self) -> Vector:
         """The gravity vector, constant or input."""
-        return Vector(*self.given["gravity"]) if "gravity" in self.given else Vector.of(self.form.chain.gravity)
+        return Vector(*self.inputs["gravity"]) if "gravity" in self.inputs else Vector.of(self.spec.chain.gravity)
 
     def of_bodies(self, evaluate: Callable[[tuple[LinkConstants, ...]], Any]) -> Any:
-        """A column that is linear in the inertial parameters, with constants and inputs where the form has them."""
-        constants = link_constants(self.form.chain)
+        """A column that is linear in the inertial parameters, each of them a constant or an input."""
+        constants = link_constants(self.spec.chain)
         directions = self._directions()
         if not directions:
             return column(evaluate(constants))
@@ -73,13 +72,13 @@ class Traced:
         return casadi.substitute(along, at, unit) + column(evaluate(tuple(bare)))
 
     def _directions(self) -> dict[int, Any]:
-        """Link -> its ten parameters as expressions, where an input enters them."""
-        n, chain = self.form.n, self.form.chain
+        """Link -> its ten parameters as expressions, for links with an input."""
+        n, chain = self.spec.n, self.spec.chain
         out: dict[int, Any] = {}
-        if "inertia" in self.given:
-            out = {i: list(self.given["inertia"][10 * i : 10 * i + 10]) for i in range(n)}
-        if "payload" in self.given:
-            load = moved(self.given["payload"], chain.flange.rotation, chain.flange.position)
+        if "inertia" in self.inputs:
+            out = {i: list(self.inputs["inertia"][10 * i : 10 * i + 10]) for i in range(n)}
+        if "payload" in self.inputs:
+            load = in_parent_frame(self.inputs["payload"], chain.flange.rotation, chain.flange.position)
             body = chain.links[-1].body
             last = out.get(n - 1, [0.0] * 10 if body is None else list(body_parameters(body, TENSOR)))
             out[n - 1] = [a + b for a, b in zip(last, load, strict=True)]
@@ -87,26 +86,26 @@ class Traced:
 
     def torque(self, dq: Any, ddq: Any, gravity: Vector | None = None) -> Any:
         """Torque of the bodies and rotors, as a column; None for a joint vector of zeros."""
-        still = np.zeros(self.form.n)
+        still = np.zeros(self.spec.n)
         dq, ddq = (still if x is None else x for x in (dq, ddq))
         pull = self.gravity() if gravity is None else gravity
-        return self.of_bodies(lambda links: Recursion(links, pull, self.form.rotors).inverse_dynamics(self.q, dq, ddq))
+        return self.of_bodies(lambda links: Recursion(links, pull, self.spec.rotors).inverse_dynamics(self.q, dq, ddq))
 
     def friction(self) -> Any:
-        """Torque of friction, as a column: per direction F_c sign(dq) + F_v dq, plus the offset (`friction.models`)."""
-        n = self.form.n
-        table = self.given.get("friction", self.form.friction)
+        """Torque of friction, as a column: per direction F_c sign(dq) + F_v dq, plus the offset (`model.friction`)."""
+        n = self.spec.n
+        table = self.inputs.get("friction", self.spec.friction)
         if table is None:
             return casadi.SX.zeros(n)
-        return column([_slip(x, *one) for x, one in zip(self.dq, np.reshape(table, (-1, n)).T, strict=True)])
+        return column([_friction(x, *row) for x, row in zip(self.dq, np.reshape(table, (-1, n)).T, strict=True)])
 
     def applied(self, ddq: Any) -> Any:
-        """What the motors give: torque of the bodies plus friction."""
+        """Torque of the motors: of bodies and rotors, plus friction."""
         return self.torque(self.dq, ddq) + self.friction()
 
 
-def _slip(dq: Any, c_up: Any, v_up: Any, c_down: Any, v_down: Any, offset: Any) -> Any:
-    """Slip torque of one joint: `up` moving towards positive, `down` towards negative values."""
+def _friction(dq: Any, c_up: Any, v_up: Any, c_down: Any, v_down: Any, offset: Any) -> Any:
+    """Friction torque of one moving joint: `up` towards positive, `down` towards negative values."""
     up, down = dq > 0, dq < 0
     return offset + c_up * up - c_down * down + v_down * dq + (v_up - v_down) * up * dq
 
@@ -120,44 +119,44 @@ def _without_body(link: LinkConstants) -> LinkConstants:
     return replace(link, mass=0.0, com=ZERO, inertia=Matrix3(ZERO, ZERO, ZERO))
 
 
-def _mass_matrix(x: Traced) -> Any:
-    """B, row i by one adjoint sweep of torque i, its upper half mirrored: what is below is never computed."""
-    ddq = scalars(casadi.SX.sym("a", x.form.n))
+def _mass_matrix(x: SymbolicDynamics) -> Any:
+    """B: row i by one adjoint sweep of torque i; the upper half is mirrored, so the lower one is never computed."""
+    ddq = scalars(casadi.SX.sym("a", x.spec.n))
     torque, at = x.torque(None, ddq, ZERO), column(ddq)
-    unit = casadi.DM.eye(x.form.n)
-    rows = [casadi.jtimes(torque, at, unit[:, i], True).T for i in range(x.form.n)]
+    unit = casadi.DM.eye(x.spec.n)
+    rows = [casadi.jtimes(torque, at, unit[:, i], True).T for i in range(x.spec.n)]
     return casadi.triu2symm(casadi.triu(casadi.vertcat(*rows)))
 
 
-def _coriolis_matrix(x: Traced) -> Any:
+def _coriolis_matrix(x: SymbolicDynamics) -> Any:
     """C = (d h / d dq) / 2 with h = C dq, which is quadratic in dq: the Christoffel form."""
     return casadi.jacobian(x.torque(x.dq, None, ZERO), column(x.dq)) / 2
 
 
-def _forward_dynamics(x: Traced) -> Any:
-    return solved(factor_of(_mass_matrix(x)), column(x.last) - x.applied(None))
+def _forward_dynamics(x: SymbolicDynamics) -> Any:
+    return ldl_solve(ldl_factor(_mass_matrix(x)), column(x.last) - x.applied(None))
 
 
-def _inverse_derivatives(x: Traced) -> Any:
+def _inverse_derivatives(x: SymbolicDynamics) -> Any:
     torque = x.applied(x.last)
     return casadi.vertcat(
         *(_row_major(casadi.jacobian(torque, column(v))) for v in (x.q, x.dq)), _row_major(_mass_matrix(x))
     )
 
 
-def _forward_derivatives(x: Traced) -> Any:
+def _forward_derivatives(x: SymbolicDynamics) -> Any:
     """By the inverse function: d ddq = -B^-1 d tau(q, dq, ddq), at ddq as forward dynamics gives it."""
-    ddq = casadi.SX.sym("a", x.form.n)
-    torque, factor = x.applied(scalars(ddq)), factor_of(_mass_matrix(x))
-    found = solved(factor, column(x.last) - x.applied(None))
-    by_state = [casadi.substitute(casadi.jacobian(torque, column(v)), ddq, found) for v in (x.q, x.dq)]
-    inverse = casadi.triu2symm(casadi.triu(solved(factor, casadi.SX.eye(x.form.n))))
-    return casadi.vertcat(*(_row_major(-solved(factor, J)) for J in by_state), _row_major(inverse))
+    ddq = casadi.SX.sym("a", x.spec.n)
+    torque, factor = x.applied(scalars(ddq)), ldl_factor(_mass_matrix(x))
+    solution = ldl_solve(factor, column(x.last) - x.applied(None))
+    by_state = [casadi.substitute(casadi.jacobian(torque, column(v)), ddq, solution) for v in (x.q, x.dq)]
+    inverse = casadi.triu2symm(casadi.triu(ldl_solve(factor, casadi.SX.eye(x.spec.n))))
+    return casadi.vertcat(*(_row_major(-ldl_solve(factor, J)) for J in by_state), _row_major(inverse))
 
 
-def _regressor(x: Traced) -> Any:
+def _regressor(x: SymbolicDynamics) -> Any:
     """Y: the derivative of the torque by each link's parameters, joint by joint (adjoint sweeps)."""
-    constants, n = link_constants(x.form.chain), x.form.n
+    constants, n = link_constants(x.spec.chain), x.spec.n
     probes = np.array([[casadi.SX.sym(f"p{i}_{k}") for k in range(10)] for i in range(n)])
     links = tuple(_with_body(link, probe) for link, probe in zip(constants, probes, strict=True))
     torque, at = column(Recursion(links, x.gravity(), "none").inverse_dynamics(x.q, x.dq, x.last)), column(probes)
@@ -166,21 +165,21 @@ def _regressor(x: Traced) -> Any:
     return casadi.substitute(casadi.vertcat(*rows), at, casadi.DM([1.0, *[0.0] * 9] * n))
 
 
-def _kinetic_energy(x: Traced) -> Any:
+def _kinetic_energy(x: SymbolicDynamics) -> Any:
     return casadi.dot(column(x.dq), x.torque(None, x.dq, ZERO)) / 2
 
 
-def _potential_energy(x: Traced) -> Any:
+def _potential_energy(x: SymbolicDynamics) -> Any:
     return x.of_bodies(lambda links: Recursion(links, x.gravity()).potential_energy(x.q))
 
 
-def _flange_pose(x: Traced) -> Any:
-    *_, pose = link_frames(x.form.chain, x.q)
+def _flange_pose(x: SymbolicDynamics) -> Any:
+    *_, pose = link_frames(x.spec.chain, x.q)
     return column(pose)
 
 
-def _jacobian(x: Traced) -> Any:
-    axes = joint_axes(x.form.chain, x.q)
+def _jacobian(x: SymbolicDynamics) -> Any:
+    axes = joint_axes(x.spec.chain, x.q)
     return column(jacobian_at(axes, axes.flange[..., :3, 3]))
 
 
@@ -188,7 +187,7 @@ def _row_major(matrix: Any) -> Any:
     return casadi.vec(matrix.T)
 
 
-EXPRESSIONS: dict[str, Callable[[Traced], Any]] = {
+EXPRESSIONS: dict[str, Callable[[SymbolicDynamics], Any]] = {
     "inverse_dynamics": lambda x: x.applied(x.last),
     "mass_matrix": lambda x: _row_major(_mass_matrix(x)),
     "bias_torque": lambda x: x.torque(x.dq, None),
@@ -205,22 +204,22 @@ EXPRESSIONS: dict[str, Callable[[Traced], Any]] = {
 }
 
 
-def trace(form: Form, function: str) -> Any:
+def symbolic_function(spec: KernelSpec, function: str) -> Any:
     """A function of a batch as a casadi.Function: joint vectors and inputs in, the flat result out.
 
     Raises `UnknownNameError` for a function that does not exist.
     """
     shape = function_shape(function)
-    n = form.n
+    n = spec.n
     symbols = {
         name: scalars(casadi.SX.sym(name, n))
         for name in ("q", "dq", shape.states[-1] if len(shape.states) > 2 else "ddq")
     }
-    given = {
+    inputs = {
         name: scalars(casadi.SX.sym(name, int(np.prod(parameter_shape(name, n)))))
-        for name in form.parameters_of(function)
+        for name in spec.parameters_of(function)
     }
     q, dq, last = symbols.values()
-    out = EXPRESSIONS[function](Traced(form, q, dq, last, given))
-    arguments = [symbols[name] for name in shape.states] + list(given.values())
+    out = EXPRESSIONS[function](SymbolicDynamics(spec, q, dq, last, inputs))
+    arguments = [symbols[name] for name in shape.states] + list(inputs.values())
     return casadi.Function(function, [column(a) for a in arguments], [casadi.densify(casadi.SX(out))])

@@ -1,4 +1,4 @@
-"""Kernels whose inertial parameters, payload, gravity and friction are inputs give what constants give."""
+"""Kernels with inertial parameters, payload, gravity and friction as inputs equal kernels with constants."""
 
 from dataclasses import replace
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.codegen.functions import FUNCTIONS
+from lwr_dyn.codegen.kernel_spec import FUNCTIONS
 from lwr_dyn.codegen.parameters import (
     FRICTION,
     INPUTS,

@@ -1,7 +1,7 @@
-"""A traced function as a list of additions, products and quotients, each formed once.
+"""Straight-line code: a symbolic function as a list of additions, products and quotients, each computed once.
 
-CasADi's instructions are value-numbered with the sign kept apart (a - b and b - a are one difference, a negation costs
-nothing), sines and cosines become a range reduction and polynomials, and what no result needs is dropped.
+CasADi's instructions are value-numbered with the sign kept apart (a - b and b - a are one difference, a negation is
+free), sines and cosines become a range reduction and polynomials, and operations that no result needs are dropped.
 """
 
 from __future__ import annotations
@@ -34,11 +34,11 @@ OPERATIONS = ("+", "-", "*", "/", ">")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Program:
-    """Straight-line code: `nodes` in order, `results` as signed nodes, and what tells whether a state is in order.
+class StraightLineCode:
+    """`nodes` in order, `results` as signed nodes, and a `flag` that marks invalid states.
 
-    `flag` is 0 when every input of the lane is finite and every angle within reach of the reduction, NaN when an
-    input is not finite, and something above 0 for a finite angle that is too large.
+    `flag` is 0 for a lane with finite inputs and angles that the range reduction accepts, NaN when an input is not
+    finite, and above 0 for a finite angle that is too large.
     """
 
     nodes: tuple[Node, ...]
@@ -51,7 +51,7 @@ class Program:
         return sum(node.op in OPERATIONS for node in self.nodes)
 
     def operations_after_contraction(self) -> int:
-        """The same, a product that only one sum uses counted as part of it: what a fused multiply-add machine does."""
+        """The same with fused multiply-add: a product that only one sum uses is not counted."""
         uses: dict[int, list[str]] = {}
         for node in self.nodes:
             if node.op in OPERATIONS:
@@ -68,7 +68,7 @@ class Program:
 
 
 class _Writer:
-    """Hands out nodes, each once."""
+    """Adds nodes, each once (value numbering)."""
 
     def __init__(self, sincos: SinCos) -> None:
         self.sincos = sincos
@@ -121,12 +121,12 @@ class _Writer:
     def over(self, x: Value, y: Value) -> Value:
         return Value(x.sign * y.sign, self.node("/", x.node, y.node).node)
 
-    def above_zero(self, x: Value) -> Value:
+    def is_positive(self, x: Value) -> Value:
         zero = self.number(0.0)
         return self.node(">", x.node, zero.node) if x.sign > 0 else self.node(">", zero.node, x.node)
 
     def turn(self, x: Value) -> tuple[Value, Value, Value]:
-        """sin |x|, cos |x| and the number of half turns taken off, for an input x."""
+        """sin |x|, cos |x| and the number of half turns that the range reduction subtracts, for an input x."""
         if x.node not in self.turns:
             self.turns[x.node] = self.sincos.expand(self, Value(1, x.node))
         return self.turns[x.node]
@@ -158,13 +158,13 @@ class _Writer:
             case casadi.OP_INV:
                 return self.over(self.number(1.0), x[0])
             case casadi.OP_LT:
-                return self.above_zero(self.plus(x[1], self.minus(x[0])))
+                return self.is_positive(self.plus(x[1], self.minus(x[0])))
             case _:
-                raise NotImplementedError(f"CasADi operation {op} in a traced function")
+                raise NotImplementedError(f"CasADi operation {op} in a symbolic function")
 
 
-def program_of(function: Any, sincos: SinCos) -> Program:
-    """The program of a CasADi function with one output vector.
+def straight_line_code(function: Any, sincos: SinCos) -> StraightLineCode:
+    """The code of a CasADi function with one output vector.
 
     Parameters
     ----------
@@ -197,7 +197,7 @@ def program_of(function: Any, sincos: SinCos) -> Program:
 
 
 def _flag(writer: _Writer, inputs: Sequence[Value]) -> Value:
-    """Sum of 0 x over the inputs, plus whether the squared half turns exceed what the reduction can take off."""
+    """Sum of 0 x over the inputs, plus 1 if the squared half turns exceed the limit of the range reduction."""
     zero = writer.node("zero", 0.0)  # a zero that is not folded away: 0 NaN is NaN
     total = writer.number(0.0)
     for x in inputs:
@@ -211,7 +211,7 @@ def _flag(writer: _Writer, inputs: Sequence[Value]) -> Value:
     return total
 
 
-def _without_the_unused(nodes: Sequence[Node], results: Sequence[Value], flag: Value) -> Program:
+def _without_the_unused(nodes: Sequence[Node], results: Sequence[Value], flag: Value) -> StraightLineCode:
     needed = {value.node for value in (*results, flag)}
     for i in reversed(range(len(nodes))):
         if i in needed and nodes[i].op in OPERATIONS:
@@ -223,4 +223,4 @@ def _without_the_unused(nodes: Sequence[Node], results: Sequence[Value], flag: V
             new[i] = len(kept)
             kept.append(Node(node.op, new[node.a], new[node.b]) if node.op in OPERATIONS else node)
     moved = [Value(v.sign, new[v.node]) for v in results]
-    return Program(tuple(kept), tuple(moved), Value(flag.sign, new[flag.node]))
+    return StraightLineCode(tuple(kept), tuple(moved), Value(flag.sign, new[flag.node]))

@@ -1,4 +1,4 @@
-"""The gate of a batch: what a caller hands in as rows that a kernel can walk, without copies where that can be."""
+"""Checks the arguments of a batch and turns them into rows that a kernel can step through, if possible uncopied."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lwr_dyn.codegen.form import Form
+from lwr_dyn.codegen.kernel_spec import KernelSpec
 from lwr_dyn.codegen.parameters import parameter_shape
 from lwr_dyn.errors import OptionError, ShapeError
 from lwr_dyn.model.chain import Chain
@@ -16,34 +16,36 @@ from lwr_dyn.model.dh import JointKind
 Rows = NDArray[Any]
 
 
-def input_rows(form: Form, function: str, states: dict[str, Any], inputs: dict[str, Any]) -> tuple[list[Rows], int]:
+def input_rows(
+    spec: KernelSpec, function: str, states: dict[str, Any], inputs: dict[str, Any]
+) -> tuple[list[Rows], int]:
     """Joint vectors and inputs as arrays (N or 1, width), and N.
 
     Raises
     ------
     ShapeError
-        Another number type, last axes that are not the arm's, numbers of rows that do not fit.
+        Another number type, last axes that are not the arm's, different numbers of rows.
     OptionError
-        An input of the family missing, or one that is none.
+        An input is missing, or is not one of this batch.
     """
-    wanted = form.parameters_of(function)
+    wanted = spec.parameters_of(function)
     for name in inputs.keys() - set(wanted):
         raise OptionError(name, f"given to {function}", f"inputs of this family: {', '.join(wanted) or 'none'}")
     for name in wanted:
         if name not in inputs:
             raise OptionError(name, "missing", f"one set for all states or one for each, to {function}")
-    rows = {name: _rows(name, value, (form.n,), form.dtype) for name, value in states.items()}
-    rows |= {name: _rows(name, inputs[name], parameter_shape(name, form.n), form.dtype) for name in wanted}
+    rows = {name: _rows(name, value, (spec.n,), spec.dtype) for name, value in states.items()}
+    rows |= {name: _rows(name, inputs[name], parameter_shape(name, spec.n), spec.dtype) for name in wanted}
     counts = {len(row) for row, whole in rows.values() if whole}
     if len(counts - {1}) > 1:
-        found = ", ".join(f"{name} {len(row)}" for name, (row, whole) in rows.items() if whole)
-        raise ShapeError(", ".join(rows), f"rows: {found}", "one number of rows")
+        lengths = ", ".join(f"{name} {len(row)}" for name, (row, whole) in rows.items() if whole)
+        raise ShapeError(", ".join(rows), f"rows: {lengths}", "one number of rows")
     count = max(counts - {1}, default=1) if counts != {0} else 0
     return [row for row, _ in rows.values()], count
 
 
 def _rows(name: str, value: Any, shape: tuple[int, ...], dtype: str) -> tuple[Rows, bool]:
-    """The array as (N, width), and whether it came with an axis of rows."""
+    """The array as (N, width), and whether it has an axis of rows."""
     try:
         array = np.asarray(value)
     except ValueError:
@@ -58,24 +60,24 @@ def _rows(name: str, value: Any, shape: tuple[int, ...], dtype: str) -> tuple[Ro
         raise ShapeError(name, f"shape {array.shape}", f"(N, {each}) or {one}")
     flat = array.reshape(len(array), int(np.prod(shape)))
     size = flat.dtype.itemsize
-    walkable = flat.strides[1] == size and flat.strides[0] % size == 0 and flat.strides[0] >= flat.shape[1] * size
-    in_place = (walkable and flat.flags.aligned) or len(flat) == 0
+    regular = flat.strides[1] == size and flat.strides[0] % size == 0 and flat.strides[0] >= flat.shape[1] * size
+    in_place = (regular and flat.flags.aligned) or len(flat) == 0
     return (flat if in_place else np.ascontiguousarray(flat)), True
 
 
 def address_and_step(row: Rows, count: int) -> tuple[int, int]:
-    """Where rows begin and how many numbers apart they are; 0 apart when one row stands for all."""
+    """The address of the first row and the step to the next, in numbers; 0 when one row is used for all."""
     step = 0 if len(row) == 1 and count > 1 else row.strides[0] // row.dtype.itemsize
     return int(row.__array_interface__["data"][0]), step
 
 
 def result_array(out: Rows | None, shape: tuple[int, ...], dtype: str, rows: list[Rows]) -> Rows:
-    """A new array, or the caller's own when it is what is needed; raises `ShapeError`."""
+    """A new array, or `out` if it fits; raises `ShapeError`."""
     if out is None:
         return np.empty(shape, dtype=dtype)
     if not isinstance(out, np.ndarray) or out.shape != shape or out.dtype != dtype:
-        found = f"shape {out.shape}, {out.dtype}" if isinstance(out, np.ndarray) else "not an array"
-        raise ShapeError("out", found, f"an array of shape {shape}, {dtype}")
+        kind = f"shape {out.shape}, {out.dtype}" if isinstance(out, np.ndarray) else "not an array"
+        raise ShapeError("out", kind, f"an array of shape {shape}, {dtype}")
     if not (out.flags.c_contiguous and out.flags.writeable and out.flags.aligned):
         raise ShapeError("out", "not contiguous, aligned and writeable", "an array as numpy.empty makes it")
     if any(np.may_share_memory(out, row) for row in rows):
@@ -83,8 +85,8 @@ def result_array(out: Rows | None, shape: tuple[int, ...], dtype: str, rows: lis
     return out
 
 
-def nearer(chain: Chain, q: Rows) -> Rows:
-    """The same positions with every angle inside +-pi."""
+def wrap_angles(chain: Chain, q: Rows) -> Rows:
+    """The same positions with every angle within +-pi."""
     turning = np.array([link.kind is JointKind.REVOLUTE for link in chain.links])
     exact = q.astype(np.float64)
     return np.where(turning, np.arctan2(np.sin(exact), np.cos(exact)), exact).astype(q.dtype)

@@ -1,0 +1,88 @@
+"""From the source of a kernel to machine code for this processor, and machine code as a function to call."""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+import itertools
+import linecache
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from llvmlite import binding as llvm
+
+VECTOR_BYTES_WIDE, VECTOR_BYTES = 64, 32
+_NUMBER = itertools.count()
+
+
+@functools.cache
+def host_cpu() -> tuple[str, str, str]:
+    """Platform, processor and its features, as LLVM names them."""
+    llvm.initialize_native_target()
+    llvm.initialize_native_asmprinter()
+    return llvm.get_process_triple(), llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()
+
+
+def lanes_of(dtype: str) -> int:
+    """States in a block: the numbers that one vector register of this machine holds."""
+    wide = "+avx512f" in host_cpu()[2].split(",")
+    return (VECTOR_BYTES_WIDE if wide else VECTOR_BYTES) // (8 if dtype == "float64" else 4)
+
+
+def target_machine() -> Any:
+    """LLVM's back end for this processor."""
+    triple, name, features = host_cpu()
+    target = llvm.Target.from_triple(triple)
+    return target.create_target_machine(cpu=name, features=features, opt=3, jit=True)
+
+
+def compiled(text: str) -> tuple[bytes, str]:
+    """Object code of a kernel's source, compiled by numba, and the name of its function."""
+    file = f"<lwr_dyn kernel {next(_NUMBER)}>"
+    linecache.cache[file] = (len(text), None, text.splitlines(keepends=True), file)
+    names: dict[str, Any] = {"__name__": file}
+    try:
+        exec(compile(text, file, "exec"), names)
+    finally:
+        del linecache.cache[file]
+    kernel = names["kernel"]
+    machine = target_machine()
+    module = llvm.parse_assembly(kernel.inspect_llvm())
+    _strip(module, kernel.native_name, machine)
+    module.link_in(llvm.parse_assembly(names["body"].assembly))
+    missing = [f.name for f in module.functions if f.is_declaration and not f.name.startswith("llvm.")]
+    if missing:  # numba's helpers are missing when the code is loaded without numba
+        raise RuntimeError(f"a generated kernel calls {', '.join(missing)}: it must stand alone")
+    return machine.emit_object(module), kernel.native_name
+
+
+def _strip(module: Any, name: str, machine: Any) -> None:
+    """Remove numba's additions for Python callers and for errors that cannot occur: only function `name` stays."""
+    for item in itertools.chain(module.functions, module.global_variables):
+        if not item.is_declaration and item.name != name:
+            item.linkage = "internal"
+    builder = llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options(speed_level=2))
+    passes = builder.getModulePassManager()
+    passes.add_global_dead_code_eliminate_pass()
+    passes.add_strip_dead_prototype_pass()
+    passes.run(module, builder)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LoadedCode:
+    """Machine code in memory: `call` takes pairs of address and step, then result, buffer, start and stop."""
+
+    call: Callable[..., int]
+    engine: Any
+    """Owns the memory."""
+
+
+def load(code: bytes, name: str, inputs: int) -> LoadedCode:
+    """Function `name` of an object file, with that number of inputs; calls run without the interpreter's lock."""
+    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), target_machine())
+    engine.add_object_file(llvm.ObjectFileRef.from_data(code))
+    engine.finalize_object()
+    pairs = [ctypes.c_void_p, ctypes.c_int64] * inputs
+    signature = ctypes.CFUNCTYPE(ctypes.c_int64, *pairs, *[ctypes.c_void_p] * 2, *[ctypes.c_int64] * 2)
+    return LoadedCode(signature(engine.get_function_address(name)), engine)
