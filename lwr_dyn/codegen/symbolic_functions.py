@@ -19,7 +19,7 @@ from lwr_dyn.codegen.parameters import TENSOR, in_parent_frame, parameter_shape
 from lwr_dyn.dynamics.newton_euler import Recursion
 from lwr_dyn.dynamics.recursion import LinkConstants, link_constants
 from lwr_dyn.dynamics.regressor import body_parameters
-from lwr_dyn.kinematics.jacobian import jacobian_at, joint_axes
+from lwr_dyn.kinematics.forward import jacobian_at, joint_axes
 from lwr_dyn.model.chain import link_frames
 from lwr_dyn.model.vectors import ZERO, Matrix3, Vector
 

@@ -1,7 +1,6 @@
 """Kinematics of an arm: poses, Jacobians, inverse kinematics, arm angle, working envelope.
 
-forward          flange pose and link frames; the gate for poses
-jacobian         geometric Jacobian and its rate
+forward          poses, joint axes, geometric Jacobian and its rate; the gate for poses
 inverse          `inverse_kinematics` of one pose, and the registry of its solvers
 solution         the problem, the solvers' interface, `InverseResult`
 srs_solver       S-R-S arms: all branches at their best arm angle, or at a given one

@@ -23,7 +23,7 @@ from numpy.typing import ArrayLike
 
 from lwr_dyn.arrays import Array, fixed_array, read_only
 from lwr_dyn.errors import OptionError
-from lwr_dyn.kinematics.jacobian import joint_axes
+from lwr_dyn.kinematics.forward import joint_axes
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import Chain
 from lwr_dyn.model.dh import JointKind

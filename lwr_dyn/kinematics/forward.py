@@ -1,8 +1,14 @@
-"""Forward kinematics on the native chain: the product of the paper's own matrices; and the gate for poses."""
+"""Forward kinematics of the native chain: poses, joint axes, geometric Jacobian and its rate; the gate for poses.
+
+[v; omega] = J(q) dq          [a; domega] = J(q) ddq + dJ/dt dq
+
+All in the base frame; a Jacobian has its linear rows over its angular rows.
+"""
 
 from __future__ import annotations
 
 from collections import deque
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -10,6 +16,7 @@ from numpy.typing import ArrayLike
 from lwr_dyn.arrays import Array, joint_array, real_array
 from lwr_dyn.errors import OptionError, ShapeError
 from lwr_dyn.model.chain import Chain, link_frames
+from lwr_dyn.model.dh import JointKind
 
 ORTHONORMAL = 1e-6
 """Entries of R^T R - 1 up to here are rounding of typed or printed numbers; the nearest rotation is taken."""
@@ -24,6 +31,70 @@ def forward_kinematics(chain: Chain, q: ArrayLike) -> Array:
     """T_{0,flange}, (..., 4, 4), for q (..., n) [rad or m]; raises `ShapeError`."""
     (pose,) = deque(link_frames(chain, joint_array("q", q, chain.n)), maxlen=1)
     return pose
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class JointAxes:
+    """The joint axes in the base: directions z and points p, each (..., n, 3), and the flange pose (..., 4, 4)."""
+
+    z: Array
+    p: Array
+    flange: Array
+    revolute: tuple[bool, ...]
+
+
+def joint_axes(chain: Chain, q: Array) -> JointAxes:
+    """Axes of all joints at q (..., n); ungated."""
+    poses = list(link_frames(chain, q))
+    before = [np.broadcast_to(np.eye(4), poses[0].shape), *poses[:-2]]
+    frames_ahead = np.stack(
+        [pose @ link.before.matrix() for pose, link in zip(before, chain.links, strict=True)], axis=-3
+    )
+    revolute = tuple(link.kind is JointKind.REVOLUTE for link in chain.links)
+    return JointAxes(stacked[..., :3, 2], stacked[..., :3, 3], poses[-1], revolute)
+
+
+def jacobian_at(axes: JointAxes, point: Array) -> Array:
+    """Jacobian (..., 6, n) of the point (..., 3) [m] of the last link; ungated.
+
+    Column i is (z_i x (point - p_i), z_i) for a revolute joint and (z_i, 0) for a prismatic one
+    (Siciliano et al., Robotics, eqs. 3.26 to 3.30).
+    """
+    turning = np.array(axes.revolute)[:, None]
+    linear = np.where(turning, np.cross(axes.z, point[..., None, :] - axes.p), axes.z)
+    angular = np.where(turning, axes.z, 0.0)
+    return np.swapaxes(np.concatenate([linear, angular], axis=-1), -1, -2)
+
+
+def velocity_product_at(axes: JointAxes, point: Array, dq: Array) -> Array:
+    """dJ/dt dq (..., 6) of the point (..., 3) [m] of the last link: its acceleration when ddq = 0; ungated.
+
+    The column of joint i changes because its axis moves with the link before it, and because the lever changes:
+    d/dt [z x (point - p)] = (omega x z) x (point - p) + z x (dpoint - dp).
+    """
+    z, p = axes.z, axes.p
+    tip_speed = np.einsum("...ij,...j->...i", jacobian_at(axes, point)[..., :3, :], dq)
+    omega, speed, place = np.zeros_like(tip_speed), np.zeros_like(tip_speed), p[..., 0, :]
+    linear, angular = np.zeros_like(tip_speed), np.zeros_like(tip_speed)
+    for i, revolute in enumerate(axes.revolute):
+        axis, rate = z[..., i, :], dq[..., i, None]
+        speed = speed + np.cross(omega, p[..., i, :] - place)
+        place = p[..., i, :]
+        axis_rate = np.cross(omega, axis)
+        if revolute:
+            change = np.cross(axis_rate, point - place) + np.cross(axis, tip_speed - speed)
+            linear, angular = linear + change * rate, angular + axis_rate * rate
+            omega = omega + axis * rate
+        else:
+            linear = linear + axis_rate * rate
+            speed = speed + axis * rate
+    return np.concatenate([linear, angular], axis=-1)
+
+
+def jacobian(chain: Chain, q: ArrayLike) -> Array:
+    """Jacobian of the flange, (..., 6, n), for q (..., n) [rad or m]; raises `ShapeError`."""
+    axes = joint_axes(chain, joint_array("q", q, chain.n))
+    return jacobian_at(axes, axes.flange[..., :3, 3])
 
 
 def pose_array(name: str, value: ArrayLike) -> Array:
@@ -50,13 +121,8 @@ def pose_array(name: str, value: ArrayLike) -> Array:
         raise OptionError(name, f"R^T R differs from 1 by {error:.3g}", f"a rotation (to {ORTHONORMAL:g})")
     if (np.linalg.det(R) < 0.0).any():
         raise OptionError(name, "a mirror image (det R = -1)", "a rotation, det R = +1")
-    out = T.copy()
-    out[..., :3, :3] = nearest_rotation(R)
-    return out
-
-
-def nearest_rotation(R: Array) -> Array:
-    """The nearest rotations to nearly orthonormal R (..., 3, 3): two Newton steps of the polar decomposition."""
-    for _ in range(2):
+    for _ in range(2):  # Newton steps of the polar decomposition lead to the nearest rotation
         R = 1.5 * R - 0.5 * R @ np.swapaxes(R, -1, -2) @ R
-    return R
+    out = T.copy()
+    out[..., :3, :3] = R
+    return out

@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 from lwr_dyn.arrays import Array
 from lwr_dyn.errors import OptionError
 from lwr_dyn.kinematics.branches import joint_ranges, wrap
-from lwr_dyn.kinematics.jacobian import jacobian_at, joint_axes
+from lwr_dyn.kinematics.forward import jacobian_at, joint_axes
 from lwr_dyn.kinematics.solution import IkSolver, InverseResult, PoseProblem, make_solution, ranked_result
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import Chain

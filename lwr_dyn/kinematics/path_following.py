@@ -19,8 +19,7 @@ from lwr_dyn.arrays import Array, fixed_array
 from lwr_dyn.errors import OutOfReachError, ShapeError, SingularArmError
 from lwr_dyn.kinematics.arm_geometry import SrsGeometry, require_srs
 from lwr_dyn.kinematics.branches import Branch, joint_ranges
-from lwr_dyn.kinematics.forward import pose_array
-from lwr_dyn.kinematics.jacobian import JointAxes, jacobian_at, joint_axes, velocity_product_at
+from lwr_dyn.kinematics.forward import JointAxes, jacobian_at, joint_axes, pose_array, velocity_product_at
 from lwr_dyn.kinematics.srs import arm_triangle, closed_form
 from lwr_dyn.model.arm import Arm
 

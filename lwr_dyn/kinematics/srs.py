@@ -70,19 +70,11 @@ def elbow_angle(geometry: SrsGeometry, triangle: ArmTriangle, elbow: Array) -> A
     return q4
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class BallForms:
-    """Rotations of the two balls over psi: (k, 3, 3, 3) each, coefficients of cos psi, sin psi, 1 by row and column.
+def ball_forms(geometry: SrsGeometry, T: Array, triangle: ArmTriangle, elbow: Array) -> Array:
+    """Rotations of both balls over psi, (k, 2, 3, 3, 3): coefficients of cos psi, sin psi, 1 by row and column.
 
-    Each is M = Rz(q_roll) Ry(q_tilt + offset) Rz(q_roll').
+    Each rotation is Rz(q_roll) Ry(q_tilt + offset) Rz(q_roll'). For poses T (k, 4, 4) and elbow signs (k,).
     """
-
-    first: Array
-    last: Array
-
-
-def ball_forms(geometry: SrsGeometry, T: Array, triangle: ArmTriangle, elbow: Array) -> BallForms:
-    """The forms for poses T (k, 4, 4) and elbow signs (k,)."""
     g = geometry
     bent = turn_about(g.elbow_axis, elbow_angle(g, triangle, elbow))
     reach = g.upper + bent @ g.fore
@@ -97,7 +89,7 @@ def ball_forms(geometry: SrsGeometry, T: Array, triangle: ArmTriangle, elbow: Ar
     shoulder = np.stack([cosine, sine, _outer(u, u_home)], axis=1)
     target = T[:, :3, :3] @ g.home_rotation.T @ g.last.back
     wrist = np.swapaxes(shoulder @ (bent @ g.last.basis)[:, None], -1, -2) @ target[:, None]
-    return BallForms(g.first.basis.T @ shoulder @ g.first.back, wrist)
+    return np.stack([g.first.basis.T @ shoulder @ g.first.back, wrist], axis=1)
 
 
 def _outer(a: Array, b: Array) -> Array:
@@ -123,11 +115,10 @@ def closed_form(geometry: SrsGeometry, ranges: JointRanges, T: Array, psi: Array
     weights = np.stack([np.cos(psi), np.sin(psi), np.ones_like(psi)], axis=1)
     q = np.empty((len(T), 7))
     q[:, 3] = elbow_angle(geometry, triangle, signs[:, 1])
-    for form, ball, at, sign in (
-        (forms.first, geometry.first, slice(0, 3), signs[:, 0]),
-        (forms.last, geometry.last, slice(4, 7), signs[:, 2]),
-    ):
-        q[:, at] = _ball_angles(np.einsum("kc,kcij->kij", weights, form), ball, sign, ranges.middle[at])
+    rotations = np.einsum("kc,kbcij->bkij", weights, forms)
+    for M, ball, at in zip(rotations, (geometry.first, geometry.last), (0, 4), strict=True):
+        joints = slice(at, at + 3)
+        q[:, joints] = _ball_angles(M, ball, signs[:, at // 2], ranges.middle[joints])
     return ranges.middle + wrap(q - ranges.middle)
 
 

@@ -49,9 +49,8 @@ def margin_problem(geometry: SrsGeometry, ranges: JointRanges, T: Array, branch:
     """The problem of poses T (r, 4, 4) on branches (r, 3) or one for all."""
     signs = np.broadcast_to(np.asarray(branch, dtype=np.float64), (len(T), 3))
     triangle = arm_triangle(geometry, T)
-    balls = ball_forms(geometry, T, triangle, signs[:, 1])
     rows, columns = np.array(_ENTRIES).T
-    forms = np.stack([np.moveaxis(f[:, :, rows, columns], 1, 2) for f in (balls.first, balls.last)], axis=1)
+    forms = np.swapaxes(ball_forms(geometry, T, triangle, signs[:, 1])[:, :, :, rows, columns], 2, 3)
     turn = signs[:, [0, 2], None]
     forms[:, :, _X] *= turn
     forms[:, :, _Y] *= turn

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.kinematics.jacobian import jacobian
+from lwr_dyn.kinematics.forward import jacobian
 from lwr_dyn.kinematics.kuka_pose import KukaPose, kuka_pose, status, turn
 from lwr_dyn.kinematics.spherical_wrist import all_branches
 from lwr_dyn.krl.controller import MachineData

@@ -16,7 +16,7 @@ from lwr_dyn.arrays import Array
 from lwr_dyn.audit.conventions.evidence import DerivedNumber
 from lwr_dyn.audit.conventions.printed import PrintedTable
 from lwr_dyn.errors import MissingDataError
-from lwr_dyn.kinematics.jacobian import joint_axes
+from lwr_dyn.kinematics.forward import joint_axes
 from lwr_dyn.model.chain import Chain, link_frames
 from lwr_dyn.model.dh import JointKind
 

@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 import lwr_dyn
 from lwr_dyn.errors import ShapeError
-from lwr_dyn.kinematics.jacobian import jacobian, jacobian_at, joint_axes, velocity_product_at
+from lwr_dyn.kinematics.forward import jacobian, jacobian_at, joint_axes, velocity_product_at
 from lwr_dyn.model.chain import link_frames
 from tests.arms import arms, random_arm
 
