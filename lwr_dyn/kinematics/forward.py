@@ -47,9 +47,8 @@ def joint_axes(chain: Chain, q: Array) -> JointAxes:
     """Axes of all joints at q (..., n); ungated."""
     poses = list(link_frames(chain, q))
     before = [np.broadcast_to(np.eye(4), poses[0].shape), *poses[:-2]]
-    frames_ahead = np.stack(
-        [pose @ link.before.matrix() for pose, link in zip(before, chain.links, strict=True)], axis=-3
-    )
+    frames_ahead = [pose @ link.before.matrix() for pose, link in zip(before, chain.links, strict=True)]
+    stacked = np.stack(frames_ahead, axis=-3)
     revolute = tuple(link.kind is JointKind.REVOLUTE for link in chain.links)
     return JointAxes(stacked[..., :3, 2], stacked[..., :3, 3], poses[-1], revolute)
 
