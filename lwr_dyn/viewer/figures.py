@@ -68,17 +68,14 @@ class Series:
         return self.quantity.startswith("reference ") or self.quantity.endswith("_ref")
 
     def values(self, runs: Sequence[ReplayedRun]) -> Array:
-        """The numbers, (k,), times `scale`."""
-        whole = run_series(runs[self.run], self.quantity)
+        """The numbers, (k,), times `scale`; raises `OptionError` for a run or a joint that is not there."""
+        if not 0 <= self.run < len(runs):
+            raise OptionError("run of a series", self.run, f"0 to {len(runs) - 1}" if runs else "no run is shown")
+        one = runs[self.run]
+        if self.joint is not None and not 0 <= self.joint < one.arm.n:
+            raise OptionError("joint of a series", self.joint, f"0 to {one.arm.n - 1}")
+        whole = run_series(one, self.quantity)
         return self.scale * (whole if self.joint is None else whole[:, self.joint])
-
-
-def check_series(series: Series, runs: Sequence[ReplayedRun]) -> None:
-    """Raise `OptionError` for a run or a joint that is not there."""
-    if not 0 <= series.run < len(runs):
-        raise OptionError("run of a series", series.run, f"0 to {len(runs) - 1}" if runs else "no run is shown")
-    if series.joint is not None and not 0 <= series.joint < runs[series.run].arm.n:
-        raise OptionError("joint of a series", series.joint, f"0 to {runs[series.run].arm.n - 1}")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -125,13 +122,11 @@ class Curve:
         return isinstance(self.y, Series) and self.y.is_reference
 
     def points(self, runs: Sequence[ReplayedRun]) -> tuple[Array, Array]:
-        """x and y, (k,) each; raises `OptionError` for a run or joint that is not among `runs`."""
-        for one in self.series:
-            check_series(one, runs)
-        if isinstance(self.y, Series) and self.x is None:
-            return runs[self.y.run].run.t, self.y.values(runs)
-        x, y = (one.values(runs) if isinstance(one, Series) else np.asarray(one) for one in (self.x, self.y))
-        return x, y
+        """x and y, (k,) each; raises `OptionError` for a run or a joint that is not there."""
+        y = self.y.values(runs) if isinstance(self.y, Series) else self.y
+        if self.x is None:  # then y is a series
+            return runs[self.series[0].run].run.t, y
+        return self.x.values(runs) if isinstance(self.x, Series) else self.x, y
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,16 +12,7 @@ from lwr_dyn.arrays import Array
 from lwr_dyn.model.run import Run
 from lwr_dyn.reproduction.report.content import Page, Replay, Still
 from lwr_dyn.viewer import scene
-from lwr_dyn.viewer.figures import (
-    DARK_PALETTE,
-    PALETTE,
-    Curve,
-    Figure,
-    Quantity,
-    Series,
-    check_series,
-    run_series,
-)
+from lwr_dyn.viewer.figures import DARK_PALETTE, PALETTE, Curve, Figure, Quantity, Series, run_series
 from lwr_dyn.viewer.page_parts import generator_line, pack_int32, subsample
 from lwr_dyn.viewer.replay_page import run_record
 from lwr_dyn.viewer.replayed_runs import ReplayedRun, replayed_runs
@@ -41,7 +32,7 @@ def script_data(page: Page) -> dict[str, Any]:
     figures, replay = all_figures(page), page.replay
     series = [one for figure in figures for curve in figure.curves for one in curve.series]
     for one in series:
-        check_series(one, replay.runs if replay else ())
+        one.values(replay.runs if replay else ())  # raises for a run or joint that is not there
     pool: dict[bytes, Array] = {}
     data: dict[str, Any] = {"figures": [_figure(figure, pool) for figure in figures]}
     data |= {"numbers": [_numbers(values) for values in pool.values()], "palettes": [PALETTE, DARK_PALETTE]}
