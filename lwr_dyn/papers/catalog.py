@@ -8,7 +8,8 @@ from pathlib import Path
 from string import Template
 
 from lwr_dyn.errors import OptionError, UnknownNameError
-from lwr_dyn.papers.reader import parse_paper, read_paper
+from lwr_dyn.files import read_text
+from lwr_dyn.papers.reader import parse_paper, parse_readings
 from lwr_dyn.papers.schema import Paper
 
 
@@ -29,23 +30,34 @@ def open_paper(robot: str, reading: str | None = None) -> Paper:
     ------
     UnknownNameError
         No robot or no reading of that name; lists the known ones.
-    FileAccessError, PaperError
-        See `read_paper`.
+    FileAccessError
+        The file cannot be read.
+    PaperError
+        The file breaks the schema.
     """
-    if robot.endswith(".toml"):
-        return read_paper(Path(robot), reading)
-    if robot not in robots():
-        raise UnknownNameError("robot", robot, (*robots(), "a path to a .toml or .urdf file"))
-    return parse_paper(_packaged_text(f"{robot}.toml"), f"{robot}.toml", reading)
+    return parse_paper(*_text_and_file(robot), reading)
+
+
+def open_readings(robot: str) -> tuple[Paper, ...]:
+    """The paper of a robot under each of its readings, the default first, parsed once; raises as `open_paper`."""
+    return parse_readings(*_text_and_file(robot))
 
 
 def readings(robot: str) -> tuple[str, ...]:
-    """Names of the readings of a robot, its default first.
+    """Names of the readings of a robot, its default first; raises as `open_paper`.
 
     >>> readings("lwr4plus")
     ('computed', 'printed', 'physical')
     """
     return open_paper(robot).reading_names
+
+
+def _text_and_file(robot: str) -> tuple[str, str]:
+    if robot.endswith(".toml"):
+        return read_text(robot, "a readable .toml file"), Path(robot).name
+    if robot not in robots():
+        raise UnknownNameError("robot", robot, (*robots(), "a path to a .toml or .urdf file"))
+    return _packaged_text(f"{robot}.toml"), f"{robot}.toml"
 
 
 def template(file: str, name: str, joints: str = "RRRRRR", convention: str = "standard") -> str:

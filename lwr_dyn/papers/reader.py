@@ -6,11 +6,9 @@ import copy
 import hashlib
 import tomllib
 from collections.abc import Collection
-from pathlib import Path
 from typing import Any
 
 from lwr_dyn.errors import PaperError, UnknownNameError
-from lwr_dyn.files import read_text
 from lwr_dyn.model.dh import Convention, JointKind
 from lwr_dyn.papers.columns import read_columns
 from lwr_dyn.papers.errata import apply_errata, one_erratum_a_cell
@@ -33,35 +31,44 @@ from lwr_dyn.papers.schema import (
 from lwr_dyn.papers.solids import read_solids
 
 
-def read_paper(path: str | Path, reading: str | None = None) -> Paper:
-    """Read a data file under one of its readings.
+def parse_paper(text: str, file: str, reading: str | None = None) -> Paper:
+    """The text of a data file under one of its readings.
 
     Parameters
     ----------
-    path : path
-        A TOML file of schema 1.
+    text : str
+        TOML of schema 1.
+    file : str
+        Its name, for messages.
     reading : str, optional
         The file's own default if not given.
 
     Raises
     ------
-    FileAccessError
-        The file cannot be read.
     PaperError
         Broken TOML or a breach of the schema, with file, field and what is allowed.
     UnknownNameError
         No reading of that name.
     """
-    return parse_paper(read_text(path, "a readable .toml file"), Path(path).name, reading)
+    return paper_of_tables(_tables(text, file), file, reading, digest=_digest(text))
 
 
-def parse_paper(text: str, file: str, reading: str | None = None) -> Paper:
-    """`read_paper` on text; `file` is the name used in messages. Raises as `read_paper`."""
+def parse_readings(text: str, file: str) -> tuple[Paper, ...]:
+    """The text of a data file under each of its readings, the default first; raises as `parse_paper`."""
+    tables, digest = _tables(text, file), _digest(text)
+    paper = paper_of_tables(tables, file, digest=digest)
+    return (paper, *(paper_of_tables(tables, file, name, digest=digest) for name in paper.reading_names[1:]))
+
+
+def _tables(text: str, file: str) -> dict[str, Any]:
     try:
-        raw = tomllib.loads(text)
+        return tomllib.loads(text)
     except (tomllib.TOMLDecodeError, RecursionError) as fault:
         raise PaperError(file, "TOML", str(fault), "valid TOML 1.0") from None
-    return paper_of_tables(raw, file, reading, digest=hashlib.sha256(text.encode()).hexdigest())
+
+
+def _digest(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()
 
 
 def paper_of_tables(
@@ -71,9 +78,9 @@ def paper_of_tables(
     errata_read: Collection[str] | None = None,
     digest: str = "",
 ) -> Paper:
-    """`read_paper` on parsed TOML, which is not changed.
+    """`parse_paper` on parsed TOML, which is not changed.
 
-    With `errata_read`, exactly those errata (ids) are applied instead of the reading's. Raises as `read_paper`.
+    With `errata_read`, exactly those errata (ids) are applied instead of the reading's. Raises as `parse_paper`.
     """
     top = Fields(raw, file, "")
     if top.take("schema", int) != SCHEMA:

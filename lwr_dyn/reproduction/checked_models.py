@@ -10,15 +10,14 @@ from lwr_dyn.checks.run_checks import check_arm
 from lwr_dyn.checks.verdict import CheckReport
 from lwr_dyn.files import write_file, write_folder
 from lwr_dyn.papers.assembly import arm_from_paper
-from lwr_dyn.papers.catalog import open_paper, readings
+from lwr_dyn.papers.catalog import open_readings
 from lwr_dyn.urdf.model_files import model_files
 
 
 def models_and_checks(place: Path, robot: str) -> list[CheckReport]:
     """Write `models/` and `checks.txt` into a folder; raises `FileAccessError`."""
     reports, lines = [], []
-    for reading in readings(robot):
-        paper = open_paper(robot, reading)
+    for paper in open_readings(robot):
         arm = arm_from_paper(paper)
         write_folder(place / "models", model_files(arm))
         report = check_arm(arm, paper)

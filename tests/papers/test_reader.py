@@ -4,7 +4,7 @@ import pytest
 
 from lwr_dyn.errors import FileAccessError, PaperError, UnknownNameError
 from lwr_dyn.papers.catalog import open_paper, template
-from lwr_dyn.papers.reader import parse_paper, read_paper
+from lwr_dyn.papers.reader import parse_paper
 
 GOOD = template("own.toml", "own", "RP", "standard")
 
@@ -138,9 +138,10 @@ def test_names_that_do_not_exist_say_which_do(tmp_path):
     ):
         open_paper("lwr4plus", "real")
     with pytest.raises(FileAccessError, match="no such file"):
-        read_paper(tmp_path / "none.toml")
+        open_paper(str(tmp_path / "none.toml"))
+    (tmp_path / "folder.toml").mkdir()
     with pytest.raises(FileAccessError, match="directory"):
-        read_paper(tmp_path)
+        open_paper(str(tmp_path / "folder.toml"))
     (tmp_path / "latin.toml").write_bytes(b"\xff\xfe")
     with pytest.raises(FileAccessError, match="not UTF-8"):
-        read_paper(tmp_path / "latin.toml")
+        open_paper(str(tmp_path / "latin.toml"))

@@ -39,11 +39,11 @@ def command(robot: str, evidence: str | None, as_json: bool) -> None:
     if robot.endswith(".urdf"):
         raise OptionError("ROBOT", robot, "a robot's name or a .toml file; a URDF states its conventions")
     paper = open_paper(robot)
-    zero = resolve_zero(robot) if "poses.axis" in paper.columns else None
+    zero = resolve_zero(paper) if "poses.axis" in paper.columns else None
     found = None
     ours = _ours(paper)
     if not ours and (zero is None or "inertial.inertia" in paper.columns):
-        table = printed_table(robot)
+        table = printed_table(paper)
         found = resolve(table, _evidence(robot, evidence, table))
     if evidence is not None and found is None:
         raise OptionError("--evidence", evidence, f"a robot whose inertias are printed; {paper.name} has none to read")

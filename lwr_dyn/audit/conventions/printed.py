@@ -17,7 +17,6 @@ from lwr_dyn.errors import MissingDataError
 from lwr_dyn.model.chain import Chain, ChainLink
 from lwr_dyn.model.dh import Convention, DHRow, JointKind
 from lwr_dyn.model.spatial import Pose, from_rpy
-from lwr_dyn.papers.catalog import open_paper
 from lwr_dyn.papers.schema import Paper
 from lwr_dyn.papers.units import to_si
 
@@ -83,17 +82,14 @@ TENSOR = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 """Order of the six entries of a symmetric tensor: xx, yy, zz, xy, xz, yz."""
 
 
-def printed_table(robot: str) -> PrintedTable:
-    """The printed cells of a robot by name, or of a user's own `.toml` file.
+def printed_table(paper: Paper) -> PrintedTable:
+    """The printed cells of a paper.
 
     Raises
     ------
-    UnknownNameError, FileAccessError, PaperError
-        No such robot or file, or the file breaks the schema.
     MissingDataError
         The file has no masses and inertias to read.
     """
-    paper = open_paper(robot)
     printed = paper.printed
     if "inertial" not in printed:
         raise MissingDataError(paper.name, "masses and inertias", "a reading of its inertial table")

@@ -23,7 +23,6 @@ from lwr_dyn.model.chain import Chain, link_frames
 from lwr_dyn.model.dh import Convention, DHRow
 from lwr_dyn.model.spatial import Pose
 from lwr_dyn.papers.assembly import arm_from_paper
-from lwr_dyn.papers.catalog import open_paper
 from lwr_dyn.papers.schema import Paper
 
 AXIS = 1e-9
@@ -77,7 +76,7 @@ class ZeroResolution:
         return tuple(r for r in self.readings if (r.failed, r.changes) == min(least))
 
 
-def resolve_zero(robot: str) -> ZeroResolution:
+def resolve_zero(paper: Paper) -> ZeroResolution:
     """Signs, offsets and DH convention of a robot from its data sheet's poses.
 
     Raises
@@ -85,7 +84,6 @@ def resolve_zero(robot: str) -> ZeroResolution:
     MissingDataError
         The file does not say how the joint axes point at zero.
     """
-    paper = open_paper(robot)
     if "poses.axis" not in paper.columns:
         raise MissingDataError(paper.name, "axes of the joints at zero (poses.axis)", "a reading of signs and offsets")
     arm, rows, axes = arm_from_paper(paper), printed_rows(paper), paper.columns["poses.axis"].si()

@@ -14,7 +14,7 @@ from lwr_dyn.control.worst_case_inertia import InertiaMaximum, worst_case_inerti
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.spatial import principal_moments
 from lwr_dyn.papers.assembly import arm_from_paper
-from lwr_dyn.papers.catalog import open_paper, readings
+from lwr_dyn.papers.catalog import open_paper, open_readings
 from lwr_dyn.papers.printed_number import agrees
 from lwr_dyn.reproduction.printed import printed_tables
 
@@ -63,7 +63,7 @@ class GainCell:
 
 def arms() -> dict[str, Arm]:
     """The arm under each of its readings."""
-    return {name: arm_from_paper(open_paper("lwr4plus", name)) for name in readings("lwr4plus")}
+    return {paper.reading.name: arm_from_paper(paper) for paper in open_readings("lwr4plus")}
 
 
 def table_iv() -> tuple[InertiaRow, ...]:
@@ -114,7 +114,8 @@ def in_paper_angles(worst: InertiaMaximum) -> list[tuple[str, ...]]:
 
 def errata_that_matter() -> tuple[str, ...]:
     """The errata by which the reading that reproduces Table IV differs from the printed one."""
-    printed, computed = (open_paper("lwr4plus", name).reading.errata for name in ("printed", "computed"))
+    readings = open_paper("lwr4plus").readings
+    printed, computed = (readings[name].errata for name in ("printed", "computed"))
     return tuple(e for e in computed if e not in printed)
 
 

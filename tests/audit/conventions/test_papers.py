@@ -17,12 +17,13 @@ from lwr_dyn.audit.conventions.statements import statements
 from lwr_dyn.audit.conventions.worlds import worlds
 from lwr_dyn.audit.conventions.zero import resolve_zero, same_motion
 from lwr_dyn.model.dh import Convention
+from lwr_dyn.papers.catalog import open_paper
 from lwr_dyn.reproduction.printed import printed_tables
 
 
 @pytest.fixture(scope="module")
 def lwr():
-    table = printed_table("lwr4plus")
+    table = printed_table(open_paper("lwr4plus"))
     printed = printed_tables("lwr4plus")["table_iv"]["b"]
     numbers = tuple(DerivedNumber("worst inertia", i, evidence_number(b)) for i, b in enumerate(printed))
     return resolve(table, Evidence(numbers))
@@ -30,7 +31,7 @@ def lwr():
 
 @pytest.fixture(scope="module")
 def wam():
-    table = printed_table("wam7")
+    table = printed_table(open_paper("wam7"))
     return resolve(table, room_evidence("wam7", table))
 
 
@@ -107,7 +108,7 @@ def test_lwr_physical_is_found_from_bodies_and_mirror_images(lwr):
 
 def test_lwr_physical_stands_without_table_4(lwr):
     """About the origin with y and z exchanged and signs bound by repeated links: Table IV mends only c5z."""
-    found = resolve(printed_table("lwr4plus"), Evidence())
+    found = resolve(printed_table(open_paper("lwr4plus")), Evidence())
     choice = found.best.reading
     assert choice.table.about == "origin"
     assert [x.axes for x in choice.links[:4]] == ["xyz", "xzy", "xyz", "xzy"]
@@ -126,7 +127,7 @@ def test_wam_products_are_integrals_by_the_second_tensors(wam):
 
 
 def test_wam_sign_is_undecided_without_the_second_tensors(wam):
-    found = resolve(printed_table("wam7"), Evidence(convention="standard"))
+    found = resolve(printed_table(open_paper("wam7")), Evidence(convention="standard"))
     made = {(d.question, d.link): d for d in decisions(found, found.physical, ("feasibility",))}
     assert all(made["products", i].others for i in range(7))
     assert made["about", None].decided
@@ -138,7 +139,7 @@ def test_wam_origin_reading_is_no_body_on_four_links(wam):
 
 
 def test_a_flipped_second_tensor_flips_the_sign(wam):
-    table = printed_table("wam7")
+    table = printed_table(open_paper("wam7"))
     tensors = room_evidence("wam7", table).tensors
     turned = dataclasses.replace(table, inertia=np.where(np.eye(3, dtype=bool), table.inertia, -table.inertia))
     found = resolve(turned, Evidence(tensors=tensors, convention="standard"))
@@ -146,7 +147,7 @@ def test_a_flipped_second_tensor_flips_the_sign(wam):
 
 
 def test_kr30_zero_and_signs_are_found_from_the_data_sheet():
-    found = resolve_zero("kr30ha")
+    found = resolve_zero(open_paper("kr30ha"))
     best, arm = found.best[0], lwr_dyn.load("kr30ha", "kuka")
     assert best.convention.value == "standard"
     assert best.signs == (-1,) * 6
