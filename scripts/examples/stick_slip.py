@@ -17,7 +17,6 @@ from lwr_dyn.model.friction import Direction, JointFriction
 from lwr_dyn.model.spatial import Pose
 from lwr_dyn.reproduction.wam7.runs import cruise, experiment
 from lwr_dyn.reproduction.wam7.text import verdict
-from lwr_dyn.trajectory.references.joint_moves import hold
 from lwr_dyn.viewer.plots import save_figure
 from lwr_dyn.viewer.replayed_runs import replayed_runs
 from lwr_dyn.viewer.run_figures import register_figure
@@ -32,10 +31,9 @@ def slider() -> Arm:
 
 
 def scene(force: float, duration: float, speed: float = 0.0) -> lwr_dyn.Run:
-    def push(t, q, dq, q_ref, dq_ref, ddq_ref):
-        return np.array([force])
-
-    return lwr_dyn.simulate(slider(), push, hold(slider(), np.zeros(1), duration), friction=[FRICTION], dq0=[speed])
+    arm = slider()
+    still = lwr_dyn.reference("hold", arm, q=[0.0], duration=duration)
+    return lwr_dyn.simulate(arm, lambda *_: np.array([force]), still, friction=[FRICTION], dq0=[speed])
 
 
 def main() -> None:
