@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
 from importlib import resources
@@ -14,6 +14,7 @@ from lwr_dyn.reproduction.ledger import Prove
 from lwr_dyn.reproduction.report.content import Check, Replay, Section
 from lwr_dyn.reproduction.results import read_results, results_of_tables, results_text
 from lwr_dyn.reproduction.study import Study, study_of
+from lwr_dyn.tables import Table
 from lwr_dyn.viewer.figures import Figure
 
 Progress = Callable[[str], None]
@@ -62,11 +63,16 @@ class PageExtras:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Reproduction:
-    """Whether everything printed is reproduced or explained, the text for people, the record for programs."""
+    """Whether everything printed is reproduced or explained, tables and sentences for people, a record for programs."""
 
     holds: bool
-    text: str
+    tables: Sequence[Table | str]
     record: dict[str, Any]
     known: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     """Block of `results.toml` -> columns of values that the study has computed already."""
     extras: PageExtras = field(default_factory=PageExtras)
+
+    @property
+    def text(self) -> str:
+        """The tables one below the other."""
+        return "\n\n".join(table if isinstance(table, str) else table.text() for table in self.tables)

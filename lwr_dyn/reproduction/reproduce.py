@@ -2,27 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
+from lwr_dyn.checks.run_checks import check_arm
+from lwr_dyn.checks.verdict import CheckReport
 from lwr_dyn.files import make_folder, write_folder
 from lwr_dyn.papers.assembly import arm_from_paper
-from lwr_dyn.papers.catalog import open_paper
+from lwr_dyn.papers.catalog import open_paper, open_readings
 from lwr_dyn.reproduction.audit_sections import audit_sections
-from lwr_dyn.reproduction.checked_models import check_line, check_record, models_and_checks
-from lwr_dyn.reproduction.compare import DIFFERS
 from lwr_dyn.reproduction.ledger import ledger
 from lwr_dyn.reproduction.paper_page import REPORT, checks_of, paper_page
 from lwr_dyn.reproduction.paper_study import PaperStudy, Progress, Reproduction, paper_study
 from lwr_dyn.reproduction.report.page import write_report
 from lwr_dyn.reproduction.study import ALL, SENSITIVITY, check_options, studies, study_of, takers
-from lwr_dyn.reproduction.summary import counts, counts_text, differing_text
+from lwr_dyn.reproduction.summary import count_table, counts, difference_table
 from lwr_dyn.reproduction.verdicts import compare_numbers
 from lwr_dyn.tables import json_text
+from lwr_dyn.urdf.model_files import model_files
 
 INCOMPLETE = "INCOMPLETE.txt"
 """Lies in a folder that an interrupt or an error left incomplete."""
@@ -73,7 +74,7 @@ def _all(place: Path, options: Mapping[str, Any], progress: Progress) -> Reprodu
     record = {paper: counted for paper, (_, counted) in done.items()}
     holds = all(paper_holds for paper_holds, _ in done.values())
     write_folder(place, {"results.json": json_text({"papers": record, "holds": holds}) + "\n"})
-    return Reproduction(holds, counts_text(record), {"papers": record, "holds": holds})
+    return Reproduction(holds, (count_table(record),), {"papers": record, "holds": holds})
 
 
 def _holds_and_counts(paper: str, folder: Path, options: Mapping[str, Any]) -> tuple[bool, dict[str, Any]]:
@@ -104,11 +105,11 @@ def _written(study: PaperStudy, place: Path, options: Mapping[str, Any], progres
     entries = ledger(study.data, study.proofs)
     progress("lint and readings")
     sections, audits = audit_sections(study, SENSITIVITY.keyword in options)
+    differing = difference_table(verdicts)
     holds = (
         result.holds
         and all(report.holds for report in reports if report.reading not in study.study.failing_readings)
-        and not verdicts.counts()[DIFFERS]
-        and not verdicts.counts(derived=True)[DIFFERS]
+        and not differing.rows
         and all(entry.holds for entry in entries)
     )
     summary = counts(verdicts, entries)
@@ -117,11 +118,34 @@ def _written(study: PaperStudy, place: Path, options: Mapping[str, Any], progres
         "errata": [entry.record() for entry in entries], "checks": check_record(reports),
         **result.record, **audits, "holds": holds,
     }  # fmt: skip
-    tables = "\n".join(map(check_line, reports)) + "\n\n" + result.text
-    write_folder(place, {"tables.txt": tables + "\n", "results.json": json_text(record) + "\n"})
-    text = "\n\n".join(x for x in (counts_text({study.name: summary}), differing_text(verdicts), tables) if x)
+    tables = replace(result, tables=("\n".join(map(check_line, reports)), *result.tables))
+    write_folder(place, {"tables.txt": tables.text + "\n", "results.json": json_text(record) + "\n"})
+    counted = (count_table({study.name: summary}), *([differing] if differing.rows else []))
     extras = replace(result.extras, checks=checks_of(reports), sections=(*result.extras.sections, *sections))
-    done = Reproduction(holds, text, record, extras=extras)
+    done = Reproduction(holds, (*counted, *tables.tables), record, extras=extras)
     progress("report page")
     write_report(place / REPORT, paper_page(study, done, verdicts, entries, place))
     return done
+
+
+def models_and_checks(place: Path, robot: str) -> list[CheckReport]:
+    """Write the models of a robot under each of its readings, and all checks on them; raises `FileAccessError`."""
+    reports = []
+    for paper in open_readings(robot):
+        arm = arm_from_paper(paper)
+        write_folder(place / "models", model_files(arm))
+        reports.append(check_arm(arm, paper))
+    write_folder(place, {"checks.txt": "\n\n".join(report.table().text() for report in reports) + "\n"})
+    return reports
+
+
+def check_line(report: CheckReport) -> str:
+    """A report in one line."""
+    failed = [v.name for v in report.verdicts if not v.holds]
+    faults = f", FAIL: {', '.join(failed)}" if failed else ""
+    return f"check {report.robot}, reading {report.reading}: {len(report.verdicts) - len(failed)} hold{faults}"
+
+
+def check_record(reports: Sequence[CheckReport]) -> dict[str, Any]:
+    """Reports as JSON values, by reading."""
+    return {r.reading: {v.name: {"value": v.value, "holds": v.holds} for v in r.verdicts} for r in reports}

@@ -79,6 +79,13 @@ def results_text(paper: str) -> str:
     return resources.files(f"lwr_dyn.reproduction.{paper}").joinpath("results.toml").read_text(encoding="utf-8")
 
 
+def printed_tables(paper: str, file: str = "results") -> dict[str, Any]:
+    """A data file of a paper's folder as parsed: each block with its cells and what is given beside them, by name."""
+    text = resources.files(f"{__package__}.{paper}").joinpath(f"{file}.toml").read_text(encoding="utf-8")
+    blocks = tomllib.loads(text).items()
+    return {name: x | x.get("given", {}) | x.get("cells", {}) if isinstance(x, dict) else x for name, x in blocks}
+
+
 def read_results(text: str, file: str) -> Results:
     """`results.toml` -> `Results`; raises `PaperError` with file and field for whatever breaks the schema."""
     try:

@@ -1,66 +1,53 @@
-"""How many printed numbers got which verdict, and how many slips are proven: as text and as JSON values."""
+"""How many printed numbers got which verdict, and how many errata are proven: as records and as tables."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
+from lwr_dyn.reproduction.case import ComparedExpression, Value
 from lwr_dyn.reproduction.compare import AFTER, DIFFERS, NOT, REPRODUCED
 from lwr_dyn.reproduction.ledger import LedgerEntry
 from lwr_dyn.reproduction.verdicts import Verdicts
-from lwr_dyn.tables import aligned
+from lwr_dyn.tables import Heading, Table
 
-HEAD = (
-    "paper", "printed", "reproduced", "after erratum", "differs", "not reproducible", "derived", "of them reproduced",
-    "errata", "proven",
-)  # fmt: skip
+COUNTED = {
+    "printed": ("printed", "all"),
+    **{verdict: ("printed", verdict) for verdict in (REPRODUCED, AFTER, DIFFERS, NOT)},
+    "derived": ("derived", "all"),
+    "of them reproduced": ("derived", REPRODUCED),
+    "errata": ("errata", "all"),
+    "proven": ("errata", "proofs that hold"),
+}
+"""Heading -> place in the record of counts."""
 
 
-def counts(found: Verdicts, entries: Sequence[LedgerEntry]) -> dict[str, Any]:
+def counts(verdicts: Verdicts, entries: Sequence[LedgerEntry]) -> dict[str, Any]:
     """Printed and derived numbers apart, errata by status."""
     proven = [e for e in entries if e.erratum.status == "proven"]
+    numbers = {"printed": verdicts.counts(), "derived": verdicts.counts(derived=True)}
     return {
-        "printed": {"all": sum(found.counts().values()), **found.counts()},
-        "derived": {"all": sum(found.counts(True).values()), **found.counts(True)},
+        **{kind: {"all": sum(counted.values()), **counted} for kind, counted in numbers.items()},
         "errata": {"all": len(entries), "proven": len(proven), "proofs that hold": sum(e.holds for e in proven)},
     }
 
 
-def counts_text(records: dict[str, dict[str, Any]]) -> str:
+def count_table(records: Mapping[str, Mapping[str, Any]]) -> Table:
     """A row a paper, from `counts`, and a sum where there are several."""
-    rows = [_row(paper, found) for paper, found in records.items()]
+    rows = [(paper, *(record[kind][key] for kind, key in COUNTED.values())) for paper, record in records.items()]
     if len(rows) > 1:
-        sums = [str(sum(int(row[i]) for row in rows)) for i in range(1, len(HEAD))]
-        rows.append(("all", *sums))
-    return aligned(rows, HEAD)
+        rows.append(("all", *map(sum, zip(*(row[1:] for row in rows), strict=True))))
+    return Table("", ("paper", *COUNTED), rows)
 
 
-def _row(paper: str, found: dict[str, Any]) -> tuple[str, ...]:
-    printed, derived, errata = found["printed"], found["derived"], found["errata"]
-    numbers = [printed[name] for name in ("all", REPRODUCED, AFTER, DIFFERS, NOT)]
-    numbers += [derived["all"], derived[REPRODUCED], errata["all"], errata["proofs that hold"]]
-    return paper, *map(str, numbers)
+def difference_table(verdicts: Verdicts) -> Table:
+    """Every number that differs, with D in its unit and in last digits."""
+    differing = [number for number in verdicts.numbers if number.verdict == DIFFERS]
+    rows = [(n.cell.path.removeprefix("results."), n.cell.printed, n.value, n.miss, n.digits) for n in differing]
+    recomputed = Heading("recomputed", format=_value)
+    sizes = (Heading(name, format="+.3g") for name in ("D", "in last digits"))
+    return Table("", ("cell", "printed", recomputed, *sizes), rows)
 
 
-def differing_text(found: Verdicts) -> str:
-    """Every number that differs, with D in its unit and in last digits; empty when none does."""
-    rows = [
-        (
-            j.cell.path.removeprefix("results."),
-            j.cell.printed,
-            _told(j.value),
-            _difference(j.miss),
-            _difference(j.digits),
-        )
-        for j in found.numbers
-        if j.verdict == DIFFERS
-    ]
-    return aligned(rows, ("cell", "printed", "recomputed", "D", "in last digits")) if rows else ""
-
-
-def _told(value: Any) -> str:
-    return "-" if value is None else value.text if hasattr(value, "text") else f"{value:.8g}"
-
-
-def _difference(value: float | None) -> str:
-    return "-" if value is None else f"{value:+.3g}"
+def _value(value: Value) -> str:
+    return value.text if isinstance(value, ComparedExpression) else f"{value:.8g}"

@@ -10,10 +10,10 @@ from scipy.integrate import solve_ivp
 
 import lwr_dyn
 from benchmarks.timing import Call, seconds
-from lwr_dyn.control.pd_gravity import PDGravity
+from lwr_dyn.control.pd_gravity import PDGravity, tuned_pd_gravity
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.friction import smooth_friction
-from lwr_dyn.reproduction.wam7.runs import BLEND, DURATION, START, TRAVEL, manufacturers_pd, move, weightless
+from lwr_dyn.reproduction.wam7.runs import BLEND, DURATION, PD, START, TRAVEL, move, weightless
 from lwr_dyn.simulation.simulate import simulate
 
 
@@ -24,7 +24,7 @@ def with_friction(pairs: int) -> None:
     the same control (sampled, or asked all the time). Joint 4 is apart: it sticks and slips in a limit cycle.
     """
     arm = weightless(lwr_dyn.load("wam7"))
-    reference, law = move(arm, None), manufacturers_pd(arm)
+    reference, law = move(arm, None), tuned_pd_gravity(arm, lwr_dyn.dynamics_of(arm), **PD)
     print("\n### 7 s of the WAM with friction, all joints\n")
     print("| friction, control | method | s | evaluations | error, joint 4 apart [mrad] | joint 4 [mrad] |")
     print("|---|---|---|---|---|---|")

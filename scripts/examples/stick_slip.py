@@ -15,8 +15,8 @@ from lwr_dyn.model.chain import Body, Chain, ChainLink
 from lwr_dyn.model.dh import JointKind
 from lwr_dyn.model.friction import Direction, JointFriction
 from lwr_dyn.model.spatial import Pose
-from lwr_dyn.reproduction.wam7.runs import cruise, experiment
-from lwr_dyn.reproduction.wam7.text import verdict
+from lwr_dyn.reproduction.wam7.runs import cruise_error, experiment
+from lwr_dyn.reproduction.wam7.tables import verdict
 from lwr_dyn.viewer.plots import save_figure
 from lwr_dyn.viewer.replayed_runs import replayed_runs
 from lwr_dyn.viewer.run_figures import register_figure
@@ -49,7 +49,7 @@ def main() -> None:
     arm = lwr_dyn.load("wam7")
     for side in (1, -1):
         made = experiment(arm, 3, side, substeps=1)
-        print(f"joint 4 {'up' if side > 0 else 'down'}: {verdict(cruise(arm, made))}")
+        print(f"joint 4 {'up' if side > 0 else 'down'}: {verdict(cruise_error(arm, made))}")
         if options.out and side > 0:
             figure = replace(register_figure(0, 3), title="joint 4 up: sticks and slips")
             save_figure(figure, make_folder(options.out) / "joint_4", replayed_runs([made.run], arm))

@@ -103,7 +103,7 @@ def reach_digits(data):
 def run(place, arm, progress, loudly=False):
     progress("nothing to simulate")
     text = f"{arm.name} has {arm.n} joints"
-    return Reproduction(True, text.upper() if loudly else text, {"joints": arm.n})
+    return Reproduction(True, (text.upper() if loudly else text,), {"joints": arm.n})
 
 
 FORMULAS = SHARED | {"reach": PaperFormula(reach)}

@@ -10,10 +10,10 @@ from lwr_dyn.model.run import Run
 from lwr_dyn.reproduction.kr30ha.krl_program import (
     EXACT_MM,
     printed_program,
-    program_data,
     program_report,
     write_program,
 )
+from lwr_dyn.reproduction.results import printed_tables
 
 FAULTS = {
     "late-declaration": [13, 14, 15],
@@ -49,7 +49,16 @@ def test_the_lines_are_those_of_the_printed_program():
     lines = printed_program().source.text().splitlines()
     assert [lines[i - 1].split()[1] for i in (13, 14, 15)] == ["Point1", "Point2", "MasteringPos"]
     assert lines[19] == "PTP Mastering"
-    assert {line for f in program_data()["fault"] for line in f["lines"]} == {13, 14, 15, 20, 24, 28, 32}
+    faults = printed_tables("kr30ha", "program")["fault"]
+    assert {line for f in faults for line in f["lines"]} == {
+        13,
+        14,
+        15,
+        20,
+        24,
+        28,
+        32,
+    }
 
 
 def test_each_repair_takes_its_own_fault_away(arm):
@@ -65,10 +74,10 @@ def test_each_repair_takes_its_own_fault_away(arm):
 
 
 def test_the_corrected_program_is_clean_and_goes_where_it_should(report, arm):
-    assert report.said == ()
-    assert [s.target_mm for s in report.stops] == [(91, -1139, 1392), (91, -1117, 1447)]
+    assert report.left == ()
+    assert [s.target_mm for s in report.points] == [(91, -1139, 1392), (91, -1117, 1447)]
     T = [lwr_dyn.forward_kinematics(arm, d.q) for d in report.run.executed if d.kind == "PTP"][:2]
-    for stop, pose in zip(report.stops, T, strict=True):
+    for stop, pose in zip(report.points, T, strict=True):
         assert np.linalg.norm(1e3 * pose[:3, 3] - stop.target_mm) <= EXACT_MM
         assert stop.missed_mm <= EXACT_MM
         assert np.abs(pose[:3, :3] - np.eye(3)).max() < 1e-12

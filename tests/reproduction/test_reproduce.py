@@ -75,7 +75,7 @@ def test_all_papers_in_a_folder_each_and_one_table(tmp_path, monkeypatch):
         made.append((paper, folder.name))
         kinds = {"all": 2, "reproduced": 1, "after erratum": 1, "differs": 0, "not reproducible": 0}
         counts = {"printed": kinds, "derived": kinds, "errata": {"all": 1, "proven": 1, "proofs that hold": 1}}
-        return Reproduction(paper != "wam7", "", {"counts": counts})
+        return Reproduction(paper != "wam7", (), {"counts": counts})
 
     monkeypatch.setattr(reproduce, "ProcessPoolExecutor", Here)
     monkeypatch.setattr(reproduce, "_one", one)

@@ -7,17 +7,17 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.files import make_folder
-from lwr_dyn.reproduction.wam7 import study as wam7_report
+from lwr_dyn.reproduction.wam7 import study
 from lwr_dyn.reproduction.wam7.runs import (
     AGREES,
     GRAVITIES,
     Experiment,
-    cruise,
-    cruises,
+    cruise_error,
+    cruise_errors,
     experiment,
     move,
 )
-from lwr_dyn.reproduction.wam7.text import figure_7_holds, figure_7_text
+from lwr_dyn.reproduction.wam7.tables import figure_7_holds, figure_7_table, findings
 
 FACTS = (5.10, 1.17, 2.95, 2.63, 5.27, 11.05, 17.86)
 """[mrad] Friction over kp for positive velocity, as the project's notes have it."""
@@ -36,7 +36,7 @@ def made(joint, side, gravity=GRAVITIES[0]):
 @pytest.mark.parametrize("side", [1, -1])
 @pytest.mark.parametrize("joint", range(7))
 def test_a_steady_cruise_needs_what_friction_takes(joint, side):
-    found = cruise(arm(), made(joint, side))
+    found = cruise_error(arm(), made(joint, side))
     if side > 0:
         assert 1e3 * found.predicted == pytest.approx(FACTS[joint], abs=0.006)
     if (joint, side) == (3, 1):
@@ -49,20 +49,20 @@ def test_a_steady_cruise_needs_what_friction_takes(joint, side):
 
 @pytest.mark.parametrize(("joint", "side"), [(1, 1), (3, -1)])
 def test_compensated_gravity_changes_little(joint, side):
-    found = cruise(arm(), made(joint, side, GRAVITIES[1]))
+    found = cruise_error(arm(), made(joint, side, GRAVITIES[1]))
     assert abs(found.miss) <= 5e-4
 
 
 def test_joint_4_upward_is_a_limit_cycle_and_said_to_be_one():
-    found = cruise(arm(), made(3, 1))
+    found = cruise_error(arm(), made(3, 1))
     assert found.net_damping == pytest.approx(2.0 - 2.7045, abs=1e-12)
     assert 1e3 * found.least == pytest.approx(0.72, abs=0.05)
     assert 1e3 * found.most == pytest.approx(4.24, abs=0.05)
     assert found.slowest == 0.0
     assert found.fastest == pytest.approx(0.182, abs=0.002)
     assert found.sticks >= 15
-    assert "limit cycle" in wam7_report.findings_text([found])
-    assert "net damping -0.70" in wam7_report.findings_text([found])
+    assert "limit cycle" in findings([found])
+    assert "net damping -0.70" in findings([found])
 
 
 def test_joints_that_are_not_moved_do_not_move_in_a_single_bit():
@@ -86,10 +86,10 @@ def test_the_motion_is_the_papers():
 
 
 def test_figure_7_is_not_left():
-    found = cruises(arm(), tuple(made(joint, 1) for joint in range(7)))
+    found = cruise_errors(arm(), tuple(made(joint, 1) for joint in range(7)))
     assert figure_7_holds(found)
-    assert figure_7_text(found).count("inside") == 5
-    assert not figure_7_holds(cruises(arm(), (Experiment(2, 1, GRAVITIES[0], True, made(0, 1).run),)))
+    assert figure_7_table(found).text().count("inside") == 5
+    assert not figure_7_holds(cruise_errors(arm(), (Experiment(2, 1, GRAVITIES[0], True, made(0, 1).run),)))
 
 
 def test_the_folder_and_a_verdict_that_can_fail(tmp_path, monkeypatch):
@@ -98,8 +98,8 @@ def test_the_folder_and_a_verdict_that_can_fail(tmp_path, monkeypatch):
     joints = [*range(7), None]
     fake = [Experiment(j, 1, g, True, run) for g in GRAVITIES for j in joints]
     fake += [Experiment(j, 1, GRAVITIES[0], False, run) for j in joints]
-    monkeypatch.setattr(wam7_report, "experiments", lambda arm, progress: tuple(fake))
-    outcome = wam7_report.run(make_folder(tmp_path / "wam7"), arm(), lambda _: None)
+    monkeypatch.setattr(study, "experiments", lambda arm, progress: tuple(fake))
+    outcome = study.run(make_folder(tmp_path / "wam7"), arm(), lambda _: None)
     assert not outcome.holds
     assert outcome.text.count("DIFFERS") == 10
     names = {p.name for p in (tmp_path / "wam7").iterdir()}

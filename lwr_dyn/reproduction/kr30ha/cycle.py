@@ -50,7 +50,7 @@ class Cycle:
 
     reference: JointReference
     run: Run
-    stops: tuple[Waypoint, ...]
+    waypoints: tuple[Waypoint, ...]
 
     @property
     def peak_torque(self) -> Array:
@@ -82,9 +82,10 @@ def cycle(arm: Arm, points: Sequence[RightPoint]) -> Cycle:
     about = {"task": "mastering, Point 1, Point 2, mastering", **assumed}
     run = simulate(arm, controller, reference, meta=about)
     roads = {engine: dynamics_of(arm, engine) for engine in ROADS}
-    stops = []
+    waypoints = []
     for point, end in zip(points, ends, strict=True):
         flange = forward_kinematics(arm.chain, run.q[int(np.searchsorted(run.t, end - 1e-9))])
         missed = float(1e3 * np.linalg.norm(flange[:3, 3] - point.target.matrix()[:3, 3]))
-        stops.append(Waypoint(point.name, {name: road.gravity_vector(point.q) for name, road in roads.items()}, missed))
-    return Cycle(reference, run, tuple(stops))
+        holding = {name: road.gravity_vector(point.q) for name, road in roads.items()}
+        waypoints.append(Waypoint(point.name, holding, missed))
+    return Cycle(reference, run, tuple(waypoints))

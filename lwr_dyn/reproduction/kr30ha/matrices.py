@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import sympy as sp
@@ -19,7 +20,7 @@ from lwr_dyn.papers.catalog import open_paper
 from lwr_dyn.papers.schema import Paper
 from lwr_dyn.reproduction.expressions import compared
 from lwr_dyn.reproduction.paper_study import paper_study
-from lwr_dyn.reproduction.printed import printed_tables
+from lwr_dyn.reproduction.results import printed_tables
 from lwr_dyn.symbolic.dh_matrices import dh_matrices
 
 PLACES = [(r, c) for r in range(4) for c in range(4)]
@@ -64,6 +65,16 @@ class MatrixVerdict:
         """Agrees, or an erratum says why not."""
         return self.same or bool(self.erratum)
 
+    @property
+    def right_entries(self) -> int:
+        """How many of the sixteen agree."""
+        return len(self.entries) - len(self.differing)
+
+    def record(self) -> dict[str, Any]:
+        """As JSON values."""
+        counted = {"matrix": self.name, "against": self.against, "right_entries": self.right_entries}
+        return counted | {"erratum": self.erratum or None}
+
 
 @dataclass(frozen=True, slots=True)
 class PaperMatrices:
@@ -75,10 +86,14 @@ class PaperMatrices:
     composite: tuple[MatrixVerdict, ...]
 
     @property
+    def all(self) -> tuple[MatrixVerdict, ...]:
+        """The verdicts of all groups."""
+        return (*self.symbolic, *self.numeric, *self.products, *self.composite)
+
+    @property
     def holds(self) -> bool:
         """Every difference is explained."""
-        groups = (self.symbolic, self.numeric, self.products, self.composite)
-        return all(verdict.explained for group in groups for verdict in group)
+        return all(verdict.explained for verdict in self.all)
 
 
 def paper_matrices() -> PaperMatrices:

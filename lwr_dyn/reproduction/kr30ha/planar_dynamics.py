@@ -15,7 +15,7 @@ import sympy as sp
 from lwr_dyn.papers.assembly import arm_from_paper
 from lwr_dyn.papers.catalog import open_paper
 from lwr_dyn.reproduction.kr30ha.planar_model import Counterpart, counterparts, finished, planar_equations
-from lwr_dyn.reproduction.printed import printed_tables
+from lwr_dyn.reproduction.results import printed_tables
 from lwr_dyn.symbolic.arm_equations import ArmEquations, equations_of_motion
 from lwr_dyn.symbolic.lagrangian import EquationsOfMotion
 from lwr_dyn.symbolic.trigonometry import normal_form
@@ -49,6 +49,11 @@ class Comparison:
         """The named slips make up the whole difference, and there are none where there is none."""
         rest = normal_form(self.difference - sum(self.slips.values(), 0 * self.right), sp.symbols("q1 q2"))
         return bool(rest.is_zero_matrix) and self.agrees == (not self.slips)
+
+    def record(self) -> dict[str, Any]:
+        """As JSON values."""
+        words = {"name": self.name, "where": self.where, "agrees": self.agrees, "errata": list(self.slips)}
+        return words | {"explained": self.explained, "difference": [str(x) for x in self.difference]}
 
     def terms(self) -> list[tuple[str, sp.Expr, sp.Expr]]:
         """Term by term: the product of speeds, its coefficient as printed and right; scalars only."""

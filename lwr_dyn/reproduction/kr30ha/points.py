@@ -24,7 +24,7 @@ from lwr_dyn.model.arm import Arm
 from lwr_dyn.papers.assembly import arm_from_paper
 from lwr_dyn.papers.catalog import open_paper
 from lwr_dyn.papers.printed_number import agrees
-from lwr_dyn.reproduction.printed import printed_tables
+from lwr_dyn.reproduction.results import printed_tables
 
 POINTS = ("point_1", "point_2", "home")
 
@@ -49,6 +49,11 @@ class PointCell:
     def explained(self) -> bool:
         """Reproduced, or an erratum says why not."""
         return self.reproduced or bool(self.erratum)
+
+    def record(self) -> dict[str, Any]:
+        """As JSON values."""
+        shown = {"point": self.point, "cell": self.name, "printed": self.printed, "value": self.value}
+        return shown | {"reproduced": self.reproduced, "erratum": self.erratum or None}
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,4 +1,4 @@
-"""Worst-case searches kept by what they depend on, so that a changed table repeats only those that it touches."""
+"""Searches for the largest B_ii, cached by all that it depends on: a changed table repeats only those it touches."""
 
 from __future__ import annotations
 
@@ -14,28 +14,38 @@ from lwr_dyn.control.inertia_maxima import diagonal
 from lwr_dyn.control.worst_case_inertia import worst_case_inertia
 from lwr_dyn.dynamics.newton_euler import Recursion
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.reproduction.lwr4plus.tables import PAPER_ZERO, arms
+from lwr_dyn.papers.assembly import arm_from_paper
+from lwr_dyn.papers.catalog import open_readings
 
-_found: dict[bytes, float] = {}
+PAPER_ZERO = (0.0, 90.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+"""Printed angle minus DH angle [deg]: the paper counts joint 2 from the horizontal."""
+_cache: dict[bytes, tuple[float, float]] = {}
+"""What B_ii depends on -> its least and most value, or the most value twice."""
+
+
+def arms() -> dict[str, Arm]:
+    """The arm under each of its readings."""
+    return {paper.reading.name: arm_from_paper(paper) for paper in open_readings("lwr4plus")}
 
 
 def largest(arm: Arm, joint: int, from_known_maxima: bool = False) -> float:
-    """max B_ii [kg m^2] of one joint; else searched anew than where the searches of our own readings ended."""
+    """max B_ii [kg m^2] of one joint: by a search, or the largest value at the maxima of the paper's own readings."""
     key = _key(arm, joint) + bytes([from_known_maxima])
-    if key not in _found:
+    if key not in _cache:
         if from_known_maxima:
-            _found[key] = float(diagonal(Recursion.of(arm.require_dynamics()), joint, _ends(joint)).max())
+            value = float(diagonal(Recursion.of(arm.require_dynamics()), joint, _ends(joint)).max())
         else:
-            _found[key] = worst_case_inertia(arm, joint).value
-    return _found[key]
+            value = worst_case_inertia(arm, joint).value
+        _cache[key] = value, value
+    return _cache[key][1]
 
 
 def at_printed(arm: Arm, joint: int, printed_q: Sequence[str]) -> tuple[float, float]:
-    """Least and most B_ii [kg m^2] at a printed configuration: its signs tried, its "-" free; a lattice climbed."""
+    """Least and most B_ii [kg m^2] at a printed configuration: both signs of "+-", "-" free; from a lattice."""
     key = _key(arm, joint) + "/".join(printed_q).encode()
-    if key not in _found:
-        _found[key], _found[key + b"most"] = _span(arm, joint, printed_q)
-    return _found[key], _found[key + b"most"]
+    if key not in _cache:
+        _cache[key] = _span(arm, joint, printed_q)
+    return _cache[key]
 
 
 def _span(arm: Arm, joint: int, printed_q: Sequence[str]) -> tuple[float, float]:

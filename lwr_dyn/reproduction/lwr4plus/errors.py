@@ -8,8 +8,10 @@ The printed unit is mm; the numbers are read as mrad (mrad/s).
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
+from typing import Any
 
 import numpy as np
 
@@ -23,9 +25,10 @@ from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
 from lwr_dyn.papers.printed_number import agrees
 from lwr_dyn.reproduction.lwr4plus import TIMINGS
-from lwr_dyn.reproduction.printed import printed_tables
+from lwr_dyn.reproduction.results import printed_tables
 from lwr_dyn.simulation.metrics import metrics
 from lwr_dyn.simulation.simulate import simulate
+from lwr_dyn.tables import Heading, Table
 from lwr_dyn.trajectory.references.arm_angles import FixedArmAngle
 from lwr_dyn.trajectory.references.ist import ist_reference, timed_ist
 from lwr_dyn.trajectory.references.pose_path_reference import PosePathReference
@@ -69,6 +72,11 @@ class ErrorCell:
         near = "near" if abs(self.miss) <= NEAR else "differs"
         return f"{near}, by {self.value - float(self.printed):+.2g}"
 
+    def record(self) -> dict[str, Any]:
+        """As JSON values."""
+        shown = {"joint": self.joint + 1, "column": self.column, "printed": self.printed, "value": self.value}
+        return shown | {"miss_of_row_range": self.miss, "verdict": self.verdict}
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ErrorTable:
@@ -90,6 +98,11 @@ class ErrorTable:
         """Cells reproduced, near and different."""
         words = [cell.verdict.split(",")[0] for cell in self.cells]
         return {word: words.count(word) for word in ("reproduced", "near", "differs")}
+
+    def record(self) -> dict[str, Any]:
+        """As JSON values."""
+        conditions = {"timing": self.timing, "arm_angle": self.arm_angle, "distance": self.distance}
+        return conditions | {"margin": self.reference.margin, "cells": [cell.record() for cell in self.cells]}
 
     def worst_rows(self) -> Array:
         """Largest |miss| of each joint's row, (n,)."""
@@ -181,3 +194,25 @@ def nearest_table(arm: Arm, name: str) -> ErrorTable:
 @cache
 def _printed_b() -> tuple[float, ...]:
     return tuple(float(x) for x in printed_tables("lwr4plus")["table_iv"]["b"])
+
+
+TITLES = {
+    "table_vii": "Table VII, PD with gravity compensation",
+    "table_viii": "Table VIII, inverse dynamics (hypothesis: no feed-forward, no gravity in n)",
+}
+
+
+def condition_tables(tables: Sequence[ErrorTable]) -> tuple[Table, Table]:
+    """The conditions tried for one table, nearest first, and the nearest one cell by cell."""
+    ranked = sorted(tables, key=lambda t: t.distance)
+    nearest = ranked[0]
+    miss = Heading("RMS miss / row range", format=".3f")
+    conditions = Table(
+        f"{TITLES[nearest.name]}: position errors, printed in mm, read as mrad",
+        ("timing (assumed)", "arm angle", miss, "reproduced", f"near ({NEAR:.0%})", "differs"),
+        [(t.timing, t.arm_angle, t.distance, *t.counts().values()) for t in ranked],
+        f"nearest: {nearest.timing} timing, arm angle: {nearest.arm_angle}",
+    )
+    numbers = (Heading("recomputed", format=".3g"), Heading("of row range", format="+.0%"))
+    rows = [(f"J{c.joint + 1} {c.column}", c.printed, c.value, c.miss, c.verdict) for c in nearest.cells]
+    return conditions, Table("", ("cell", "printed", *numbers, "verdict"), rows)

@@ -9,11 +9,10 @@ import numpy as np
 
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
-from lwr_dyn.reproduction.lwr4plus.runs import ControllerRun
+from lwr_dyn.reproduction.lwr4plus.runs import ControllerRun, ranking_table
 from lwr_dyn.reproduction.paper_page import audit_of
 from lwr_dyn.reproduction.paper_study import PageExtras
 from lwr_dyn.reproduction.report.content import Replay, Section, Still
-from lwr_dyn.tables import Heading, Table
 from lwr_dyn.viewer.figures import Figure
 from lwr_dyn.viewer.replayed_runs import ReplayedRun, replayed_runs
 from lwr_dyn.viewer.run_figures import error_figure, path_figure, torque_figure
@@ -62,18 +61,6 @@ def page_extras(
 ) -> PageExtras:
     """The figures beside the replay, Figure 2 as a still, checks, audits and the controllers' ranking."""
     still = Still("Fig. 2: frames, arm stretched up", arm, np.zeros(arm.n), "q = 0, DH frames of every link")
-    audits = audit_of((f"{t.controller}, {t.plant}", t.run) for t in found)
-    sections = (Section("controllers", "Wrong models", "", (_ranking(found),)),)
+    audits = audit_of((run.name, run.run) for run in found)
+    sections = (Section("controllers", "Wrong models", "", (ranking_table(found),)),)
     return PageExtras(tuple(drawn), Replay(tuple(runs), (still,)), audit=audits, sections=sections)
-
-
-def _ranking(found: Sequence[ControllerRun]) -> Table:
-    """Every controller on every plant."""
-    measured = [(t, t.metrics) for t in sorted(found, key=lambda t: (t.plant, t.metrics.tip_rms_mm))]
-    rows = [
-        (t.plant, t.controller, m.tip_rms_mm, m.tip_max_mm, max(m.torque_use), max(m.speed_use)) for t, m in measured
-    ]
-    errors = [Heading(name, "mm", ".4g") for name in ("tip RMS", "tip max")]
-    shares = [Heading(name, format=".0%") for name in ("torque", "speed")]
-    title = "Controllers on IST; they believe in the arm as modelled"
-    return Table(title, ("plant", "controller", *errors, *shares), rows)

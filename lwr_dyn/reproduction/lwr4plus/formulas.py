@@ -14,7 +14,7 @@ from lwr_dyn.papers.assembly import arm_from_paper, dh_rows
 from lwr_dyn.reproduction.case import PaperCase, PaperFormula
 from lwr_dyn.reproduction.lwr4plus.cached_maxima import at_printed, largest
 from lwr_dyn.reproduction.lwr4plus.errors import COLUMNS, nearest_table, velocity_columns_of
-from lwr_dyn.reproduction.lwr4plus.tables import shell_spread as spread_of
+from lwr_dyn.reproduction.lwr4plus.tables import shell_asymmetry
 from lwr_dyn.reproduction.quantities import SHARED
 from lwr_dyn.reproduction.results import ResultBlock
 from lwr_dyn.trajectory.references.ist import POINTS, ist_path, ist_reference
@@ -137,7 +137,7 @@ def error_columns(table: Any, arm: Any) -> dict[str, Any]:
 def shell_spread(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
     """Largest spread of the principal moments of links 1 to 4 over their mean"""
     case.arm.require_dynamics()
-    return {"spread": [spread_of(case.arm)]}
+    return {"spread": [shell_asymmetry(case.arm)]}
 
 
 def ist_length(_: PaperCase, __: ResultBlock) -> dict[str, Any]:

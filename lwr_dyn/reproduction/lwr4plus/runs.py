@@ -13,9 +13,10 @@ from lwr_dyn.model.run import Reference, Run
 from lwr_dyn.simulation.metrics import Metrics, metrics
 from lwr_dyn.simulation.plant import arm_with_payload, arm_with_scaled_inertia
 from lwr_dyn.simulation.simulate import simulate
+from lwr_dyn.tables import Heading, Table
 
 PLANTS = ("as modelled", "10 % heavier", "3 kg at the flange")
-"""What is really moved; the controllers always believe in the arm as modelled."""
+"""The simulated plants; the model of the controllers is always the arm as modelled."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -26,6 +27,24 @@ class ControllerRun:
     plant: str
     run: Run
     metrics: Metrics
+
+    @property
+    def name(self) -> str:
+        """For tables and pages."""
+        return f"{self.controller}, {self.plant}"
+
+    @property
+    def file(self) -> str:
+        """Name of the file that keeps the run."""
+        return f"{self.controller}_{self.plant.replace(' ', '_').replace('%', 'percent')}.npz"
+
+    def record(self) -> dict[str, Any]:
+        """As JSON values."""
+        return {
+            "controller": self.controller,
+            "plant": self.plant,
+            "audit": self.run.meta["audit"],
+        } | self.metrics.to_json()
 
 
 def plants(arm: Arm) -> dict[str, Arm]:
@@ -46,6 +65,22 @@ def controller_runs(arm: Arm, reference: Reference) -> tuple[ControllerRun, ...]
     return tuple(out)
 
 
-def ranking(found: Sequence[ControllerRun], plant: str) -> tuple[ControllerRun, ...]:
-    """The controller_runs on a plant, smallest RMS error of the tip first."""
-    return tuple(sorted((t for t in found if t.plant == plant), key=lambda t: t.metrics.tip_rms_mm))
+def ranking(runs: Sequence[ControllerRun], plant: str) -> tuple[ControllerRun, ...]:
+    """The runs on a plant, smallest RMS error of the tip first."""
+    return tuple(sorted((run for run in runs if run.plant == plant), key=lambda run: run.metrics.tip_rms_mm))
+
+
+def ranking_table(runs: Sequence[ControllerRun]) -> Table:
+    """The controllers on each plant, best first."""
+    rows = []
+    for plant in PLANTS:
+        for place, run in enumerate(ranking(runs, plant), start=1):
+            m, audit = run.metrics, run.run.meta["audit"]
+            kept = "kept" if m.within_limits else "NOT kept"
+            use = max(m.torque_use), max(m.speed_use)
+            rows.append((plant, place, run.controller, m.tip_rms_mm, m.tip_max_mm, *use, kept, audit["residual"]))
+    errors = [Heading(name, "mm", ".4g") for name in ("tip RMS", "tip max")]
+    shares = [Heading(name, format=".0%") for name in ("torque", "speed")]
+    title = "Controllers on IST, ranked by RMS error of the tip; their model is the arm as modelled"
+    audits = Heading("audit", "J", ".1e")
+    return Table(title, ("plant", "place", "controller", *errors, *shares, "limits", audits), rows)

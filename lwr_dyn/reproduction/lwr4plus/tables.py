@@ -2,24 +2,24 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from lwr_dyn.control.gains import second_order_gains
-from lwr_dyn.control.worst_case_inertia import InertiaMaximum, worst_case_inertia, worst_case_inertias
+from lwr_dyn.control.worst_case_inertia import InertiaMaximum, worst_case_inertias
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.spatial import principal_moments
-from lwr_dyn.papers.assembly import arm_from_paper
-from lwr_dyn.papers.catalog import open_paper, open_readings
+from lwr_dyn.papers.catalog import open_paper
 from lwr_dyn.papers.printed_number import agrees
-from lwr_dyn.reproduction.printed import printed_tables
+from lwr_dyn.reproduction.lwr4plus.cached_maxima import PAPER_ZERO, arms, at_printed
+from lwr_dyn.reproduction.results import printed_tables
+from lwr_dyn.tables import Heading, Table
 
-PAPER_ZERO = (0.0, 90.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-"""Printed angle minus DH angle [deg]: the paper counts joint 2 from the horizontal."""
+READINGS = ("printed", "computed", "physical")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -38,18 +38,20 @@ class InertiaRow:
         """To the printed digits."""
         return agrees(self.printed, self.values[reading])
 
-    @property
-    def configuration_holds(self) -> bool:
-        """The printed configuration gives the printed value."""
-        return agrees(self.printed, self.at_printed[1])
+    def record(self) -> dict[str, Any]:
+        """As JSON values."""
+        return {
+            "joint": self.joint + 1, "printed": self.printed, "values": dict(self.values),
+            "search": self.worst.statement(), "reproduced": {name: self.reproduced(name) for name in self.values},
+            "at_printed_q": list(self.at_printed),
+        }  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
 class GainCell:
     """One cell of Table VI, recomputed from the printed b."""
 
-    name: str
-    joint: int
+    cell: str
     printed: str
     value: float
     fits: str
@@ -60,56 +62,54 @@ class GainCell:
         """To the printed digits."""
         return agrees(self.printed, self.value)
 
+    @property
+    def verdict(self) -> str:
+        """In words."""
+        return "reproduced" if self.reproduced else f"printed here: the value of {self.fits}" if self.fits else "open"
 
-def arms() -> dict[str, Arm]:
-    """The arm under each of its readings."""
-    return {paper.reading.name: arm_from_paper(paper) for paper in open_readings("lwr4plus")}
+    def record(self) -> dict[str, Any]:
+        """As JSON values."""
+        shown = {"cell": self.cell, "printed": self.printed, "value": self.value, "reproduced": self.reproduced}
+        return shown | {"fits": self.fits or None}
 
 
-def table_iv() -> tuple[InertiaRow, ...]:
+def inertia_rows() -> tuple[InertiaRow, ...]:
     """Table IV: B_ii maximised over the joint box under every reading; configurations under the default one."""
-    tables = printed_tables("lwr4plus")
+    tables, all_arms = printed_tables("lwr4plus"), arms()
     printed = zip(tables["table_iv"]["b"], tables["table_iv_configurations"]["q"], strict=True)
-    all_arms = arms()
     worst = {name: worst_case_inertias(arm) for name, arm in all_arms.items()}
-    default = next(iter(all_arms))
+    default, own = next(iter(all_arms.items()))
     rows = []
     for i, (b, q) in enumerate(printed):
-        values = {name: found[i].value for name, found in worst.items()}
-        span = inertia_at(all_arms[default], i, q)
-        rows.append(InertiaRow(i, b, values, tuple(q), span, worst[default][i]))
+        values = {name: maxima[i].value for name, maxima in worst.items()}
+        rows.append(InertiaRow(i, b, values, tuple(q), at_printed(own, i, q), worst[default][i]))
     return tuple(rows)
 
 
-def inertia_at(arm: Arm, joint: int, printed_q: Sequence[str]) -> tuple[float, float]:
-    """Smallest and largest B_ii at a printed configuration: its signs tried, its "-" free."""
-    choices = []
-    for j, text in enumerate(printed_q):
-        if text == "-":
-            continue
-        size = float(text.removeprefix("+-"))
-        angles = (size, -size) if text.startswith("+-") else (size,)
-        choices.append([(j, math.radians(a - PAPER_ZERO[j])) for a in angles])
-    least, most = math.inf, -math.inf
-    for combination in itertools.product(*choices):
-        fixed = dict(combination)
-        most = max(most, worst_case_inertia(arm, joint, fixed).value)
-        least = min(least, worst_case_inertia(arm, joint, fixed, smallest=True).value)
-    return least, most
+def inertia_table(rows: Sequence[InertiaRow]) -> Table:
+    """Table IV under every reading, the printed configurations, the maximisers, and how they were searched."""
+    title = "Table IV, worst-case inertia [kg m^2]; = reproduced to the printed digits; * any; q2 from the horizontal"
+    cells = []
+    for r in rows:
+        values = [f"{r.values[name]:.6g}{' =' if r.reproduced(name) else ''}" for name in READINGS]
+        cells.append((r.joint + 1, r.printed, *values, " ".join(r.printed_q), r.at_printed[1], maximisers(r.worst)))
+    there = Heading("B_ii there, at most", format=".5g")
+    heads = ("joint", "Table IV", *READINGS, "printed q [deg]", there, "maximisers [deg]")
+    note = [f"b{r.joint + 1}{r.joint + 1}: {r.worst.statement()}" for r in rows]
+    note.append(f"what makes the difference between printed and computed: {' and '.join(errata_that_matter())}")
+    return Table(title, heads, cells, "\n".join(note))
 
 
-def shell_spread(arm: Arm) -> float:
-    """How far the principal moments of the four mirror-image shells (links 1 to 4) lie apart, over their mean."""
-    moments = np.array([principal_moments(body.inertia_com) for body in (arm.chain.bodies or ())[:4]])
-    return float((np.ptp(moments, axis=0) / moments.mean(axis=0)).max())
-
-
-def in_paper_angles(worst: InertiaMaximum) -> list[tuple[str, ...]]:
-    """Maximisers in the paper's whole degrees, "*" for free joints."""
-    return [
-        tuple("*" if math.isnan(x) else f"{math.degrees(x) + zero:.0f}" for x, zero in zip(q, PAPER_ZERO, strict=True))
+def maximisers(worst: InertiaMaximum) -> str:
+    """Where B_ii is largest, in the paper's whole degrees, "*" for free joints."""
+    shown = [
+        " ".join(
+            "*" if math.isnan(x) else f"{math.degrees(x) + zero:.0f}" for x, zero in zip(q, PAPER_ZERO, strict=True)
+        )
         for q in worst.maximisers
     ]
+    more = worst.distinct - len(shown)
+    return " | ".join(shown) + (f" | and {more} more" if more > 0 else "")
 
 
 def errata_that_matter() -> tuple[str, ...]:
@@ -119,16 +119,28 @@ def errata_that_matter() -> tuple[str, ...]:
     return tuple(e for e in computed if e not in printed)
 
 
-def table_vi() -> tuple[GainCell, ...]:
+def shell_asymmetry(arm: Arm) -> float:
+    """How far the principal moments of the four mirror-image shells (links 1 to 4) lie apart, over their mean."""
+    moments = np.array([principal_moments(body.inertia_com) for body in (arm.chain.bodies or ())[:4]])
+    return float((np.ptp(moments, axis=0) / moments.mean(axis=0)).max())
+
+
+def gain_cells() -> tuple[GainCell, ...]:
     """Table VI from xi, omega_n and the printed b of Table IV; a cell that fits elsewhere names the other cell."""
     tables = printed_tables("lwr4plus")
-    table, b = tables["table_vi"], [float(x) for x in tables["table_iv"]["b"]]
-    gains = second_order_gains(b, table["omega_n"], table["xi"])
-    values = {("Kp", i): float(gains.Kp[i]) for i in range(7)} | {("Kd", i): float(gains.Kd[i]) for i in range(7)}
+    table = tables["table_vi"]
+    gains = second_order_gains([float(x) for x in tables["table_iv"]["b"]], table["omega_n"], table["xi"])
+    values = {f"{name}_{i + 1}": float(x) for name in ("Kp", "Kd") for i, x in enumerate(getattr(gains, name))}
     cells = []
-    for (name, i), value in values.items():
-        text = table[name][i]
-        others = [f"{n}_{j + 1}" for (n, j), v in values.items() if (n, j) != (name, i) and agrees(text, v)]
-        fits = "" if agrees(text, value) or not others else others[0]
-        cells.append(GainCell(name, i, text, value, fits))
+    for cell, value in values.items():
+        text = table[cell[:2]][int(cell[3:]) - 1]
+        others = [other for other, x in values.items() if other != cell and agrees(text, x)]
+        cells.append(GainCell(cell, text, value, "" if agrees(text, value) or not others else others[0]))
     return tuple(cells)
+
+
+def gain_table(cells: Sequence[GainCell]) -> Table:
+    """Table VI; an exchanged cell names the cell whose value is printed there."""
+    heads = ("cell", "printed", Heading("recomputed", format=".6g"), "verdict")
+    rows = [(c.cell, c.printed, c.value, c.verdict) for c in cells]
+    return Table("Table VI, gains from omega_n = 50 rad/s, xi = 1 and the printed b", heads, rows)

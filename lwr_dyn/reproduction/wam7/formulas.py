@@ -13,7 +13,7 @@ from lwr_dyn.model.friction import FRICTIONLESS
 from lwr_dyn.reproduction.case import PaperCase, PaperFormula
 from lwr_dyn.reproduction.quantities import SHARED
 from lwr_dyn.reproduction.results import ResultBlock
-from lwr_dyn.reproduction.wam7.runs import cruise, experiment, sides_of
+from lwr_dyn.reproduction.wam7.runs import cruise_error, experiment, sides_of
 from lwr_dyn.trajectory.lspb import lspb
 
 DIRECTIONS = {"positive": 1, "negative": -1}
@@ -166,7 +166,7 @@ def home_excess(case: PaperCase, block: ResultBlock) -> dict[str, Any]:
 def settled_errors(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
     """Mean of q_ref - q over the second half of the simulated cruise [mrad]"""
     moved = (i for i in range(case.n) if i != 3)
-    return {"error": [1e3 * cruise(case.arm, experiment(case.arm, i)).mean for i in moved]}
+    return {"error": [1e3 * cruise_error(case.arm, experiment(case.arm, i)).mean for i in moved]}
 
 
 _QUICK = (

@@ -6,29 +6,30 @@ gravity and its compensation. In a steady cruise at v the error is what the fric
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import Any
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
-from lwr_dyn.control.pd_gravity import PDGravity, tuned_pd_gravity
-from lwr_dyn.dynamics.engines import dynamics_of
+from lwr_dyn.control.controllers import make_controller
 from lwr_dyn.errors import MissingDataError
 from lwr_dyn.identification.passivity import SidePassivity, certificate
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.friction import FRICTIONLESS, JointFriction
 from lwr_dyn.model.run import Run
+from lwr_dyn.papers.study_tasks import study_tasks
+from lwr_dyn.reproduction.paper_study import Progress
 from lwr_dyn.simulation.simulate import simulate
 from lwr_dyn.trajectory.references.joint_moves import JointReference, lspb_move
 
-START = (0.0, -2.0, 0.0, 1.6, 0.0, 0.0, 0.0)
-TRAVEL, DURATION, BLEND = 0.5, 7.0, 1.0
-"""[rad], [s], [s]; the cruise is at 0.5/6 rad/s."""
+TASK = study_tasks()["lspb"]
+START, TRAVEL, DURATION, BLEND = (TASK.options[key] for key in ("start", "travel", "duration", "blend"))
+"""[rad], [rad], [s], [s]; the cruise is at 0.5/6 rad/s."""
+PD: dict[str, Any] = {"own_gains": True, "velocity_error": True}
+"""tau = Kp (q_ref - q) + Kd (dq_ref - dq) + g with the manufacturer's gains, eq. (1) of the paper."""
 SETTLED = 3.5
 """[s] from which a cruise counts as steady: the slowest loop, joint 4 down, has forgotten its start to 1e-3 by then."""
-SUBSTEPS = 2
-"""Friction brakes joint 7 at 2000 1/s: two RK4 steps a millisecond leave 1e-10 J in the audit."""
 AGREES = 0.005
 """Share by which a steady cruise error may miss tau_friction(v) / kp."""
 GRAVITIES = ("zero gravity", "real gravity, compensated")
@@ -49,6 +50,17 @@ class Experiment:
         """For files and tables."""
         moved = "all joints" if self.joint is None else f"joint {self.joint + 1} {'+' if self.side > 0 else '-'}"
         return f"{moved}, {self.gravity}{'' if self.friction else ', no friction'}"
+
+    @property
+    def file(self) -> str:
+        """Name of the file that keeps the run."""
+        stem = self.name.replace(" +", "_up").replace(" -", "_down").replace(", ", "_").replace(" ", "_")
+        return f"{stem}.npz"
+
+    def record(self) -> dict[str, Any]:
+        """As JSON values."""
+        meta = {key: self.run.meta[key] for key in ("evaluations", "audit")}
+        return {"name": self.name, **meta, "events": len(self.run.events)}
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,6 +97,10 @@ class CruiseError:
         """Whether it settles on the predicted error; nothing is claimed of a loop without damping."""
         return abs(self.miss) <= AGREES or not self.stable
 
+    def record(self) -> dict[str, Any]:
+        """As JSON values; joints are counted from 1."""
+        return asdict(self) | {"joint": self.joint + 1, "stable": self.stable, "holds": self.holds}
+
 
 def weightless(arm: Arm) -> Arm:
     """The arm with gravity zero, as the paper's simulations assume it."""
@@ -94,14 +110,6 @@ def weightless(arm: Arm) -> Arm:
 def under(arm: Arm, gravity: str) -> Arm:
     """The arm under one of `GRAVITIES`."""
     return weightless(arm) if gravity == GRAVITIES[0] else arm
-
-
-def manufacturers_pd(arm: Arm) -> PDGravity:
-    """tau = Kp (q_ref - q) + Kd (dq_ref - dq) + g with the gains of the arm's file, eq. (1) of the paper.
-
-    Raises `MissingDataError` for an arm without gains.
-    """
-    return tuned_pd_gravity(arm, dynamics_of(arm), own_gains=True, velocity_error=True)
 
 
 def move(arm: Arm, joint: int | None, side: int = 1) -> JointReference:
@@ -118,19 +126,19 @@ def experiment(
     side: int = 1,
     gravity: str = GRAVITIES[0],
     friction: bool = True,
-    substeps: int = SUBSTEPS,
+    substeps: int = TASK.substeps,
 ) -> Experiment:
     """One of the simulations at 1 kHz."""
     moved = under(arm, gravity)
     run = simulate(
-        moved, manufacturers_pd(moved), move(moved, joint, side), substeps=substeps,
+        moved, make_controller("pd-gravity", moved, **PD), move(moved, joint, side), substeps=substeps,
         friction="set-valued" if friction else "none",
         meta={"task": "lspb", "joint": None if joint is None else joint + 1, "side": side, "gravity": gravity},
     )  # fmt: skip
     return Experiment(joint, side, gravity, friction, run)
 
 
-def experiments(arm: Arm, progress: Callable[[str], None] = lambda _: None) -> tuple[Experiment, ...]:
+def experiments(arm: Arm, progress: Progress = lambda _: None) -> tuple[Experiment, ...]:
     """The eight simulations under both gravities, the first also without friction, and each joint's way back."""
     moves = [*range(arm.n), None]
     cases = [(joint, 1, gravity, True) for gravity in GRAVITIES for joint in moves]
@@ -148,28 +156,23 @@ def sides_of(arm: Arm) -> dict[tuple[int, int], SidePassivity]:
     return {(s.joint, 1 if s.side == "positive" else -1): s for s in certificate(arm.friction_models())}
 
 
-def cruise(arm: Arm, made: Experiment) -> CruiseError:
+def cruise_error(arm: Arm, experiment: Experiment) -> CruiseError:
     """What an experiment of one joint shows in the second half of its cruise."""
-    joint, run, gains = made.joint, made.run, arm.gains
+    joint, side, run, gains = experiment.joint, experiment.side, experiment.run, arm.gains
     if joint is None or gains is None:
         raise MissingDataError(arm.name, "gains, or an experiment of one joint", "a cruise error")
-    window = steady(run.t)
-    error, speed = (run.q_ref - run.q)[window, joint], run.dq[window, joint]
-    velocity = made.side * TRAVEL / (DURATION - BLEND)
+    end = DURATION - BLEND
+    steady = (run.t >= SETTLED) & (run.t <= end)
+    error, speed = (run.q_ref - run.q)[steady, joint], run.dq[steady, joint]
     model: JointFriction = arm.friction_models()[joint] or FRICTIONLESS
-    stuck = [e for e in run.events if e.kind == "stick" and e.joint == joint and SETTLED <= e.t <= DURATION - BLEND]
     return CruiseError(
-        joint, made.side, made.gravity, float(model.torque(velocity) / gains.Kp[joint]), float(error.mean()),
-        float(error.min()), float(error.max()), float(speed.min()), float(speed.max()),
-        sides_of(arm)[joint, made.side].net_damping(float(gains.Kd[joint])), len(stuck),
+        joint, side, experiment.gravity, float(model.torque(side * TRAVEL / end) / gains.Kp[joint]),
+        float(error.mean()), float(error.min()), float(error.max()), float(speed.min()), float(speed.max()),
+        sides_of(arm)[joint, side].net_damping(float(gains.Kd[joint])),
+        sum(e.kind == "stick" and e.joint == joint and SETTLED <= e.t <= end for e in run.events),
     )  # fmt: skip
 
 
-def cruises(arm: Arm, made: tuple[Experiment, ...]) -> tuple[CruiseError, ...]:
+def cruise_errors(arm: Arm, simulated: Sequence[Experiment]) -> tuple[CruiseError, ...]:
     """Of all experiments of one joint with friction."""
-    return tuple(cruise(arm, one) for one in made if one.joint is not None and one.friction)
-
-
-def steady(t: Array) -> Array:
-    """Which samples lie in the steady part of a cruise."""
-    return np.asarray((t >= SETTLED) & (t <= DURATION - BLEND))
+    return tuple(cruise_error(arm, e) for e in simulated if e.joint is not None and e.friction)

@@ -18,7 +18,7 @@ from lwr_dyn.audit.conventions.worlds import worlds
 from lwr_dyn.audit.conventions.zero import resolve_zero, same_motion
 from lwr_dyn.model.dh import Convention
 from lwr_dyn.papers.catalog import open_paper
-from lwr_dyn.reproduction.printed import printed_tables
+from lwr_dyn.reproduction.results import printed_tables
 
 
 @pytest.fixture(scope="module")
