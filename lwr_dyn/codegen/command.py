@@ -45,6 +45,6 @@ def command(
         return
     from lwr_dyn.tables import aligned
 
-    rows = [(n, str(x.operations), str(x.fused), FUNCTIONS[n].text) for n, x in interfaces.items()]
+    rows = [(n, str(x.operations), str(x.fused), FUNCTIONS[n].formula) for n, x in interfaces.items()]
     click.echo(f"{spec.name}, {dtype}; kept in {cache_folder()}")
     click.echo(aligned(rows, ("function", "operations", "with fused multiply-add", "gives")))

@@ -17,7 +17,7 @@ from lwr_dyn.codegen.straight_line import OPERATIONS, StraightLineCode, straight
 from lwr_dyn.codegen.symbolic_functions import symbolic_function
 from lwr_dyn.version import VERSION
 
-_HEAD = '''"""{function} of {name}: {says}; {dtype}, blocks of {lanes} states.
+_HEAD = '''"""{function} of {name}: {formula}; {dtype}, blocks of {lanes} states.
 
 Written by lwr_dyn {version}, generator {generator}: {operations} operations a state, {fused} with fused multiply-add.
 Inputs: {inputs}.
@@ -110,7 +110,7 @@ def kernel_source(
     number = f"types.CPointer(types.{spec.dtype})"
     fused = code.operations_after_contraction()
     text = _HEAD.format(
-        function=function, name=spec.name, says=function_shape(function).text, dtype=spec.dtype, lanes=lanes,
+        function=function, name=spec.name, formula=function_shape(function).formula, dtype=spec.dtype, lanes=lanes,
         version=VERSION, generator=GENERATOR, operations=code.operations, fused=fused, inputs=", ".join(names),
         body="\n".join(_body(code, slots, flag, results, lanes)),
         types=", ".join([f"{number}, types.int64"] * len(names) + [f"{number}, {number}, types.int64, types.int64"]),

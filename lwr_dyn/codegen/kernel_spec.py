@@ -1,4 +1,4 @@
-"""The functions of a batch, and what a kernel of one is made for: arm data, inputs, number type, and their digest."""
+"""The functions of a batch, and the specification of their kernels: arm data, inputs, number type; its digest."""
 
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ class FunctionShape:
     """Number of joints -> shape of one result."""
     parameters: tuple[str, ...]
     """The inputs of `KernelSpec` on which it depends."""
-    text: str
-    """Its result as a formula."""
+    formula: str
+    """The result as a formula or in words."""
 
 
 _BODIES = ("inertia", "payload")

@@ -86,13 +86,13 @@ def friction_parameters(arm: Arm) -> Array:
     """
     columns = []
     for name, model in zip(arm.joint_names, arm.friction_models(), strict=True):
-        known = model or FRICTIONLESS
-        for side in (known.positive, known.negative):
+        friction = model or FRICTIONLESS
+        for side in (friction.positive, friction.negative):
             if side.stribeck_velocity is not None and side.holding > side.coulomb:
                 allowed = "Coulomb and viscous friction per direction, and an offset"
                 raise OptionError(f"friction of {name}", "a Stribeck curve", f"in kernels {allowed}")
-        sides = [x for side in (known.positive, known.negative) for x in (side.coulomb, side.viscous)]
-        columns.append([*sides, known.offset])
+        sides = [x for side in (friction.positive, friction.negative) for x in (side.coulomb, side.viscous)]
+        columns.append([*sides, friction.offset])
     return np.array(columns).T
 
 

@@ -217,10 +217,10 @@ def _without_the_unused(nodes: Sequence[Node], results: Sequence[Value], flag: V
         if i in needed and nodes[i].op in OPERATIONS:
             needed |= {nodes[i].a, nodes[i].b}
     new: dict[int, int] = {}
-    kept: list[Node] = []
+    used: list[Node] = []
     for i, node in enumerate(nodes):
         if i in needed:
-            new[i] = len(kept)
-            kept.append(Node(node.op, new[node.a], new[node.b]) if node.op in OPERATIONS else node)
-    moved = [Value(v.sign, new[v.node]) for v in results]
-    return StraightLineCode(tuple(kept), tuple(moved), Value(flag.sign, new[flag.node]))
+            new[i] = len(used)
+            used.append(Node(node.op, new[node.a], new[node.b]) if node.op in OPERATIONS else node)
+    renumbered = [Value(v.sign, new[v.node]) for v in results]
+    return StraightLineCode(tuple(used), tuple(renumbered), Value(flag.sign, new[flag.node]))

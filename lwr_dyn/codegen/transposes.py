@@ -19,7 +19,7 @@ def rows_to_lanes(lanes: int, width: int, first: int) -> Any:
     """
 
     @intrinsic  # type: ignore[untyped-decorator]
-    def taken(typing_context: Any, x: Any, start: Any, step: Any, b: Any, c: Any) -> Any:
+    def read(typing_context: Any, x: Any, start: Any, step: Any, b: Any, c: Any) -> Any:
         def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
             block = _LaneBlock(context, builder, signature.args[0].dtype, lanes)
             source, target = (block.data(signature.args[i], arguments[i]) for i in (0, 3))
@@ -32,7 +32,7 @@ def rows_to_lanes(lanes: int, width: int, first: int) -> Any:
 
         return types.void(x, types.int64, types.int64, b, types.int64), code
 
-    return taken
+    return read
 
 
 def lanes_to_rows(lanes: int, width: int, first: int) -> Any:
@@ -43,7 +43,7 @@ def lanes_to_rows(lanes: int, width: int, first: int) -> Any:
     """
 
     @intrinsic  # type: ignore[untyped-decorator]
-    def given(typing_context: Any, b: Any, out: Any, start: Any, c: Any) -> Any:
+    def write(typing_context: Any, b: Any, out: Any, start: Any, c: Any) -> Any:
         def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
             block = _LaneBlock(context, builder, signature.args[0].dtype, lanes)
             source, target = (block.data(signature.args[i], arguments[i]) for i in (0, 1))
@@ -54,7 +54,7 @@ def lanes_to_rows(lanes: int, width: int, first: int) -> Any:
 
         return types.void(b, out, types.int64, types.int64), code
 
-    return given
+    return write
 
 
 def _write_rows(block: _LaneBlock, vectors: list[Any], target: Any, start: Any, width: int) -> None:

@@ -1,4 +1,4 @@
-"""A function of a batch by its name, derivatives as one array; what several tests of kernels call."""
+"""Helpers of several tests of kernels: a function of a batch by its name, derivatives as one array."""
 
 import numpy as np
 
@@ -6,11 +6,11 @@ from lwr_dyn.codegen.kernel_spec import function_shape
 
 
 def evaluated(batch, function, *states, **inputs):
-    found = getattr(batch, function)(*states[: len(function_shape(function).states)], **inputs)
+    result = getattr(batch, function)(*states[: len(function_shape(function).states)], **inputs)
     if function.endswith("_derivatives"):
-        last = found.by_ddq if function.startswith("inverse") else found.by_tau
-        found = np.stack([found.by_q, found.by_dq, last], axis=1)
-    return found
+        last = result.by_ddq if function.startswith("inverse") else result.by_tau
+        result = np.stack([result.by_q, result.by_dq, last], axis=1)
+    return result
 
 
 def states(n, count, seed=0):

@@ -1,4 +1,4 @@
-"""What a batch takes and gives: shapes, number types, strides, threads, memory, and states that are not finite."""
+"""Arguments and results of a batch: shapes, number types, strides, threads, memory, states that are not finite."""
 
 import tracemalloc
 import warnings
@@ -29,9 +29,9 @@ def expected(batch):
 @pytest.mark.parametrize("count", [*range(1, 20), 41])
 def test_blocks_that_are_not_full_are_right_and_nothing_behind_them_is_touched(batch, expected, count):
     whole = np.full((count + 3, 7), 77.0)
-    found = batch.inverse_dynamics(Q[:count], DQ[:count], DDQ[:count], out=whole[:count])
-    assert np.shares_memory(found, whole)
-    assert np.abs(found - expected[:count]).max() < 1e-12
+    result = batch.inverse_dynamics(Q[:count], DQ[:count], DDQ[:count], out=whole[:count])
+    assert np.shares_memory(result, whole)
+    assert np.abs(result - expected[:count]).max() < 1e-12
     assert (whole[count:] == 77.0).all()
 
 
@@ -63,12 +63,12 @@ def test_states_that_are_not_finite_are_named_and_the_rest_computed(batch, expec
     q, ddq = Q.copy(), DDQ.copy()
     q[17, 3], q[5, 0], ddq[40, 6] = np.nan, np.inf, -np.inf
     with pytest.warns(NotFiniteWarning, match=r"inverse_dynamics: 3 of 41 states .*index 5, 17, 40") as caught:
-        found = batch.inverse_dynamics(q, DQ, ddq)
+        result = batch.inverse_dynamics(q, DQ, ddq)
     assert caught[0].message.indices == (5, 17, 40)
     assert caught[0].filename == __file__
     bad = np.isin(np.arange(41), (5, 17, 40))
-    assert np.isnan(found[bad]).all()
-    assert np.abs(found[~bad] - expected[~bad]).max() < 1e-12
+    assert np.isnan(result[bad]).all()
+    assert np.abs(result[~bad] - expected[~bad]).max() < 1e-12
 
 
 def test_a_value_that_enters_no_result_is_not_overlooked(batch):
@@ -86,8 +86,8 @@ def test_angles_of_any_size_are_taken_off_whole_turns(dtype):
     exact = lwr_dyn.forward_kinematics(ARM, q.astype(np.float64))
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        found = batch.flange_pose(q)
-    assert np.abs(found - exact).max() < (4e-15 if dtype == "float64" else 2e-6)
+        result = batch.flange_pose(q)
+    assert np.abs(result - exact).max() < (4e-15 if dtype == "float64" else 2e-6)
 
 
 def test_sine_and_cosine_are_good_to_the_last_digits():

@@ -1,4 +1,4 @@
-"""Kernels on disk: found again without a compiler, rebuilt when damaged, and safe when processes are killed or meet."""
+"""Kernels on disk: loaded without a compiler, rebuilt when damaged, safe with killed and concurrent processes."""
 
 import os
 import signal
@@ -51,7 +51,7 @@ def in_a_new_process(wait=True):
     return float(seconds), numba == "True", casadi == "True", float(value)
 
 
-def test_the_second_process_finds_what_the_first_compiled(folder):
+def test_the_second_process_loads_the_kernel_of_the_first(folder):
     first = in_a_new_process()
     second = in_a_new_process()
     assert first[0] < 5.0
@@ -63,7 +63,7 @@ def test_the_second_process_finds_what_the_first_compiled(folder):
 
 
 @pytest.mark.parametrize("damage", ["cut", "flipped", "empty", "other", "folder"])
-def test_a_damaged_kernel_is_built_anew(folder, monkeypatch, damage):
+def test_a_damaged_kernel_is_built_again(folder, monkeypatch, damage):
     right = gravity()
     (file,) = folder.glob("*.kernel")
     whole = file.read_bytes()
@@ -83,7 +83,7 @@ def test_a_damaged_kernel_is_built_anew(folder, monkeypatch, damage):
         assert cache.read_cache(file.stem) is not None
 
 
-def test_a_folder_that_cannot_be_written_is_said_once_and_worked_without(tmp_path, monkeypatch):
+def test_a_folder_that_cannot_be_written_is_warned_of_once_and_does_not_stop_the_batch(tmp_path, monkeypatch):
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("LWR_DYN_CACHE", str(tmp_path / "file" / "kernels"))
     monkeypatch.setattr(kernel, "_loaded", {})
@@ -105,7 +105,7 @@ def test_two_processes_at_once_and_a_killed_one(folder):
     assert len(list(folder.glob("*.kernel"))) == 1
 
 
-def test_what_a_killed_process_left_is_swept_later(folder):
+def test_files_of_a_killed_process_are_deleted_later(folder):
     folder.mkdir()
     old, young = folder / ".gravity.kernel.abc", folder / ".gravity.kernel.def"
     for path in (old, young):
@@ -131,7 +131,7 @@ def test_the_key_tells_arms_choices_and_functions_apart():
 
 
 @pytest.mark.parametrize("package", ["numba", "casadi"])
-def test_what_to_install_is_said(monkeypatch, package):
+def test_an_absent_package_is_named(monkeypatch, package):
     monkeypatch.setattr(kernel, "find_spec", lambda name: None if name == package else object())
     for make in (lwr_dyn.batch_dynamics, lambda arm: lwr_dyn.dynamics_of(arm, "kernels")):
         with pytest.raises(MissingPackageError, match=rf"{package} is not installed.*pip install 'lwr_dyn\[batch\]'"):

@@ -1,11 +1,11 @@
-"""`lwr-dyn kernels`: the source of one function, what all cost, and one line for bad input."""
+"""`lwr-dyn kernels`: the source of one function, the cost of all, and one line for bad input."""
 
 import json
 
 import pytest
 
 
-def test_the_command_prints_a_source_or_what_functions_cost(lwr_dyn_command):
+def test_the_command_prints_a_source_or_the_cost_of_functions(lwr_dyn_command):
     code, out, _ = lwr_dyn_command("kernels", "lwr4plus", "--emit", "gravity_vector", "--inputs", "payload")
     assert code == 0
     assert "Inputs: q, payload." in out

@@ -27,8 +27,8 @@ def run_as_python(source, row):
 def test_the_body_is_python_that_gives_the_kernels_numbers(function):
     source = generate(kernel_spec(ARM), function)
     x = states(7, 1)[: len(source.interface.inputs)]
-    found = getattr(lwr_dyn.batch_dynamics(ARM), function)(*x)
-    assert np.abs(run_as_python(source, x.ravel()) - found.ravel()).max() < 1e-12 * max(1.0, np.abs(found).max())
+    result = getattr(lwr_dyn.batch_dynamics(ARM), function)(*x)
+    assert np.abs(run_as_python(source, x.ravel()) - result.ravel()).max() < 1e-12 * max(1.0, np.abs(result).max())
 
 
 def test_the_same_arm_gives_the_same_text_and_blocks_may_have_any_width():
@@ -38,10 +38,10 @@ def test_the_same_arm_gives_the_same_text_and_blocks_may_have_any_width():
 
 def test_the_operations_stay_few():
     """What CasADi's own simplification leaves is 843; fused, with six sines and cosines of 30 each, 726."""
-    found = {
+    result = {
         name: generate(kernel_spec(ARM), name).interface.fused
         for name in ("inverse_dynamics", "mass_matrix", "forward_dynamics")
     }
-    assert found["inverse_dynamics"] < 740
-    assert found["mass_matrix"] < 800
-    assert found["forward_dynamics"] < 1520
+    assert result["inverse_dynamics"] < 740
+    assert result["mass_matrix"] < 800
+    assert result["forward_dynamics"] < 1520

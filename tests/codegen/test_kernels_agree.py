@@ -28,13 +28,13 @@ def test_every_function_has_an_expression():
 def test_a_function_is_pinocchios(robot, function):
     arm = lwr_dyn.load(robot)
     x = states(arm.n, 60)
-    found = evaluated(lwr_dyn.batch_dynamics(arm), function, *x)
+    result = evaluated(lwr_dyn.batch_dynamics(arm), function, *x)
     arguments = [row for row, _ in zip(x, FUNCTIONS[function].states, strict=False)]
     expected = np.array([pinocchio_answers_of(arm)[function](*row) for row in zip(*arguments, strict=True)])
     if function == "potential_energy":
-        found, expected = found - found[0], expected - expected[0]
-    assert found.shape == expected.shape
-    assert relative_difference(found, expected) < EXACT
+        result, expected = result - result[0], expected - expected[0]
+    assert result.shape == expected.shape
+    assert relative_difference(result, expected) < EXACT
 
 
 _ANSWERS = {}
@@ -47,7 +47,7 @@ def pinocchio_answers_of(arm):
 
 
 @pytest.mark.parametrize(("seed", "joints"), [(3, "RPR"), (5, "R"), (6, "P")])
-def test_arms_that_nobody_drew_agree(seed, joints):
+def test_random_arms_agree(seed, joints):
     arm = random_arm(seed, joints)
     x, answers, batch = states(arm.n, 19), pinocchio_answers(arm), lwr_dyn.batch_dynamics(arm)
     for function in (
@@ -61,8 +61,8 @@ def test_arms_that_nobody_drew_agree(seed, joints):
         arguments = x[: len(FUNCTIONS[function].states)]
         expected = np.array([answers[function](*row) for row in zip(*arguments, strict=True)])
         scale = max(1.0, np.abs(expected).max())
-        found = evaluated(batch, function, *x)
-        assert np.abs(found - expected.reshape(found.shape)).max() < EXACT * scale, function
+        result = evaluated(batch, function, *x)
+        assert np.abs(result - expected.reshape(result.shape)).max() < EXACT * scale, function
 
 
 @pytest.mark.parametrize("robot", ROBOTS)
@@ -108,6 +108,6 @@ def test_a_loop_may_call_the_engine_without_its_gate():
 def test_float32_is_right_to_its_digits(function):
     arm, x = lwr_dyn.load("lwr4plus"), states(7, 1000)
     exact = evaluated(lwr_dyn.batch_dynamics(arm), function, *x)
-    found = evaluated(lwr_dyn.batch_dynamics(arm, dtype="float32"), function, *x.astype(np.float32))
-    assert found.dtype == np.float32
-    assert relative_difference(found, exact) < SINGLE
+    result = evaluated(lwr_dyn.batch_dynamics(arm, dtype="float32"), function, *x.astype(np.float32))
+    assert result.dtype == np.float32
+    assert relative_difference(result, exact) < SINGLE

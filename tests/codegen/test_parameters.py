@@ -51,8 +51,8 @@ def given(function, values):
 def test_the_arms_own_values_as_inputs_give_the_constants_result(family, function):
     x = states(7, 40)
     constant = lwr_dyn.batch_dynamics(RUBBING, friction="arm")
-    found = evaluated(family, function, *x, **given(function, own_values(RUBBING)))
-    assert relative_difference(found, evaluated(constant, function, *x)) < EXACT
+    result = evaluated(family, function, *x, **given(function, own_values(RUBBING)))
+    assert relative_difference(result, evaluated(constant, function, *x)) < EXACT
 
 
 def test_every_state_may_have_a_body_a_load_and_a_gravity_of_its_own(family):
@@ -69,21 +69,21 @@ def test_every_state_may_have_a_body_a_load_and_a_gravity_of_its_own(family):
         "friction": np.zeros((5, 7)),
     }
     for function in ("inverse_dynamics", "forward_dynamics", "mass_matrix", "coriolis_matrix", "potential_energy"):
-        found = evaluated(family, function, *x, **given(function, values))
+        result = evaluated(family, function, *x, **given(function, values))
         expected = []
         for k in range(count):
             arm = ARM.with_chain(with_payload(chains[k], *loads[k]))
             engine = lwr_dyn.dynamics_of(arm, "newton-euler")
             expected.append(getattr(engine, function)(*x[: len(FUNCTIONS[function].states), k]))
-        assert relative_difference(found, np.array(expected)) < EXACT, function
+        assert relative_difference(result, np.array(expected)) < EXACT, function
 
 
 def test_a_payload_alone_can_be_the_input():
     x, load = states(7, 10), payload_parameters(3.0, (0.01, 0.0, 0.05))
-    found = lwr_dyn.batch_dynamics(ARM, inputs=["payload"]).inverse_dynamics(*x, payload=load)
+    result = lwr_dyn.batch_dynamics(ARM, inputs=["payload"]).inverse_dynamics(*x, payload=load)
     loaded = ARM.with_chain(with_payload(ARM.chain, 3.0, (0.01, 0.0, 0.05)))
     expected = lwr_dyn.dynamics_of(loaded, "newton-euler").inverse_dynamics(*x)
-    assert relative_difference(found, expected) < EXACT
+    assert relative_difference(result, expected) < EXACT
 
 
 def test_parameters_without_mass_but_with_a_first_moment_work(family):
@@ -93,12 +93,12 @@ def test_parameters_without_mass_but_with_a_first_moment_work(family):
     values["inertia"][:, 0] = 0.0
     Y = lwr_dyn.batch_dynamics(ARM).torque_regressor(*x)
     expected = Y @ values["inertia"].ravel() + ARM.armature * x[2]
-    found = family.inverse_dynamics(*x, **values)
-    assert relative_difference(found, expected) < EXACT
+    result = family.inverse_dynamics(*x, **values)
+    assert relative_difference(result, expected) < EXACT
 
 
 @pytest.mark.parametrize("arm", [RUBBING, lwr_dyn.load("wam7")], ids=["both ways alike", "per direction"])
-def test_friction_is_what_the_arms_models_say(arm):
+def test_friction_is_that_of_the_arms_models(arm):
     q, dq, ddq = states(7, 30)
     dq[0] = 0.0
     rigid = lwr_dyn.batch_dynamics(arm).inverse_dynamics(q, dq, ddq)
@@ -111,8 +111,8 @@ def test_an_offset_is_there_at_any_speed():
     values = own_values(ARM)
     values["friction"][FRICTION.index("offset")] = 0.3
     dq[0] = 0.0
-    found = lwr_dyn.batch_dynamics(ARM, inputs=["friction"]).inverse_dynamics(q, dq, ddq, friction=values["friction"])
-    assert np.abs(found - lwr_dyn.batch_dynamics(ARM).inverse_dynamics(q, dq, ddq) - 0.3).max() < 1e-12
+    result = lwr_dyn.batch_dynamics(ARM, inputs=["friction"]).inverse_dynamics(q, dq, ddq, friction=values["friction"])
+    assert np.abs(result - lwr_dyn.batch_dynamics(ARM).inverse_dynamics(q, dq, ddq) - 0.3).max() < 1e-12
 
 
 def test_friction_of_an_arm_that_has_none_is_refused():
@@ -147,7 +147,7 @@ def test_choices_that_do_not_exist_are_refused(options, message):
         lwr_dyn.batch_dynamics(ARM, **options)
 
 
-def test_inputs_are_asked_for_and_no_others_taken(family):
+def test_inputs_must_be_given_and_no_others(family):
     x, values = states(7, 3), own_values(ARM)
     with pytest.raises(OptionError, match="gravity: missing"):
         family.gravity_vector(x[0], inertia=values["inertia"], payload=values["payload"])
