@@ -1,4 +1,4 @@
-"""Arms that nobody drew, for properties that must hold for any arm."""
+"""Random arms, for properties that must hold for every arm."""
 
 import numpy as np
 from hypothesis import strategies as st

@@ -1,0 +1,72 @@
+"""An arm answers for its limits and friction, keeps the sources of what stays, and refuses impossible locks."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import lwr_dyn
+from lwr_dyn.errors import MissingDataError, OptionError, UnknownNameError
+from lwr_dyn.model.arm import JointLimits
+from lwr_dyn.model.chain import with_payload
+from lwr_dyn.model.friction import symmetric
+
+ARM = lwr_dyn.load("lwr4plus")
+WAM = lwr_dyn.load("wam7")
+
+
+def test_its_representation_is_short_and_names_robot_and_reading():
+    assert repr(ARM) == "Arm('lwr4plus', reading='computed', n=7)"
+    assert len(repr(ARM.chain)) < 100
+
+
+def test_unknown_limits_are_infinite_and_never_zero():
+    bare = replace(ARM, limits=(JointLimits(),) * 7)
+    assert (bare.lower == -np.inf).all()
+    for limit in (bare.upper, bare.velocity, bare.effort):
+        assert (limit == np.inf).all()
+    assert bare.friction_models() == (None,) * 7
+
+
+def test_friction_per_direction_comes_before_the_pair_of_the_limits():
+    limits = tuple(replace(x, viscous=0.5) for x in WAM.limits)
+    assert replace(WAM, limits=limits).friction_models() == WAM.friction
+    assert replace(WAM, limits=limits, friction=()).friction_models() == (symmetric(0.0, 0.5),) * 7
+
+
+def test_a_payload_changes_one_body_and_drops_its_sources_only():
+    loaded = ARM.with_chain(with_payload(ARM.chain, 2.0))
+    gone = set(ARM.sources) - set(loaded.sources)
+    assert gone == {name for name in ARM.sources if name.startswith("link_7.")}
+    assert loaded.chain.bodies[-1].mass == ARM.chain.bodies[-1].mass + 2.0
+
+
+def test_a_locked_joint_leaves_the_others_with_their_numbers():
+    locked = WAM.with_locked_joint("joint_3", 0.5)
+    kept = [0, 1, 3, 4, 5, 6]
+    assert locked.joint_names == tuple(WAM.joint_names[i] for i in kept)
+    assert locked.lower.tolist() == WAM.lower[kept].tolist()
+    assert locked.friction == tuple(WAM.friction[i] for i in kept)
+    assert locked.gains.Kp.tolist() == WAM.gains.Kp[kept].tolist()
+    assert locked.transmission is None
+    assert not any(name.startswith(("joint_3.", "link_2.", "link_3.")) for name in locked.sources)
+
+
+def test_impossible_locks_are_refused():
+    with pytest.raises(UnknownNameError, match="no joint of lwr4plus named 'joint_9'"):
+        ARM.with_locked_joint("joint_9", 0.0)
+    with pytest.raises(OptionError, match=r"lock of joint_1: 9\.0; allowed: -2\.9"):
+        ARM.with_locked_joint("joint_1", 9.0)
+    last = ARM
+    for joint in ARM.joint_names[:-1]:
+        last = last.with_locked_joint(joint, 0.0)
+    with pytest.raises(OptionError, match="the last joint"):
+        last.with_locked_joint("joint_7", 0.0)
+
+
+def test_dynamics_without_masses_names_what_is_missing():
+    with pytest.raises(MissingDataError, match="lwr4: masses and inertias not given; needed for dynamics"):
+        lwr_dyn.load("lwr4").require_dynamics()
+    links = (replace(ARM.chain.links[0], body=None), *ARM.chain.links[1:])
+    with pytest.raises(MissingDataError, match="masses and inertias of link_1 not given"):
+        replace(ARM, chain=replace(ARM.chain, links=links)).require_dynamics()
