@@ -1,4 +1,4 @@
-"""`--friction` and `--passive-refit`: the friction of a simulated plant, and what is said of it."""
+"""`--friction` and `--passive-refit`: the friction of a simulated plant, and the lines about it in a report."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from lwr_dyn.simulation.friction import FORMS, FrictionOption
 from lwr_dyn.simulation.record import ACTIVE_FRICTION
 
 
-def chosen_friction_of(plant: Arm, form: str, refit: bool) -> tuple[FrictionOption, dict[str, Any]]:
-    """What `simulate` takes as friction, and a note of what a refit changed; raises as `passive_refit`."""
+def friction_option(plant: Arm, form: str, refit: bool) -> tuple[FrictionOption, dict[str, Any]]:
+    """The option `friction` of `simulate`, and a note of what a refit changed; raises as `passive_refit`."""
     if not refit:
         return form, {}
     if form != FORMS[0]:
@@ -23,17 +23,17 @@ def chosen_friction_of(plant: Arm, form: str, refit: bool) -> tuple[FrictionOpti
 
 
 def _change(plant: Arm, c: Any) -> dict[str, Any]:
-    told: dict[str, Any] = {"joint": plant.joint_names[c.joint], "side": c.side, "rms": c.rms, "speed": c.speed}
-    told["before"] = {"coulomb": c.before.coulomb, "viscous": c.before.viscous}
-    return told | {"after": {"coulomb": c.after.coulomb, "viscous": c.after.viscous}}
+    before, after = ({"coulomb": d.coulomb, "viscous": d.viscous} for d in (c.before, c.after))
+    name = plant.joint_names[c.joint]
+    return {"joint": name, "side": c.side, "rms": c.rms, "speed": c.speed, "before": before, "after": after}
 
 
 def friction_lines(run: Run, arm: Arm) -> list[str]:
-    """The friction of a run in words: its form, what a refit cost, and where it drove instead of braking."""
-    law = run.meta["friction_law"]
-    if law["form"] == "none":
+    """The friction of a run in words: its form, what a refit changed, and where it drove instead of braking."""
+    form = run.meta["friction_law"]["form"]
+    if form == "none":
         return []
-    lines = [f"friction: {law['form']}; accelerations computed {run.meta['evaluations']} times"]
+    lines = [f"friction: {form}; accelerations computed {run.meta['evaluations']} times"]
     for c in run.meta["note"].get("passive_refit", ()):
         before, after = (f"F_c {x['coulomb']:.4f}, sigma {x['viscous']:.4f}" for x in (c["before"], c["after"]))
         cost = f"RMS {c['rms']:.3g} N m up to {c['speed']:g} rad/s"

@@ -1,4 +1,4 @@
-"""A run as a table for people and a record for programs: errors joint by joint, limits, energy audit."""
+"""A run as a table for people and a record for programs: errors joint by joint, limits, energy audit, friction."""
 
 from __future__ import annotations
 
@@ -8,67 +8,68 @@ import numpy as np
 
 from lwr_dyn.cli.friction import friction_lines
 from lwr_dyn.control.gains import UNSTABLE, damping_per_sample
-from lwr_dyn.dynamics.engines import dynamics_of
+from lwr_dyn.control.pd_gravity import PDGravity
+from lwr_dyn.control.pid import PID
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind
 from lwr_dyn.model.run import Run
 from lwr_dyn.simulation.metrics import Metrics, metrics
-from lwr_dyn.tables import aligned
+from lwr_dyn.simulation.setup import Setup
+from lwr_dyn.tables import Heading, Table
 
 
 def run_record(run: Run, arm: Arm) -> dict[str, Any]:
-    """Metrics, audit, events and what made the run."""
+    """Metrics, audit, events and the record of the setup."""
     events = [{"t": e.t, "kind": e.kind, "joint": e.joint, "value": e.value} for e in run.events]
     return {"metrics": metrics(run, arm).to_json(), "events": events, "meta": dict(run.meta)}
 
 
 def run_text(run: Run, arm: Arm) -> str:
     """The same as text."""
-    found, audit = metrics(run, arm), run.meta["audit"]
+    figures, audit = metrics(run, arm), run.meta["audit"]
     controller = run.meta["controller"]["name"]
-    lines = [f"{arm.name}, reading {arm.reading}: {controller}, {run.t[-1]:g} s, {run.t.size} samples"]
-    lines.append(_errors(arm, found))
-    lines.append(f"tip error: largest {found.tip_max_mm:.6g} mm, RMS {found.tip_rms_mm:.6g} mm")
-    kept = "kept" if found.within_limits else "NOT kept"
+    title = f"{arm.name}, reading {arm.reading}: {controller}, {run.t[-1]:g} s, {run.t.size} samples"
+    kept = "kept" if figures.within_limits else "NOT kept"
     stopped = sorted({arm.joint_names[e.joint] for e in run.events if e.kind == "stop" and e.joint is not None})
     if stopped:
         kept += f", {', '.join(stopped)} only by its stop"
-    lines.append(f"limits of position, speed and torque: {kept}; {len(run.events)} events")
     channels = ", ".join(f"{name} {value:.6g}" for name, value in audit["channels"].items())
-    lines.append(
-        f"energy: change {audit['energy_change']:.6g} J; work [J]: {channels}; residual {audit['residual']:.2g}"
-    )
-    return "\n".join([*lines, *_chatter(run, arm), *friction_lines(run, arm)])
+    lines = [
+        error_table(arm, figures, title).text(),
+        f"tip error: largest {figures.tip_max_mm:.6g} mm, RMS {figures.tip_rms_mm:.6g} mm",
+        f"limits of position, speed and torque: {kept}; {len(run.events)} events",
+        f"energy: change {audit['energy_change']:.6g} J; work [J]: {channels}; residual {audit['residual']:.2g}",
+    ]
+    return "\n".join([*lines, *sampling_note(run), *friction_lines(run, arm)])
 
 
-def _chatter(run: Run, arm: Arm) -> list[str]:
-    """A note where a torque damping is too strong for the sampling."""
-    parameters, options = run.meta["controller"].get("parameters", {}), run.meta["options"]
-    if run.meta["controller"]["name"] not in ("pd-gravity", "pid") or options["continuous"]:
+def sampling_note(run: Run) -> list[str]:
+    """A note where the damping of the controller is too strong for the sampling of the simulated plant."""
+    setup: Setup = run.setup
+    controller, options = setup.controller, setup.options
+    if not isinstance(controller, PDGravity | PID) or options.continuous:
         return []
-    found = damping_per_sample(dynamics_of(arm), np.array(parameters["Kd"]), run.q, options["rate"])
-    if found <= UNSTABLE:
+    damping = damping_per_sample(setup.plant.dynamics, controller.Kd, run.q, options.rate)
+    if damping <= UNSTABLE:
         return []
-    need = options["rate"] * found / UNSTABLE
-    fault = f"Kd is too strong for {options['rate']:g} samples a second here, the loop chatters"
-    return [f"note: {fault}; a --rate above {need:.0f} would hold it"]
+    fault = f"Kd is too strong for {options.rate:g} samples a second here, the loop chatters"
+    return [f"note: {fault}; a --rate above {options.rate * damping / UNSTABLE:.0f} would hold it"]
 
 
-def _errors(arm: Arm, found: Metrics) -> str:
-    p, v = found.position_mrad, found.velocity_mrad_s
-    rows = []
-    for i, name in enumerate(arm.joint_names):
-        errors = [f"{x[i]:.3g}" for x in (p.mean, p.mean_abs, p.max, p.min, p.rms, v.mean_abs, v.max, v.min)]
-        uses = [f"{found.peak_torque[i]:.4g}", _share(found.torque_use[i]), _share(found.speed_use[i])]
-        rows.append((name, _unit(arm, i), *errors, *uses, f"{found.saturated_s[i]:.3g}"))
-    head = ("error of", "in", "mean", "mean|e|", "max", "min", "RMS", "mean|de|", "max", "min per s")
-    return aligned(rows, (*head, "peak N m (N)", "of limit", "speed", "cut s"))
+def error_table(arm: Arm, figures: Metrics, title: str) -> Table:
+    """Errors and uses of the limits, one row a joint."""
+    p, v = figures.position_mrad, figures.velocity_mrad_s
+    errors = (p.mean, p.mean_abs, p.max, p.min, p.rms, v.mean_abs, v.max, v.min)
+    uses = (figures.peak_torque, figures.torque_use, figures.speed_use, figures.saturated_s)
+    units = ["mrad" if link.kind is JointKind.REVOLUTE else "mm" for link in arm.chain.links]
+    names = ("mean", "mean|e|", "max", "min", "RMS", "mean|de|", "max", "min per s")
+    headings = [
+        "error of", "in", *(Heading(name, format=".3g") for name in names), Heading("peak N m (N)", format=".4g"),
+        Heading("of limit", format=_share), Heading("speed", format=_share), Heading("cut s", format=".3g"),
+    ]  # fmt: skip
+    return Table(title, headings, list(zip(arm.joint_names, units, *errors, *uses, strict=True)))
 
 
 def _share(use: float) -> str:
     """A use of a limit; a question mark where the limit is not known."""
     return "?" if np.isnan(use) else f"{use:.0%}"
-
-
-def _unit(arm: Arm, i: int) -> str:
-    return "mrad" if arm.chain.links[i].kind is JointKind.REVOLUTE else "mm"

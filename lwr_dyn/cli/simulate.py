@@ -7,13 +7,13 @@ from typing import Any
 
 import click
 
-from lwr_dyn.cli.friction import chosen_friction_of
+from lwr_dyn.cli.friction import friction_option
 from lwr_dyn.cli.options import load_robot, print_json, robot_options
 from lwr_dyn.cli.row_options import OptionRule, refuse_unused, row_options
 from lwr_dyn.cli.run_report import run_record, run_text
 from lwr_dyn.control.controller_file import faults_in
 from lwr_dyn.control.controllers import CONTROLLERS, make_controller
-from lwr_dyn.dynamics.engines import ENGINES
+from lwr_dyn.dynamics.engines import ENGINES, dynamics_of
 from lwr_dyn.errors import DivergenceError, FileAccessError, OptionError
 from lwr_dyn.files import check_writable
 from lwr_dyn.front import load
@@ -120,12 +120,15 @@ command.params += [TASK, *OF_TASK, CONTROLLER, *CONTROLLER_OPTIONS.click_options
 
 def _simulated(arm: Arm, robot: str, given: dict[str, Any]) -> Run:
     payload, name = given["payload"], given["controller"]
-    believed = arm_with_payload(arm, payload) if given["payload_known"] and payload else arm
-    controller = make_controller(name, believed, given["engine"], **CONTROLLER_OPTIONS.values(name, given, believed))
+    model = arm_with_payload(arm, payload) if given["payload_known"] else arm
+    dynamics = dynamics_of(model, given["engine"])
+    controller = make_controller(name, model, dynamics, **CONTROLLER_OPTIONS.values(name, given, model))
     plant = arm if given["plant_reading"] is None else load(robot, given["plant_reading"], **arm.loaded_with)
     if given["plant_scale"] != 1.0:
         plant = arm_with_scaled_inertia(plant, given["plant_scale"])
-    friction, note = chosen_friction_of(plant, given["friction"], given["passive_refit"])
+    plant_is_model = plant is arm and (given["payload_known"] or not payload)
+    engine = dynamics if plant_is_model else given["engine"]
+    friction, note = friction_option(plant, given["friction"], given["passive_refit"])
     encoder = _encoder(given["encoder_bits"], given["encoder_noise"], given["velocity_cutoff"])
     reference = REFERENCES.make(given["task"], arm, **TASK_OPTIONS.values(given["task"], given, arm))
     bar = click.progressbar(length=100, label="simulating", file=sys.stderr, hidden=not sys.stderr.isatty())
@@ -137,7 +140,7 @@ def _simulated(arm: Arm, robot: str, given: dict[str, Any]) -> Run:
         return simulate(
             arm, controller, reference, plant=plant, payload=payload, encoder=encoder, progress=progress,
             rate=given["rate"], method=given["method"], substeps=given["substeps"], continuous=given["continuous"],
-            engine=given["engine"], saturate=not given["no_saturation"], seed=given["seed"],
+            engine=engine, saturate=not given["no_saturation"], seed=given["seed"],
             allow_unphysical=given["allow_unphysical"], friction=friction, meta={"task": given["task"], **note},
         )  # fmt: skip
 

@@ -67,7 +67,8 @@ def saturate(tau: Array, effort: Array, out: Array | None = None) -> Array:
     >>> saturate(np.array([3.0, -9.0]), np.array([5.0, 4.0]))
     array([ 3., -4.])
     """
-    return np.asarray(np.maximum(np.minimum(tau, effort, out=out), -effort, out=out))
+    within: Array = np.maximum(np.minimum(tau, effort, out=out), -effort, out=out)
+    return within
 
 
 def positive_gains(name: str, value: ArrayLike, n: int) -> Array:

@@ -27,6 +27,7 @@ class FastStep:
         cap = np.full(n, TURN / h)
         self._ceiling, self._floor = np.array([plant.upper, cap]), np.array([plant.lower, -cap])
         self._inside = np.zeros((2, 2, n), dtype=bool)
+        self._below, self._above = self._inside
         self._all_inside = np.ones_like(self._inside).tobytes()
         self._directional = plant.friction.directional
         self._mode: ContactMode | None = None
@@ -38,31 +39,32 @@ class FastStep:
         flow, mode = self._flow, self._flow.mode
         if mode is not self._mode:
             self._adopt(mode)
-        if mode.any_at_rest:
+        if not self._plain:
             if not self._stays_at_rest(mode, now, tau):
                 return False
-        elif mode.friction is not None:
-            self.friction = mode.friction(now[1])
-        if mode.all_at_rest:
-            after[:], self.work = now, 0.0
-            return True
+            if mode.all_at_rest:
+                after[:], self.work = now, 0.0
+                return True
         self.work = self._step(now, tau, after)
         flow.evaluations += 4 * self._substeps
         # one comparison finds a limit that is passed, a speed that cannot be followed, and NaN
-        np.less_equal(after, self._ceiling, out=self._inside[0])
-        np.greater_equal(after, self._floor, out=self._inside[1])
-        return self._inside.tobytes() == self._all_inside and (self._simple or self._keeps(mode, tau, after))
+        np.less_equal(after, self._ceiling, out=self._below)
+        np.greater_equal(after, self._floor, out=self._above)
+        return self._inside.tobytes() == self._all_inside and (self._plain or self._keeps(mode, tau, after))
 
     def _adopt(self, mode: ContactMode) -> None:
         self._mode, self._accelerate = mode, mode.accelerator()
         self._step, self._tangent = held_rk4(self._accelerate, mode.plant.n, self._h, self._substeps, mode.friction)
         self._high, self._low = mode.highest + HOLDING, mode.lowest - HOLDING
-        self._simple = not (self._directional.any() or mode.any_at_rest)
+        self._plain = mode.friction is None and not mode.any_at_rest
 
     def _stays_at_rest(self, mode: ContactMode, state: Array, tau: Array) -> bool:
-        """Whether joints at rest stay so under tau; it also keeps the friction torque."""
+        """Whether joints at rest, if any, stay so under tau; it also keeps the friction torque."""
         q, dq = state
         friction = mode.friction_torque(dq)
+        if not mode.any_at_rest:
+            self.friction = friction
+            return True
         net = tau - friction
         holding = mode.holding_torque(q, dq, net, self._accelerate(q, dq, net))
         self._flow.evaluations += 1

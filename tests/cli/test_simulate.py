@@ -106,3 +106,45 @@ def test_a_run_of_an_own_or_locked_arm_can_be_replayed(lwr_dyn_command, tmp_path
     )
     assert "no joint of own named 'joint_9'" in lwr_dyn_command("check", own, "--lock", "joint_9=0")[2]
     assert lwr_dyn_command("check", own, "--lock", "joint_2=0.2")[0] == 0
+
+
+@pytest.mark.parametrize(
+    ("options", "models"),
+    [
+        (("--controller", "pid"), 1),
+        (("--controller", "inverse-dynamics", "--payload", "1", "--payload-known"), 1),
+        (("--payload", "1"), 2),
+        (("--plant-reading", "physical"), 2),
+        (("--plant-scale", "1.1"), 2),
+    ],
+)
+def test_a_model_is_built_once_where_the_plant_is_the_controllers_model(options, models, lwr_dyn_command, monkeypatch):
+    from lwr_dyn.dynamics import pinocchio_engine
+
+    built, build = [], pinocchio_engine.pinocchio_model
+    monkeypatch.setattr(pinocchio_engine, "pinocchio_model", lambda arm: built.append(arm) or build(arm))
+    code, out, _ = lwr_dyn_command("simulate", "lwr4plus", *SHORT, *options, "--json")
+    assert code == 0
+    assert json.loads(out)["meta"]["engine"] == "pinocchio"
+    assert len(built) == models
+
+
+@pytest.mark.parametrize(
+    ("options", "rate"),
+    [
+        ((), None),
+        (("--plant-scale", "0.5"), 1859),
+        (("--plant-scale", "0.5", "--continuous"), None),
+        (("--plant-scale", "0.5", "--controller", "inverse-dynamics"), None),
+        (("--rate", "700"), 957),
+        (("--rate", "700", "--plant-scale", "2"), None),
+        (("--rate", "930"), 957),
+        (("--rate", "930", "--payload", "3"), None),
+    ],
+)
+def test_the_note_on_chatter_judges_the_simulated_plant(options, rate, lwr_dyn_command):
+    """Not the model of the controller: a lighter plant chatters where the model would not, a heavier one does not."""
+    code, out, _ = lwr_dyn_command("simulate", "lwr4plus", *SHORT, *options)
+    notes = [line for line in out.splitlines() if line.startswith("note: Kd is too strong")]
+    assert code == 0
+    assert [f"above {rate} would" in line for line in notes] == ([True] if rate else [])
