@@ -63,7 +63,7 @@ def error_table(arm: Arm, figures: Metrics, title: str) -> Table:
     uses = (figures.peak_torque, figures.torque_use, figures.speed_use, figures.saturated_s)
     units = ["mrad" if link.kind is JointKind.REVOLUTE else "mm" for link in arm.chain.links]
     names = ("mean", "mean|e|", "max", "min", "RMS", "mean|de|", "max", "min per s")
-    headings = [
+    headings: list[Heading | str] = [
         "error of", "in", *(Heading(name, format=".3g") for name in names), Heading("peak N m (N)", format=".4g"),
         Heading("of limit", format=_share), Heading("speed", format=_share), Heading("cut s", format=".3g"),
     ]  # fmt: skip
