@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 from lwr_dyn.krl import expressions as e
 from lwr_dyn.krl import statements as s
-from lwr_dyn.krl.blocks import Routine
 from lwr_dyn.krl.declarations import Declaration
 from lwr_dyn.krl.diagnostics import Diagnostic
 from lwr_dyn.krl.program import Program
-from lwr_dyn.krl.source import SourceFile
 from lwr_dyn.krl.symbols import Scope, SymbolTable, scope_of, signature, type_of
 from lwr_dyn.krl.type_check import check_assignable, shape_of, type_in
 from lwr_dyn.krl.types import AXES, BOOL, CARTESIAN, INT, REAL, UNKNOWN
@@ -24,48 +22,30 @@ def static_diagnostics(program: Program) -> tuple[Diagnostic, ...]:
     """Names and types of all routines of the `.src` and of the `.dat`."""
     diagnostics: list[Diagnostic] = []
     if program.data is not None:
-        _check_data(program, program.data, diagnostics)
+        lines = program.outlines[program.data.name].data
+        _check_lines(Scope(program, SymbolTable(), program.data, diagnostics), lines)
     for routine in program.routines:
-        _check_routine(program, routine, diagnostics)
+        _check_lines(scope_of(program, routine, diagnostics), routine.lines())
     return tuple(diagnostics)
 
 
-def _check_routine(program: Program, routine: Routine, diagnostics: list[Diagnostic]) -> None:
-    scope = scope_of(program, routine, diagnostics)
-    for i, x in routine.lines():
+def _check_lines(scope: Scope, lines: Iterable[tuple[int, s.Statement]]) -> None:
+    for i, x in lines:
         scope.line = i
         check = _CHECKS.get(type(x))
         if check is not None:
             check(scope, x)
-        if isinstance(x, s.Jump) and x.label.upper() not in routine.labels:
-            hint = f"put {x.label}: where it should go on"
-            scope.report(x.column, "undeclared", f"there is no label {x.label}", hint)
-        if isinstance(x, s.Return) and (x.value is None) != (routine.head.returns is None):
-            wanted = "no value" if routine.head.returns is None else f"a value of type {routine.head.returns}"
-            scope.report(x.column, "type", f"RETURN {'without' if x.value is None else 'with'} a value", wanted)
-
-
-def _check_data(program: Program, file: SourceFile, diagnostics: list[Diagnostic]) -> None:
-    scope = Scope(program, SymbolTable(), file, diagnostics)
-    for i, x in program.outlines[file.name].data:
-        scope.line = i
-        if isinstance(x, Declaration):
-            _check_declared_type(scope, x)
-            for d in x.names:
-                if d.value is not None:
-                    check_assignable(scope, type_of(x.type, d), d.value, d.name)
-        elif isinstance(x, s.Assign):
-            _assign(scope, x)
 
 
 def _declaration(scope: Scope, x: Declaration) -> None:
     _check_declared_type(scope, x)
     for d in x.names:
-        if d.value is not None:
+        if d.value is not None and not scope.file.is_data:
             message = f"{d.name} is given a value in its declaration"
             hint = "values go into the .dat, or into an assignment"
             scope.report(d.column, "initialiser-in-src", message, hint)
-            check_assignable(scope, UNKNOWN if x.type is None else type_of(x.type, d), d.value, d.name)
+        if d.value is not None:
+            check_assignable(scope, type_of(x.type, d), d.value, d.name)
         for size in d.sizes or ():
             type_in(scope, size)
 
@@ -94,7 +74,7 @@ def _assign(scope: Scope, x: s.Assign) -> None:
 
 def _invoke(scope: Scope, x: s.Invoke) -> None:
     type_in(scope, x.call)
-    silent = Scope(scope.program, scope.own, scope.file, [], scope.line)
+    silent = Scope(scope.program, scope.own, scope.file, [])
     returned, _, _ = signature(silent, x.call)
     if returned is not None and returned is not UNKNOWN and scope.program.routine(x.call.name) is not None:
         message = f"{x.call.name} returns a value that nobody takes"
@@ -154,6 +134,20 @@ def _trigger(scope: Scope, x: s.Trigger) -> None:
     _CHECKS[type(x.action)](scope, x.action)
 
 
+def _jump(scope: Scope, x: s.Jump) -> None:
+    if scope.routine is not None and x.label.upper() not in scope.routine.labels:
+        hint = f"put {x.label}: where it should go on"
+        scope.report(x.column, "undeclared", f"there is no label {x.label}", hint)
+
+
+def _return(scope: Scope, x: s.Return) -> None:
+    _values(scope, x.value)
+    returns = None if scope.routine is None else scope.routine.head.returns
+    if (x.value is None) != (returns is None):
+        wanted = "no value" if returns is None else f"a value of type {returns}"
+        scope.report(x.column, "type", f"RETURN {'without' if x.value is None else 'with'} a value", wanted)
+
+
 def _spline(scope: Scope, x: s.SplineBlock) -> None:
     for setting in x.settings:
         _assign(scope, setting)
@@ -175,7 +169,8 @@ _CHECKS: dict[type, Callable[[Scope, Any], None]] = {
     s.Condition: _condition,
     s.For: _for,
     s.CaseBranch: lambda scope, x: _values(scope, *x.values),
-    s.Return: lambda scope, x: _values(scope, x.value),
+    s.Jump: _jump,
+    s.Return: _return,
     s.InterruptDeclaration: _interrupt,
     s.InterruptSwitch: lambda scope, x: _values(scope, x.priority),
     s.Trigger: _trigger,

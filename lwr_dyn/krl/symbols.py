@@ -89,6 +89,8 @@ class Scope:
     own: SymbolTable
     file: SourceFile
     diagnostics: list[Diagnostic]
+    routine: Routine | None = None
+    """None for a `.dat`."""
     line: int = 0
 
     def report(self, column: int, code: str, message: str, hint: str = "", severity: Severity = "error") -> None:
@@ -136,7 +138,7 @@ def scope_of(program: Program, routine: Routine, diagnostics: list[Diagnostic]) 
         own.variables[p.name.upper()] = DeclaredName(p.name, Type("?", p.dimensions), position)
     for i, x in routine.lines():
         own.declare(x, routine.file, i, diagnostics)
-    return Scope(program, own, routine.file, diagnostics)
+    return Scope(program, own, routine.file, diagnostics, routine)
 
 
 def signature(scope: Scope, x: e.FunctionCall) -> tuple[Type | None, int, int]:
