@@ -82,18 +82,27 @@ class PaperCase:
         return [float(x) for x in self.results.blocks[block].printed[name]]
 
 
+Recompute = Callable[[PaperCase, ResultBlock], Mapping[str, Any]]
+"""Column -> a value per cell, nested as the cells are; the first line of its docstring says what it computes."""
+
+
 @dataclass(frozen=True, slots=True)
 class PaperFormula:
-    """A recomputing function: (case, block) -> column -> a value per cell, nested as the cells are."""
+    """A function that recomputes the numbers of a block."""
 
-    function: Callable[[PaperCase, ResultBlock], Mapping[str, Any]]
+    function: Recompute
     slow: bool = False
-    """Takes a simulation or algebra with letters: left out where tables are judged by the hundred."""
+    """Takes a simulation or symbolic algebra: left out where hundreds of tables are compared."""
 
     @property
     def formula(self) -> str:
         """The first line of its docstring: what it computes."""
         return (self.function.__doc__ or "").strip().splitlines()[0]
+
+
+def formulas(*functions: Recompute, slow: bool = False) -> dict[str, PaperFormula]:
+    """Functions by their names, which `results.toml` gives as `compute`."""
+    return {function.__name__: PaperFormula(function, slow) for function in functions}
 
 
 @dataclass(frozen=True, eq=False)

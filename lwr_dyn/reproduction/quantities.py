@@ -13,7 +13,7 @@ from lwr_dyn.arrays import Array
 from lwr_dyn.dynamics.newton_euler import Recursion
 from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.model.chain import with_payload
-from lwr_dyn.reproduction.case import PaperCase, PaperFormula
+from lwr_dyn.reproduction.case import PaperCase, formulas
 from lwr_dyn.reproduction.results import ResultBlock
 
 AXIS = np.array([1.0, 2.0, 3.0]) / np.sqrt(14.0)
@@ -73,13 +73,4 @@ def armature(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
     return {"armature": case.arm.armature}
 
 
-SHARED = {
-    "total_mass": PaperFormula(total_mass),
-    "torques": PaperFormula(torques),
-    "payload_torque": PaperFormula(payload_torque),
-    "link_moments": PaperFormula(link_moments),
-    "flange": PaperFormula(flange),
-    "limits": PaperFormula(limits),
-    "height": PaperFormula(height),
-    "armature": PaperFormula(armature),
-}
+SHARED = formulas(total_mass, torques, payload_torque, link_moments, flange, limits, height, armature)

@@ -6,8 +6,7 @@ import pytest
 import sympy as sp
 
 from lwr_dyn.papers.catalog import open_paper
-from lwr_dyn.reproduction.kr30ha.planar_dynamics import motion_report
-from lwr_dyn.reproduction.kr30ha.planar_model import finished
+from lwr_dyn.reproduction.kr30ha.planar_dynamics import finished, motion_report
 from lwr_dyn.symbolic.trigonometry import normal_form
 
 RIGHT = {"v_1", "P_1", "P_2"}

@@ -9,8 +9,8 @@ import pytest
 from lwr_dyn.krl.program import parse_program
 from lwr_dyn.reproduction.case import PaperData
 from lwr_dyn.reproduction.kr30ha import proofs_of_motion, proofs_of_program
-from lwr_dyn.reproduction.kr30ha.planar_model import planar_equations
-from lwr_dyn.reproduction.lwr4plus import proofs_of_laws
+from lwr_dyn.reproduction.kr30ha.planar_dynamics import planar_equations
+from lwr_dyn.reproduction.lwr4plus import proofs_of_equations
 from lwr_dyn.reproduction.paper_study import paper_study
 from lwr_dyn.reproduction.results import results_of_tables
 from lwr_dyn.reproduction.study import studies
@@ -39,8 +39,8 @@ def instead(module, name, value):
 
 
 def without_slips(_, __, patch):
-    right = proofs_of_laws.printed_torque
-    patch.setattr(proofs_of_laws, "printed_torque", lambda chain, q, dq, ddq, slips=(): right(chain, q, dq, ddq))
+    right = proofs_of_equations.printed_torque
+    patch.setattr(proofs_of_equations, "printed_torque", lambda chain, q, dq, ddq, slips=(): right(chain, q, dq, ddq))
 
 
 def nothing_added(_, __, patch):
@@ -75,7 +75,7 @@ def in_order(_, results, __):
 LOOP = parse_program(b"DEF a()\nLOOP\nENDLOOP\nEND\n" + b"; line\n" * 40, None, "a")
 SILENT = instead(proofs_of_program, "_diagnoses", lambda corrected: ())
 FINISHED = instead(proofs_of_motion, "finished", lambda lagrangian: planar_equations().tau)
-ONES = instead(proofs_of_laws, "STATE", proofs_of_laws.STATE | {"dq": np.ones(7)})
+ONES = instead(proofs_of_equations, "STATE", proofs_of_equations.STATE | {"dq": np.ones(7)})
 BROKEN = {
     ("lwr4plus", "n-without-dq"): ONES,
     ("lwr4plus", "moment-omega"): without_slips,

@@ -12,8 +12,7 @@ from lwr_dyn.model.spatial import rot_x, rot_z
 from lwr_dyn.papers.assembly import dh_rows
 from lwr_dyn.papers.printed_number import agrees
 from lwr_dyn.reproduction.case import PaperCase, PaperData
-from lwr_dyn.reproduction.kr30ha.derived import pose_misses
-from lwr_dyn.reproduction.kr30ha.formulas import envelope, symbolic_matrices
+from lwr_dyn.reproduction.kr30ha.formulas import envelope, pose_misses, symbolic_matrices
 from lwr_dyn.reproduction.kr30ha.points import wrist_centre_mm
 from lwr_dyn.reproduction.kr30ha.proofs_of_motion import MOTION
 from lwr_dyn.reproduction.kr30ha.proofs_of_points import POINTS

@@ -8,8 +8,14 @@ from lwr_dyn.papers.assembly import arm_from_paper
 from lwr_dyn.papers.catalog import open_paper
 from lwr_dyn.reproduction.case import PaperData
 from lwr_dyn.reproduction.expressions import same
-from lwr_dyn.reproduction.kr30ha.planar_dynamics import FIRST_TWO, Comparison, comparisons
-from lwr_dyn.reproduction.kr30ha.planar_model import counterparts, finished, planar_equations
+from lwr_dyn.reproduction.kr30ha.planar_dynamics import (
+    FIRST_TWO,
+    Comparison,
+    comparisons,
+    counterparts,
+    finished,
+    planar_equations,
+)
 from lwr_dyn.reproduction.ledger import Proof, Prove
 from lwr_dyn.symbolic.arm_equations import equations_of_motion
 

@@ -1,4 +1,4 @@
-"""The functions that recompute what the LWR-IV exercise prints, by the names its `results.toml` gives them."""
+"""Formulas of the numbers that the LWR-IV exercise prints, by the names that its `results.toml` gives them."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import sympy as sp
 
 from lwr_dyn.kinematics.forward import forward_kinematics, frames
 from lwr_dyn.papers.assembly import dh_rows
-from lwr_dyn.reproduction.case import PaperCase, PaperFormula
+from lwr_dyn.reproduction.case import PaperCase, formulas
 from lwr_dyn.reproduction.expressions import compared
 from lwr_dyn.reproduction.quantities import SHARED
 from lwr_dyn.reproduction.results import ResultBlock
@@ -48,7 +48,4 @@ def wrist_centre(case: PaperCase, block: ResultBlock) -> dict[str, Any]:
     return {"position": frames(case.arm.chain, block.printed["q"])[5, :3, 3]}
 
 
-FORMULAS = SHARED | {
-    function.__name__: PaperFormula(function)
-    for function in (dh_matrices, last_three, joints_by_group, tool_point, wrist_centre)
-}
+FORMULAS = SHARED | formulas(dh_matrices, last_three, joints_by_group, tool_point, wrist_centre)

@@ -1,4 +1,4 @@
-"""The functions that recompute what the LWR 4+ paper prints, by the names its `results.toml` gives them."""
+"""Formulas of the numbers that the LWR 4+ paper prints, by the names that its `results.toml` gives them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from lwr_dyn.control.gains import second_order_gains
 from lwr_dyn.dynamics.newton_euler import Recursion
 from lwr_dyn.model.chain import Body, with_bodies
 from lwr_dyn.papers.assembly import arm_from_paper, dh_rows
-from lwr_dyn.reproduction.case import PaperCase, PaperFormula
+from lwr_dyn.reproduction.case import PaperCase, formulas
 from lwr_dyn.reproduction.lwr4plus.cached_maxima import at_printed, largest
 from lwr_dyn.reproduction.lwr4plus.errors import COLUMNS, nearest_table, velocity_columns_of
 from lwr_dyn.reproduction.lwr4plus.tables import shell_asymmetry
@@ -155,14 +155,12 @@ def ist_margin(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
     return {"margin": [np.degrees(ist_reference(case.arm, "smooth").margin)]}
 
 
-_QUICK = (
-    rotor_inertia, vectors_between_origins, origin_miss, last_index, sizes, worst_case_inertia,
-    semicircle_centres, gains, outer_gains, largest_errors, joints_of_largest_maximum, joints_of_largest_average,
-    joints_of_largest_velocity, shell_spread, ist_length, ist_speed,
-)  # fmt: skip
-_SLOW = (inertia_at_printed_q, table_vii, table_viii, ist_margin)
-FORMULAS: dict[str, PaperFormula] = (
+FORMULAS = (
     SHARED
-    | {function.__name__: PaperFormula(function) for function in _QUICK}
-    | {function.__name__: PaperFormula(function, slow=True) for function in _SLOW}
-)
+    | formulas(
+        rotor_inertia, vectors_between_origins, origin_miss, last_index, sizes, worst_case_inertia,
+        semicircle_centres, gains, outer_gains, largest_errors, joints_of_largest_maximum, joints_of_largest_average,
+        joints_of_largest_velocity, shell_spread, ist_length, ist_speed,
+    )
+    | formulas(inertia_at_printed_q, table_vii, table_viii, ist_margin, slow=True)
+)  # fmt: skip

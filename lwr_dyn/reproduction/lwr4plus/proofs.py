@@ -15,7 +15,7 @@ from lwr_dyn.reproduction.case import PaperCase, PaperData
 from lwr_dyn.reproduction.ledger import Proof, Prove
 from lwr_dyn.reproduction.lwr4plus.cached_maxima import at_printed, largest
 from lwr_dyn.reproduction.lwr4plus.formulas import origin_miss
-from lwr_dyn.reproduction.lwr4plus.proofs_of_laws import LAWS
+from lwr_dyn.reproduction.lwr4plus.proofs_of_equations import EQUATIONS
 
 ROWS, SWAPPED, C5Z = "table2-rows", "table1-swapped-yz", "table2-c5z"
 
@@ -221,5 +221,5 @@ PROOFS: dict[str, Prove] = {
     "table8-velocity-order": table8_velocity_order,
     "largest-error-side": largest_error_side,
     "conclusion-errors": conclusion_errors,
-    **LAWS,
+    **EQUATIONS,
 }

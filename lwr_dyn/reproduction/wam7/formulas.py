@@ -1,4 +1,4 @@
-"""The functions that recompute what the WAM paper prints, by the names its `results.toml` gives them."""
+"""Formulas of the numbers that the WAM paper prints, by the names that its `results.toml` gives them."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from lwr_dyn.arrays import Array
 from lwr_dyn.errors import MissingDataError
 from lwr_dyn.model.arm import JointGains
 from lwr_dyn.model.friction import FRICTIONLESS
-from lwr_dyn.reproduction.case import PaperCase, PaperFormula
+from lwr_dyn.reproduction.case import PaperCase, formulas
 from lwr_dyn.reproduction.quantities import SHARED
 from lwr_dyn.reproduction.results import ResultBlock
 from lwr_dyn.reproduction.wam7.runs import cruise_error, experiment, sides_of
@@ -169,13 +169,12 @@ def settled_errors(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
     return {"error": [1e3 * cruise_error(case.arm, experiment(case.arm, i)).mean for i in moved]}
 
 
-_QUICK = (
-    joints, simulations, motion, printed_velocity, caption_acceleration, figure_4, covered, most_affected,
-    least_influenced, cruise_errors, cruise_in_figure, net_damping, feeds_energy, friction_at_end, controller,
-    motor_speeds, sheet_tensors, tensors_about_origin, home_excess,
-)  # fmt: skip
-FORMULAS: dict[str, PaperFormula] = (
+FORMULAS = (
     SHARED
-    | {function.__name__: PaperFormula(function) for function in _QUICK}
-    | {"settled_errors": PaperFormula(settled_errors, slow=True)}
-)
+    | formulas(
+        joints, simulations, motion, printed_velocity, caption_acceleration, figure_4, covered, most_affected,
+        least_influenced, cruise_errors, cruise_in_figure, net_damping, feeds_energy, friction_at_end, controller,
+        motor_speeds, sheet_tensors, tensors_about_origin, home_excess,
+    )
+    | formulas(settled_errors, slow=True)
+)  # fmt: skip
