@@ -41,8 +41,8 @@ def states(n):
     return np.random.default_rng(11).uniform(-2.5, 2.5, (2, STATES, n))
 
 
-def close(found, expected):
-    return np.abs(found - expected).max() <= EXACT * np.abs(expected).max()
+def close(result, expected):
+    return np.abs(result - expected).max() <= EXACT * np.abs(expected).max()
 
 
 def test_pinocchio_reads_urdf_and_srdf(moving, stem):
@@ -72,12 +72,12 @@ def test_mujoco_reads_mjcf(moving, stem):
     road_b = lwr_dyn.dynamics_of(moving, engine="newton-euler")
     B, bias, g = road_b.mass_matrix(q), road_b.bias_torque(q, dq), road_b.gravity_vector(q)
     T = lwr_dyn.forward_kinematics(moving, q)
-    found = np.zeros((moving.n, moving.n))
+    result = np.zeros((moving.n, moving.n))
     for k in range(STATES):
         data.qpos[:], data.qvel[:] = q[k], dq[k]
         mujoco.mj_forward(model, data)
-        mujoco.mj_fullM(model, data, found)
-        assert close(found, B[k])
+        mujoco.mj_fullM(model, data, result)
+        assert close(result, B[k])
         assert close(data.qfrc_bias, bias[k])
         data.qvel[:] = 0.0
         mujoco.mj_forward(model, data)

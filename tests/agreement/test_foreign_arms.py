@@ -1,4 +1,4 @@
-"""Arms that nobody here wrote, from example-robot-data: both roads agree, and so do other readers of the same file."""
+"""Foreign arms from example-robot-data: both roads agree, and so do other readers of the same file."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -54,8 +54,8 @@ def states(n):
     return np.random.default_rng(5).uniform(-2.5, 2.5, (2, STATES, n))
 
 
-def close(found, expected):
-    return np.abs(found - expected).max() <= EXACT * np.abs(expected).max()
+def close(result, expected):
+    return np.abs(result - expected).max() <= EXACT * np.abs(expected).max()
 
 
 @pytest.mark.parametrize("name", ARMS)

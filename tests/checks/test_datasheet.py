@@ -22,8 +22,8 @@ CASES = [(column, i, by) for column, steps in MUTATED.items() for i in range(6) 
 
 def row_of(column):
     """The text of a column's values and what is in it."""
-    found = re.search(rf"^{column} = {{{{? values = \[([^]]*)\]", TEXT, re.M)
-    return found.group(0), [float(x) for x in found.group(1).split(",")]
+    result = re.search(rf"^{column} = {{{{? values = \[([^]]*)\]", TEXT, re.M)
+    return result.group(0), [float(x) for x in result.group(1).split(",")]
 
 
 def verdicts_with(column, values):

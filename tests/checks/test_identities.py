@@ -55,9 +55,9 @@ def failing(verdicts):
 
 
 def test_the_report_has_every_law(arm):
-    found = [v.name for v in run_checks.check_arm(arm, open_paper("lwr4plus"), states=5).verdicts]
-    assert [name for name in found if not name.startswith("link_")] == NAMES
-    assert len(found) == len(NAMES) + 3 * 7
+    result = [v.name for v in run_checks.check_arm(arm, open_paper("lwr4plus"), states=5).verdicts]
+    assert [name for name in result if not name.startswith("link_")] == NAMES
+    assert len(result) == len(NAMES) + 3 * 7
 
 
 def test_mass_matrix_laws(arm, states):
@@ -70,9 +70,9 @@ def test_mass_matrix_laws(arm, states):
 @pytest.mark.parametrize("name", ["coriolis_matrix", "bias_torque"])
 def test_velocity_laws(arm, states, name):
     wrong = Faulty(arm.chain, **{name: lambda x: x * (1 + SMALL)})
-    found = failing(velocity_identities(wrong, newton_euler_dynamics(arm.chain).ungated, states))
-    assert "C dq + g - bias torque" in found
-    assert ("dB/dt - C - C^T" in found) is (name == "coriolis_matrix")
+    result = failing(velocity_identities(wrong, newton_euler_dynamics(arm.chain).ungated, states))
+    assert "C dq + g - bias torque" in result
+    assert ("dB/dt - C - C^T" in result) is (name == "coriolis_matrix")
 
 
 def test_gravity_law(arm, states):

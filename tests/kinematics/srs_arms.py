@@ -1,4 +1,4 @@
-"""S-R-S arms that nobody drew: any base, any zero positions, elbows off the line, any flange."""
+"""Random S-R-S arms: any base, any zero positions, elbow offsets, any flange."""
 
 import numpy as np
 

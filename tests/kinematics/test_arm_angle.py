@@ -182,9 +182,9 @@ def test_works_on_any_s_r_s_arm():
 
 def test_corridors_across_the_seam_are_unwrapped():
     intervals = AngleIntervals(np.array([[3.0], [-3.2], [-3.1]]), np.array([[3.3], [-2.8], [-2.5]]))
-    found = connected_arm_angles(intervals)
-    assert isinstance(found, Corridor)
-    assert found.low == pytest.approx([3.0, 2 * np.pi - 3.2, 2 * np.pi - 3.1])
+    result = connected_arm_angles(intervals)
+    assert isinstance(result, Corridor)
+    assert result.low == pytest.approx([3.0, 2 * np.pi - 3.2, 2 * np.pi - 3.1])
 
 
 def test_a_chain_that_ends_is_found():

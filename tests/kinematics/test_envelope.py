@@ -49,18 +49,18 @@ def with_ranges(arm, **ranges):
 
 
 def test_the_data_sheet(kr30):
-    found = working_envelope(kr30)
-    assert found.volume == pytest.approx(27.24, abs=0.02)
-    assert found.volume == pytest.approx(raster_volume(-135, 35, -120, 158), abs=RASTER)
-    assert found.reach == pytest.approx(0.35 + 0.85 + np.hypot(0.145, 0.82), abs=1e-12)
+    result = working_envelope(kr30)
+    assert result.volume == pytest.approx(27.24, abs=0.02)
+    assert result.volume == pytest.approx(raster_volume(-135, 35, -120, 158), abs=RASTER)
+    assert result.reach == pytest.approx(0.35 + 0.85 + np.hypot(0.145, 0.82), abs=1e-12)
 
 
 @pytest.mark.parametrize(
     ("a2", "a3"), [((-90, 0), (-30, 60)), ((-135, 35), (20, 158)), ((-60, 80), (-170, -20)), ((-135, 35), (-168, 158))]
 )
 def test_other_ranges(kr30, a2, a3):
-    found = working_envelope(with_ranges(kr30, A2=a2, A3=a3))
-    assert found.volume == pytest.approx(raster_volume(*a2, *a3), abs=RASTER)
+    result = working_envelope(with_ranges(kr30, A2=a2, A3=a3))
+    assert result.volume == pytest.approx(raster_volume(*a2, *a3), abs=RASTER)
 
 
 def test_less_of_axis_1_is_less_volume(kr30):
@@ -69,14 +69,14 @@ def test_less_of_axis_1_is_less_volume(kr30):
 
 
 def test_every_wrist_centre_is_within_the_outline_and_it_is_closed(kr30):
-    found = working_envelope(kr30)
-    ends = {tuple(np.round(arc.point(arc.end), 9)) for arc in found.outline}
-    starts = {tuple(np.round(arc.point(arc.start), 9)) for arc in found.outline}
+    result = working_envelope(kr30)
+    ends = {tuple(np.round(arc.point(arc.end), 9)) for arc in result.outline}
+    starts = {tuple(np.round(arc.point(arc.start), 9)) for arc in result.outline}
     assert all(abs(r) < 1e-9 for r, _ in ends ^ starts)
     q = np.random.default_rng(0).uniform(kr30.lower, kr30.upper, (5000, 6))
     T = lwr_dyn.forward_kinematics(kr30, q)
     wrist = T[:, :3, 3] - 0.17 * T[:, :3, 2]
-    assert np.hypot(wrist[:, 0], wrist[:, 1]).max() <= found.reach + 1e-12
+    assert np.hypot(wrist[:, 0], wrist[:, 1]).max() <= result.reach + 1e-12
 
 
 def test_the_moment_of_a_ring():

@@ -27,26 +27,26 @@ def test_random_poses_are_solved_and_every_solution_says_what_it_is():
     rng = np.random.default_rng(2)
     for q in rng.uniform(LWR.lower, LWR.upper, (60, 7)):
         T = pose(LWR, q)
-        found = inverse_kinematics(LWR, T)
-        assert (found.status, found.complete) == ("solved", True)
-        assert len(found.solutions) + len(found.outside) == 8
-        for s in found.solutions + found.outside:
+        result = inverse_kinematics(LWR, T)
+        assert (result.status, result.complete) == ("solved", True)
+        assert len(result.solutions) + len(result.outside) == 8
+        for s in result.solutions + result.outside:
             assert np.abs(pose(LWR, s.q) - T).max() <= RESIDUAL
             room = np.minimum(s.q - LWR.lower, LWR.upper - s.q)
             assert s.margin == room.min()
             assert s.joint == LWR.joint_names[int(room.argmin())]
-            assert s.inside_limits == (s in found.solutions) == (room.min() >= -1e-12)
-            assert bool(found.arm_angle_intervals[s.branch]) == s.inside_limits
-        order = [s.margin for s in found.solutions]
+            assert s.inside_limits == (s in result.solutions) == (room.min() >= -1e-12)
+            assert bool(result.arm_angle_intervals[s.branch]) == s.inside_limits
+        order = [s.margin for s in result.solutions]
         assert order == sorted(order, reverse=True)
 
 
 def test_a_given_arm_angle_is_kept_and_its_intervals_tell_whether_it_is_inside():
     T = pose(LWR, [0.3, 0.7, 0.2, -1.3, 0.4, 0.9, 0.1])
     for psi in np.linspace(-3, 3, 25):
-        found = inverse_kinematics(LWR, T, arm_angle=psi)
-        for s in found.solutions + found.outside:
-            arcs = found.arm_angle_intervals[s.branch]
+        result = inverse_kinematics(LWR, T, arm_angle=psi)
+        for s in result.solutions + result.outside:
+            arcs = result.arm_angle_intervals[s.branch]
             assert s.arm_angle == psi
             assert s.inside_limits == any(a <= psi + turn <= b for a, b in arcs for turn in (0, 2 * np.pi))
 
@@ -56,17 +56,17 @@ def test_out_of_reach_is_told_apart_from_outside_limits():
     far = T.copy()
     far[:3, 3] = [0, 0, 1.5 + 0.078]
     far[:3, :3] = np.eye(3)
-    found = inverse_kinematics(LWR, far)
-    assert (found.status, found.complete, found.solutions) == ("out of reach", True, ())
-    assert found.distance == pytest.approx(1.5 - 0.79)
+    result = inverse_kinematics(LWR, far)
+    assert (result.status, result.complete, result.solutions) == ("out of reach", True, ())
+    assert result.distance == pytest.approx(1.5 - 0.79)
     near = far.copy()
     near[2, 3] = 0.005 + 0.078
     assert inverse_kinematics(LWR, near).distance == pytest.approx(0.005)
     bent = pose(LWR, [0.3, 0.7, 0.2, -2.3, 0.4, 0.9, 0.1])
-    found = inverse_kinematics(LWR, bent)
-    assert (found.status, found.joint, found.distance) == ("outside limits", "joint_4", None)
-    assert found.excess == pytest.approx(2.3 - np.radians(120))
-    assert len(found.outside) == 8
+    result = inverse_kinematics(LWR, bent)
+    assert (result.status, result.joint, result.distance) == ("outside limits", "joint_4", None)
+    assert result.excess == pytest.approx(2.3 - np.radians(120))
+    assert len(result.outside) == 8
     assert inverse_kinematics(LWR, bent, limits=False).status == "solved"
     assert len(inverse_kinematics(LWR, bent, limits=False).solutions) == 8
 
@@ -74,15 +74,15 @@ def test_out_of_reach_is_told_apart_from_outside_limits():
 def test_a_moving_joint_outside_at_every_arm_angle_is_named_with_its_least_excess():
     tight = replace(LWR, limits=(*LWR.limits[:5], JointLimits(-0.1, 0.1), LWR.limits[6]))
     T = pose(LWR, [0.3, 0.7, 0.2, -1.3, 0.4, 1.5, 0.1])
-    found = inverse_kinematics(tight, T)
-    assert (found.status, found.joint) == ("outside limits", "joint_6")
+    result = inverse_kinematics(tight, T)
+    assert (result.status, result.joint) == ("outside limits", "joint_6")
     least = min(
         abs(s.q[5]) - 0.1
         for psi in np.linspace(-3.14, 3.14, 600)
         for s in inverse_at(tight, T, psi)
         if s.joint == "joint_6"
     )
-    assert least - 1e-3 < found.excess <= least + 1e-9
+    assert least - 1e-3 < result.excess <= least + 1e-9
 
 
 def inverse_at(arm, T, psi):
@@ -90,10 +90,10 @@ def inverse_at(arm, T, psi):
 
 
 def test_the_stretched_arm_has_one_solution_and_is_solved():
-    found = inverse_kinematics(LWR, pose(LWR, np.zeros(7)))
-    assert found.status == "solved"
-    assert len(found.solutions) == 1
-    assert np.abs(found.solutions[0].q).max() < 1e-4
+    result = inverse_kinematics(LWR, pose(LWR, np.zeros(7)))
+    assert result.status == "solved"
+    assert len(result.solutions) == 1
+    assert np.abs(result.solutions[0].q).max() < 1e-4
 
 
 @pytest.mark.parametrize(
@@ -124,23 +124,23 @@ def test_bad_options_are_refused():
 
 def test_typed_rotations_are_taken_as_the_nearest():
     T = pose(LWR, [0.3, 0.7, 0.2, -1.3, 0.4, 0.9, 0.1]).round(7)
-    found = inverse_kinematics(LWR, T)
-    assert np.abs(pose(LWR, found.solutions[0].q) - T).max() < 1e-6
+    result = inverse_kinematics(LWR, T)
+    assert np.abs(pose(LWR, result.solutions[0].q) - T).max() < 1e-6
 
 
 def test_numeric_search_solves_other_arms_inside_limits_and_calls_itself_incomplete():
     rng = np.random.default_rng(4)
     for q in rng.uniform(SIX.lower, SIX.upper, (10, 6)):
         T = pose(SIX, q)
-        found = inverse_kinematics(SIX, T, starts=32)
-        assert (found.status, found.complete) == ("solved", False)
-        for s in found.solutions:
+        result = inverse_kinematics(SIX, T, starts=32)
+        assert (result.status, result.complete) == ("solved", False)
+        for s in result.solutions:
             assert np.abs(pose(SIX, s.q) - T).max() <= NUMERIC
             assert s.residual <= NUMERIC
             assert ((s.q >= SIX.lower) & (s.q <= SIX.upper)).all()
-    assert len(found.solutions) >= 1
+    assert len(result.solutions) >= 1
     again = inverse_kinematics(SIX, T, starts=32)
-    assert all((a.q == b.q).all() for a, b in zip(found.solutions, again.solutions, strict=True))
+    assert all((a.q == b.q).all() for a, b in zip(result.solutions, again.solutions, strict=True))
 
 
 def test_a_joint_that_pushes_against_its_limit_is_held_and_the_others_do_the_work():
@@ -159,21 +159,21 @@ def test_a_joint_that_pushes_against_its_limit_is_held_and_the_others_do_the_wor
 def test_numeric_search_with_sliding_joints(seed):
     arm = random_arm(seed, "RPRRPRR")
     T = pose(arm, np.random.default_rng(seed).uniform(-0.8, 0.8, 7))
-    found = inverse_kinematics(arm, T, starts=32)
-    assert found.status == "solved"
-    assert found.solutions[0].residual <= NUMERIC
+    result = inverse_kinematics(arm, T, starts=32)
+    assert result.status == "solved"
+    assert result.solutions[0].residual <= NUMERIC
 
 
 def test_numeric_search_tells_reach_from_limits():
     far = np.eye(4)
     far[0, 3] = 3.0
-    found = inverse_kinematics(SIX, far, starts=16)
-    assert (found.status, found.complete) == ("out of reach", False)
-    assert found.distance > 2.0
+    result = inverse_kinematics(SIX, far, starts=16)
+    assert (result.status, result.complete) == ("out of reach", False)
+    assert result.distance > 2.0
     bent = pose(SIX, [0.3, 0.7, -2.3, 0.4, 0.9, 0.1])
-    found = inverse_kinematics(SIX, bent, starts=16)
-    assert (found.status, found.joint) == ("outside limits", "joint_4")
-    assert found.excess >= 2.3 - np.radians(120) - 1e-9
+    result = inverse_kinematics(SIX, bent, starts=16)
+    assert (result.status, result.joint) == ("outside limits", "joint_4")
+    assert result.excess >= 2.3 - np.radians(120) - 1e-9
 
 
 @pytest.mark.parametrize("name", IK_SOLVERS.names)

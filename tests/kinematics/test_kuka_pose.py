@@ -103,20 +103,20 @@ def test_turn_bits():
 
 def test_branches_of_one_pose_differ_in_status(kr30):
     q = np.radians([20.0, -110.0, 110.0, 40.0, 50.0, -70.0])
-    found = lwr_dyn.inverse_kinematics(kr30, lwr_dyn.forward_kinematics(kr30, q), limits=False)
-    pairs = [(status(kr30, s.q), turn(s.q)) for s in found.solutions]
+    result = lwr_dyn.inverse_kinematics(kr30, lwr_dyn.forward_kinematics(kr30, q), limits=False)
+    pairs = [(status(kr30, s.q), turn(s.q)) for s in result.solutions]
     assert {s for s, _ in pairs} == set(range(8))
     assert len(set(pairs)) == len(pairs)
 
 
 def test_status_and_turn_choose_and_what_no_branch_has_is_refused(kr30):
     q = np.radians([20.0, -60.0, 100.0, 40.0, 50.0, -70.0])
-    found = lwr_dyn.inverse_kinematics(kr30, lwr_dyn.forward_kinematics(kr30, q)).solutions
-    (only,) = with_status_and_turn(kr30, found, status(kr30, q), turn(q))
+    result = lwr_dyn.inverse_kinematics(kr30, lwr_dyn.forward_kinematics(kr30, q)).solutions
+    (only,) = with_status_and_turn(kr30, result, status(kr30, q), turn(q))
     assert np.abs(only.q - q).max() < 1e-9
-    assert len(with_status_and_turn(kr30, found)) == len(found)
+    assert len(with_status_and_turn(kr30, result)) == len(result)
     with pytest.raises(OptionError, match="no solution has S 7, T 1; allowed: S "):
-        with_status_and_turn(kr30, found, 7, 1)
+        with_status_and_turn(kr30, result, 7, 1)
     with pytest.raises(OptionError, match="the pose has no solution"):
         with_status_and_turn(kr30, (), 0)
 

@@ -29,9 +29,9 @@ def random_q(arm, k, seed=0):
     return np.random.default_rng(seed).uniform(arm.lower, arm.upper, (k, arm.n))
 
 
-def distance_to(found, q):
+def distance_to(result, q):
     """(k,) largest joint difference to the nearest branch, and which branch that is."""
-    gap = np.abs(wrap(found.q - q[:, None])).max(axis=2)
+    gap = np.abs(wrap(result.q - q[:, None])).max(axis=2)
     gap = np.where(np.isnan(gap), np.inf, gap)
     return gap.min(axis=1), gap.argmin(axis=1)
 
@@ -41,13 +41,13 @@ def test_q_is_among_the_branches_and_each_branch_gives_the_pose(reading):
     arm = lwr_dyn.load("kr30ha", reading)
     q = random_q(arm, 100_000)
     T = lwr_dyn.forward_kinematics(arm, q)
-    found = all_branches(arm, T)
-    gap, nearest = distance_to(found, q)
-    clear = (found.clearance[np.arange(len(q)), nearest] >= NEAR_SINGULAR).all(axis=1)
+    result = all_branches(arm, T)
+    gap, nearest = distance_to(result, q)
+    clear = (result.clearance[np.arange(len(q)), nearest] >= NEAR_SINGULAR).all(axis=1)
     assert clear.sum() > 99_900
     assert gap[clear].max() < FOUND
-    back = lwr_dyn.forward_kinematics(arm, np.nan_to_num(found.q))
-    assert np.abs(back - T[:, None])[found.reachable].max() < POSE
+    back = lwr_dyn.forward_kinematics(arm, np.nan_to_num(result.q))
+    assert np.abs(back - T[:, None])[result.reachable].max() < POSE
 
 
 def near(which, distance):
@@ -68,43 +68,43 @@ def near(which, distance):
 @pytest.mark.parametrize("distance", [0.0, 1e-16, 1e-13, 1e-10, 1e-8, 3e-6])
 def test_near_a_singularity_the_pose_comes_back_and_it_is_named(kr30, which, distance):
     T = lwr_dyn.forward_kinematics(kr30, near(which, distance))
-    found = lwr_dyn.inverse_kinematics(kr30, T, limits=False)
-    assert found.status == "solved"
-    assert which in found.singular
-    for solution in found.solutions:
+    result = lwr_dyn.inverse_kinematics(kr30, T, limits=False)
+    assert result.status == "solved"
+    assert which in result.singular
+    for solution in result.solutions:
         assert solution.residual < POSE
 
 
 @pytest.mark.parametrize("which", ["shoulder", "elbow", "wrist"])
 def test_at_ten_times_the_distance_it_is_not_named_and_q_comes_back(kr30, which):
     q = near(which, 1e-4)
-    found = lwr_dyn.inverse_kinematics(kr30, lwr_dyn.forward_kinematics(kr30, q), limits=False)
-    assert which not in found.singular
-    assert min(np.abs(wrap(s.q - q)).max() for s in found.solutions) < FOUND
+    result = lwr_dyn.inverse_kinematics(kr30, lwr_dyn.forward_kinematics(kr30, q), limits=False)
+    assert which not in result.singular
+    assert min(np.abs(wrap(s.q - q)).max() for s in result.solutions) < FOUND
 
 
 def test_eight_branches_of_a_pose_differ_and_are_labelled(kr30):
     q = np.radians([20.0, -110.0, 110.0, 40.0, 50.0, -70.0])
-    found = all_branches(kr30, lwr_dyn.forward_kinematics(kr30, q)[None])
-    assert found.reachable.all()
+    result = all_branches(kr30, lwr_dyn.forward_kinematics(kr30, q)[None])
+    assert result.reachable.all()
     for i, j in product(range(8), repeat=2):
-        assert i == j or np.abs(wrap(found.q[0, i] - found.q[0, j])).max() > 1e-3
+        assert i == j or np.abs(wrap(result.q[0, i] - result.q[0, j])).max() > 1e-3
     assert [b.label for b in BRANCHES][:2] == ["+++", "++-"]
-    assert BRANCHES[distance_to(found, q[None])[1][0]].shoulder == 1
+    assert BRANCHES[distance_to(result, q[None])[1][0]].shoulder == 1
 
 
 def test_every_whole_turn_inside_the_ranges_is_listed_and_none_twice(kr30):
     q = np.radians([178.0, -60.0, 100.0, 40.0, 50.0, -70.0])
-    found = lwr_dyn.inverse_kinematics(kr30, lwr_dyn.forward_kinematics(kr30, q))
+    result = lwr_dyn.inverse_kinematics(kr30, lwr_dyn.forward_kinematics(kr30, q))
     turns = [a + 360.0 * k for a in (178.0,) for k in (-1, 0) if abs(a + 360.0 * k) <= 185]
     assert turns == [-182.0, 178.0]
     wanted = {(a, b, c) for a in turns for b in (40.0, -320.0) for c in (-70.0, 290.0)}
     there = [
-        tuple(np.degrees(s.q[[0, 3, 5]]).round(6)) for s in found.solutions if abs(np.degrees(s.q[4]) - 50.0) < 1e-6
+        tuple(np.degrees(s.q[[0, 3, 5]]).round(6)) for s in result.solutions if abs(np.degrees(s.q[4]) - 50.0) < 1e-6
     ]
     assert set(there) >= wanted
-    assert len({tuple(s.q.round(9)) for s in found.solutions}) == len(found.solutions)
-    for solution in found.solutions:
+    assert len({tuple(s.q.round(9)) for s in result.solutions}) == len(result.solutions)
+    for solution in result.solutions:
         assert ((solution.q >= kr30.lower - 1e-12) & (solution.q <= kr30.upper + 1e-12)).all()
         assert solution.residual < POSE
 
@@ -119,33 +119,33 @@ def test_a_joint_on_its_limit_is_kept_and_one_without_limits_is_not_turned(kr30)
 def test_out_of_reach_is_told_from_outside_limits(kr30):
     far = lwr_dyn.forward_kinematics(kr30, np.zeros(6))
     far[0, 3] += 0.5
-    found = lwr_dyn.inverse_kinematics(kr30, far)
-    assert (found.status, found.complete, found.solutions) == ("out of reach", True, ())
+    result = lwr_dyn.inverse_kinematics(kr30, far)
+    assert (result.status, result.complete, result.solutions) == ("out of reach", True, ())
     span = np.hypot(2.52 - 0.35, 0.145) - 0.85 - np.hypot(0.145, 0.82)
-    assert found.distance == pytest.approx(span, abs=1e-12)
+    assert result.distance == pytest.approx(span, abs=1e-12)
     beyond = np.radians([0.0, 60.0, 20.0, 0.0, 40.0, 0.0])
-    found = lwr_dyn.inverse_kinematics(kr30, lwr_dyn.forward_kinematics(kr30, beyond))
-    assert (found.status, found.joint, found.complete) == ("outside limits", "A2", True)
-    assert found.excess == pytest.approx(np.radians(60 - 35 - 7.83), abs=0.7)
-    assert all(not s.inside_limits for s in found.outside)
+    result = lwr_dyn.inverse_kinematics(kr30, lwr_dyn.forward_kinematics(kr30, beyond))
+    assert (result.status, result.joint, result.complete) == ("outside limits", "A2", True)
+    assert result.excess == pytest.approx(np.radians(60 - 35 - 7.83), abs=0.7)
+    assert all(not s.inside_limits for s in result.outside)
     assert lwr_dyn.inverse_kinematics(kr30, lwr_dyn.forward_kinematics(kr30, beyond), limits=False).status == "solved"
 
 
 def test_an_aligned_wrist_shares_its_turn_so_that_both_axes_stay_inside(kr30):
     narrow = replace(kr30, limits=(*kr30.limits[:5], replace(kr30.limits[5], lower=-0.5, upper=0.5)))
     q = np.radians([10.0, -90.0, 90.0, 100.0, 0.0, 20.0])
-    found = lwr_dyn.inverse_kinematics(narrow, lwr_dyn.forward_kinematics(narrow, q))
-    aligned = [s for s in found.solutions if "wrist" in s.singular]
+    result = lwr_dyn.inverse_kinematics(narrow, lwr_dyn.forward_kinematics(narrow, q))
+    aligned = [s for s in result.solutions if "wrist" in s.singular]
     assert aligned
     assert all(s.inside_limits and s.residual < POSE for s in aligned)
 
 
 def test_least_travel_is_the_least(kr30):
     q = random_q(kr30, 1, seed=4)[0]
-    found = lwr_dyn.inverse_kinematics(kr30, lwr_dyn.forward_kinematics(kr30, q))
-    best = nearest_solution(found.solutions, q)
+    result = lwr_dyn.inverse_kinematics(kr30, lwr_dyn.forward_kinematics(kr30, q))
+    best = nearest_solution(result.solutions, q)
     assert joint_distance(best, q) < 1e-8
-    assert joint_distance(best, q) == min(joint_distance(s, q) for s in found.solutions)
+    assert joint_distance(best, q) == min(joint_distance(s, q) for s in result.solutions)
 
 
 OWN = """schema = 1
@@ -188,13 +188,13 @@ def test_other_arms_of_the_kind_are_solved_too(tmp_path, name):
     assert wrist_arm_geometry(arm.chain) is not None
     q = random_q(arm, 2000)
     T = lwr_dyn.forward_kinematics(arm, q)
-    found = closed_form(require_wrist_arm(arm), joint_ranges(arm), T)
-    gap, nearest = distance_to(found, q)
-    clear = (found.clearance[np.arange(len(q)), nearest] >= 1e-3).all(axis=1)
+    result = closed_form(require_wrist_arm(arm), joint_ranges(arm), T)
+    gap, nearest = distance_to(result, q)
+    clear = (result.clearance[np.arange(len(q)), nearest] >= 1e-3).all(axis=1)
     assert clear.mean() > 0.9
     assert gap[clear].max() < FOUND
-    back = lwr_dyn.forward_kinematics(arm, np.nan_to_num(found.q))
-    assert np.abs(back - T[:, None])[found.reachable].max() < POSE
+    back = lwr_dyn.forward_kinematics(arm, np.nan_to_num(result.q))
+    assert np.abs(back - T[:, None])[result.reachable].max() < POSE
 
 
 def test_another_arm_is_refused_by_name(kr30):

@@ -40,9 +40,9 @@ def test_1000_random_poses_inside_the_limits_are_all_solved():
     q = np.random.default_rng(7).uniform(LWR.lower, LWR.upper, (1000, 7))
     T, signs = each_branch(fk(LWR, q))
     best = best_angles(margin_problem(G, RANGES, T, signs))
-    found = closed_form(G, RANGES, T, best.psi, signs)
-    assert np.abs(fk(LWR, found) - T).max() <= RESIDUAL
-    inside = ((found >= LWR.lower) & (found <= LWR.upper)).all(axis=1).reshape(1000, 8)
+    result = closed_form(G, RANGES, T, best.psi, signs)
+    assert np.abs(fk(LWR, result) - T).max() <= RESIDUAL
+    inside = ((result >= LWR.lower) & (result <= LWR.upper)).all(axis=1).reshape(1000, 8)
     assert inside.any(axis=1).all()
 
 
@@ -91,8 +91,8 @@ def test_aligned_joints_are_solved(zero):
     q[:, list(zero)] = 0.0
     T, signs = each_branch(fk(LWR, q))
     for psi in (-2.0, 0.0, 1.0):
-        found = closed_form(G, RANGES, T, np.full(len(T), psi), signs)
-        assert np.abs(fk(LWR, found) - T).max() <= RESIDUAL
+        result = closed_form(G, RANGES, T, np.full(len(T), psi), signs)
+        assert np.abs(fk(LWR, result) - T).max() <= RESIDUAL
 
 
 @pytest.mark.parametrize("tilt", [1e-5, 1e-8, 1e-11, 1e-14])
@@ -100,8 +100,8 @@ def test_nearly_aligned_joints_keep_the_residual(tilt):
     q = np.random.default_rng(1).uniform(LWR.lower, LWR.upper, (50, 7))
     q[:, [1, 5]] = tilt
     T, signs = each_branch(fk(LWR, q))
-    found = closed_form(G, RANGES, T, np.full(len(T), 0.4), signs)
-    assert np.abs(fk(LWR, found) - T).max() <= RESIDUAL
+    result = closed_form(G, RANGES, T, np.full(len(T), 0.4), signs)
+    assert np.abs(fk(LWR, result) - T).max() <= RESIDUAL
 
 
 @pytest.mark.parametrize("tilt", [0.0, np.pi])

@@ -58,8 +58,8 @@ def test_intervals_hold_exactly_the_arm_angles_that_keep_the_margin(seed, level)
     psi = np.linspace(-np.pi, np.pi, 361)
     smallest = margins(problem, np.broadcast_to(psi, (40, 361))).min(axis=2)
     clear = np.abs(smallest - level) > ROUNDING
-    found = inside(intervals_at_level(problem, np.full(40, level)), psi)
-    assert (found == (smallest >= level))[clear].all()
+    result = inside(intervals_at_level(problem, np.full(40, level)), psi)
+    assert (result == (smallest >= level))[clear].all()
 
 
 def test_ends_of_intervals_lie_on_a_limit_or_where_rolls_jump():

@@ -19,10 +19,10 @@ def test_a_thousand_poses_inside_the_limits_are_solved_inside_the_limits():
     arm = lwr_dyn.load("wam7")
     poses = lwr_dyn.forward_kinematics(arm, random_states(arm, 1000, 20240607).q)
     for pose in poses:
-        found = lwr_dyn.inverse_kinematics(arm, pose)
-        assert found.status == "solved"
-        assert found.complete
-        for solution in found.solutions:
+        result = lwr_dyn.inverse_kinematics(arm, pose)
+        assert result.status == "solved"
+        assert result.complete
+        for solution in result.solutions:
             assert solution.residual <= METRES
             assert (solution.q >= arm.lower - 1e-12).all()
             assert (solution.q <= arm.upper + 1e-12).all()
@@ -44,6 +44,6 @@ def test_out_of_reach_is_told_apart():
     pose = np.eye(4)
     pose[:3, 3] = 0.0, 0.0, 0.95
     reach = np.hypot(0.55, 0.045) + np.hypot(0.3, 0.045)
-    found = lwr_dyn.inverse_kinematics(lwr_dyn.load("wam7"), pose)
-    assert found.status == "out of reach"
-    assert found.distance == pytest.approx(0.89 - reach, rel=1e-12)
+    result = lwr_dyn.inverse_kinematics(lwr_dyn.load("wam7"), pose)
+    assert result.status == "out of reach"
+    assert result.distance == pytest.approx(0.89 - reach, rel=1e-12)

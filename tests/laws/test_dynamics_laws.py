@@ -1,4 +1,4 @@
-"""The laws of the equations of motion, on the papers' arms, on a user's arm, and on arms nobody drew."""
+"""Identities of the equations of motion, on the arms of the papers, on a new arm, and on random arms."""
 
 import numpy as np
 import pytest

@@ -23,11 +23,11 @@ def test_all_branches_are_printed(xyz):
 
 
 def test_json_is_one_object_whose_joints_meet_the_pose():
-    found = json.loads(run("--xyz", "-0.05,-0.45,0.55", "--rpy", "-1.5707963267948966,0,0", "--json").stdout)
-    assert (found["status"], found["complete"]) == ("solved", True)
-    for solution in found["solutions"]:
+    result = json.loads(run("--xyz", "-0.05,-0.45,0.55", "--rpy", "-1.5707963267948966,0,0", "--json").stdout)
+    assert (result["status"], result["complete"]) == ("solved", True)
+    for solution in result["solutions"]:
         T = lwr_dyn.forward_kinematics(lwr_dyn.load("lwr4plus"), solution["q"])
-        assert np.abs(T - found["T"]).max() < 1e-12
+        assert np.abs(T - result["T"]).max() < 1e-12
 
 
 def test_a_solver_can_be_chosen():
@@ -57,7 +57,7 @@ def test_outside_limits_exits_1_and_names_the_joint():
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
         (["--xyz", "0,0,1"], "neither given"),
         (["--xyz", "0,0,1", "--rpy", "0,0,0", "--rpy-deg", "0,0,0"], "both given"),
@@ -66,7 +66,7 @@ def test_outside_limits_exits_1_and_names_the_joint():
         (["--xyz", "0,0,1", "--rpy", "0,0,0", "--arm-angle-deg", "nan"], "arm_angle"),
     ],
 )
-def test_bad_input_is_an_error_of_this_package(arguments, said):
+def test_bad_input_is_an_error_of_this_package(arguments, message):
     done = run(*arguments)
     assert isinstance(done.exception, lwr_dyn.errors.LwrDynError)
-    assert said in str(done.exception)
+    assert message in str(done.exception)
