@@ -2,8 +2,6 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 import lwr_dyn
 from lwr_dyn.dynamics.regressor import INERTIAL, JOINT, Regressor, chain_parameters
@@ -14,8 +12,6 @@ from lwr_dyn.identification.logs import JointLog
 from lwr_dyn.identification.motion_fit import MotionRule, chain_base, identify_motion
 from lwr_dyn.identification.simulated_logs import LogSensors
 from lwr_dyn.identification.torque_model import ModelTorque
-from tests.arms import random_arm
-from tests.tolerances import RANDOM_ARM
 
 NOISE = 0.05
 
@@ -26,15 +22,6 @@ def truth(arm, friction):
         values = [model.positive.coulomb, model.positive.viscous, model.negative.coulomb, model.negative.viscous]
         full[len(INERTIAL) * arm.n + len(JOINT) * j + 1 :][:4] = values
     return full
-
-
-@given(st.integers(0, 10**6))
-def test_the_regressor_times_the_parameters_is_the_recursion(seed):
-    arm = random_arm(seed)
-    q, dq, ddq = np.random.default_rng(seed).uniform(-2, 2, (3, 4, arm.n))
-    expected = lwr_dyn.dynamics_of(arm, "newton-euler").inverse_dynamics(q, dq, ddq)
-    friction_free = Regressor(arm.chain)(q, dq, ddq) @ chain_parameters(arm.chain)
-    assert np.abs(friction_free - expected).max() <= RANDOM_ARM * max(1.0, np.abs(expected).max())
 
 
 def test_a_seven_joint_arm_on_a_vertical_axis_has_43_base_parameters():

@@ -2,8 +2,11 @@
 
 import numpy as np
 
+from lwr_dyn.kinematics.arm_geometry import srs_geometry
+from lwr_dyn.kinematics.branches import BRANCHES, joint_ranges
+from lwr_dyn.kinematics.srs_margins import margin_problem
 from lwr_dyn.model.arm import Arm, JointLimits
-from lwr_dyn.model.chain import Chain, ChainLink
+from lwr_dyn.model.chain import Chain, ChainLink, link_frames
 from lwr_dyn.model.dh import JointKind
 from lwr_dyn.model.spatial import Pose, axis_to_z, from_rpy
 
@@ -46,3 +49,21 @@ def _square(rng, axis):
 def _ball(rng):
     tilt = _unit(rng)
     return _square(rng, tilt), tilt, _square(rng, tilt)
+
+
+def fk(arm, q):
+    """Flange poses (k, 4, 4), ungated."""
+    *_, pose = link_frames(arm.chain, q)
+    return pose
+
+
+def each_branch(T):
+    """Every pose with each of the eight branches."""
+    return np.repeat(T, 8, axis=0), np.tile(np.array(BRANCHES), (len(T), 1))
+
+
+def problem_of(arm, q):
+    """The margins of every branch at the poses of q (k, 7), and what they were computed from."""
+    geometry, ranges = srs_geometry(arm.chain), joint_ranges(arm)
+    T, signs = each_branch(fk(arm, q))
+    return margin_problem(geometry, ranges, T, signs), geometry, ranges, T, signs

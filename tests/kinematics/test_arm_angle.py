@@ -9,14 +9,11 @@ from lwr_dyn.kinematics.arm_angle_search import (
     RESOLUTION,
     SLACK,
     Corridor,
-    CorridorBreak,
-    connected_arm_angles,
-    overlap,
 )
 from lwr_dyn.kinematics.arm_geometry import srs_geometry
 from lwr_dyn.kinematics.branches import BRANCHES, joint_ranges
 from lwr_dyn.kinematics.srs import closed_form
-from lwr_dyn.kinematics.srs_margins import AngleIntervals, margin_problem, margins
+from lwr_dyn.kinematics.srs_margins import margin_problem, margins
 from lwr_dyn.model.spatial import rot_z
 from tests.kinematics.srs_arms import random_srs_arm
 
@@ -178,21 +175,3 @@ def test_works_on_any_s_r_s_arm():
     q = ranges.middle + 0.3 * np.sin(np.linspace(0, 3, 101)[:, None] + np.arange(7))
     s, T = np.linspace(0, 3, 101), lwr_dyn.forward_kinematics(arm, q)
     assert best_arm_angle(arm, s, T).margin > 1.0
-
-
-def test_corridors_across_the_seam_are_unwrapped():
-    intervals = AngleIntervals(np.array([[3.0], [-3.2], [-3.1]]), np.array([[3.3], [-2.8], [-2.5]]))
-    result = connected_arm_angles(intervals)
-    assert isinstance(result, Corridor)
-    assert result.low == pytest.approx([3.0, 2 * np.pi - 3.2, 2 * np.pi - 3.1])
-
-
-def test_a_chain_that_ends_is_found():
-    nan = np.nan
-    intervals = AngleIntervals(
-        np.array([[0.0, 2.0], [0.1, nan], [2.0, nan]]), np.array([[1.0, 3.0], [0.9, nan], [3.0, nan]])
-    )
-    assert connected_arm_angles(intervals) == CorridorBreak(2)
-    assert connected_arm_angles(AngleIntervals(np.array([[nan]]), np.array([[nan]]))) == CorridorBreak(0)
-    assert overlap((0.0, 1.0), (2.0, 3.0))[0] == pytest.approx(-1.0)
-    assert overlap((-np.pi, np.pi), (3.0, 3.5))[0] == pytest.approx(0.5)

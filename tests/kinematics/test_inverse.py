@@ -6,11 +6,9 @@ import pytest
 import lwr_dyn
 from lwr_dyn.errors import OptionError, ShapeError, UnknownNameError
 from lwr_dyn.kinematics.inverse import IK_SOLVERS, inverse_kinematics
-from lwr_dyn.kinematics.numeric import _step
 from lwr_dyn.kinematics.solution import IkSolver
 from lwr_dyn.model.arm import JointLimits
 from lwr_dyn.model.chain import lock_joint
-from tests.arms import random_arm
 
 RESIDUAL = 1e-12
 NUMERIC = 1e-11
@@ -89,13 +87,6 @@ def inverse_at(arm, T, psi):
     return inverse_kinematics(arm, T, arm_angle=psi, limits=False).solutions
 
 
-def test_the_stretched_arm_has_one_solution_and_is_solved():
-    result = inverse_kinematics(LWR, pose(LWR, np.zeros(7)))
-    assert result.status == "solved"
-    assert len(result.solutions) == 1
-    assert np.abs(result.solutions[0].q).max() < 1e-4
-
-
 @pytest.mark.parametrize(
     ("T", "error", "match"),
     [
@@ -126,54 +117,6 @@ def test_typed_rotations_are_taken_as_the_nearest():
     T = pose(LWR, [0.3, 0.7, 0.2, -1.3, 0.4, 0.9, 0.1]).round(7)
     result = inverse_kinematics(LWR, T)
     assert np.abs(pose(LWR, result.solutions[0].q) - T).max() < 1e-6
-
-
-def test_numeric_search_solves_other_arms_inside_limits_and_calls_itself_incomplete():
-    rng = np.random.default_rng(4)
-    for q in rng.uniform(SIX.lower, SIX.upper, (10, 6)):
-        T = pose(SIX, q)
-        result = inverse_kinematics(SIX, T, starts=32)
-        assert (result.status, result.complete) == ("solved", False)
-        for s in result.solutions:
-            assert np.abs(pose(SIX, s.q) - T).max() <= NUMERIC
-            assert s.residual <= NUMERIC
-            assert ((s.q >= SIX.lower) & (s.q <= SIX.upper)).all()
-    assert len(result.solutions) >= 1
-    again = inverse_kinematics(SIX, T, starts=32)
-    assert all((a.q == b.q).all() for a, b in zip(result.solutions, again.solutions, strict=True))
-
-
-def test_a_joint_that_pushes_against_its_limit_is_held_and_the_others_do_the_work():
-    rng = np.random.default_rng(1)
-    J, error = rng.normal(size=(1, 6, 7)), rng.normal(size=(1, 6))
-    free = np.linalg.pinv(J[0]) @ error[0]
-    q, wide, weak = np.zeros((1, 7)), np.full(7, 9.0), np.array([1e-14])
-    j = int(np.argmax(free))
-    upper = np.where(np.arange(7) == j, 0.0, wide)
-    step = _step(J, error, weak, q, -wide, upper)[0]
-    assert step[j] == 0.0
-    assert J[0] @ step == pytest.approx(error[0], abs=1e-9)
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_numeric_search_with_sliding_joints(seed):
-    arm = random_arm(seed, "RPRRPRR")
-    T = pose(arm, np.random.default_rng(seed).uniform(-0.8, 0.8, 7))
-    result = inverse_kinematics(arm, T, starts=32)
-    assert result.status == "solved"
-    assert result.solutions[0].residual <= NUMERIC
-
-
-def test_numeric_search_tells_reach_from_limits():
-    far = np.eye(4)
-    far[0, 3] = 3.0
-    result = inverse_kinematics(SIX, far, starts=16)
-    assert (result.status, result.complete) == ("out of reach", False)
-    assert result.distance > 2.0
-    bent = pose(SIX, [0.3, 0.7, -2.3, 0.4, 0.9, 0.1])
-    result = inverse_kinematics(SIX, bent, starts=16)
-    assert (result.status, result.joint) == ("outside limits", "joint_4")
-    assert result.excess >= 2.3 - np.radians(120) - 1e-9
 
 
 @pytest.mark.parametrize("name", IK_SOLVERS.names)

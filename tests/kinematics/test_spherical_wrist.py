@@ -7,10 +7,8 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.errors import OptionError
 from lwr_dyn.kinematics.arm_geometry import require_wrist_arm, wrist_arm_geometry
 from lwr_dyn.kinematics.branches import BRANCHES, joint_ranges, wrap
-from lwr_dyn.kinematics.solution import joint_distance, nearest_solution
 from lwr_dyn.kinematics.spherical_wrist import NEAR_SINGULAR, all_branches, closed_form, whole_turns
 
 FOUND = 1e-9
@@ -140,14 +138,6 @@ def test_an_aligned_wrist_shares_its_turn_so_that_both_axes_stay_inside(kr30):
     assert all(s.inside_limits and s.residual < POSE for s in aligned)
 
 
-def test_least_travel_is_the_least(kr30):
-    q = random_q(kr30, 1, seed=4)[0]
-    result = lwr_dyn.inverse_kinematics(kr30, lwr_dyn.forward_kinematics(kr30, q))
-    best = nearest_solution(result.solutions, q)
-    assert joint_distance(best, q) < 1e-8
-    assert joint_distance(best, q) == min(joint_distance(s, q) for s in result.solutions)
-
-
 OWN = """schema = 1
 name = "own"
 title = "own arm"
@@ -195,13 +185,3 @@ def test_other_arms_of_the_kind_are_solved_too(tmp_path, name):
     assert gap[clear].max() < FOUND
     back = lwr_dyn.forward_kinematics(arm, np.nan_to_num(result.q))
     assert np.abs(back - T[:, None])[result.reachable].max() < POSE
-
-
-def test_another_arm_is_refused_by_name(kr30):
-    with pytest.raises(OptionError, match="lwr4plus"):
-        require_wrist_arm(lwr_dyn.load("lwr4plus"))
-    bent = replace(kr30.chain.links[3], after=kr30.chain.links[0].after)
-    other = kr30.with_chain(replace(kr30.chain, links=(*kr30.chain.links[:3], bent, *kr30.chain.links[4:])))
-    assert wrist_arm_geometry(other.chain) is None
-    with pytest.raises(OptionError, match="only for an S-R-S arm"):
-        lwr_dyn.inverse_kinematics(kr30, np.eye(4), arm_angle=0.1)

@@ -4,46 +4,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import lwr_dyn
-from lwr_dyn.errors import OptionError, ShapeError
 from lwr_dyn.kinematics.arm_geometry import require_srs, srs_geometry
 from lwr_dyn.kinematics.branches import BRANCHES, joint_ranges, wrap
 from lwr_dyn.kinematics.srs import _ball_angles, arm_triangle, closed_form
-from lwr_dyn.kinematics.srs_margins import margin_problem
-from lwr_dyn.kinematics.srs_solver import best_angles
 from lwr_dyn.model.chain import link_frames
 from lwr_dyn.model.spatial import rot_y, rot_z
-from tests.arms import random_arm
-from tests.kinematics.srs_arms import random_srs_arm
+from tests.kinematics.srs_arms import each_branch, fk, random_srs_arm
 
 RESIDUAL = 1e-12
 """Largest entry of FK(q) - T, as the issue asks."""
 LWR = lwr_dyn.load("lwr4plus")
 G, RANGES = srs_geometry(LWR.chain), joint_ranges(LWR)
-
-
-def fk(arm, q):
-    *_, pose = link_frames(arm.chain, q)
-    return pose
-
-
-def each_branch(T):
-    return np.repeat(T, 8, axis=0), np.tile(np.array(BRANCHES), (len(T), 1))
-
-
-def test_constants_are_read_off_the_chain():
-    assert G.lengths == pytest.approx((0.40, 0.39))
-    assert G.wrist_in_flange == pytest.approx([0, 0, -0.078])
-    assert (G.straight, G.first.offset, G.last.offset) == (0, 0, 0)
-
-
-def test_1000_random_poses_inside_the_limits_are_all_solved():
-    q = np.random.default_rng(7).uniform(LWR.lower, LWR.upper, (1000, 7))
-    T, signs = each_branch(fk(LWR, q))
-    best = best_angles(margin_problem(G, RANGES, T, signs))
-    result = closed_form(G, RANGES, T, best.psi, signs)
-    assert np.abs(fk(LWR, result) - T).max() <= RESIDUAL
-    inside = ((result >= LWR.lower) & (result <= LWR.upper)).all(axis=1).reshape(1000, 8)
-    assert inside.any(axis=1).all()
 
 
 @given(st.integers(0, 10**6))
@@ -136,16 +107,3 @@ def test_another_reference_turns_the_zero_only():
     a = closed_form(other, RANGES, T, np.array([0.5]), BRANCHES[3])
     b = closed_form(G, RANGES, T, np.array([0.5 + psi]), BRANCHES[3])
     assert a == pytest.approx(b)
-
-
-def test_other_arms_are_refused():
-    with pytest.raises(OptionError, match="seven-joint"):
-        require_srs(random_arm(2, "RRRRRRR"))
-    assert srs_geometry(random_srs_arm(5).chain) is not None
-    assert srs_geometry(random_srs_arm(5, wrist_off_plane=0.01).chain) is None
-    assert srs_geometry(random_arm(2, "RRRRRR").chain) is None
-    assert srs_geometry(random_arm(2, "RRRPRRR").chain) is None
-    with pytest.raises(OptionError, match="not zero"):
-        require_srs(LWR, [0, 0, 0])
-    with pytest.raises(ShapeError):
-        require_srs(LWR, [0, 0])

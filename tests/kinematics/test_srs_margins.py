@@ -6,32 +6,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import lwr_dyn
-from lwr_dyn.kinematics.arm_geometry import srs_geometry
-from lwr_dyn.kinematics.branches import BRANCHES, joint_ranges, wrap
+from lwr_dyn.kinematics.branches import BRANCHES, wrap
 from lwr_dyn.kinematics.srs import arm_triangle, closed_form
-from lwr_dyn.kinematics.srs_margins import intervals_at_level, margin_problem, margins
-from lwr_dyn.kinematics.srs_solver import CERTAIN, best_angles
+from lwr_dyn.kinematics.srs_margins import intervals_at_level, margins
 from lwr_dyn.model.arm import JointLimits
 from lwr_dyn.model.chain import link_frames
-from tests.kinematics.srs_arms import random_srs_arm
+from tests.kinematics.srs_arms import problem_of, random_srs_arm
 
 ROUNDING = 1e-9
 """[rad] Margins by two routes; near an alignment a roll is worth fewer digits than 1e-15."""
 ON_THE_LIMIT = 1e-7
 """[rad] At the end of an interval; where a joint only just touches its limit the crossing is a double root."""
 LWR = lwr_dyn.load("lwr4plus")
-
-
-def fk(arm, q):
-    *_, pose = link_frames(arm.chain, q)
-    return pose
-
-
-def problem_of(arm, q):
-    geometry, ranges = srs_geometry(arm.chain), joint_ranges(arm)
-    T = np.repeat(fk(arm, q), 8, axis=0)
-    signs = np.tile(np.array(BRANCHES), (len(q), 1))
-    return margin_problem(geometry, ranges, T, signs), geometry, ranges, T, signs
 
 
 def inside(intervals, psi):
@@ -104,18 +90,6 @@ def test_an_interval_is_cut_where_a_ball_aligns():
     assert min(near) < ON_THE_LIMIT
     jump = [closed_form(geometry, ranges, T[:1], np.array([at + d]), BRANCHES[0])[0, 0] for d in (-1e-4, 1e-4)]
     assert abs(wrap(np.array(jump[1] - jump[0]))) == pytest.approx(np.pi, abs=1e-3)
-
-
-@given(st.integers(0, 10**6))
-def test_best_arm_angle_is_the_best_of_all(seed):
-    arm, rng = random_srs_arm(seed, (0.3, 2.0)), np.random.default_rng(seed)
-    problem, *_ = problem_of(arm, rng.uniform(-3, 3, (3, 7)))
-    best = best_angles(problem)
-    psi = np.linspace(-np.pi, np.pi, 721)
-    smallest = margins(problem, np.broadcast_to(psi, (24, 721))).min(axis=2).max(axis=1)
-    assert (best.margin >= smallest - CERTAIN).all()
-    assert intervals_at_level(problem, best.margin + 10 * CERTAIN).empty.all()
-    assert not intervals_at_level(problem, best.margin - 10 * CERTAIN).empty.any()
 
 
 def test_unknown_limits_and_ranges_of_more_than_a_turn_restrict_nothing():

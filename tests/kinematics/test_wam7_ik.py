@@ -5,14 +5,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.checks.identities import random_states
-from lwr_dyn.kinematics.arm_geometry import srs_geometry
 from tests.tolerances import METRES
-
-
-def test_its_lengths_are_the_hypotenuses_over_the_elbow_offset():
-    geometry = srs_geometry(lwr_dyn.load("wam7").chain)
-    assert geometry.lengths == pytest.approx((np.hypot(0.55, 0.045), np.hypot(0.3, 0.045)), rel=1e-14)
-    assert geometry.straight == pytest.approx(np.arctan2(0.045, 0.55) + np.arctan2(0.045, 0.3), rel=1e-14)
 
 
 def test_a_thousand_poses_inside_the_limits_are_solved_inside_the_limits():

@@ -1,0 +1,69 @@
+"""The numeric search: its solutions are right, inside the limits where possible, and never called complete."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import lwr_dyn
+from lwr_dyn.kinematics.inverse import inverse_kinematics
+from lwr_dyn.kinematics.numeric import _step
+from lwr_dyn.model.chain import lock_joint
+from tests.arms import random_arm
+
+NUMERIC = 1e-11
+"""The numeric search stops here."""
+LWR = lwr_dyn.load("lwr4plus")
+SIX = replace(LWR, name="six", chain=lock_joint(LWR.chain, 2, 0.3), limits=LWR.limits[:2] + LWR.limits[3:])
+
+
+def pose(arm, q):
+    return lwr_dyn.forward_kinematics(arm, q)
+
+
+def test_numeric_search_solves_other_arms_inside_limits_and_calls_itself_incomplete():
+    rng = np.random.default_rng(4)
+    for q in rng.uniform(SIX.lower, SIX.upper, (10, 6)):
+        T = pose(SIX, q)
+        result = inverse_kinematics(SIX, T, starts=32)
+        assert (result.status, result.complete) == ("solved", False)
+        for s in result.solutions:
+            assert np.abs(pose(SIX, s.q) - T).max() <= NUMERIC
+            assert s.residual <= NUMERIC
+            assert ((s.q >= SIX.lower) & (s.q <= SIX.upper)).all()
+    assert len(result.solutions) >= 1
+    again = inverse_kinematics(SIX, T, starts=32)
+    assert all((a.q == b.q).all() for a, b in zip(result.solutions, again.solutions, strict=True))
+
+
+def test_a_joint_that_pushes_against_its_limit_is_held_and_the_others_do_the_work():
+    rng = np.random.default_rng(1)
+    J, error = rng.normal(size=(1, 6, 7)), rng.normal(size=(1, 6))
+    free = np.linalg.pinv(J[0]) @ error[0]
+    q, wide, weak = np.zeros((1, 7)), np.full(7, 9.0), np.array([1e-14])
+    j = int(np.argmax(free))
+    upper = np.where(np.arange(7) == j, 0.0, wide)
+    step = _step(J, error, weak, q, -wide, upper)[0]
+    assert step[j] == 0.0
+    assert J[0] @ step == pytest.approx(error[0], abs=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_numeric_search_with_sliding_joints(seed):
+    arm = random_arm(seed, "RPRRPRR")
+    T = pose(arm, np.random.default_rng(seed).uniform(-0.8, 0.8, 7))
+    result = inverse_kinematics(arm, T, starts=32)
+    assert result.status == "solved"
+    assert result.solutions[0].residual <= NUMERIC
+
+
+def test_numeric_search_tells_reach_from_limits():
+    far = np.eye(4)
+    far[0, 3] = 3.0
+    result = inverse_kinematics(SIX, far, starts=16)
+    assert (result.status, result.complete) == ("out of reach", False)
+    assert result.distance > 2.0
+    bent = pose(SIX, [0.3, 0.7, -2.3, 0.4, 0.9, 0.1])
+    result = inverse_kinematics(SIX, bent, starts=16)
+    assert (result.status, result.joint) == ("outside limits", "joint_4")
+    assert result.excess >= 2.3 - np.radians(120) - 1e-9
