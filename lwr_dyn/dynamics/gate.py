@@ -7,7 +7,7 @@ reaches the first joint.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from math import isfinite
 from typing import Any, Generic, TypeVar
 
@@ -58,7 +58,7 @@ class Gated(Generic[Ungated]):
     forward_dynamics: Callable[[ArrayLike, ArrayLike, ArrayLike], Array]
     potential_energy: Callable[[ArrayLike], Array]
 
-    def __init__(self, name: str, n: int, ungated: Ungated, batched: Any = None, slow: Any = ()) -> None:
+    def __init__(self, name: str, n: int, ungated: Ungated, batched: Any = None, slow: Collection[str] = ()) -> None:
         self.name, self.n, self.ungated = name, n, ungated
         for function, (arguments, axes) in FUNCTIONS.items():
             single: Call = getattr(ungated, function)
@@ -77,6 +77,8 @@ def _checked(each: Call, names: tuple[str, ...], n: int, axes: int) -> Call:
     """`each` of batches (..., n) with its arguments checked; a result that is constant gets all axes too."""
 
     def checked(*given: ArrayLike) -> Array:
+        if len(given) != len(names):
+            raise TypeError(f"{len(given)} arguments given; expected {', '.join(names)}")
         arrays = {name: joint_array(name, value, n) for name, value in zip(names, given, strict=True)}
         batch = same_batch(**arrays)
         shape = (*batch, *(n,) * axes)

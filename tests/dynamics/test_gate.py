@@ -96,6 +96,11 @@ def test_results_are_the_callers_own(engine):
     assert np.array_equal(B, kept)
 
 
+def test_a_missing_argument_is_named(engine):
+    with pytest.raises(TypeError, match="dq"):
+        engine.coriolis_matrix(np.zeros(7))
+
+
 def test_an_engine_says_what_it_is(engine):
     assert isinstance(engine, Dynamics)
     assert repr(engine) == f"<engine {engine.name}, 7 joints>"
