@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Sequence
 from typing import Any
 
@@ -45,6 +46,14 @@ class Fields:
         """Raise `PaperError` for a field that was not read."""
         for key in self._unread:
             raise PaperError(self._file, self._name(key), "unknown field", ", ".join(self._read))
+
+
+def parse_toml(text: str, file: str) -> dict[str, Any]:
+    """A TOML text as tables; raises `PaperError` for broken TOML."""
+    try:
+        return tomllib.loads(text)
+    except (tomllib.TOMLDecodeError, RecursionError) as fault:
+        raise PaperError(file, "TOML", str(fault), "valid TOML 1.0") from None
 
 
 def choice(value: Any, allowed: Sequence[str], file: str, field: str) -> str:

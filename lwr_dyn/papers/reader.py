@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import copy
 import hashlib
-import tomllib
 from collections.abc import Collection
 from typing import Any
 
@@ -12,7 +11,7 @@ from lwr_dyn.errors import PaperError, UnknownNameError
 from lwr_dyn.model.dh import Convention, JointKind
 from lwr_dyn.papers.columns import read_columns
 from lwr_dyn.papers.errata import apply_errata, one_erratum_a_cell
-from lwr_dyn.papers.fields import Fields, choice
+from lwr_dyn.papers.fields import Fields, choice, parse_toml
 from lwr_dyn.papers.plausibility import check_plausibility
 from lwr_dyn.papers.schema import (
     ABOUT,
@@ -50,21 +49,14 @@ def parse_paper(text: str, file: str, reading: str | None = None) -> Paper:
     UnknownNameError
         No reading of that name.
     """
-    return paper_of_tables(_tables(text, file), file, reading, digest=_digest(text))
+    return paper_of_tables(parse_toml(text, file), file, reading, digest=_digest(text))
 
 
 def parse_readings(text: str, file: str) -> tuple[Paper, ...]:
     """The text of a data file under each of its readings, the default first; raises as `parse_paper`."""
-    tables, digest = _tables(text, file), _digest(text)
+    tables, digest = parse_toml(text, file), _digest(text)
     paper = paper_of_tables(tables, file, digest=digest)
     return (paper, *(paper_of_tables(tables, file, name, digest=digest) for name in paper.reading_names[1:]))
-
-
-def _tables(text: str, file: str) -> dict[str, Any]:
-    try:
-        return tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, RecursionError) as fault:
-        raise PaperError(file, "TOML", str(fault), "valid TOML 1.0") from None
 
 
 def _digest(text: str) -> str:

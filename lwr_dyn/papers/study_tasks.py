@@ -20,14 +20,13 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from importlib import resources
 from typing import Any
 
 from lwr_dyn.errors import PaperError
-from lwr_dyn.papers.fields import Fields, choice
+from lwr_dyn.papers.fields import Fields, parse_toml
 
 STATISTICS = ("mean", "mean_abs", "max", "min", "rms")
 
@@ -92,10 +91,7 @@ def parse_tasks(text: str, file: str) -> tuple[StudyTask, ...]:
     PaperError
         Broken TOML; a field that is unknown, missing or of another type; a claim about no controller of its task.
     """
-    try:
-        top = Fields(tomllib.loads(text), file, "")
-    except (tomllib.TOMLDecodeError, RecursionError) as fault:
-        raise PaperError(file, "TOML", str(fault), "valid TOML 1.0") from None
+    top = Fields(parse_toml(text, file), file, "")
     robot = top.take("robot", str)
     tasks = tuple(_task(x, robot, file, f"task[{i}]") for i, x in enumerate(top.take("task", list)))
     top.refuse_unknown()
@@ -132,10 +128,10 @@ def _controller(entry: Any, file: str, path: str) -> ControllerChoice:
 def _claim(entry: Any, controllers: list[str], file: str, path: str) -> PublishedClaim:
     fields = Fields(entry, file, path)
     text, where = fields.take("text", str), fields.take("where", str)
-    controller = choice(fields.take("controller", str), controllers, file, f"{path}.controller")
+    controller = fields.take_one_of("controller", controllers)
     joints = fields.take("joints", list)
     if not joints or any(type(j) is not int or j < 1 for j in joints):
         raise PaperError(file, f"{path}.joints", repr(joints), "numbers of joints, counted from 1")
-    statistic = choice(fields.take("statistic", str), STATISTICS, file, f"{path}.statistic")
+    statistic = fields.take_one_of("statistic", STATISTICS)
     fields.refuse_unknown()
     return PublishedClaim(text, where, controller, tuple(j - 1 for j in joints), statistic)

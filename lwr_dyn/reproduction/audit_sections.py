@@ -5,17 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from lwr_dyn.audit.conventions.evidence import Evidence
-from lwr_dyn.audit.conventions.evidence_file import room_evidence
-from lwr_dyn.audit.conventions.printed import printed_table
-from lwr_dyn.audit.conventions.resolve import resolve
-from lwr_dyn.audit.conventions.statements import statements
-from lwr_dyn.audit.conventions.zero import resolve_zero, zero_statements
+from lwr_dyn.audit.conventions.evidence_file import packaged_evidence
+from lwr_dyn.audit.conventions.joint_zero import zero_readings, zero_text
+from lwr_dyn.audit.conventions.printed_table import printed_table
+from lwr_dyn.audit.conventions.ranking import rank_readings
+from lwr_dyn.audit.conventions.ranking_text import ranking_text
 from lwr_dyn.audit.lint.rules import lint, sheets_of_robot
 from lwr_dyn.audit.sensitivity.analysis import sensitivity
 from lwr_dyn.audit.sensitivity.result_tables import error_table, gains_table, survival
 from lwr_dyn.papers.assembly import arm_from_paper
-from lwr_dyn.papers.catalog import open_paper, open_readings
+from lwr_dyn.papers.catalog import open_paper, readings
 from lwr_dyn.reproduction.paper_study import PaperStudy
 from lwr_dyn.reproduction.report.content import Section
 
@@ -33,12 +32,12 @@ def lint_section(paper: str) -> Audit:
 def tensor_section(paper: str) -> Audit:
     """How the tables of inertia may be read when no convention is stated; the file's own errata are not used."""
     table = printed_table(open_paper(paper))
-    return _conventions(statements(resolve(table, room_evidence(paper, table) or Evidence())))
+    return _conventions(ranking_text(rank_readings(table, packaged_evidence(paper, table))))
 
 
 def zero_section(paper: str) -> Audit:
     """How zero and signs of the joints may be read when they are not stated."""
-    return _conventions(zero_statements(resolve_zero(open_paper(paper))))
+    return _conventions(zero_text(zero_readings(open_paper(paper))))
 
 
 def _conventions(lines: Sequence[str]) -> Audit:
@@ -47,7 +46,7 @@ def _conventions(lines: Sequence[str]) -> Audit:
 
 def sensitivity_section(paper: str) -> Audit:
     """The paper's task under all readings: the controller's model is one of them, the plant another."""
-    result = sensitivity({read.reading.name: arm_from_paper(read) for read in open_readings(paper)})
+    result = sensitivity({name: arm_from_paper(open_paper(paper, name)) for name in readings(paper)})
     task = result.study.task
     names = [choice.name for choice in task.controllers]
     tables = (*(error_table(result, name) for name in names), gains_table(result), survival(result))

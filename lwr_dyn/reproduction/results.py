@@ -7,7 +7,6 @@ far its axis or its line can be read. `form` "derived" is for numbers that we st
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from decimal import Decimal, InvalidOperation
@@ -15,7 +14,7 @@ from importlib import resources
 from typing import Any
 
 from lwr_dyn.errors import PaperError
-from lwr_dyn.papers.fields import Fields, choice
+from lwr_dyn.papers.fields import Fields, choice, parse_toml
 
 SCHEMA = 1
 FORMS = ("table", "figure", "text", "equation", "derived")
@@ -82,17 +81,13 @@ def results_text(paper: str) -> str:
 def printed_tables(paper: str, file: str = "results") -> dict[str, Any]:
     """A data file of a paper's folder as parsed: each block with its cells and what is given beside them, by name."""
     text = resources.files(f"{__package__}.{paper}").joinpath(f"{file}.toml").read_text(encoding="utf-8")
-    blocks = tomllib.loads(text).items()
+    blocks = parse_toml(text, f"{file}.toml").items()
     return {name: x | x.get("given", {}) | x.get("cells", {}) if isinstance(x, dict) else x for name, x in blocks}
 
 
 def read_results(text: str, file: str) -> Results:
     """`results.toml` -> `Results`; raises `PaperError` with file and field for whatever breaks the schema."""
-    try:
-        raw = tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, RecursionError) as fault:
-        raise PaperError(file, "TOML", str(fault), "valid TOML 1.0") from None
-    return results_of_tables(raw, file)
+    return results_of_tables(parse_toml(text, file), file)
 
 
 def results_of_tables(raw: Mapping[str, Any], file: str) -> Results:

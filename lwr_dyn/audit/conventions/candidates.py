@@ -1,42 +1,38 @@
-"""From options that remain to readings that can be ranked: repeated links must agree, exceptions are counted."""
+"""Candidate readings of a hypothesis: repeated links must agree, exceptions are counted; their order."""
 
 from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from lwr_dyn.audit.conventions.choices import CellChange, LinkChoice, Products, Reading
+from lwr_dyn.audit.conventions.choices import LinkChoice, Products, TableReading
+from lwr_dyn.audit.conventions.hypotheses import TableHypothesis
 from lwr_dyn.audit.conventions.mirror import mirror_misses, rounding_miss
-from lwr_dyn.audit.conventions.physics import fullness
-from lwr_dyn.audit.conventions.printed import PrintedTable
-from lwr_dyn.audit.conventions.search import Box, misfit
-from lwr_dyn.audit.conventions.worlds import World
+from lwr_dyn.audit.conventions.search import OptionSets, misfit
 from lwr_dyn.model.chain import Body
 
 PRODUCTS: tuple[Products, ...] = ("tensor", "integral")
-Moved = tuple[int, tuple[CellChange, ...]]
-"""Rows by which a column was moved and cells that were changed before the table was read."""
-NOTHING_MOVED: Moved = (0, ())
-MOST = 200
+MOST_CANDIDATES = 200
 """Candidates that are kept, the best first."""
-TOLD_APART = 0.5
-"""Logs of likelihoods are compared in these steps: a smaller difference says nothing."""
+SIGNIFICANT = 0.5
+"""Logs of likelihoods are compared in these steps: a smaller difference means nothing."""
 PRICE = 3.0
-"""What an exception costs: a link read otherwise than its table is met once in twenty, e^-3."""
+"""Cost of an exception: one link in twenty is read otherwise than its table, e^-3."""
 NO_BODY = -1e6
-"""Stands for the fullness of what is no body, -inf."""
+"""In place of the volume of an inertia that no body has, -inf."""
 FACTOR = 2.0
 """Mirror misses within this factor of the smallest count as equally good."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Candidate:
-    """A reading with what each criterion says of it."""
+    """A reading with the figures of each criterion."""
 
-    reading: Reading
+    reading: TableReading
     bodies: tuple[Body, ...]
     exceptions: int
     """Links that are read otherwise than the rest of the table."""
@@ -45,13 +41,39 @@ class Candidate:
     misfit: float
     """Half the chi-square of the published numbers, 0 without any."""
     infeasible: tuple[str, ...]
-    """Links that could not be bodies."""
-    fullness: float
+    """Links that cannot be bodies."""
+    log_inertia_volume: float
     """Sum over the links of log det of their second moments: larger is more plausible."""
     remaining: tuple[tuple[tuple[LinkChoice, ...], ...], ...]
     """Per link every body that the same criteria leave open, as the choices that give it, this one's first."""
     alike: tuple[tuple[int, ...], ...]
     """Groups of repeated links that were made to agree."""
+
+    @property
+    def price(self) -> float:
+        """Exceptions and misfit on one scale, that of a negative log likelihood."""
+        return PRICE * self.exceptions + self.misfit
+
+    @property
+    def volume_level(self) -> int:
+        """Log volume of inertia, rounded to significant steps."""
+        return round(max(self.log_inertia_volume, NO_BODY) / SIGNIFICANT)
+
+    def is_mirrored(self, best: float) -> bool:
+        """Repeated links agree as well as in the best, within the factor that counts as equal."""
+        return not np.isfinite(self.mirror_miss) or self.mirror_miss <= FACTOR * best
+
+    def record(self) -> dict[str, Any]:
+        """As JSON values."""
+        r = self.reading
+        return {
+            "convention": r.table.convention.value, "about": r.table.about, "com_from": r.table.com_from,
+            "products": [x.products for x in r.links], "axes": [x.axes for x in r.links],
+            "axes_move": [x.moves for x in r.links], "rows_lower": r.shift,
+            "cells": {x.name: {"printed": x.printed, "read": x.value} for x in r.cells},
+            "exceptions": self.exceptions, "mirror_miss": self.mirror_miss, "infeasible": self.infeasible,
+            "fullness": self.log_inertia_volume,
+        }  # fmt: skip
 
     def leaves_open(self, link: int, choice: LinkChoice) -> bool:
         """The criteria do not exclude a choice."""
@@ -67,21 +89,23 @@ class _Agreement:
     """One entry per agreeing option of the group's first link: link -> options."""
 
 
-def candidates(
-    table: PrintedTable, world: World, box: Box, moved: Moved = NOTHING_MOVED, mirrored: bool = True
-) -> tuple[Candidate, ...]:
-    """The plainest readings in a box, one for each sign that the table's products may have as a rule.
+def candidates(hypothesis: TableHypothesis, sets: OptionSets, mirrored: bool = True) -> tuple[Candidate, ...]:
+    """The plainest readings in sets of options, one for each sign that the table's products may have as a rule.
 
     With `mirrored` repeated links must agree as well as they can; without, they are read one by one.
     """
-    groups = [_agreement(table, world, box, group) for group in world.alike] if mirrored else []
+    groups = [_agreement(hypothesis, sets, group) for group in hypothesis.alike] if mirrored else []
+    remaining = [tuple(s) for s in sets]
+    for agreement in groups:  # per link the options that some agreeing combination uses
+        for link in agreement.kept[0]:
+            remaining[link] = tuple(sorted({o for row in agreement.kept for o in row[link]}))
     out = []
-    for sign in PRODUCTS:
-        picked = [_plainest(world, i, box[i], sign) for i in range(table.n)]
+    for rule in PRODUCTS:
+        picked = [_plainest(hypothesis, i, options, rule) for i, options in enumerate(sets)]
         for agreement in groups:
-            for link, option in _plainest_group(world, agreement, sign).items():
+            for link, option in _plainest_group(hypothesis, agreement, rule).items():
                 picked[link] = option
-        out.append(_candidate(table, world, picked, sign, _open(world, box, groups), groups, moved))
+        out.append(_candidate(hypothesis, picked, rule, remaining, groups))
     return tuple(out)
 
 
@@ -90,77 +114,72 @@ def exceptions_of(choice: LinkChoice, rule: Products) -> int:
     return int(choice.products != rule) + int(choice.moved) + int(choice.moves == "row")
 
 
-def fewest_exceptions(world: World, box: Box) -> int:
-    """Exceptions of the plainest reading in a box, whatever its repeated links."""
-    return min(sum(_cost(world, i, _plainest(world, i, o, s), s)[0] for i, o in enumerate(box)) for s in PRODUCTS)
+def fewest_exceptions(hypothesis: TableHypothesis, sets: OptionSets) -> int:
+    """Exceptions of the plainest reading in sets of options, whatever its repeated links."""
+    return min(
+        sum(_cost(hypothesis, i, _plainest(hypothesis, i, options, rule), rule)[0] for i, options in enumerate(sets))
+        for rule in PRODUCTS
+    )
 
 
-def _cost(world: World, link: int, option: int, rule: Products) -> tuple[int, float]:
-    found = world.options[link]
-    fewest = min(exceptions_of(c, rule) for c in found.choices[option])
-    return fewest, -float(fullness(found)[option])
+def _cost(hypothesis: TableHypothesis, link: int, option: int, rule: Products) -> tuple[int, float]:
+    options = hypothesis.options[link]
+    fewest = min(exceptions_of(c, rule) for c in options.choices[option])
+    return fewest, -float(options.log_inertia_volume[option])
 
 
-def _plainest(world: World, link: int, options: Sequence[int], rule: Products) -> int:
-    return min(options, key=lambda o: _cost(world, link, o, rule))
+def _plainest(hypothesis: TableHypothesis, link: int, options: Sequence[int], rule: Products) -> int:
+    return min(options, key=lambda o: _cost(hypothesis, link, o, rule))
 
 
-def _agreement(table: PrintedTable, world: World, box: Box, group: Sequence[int]) -> _Agreement:
-    first, *others = group
-    misses = [mirror_misses(world.options[first], world.options[i], box[first], box[i]) for i in others]
+def _agreement(hypothesis: TableHypothesis, sets: OptionSets, group: Sequence[int]) -> _Agreement:
+    options, (first, *others) = hypothesis.options, group
+    misses = [mirror_misses(options[first], options[i], sets[first], sets[i]) for i in others]
     each = np.array([m.min(axis=1) for m in misses]).max(axis=0)
-    floor = rounding_miss(table, world.options, group)
+    floor = rounding_miss(hypothesis.table, options, group)
     best = float(each.min())
     bound = max(FACTOR * best, floor) if np.isfinite(best) else np.inf
     kept = []
     for a in np.flatnonzero(each <= bound):
-        row: dict[int, tuple[int, ...]] = {first: (box[first][a],)}
+        row: dict[int, tuple[int, ...]] = {first: (sets[first][a],)}
         for i, m in zip(others, misses, strict=True):
-            row[i] = tuple(box[i][b] for b in np.flatnonzero(m[a] <= bound))
+            row[i] = tuple(sets[i][b] for b in np.flatnonzero(m[a] <= bound))
         kept.append(row)
     return _Agreement(0.0 if best <= floor else best, tuple(kept))
 
 
-def _plainest_group(world: World, agreement: _Agreement, rule: Products) -> dict[int, int]:
-    ways = [{i: _plainest(world, i, o, rule) for i, o in row.items()} for row in agreement.kept]
-    costs = [[_cost(world, i, o, rule) for i, o in way.items()] for way in ways]
-    totals = [(sum(c[0] for c in cost), sum(c[1] for c in cost)) for cost in costs]
-    return ways[min(range(len(ways)), key=lambda k: totals[k])]
+def _plainest_group(hypothesis: TableHypothesis, agreement: _Agreement, rule: Products) -> dict[int, int]:
+    def total(picked: dict[int, int]) -> tuple[float, float]:
+        exceptions, volumes = zip(*(_cost(hypothesis, i, o, rule) for i, o in picked.items()), strict=True)
+        return sum(exceptions), sum(volumes)
 
-
-def _open(world: World, box: Box, groups: Sequence[_Agreement]) -> list[tuple[int, ...]]:
-    """Per link the options that some agreeing combination uses."""
-    left = [tuple(b) for b in box]
-    for agreement in groups:
-        for link in agreement.kept[0]:
-            left[link] = tuple(sorted({o for row in agreement.kept for o in row[link]}))
-    return left
+    ways = ({i: _plainest(hypothesis, i, o, rule) for i, o in row.items()} for row in agreement.kept)
+    return min(ways, key=total)
 
 
 def _candidate(
-    table: PrintedTable, world: World, picked: Sequence[int], rule: Products, left: Sequence[tuple[int, ...]],
-    groups: Sequence[_Agreement], moved: Moved,
-) -> Candidate:  # fmt: skip
-    chosen = [min(world.options[i].choices[o], key=lambda c: exceptions_of(c, rule)) for i, o in enumerate(picked)]
-    remaining = tuple(
-        (world.options[i].choices[o], *(world.options[i].choices[k] for k in left[i] if k != o))
-        for i, o in enumerate(picked)
-    )
+    hypothesis: TableHypothesis,
+    picked: Sequence[int],
+    rule: Products,
+    remaining: Sequence[tuple[int, ...]],
+    groups: Sequence[_Agreement],
+) -> Candidate:
+    options = hypothesis.options
+    chosen = [min(options[i].choices[o], key=lambda c: exceptions_of(c, rule)) for i, o in enumerate(picked)]
     return Candidate(
-        reading=Reading(world.choice, tuple(chosen), *moved),
-        bodies=tuple(o.body(k) for o, k in zip(world.options, picked, strict=True)),
+        reading=TableReading(hypothesis.choice, tuple(chosen), hypothesis.shift, hypothesis.cells),
+        bodies=tuple(o.body(k) for o, k in zip(options, picked, strict=True)),
         exceptions=sum(exceptions_of(c, rule) for c in chosen),
         mirror_miss=max((g.miss for g in groups), default=float("nan")),
-        misfit=misfit(world.rows, world.options, picked),
-        infeasible=tuple(f"link_{i + 1}" for i, o in enumerate(picked) if o not in world.feasible[i]),
-        fullness=float(sum(fullness(o)[k] for o, k in zip(world.options, picked, strict=True))),
-        remaining=remaining, alike=world.alike if groups else (),
-    )  # fmt: skip
-
-
-def as_mirrored(found: Candidate, best: float) -> bool:
-    """Repeated links agree as well as in the best, within the factor that counts as equal."""
-    return not np.isfinite(found.mirror_miss) or found.mirror_miss <= FACTOR * best
+        misfit=misfit(hypothesis.rows, options, picked),
+        infeasible=tuple(f"link_{i + 1}" for i, o in enumerate(picked) if o not in hypothesis.feasible[i]),
+        log_inertia_volume=float(sum(o.log_inertia_volume[k] for o, k in zip(options, picked, strict=True))),
+        remaining=tuple(
+            (options[i].choices[o], *(options[i].choices[k] for k in remaining[i] if k != o))
+            for i, o in enumerate(picked)
+        ),
+        alike=hypothesis.alike if groups else (),
+    )
 
 
 def best_mirror_miss(found: Sequence[Candidate]) -> float:
@@ -168,25 +187,15 @@ def best_mirror_miss(found: Sequence[Candidate]) -> float:
     return min((c.mirror_miss for c in found if np.isfinite(c.mirror_miss)), default=0.0)
 
 
-def price(found: Candidate) -> float:
-    """Exceptions and misfit on one scale, that of a negative log likelihood."""
-    return PRICE * found.exceptions + found.misfit
-
-
-def fullness_step(found: Candidate) -> int:
-    """Fullness in steps that say something."""
-    return round(max(found.fullness, NO_BODY) / TOLD_APART)
-
-
 def ranked(found: Sequence[Candidate]) -> tuple[Candidate, ...]:
-    """The best first: repeated links agree, then fewest exceptions and nearest numbers, then the fullest bodies."""
+    """The best first: repeated links agree, then fewest exceptions and nearest numbers, then the largest volumes."""
     best = best_mirror_miss(found)
 
     def key(c: Candidate) -> tuple[float, int, int, int]:
-        tier = 0.0 if as_mirrored(c, best) else c.mirror_miss
-        return (tier, round(price(c) / TOLD_APART), c.exceptions, -fullness_step(c))
+        tier = 0.0 if c.is_mirrored(best) else c.mirror_miss
+        return (tier, round(c.price / SIGNIFICANT), c.exceptions, -c.volume_level)
 
     unique: dict[tuple[object, ...], Candidate] = {}
     for c in sorted(found, key=key):
         unique.setdefault((c.reading.table, c.reading.links, c.reading.cells), c)
-    return tuple(itertools.islice(unique.values(), MOST))
+    return tuple(itertools.islice(unique.values(), MOST_CANDIDATES))

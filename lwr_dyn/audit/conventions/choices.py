@@ -1,4 +1,4 @@
-"""The choices a table leaves open, and the bodies that follow from each.
+"""The conventions that a table leaves open, and the bodies that follow from each choice.
 
 Of the whole table: DH convention, the point the tensors are about, the end of the link that centres of mass are
 measured from. Of each link: sign of the products, order of the axes (of the tensor, or of the whole row).
@@ -14,15 +14,16 @@ from typing import Literal
 import numpy as np
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.audit.conventions.printed import TENSOR, PrintedTable
+from lwr_dyn.audit.conventions.printed_table import TENSOR, PrintedTable
 from lwr_dyn.model.chain import Body
 from lwr_dyn.model.dh import Convention
+from lwr_dyn.model.spatial import principal_moments
 
 About = Literal["com", "origin"]
 Products = Literal["tensor", "integral"]
 ComFrom = Literal["own frame", "other end"]
 AXES = tuple("".join(p) for p in itertools.permutations("xyz"))
-"""Order of the axes: "xzy" says that what is printed as y belongs to z and the other way round."""
+"""Orders of the axes: under "xzy" the entries printed as y belong to z, and those printed as z to y."""
 _OFF = ~np.eye(3, dtype=bool)
 UNIFORM = 1.0 / np.sqrt(12.0)
 """Standard deviation of a rounding, in units of the last digit."""
@@ -30,7 +31,7 @@ UNIFORM = 1.0 / np.sqrt(12.0)
 
 @dataclass(frozen=True, slots=True)
 class TableChoice:
-    """How the whole table is read."""
+    """Conventions of the whole table."""
 
     convention: Convention
     about: About
@@ -39,12 +40,12 @@ class TableChoice:
 
 @dataclass(frozen=True, slots=True)
 class LinkChoice:
-    """How the row of one link is read."""
+    """Conventions of the row of one link."""
 
     products: Products = "tensor"
     axes: str = "xyz"
     moves: Literal["tensor", "row"] = "tensor"
-    """What the order of the axes holds for: the tensor alone or the centre of mass with it."""
+    """The order of the axes holds for the tensor alone, or for the whole row with the centre of mass."""
 
     @property
     def moved(self) -> bool:
@@ -54,7 +55,7 @@ class LinkChoice:
 
 @dataclass(frozen=True, slots=True)
 class CellChange:
-    """One cell that must be another number than printed: link index, column, entry, what is printed, what fits."""
+    """One cell with another value than printed: column, link (from 0), entry, printed value, value that fits."""
 
     column: str
     link: int
@@ -74,8 +75,8 @@ class CellChange:
 
 
 @dataclass(frozen=True, slots=True)
-class Reading:
-    """A whole reading: table, links, rows moved, cells changed."""
+class TableReading:
+    """One reading of a table: its conventions, those of the links, rows moved, cells changed."""
 
     table: TableChoice
     links: tuple[LinkChoice, ...]
@@ -86,7 +87,7 @@ class Reading:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LinkOptions:
-    """Every distinct body that one link may be under one table choice, O of them."""
+    """Every distinct body that one link can be under one table choice, O of them."""
 
     choices: tuple[tuple[LinkChoice, ...], ...]
     """Per option the choices that give this same body to the printed digits, the plainest first."""
@@ -96,13 +97,27 @@ class LinkOptions:
     inertia_com: Array
     """(O, 3, 3) [kg m^2]"""
     parameters: Array
-    """(O, 10): m, m c, tensor about the origin (xx yy zz xy xz yz); what B and g are linear in."""
+    """(O, 10): m, m c, tensor about the origin (xx yy zz xy xz yz); B and g are linear in them."""
     deviation: Array
-    """(10,) what rounding of the printed cells leaves uncertain, one standard deviation."""
+    """(10,) one standard deviation of the parameters by rounding of the printed cells."""
     deviation_com: float
     """The same of an entry of the tensor about the com."""
     scale: float
     """Largest printed entry of the tensor [kg m^2]."""
+
+    @property
+    def log_inertia_volume(self) -> Array:
+        """log det of the second moments of mass about the com, (O,): a wrong sign or point makes flat or thin bodies.
+
+        Sigma = tr(I)/2 E - I; larger is more plausible, -inf where no body is. The determinant is the part of that of
+        the pseudo-inertia which a sign can change (Wensing, Kim, Slotine, "Linear matrix inequalities for physically
+        consistent inertial parameter identification", 2018, eq. 16).
+        """
+        trace = np.trace(self.inertia_com, axis1=-2, axis2=-1)
+        second = trace[:, None] / 2 - principal_moments(self.inertia_com)
+        good = (second > 0.0).all(axis=-1)
+        volume: Array = np.where(good, np.log(np.where(good[:, None], second, 1.0)).sum(axis=-1), -np.inf)
+        return volume
 
     def body(self, option: int) -> Body:
         """The body of one option."""
@@ -110,7 +125,7 @@ class LinkOptions:
 
 
 def moved_axes(axes: str) -> list[int]:
-    """Where each true axis is printed: entry k of the true vector is entry [k] of the printed one.
+    """Indices of the printed entries: entry k of the true vector is entry [k] of the printed one.
 
     >>> moved_axes("xzy")
     [0, 2, 1]

@@ -1,4 +1,4 @@
-"""What each link adds to B_ii and g_i, linear in its ten parameters (m, m c, tensor about its frame's origin).
+"""Contribution of each link to B_ii and g_i, linear in its ten parameters (m, m c, tensor about its frame's origin).
 
 With v, w the velocity of the link's origin and its angular velocity per unit of joint speed i, in the link's frame,
 B_ii = sum over the links beyond i of m v.v + 2 (v x w).(m c) + w^T I w, and
@@ -14,18 +14,18 @@ import numpy as np
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.audit.conventions.evidence import DerivedNumber
-from lwr_dyn.audit.conventions.printed import PrintedTable
+from lwr_dyn.audit.conventions.printed_table import PrintedTable
 from lwr_dyn.errors import MissingDataError
 from lwr_dyn.kinematics.forward import joint_axes
 from lwr_dyn.model.chain import Chain, link_frames
 from lwr_dyn.model.dh import JointKind
 
 MOST_CORNERS = 4096
-"""Corners of the quarter-turn lattice on which a largest B_ii is looked for."""
+"""Corners of the quarter-turn lattice on which a largest B_ii is searched."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Rows:
+class NumberRows:
     """The derived numbers as linear rows: number k is the largest of its rows times the parameters, plus its rotor."""
 
     coefficients: Array
@@ -37,11 +37,6 @@ class Rows:
     """(K,) printed, less the rotor's share."""
     half: Array
     """(K,)"""
-
-    @property
-    def count(self) -> int:
-        """How many numbers."""
-        return len(self.joint)
 
 
 def contribution_rows(chain: Chain, quantity: str, joint: int, q: Array) -> Array:
@@ -68,7 +63,7 @@ def contribution_rows(chain: Chain, quantity: str, joint: int, q: Array) -> Arra
     return out
 
 
-def number_rows(chain: Chain, table: PrintedTable, numbers: tuple[DerivedNumber, ...]) -> Rows:
+def number_rows(chain: Chain, table: PrintedTable, numbers: tuple[DerivedNumber, ...]) -> NumberRows:
     """All derived numbers as rows, distal joints first."""
     ordered = sorted(numbers, key=lambda x: -x.joint)
     blocks, start, value = [np.zeros((0, chain.n, 10))], [0], []
@@ -80,7 +75,7 @@ def number_rows(chain: Chain, table: PrintedTable, numbers: tuple[DerivedNumber,
         rotor = 0.0 if table.armature is None or number.quantity == "gravity" else float(table.armature[number.joint])
         value.append(number.printed.value - rotor)
     half = np.array([x.printed.half for x in ordered])
-    return Rows(np.concatenate(blocks), tuple(start), tuple(x.joint for x in ordered), np.array(value), half)
+    return NumberRows(np.concatenate(blocks), tuple(start), tuple(x.joint for x in ordered), np.array(value), half)
 
 
 def corners(table: PrintedTable, joint: int) -> Array:

@@ -1,6 +1,6 @@
 """What a source publishes beside its table: numbers derived from it, a second set of tensors, poses, repeated links.
 
-A value is text, so that its printed digits are known: half a unit of the last one is how far a reading may miss it.
+A value is text, so that its printed digits are known: a reading may miss it by half a unit of the last one.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 
 from lwr_dyn.arrays import Array, joint_array
 from lwr_dyn.audit.conventions.choices import About, Products
-from lwr_dyn.audit.conventions.printed import BLANK, TENSOR, PrintedTable
+from lwr_dyn.audit.conventions.printed_table import BLANK, TENSOR, PrintedTable
 from lwr_dyn.errors import FaultError, UnknownNameError
 from lwr_dyn.papers.printed_number import PrintedNumber, printed_number
 
@@ -75,7 +75,7 @@ class SecondTensors:
     half: Array
     about: About
     products: tuple[Products, ...] = ("tensor",)
-    """The signs that its products may have; both where that is not stated."""
+    """The possible signs of its products; both where they are not stated."""
     where: str = ""
 
 
@@ -91,15 +91,20 @@ class FlangePlace:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Evidence:
-    """Everything a reading can be held against besides the table itself."""
+    """Everything that a reading is compared with besides the table itself."""
 
     numbers: tuple[DerivedNumber, ...] = ()
     tensors: SecondTensors | None = None
     places: tuple[FlangePlace, ...] = ()
     alike: tuple[tuple[int, ...], ...] = ()
-    """Groups of links that are declared to be one body, mirrored or turned; found in the table if empty."""
+    """Groups of links declared to be one body, mirrored or turned; detected in the table if empty."""
     convention: str | None = None
-    """DH convention where the source does state it."""
+    """DH convention, where the source states it."""
+
+    @property
+    def outermost_first(self) -> tuple[DerivedNumber, ...]:
+        """The numbers, those of the last joint first."""
+        return tuple(sorted(self.numbers, key=lambda number: -number.joint))
 
     def check(self, table: PrintedTable) -> None:
         """Raise `UnknownNameError` or `EvidenceError` where this is about another arm."""
@@ -115,8 +120,8 @@ class Evidence:
         for place in self.places:
             joint_array("q of a flange place", place.q, table.n)
         if self.tensors is not None and self.tensors.values.shape != (table.n, 6):
-            found = f"{len(self.tensors.values)} rows"
-            raise EvidenceError("tensors.values", found, f"{table.n} rows of xx yy zz xy xz yz, one per link")
+            rows = f"{len(self.tensors.values)} rows"
+            raise EvidenceError("tensors.values", rows, f"{table.n} rows of xx yy zz xy xz yz, one per link")
 
 
 def second_tensors(

@@ -30,7 +30,6 @@ Every table may be left out.
 
 from __future__ import annotations
 
-import tomllib
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -47,11 +46,11 @@ from lwr_dyn.audit.conventions.evidence import (
     evidence_number,
     second_tensors,
 )
-from lwr_dyn.audit.conventions.printed import PrintedTable
-from lwr_dyn.errors import PaperError, UnknownNameError
+from lwr_dyn.audit.conventions.printed_table import PrintedTable
+from lwr_dyn.errors import UnknownNameError
 from lwr_dyn.files import read_text
 from lwr_dyn.model.dh import Convention, JointKind
-from lwr_dyn.papers.fields import Fields, choice
+from lwr_dyn.papers.fields import Fields, parse_toml
 from lwr_dyn.papers.schema import ABOUT, PRODUCTS
 from lwr_dyn.papers.units import UNITS, to_si, units_of
 
@@ -68,7 +67,7 @@ def read_evidence(path: str | Path, table: PrintedTable) -> Evidence:
     ------
     FileAccessError
         The file cannot be read.
-    PaperError, EvidenceError
+    EvidenceError
         Broken TOML, an unknown or missing field, a number without digits.
     UnknownNameError
         A joint or link that the arm does not have.
@@ -76,42 +75,37 @@ def read_evidence(path: str | Path, table: PrintedTable) -> Evidence:
     return parse_evidence(read_text(path, "a readable .toml file"), Path(path).name, table)
 
 
-def room_evidence(robot: str, table: PrintedTable) -> Evidence | None:
-    """Evidence that comes with the package for a robot's name, or none."""
+def packaged_evidence(robot: str, table: PrintedTable) -> Evidence:
+    """Evidence that comes with the package for a robot's name; empty where there is none."""
     place = resources.files("lwr_dyn.papers").joinpath("evidence", f"{robot}.toml")
-    return parse_evidence(place.read_text(encoding="utf-8"), f"{robot}.toml", table) if place.is_file() else None
+    return parse_evidence(place.read_text(encoding="utf-8"), place.name, table) if place.is_file() else Evidence()
 
 
 def parse_evidence(text: str, file: str, table: PrintedTable) -> Evidence:
     """`read_evidence` on text; raises as it does."""
-    try:
-        raw = tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, RecursionError) as fault:
-        raise PaperError(file, "TOML", str(fault), "valid TOML 1.0") from None
-    top = Fields(raw, file, "")
+    top = Fields(parse_toml(text, file), file, "")
     top.take("robot", str, default="")
     numbers = [_number(x, file, f"number[{i}]", table) for i, x in enumerate(top.take("number", list, default=[]))]
     places = [_place(x, file, f"place[{i}]", table) for i, x in enumerate(top.take("place", list, default=[]))]
-    tensors = _tensors(top.take("tensors", dict), file) if "tensors" in raw else None
+    tensors = top.take("tensors", dict, default=None)
     arm = Fields(top.take("arm", dict, default={}), file, "arm")
-    convention = arm.take("convention", str, default=None) if "convention" in raw.get("arm", {}) else None
-    if convention is not None:
-        choice(convention, [c.value for c in Convention], file, "arm.convention")
+    convention = arm.take_one_of("convention", [c.value for c in Convention], default="")
     links = [f"link_{i + 1}" for i in range(table.n)]
     alike = tuple(_group(group, links, file) for group in arm.take("alike", list, default=[]))
     arm.refuse_unknown()
     top.refuse_unknown()
-    found = Evidence(tuple(numbers), tensors, tuple(places), alike, convention)
-    found.check(table)
-    return found
+    second = None if tensors is None else _tensors(tensors, file)
+    evidence = Evidence(tuple(numbers), second, tuple(places), alike, convention or None)
+    evidence.check(table)
+    return evidence
 
 
 def _group(names: object, links: list[str], file: str) -> tuple[int, ...]:
     """Links that are one body, mirrored; a link compared with itself would be no evidence."""
-    found = tuple(_index(x, "link", links) for x in names) if isinstance(names, list) else ()
-    if len(set(found)) < 2 or len(set(found)) < len(found):
+    group = tuple(_index(x, "link", links) for x in names) if isinstance(names, list) else ()
+    if len(set(group)) < 2 or len(set(group)) < len(group):
         raise EvidenceError(f"{file}: arm.alike", repr(names), "lists of two or more different links")
-    return found
+    return group
 
 
 def _index(name: object, kind: str, known: list[str]) -> int:
@@ -122,22 +116,19 @@ def _index(name: object, kind: str, known: list[str]) -> int:
 
 def _number(entry: Any, file: str, path: str, table: PrintedTable) -> DerivedNumber:
     fields = Fields(entry, file, path)
-    quantity = choice(fields.take("quantity", str), list(QUANTITIES), file, f"{path}.quantity")
+    quantity = fields.take_one_of("quantity", list(QUANTITIES))
     joint = _index(fields.take("joint", str), f"joint of {table.name}", list(table.joints))
-    slides = table.kinds[joint] is JointKind.PRISMATIC
-    factor = _factor(fields.take("unit", str), QUANTITIES[quantity][slides], file, f"{path}.unit")
+    factor = _factor(fields, QUANTITIES[quantity][table.kinds[joint] is JointKind.PRISMATIC])
     printed = evidence_number(fields.take("value", object), factor, f"{path}.value")
     where = fields.take("where", str)
-    worst = quantity == "worst inertia"
-    q = None if worst else _pose(fields, file, path, table)
+    q = None if quantity == "worst inertia" else _pose(fields, path, table)
     fields.refuse_unknown()
-    return DerivedNumber(quantity, joint, printed, q, where)  # type: ignore[arg-type] # `choice` has checked it
+    return DerivedNumber(quantity, joint, printed, q, where)  # type: ignore[arg-type] # one of QUANTITIES
 
 
 def _place(entry: Any, file: str, path: str, table: PrintedTable) -> FlangePlace:
     fields = Fields(entry, file, path)
-    q = _pose(fields, file, path, table)
-    factor = _factor(fields.take("unit", str), "length", file, f"{path}.unit")
+    q, factor = _pose(fields, path, table), _factor(fields, "length")
     xyz = [evidence_number(x, factor, f"{path}.xyz") for x in fields.take("xyz", list)]
     if len(xyz) != 3:
         raise EvidenceError(f"{path}.xyz", f"{len(xyz)} entries", "3: x y z")
@@ -146,27 +137,25 @@ def _place(entry: Any, file: str, path: str, table: PrintedTable) -> FlangePlace
     return FlangePlace(q, np.array([x.value for x in xyz]), max(x.half for x in xyz), where)
 
 
-def _pose(fields: Fields, file: str, path: str, table: PrintedTable) -> Array:
-    unit = choice(fields.take("q_unit", str, default="deg"), units_of("angle"), file, f"{path}.q_unit")
+def _pose(fields: Fields, path: str, table: PrintedTable) -> Array:
+    unit = fields.take_one_of("q_unit", units_of("angle"), default="deg")
     q = joint_array(f"{path}.q", fields.take("q", list), table.n)
-    return np.array(
-        [float(x) if k is JointKind.PRISMATIC else to_si(float(x), unit) for x, k in zip(q, table.kinds, strict=True)]
-    )
+    slides = [kind is JointKind.PRISMATIC for kind in table.kinds]
+    return np.array([float(x) if s else to_si(float(x), unit) for x, s in zip(q, slides, strict=True)])
 
 
-def _factor(unit: str, quantity: str, file: str, path: str) -> float:
-    choice(unit, units_of(quantity), file, path)
-    return UNITS[unit][1]
+def _factor(fields: Fields, quantity: str) -> float:
+    return UNITS[fields.take_one_of("unit", units_of(quantity))][1]
 
 
 def _tensors(entry: Any, file: str) -> SecondTensors:
     fields = Fields(entry, file, "tensors")
-    about = choice(fields.take("about", str), ABOUT, file, "tensors.about")
-    products = choice(fields.take("products", str), (*PRODUCTS, "unknown"), file, "tensors.products")
-    choice(fields.take("unit", str), ("kg m^2",), file, "tensors.unit")
+    about = fields.take_one_of("about", ABOUT)
+    products = fields.take_one_of("products", (*PRODUCTS, "unknown"))
+    fields.take_one_of("unit", ("kg m^2",))
     where, values = fields.take("where", str), fields.take("values", list)
     fields.refuse_unknown()
     if not all(isinstance(row, list) for row in values):
         raise EvidenceError("tensors.values", "not a list of rows", "one row of xx yy zz xy xz yz per link")
     signs = PRODUCTS if products == "unknown" else (products,)
-    return second_tensors(values, about, signs, where)  # type: ignore[arg-type] # `choice` has checked them
+    return second_tensors(values, about, signs, where)  # type: ignore[arg-type] # both are checked words

@@ -1,9 +1,9 @@
-"""Vectors between neighbouring frames, and what a printed column of them says about rows and DH convention.
+"""Vectors between neighbouring frames: a printed column of them shows shifted rows and the DH convention.
 
 standard  r_{i-1,i} in frame i    = (a_i,  d_i sin alpha_i, d_i cos alpha_i)
 modified  r_{i-1,i} in frame i-1  = (a_i, -d_i sin alpha_i, d_i cos alpha_i)
 
-Each does not depend on q of a turning joint, which is why papers can print it.
+Neither depends on q of a turning joint, so a paper can print it.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.audit.conventions.evidence import Evidence
-from lwr_dyn.audit.conventions.printed import PrintedTable
+from lwr_dyn.audit.conventions.printed_table import PrintedTable
 from lwr_dyn.model.chain import Chain, link_frames
 from lwr_dyn.model.dh import Convention
 from lwr_dyn.model.spatial import cos_sin
@@ -22,12 +22,12 @@ from lwr_dyn.model.spatial import cos_sin
 SHIFTS = (0, 1, -1, 2, -2)
 """Rows by which a column may belong lower than printed, the plainest first."""
 HALF_UNIT_SLACK = 4.0
-"""Printed places are compared to this many half units: rounded lengths of a table add up."""
+"""Half units by which a printed place may be missed: rounded lengths of a table add up."""
 
 
 @dataclass(frozen=True, slots=True)
 class FramesFinding:
-    """How one pair of DH convention and row shift fits what is printed of the frames."""
+    """Misses of one DH convention and row shift against what is printed of the frames."""
 
     convention: Convention
     shift: int
@@ -78,16 +78,16 @@ def reaches(chain: Chain, link: int, com: Array, thickness: float) -> Array:
     poses = [pose for x in links for pose in (x.before, x.after)]
     total = sum(float(np.linalg.norm(pose.position)) for pose in (*poses, chain.flange))
     spans = [np.linalg.norm(com - end_point, axis=-1) for end_point in (start, end)]
-    found: Array = np.maximum(*spans) + thickness * total
-    return found
+    reach: Array = np.maximum(*spans) + thickness * total
+    return reach
 
 
 def frames_findings(table: PrintedTable, evidence: Evidence) -> tuple[FramesFinding, ...]:
     """Every pair of convention and row shift with its misses, the best first."""
     conventions = [c for c in Convention if evidence.convention in (None, c.value)]
     shifts = SHIFTS if table.origin is not None else (0,)
-    found = [_finding(table, evidence, c, s) for c in conventions for s in shifts]
-    return tuple(sorted(found, key=lambda f: (f.rows_missed + f.places_missed, abs(f.shift), f.miss)))
+    findings = [_finding(table, evidence, c, s) for c in conventions for s in shifts]
+    return tuple(sorted(findings, key=lambda f: (f.rows_missed + f.places_missed, abs(f.shift), f.miss)))
 
 
 def _finding(table: PrintedTable, evidence: Evidence, convention: Convention, shift: int) -> FramesFinding:
@@ -107,7 +107,7 @@ def _finding(table: PrintedTable, evidence: Evidence, convention: Convention, sh
 
 
 def shifted(column: Array, shift: int) -> Array:
-    """A column moved `shift` rows down, NaN where nothing comes.
+    """A column moved `shift` rows down, NaN in the rows left empty.
 
     >>> shifted(np.array([[1.0], [2.0], [3.0]]), 1)[:, 0]
     array([nan,  1.,  2.])
@@ -121,7 +121,7 @@ def shifted(column: Array, shift: int) -> Array:
 
 
 def with_rows_moved(table: PrintedTable, shift: int) -> PrintedTable:
-    """The table with its vector column moved; what falls out of it below fills a blank centre of mass beside it."""
+    """The table with its vector column moved; rows that fall out of it fill blank centres of mass beside it."""
     if table.origin is None or shift == 0:
         return table
     spilled = table.origin[-shift:] if shift > 0 else table.origin[:-shift]

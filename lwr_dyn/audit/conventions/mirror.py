@@ -1,8 +1,8 @@
 """Repeated links: bodies of equal mass whose centres of mass are mirror images should have mirror-image tensors.
 
-A signed permutation P of the axes that takes one centre of mass onto the other, P c_i = c_j, must take the tensor with
-it, P I_i P^T = I_j. That binds the signs of the products of both links to one another, and their axes, and the point
-the tensors are about: moved by the wrong m c^2, bodies whose coms differ a little no longer agree.
+A signed permutation P of the axes that maps one centre of mass to the other, P c_i = c_j, must map the tensors too,
+P I_i P^T = I_j. That ties together the signs of the products of both links, their axes, and the point the tensors are
+about: moved by the wrong m c^2, bodies whose coms differ a little no longer agree.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.audit.conventions.choices import LinkOptions
-from lwr_dyn.audit.conventions.printed import PrintedTable
+from lwr_dyn.audit.conventions.printed_table import PrintedTable
 
 FORGIVEN = 4.0
 """Standard deviations of the rounding of cells that explain a miss."""
@@ -55,12 +55,12 @@ def mirror_misses(a: LinkOptions, b: LinkOptions, of_a: Sequence[int], of_b: Seq
     allowed = gap <= MIRROR * np.linalg.norm(com_b, axis=-1) + 1e-12
     tensors = np.einsum("pij,ajk,plk->pail", _PERMUTATIONS, a.inertia_com[list(of_a)], _PERMUTATIONS)
     miss = np.abs(tensors[:, :, None] - b.inertia_com[list(of_b)]).max(axis=(-1, -2))
-    found: Array = np.where(allowed, miss, np.inf).min(axis=0) / max(a.scale, b.scale)
-    return found
+    least: Array = np.where(allowed, miss, np.inf).min(axis=0) / max(a.scale, b.scale)
+    return least
 
 
 def rounding_miss(table: PrintedTable, links: Sequence[LinkOptions], group: Sequence[int]) -> float:
-    """The miss that rounding of the printed cells alone can make, in units of the printed tensor."""
+    """The largest miss that rounding of the printed cells explains, in units of the printed tensor."""
     largest = max(links[i].scale for i in group)
     spread = max(links[i].deviation_com for i in group)
     return (table.inertia_step + FORGIVEN * spread) / largest

@@ -15,7 +15,7 @@ import numpy as np
 from lwr_dyn.arrays import Array
 from lwr_dyn.audit.conventions.choices import CHOICES, LinkChoice, TableChoice, link_options
 from lwr_dyn.audit.conventions.frames import frame_vectors, other_ends, shifted, with_rows_moved
-from lwr_dyn.audit.conventions.printed import TENSOR, PrintedTable
+from lwr_dyn.audit.conventions.printed_table import TENSOR, PrintedTable
 from lwr_dyn.dynamics.newton_euler import Recursion
 from lwr_dyn.dynamics.recursion import LinkConstants, link_constants
 from lwr_dyn.model.chain import Body, Chain, link_frames, with_bodies

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lwr_dyn.audit.conventions.resolve import Resolution, resolve
+from lwr_dyn.audit.conventions.ranking import RankedReadings, rank_readings
 from tests.audit.conventions.identifiable import open_choices
 from tests.audit.conventions.scrambled_tables import ScrambledTable, same_arm, same_bodies, scrambled_table
 
@@ -61,7 +61,7 @@ def recovery(count: int, seed: int = 7) -> Recovery:
     missed, number = [], 0
     while sum(decided.values()) < count:
         one = numbered_table(number, seed)
-        found = outcome(one, resolve(one.table, one.evidence))
+        found = outcome(one, rank_readings(one.table, one.evidence))
         clear = not open_choices(one)
         (decided if clear else undecidable)[found] += 1
         if found == "lost" or (clear and found != "recovered"):
@@ -70,7 +70,7 @@ def recovery(count: int, seed: int = 7) -> Recovery:
     return Recovery(dict(decided), dict(undecidable), tuple(missed))
 
 
-def outcome(one: ScrambledTable, found: Resolution) -> str:
+def outcome(one: ScrambledTable, found: RankedReadings) -> str:
     """One of `OUTCOMES`."""
     best, truth = found.best, one.truth
     if best is None:

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.audit.conventions.choices import AXES, LinkChoice, Reading, TableChoice, moved_axes
+from lwr_dyn.audit.conventions.choices import AXES, LinkChoice, TableChoice, TableReading, moved_axes
 from lwr_dyn.audit.conventions.evidence import (
     DerivedNumber,
     Evidence,
@@ -23,7 +23,7 @@ from lwr_dyn.audit.conventions.evidence import (
     second_tensors,
 )
 from lwr_dyn.audit.conventions.frames import frame_vectors, other_ends
-from lwr_dyn.audit.conventions.printed import TENSOR, PrintedTable
+from lwr_dyn.audit.conventions.printed_table import TENSOR, PrintedTable
 from lwr_dyn.dynamics.newton_euler import Recursion
 from lwr_dyn.model.chain import Body, Chain, link_frames, with_bodies
 from lwr_dyn.model.dh import Convention, DHRow, JointKind
@@ -40,7 +40,7 @@ class ScrambledTable:
 
     table: PrintedTable
     evidence: Evidence
-    truth: Reading
+    truth: TableReading
     bodies: tuple[Body, ...]
     """Unrounded."""
     chain: Chain
@@ -120,7 +120,7 @@ def _body(rng: np.random.Generator, mass: float, end: Array) -> Body:
     return whole
 
 
-def _reading(rng: np.random.Generator, n: int, convention: Convention) -> Reading:
+def _reading(rng: np.random.Generator, n: int, convention: Convention) -> TableReading:
     """How the table is printed: a rule for the signs, now and then a link against it, now and then axes exchanged."""
     about = ("com", "origin")[rng.integers(2)]
     com_from = "other end" if rng.random() < 0.2 else "own frame"
@@ -135,11 +135,11 @@ def _reading(rng: np.random.Generator, n: int, convention: Convention) -> Readin
         moves = "row" if i in moved and rng.random() < 0.3 else "tensor"
         links.append(LinkChoice(products, axes, moves))  # type: ignore[arg-type]
     shift = 1 if rng.random() < 0.15 else 0
-    return Reading(TableChoice(convention, about, com_from), tuple(links), shift)  # type: ignore[arg-type]
+    return TableReading(TableChoice(convention, about, com_from), tuple(links), shift)  # type: ignore[arg-type]
 
 
 def _printed(
-    rng: np.random.Generator, frames: PrintedTable, bodies: list[Body], truth: Reading, ends: Array
+    rng: np.random.Generator, frames: PrintedTable, bodies: list[Body], truth: TableReading, ends: Array
 ) -> PrintedTable:
     """The table as it is printed under a reading: the inverse of what `link_options` does."""
     coms, tensors = np.zeros((len(bodies), 3)), []
@@ -164,7 +164,7 @@ def _printed(
 
 
 def _evidence(
-    rng: np.random.Generator, table: PrintedTable, chain: Chain, bodies: list[Body], truth: Reading, kind: str
+    rng: np.random.Generator, table: PrintedTable, chain: Chain, bodies: list[Body], truth: TableReading, kind: str
 ) -> Evidence:
     tensors = _second(rng, bodies, truth) if kind in ("second tensors", "both") else None
     numbers = _numbers(rng, chain) if kind in ("numbers", "both") else ()
@@ -172,7 +172,7 @@ def _evidence(
     return Evidence(numbers=numbers, tensors=tensors, places=places)
 
 
-def _second(rng: np.random.Generator, bodies: list[Body], truth: Reading) -> SecondTensors:
+def _second(rng: np.random.Generator, bodies: list[Body], truth: TableReading) -> SecondTensors:
     digits = int(rng.integers(4, 6))
     other = "origin" if truth.table.about == "com" else "com"
     tensors = [b.inertia_origin() if other == "origin" else b.inertia_com for b in bodies]

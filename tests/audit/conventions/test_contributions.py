@@ -9,7 +9,7 @@ from lwr_dyn.audit.conventions.choices import CHOICES, TableChoice, link_options
 from lwr_dyn.audit.conventions.contributions import contribution_rows, number_rows
 from lwr_dyn.audit.conventions.evidence import DerivedNumber, evidence_number
 from lwr_dyn.audit.conventions.frames import other_ends
-from lwr_dyn.audit.conventions.printed import TENSOR
+from lwr_dyn.audit.conventions.printed_table import TENSOR
 from lwr_dyn.audit.conventions.search import allowances, fit_numbers
 from lwr_dyn.dynamics.newton_euler import Recursion
 from tests.arms import random_arm
@@ -55,8 +55,8 @@ def test_search_finds_what_the_full_product_finds():
     options = [link_options(table, i, truth.table, ends[i], CHOICES[:8]) for i in range(3)]
     rows = number_rows(table.chain(truth.table.convention), table, numbers)
     allowed = [tuple(range(len(o.choices))) for o in options]
-    fits = fit_numbers(rows, options, allowed)
-    found = {way for box in fits.boxes for way in itertools.product(*box)}
+    result = fit_numbers(rows, options, allowed)
+    found = {way for box in result.sets for way in itertools.product(*box)}
     room = allowances(rows, options)
     expected = set()
     for way in itertools.product(*allowed):
@@ -74,10 +74,10 @@ def test_a_number_that_nothing_gives_is_named():
     ends = other_ends(one.table, one.truth.table.convention)
     options = [link_options(one.table, i, one.truth.table, ends[i]) for i in range(3)]
     rows = number_rows(one.chain, one.table, numbers)
-    fits = fit_numbers(rows, options, [tuple(range(len(o.choices))) for o in options])
-    assert fits.boxes == ()
-    assert fits.failed == (0,)
-    assert fits.nearest > 100
+    result = fit_numbers(rows, options, [tuple(range(len(o.choices))) for o in options])
+    assert result.sets == ()
+    assert result.failed == (0,)
+    assert result.nearest > 100
 
 
 def test_options_are_distinct_and_the_identity_is_first():

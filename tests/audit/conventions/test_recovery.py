@@ -5,9 +5,9 @@ import dataclasses
 import numpy as np
 import pytest
 
+from lwr_dyn.audit.conventions.cell_corrections import shortest_between
 from lwr_dyn.audit.conventions.choices import CellChange
-from lwr_dyn.audit.conventions.repair import shortest_between
-from lwr_dyn.audit.conventions.resolve import resolve
+from lwr_dyn.audit.conventions.ranking import rank_readings
 from lwr_dyn.errors import MissingDataError
 from tests.audit.conventions.recovery import numbered_table, recovery
 from tests.audit.conventions.scrambled_tables import same_bodies
@@ -30,7 +30,7 @@ def test_a_blank_com_that_no_row_fills_is_an_error():
     com = one.table.com.copy()
     com[1] = np.nan
     with pytest.raises(MissingDataError, match="centre of mass of link_2"):
-        resolve(dataclasses.replace(one.table, com=com), one.evidence)
+        rank_readings(dataclasses.replace(one.table, com=com), one.evidence)
 
 
 def test_the_truth_is_missed_when_its_evidence_is_another_arms():
@@ -39,7 +39,7 @@ def test_the_truth_is_missed_when_its_evidence_is_another_arms():
         dataclasses.replace(x, printed=dataclasses.replace(x.printed, value=1.05 * x.printed.value))
         for x in one.evidence.numbers
     )
-    found = resolve(one.table, dataclasses.replace(one.evidence, numbers=numbers))
+    found = rank_readings(one.table, dataclasses.replace(one.evidence, numbers=numbers))
     assert not found.agree
     assert same_bodies(one.table, found.best.bodies, one.bodies)  # the second tensors still tell
 

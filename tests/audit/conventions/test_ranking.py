@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.audit.conventions.confirm import confirmed, off_lattice
+from lwr_dyn.audit.conventions.criteria_text import lattice_warning
 from lwr_dyn.audit.conventions.decisions import decisions
 from lwr_dyn.audit.conventions.evidence import DerivedNumber, Evidence, evidence_number
-from lwr_dyn.audit.conventions.evidence_file import room_evidence
-from lwr_dyn.audit.conventions.figures import lattice_figures
-from lwr_dyn.audit.conventions.printed import printed_table
-from lwr_dyn.audit.conventions.resolve import equally_plain, resolve
-from lwr_dyn.audit.conventions.statements import statements
-from lwr_dyn.audit.conventions.worlds import worlds
-from lwr_dyn.audit.conventions.zero import resolve_zero, same_motion
+from lwr_dyn.audit.conventions.evidence_file import packaged_evidence
+from lwr_dyn.audit.conventions.global_maximum_check import global_maxima, off_lattice
+from lwr_dyn.audit.conventions.hypotheses import table_hypotheses
+from lwr_dyn.audit.conventions.joint_zero import same_motion, zero_readings
+from lwr_dyn.audit.conventions.printed_table import printed_table
+from lwr_dyn.audit.conventions.ranking import equally_plain, rank_readings
+from lwr_dyn.audit.conventions.ranking_text import ranking_text
 from lwr_dyn.model.dh import Convention
 from lwr_dyn.papers.catalog import open_paper
 from lwr_dyn.reproduction.results import printed_tables
@@ -26,13 +26,13 @@ def lwr():
     table = printed_table(open_paper("lwr4plus"))
     printed = printed_tables("lwr4plus")["table_iv"]["b"]
     numbers = tuple(DerivedNumber("worst inertia", i, evidence_number(b)) for i, b in enumerate(printed))
-    return resolve(table, Evidence(numbers))
+    return rank_readings(table, Evidence(numbers))
 
 
 @pytest.fixture(scope="module")
 def wam():
     table = printed_table(open_paper("wam7"))
-    return resolve(table, room_evidence("wam7", table))
+    return rank_readings(table, packaged_evidence("wam7", table))
 
 
 INVISIBLE = 1e-6
@@ -53,11 +53,11 @@ def test_lwr_table_2_is_one_row_too_high(lwr):
 
 def test_lwr_computed_is_found_from_table_4(lwr):
     assert_bodies(lwr.computed[0], lwr_dyn.load("lwr4plus", "computed"))
-    assert all(row.holds for row in confirmed(lwr.table, lwr.evidence, lwr.computed[0]))
+    assert all(row.holds for row in global_maxima(lwr.table, lwr.evidence, lwr.computed[0]))
 
 
 def test_lwr_c5z_is_fitted_to_b55_and_the_others_follow(lwr):
-    first, *others = equally_plain(lwr.repairs)
+    first, *others = equally_plain(lwr.corrections)
     assert (first.cell.name, first.cell.value, first.fitted_to) == ("c5z", -0.0238, "b55")
     assert first.low < -0.0238 < first.high
     assert first.repeats == "c6z"
@@ -67,14 +67,14 @@ def test_lwr_c5z_is_fitted_to_b55_and_the_others_follow(lwr):
 
 def test_lwr_c5z_is_not_the_only_cell_that_mends_table_4(lwr):
     """Link 6 could be heavier across its axis: the numbers alone do not tell, the copied neighbour does."""
-    equal = {r.cell.name for r in lwr.repairs if r.exceptions == lwr.repairs[0].exceptions}
+    equal = {r.cell.name for r in lwr.corrections if r.exceptions == lwr.corrections[0].exceptions}
     assert equal == {"c5z", "I6xx", "c6y"}
-    for r in lwr.repairs:
+    for r in lwr.corrections:
         if r.cell.name == "I6xx":
             changed = lwr.table.with_cell("inertia", 5, 0, r.cell.value)
-            again = resolve(changed, lwr.evidence)
-            assert not again.repairs
-            assert all(row.holds for row in confirmed(changed, lwr.evidence, again.computed[0]))
+            again = rank_readings(changed, lwr.evidence)
+            assert not again.corrections
+            assert all(row.holds for row in global_maxima(changed, lwr.evidence, again.computed[0]))
             break
 
 
@@ -82,9 +82,9 @@ def test_another_wrong_cell_is_found_too(lwr):
     """With c5z mended c4z is spoilt: it is found again, within the range fitted."""
     whole = lwr.table.with_cell("com", 4, 2, -0.0238)
     right = float(whole.com[3, 2])
-    found = resolve(whole.with_cell("com", 3, 2, 0.4 * right), lwr.evidence)
-    mended = [r for r in found.repairs if r.cell.name == "c4z" and r.low <= right <= r.high]
-    assert mended, [(r.cell.name, r.low, r.high) for r in found.repairs]
+    found = rank_readings(whole.with_cell("com", 3, 2, 0.4 * right), lwr.evidence)
+    mended = [r for r in found.corrections if r.cell.name == "c4z" and r.low <= right <= r.high]
+    assert mended, [(r.cell.name, r.low, r.high) for r in found.corrections]
     assert mended[0].fitted_to == "b44"
 
 
@@ -108,7 +108,7 @@ def test_lwr_physical_is_found_from_bodies_and_mirror_images(lwr):
 
 def test_lwr_physical_stands_without_table_4(lwr):
     """About the origin with y and z exchanged and signs bound by repeated links: Table IV mends only c5z."""
-    found = resolve(printed_table(open_paper("lwr4plus")), Evidence())
+    found = rank_readings(printed_table(open_paper("lwr4plus")), Evidence())
     choice = found.best.reading
     assert choice.table.about == "origin"
     assert [x.axes for x in choice.links[:4]] == ["xyz", "xzy", "xyz", "xzy"]
@@ -127,27 +127,27 @@ def test_wam_products_are_integrals_by_the_second_tensors(wam):
 
 
 def test_wam_sign_is_undecided_without_the_second_tensors(wam):
-    found = resolve(printed_table(open_paper("wam7")), Evidence(convention="standard"))
+    found = rank_readings(printed_table(open_paper("wam7")), Evidence(convention="standard"))
     made = {(d.question, d.link): d for d in decisions(found, found.physical, ("feasibility",))}
     assert all(made["products", i].others for i in range(7))
     assert made["about", None].decided
 
 
 def test_wam_origin_reading_is_no_body_on_four_links(wam):
-    origin = next(w for w in wam.worlds if (w.choice.about, w.choice.com_from) == ("origin", "own frame"))
+    origin = next(w for w in wam.as_printed if (w.choice.about, w.choice.com_from) == ("origin", "own frame"))
     assert [i + 1 for i, left in enumerate(origin.feasible) if not left] == [1, 3, 4, 6]
 
 
 def test_a_flipped_second_tensor_flips_the_sign(wam):
     table = printed_table(open_paper("wam7"))
-    tensors = room_evidence("wam7", table).tensors
+    tensors = packaged_evidence("wam7", table).tensors
     turned = dataclasses.replace(table, inertia=np.where(np.eye(3, dtype=bool), table.inertia, -table.inertia))
-    found = resolve(turned, Evidence(tensors=tensors, convention="standard"))
+    found = rank_readings(turned, Evidence(tensors=tensors, convention="standard"))
     assert {x.products for x in found.best.reading.links} == {"tensor"}
 
 
 def test_kr30_zero_and_signs_are_found_from_the_data_sheet():
-    found = resolve_zero(open_paper("kr30ha"))
+    found = zero_readings(open_paper("kr30ha"))
     best, arm = found.best[0], lwr_dyn.load("kr30ha", "kuka")
     assert best.convention.value == "standard"
     assert best.signs == (-1,) * 6
@@ -162,18 +162,18 @@ def test_kr30_zero_and_signs_are_found_from_the_data_sheet():
 
 def test_largest_inertias_between_quarter_turns_are_named(lwr):
     """LWR links stand square: no B_ii is larger off the lattice; a tilted link's is, and that is said."""
-    assert off_lattice(lwr.table, lwr.evidence, lwr.worlds[0]) == ()
-    assert lattice_figures(lwr) == []
+    assert off_lattice(lwr.evidence, lwr.as_printed[0]) == ()
+    assert lattice_warning(lwr) == []
     tilted = lwr.table.with_cell("com", 2, 0, 0.1).with_cell("com", 3, 0, -0.15)
-    way = worlds(tilted, lwr.evidence, [Convention.STANDARD])[0]
-    missed = dict(off_lattice(tilted, lwr.evidence, way))
+    plainest = table_hypotheses(tilted, lwr.evidence, [Convention.STANDARD])[0]
+    missed = dict(off_lattice(lwr.evidence, plainest))
     assert missed.keys() >= {"b22"}
     assert missed["b22"] > 0.001
 
 
-def test_statements_say_what_is_undecided(lwr, wam):
-    text = "\n".join(statements(lwr))
+def test_the_text_says_what_is_undecided(lwr, wam):
+    text = "\n".join(ranking_text(lwr))
     assert "the sign of c5z is undecided" in text
     assert "m c^2 is counted twice" in text
     assert "link 1, 2, 3, 4, 5, 6: products of inertia tensor entries (UNDECIDED" in text
-    assert "link 2, 4, 5, 7: products of inertia +integral (UNDECIDED" in "\n".join(statements(wam))
+    assert "link 2, 4, 5, 7: products of inertia +integral (UNDECIDED" in "\n".join(ranking_text(wam))

@@ -5,8 +5,8 @@ import pytest
 
 from lwr_dyn.audit.conventions.choices import LinkChoice, LinkOptions, link_options
 from lwr_dyn.audit.conventions.frames import frame_vectors, other_ends, shifted, with_rows_moved
+from lwr_dyn.audit.conventions.hypotheses import shortfalls
 from lwr_dyn.audit.conventions.mirror import alike_links, mirror_misses
-from lwr_dyn.audit.conventions.physics import fullness, shortfalls
 from lwr_dyn.model.chain import Body
 from lwr_dyn.model.dh import Convention, JointKind
 from lwr_dyn.model.feasibility import is_physical
@@ -65,7 +65,7 @@ def test_too_large_a_radius_of_gyration_is_no_body():
 def test_fuller_bodies_have_larger_fullness():
     flat, full = Body(1.0, np.zeros(3), np.diag([1.0, 1.0, 1.99])), Body(1.0, np.zeros(3), np.diag([1.0, 1.0, 1.2]))
     gone = Body(1.0, np.zeros(3), np.diag([1.0, 1.0, 2.5]))
-    a, b, c = fullness(options_of([flat, full, gone]))
+    a, b, c = options_of([flat, full, gone]).log_inertia_volume
     assert c == -np.inf
     assert a < b
 

@@ -16,7 +16,8 @@ from lwr_dyn.arrays import Array
 from lwr_dyn.errors import MissingDataError
 from lwr_dyn.model.chain import Chain, ChainLink
 from lwr_dyn.model.dh import Convention, DHRow, JointKind
-from lwr_dyn.model.spatial import Pose, from_rpy
+from lwr_dyn.model.spatial import Pose
+from lwr_dyn.papers.assembly import arm_from_paper
 from lwr_dyn.papers.schema import Paper
 from lwr_dyn.papers.units import to_si
 
@@ -65,8 +66,14 @@ class PrintedTable:
             links.append(ChainLink(self.joints[i], f"link_{i + 1}", self.kinds[i], before, after))
         return Chain(tuple(links), self.flange, np.array(self.gravity))
 
+    def cell(self, column: str, link: int, index: int) -> float:
+        """One cell of `com` (index 0 to 2), `inertia` (0 to 5, see `TENSOR`) or `mass`."""
+        if column == "inertia":
+            return float(self.inertia[link][TENSOR[index]])
+        return float(self.com[link, index] if column == "com" else self.mass[link])
+
     def with_cell(self, column: str, link: int, index: int, value: float) -> PrintedTable:
-        """The table with one cell of `com` (index 0 to 2), `inertia` (0 to 5, see `TENSOR`) or `mass` changed."""
+        """The table with one cell changed, see `cell`."""
         values = getattr(self, column).copy()
         if column == "inertia":
             r, c = TENSOR[index]
@@ -83,7 +90,7 @@ TENSOR = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 
 
 def printed_table(paper: Paper) -> PrintedTable:
-    """The printed cells of a paper.
+    """The printed cells of a paper's tables.
 
     Raises
     ------
@@ -95,12 +102,16 @@ def printed_table(paper: Paper) -> PrintedTable:
         raise MissingDataError(paper.name, "masses and inertias", "a reading of its inertial table")
     mass, com, inertia = (printed["inertial"][name] for name in ("mass", "com", "inertia"))
     origin = printed.get("frames", {}).get("origin")
+    arm = arm_from_paper(paper)
+    x, y, z = arm.chain.gravity.tolist()
     return PrintedTable(
         name=paper.name, joints=paper.joints, rows=printed_rows(paper), kinds=paper.kinds,
         mass=_cells(mass, ()), com=_cells(com, (3,)), inertia=_cells(inertia, (3, 3)),
-        mass_step=last_digit(mass), com_step=last_digit(com), inertia_step=last_digit(inertia),
+        mass_step=finest_digit(mass), com_step=finest_digit(com), inertia_step=finest_digit(inertia),
         origin=None if origin is None else _cells(origin, (3,)), armature=_armature(printed.get("rotors", {})),
-        lower=_limits(paper, "lower"), upper=_limits(paper, "upper"), gravity=_gravity(paper), flange=_flange(paper),
+        lower=arm.lower if "limits.lower" in paper.columns else None,
+        upper=arm.upper if "limits.upper" in paper.columns else None,
+        gravity=(x, y, z), flange=arm.chain.flange,
     )  # fmt: skip
 
 
@@ -126,10 +137,10 @@ def _cells(column: Mapping[str, Any], shape: tuple[int, ...]) -> Array:
     return out
 
 
-def last_digit(table: Mapping[str, Any]) -> float:
+def finest_digit(table: Mapping[str, Any]) -> float:
     """The unit of the last printed digit of a column [SI]: the finest that any of its cells shows.
 
-    >>> last_digit({"values": [0.25, 0.1234], "unit": "m"})
+    >>> finest_digit({"values": [0.25, 0.1234], "unit": "m"})
     0.0001
     """
     cells = [x for row in table["values"] if row != BLANK for x in np.ravel(np.array(row, dtype=object))]
@@ -146,23 +157,3 @@ def _armature(rotors: Mapping[str, Any]) -> Array | None:
         armature: Array = _cells(rotors["gear_ratio"], ()) ** 2 * _cells(rotors["inertia"], ())
         return armature
     return None
-
-
-def _limits(paper: Paper, side: str) -> Array | None:
-    if f"limits.{side}" not in paper.columns:
-        return None
-    found: Array = paper.columns[f"limits.{side}"].si()
-    return found + paper.columns["limits.zero"].si() if "limits.zero" in paper.columns else found
-
-
-def _gravity(paper: Paper) -> tuple[float, float, float]:
-    if "base.gravity" not in paper.columns:
-        return (0.0, 0.0, -9.81)
-    x, y, z = (float(v) for v in paper.columns["base.gravity"].si()[0])
-    return (x, y, z)
-
-
-def _flange(paper: Paper) -> Pose:
-    zero = np.zeros((1, 3))
-    xyz, rpy = (paper.columns[name].si() if name in paper.columns else zero for name in ("flange.xyz", "flange.rpy"))
-    return Pose(from_rpy(rpy[0]), xyz[0])

@@ -1,8 +1,8 @@
-"""Where a maker counts joints from and which way: DH convention, signs and offsets by the poses of a data sheet.
+"""Zero and direction of a maker's joints: DH convention, signs and offsets from the poses of a data sheet.
 
 Each joint's angle is theta_i = sign_i q_i + offset_i, with offsets by quarter turns. The axes that the maker draws at
-q = 0 fix them joint by joint, from the base outward; what then remains is judged by the places and turns that are
-printed of the flange and the wrist, by the limits and by the envelope, all of `checks.datasheet`.
+q = 0 fix them joint by joint, from the base outward. The readings that remain are judged by the printed positions and
+orientations of flange and wrist, by the limits and by the envelope, all of `checks.datasheet`.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.audit.conventions.printed import printed_rows
+from lwr_dyn.audit.conventions.printed_table import printed_rows
 from lwr_dyn.checks.datasheet import datasheet_verdicts
 from lwr_dyn.checks.verdict import Verdict
 from lwr_dyn.errors import MissingDataError
@@ -33,7 +33,7 @@ QUARTERS = (0, 1, -1, 2)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ZeroReading:
-    """Signs and offsets under one DH convention, and what the data sheet's poses say of them."""
+    """Signs and offsets under one DH convention, and their verdicts by the data sheet's poses."""
 
     convention: Convention
     rows: tuple[DHRow, ...]
@@ -59,7 +59,7 @@ class ZeroReading:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ZeroResolution:
+class ZeroReadings:
     """All readings whose axes at zero are the maker's, the best first; and the table as printed."""
 
     name: str
@@ -67,37 +67,33 @@ class ZeroResolution:
     printed: ZeroReading
     joints: tuple[str, ...]
     axes_only: int
-    """How many the axes alone leave."""
+    """Number of readings that the axes alone leave."""
 
     @property
     def best(self) -> tuple[ZeroReading, ...]:
-        """Readings that fail least and change least: more than one when they cannot be told apart."""
+        """Readings that fail least and change least: more than one when nothing distinguishes them."""
         least = [(r.failed, r.changes) for r in self.readings]
         return tuple(r for r in self.readings if (r.failed, r.changes) == min(least))
 
 
-def resolve_zero(paper: Paper) -> ZeroResolution:
+def zero_readings(paper: Paper) -> ZeroReadings:
     """Signs, offsets and DH convention of a robot from its data sheet's poses.
 
     Raises
     ------
     MissingDataError
-        The file does not say how the joint axes point at zero.
+        The file does not give the directions of the joint axes at zero.
     """
     if "poses.axis" not in paper.columns:
         raise MissingDataError(paper.name, "axes of the joints at zero (poses.axis)", "a reading of signs and offsets")
     arm, rows, axes = arm_from_paper(paper), printed_rows(paper), paper.columns["poses.axis"].si()
-    found = []
-    for convention in Convention:
-        leaves = list(_with_axes(rows, axes, convention))
-        found += [(convention, leaf) for leaf in leaves]
-    judged = [_cheap(arm, paper, rows, convention, leaf) for convention, leaf in found]
+    judged = [_quickly_judged(arm, paper, rows, c, left) for c in Convention for left in _with_axes(rows, axes, c)]
     least = min((r.failed for r in judged), default=0)
-    full = [_full(arm, paper, r) if r.failed == least else r for r in judged]
-    printed = _full(arm, paper, _cheap(arm, paper, rows, paper.convention, rows))
-    return ZeroResolution(
-        name=paper.name, readings=tuple(sorted(full, key=lambda r: (r.failed, r.changes))), printed=printed,
-        joints=paper.joints, axes_only=len(found),
+    readings = [_fully_judged(arm, paper, r) if r.failed == least else r for r in judged]
+    printed = _fully_judged(arm, paper, _quickly_judged(arm, paper, rows, paper.convention, rows))
+    return ZeroReadings(
+        name=paper.name, readings=tuple(sorted(readings, key=lambda r: (r.failed, r.changes))), printed=printed,
+        joints=paper.joints, axes_only=len(judged),
     )  # fmt: skip
 
 
@@ -128,10 +124,10 @@ def _arm(arm: Arm, rows: Sequence[DHRow], convention: Convention) -> Arm:
     return arm.with_chain(Chain(tuple(links), arm.chain.flange, arm.chain.gravity))
 
 
-def _cheap(
+def _quickly_judged(
     arm: Arm, paper: Paper, printed: Sequence[DHRow], convention: Convention, rows: Sequence[DHRow]
 ) -> ZeroReading:
-    """Judged by the poses alone: the envelope takes longer."""
+    """A reading judged by the poses alone: the envelope takes longer."""
     poses = replace(paper, columns={k: v for k, v in paper.columns.items() if not k.startswith("ratings.")})
     posed = replace(_arm(arm, rows, convention), ratings=type(arm.ratings)())
     offsets = sum(abs(a.theta_offset - b.theta_offset) > AXIS for a, b in zip(rows, printed, strict=True))
@@ -139,27 +135,27 @@ def _cheap(
     return ZeroReading(convention, tuple(rows), posed.chain, tuple(datasheet_verdicts(posed, poses)), offsets + against)
 
 
-def _full(arm: Arm, paper: Paper, reading: ZeroReading) -> ZeroReading:
+def _fully_judged(arm: Arm, paper: Paper, reading: ZeroReading) -> ZeroReading:
     return replace(reading, verdicts=tuple(datasheet_verdicts(_arm(arm, reading.rows, reading.convention), paper)))
 
 
-def zero_statements(found: ZeroResolution) -> list[str]:
-    """What was found, line by line."""
-    ways = len(Convention) * (2 * len(QUARTERS)) ** len(found.joints)
+def zero_text(result: ZeroReadings) -> list[str]:
+    """The result, line by line."""
+    ways = len(Convention) * (2 * len(QUARTERS)) ** len(result.joints)
     out = [
         f"zero and signs: of {ways} ways (DH convention, sign and quarter-turn offset of every joint) "
-        f"{found.axes_only} have the maker's axes at zero"
+        f"{result.axes_only} have the maker's axes at zero"
     ]
-    out.append(f"as printed, {found.printed.convention.value} DH: {_failures(found.printed)}")
+    out.append(f"as printed, {result.printed.convention.value} DH: {_failures(result.printed)}")
     for convention in Convention:
-        here = [r for r in found.readings if r.convention is convention]
+        here = [r for r in result.readings if r.convention is convention]
         words = f"{len(here)} with these axes" + (f"; the best: {_failures(here[0])}" if here else "")
         out.append(f"{convention.value} DH: {words}")
-    for r in found.best:
+    for r in result.best:
         offsets = ", ".join(f"{x:g}" for x in r.offsets_deg)
         out.append(f"reading: {r.convention.value} DH, signs {r.signs}, offsets ({offsets}) deg: {_failures(r)}")
-    rivals = [r for r in found.readings if r.failed == found.best[0].failed and r is not found.best[0]]
-    others = [r for r in rivals if not same_motion(found.best[0], r)]
+    rivals = [r for r in result.readings if r.failed == result.best[0].failed and r is not result.best[0]]
+    others = [r for r in rivals if not same_motion(result.best[0], r)]
     if others:
         out.append(f"UNDECIDED: {len(others)} other readings hold as well and move otherwise; least change first")
     else:
@@ -169,7 +165,7 @@ def zero_statements(found: ZeroResolution) -> list[str]:
 
 
 def same_motion(a: ZeroReading, b: ZeroReading) -> bool:
-    """Whether two readings put the last frame in the same place whatever the joints do."""
+    """The last frame stands in the same pose at all joint positions."""
     q = np.linspace(-2.0, 2.0, 5)[:, None] * np.sqrt(np.arange(1.0, len(a.rows) + 1.0))
     places = [list(link_frames(r.chain, q))[-1] for r in (a, b)]
     return bool(np.abs(places[0] - places[1]).max() <= AXIS)
