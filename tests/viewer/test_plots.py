@@ -114,8 +114,6 @@ def test_matplotlib_is_imported_only_to_draw_and_its_absence_names_the_extra():
 import sys
 sys.modules["matplotlib"] = None
 from lwr_dyn.errors import MissingPackageError
-from lwr_dyn.reproduction.wam7 import study
-from lwr_dyn.identification import command
 from lwr_dyn.viewer import plots, run_figures
 try:
     plots.figure_bytes(run_figures.register_figure(0, 0), "png")
