@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import platform
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from decimal import Decimal
 from pathlib import Path
 from typing import cast
@@ -21,6 +21,7 @@ from lwr_dyn.reproduction.report.content import (
     Check,
     FileFact,
     Page,
+    Replay,
     ReportCell,
     ReportRow,
     ReportTable,
@@ -39,10 +40,15 @@ _KINDS = {".npz": "run", ".urdf": "model", ".xml": "model", ".srdf": "model", ".
 
 
 def paper_page(
-    study: PaperStudy, result: Reproduction, verdicts: Verdicts, entries: Sequence[LedgerEntry], place: Path
+    study: PaperStudy,
+    result: Reproduction,
+    verdicts: Verdicts,
+    entries: Sequence[LedgerEntry],
+    reports: Sequence[CheckReport],
+    place: Path,
 ) -> Page:
     """The whole page of a paper, with the files that lie in its folder by then."""
-    paper, extras = study.data.paper, result.extras
+    paper, pictures = study.data.paper, result.pictures
     printed, derived = (tuple(x for x in verdicts.numbers if x.block.derived == d) for d in (False, True))
     counted = verdicts.counts()
     return Page(
@@ -53,11 +59,11 @@ def paper_page(
         counts={cast(CellVerdict, verdict): count for verdict, count in counted.items()},
         tables=(*_tables(printed), *_tables(derived)),
         errata=tuple(entries),
-        figures=extras.figures,
-        replay=extras.replay,
-        checks=extras.checks,
-        audit=extras.audit,
-        sections=(Section("text", "As text", result.text), *extras.sections),
+        figures=tuple(figure for figures in pictures.figures.values() for figure in figures if figure.id),
+        replay=Replay(pictures.shown, pictures.stills) if pictures.shown or pictures.stills else None,
+        checks=_checks(reports),
+        audit=tuple(_audit(name, run) for name, _, run in pictures.simulated),
+        sections=(Section("text", "As text", result.text), *pictures.sections),
         files=_files(place),
         versions=(("Python", platform.python_version()), *versions().items()),
     )
@@ -140,7 +146,7 @@ def _ours(number: ComparedNumber) -> str:
     return f"{abs(shown) if shown == 0 else shown:f}"
 
 
-def checks_of(reports: Iterable[CheckReport]) -> tuple[Check, ...]:
+def _checks(reports: Sequence[CheckReport]) -> tuple[Check, ...]:
     """The checks on a robot's models, reading by reading."""
     return tuple(
         Check(f"{v.name} ({r.reading})", f"{v.value:.3g} {v.unit}", f"{v.bound} {v.tolerance:.3g} {v.unit}", v.holds)
@@ -149,17 +155,12 @@ def checks_of(reports: Iterable[CheckReport]) -> tuple[Check, ...]:
     )
 
 
-def audit_of(runs: Iterable[tuple[str, Run]]) -> tuple[Check, ...]:
-    """The energy audit of the runs that were simulated: the largest difference of energy and work over each."""
-    out = []
-    for label, run in runs:
-        if "audit" not in run.meta:
-            continue  # a program's motion, without forces
-        audit = run.meta["audit"]
-        work = ", ".join(f"{name} {value:.4g} J" for name, value in audit["channels"].items())
-        held = audit["residual"] <= TOLERANCE
-        out.append(Check(label, f"{audit['residual']:.1e} J", f"at most {TOLERANCE:.0e} J", held, work))
-    return tuple(out)
+def _audit(name: str, run: Run) -> Check:
+    """The energy audit of a run: the largest difference of energy and work over it."""
+    audit = run.meta["audit"]
+    work = ", ".join(f"{channel} {value:.4g} J" for channel, value in audit["channels"].items())
+    closes = audit["residual"] <= TOLERANCE
+    return Check(name, f"{audit['residual']:.1e} J", f"at most {TOLERANCE:.0e} J", closes, work)
 
 
 def _files(place: Path) -> tuple[FileFact, ...]:

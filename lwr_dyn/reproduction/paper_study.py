@@ -7,18 +7,26 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
 from importlib import resources
+from pathlib import Path
 from typing import Any
 
+from lwr_dyn.files import make_folder
+from lwr_dyn.model.run import Run
 from lwr_dyn.reproduction.case import PaperData, PaperFormula
 from lwr_dyn.reproduction.ledger import Prove
-from lwr_dyn.reproduction.report.content import Check, Replay, Section
+from lwr_dyn.reproduction.report.content import Section, Still
 from lwr_dyn.reproduction.results import read_results, results_of_tables, results_text
 from lwr_dyn.reproduction.study import Study, study_of
 from lwr_dyn.tables import Table
 from lwr_dyn.viewer.figures import Figure
+from lwr_dyn.viewer.plots import save_figure
+from lwr_dyn.viewer.replay_page import write_replay
+from lwr_dyn.viewer.replayed_runs import ReplayedRun
 
 Progress = Callable[[str], None]
 """Called with the name of each step as it begins."""
+SimulatedRun = tuple[str, str, Run]
+"""Its name in tables, the file that keeps it, and the run."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -51,14 +59,31 @@ def paper_study(paper: str) -> PaperStudy:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class PageExtras:
-    """What a report page shows beside numbers and errata: figures in the form of the paper's, runs, checks."""
+class Pictures:
+    """The runs of a study and what is drawn: figures as files and on the page, the replay, still poses, sections."""
 
-    figures: tuple[Figure, ...] = ()
-    replay: Replay | None = None
-    checks: tuple[Check, ...] = ()
-    audit: tuple[Check, ...] = ()
+    simulated: tuple[SimulatedRun, ...] = ()
+    shown: tuple[ReplayedRun, ...] = ()
+    """Runs that the figures and the page's replay show."""
+    figures: Mapping[str, Sequence[Figure]] = field(default_factory=dict)
+    """File -> figures side by side; one without an id is not on the page."""
+    stills: tuple[Still, ...] = ()
     sections: tuple[Section, ...] = ()
+    title: str = ""
+    """Of `replay.html`."""
+    replayed: int = 0
+    """How many runs, the first of `shown`, `replay.html` has."""
+
+    def write(self, folder: Path) -> None:
+        """Runs, figures and `replay.html`; raises `FileAccessError`."""
+        for _, file, run in self.simulated:
+            run.save(make_folder(folder / "runs") / file)
+        for file, figures in self.figures.items():
+            save_figure(figures, make_folder(folder / "plots") / file, self.shown)
+        first = self.shown[: self.replayed]
+        if first:
+            runs, arms, labels = ([getattr(one, name) for one in first] for name in ("run", "arm", "label"))
+            write_replay(folder / "replay.html", runs, arms, labels=labels, title=self.title)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -70,7 +95,7 @@ class Reproduction:
     record: dict[str, Any]
     known: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     """Block of `results.toml` -> columns of values that the study has computed already."""
-    extras: PageExtras = field(default_factory=PageExtras)
+    pictures: Pictures = field(default_factory=Pictures)
 
     @property
     def text(self) -> str:

@@ -16,7 +16,7 @@ from lwr_dyn.papers.assembly import arm_from_paper
 from lwr_dyn.papers.catalog import open_paper, open_readings
 from lwr_dyn.reproduction.audit_sections import audit_sections
 from lwr_dyn.reproduction.ledger import ledger
-from lwr_dyn.reproduction.paper_page import REPORT, checks_of, paper_page
+from lwr_dyn.reproduction.paper_page import REPORT, paper_page
 from lwr_dyn.reproduction.paper_study import PaperStudy, Progress, Reproduction, paper_study
 from lwr_dyn.reproduction.report.page import write_report
 from lwr_dyn.reproduction.study import ALL, SENSITIVITY, check_options, studies, study_of, takers
@@ -100,6 +100,7 @@ def _written(study: PaperStudy, place: Path, options: Mapping[str, Any], progres
     progress("models and checks")
     reports = models_and_checks(make_folder(place), study.name)
     result = study.study.load("run")(place, arm_from_paper(open_paper(study.name)), progress, **own)
+    result.pictures.write(place)
     progress("verdicts and proofs")
     verdicts = compare_numbers(study, slow=True, known=result.known)
     entries = ledger(study.data, study.proofs)
@@ -121,10 +122,10 @@ def _written(study: PaperStudy, place: Path, options: Mapping[str, Any], progres
     tables = replace(result, tables=("\n".join(map(check_line, reports)), *result.tables))
     write_folder(place, {"tables.txt": tables.text + "\n", "results.json": json_text(record) + "\n"})
     counted = (count_table({study.name: summary}), *([differing] if differing.rows else []))
-    extras = replace(result.extras, checks=checks_of(reports), sections=(*result.extras.sections, *sections))
-    done = Reproduction(holds, (*counted, *tables.tables), record, extras=extras)
+    pictures = replace(result.pictures, sections=(*result.pictures.sections, *sections))
+    done = Reproduction(holds, (*counted, *tables.tables), record, pictures=pictures)
     progress("report page")
-    write_report(place / REPORT, paper_page(study, done, verdicts, entries, place))
+    write_report(place / REPORT, paper_page(study, done, verdicts, entries, reports, place))
     return done
 
 

@@ -152,7 +152,7 @@ class Panel:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Figure:
-    """A figure in the form of the document's; `where` is its name there ("Fig. 4").
+    """A figure in the form of the document's; `where` is its name there ("Fig. 4"), `id` its name on a page.
 
     With `over_time` x is the run's time [s], and the cursor of the replay follows. `columns` of panels where there is
     room for them.

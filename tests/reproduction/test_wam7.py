@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.files import make_folder
 from lwr_dyn.reproduction.wam7 import study
+from lwr_dyn.reproduction.wam7.figures import _lspb
 from lwr_dyn.reproduction.wam7.runs import (
     AGREES,
     GRAVITIES,
@@ -99,9 +99,20 @@ def test_the_folder_and_a_verdict_that_can_fail(tmp_path, monkeypatch):
     fake = [Experiment(j, 1, g, True, run) for g in GRAVITIES for j in joints]
     fake += [Experiment(j, 1, GRAVITIES[0], False, run) for j in joints]
     monkeypatch.setattr(study, "experiments", lambda arm, progress: tuple(fake))
-    outcome = study.run(make_folder(tmp_path / "wam7"), arm(), lambda _: None)
+    outcome = study.run(tmp_path, arm(), lambda _: None)
+    outcome.pictures.write(tmp_path / "wam7")
     assert not outcome.holds
     assert outcome.text.count("DIFFERS") == 10
     names = {p.name for p in (tmp_path / "wam7").iterdir()}
-    assert names >= {"replay.html", "plots", "runs"}
+    assert names == {"replay.html", "plots", "runs"}
     assert len(list((tmp_path / "wam7" / "plots").iterdir())) == 10
+
+
+def test_figure_4_rises_as_the_erratum_reads_it_and_stays_within_the_printed_axes():
+    position, velocity, acceleration = _lspb().panels
+    for panel, ends in ((position, (-0.55, -0.05)), (velocity, (0.0, 0.0)), (acceleration, (0.5 / 6, -0.5 / 6))):
+        (curve,) = panel.curves
+        low, high = (level.value for level in panel.levels)
+        assert low <= curve.y.min() < curve.y.max() <= high
+        assert curve.y[[0, -1]] == pytest.approx(ends, abs=1e-12)
+    assert "from -0.55 to -0.05 rad" in _lspb().title

@@ -1,4 +1,4 @@
-"""The KR 30 HA's working envelope (Figures 3 and 4), its movement, and what else its report page shows."""
+"""The KR 30 HA's working envelope (Figures 3 and 4) and its movement."""
 
 from __future__ import annotations
 
@@ -12,26 +12,40 @@ from numpy.typing import ArrayLike
 from lwr_dyn.arrays import Array, fixed_array
 from lwr_dyn.kinematics.envelope import Envelope, EnvelopeArc, working_envelope
 from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.run import Run
 from lwr_dyn.reproduction.kr30ha.points import RightPoint
-from lwr_dyn.reproduction.paper_page import audit_of
-from lwr_dyn.reproduction.paper_study import PageExtras
-from lwr_dyn.reproduction.report.content import Replay, Still
+from lwr_dyn.reproduction.paper_study import Pictures
+from lwr_dyn.reproduction.report.content import Still
 from lwr_dyn.viewer.figures import Curve, Figure, Panel, Series
-from lwr_dyn.viewer.replayed_runs import ReplayedRun
+from lwr_dyn.viewer.replayed_runs import replayed_runs
 from lwr_dyn.viewer.run_figures import torque_figure
 
+MOVEMENT = "inverse dynamics"
 TOUCH = 1e-6
 """[m] Ends of arcs this near to each other are one corner of the outline."""
 
 
-def figures(arm: Arm, right: Sequence[RightPoint], runs: Sequence[ReplayedRun]) -> dict[str, tuple[Figure, ...]]:
-    """File -> figures side by side: both views of the envelope, axes and torques of the first run."""
-    torque = replace(torque_figure(runs, (0,)), title="Torques of the movement, estimated masses")
+def pictures(arm: Arm, right: Sequence[RightPoint], movement: Run, program: Run) -> Pictures:
+    """Both views of the envelope, axes and torques of the movement; frames (Figure 5) and elbow up (Figure 6)."""
+    shown = replayed_runs([movement, program], arm, [MOVEMENT, "KRL program, corrected"])
     curves = tuple(Curve(name, Series(0, "q", j, 180.0 / np.pi)) for j, name in enumerate(arm.joint_names))
     panels = (Panel("", "axis", "deg", curves),)
-    movement = Figure("movement", "Axes over the movement", "", "time", "s", panels, over_time=True)
-    points = {p.name: p.wrist_mm / 1e3 for p in right}
-    return {"envelope": envelope_figures(arm, points), "movement": (movement,), "torque": (torque,)}
+    return Pictures(
+        simulated=((MOVEMENT, "mastering_p1_p2_mastering.npz", movement),),
+        shown=shown,
+        figures={
+            "envelope": envelope_figures(arm, {p.name: p.wrist_mm / 1e3 for p in right}),
+            "movement": [Figure("movement", "Axes over the movement", "", "time", "s", panels, over_time=True)],
+            "torque": [replace(torque_figure(shown, (0,)), title="Torques of the movement, estimated masses")],
+        },
+        stills=(
+            Still("Figure 5: DH frames, A = 0", arm, np.zeros(arm.n), "the arm stretched out, KUKA's zero"),
+            Still("mastering", arm, np.array(arm.mastering), "A = (0, -90, 90, 0, 0, 0) deg"),
+            *(Still(f"Figure 6: {p.name}, elbow up", arm, p.q, "flange there with A = B = C = 0") for p in right[:2]),
+        ),
+        title="KUKA KR 30 HA: mastering, Point 1, Point 2, mastering",
+        replayed=1,
+    )
 
 
 def envelope_figures(arm: Arm, points: Mapping[str, ArrayLike] | None = None) -> tuple[Figure, Figure]:
@@ -85,19 +99,3 @@ def _next(arc: EnvelopeArc, others: Sequence[EnvelopeArc]) -> EnvelopeArc | None
     """The arc that starts where this one ends."""
     end = arc.point(arc.end)
     return next((other for other in others if math.dist(other.point(other.start), end) < TOUCH), None)
-
-
-def page_extras(
-    arm: Arm,
-    right: Sequence[RightPoint],
-    runs: Sequence[ReplayedRun],
-    drawn: Sequence[Figure],
-) -> PageExtras:
-    """The figures beside the replay, frames (Figure 5) and elbow up (Figure 6) as stills, checks and audits."""
-    stills = (
-        Still("Figure 5: DH frames, A = 0", arm, np.zeros(arm.n), "the arm stretched out, KUKA's zero"),
-        Still("mastering", arm, np.array(arm.mastering), "A = (0, -90, 90, 0, 0, 0) deg"),
-        *(Still(f"Figure 6: {p.name}, elbow up", arm, p.q, "flange there with A = B = C = 0") for p in right[:2]),
-    )
-    audits = audit_of((one.label, one.run) for one in runs)
-    return PageExtras(tuple(drawn), Replay(tuple(runs), stills), audit=audits)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 
 from lwr_dyn.checks.verdict import verdict_table
@@ -11,11 +10,11 @@ from lwr_dyn.kinematics.envelope import working_envelope
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.papers.catalog import open_paper
 from lwr_dyn.reproduction.kr30ha.cycle import cycle
-from lwr_dyn.reproduction.kr30ha.figures import figures, page_extras
+from lwr_dyn.reproduction.kr30ha.figures import pictures
 from lwr_dyn.reproduction.kr30ha.krl_program import program_report, program_tables, write_program
 from lwr_dyn.reproduction.kr30ha.matrices import paper_matrices
 from lwr_dyn.reproduction.kr30ha.planar_dynamics import FIRST_TWO, MotionReport, motion_report
-from lwr_dyn.reproduction.kr30ha.points import RightPoint, paper_points
+from lwr_dyn.reproduction.kr30ha.points import paper_points
 from lwr_dyn.reproduction.kr30ha.tables import (
     cycle_table,
     envelope_table,
@@ -24,15 +23,11 @@ from lwr_dyn.reproduction.kr30ha.tables import (
     motion_tables,
     point_tables,
 )
-from lwr_dyn.reproduction.paper_study import PageExtras, Progress, Reproduction
+from lwr_dyn.reproduction.paper_study import Progress, Reproduction
 from lwr_dyn.symbolic.equation_text import equations_latex, equations_text
 from lwr_dyn.symbolic.verdicts import symbolic_verdicts
-from lwr_dyn.viewer.plots import save_figure
-from lwr_dyn.viewer.replay_page import write_replay
-from lwr_dyn.viewer.replayed_runs import ReplayedRun, replayed_runs
 
 SYMMETRIC = "First two joints of the arm, links symmetric about its plane (as estimated); vectors in the base frame"
-TITLE = "KUKA KR 30 HA: mastering, Point 1, Point 2, mastering"
 GENERAL = "First two joints of the arm, any links: ten letters a link"
 
 
@@ -52,8 +47,6 @@ def run(place: Path, arm: Arm, progress: Progress) -> Reproduction:
     progress("movement and replay")
     movement = cycle(arm, points.right)
     program = program_report(arm)
-    runs = replayed_runs([movement.run, program.run.to_run()], arm, ["inverse dynamics", "KRL program, corrected"])
-    extras = _pictures(place, arm, points.right, runs)
     progress("KRL program")
     write_program(program, arm, make_folder(place / "program"))
     write_folder(place, {"errata.txt": errata_text(paper) + "\n"})
@@ -85,7 +78,7 @@ def run(place: Path, arm: Arm, progress: Progress) -> Reproduction:
             "audit": movement.run.meta["audit"],
             "program": program.record(),
         },
-        extras=extras,
+        pictures=pictures(arm, points.right, movement.run, program.run.to_run()),
     )  # fmt: skip
 
 
@@ -101,15 +94,3 @@ def _equations(place: Path, motion: MotionReport) -> None:
             "equations_general.tex": equations_latex(general),
         },
     )
-
-
-def _pictures(place: Path, arm: Arm, right: Sequence[RightPoint], runs: Sequence[ReplayedRun]) -> PageExtras:
-    """Write the movement, figures and the replay; what the report page shows of them."""
-    plots, folder = make_folder(place / "plots"), make_folder(place / "runs")
-    movement = runs[0]
-    movement.run.save(folder / "mastering_p1_p2_mastering.npz")
-    write_replay(place / "replay.html", [movement.run], arm, labels=[movement.label], title=TITLE)
-    drawn = figures(arm, right, runs)
-    for name, side_by_side in drawn.items():
-        save_figure(side_by_side, plots / name, runs)
-    return page_extras(arm, right, runs, [one for side_by_side in drawn.values() for one in side_by_side])

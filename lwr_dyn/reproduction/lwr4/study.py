@@ -14,8 +14,8 @@ from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.papers.assembly import arm_from_paper
 from lwr_dyn.papers.catalog import open_paper
-from lwr_dyn.reproduction.paper_study import PageExtras, Progress, Reproduction
-from lwr_dyn.reproduction.report.content import Replay, Still
+from lwr_dyn.reproduction.paper_study import Pictures, Progress, Reproduction
+from lwr_dyn.reproduction.report.content import Still
 from lwr_dyn.reproduction.results import printed_tables
 from lwr_dyn.symbolic.dh_matrices import SymbolicRoute, dh_matrices, full_product, vector_route
 
@@ -73,7 +73,7 @@ def run(_: Path, arm: Arm, __: Progress) -> Reproduction:
     matrices = {f"A{i + 1}": str(m.tolist()) for i, m in enumerate(e.matrices)}
     record: dict[str, Any] = {"matrices": matrices, "identical_to_printed": list(e.identical), "wrist": routes}
     record |= {"routes_agree": e.routes_agree, "tool": e.tool}
-    return Reproduction(e.holds, (_text(e),), record, extras=PageExtras(replay=Replay(stills=_stills(arm, e))))
+    return Reproduction(e.holds, (_text(e),), record, pictures=Pictures(stills=_stills(arm, e)))
 
 
 def _stills(arm: Arm, e: Exercise) -> tuple[Still, ...]:

@@ -1,4 +1,4 @@
-"""The LWR 4+ paper's figures from both controllers' runs on IST, and what else its report page shows."""
+"""Figures 4, 6, 7, 9 and 10 of the LWR 4+ paper, from the runs of both controllers on IST."""
 
 from __future__ import annotations
 
@@ -10,32 +10,43 @@ import numpy as np
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
 from lwr_dyn.reproduction.lwr4plus.runs import ControllerRun, ranking_table
-from lwr_dyn.reproduction.paper_page import audit_of
-from lwr_dyn.reproduction.paper_study import PageExtras
-from lwr_dyn.reproduction.report.content import Replay, Section, Still
+from lwr_dyn.reproduction.paper_study import Pictures
+from lwr_dyn.reproduction.report.content import Section, Still
 from lwr_dyn.viewer.figures import Figure
 from lwr_dyn.viewer.replayed_runs import ReplayedRun, replayed_runs
 from lwr_dyn.viewer.run_figures import error_figure, path_figure, torque_figure
 
 PD, INVERSE, DROOP = 0, 1, 2
-"""Places of the runs that are drawn: both controllers on the arm as modelled, and what Table VIII seems to be of."""
+"""Places of the runs that are shown: both controllers on the arm as modelled, and what Table VIII seems to be of."""
+REPLAYED = ("pd-gravity", "inverse-dynamics")
 AS_TABLE_VIII = "inverse dynamics, g and feed-forward left out"
 ASSUMED = "timing, tool orientation and arm angle are not printed: assumed here"
 
 
-def drawn_runs(arm: Arm, replayed: Sequence[ControllerRun], table_viii: Run) -> tuple[ReplayedRun, ...]:
-    """PD control, inverse dynamics, and the run that Table VIII seems to be of."""
-    labels = [*(t.controller for t in replayed), AS_TABLE_VIII]
-    return replayed_runs([*(t.run for t in replayed), table_viii], arm, labels)
+def pictures(arm: Arm, simulated: Sequence[ControllerRun], table_viii: Run) -> Pictures:
+    """Figures 4, 6, 7, 9 and 10, torques, Figure 2 as a still; both controllers on the arm as modelled are replayed."""
+    replayed = [run for run in simulated if run.plant == "as modelled" and run.controller in REPLAYED]
+    labels = [*(run.controller for run in replayed), AS_TABLE_VIII]
+    shown = replayed_runs([*(run.run for run in replayed), table_viii], arm, labels)
+    return Pictures(
+        simulated=tuple((run.name, run.file, run.run) for run in simulated),
+        shown=shown,
+        figures={file: [figure] for file, figure in _figures(shown).items()},
+        stills=(Still("Fig. 2: frames, arm stretched up", arm, np.zeros(arm.n), "q = 0, DH frames of every link"),),
+        sections=(Section("controllers", "Wrong models", "", (ranking_table(simulated),)),),
+        title="KUKA LWR 4+ draws IST",
+        replayed=len(replayed),
+    )
 
 
-def figures(runs: Sequence[ReplayedRun]) -> dict[str, Figure]:
-    """File -> figure: Figures 4, 6, 7, 9 and 10 of the paper, and torques."""
+def _figures(runs: Sequence[ReplayedRun]) -> dict[str, Figure]:
+    """File -> figure."""
 
     def like(figure: Figure, name: str, title: str, where: str, note: str = "") -> Figure:
         return replace(figure, id=name, title=title, where=where, note=note)
 
     position, velocity = (error_figure(runs, (DROOP, INVERSE), q) for q in ("position error", "velocity error"))
+    both = [error_figure(runs, (PD, INVERSE), q) for q in ("position error", "velocity error")]
     return {
         "figure_04_path": like(path_figure(runs, (PD, INVERSE)), "figure-4", "Trajectory to be implemented", "Fig. 4"),
         "figure_06_position_error_pd": like(
@@ -50,17 +61,6 @@ def figures(runs: Sequence[ReplayedRun]) -> dict[str, Figure]:
             path_figure(runs, (INVERSE, DROOP)), "figure-10", "Trajectory obtained, centralised", "Fig. 10"
         ),
         "torque": torque_figure(runs, (PD, INVERSE)),
+        "position_error": replace(both[0], id=""),
+        "velocity_error": replace(both[1], id=""),
     }
-
-
-def page_extras(
-    arm: Arm,
-    found: Sequence[ControllerRun],
-    runs: Sequence[ReplayedRun],
-    drawn: Sequence[Figure],
-) -> PageExtras:
-    """The figures beside the replay, Figure 2 as a still, checks, audits and the controllers' ranking."""
-    still = Still("Fig. 2: frames, arm stretched up", arm, np.zeros(arm.n), "q = 0, DH frames of every link")
-    audits = audit_of((run.name, run.run) for run in found)
-    sections = (Section("controllers", "Wrong models", "", (ranking_table(found),)),)
-    return PageExtras(tuple(drawn), Replay(tuple(runs), (still,)), audit=audits, sections=sections)

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 
-from lwr_dyn.files import make_folder
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.run import Run
 from lwr_dyn.reproduction.lwr4plus import TIMINGS
 from lwr_dyn.reproduction.lwr4plus.cached_maxima import arms
 from lwr_dyn.reproduction.lwr4plus.errors import (
@@ -17,9 +15,9 @@ from lwr_dyn.reproduction.lwr4plus.errors import (
     fitted_arm_angle,
     velocity_rows,
 )
-from lwr_dyn.reproduction.lwr4plus.figures import INVERSE, PD, drawn_runs, figures, page_extras
+from lwr_dyn.reproduction.lwr4plus.figures import pictures
 from lwr_dyn.reproduction.lwr4plus.formulas import error_columns
-from lwr_dyn.reproduction.lwr4plus.runs import ControllerRun, controller_runs, ranking_table
+from lwr_dyn.reproduction.lwr4plus.runs import controller_runs, ranking_table
 from lwr_dyn.reproduction.lwr4plus.tables import (
     errata_that_matter,
     gain_cells,
@@ -28,16 +26,11 @@ from lwr_dyn.reproduction.lwr4plus.tables import (
     inertia_table,
     shell_asymmetry,
 )
-from lwr_dyn.reproduction.paper_study import PageExtras, Progress, Reproduction
+from lwr_dyn.reproduction.paper_study import Progress, Reproduction
 from lwr_dyn.trajectory.references.ist import ist_reference
-from lwr_dyn.viewer.plots import save_figure
-from lwr_dyn.viewer.replay_page import write_replay
-from lwr_dyn.viewer.run_figures import error_figure
-
-REPLAYED = ("pd-gravity", "inverse-dynamics")
 
 
-def run(place: Path, arm: Arm, progress: Progress, timing: str = "smooth", fit_arm_angle: bool = False) -> Reproduction:
+def run(_: Path, arm: Arm, progress: Progress, timing: str = "smooth", fit_arm_angle: bool = False) -> Reproduction:
     """Recompute the paper: tables, runs, figures and the replay.
 
     Tables VII and VIII are computed under all timings; `timing` is that of the runs that are replayed. With
@@ -80,27 +73,9 @@ def run(place: Path, arm: Arm, progress: Progress, timing: str = "smooth", fit_a
             "velocity_rows": velocity,
         },
         known={name: error_columns(one, arm) for name, one in nearest.items()},
-        extras=_pictures(place, arm, runs, nearest["table_viii"].run),
+        pictures=pictures(arm, runs, nearest["table_viii"].run),
     )
 
 
 def _listed(values: Mapping[str, float], form: str) -> str:
     return ", ".join(f"{name} {x:{form}}" for name, x in values.items())
-
-
-def _pictures(place: Path, arm: Arm, runs: Sequence[ControllerRun], table_viii: Run) -> PageExtras:
-    """Write runs, figures and the replay; what the report page shows of them."""
-    plots, folder = make_folder(place / "plots"), make_folder(place / "runs")
-    for run in runs:
-        run.run.save(folder / run.file)
-    replayed = [run for run in runs if run.plant == "as modelled" and run.controller in REPLAYED]
-    drawn = drawn_runs(arm, replayed, table_viii)
-    shown = figures(drawn)
-    both = {q.replace(" ", "_"): error_figure(drawn, (PD, INVERSE), q) for q in ("position error", "velocity error")}
-    for name, figure in (shown | both).items():
-        save_figure(figure, plots / name, drawn)
-    labels = [run.controller for run in replayed]
-    write_replay(
-        place / "replay.html", [run.run for run in replayed], arm, labels=labels, title="KUKA LWR 4+ draws IST"
-    )
-    return page_extras(arm, runs, drawn, list(shown.values()))

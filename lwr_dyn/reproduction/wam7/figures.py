@@ -1,4 +1,4 @@
-"""Figures 4 to 8 of the WAM paper, of its motion with friction and without, and what else its report page shows."""
+"""Figures 4 to 8 of the WAM paper: its motion with friction and without."""
 
 from __future__ import annotations
 
@@ -10,13 +10,12 @@ import numpy as np
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.friction import FRICTIONLESS
 from lwr_dyn.model.run import Run
-from lwr_dyn.reproduction.paper_page import audit_of
-from lwr_dyn.reproduction.paper_study import PageExtras, paper_study
-from lwr_dyn.reproduction.report.content import Replay, Still
+from lwr_dyn.reproduction.paper_study import Pictures, paper_study
+from lwr_dyn.reproduction.report.content import Still
 from lwr_dyn.reproduction.wam7.formulas import caption_motion
 from lwr_dyn.reproduction.wam7.runs import GRAVITIES, Experiment
 from lwr_dyn.viewer.figures import Curve, Figure, Level, Panel
-from lwr_dyn.viewer.replayed_runs import ReplayedRun, replayed_runs
+from lwr_dyn.viewer.replayed_runs import replayed_runs
 from lwr_dyn.viewer.run_figures import register_figure
 
 EVERY = 10
@@ -26,48 +25,39 @@ MAP_END = 0.4
 GAINS = "the gains are the manufacturer's, not the paper's"
 FRICTION = {"with friction": True, "without": False}
 REGISTER = 2
-"""Place of the run of Figure 5 among those that are drawn."""
+"""Place of the run of Figure 5 among those that are shown."""
 RunsOfJoints = Mapping[str, Sequence[Run]]
 """With friction and without: a run per joint."""
 
 
-def runs_of_joints(arm: Arm, made: Sequence[Experiment], alone: bool) -> RunsOfJoints:
+def runs_of_joints(arm: Arm, simulated: Sequence[Experiment], alone: bool) -> RunsOfJoints:
     """The runs that Figure 7 (each joint alone) or Figure 8 (all together) shows of each joint."""
-    chosen = {(e.joint, e.friction): e.run for e in made if e.side > 0 and e.gravity == GRAVITIES[0]}
+    chosen = {(e.joint, e.friction): e.run for e in simulated if e.side > 0 and e.gravity == GRAVITIES[0]}
     return {label: [chosen[j if alone else None, on] for j in range(arm.n)] for label, on in FRICTION.items()}
 
 
-def drawn_runs(arm: Arm, alone: RunsOfJoints, together: RunsOfJoints) -> tuple[ReplayedRun, ...]:
-    """All joints with friction and without, and joint 1 alone."""
+def pictures(arm: Arm, simulated: Sequence[Experiment]) -> Pictures:
+    """Figures 4 to 8, Figure 1 as a still; all joints with friction and without are replayed."""
+    alone, together = (runs_of_joints(arm, simulated, alone) for alone in (True, False))
     labels = [*(f"all joints, {name}" for name in together), "joint 1 alone, with friction"]
-    return replayed_runs([*(runs[0] for runs in together.values()), alone["with friction"][0]], arm, labels)
-
-
-def figures(arm: Arm, alone: RunsOfJoints, together: RunsOfJoints) -> dict[str, Figure]:
-    """File -> figure."""
     register = replace(
         register_figure(REGISTER, 0), id="figure-5", title="Register of joint 1 turned by 0.5 rad", where="Figure 5",
         note=GAINS,
     )  # fmt: skip
-    return {
-        "figure_4_lspb": _lspb(),
-        "figure_5_register": register,
-        "figure_6_friction_maps": _friction_maps(arm),
-        "figure_7_errors_one_at_a_time": _errors("7", "one joint at a time", arm, alone),
-        "figure_8_errors_all_together": _errors("8", "all joints together", arm, together),
-    }
-
-
-def page_extras(
-    arm: Arm,
-    made: Sequence[Experiment],
-    runs: Sequence[ReplayedRun],
-    drawn: Sequence[Figure],
-) -> PageExtras:
-    """The figures beside the replay, Figure 1 as a still, checks and audits."""
-    still = Still("Figure 1: Denavit-Hartenberg frames, q = 0", arm, np.zeros(arm.n))
-    audits = audit_of((e.name, e.run) for e in made)
-    return PageExtras(tuple(drawn), Replay(tuple(runs), (still,)), audit=audits)
+    return Pictures(
+        simulated=tuple((e.name, e.file, e.run) for e in simulated),
+        shown=replayed_runs([*(runs[0] for runs in together.values()), alone["with friction"][0]], arm, labels),
+        figures={
+            "figure_4_lspb": [_lspb()],
+            "figure_5_register": [register],
+            "figure_6_friction_maps": [_friction_maps(arm)],
+            "figure_7_errors_one_at_a_time": [_errors("7", "one joint at a time", arm, alone)],
+            "figure_8_errors_all_together": [_errors("8", "all joints together", arm, together)],
+        },
+        stills=(Still("Figure 1: Denavit-Hartenberg frames, q = 0", arm, np.zeros(arm.n)),),
+        title="Barrett WAM, all joints, 0.5 rad in 7 s",
+        replayed=len(together),
+    )
 
 
 def _lspb() -> Figure:

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 
-from lwr_dyn.files import make_folder
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.reproduction.paper_study import PageExtras, Progress, Reproduction
-from lwr_dyn.reproduction.wam7.figures import drawn_runs, figures, page_extras, runs_of_joints
-from lwr_dyn.reproduction.wam7.runs import GRAVITIES, Experiment, cruise_errors, experiments
+from lwr_dyn.reproduction.paper_study import Progress, Reproduction
+from lwr_dyn.reproduction.wam7.figures import pictures
+from lwr_dyn.reproduction.wam7.runs import GRAVITIES, cruise_errors, experiments
 from lwr_dyn.reproduction.wam7.tables import (
     cruise_table,
     figure_7_holds,
@@ -18,11 +16,9 @@ from lwr_dyn.reproduction.wam7.tables import (
     passivity_table,
     run_table,
 )
-from lwr_dyn.viewer.plots import save_figure
-from lwr_dyn.viewer.replay_page import write_replay
 
 
-def run(place: Path, arm: Arm, progress: Progress) -> Reproduction:
+def run(_: Path, arm: Arm, progress: Progress) -> Reproduction:
     """Recompute the paper's simulations.
 
     It holds when every cruise of a loop with damping settles on (F_c + sigma v)/kp, and no readable axis of Figure 7
@@ -40,19 +36,5 @@ def run(place: Path, arm: Arm, progress: Progress) -> Reproduction:
         ),
         record={"cruises": [c.record() for c in cruises], "runs": [e.record() for e in simulated]},
         known={"settled": {"error": settled}},
-        extras=_pictures(place, arm, simulated),
+        pictures=pictures(arm, simulated),
     )  # fmt: skip
-
-
-def _pictures(place: Path, arm: Arm, simulated: Sequence[Experiment]) -> PageExtras:
-    """Write runs, figures and the replay; what the report page shows of them."""
-    plots, folder = make_folder(place / "plots"), make_folder(place / "runs")
-    for e in simulated:
-        e.run.save(folder / e.file)
-    alone, together = (runs_of_joints(arm, simulated, alone) for alone in (True, False))
-    runs, drawn = drawn_runs(arm, alone, together), figures(arm, alone, together)
-    for name, figure in drawn.items():
-        save_figure(figure, plots / name, runs)
-    title = "Barrett WAM, all joints, 0.5 rad in 7 s"
-    write_replay(place / "replay.html", [one.run for one in runs[:2]], arm, labels=list(together), title=title)
-    return page_extras(arm, simulated, runs, list(drawn.values()))
