@@ -106,7 +106,7 @@ def test_every_row_can_be_loaded_and_has_a_line_of_help(registry, name):
 
 def test_the_registries_of_the_core_are_seen():
     kinds = {registry.kind for registry in REGISTRIES}
-    assert {"controller", "reference", "motion_profile", "engine", "command", "new", "function"} <= kinds
+    assert {"controller", "reference", "motion_profile", "engine", "command", "check", "new", "function"} <= kinds
     assert IK_SOLVERS in REGISTRIES
 
 

@@ -3,4 +3,6 @@
 - `lint`: faults that need no model to be seen
 - `conventions`: the conventions under which a table can be read
 - `sensitivity`: one task under all readings of a robot
+- `datasheet`: poses, ranges, reach, envelope volume and mass against the maker's data sheet, a check of `lwr-dyn check`
+- `envelope`: section, reach and volume that the wrist centre can reach
 """

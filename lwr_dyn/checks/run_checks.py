@@ -1,14 +1,15 @@
-"""All checks of one arm: frames, data sheet, feasibility, identities, agreement of the two roads, energy.
+"""All checks of one arm: frames, feasibility, identities, agreement of the two roads, energy, and those of `CHECKS`.
 
 Road A is the URDF in Pinocchio, road B the recursion on the paper's own DH frames.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
+
 import numpy as np
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.checks.datasheet import datasheet_verdicts
 from lwr_dyn.checks.feasibility import feasibility_verdicts
 from lwr_dyn.checks.identities import (
     EXACT,
@@ -32,7 +33,13 @@ from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import Convention
 from lwr_dyn.papers.assembly import dh_rows
 from lwr_dyn.papers.schema import Paper
+from lwr_dyn.registry import Registry, Row
 
+CHECKS: Registry[Callable[[Arm, Paper], Iterable[Verdict]]] = Registry(
+    "check",
+    {"data-sheet": Row("lwr_dyn.audit.datasheet:datasheet_verdicts", "poses, ranges, reach, envelope and mass")},
+)
+"""Checks of optional packages by name; each row is a function of the arm and its paper."""
 STATES = 1000
 SEED = 20240607
 METRES = 1e-12
@@ -46,7 +53,7 @@ def check_arm(arm: Arm, paper: Paper | None = None, states: int = STATES, seed: 
     ----------
     arm : Arm
     paper : Paper, optional
-        Adds the checks against the paper's tabulated frames and its data sheet.
+        Adds the checks against the paper's tabulated frames, and those of `CHECKS`.
     states : int
         Random states inside the limits.
     seed : int
@@ -55,10 +62,17 @@ def check_arm(arm: Arm, paper: Paper | None = None, states: int = STATES, seed: 
     road_a = None if arm.chain.bodies is None else pinocchio_dynamics(arm)
     model = pinocchio_model(arm) if road_a is None else road_a.ungated.model
     verdicts = [frames_agree(arm, flange_poses(model, x.q), x)]
-    verdicts += [] if paper is None else [*tabulated_frames(paper), *datasheet_verdicts(arm, paper)]
+    notes: list[str] = []
+    if paper is not None:
+        verdicts += tabulated_frames(paper)
+        for name in CHECKS.names:
+            if CHECKS[name].is_installed:
+                verdicts += CHECKS.load(name)(arm, paper)
+            else:
+                notes.append(f"{name} not checked: {CHECKS[name].module} is not installed")
     if road_a is None:
-        notes = ("masses and inertias are not given: no dynamics to check",)
-        return CheckReport(arm.name, arm.reading, tuple(verdicts), notes)
+        notes.append("masses and inertias are not given: no dynamics to check")
+        return CheckReport(arm.name, arm.reading, tuple(verdicts), tuple(notes))
     road_b = newton_euler_dynamics(arm.chain)
     verdicts += feasibility_verdicts(arm)
     verdicts += mass_matrix_identities(road_a, x)
@@ -66,7 +80,8 @@ def check_arm(arm: Arm, paper: Paper | None = None, states: int = STATES, seed: 
     verdicts.append(gravity_identity(road_a, road_b.ungated, x))
     verdicts += roads_agree(road_a, road_b, x)
     verdicts.append(swing_verdict(road_a, x.q[0], 0.5 * x.dq[0]))
-    return CheckReport(arm.name, arm.reading, tuple(verdicts), _rotor_notes(arm, road_b, x))
+    notes.append(_rotor_note(arm, road_b, x))
+    return CheckReport(arm.name, arm.reading, tuple(verdicts), tuple(notes))
 
 
 def roads_agree(road_a: Dynamics, road_b: Gated[Recursion], states: States) -> list[Verdict]:
@@ -102,11 +117,11 @@ def tabulated_frames(paper: Paper) -> list[Verdict]:
     return [Verdict("r_{i-1,i} as tabulated - DH rows", deviation, METRES, "m")]
 
 
-def _rotor_notes(arm: Arm, road_b: Gated[Recursion], x: States) -> tuple[str, ...]:
+def _rotor_note(arm: Arm, road_b: Gated[Recursion], x: States) -> str:
     if all(link.rotor is None for link in arm.chain.links):
-        return ("no rotor inertia is given",)
+        return "no rotor inertia is given"
     if all(link.rotor is None or link.rotor.reflected for link in arm.chain.links):
-        return ("rotor inertia is given at the joints, without gear ratios: no spin couplings to compute",)
+        return "rotor inertia is given at the joints, without gear ratios: no spin couplings to compute"
     full = newton_euler_dynamics(arm.chain, rotors="full")
     more = abs(full.inverse_dynamics(x.q, x.dq, x.ddq) - road_b.inverse_dynamics(x.q, x.dq, x.ddq)).max()
-    return (f"rotors' spin couplings, which engines drop: at most {more:.2g} N m over these states",)
+    return f"rotors' spin couplings, which engines drop: at most {more:.2g} N m over these states"

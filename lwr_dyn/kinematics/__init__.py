@@ -1,4 +1,4 @@
-"""Kinematics of an arm: poses, Jacobians, inverse kinematics, arm angle, working envelope.
+"""Kinematics of an arm: poses, Jacobians, inverse kinematics, arm angle.
 
 forward          poses, joint axes, geometric Jacobian and its rate; the gate for poses
 inverse          `inverse_kinematics` of one pose, and the registry of its solvers
@@ -11,6 +11,5 @@ srs, srs_margins, branches, arm_geometry
 arm_angle        a smooth arm angle along a path that maximises the joint-limit margin
 arm_angle_search the largest margin that a continuous arm angle can keep
 path_following   `follow`: joint motion along a path with its exact derivatives
-envelope         section, reach and volume that the wrist centre can reach
 kuka_pose        X, Y, Z, A, B, C, Status and Turn
 """

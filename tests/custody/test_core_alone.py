@@ -14,6 +14,7 @@ SHARE = ("papers", "control", "laws", "test_front_door.py")
 COMMANDS = (
     (("list",), 0, "lwr4plus"),
     (("check", "wam7"), 0, "hold, 0 fail"),
+    (("check", "kr30ha"), 0, "data-sheet not checked: lwr_dyn.audit.datasheet is not installed"),
     (("gains", "lwr4plus"), 0, "joint_7"),
     (("urdf", "kr30ha", "--out", "x.urdf"), 0, "x.urdf"),
     (("fk", "lwr4", "--q-deg", "0,90,90,-90,0,90,0"), 0, "position"),

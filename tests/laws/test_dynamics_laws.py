@@ -6,7 +6,7 @@ from hypothesis import given
 
 import lwr_dyn
 from lwr_dyn.checks.identities import energy_drift, mass_matrix_rate, potential_gradient, random_states, relative
-from lwr_dyn.checks.run_checks import check_arm
+from lwr_dyn.checks.run_checks import CHECKS, check_arm
 from lwr_dyn.papers.assembly import arm_from_paper
 from lwr_dyn.papers.catalog import open_paper, template
 from lwr_dyn.papers.reader import parse_paper
@@ -30,7 +30,8 @@ CONTRADICTED = {
 @pytest.mark.parametrize(("robot", "reading"), PAPER_ARMS)
 def test_every_check_holds_for_every_reading(robot, reading):
     report = check_arm(lwr_dyn.load(robot, reading), open_paper(robot, reading))
-    assert {v.name for v in report.verdicts if not v.holds} == CONTRADICTED.get((robot, reading), set())
+    contradicted = CONTRADICTED.get((robot, reading), set()) if CHECKS["data-sheet"].is_installed else set()
+    assert {v.name for v in report.verdicts if not v.holds} == contradicted
 
 
 @pytest.mark.parametrize("convention", ["standard", "modified"])

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import lwr_dyn
+from lwr_dyn.audit.envelope import working_envelope
 from lwr_dyn.errors import OptionError, ShapeError
-from lwr_dyn.kinematics.envelope import working_envelope
 from lwr_dyn.reproduction.kr30ha.figures import closed_outlines, envelope_figures
 from lwr_dyn.viewer.plots import draw, figure_bytes
 

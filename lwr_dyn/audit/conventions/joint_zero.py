@@ -2,7 +2,7 @@
 
 Each joint's angle is theta_i = sign_i q_i + offset_i, with offsets by quarter turns. The axes that the maker draws at
 q = 0 fix them joint by joint, from the base outward. The readings that remain are judged by the printed positions and
-orientations of flange and wrist, by the limits and by the envelope, all of `checks.datasheet`.
+orientations of flange and wrist, by the limits and by the envelope, all of `audit.datasheet`.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.audit.conventions.printed_table import printed_rows
-from lwr_dyn.checks.datasheet import datasheet_verdicts
+from lwr_dyn.audit.datasheet import datasheet_verdicts
 from lwr_dyn.checks.verdict import Verdict
 from lwr_dyn.errors import MissingDataError
 from lwr_dyn.model.arm import Arm

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from lwr_dyn.arrays import Array, fixed_array
-from lwr_dyn.kinematics.envelope import Envelope, EnvelopeArc, working_envelope
+from lwr_dyn.audit.envelope import Envelope, EnvelopeArc, working_envelope
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
 from lwr_dyn.reproduction.kr30ha.points import RightPoint

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from lwr_dyn.arrays import Array
+from lwr_dyn.audit.envelope import working_envelope
 from lwr_dyn.errors import MissingDataError
-from lwr_dyn.kinematics.envelope import working_envelope
 from lwr_dyn.kinematics.forward import forward_kinematics, frames
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import Body, link_frames

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from lwr_dyn.audit.envelope import working_envelope
 from lwr_dyn.checks.verdict import verdict_table
 from lwr_dyn.files import make_folder, write_folder
-from lwr_dyn.kinematics.envelope import working_envelope
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.papers.catalog import open_paper
 from lwr_dyn.reproduction.kr30ha.cycle import cycle

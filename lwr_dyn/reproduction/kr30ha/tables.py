@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.kinematics.envelope import Envelope
+from lwr_dyn.audit.envelope import Envelope
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.papers.schema import Paper
 from lwr_dyn.reproduction.kr30ha.cycle import RISE, SPEED_SHARE, Cycle

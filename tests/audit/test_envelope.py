@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import lwr_dyn
+from lwr_dyn.audit.envelope import EnvelopeArc, working_envelope
 from lwr_dyn.errors import MissingDataError, OptionError
-from lwr_dyn.kinematics.envelope import EnvelopeArc, working_envelope
 from lwr_dyn.model.arm import JointLimits
 
 CELL = 0.002

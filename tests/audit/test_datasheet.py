@@ -1,12 +1,15 @@
 """The data sheet as a check: no length 1 cm off, no angle 90 deg off, no sign turned gets past it."""
 
+import json
 import re
 from importlib import resources
 
 import pytest
+from click.testing import CliRunner
 
 import lwr_dyn
-from lwr_dyn.checks.datasheet import datasheet_verdicts
+from lwr_dyn.audit.datasheet import datasheet_verdicts
+from lwr_dyn.cli.check import command
 from lwr_dyn.errors import PaperError
 from lwr_dyn.papers.assembly import arm_from_paper
 from lwr_dyn.papers.catalog import open_paper
@@ -93,3 +96,12 @@ def test_table_2_as_printed_is_another_arm():
 
 def test_papers_without_a_data_sheet_have_no_such_check():
     assert datasheet_verdicts(lwr_dyn.load("lwr4plus"), open_paper("lwr4plus")) == []
+
+
+def test_the_check_command_holds_and_the_printed_table_fails():
+    done = CliRunner().invoke(command, ["kr30ha", "--json"])
+    assert done.exit_code == 0
+    record = json.loads(done.stdout)
+    assert "envelope volume - data sheet" in [v["name"] for v in record["verdicts"]]
+    assert record["notes"] == ["no rotor inertia is given"]
+    assert CliRunner().invoke(command, ["kr30ha", "--reading", "printed"]).exit_code == 1
