@@ -126,10 +126,10 @@ def _require_zero(geometry: SrsGeometry, u: Array, up: Array, at: Array) -> None
 def _smooth(s: Array, passage: Corridor) -> tuple[Array, Array]:
     """Knots and values of the spline with the least bending inside the corridor."""
     x = (s - s[0]) / (s[-1] - s[0])
-    middle, room = (passage.low + passage.high) / 2.0, (0.5 - INSET) * (passage.high - passage.low)
+    middle, half_width = (passage.low + passage.high) / 2.0, (0.5 - INSET) * (passage.high - passage.low)
     chosen = np.unique(np.linspace(0, len(x) - 1, min(len(x), FIRST_KNOTS)).round().astype(int))
     while True:
-        values = _least_bending(x[chosen], middle[chosen], room[chosen])
+        values = _least_bending(x[chosen], middle[chosen], half_width[chosen])
         psi = CubicSpline(x[chosen], values, bc_type="natural")(x)
         outside = np.maximum(passage.low - psi, psi - passage.high)
         outside[chosen] = 0.0
@@ -144,16 +144,18 @@ def _worst_of_each_run(outside: Array) -> Array:
     return np.array([run[np.argmax(outside[run])] for run in runs])
 
 
-def _least_bending(x: Array, middle: Array, room: Array) -> Array:
-    """Values at the knots x (m,) within middle +- room (m,)."""
+def _least_bending(x: Array, middle: Array, half_width: Array) -> Array:
+    """Values at the knots x (m,) within middle +- half_width (m,)."""
     spline = CubicSpline(x, np.eye(len(x)), bc_type="natural")
     bend, h = spline(x, 2), np.diff(x)[:, None]
     # psi'' is linear from a to b over each span: its square integrates to h [(a + b)^2 / 4 + (b - a)^2 / 12]
     total, change = np.sqrt(h) / 2.0 * (bend[:-1] + bend[1:]), np.sqrt(h / 12.0) * np.diff(bend, axis=0)
     pull = np.diag(np.sqrt(PULL * np.gradient(x)))
     target = np.concatenate([np.zeros(2 * len(h)), pull @ middle])
-    room = np.maximum(room, np.finfo(float).eps * (1.0 + np.abs(middle)) * 4.0)
-    fit = lsq_linear(np.concatenate([total, change, pull]), target, (middle - room, middle + room), method="bvls")
+    half_width = np.maximum(half_width, np.finfo(float).eps * (1.0 + np.abs(middle)) * 4.0)
+    fit = lsq_linear(
+        np.concatenate([total, change, pull]), target, (middle - half_width, middle + half_width), method="bvls"
+    )
     values: Array = fit.x
     return values
 

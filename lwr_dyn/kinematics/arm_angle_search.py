@@ -19,7 +19,7 @@ from lwr_dyn.kinematics.srs_margins import AngleIntervals, MarginProblem, interv
 from lwr_dyn.kinematics.srs_solver import best_angles
 
 SLACK = 1e-5
-"""[rad] How far below the best margin the corridor is taken: it gives the curve room to be smooth (0.0006 deg)."""
+"""[rad] How far below the best margin the corridor is taken, so that the curve can be smooth (0.0006 deg)."""
 RESOLUTION = 1e-6
 """[rad] Of a level where the corridor, not a single pose, decides."""
 NO_MARGIN = -np.pi
@@ -183,7 +183,7 @@ def _unwrapped(rows: list[tuple[tuple[float, float], ...]], chain: list[int]) ->
     for row, at in zip(rows[1:], chain[1:], strict=True):
         start, end = row[at]
         if end - start >= TURN:
-            # a whole circle has no edge: it is opened opposite to where the corridor stands
+            # a whole circle has no edge: it is cut opposite to the corridor
             middle = (bounds[-1][0] + bounds[-1][1]) / 2.0
             bounds.append((middle - np.pi, middle + np.pi))
             continue

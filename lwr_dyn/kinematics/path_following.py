@@ -65,7 +65,7 @@ def follow(
     OutOfReachError
         `.at` is the row of the pose furthest out of reach.
     SingularArmError
-        At row `.index` the arm is stretched or folded, a ball's rolls are aligned, or the wrist stands on the
+        At row `.index` the arm is stretched or folded, a ball's rolls are aligned, or the wrist is on the
         reference, and velocity or acceleration is not zero there (where both are zero, dq = ddq = 0).
 
     References

@@ -162,7 +162,7 @@ def _crossings(problem: MarginProblem, level: Array) -> Array:
     forms = problem.forms
     steady = (np.abs(forms[:, :, [_X, _Y]]).sum(axis=(2, 3)) < ALIGNED)[..., None]
     side = np.where(forms[:, :, _Z].sum(axis=2) > 0.0, 1.0, -1.0)
-    room = problem.half - level[:, None, None]
+    allowed = problem.half - level[:, None, None]
     roots = []
     for joint, (x, y) in ((0, (_X, _Y)), (2, (_X2, _Y2))):
         # a ball that stays aligned at every psi: the two rolls share one angle, half each
@@ -170,11 +170,11 @@ def _crossings(problem: MarginProblem, level: Array) -> Array:
         fy = np.where(steady, forms[:, :, _YA], forms[:, :, y])
         shared = problem.middle[:, 0] + side * problem.middle[:, 2]
         centre = np.where(steady[..., 0], shared, problem.middle[:, joint])
-        reach = room[:, :, joint] * np.where(steady[..., 0], 2.0, 1.0)
+        reach = allowed[:, :, joint] * np.where(steady[..., 0], 2.0, 1.0)
         for bound in (centre - reach, centre + reach):
             c, s = np.cos(bound)[..., None], np.sin(bound)[..., None]
             roots.append(np.where((reach < np.pi)[..., None], _roots(fy * c - fx * s), np.nan))
-    reach = room[:, :, 1]
+    reach = allowed[:, :, 1]
     for bound in (problem.middle[:, 1] - reach, problem.middle[:, 1] + reach):
         form = forms[:, :, _Z].copy()
         form[..., 2] -= np.cos(bound)
