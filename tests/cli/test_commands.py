@@ -1,8 +1,6 @@
 """The command as a user types it: what it prints, its exit code, and one line for bad input."""
 
 import json
-import subprocess
-import sys
 
 import pytest
 
@@ -94,20 +92,3 @@ def test_new_never_overwrites(lwr_dyn_command, tmp_path):
     code, _, err = lwr_dyn_command("new", "arm", str(own))
     assert (code, own.read_text()) == (2, "mine")
     assert "exists already; allowed: a new file" in err
-
-
-def test_every_command_has_help(lwr_dyn_command):
-    from lwr_dyn.cli.main import COMMANDS
-
-    for command in (name for name in COMMANDS.names if COMMANDS[name].is_installed):
-        code, out, _ = lwr_dyn_command(command, "--help")
-        assert code == 0
-        assert out.startswith("Usage: lwr-dyn ")
-
-
-def test_the_front_door_is_light():
-    heavy = {"pinocchio", "yourdfpy", "scipy", "sympy", "matplotlib", "meshcat", "mujoco", "casadi"}
-    code = f"import sys, lwr_dyn; lwr_dyn.robots; lwr_dyn.cli; print(sorted({heavy} & set(sys.modules)))"
-    code = code.replace("lwr_dyn.cli; ", "import lwr_dyn.cli.main; ")
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "[]"

@@ -5,7 +5,6 @@ import json
 import numpy as np
 import pytest
 
-from lwr_dyn.cli import main as entry
 from lwr_dyn.model.run import Run
 
 HOLD = ("--task", "hold", "--from-deg", "0,30,0,-60,0,30,0", "--duration", "0.3")
@@ -75,14 +74,6 @@ def test_fk_says_what_is_outside_the_limits(lwr_dyn_command):
     assert json.loads(out)["outside"] == [f"joint_2 is outside its limits by {np.radians(10):.6g}"]
     code, _, err = lwr_dyn_command("fk", "lwr4", "--symbolic", "--json")
     assert (code, err.count("\n")) == (2, 1)
-
-
-def test_ctrl_c_ends_with_130(lwr_dyn_command, monkeypatch):
-    def stopped(**_):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(entry.group, "main", stopped)
-    assert lwr_dyn_command("list")[0] == 130
 
 
 def test_a_file_that_changed_since_the_run_is_not_drawn(lwr_dyn_command, tmp_path):

@@ -100,7 +100,7 @@ def references(given: PaperData) -> Proof:
     """Every reference of the text against the caption that it means."""
     block = given.case().printed["references"]
     right = [1 + block[kind].index(title) for kind, title in block["meant"]]
-    off = [int(told) - number for told, number in zip(block["number"], right, strict=True)]
+    off = [int(printed) - number for printed, number in zip(block["number"], right, strict=True)]
     return Proof(f"{sum(map(bool, off))} of {len(off)} references are one too high, no other is wrong",
                  set(off) == {0, 1} and sum(off) >= 10, {"off by": str(off)})  # fmt: skip
 

@@ -24,7 +24,7 @@ def _diagnoses(corrected: bool) -> tuple[Diagnostic, ...]:
 
 
 def diagnosed(_: PaperData, codes: tuple[str, ...], lines: tuple[int, ...]) -> Proof:
-    """The printed program is told off for it at these lines and no other; the program put right is not."""
+    """The checks find these faults at these lines of the printed program only, and none in the corrected program."""
     found = {code: tuple(sorted(d.position.line for d in _diagnoses(False) if d.code == code)) for code in codes}
     left = [d for d in _diagnoses(True) if d.code in codes]
     said = next((d.message for d in _diagnoses(False) if d.code == codes[0]), "nothing")
@@ -39,18 +39,18 @@ def status_turn(given: PaperData) -> Proof:
     """How many solutions the points without S and T leave inside the limits."""
     case = given.reading()
     counts = [point.inside_limits for point in right_points(case.arm, case.printed)[:2]]
-    told = diagnosed(given, ("no-status-turn",), (24, 28, 32))
-    return Proof(told.statement, told.holds and min(counts) > 1,
-                 {**told.numbers, "solutions in limits, Point 1": counts[0], "Point 2": counts[1]})  # fmt: skip
+    checked = diagnosed(given, ("no-status-turn",), (24, 28, 32))
+    return Proof(checked.statement, checked.holds and min(counts) > 1,
+                 {**checked.numbers, "solutions in limits, Point 1": counts[0], "Point 2": counts[1]})  # fmt: skip
 
 
 def mastering_cartesian(given: PaperData) -> Proof:
     """The Cartesian point (0, 0, 0) against where the arm stands at mastering."""
     case = given.reading()
     flange = 1e3 * forward_kinematics(case.arm.chain, np.array(case.arm.mastering))[:3, 3]
-    told = diagnosed(given, ("inside-robot", "outside-limits"), (32,))
-    return Proof(told.statement, told.holds and float(np.linalg.norm(flange)) > 1000.0,
-                 {**told.numbers, "flange at mastering from there [mm]": float(np.linalg.norm(flange))})  # fmt: skip
+    checked = diagnosed(given, ("inside-robot", "outside-limits"), (32,))
+    return Proof(checked.statement, checked.holds and float(np.linalg.norm(flange)) > 1000.0,
+                 {**checked.numbers, "flange at mastering from there [mm]": float(np.linalg.norm(flange))})  # fmt: skip
 
 
 def no_loop(_: PaperData) -> Proof:

@@ -190,12 +190,12 @@ def largest_error_side(given: PaperData) -> Proof:
     """Maxima of joints 2 and 4 in Table VII against their minima."""
     case = given.case()
     most, least = (case.numbers("table_vii", x) for x in ("maximum", "minimum"))
-    told = case.numbers("text_vii", "maximum")
+    named = case.numbers("text_vii", "maximum")
     sizes = [max(abs(most[i]), abs(least[i])) / 1e3 for i in (1, 3)]
     return Proof(
         "the errors of joints 2 and 4 are larger on the negative side than the maxima that the text names",
-        all(size > value for size, value in zip(sizes, told, strict=True)) and least[1] < -most[1] < 0,
-        {"joint 2": sizes[0], "joint 4": sizes[1], "told": str(told)},
+        all(size > value for size, value in zip(sizes, named, strict=True)) and least[1] < -most[1] < 0,
+        {"joint 2": sizes[0], "joint 4": sizes[1], "told": str(named)},
     )
 
 

@@ -1,0 +1,69 @@
+"""The command as a whole: its subcommands by rows, errors as one line with an exit code, and what it imports."""
+
+import subprocess
+import sys
+import warnings
+
+import pytest
+
+from lwr_dyn.cli import main
+from lwr_dyn.errors import RatingWarning
+
+
+def test_every_command_has_help(lwr_dyn_command):
+    for command in (name for name in main.COMMANDS.names if main.COMMANDS[name].is_installed):
+        code, out, _ = lwr_dyn_command(command, "--help")
+        assert code == 0
+        assert out.startswith("Usage: lwr-dyn ")
+
+
+def test_the_front_door_is_light():
+    heavy = {"pinocchio", "yourdfpy", "scipy", "sympy", "matplotlib", "meshcat", "mujoco", "casadi"}
+    code = f"import sys, lwr_dyn; lwr_dyn.robots; lwr_dyn.cli; print(sorted({heavy} & set(sys.modules)))"
+    code = code.replace("lwr_dyn.cli; ", "import lwr_dyn.cli.main; ")
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+def test_a_row_whose_package_is_absent_is_not_listed(lwr_dyn_command, monkeypatch):
+    monkeypatch.setitem(main.COMMANDS.rows, "dream", main.Row("lwr_dyn.dream:command", "Of a package that is absent."))
+    assert "dream" in main.COMMANDS.names
+    code, out, _ = lwr_dyn_command("--help")
+    assert (code, "dream" in out, "simulate" in out) == (0, False, True)
+
+
+@pytest.mark.parametrize(
+    ("fault", "code", "line"),
+    [
+        (
+            OSError(28, "No space left on device"),
+            2,
+            "lwr-dyn: stdout: no space left on device; allowed: an output that",
+        ),
+        (SystemExit(3), 3, ""),
+        (KeyboardInterrupt(), 130, "lwr-dyn: stopped"),
+    ],
+)
+def test_what_ends_a_command_has_its_exit_code(lwr_dyn_command, monkeypatch, fault, code, line):
+    def failing(**_):
+        raise fault
+
+    monkeypatch.setattr(main.group, "main", failing)
+    result, out, err = lwr_dyn_command("list")
+    assert (result, out) == (code, "")
+    assert err.startswith(line)
+    assert err.count("\n") == (1 if line else 0)
+
+
+def test_a_warning_is_one_line_and_printed_once(lwr_dyn_command, monkeypatch):
+    def warning(**_):
+        for _ in range(2):
+            warnings.warn("over\nthe rating", RatingWarning, stacklevel=1)
+
+    monkeypatch.setattr(main.group, "main", warning)
+    assert lwr_dyn_command("list") == (0, "", "lwr-dyn: warning: over the rating\n")
+
+
+def test_an_error_message_becomes_one_line(capsys):
+    assert main.print_error("two\n  lines", 2) == 2
+    assert capsys.readouterr().err == "lwr-dyn: two lines\n"
