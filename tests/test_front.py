@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 import lwr_dyn
+from lwr_dyn import front
 from lwr_dyn.errors import LwrDynError
+from lwr_dyn.registry import Registry
 from lwr_dyn.trajectory.references.joint_moves import hold
 
 ARM = lwr_dyn.load("lwr4plus")
@@ -30,3 +32,18 @@ def test_bad_input_is_one_line(case):
         call()
     assert message in str(fault.value)
     assert "\n" not in str(fault.value)
+
+
+def test_every_name_of_the_package_is_a_function_of_the_front_door():
+    offered = set(lwr_dyn.__all__) - {"Run"}
+    assert {name for name in offered if getattr(lwr_dyn, name) is not getattr(front, name)} == set()
+    assert all(getattr(front, name).__module__ == front.__name__ for name in offered)
+    with pytest.raises(AttributeError, match="no attribute 'loads'"):
+        lwr_dyn.loads  # noqa: B018
+
+
+def test_functions_of_optional_packages_are_rows_that_are_loaded_when_they_are_used(monkeypatch):
+    called = []
+    monkeypatch.setattr(Registry, "load", lambda self, name: lambda arm, **options: called.append((name, options)))
+    front.batch_dynamics(ARM, rotors="none")
+    assert called == [("batch_dynamics", {"rotors": "none"})]
