@@ -1,0 +1,69 @@
+"""The recursion against formulas worked out by hand, with numbers and with literal zeros."""
+
+import numpy as np
+import pytest
+
+from lwr_dyn.dynamics.recursion import (
+    inverse_dynamics,
+    lever_acceleration,
+    link_constants,
+    potential_energy,
+    turn_about_z,
+)
+from lwr_dyn.model.chain import Body, Chain, ChainLink, Rotor
+from lwr_dyn.model.dh import JointKind
+from lwr_dyn.model.spatial import Pose, rot_z
+from lwr_dyn.model.vectors import Vector
+from tests.tolerances import EXACT
+
+G, MASS, LEVER, INERTIA = 9.81, 2.0, 0.4, 0.05
+GRAVITY = Vector(0.0, -G, 0.0)
+RATIO, SPIN_INERTIA = 100.0, 1e-4
+
+
+def link(kind, lever=LEVER, rotor=None):
+    body = Body(MASS, np.array([lever, 0.0, 0.0]), INERTIA * np.eye(3))
+    return ChainLink("joint", "link", kind, Pose.identity(), Pose.identity(), body, rotor)
+
+
+def constants(*links):
+    return link_constants(Chain(links, Pose.identity(), np.array([0.0, -G, 0.0])))
+
+
+@pytest.mark.parametrize(("rotors", "armature"), [("none", 0.0), ("armature", 1.0), ("full", 1.0)])
+def test_a_pendulum_with_a_rotor(rotors, armature):
+    links = constants(link(JointKind.REVOLUTE, rotor=Rotor(RATIO, SPIN_INERTIA)))
+    q, dq, ddq = 0.3, 2.0, -1.5
+    (tau,) = inverse_dynamics(links, GRAVITY, [q], [dq], [ddq], rotors)
+    inertia = INERTIA + MASS * LEVER**2 + armature * RATIO**2 * SPIN_INERTIA
+    assert tau == pytest.approx(inertia * ddq + MASS * G * LEVER * np.cos(q), rel=EXACT)
+    assert potential_energy(links, GRAVITY, [q]) == pytest.approx(MASS * G * LEVER * np.sin(q), rel=EXACT)
+
+
+def test_a_slider_on_a_turning_arm_has_coriolis_and_centrifugal_forces():
+    along_x = Pose(np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]]), np.zeros(3))  # z of the slider is x
+    arm = ChainLink("turn", "arm", JointKind.REVOLUTE, Pose.identity(), Pose.identity())
+    slider = ChainLink(
+        "slide", "mass", JointKind.PRISMATIC, along_x, Pose.identity(), Body(MASS, np.zeros(3), np.zeros((3, 3)))
+    )
+    links = constants(arm, slider)
+    (q, r), (omega, speed), (alpha, a) = (0.7, 0.5), (1.2, -0.8), (0.4, 0.9)
+    torque, force = inverse_dynamics(links, GRAVITY, [q, r], [omega, speed], [alpha, a])
+    weight = MASS * G
+    assert torque == pytest.approx(MASS * (r**2 * alpha + 2 * r * speed * omega) + weight * r * np.cos(q), rel=EXACT)
+    assert force == pytest.approx(MASS * (a - r * omega**2) + weight * np.sin(q), rel=EXACT)
+    assert potential_energy(links, GRAVITY, [q, r]) == pytest.approx(weight * r * np.sin(q), rel=EXACT)
+
+
+def test_a_link_without_body_and_rotor_weighs_nothing():
+    (empty,) = constants(ChainLink("j", "l", JointKind.REVOLUTE, Pose.identity(), Pose.identity()))
+    assert (empty.mass, empty.gear_ratio, empty.rotor_inertia, empty.before_is_identity) == (0.0, 0.0, 0.0, True)
+    assert inverse_dynamics([empty], GRAVITY, [0.1], [2.0], [3.0]) == [0.0]
+
+
+def test_rotation_and_lever():
+    R = turn_about_z(0.4)
+    v = R @ Vector(1.0, 2.0, 3.0)
+    np.testing.assert_allclose([v.x, v.y, v.z], rot_z(0.4) @ [1.0, 2.0, 3.0], rtol=EXACT)
+    a = lever_acceleration(Vector(0.0, 0.0, 2.0), Vector(0.0, 0.0, 3.0), Vector(0.5, 0.0, 0.0))
+    assert (a.x, a.y, a.z) == (-2.0, 1.5, 0.0)  # -omega^2 r and domega r
