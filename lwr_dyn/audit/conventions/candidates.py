@@ -47,7 +47,7 @@ class Candidate:
     remaining: tuple[tuple[tuple[LinkChoice, ...], ...], ...]
     """Per link every body that the same criteria leave open, as the choices that give it, this one's first."""
     alike: tuple[tuple[int, ...], ...]
-    """Groups of repeated links that were made to agree."""
+    """Groups of repeated links that agree."""
 
     @property
     def price(self) -> float:
@@ -115,7 +115,7 @@ def exceptions_of(choice: LinkChoice, rule: Products) -> int:
 
 
 def fewest_exceptions(hypothesis: TableHypothesis, sets: OptionSets) -> int:
-    """Exceptions of the plainest reading in sets of options, whatever its repeated links."""
+    """Exceptions of the plainest reading in sets of options; repeated links need not agree."""
     return min(
         sum(_cost(hypothesis, i, _plainest(hypothesis, i, options, rule), rule)[0] for i, options in enumerate(sets))
         for rule in PRODUCTS
@@ -182,20 +182,20 @@ def _candidate(
     )
 
 
-def best_mirror_miss(found: Sequence[Candidate]) -> float:
+def best_mirror_miss(readings: Sequence[Candidate]) -> float:
     """The smallest mirror miss of some candidates, 0 without repeated links."""
-    return min((c.mirror_miss for c in found if np.isfinite(c.mirror_miss)), default=0.0)
+    return min((c.mirror_miss for c in readings if np.isfinite(c.mirror_miss)), default=0.0)
 
 
-def ranked(found: Sequence[Candidate]) -> tuple[Candidate, ...]:
+def ranked(readings: Sequence[Candidate]) -> tuple[Candidate, ...]:
     """The best first: repeated links agree, then fewest exceptions and nearest numbers, then the largest volumes."""
-    best = best_mirror_miss(found)
+    best = best_mirror_miss(readings)
 
     def key(c: Candidate) -> tuple[float, int, int, int]:
         tier = 0.0 if c.is_mirrored(best) else c.mirror_miss
         return (tier, round(c.price / SIGNIFICANT), c.exceptions, -c.volume_level)
 
     unique: dict[tuple[object, ...], Candidate] = {}
-    for c in sorted(found, key=key):
+    for c in sorted(readings, key=key):
         unique.setdefault((c.reading.table, c.reading.links, c.reading.cells), c)
     return tuple(itertools.islice(unique.values(), MOST_CANDIDATES))

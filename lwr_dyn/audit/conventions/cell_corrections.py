@@ -51,7 +51,7 @@ class CellCorrection:
 
     @property
     def order(self) -> tuple[int, bool, bool, bool, float]:
-        """The likeliest first, by what `cell_corrections` says."""
+        """Key of the order of `cell_corrections`, the likeliest first."""
         printed, value = self.cell.printed, self.cell.value
         change = abs(value - printed) / max(abs(printed), abs(value))
         return (self.exceptions, not self.repeats, not self.feasible, value * printed < 0.0, change)
@@ -66,17 +66,17 @@ def cell_corrections(
     that leave every link a body, then the sign that is printed, then the smallest change.
     """
     deepest = max(s.matched for s in searches)
-    found: dict[tuple[str, float], CellCorrection] = {}
+    corrections: dict[tuple[str, float], CellCorrection] = {}
     for hypothesis, search in zip(hypotheses, searches, strict=True):
         if search.matched < deepest or search.sets:
             continue
         for cell, low, high in _roots(hypothesis, search):
             key = (cell.name, round(cell.value, 7))
-            if key not in found:
+            if key not in corrections:
                 correction = _tried(evidence, hypothesis, search, cell, low, high)
                 if correction is not None:
-                    found[key] = correction
-    return tuple(sorted(found.values(), key=lambda c: c.order))
+                    corrections[key] = correction
+    return tuple(sorted(corrections.values(), key=lambda c: c.order))
 
 
 def _tried(
@@ -110,22 +110,22 @@ def _roots(h: TableHypothesis, search: SearchResult) -> Iterator[tuple[CellChang
     """Every cell of the failing link and those beyond it, with the values that give the failing number."""
     number = search.failed[0]
     joint = h.rows.joint[number]
-    room = float(allowances(h.rows, h.options)[number])
+    allowed = float(allowances(h.rows, h.options)[number])
     rows = h.rows.coefficients[h.rows.start[number] : h.rows.start[number + 1]]
     wanted = float(h.rows.value[number])
     adds = rows[:, joint] @ h.options[joint].parameters.T
-    _, distinct = np.unique(np.round(adds / room, 3), axis=1, return_index=True)
+    _, distinct = np.unique(np.round(adds / allowed, 3), axis=1, return_index=True)
     for sets in search.partial[:MOST_PARTIAL]:
         beyond = np.array([h.options[joint + 1 + k].parameters[o[0]] for k, o in enumerate(sets)]).reshape(-1, 10)
         terms = np.einsum("rlp,lp->rl", rows[:, joint + 1 :], beyond)
         for cell, choice in itertools.product(_cells(joint), CHOICES):
-            yield from _cell_roots(h, rows[:, joint], terms.sum(axis=1) - wanted, room, cell, choice)
+            yield from _cell_roots(h, rows[:, joint], terms.sum(axis=1) - wanted, allowed, cell, choice)
         for k, options in enumerate(sets):
             link = joint + 1 + k
             rest = np.delete(terms, k, axis=1).sum(axis=1)
             choices = [h.options[link].choices[o][0] for o in options[:MOST_BEYOND]]
             for o, choice, cell in itertools.product(distinct, choices, _cells(link)):
-                yield from _cell_roots(h, rows[:, link], rest + adds[:, o] - wanted, room, cell, choice)
+                yield from _cell_roots(h, rows[:, link], rest + adds[:, o] - wanted, allowed, cell, choice)
 
 
 def _cells(link: int) -> list[Cell]:
@@ -133,7 +133,7 @@ def _cells(link: int) -> list[Cell]:
 
 
 def _cell_roots(
-    h: TableHypothesis, rows: Array, fixed: Array, room: float, cell: Cell, choice: LinkChoice
+    h: TableHypothesis, rows: Array, fixed: Array, allowed: float, cell: Cell, choice: LinkChoice
 ) -> Iterator[tuple[CellChange, float, float]]:
     """Values of a cell at which the largest of `fixed` plus the link's contribution is 0, with their ranges."""
     column, link, entry = cell
@@ -152,7 +152,7 @@ def _cell_roots(
     value = gap(x)
     for k in np.flatnonzero(value[:-1] * value[1:] < 0.0):
         root, slope = _bisected(gap, float(x[k]), float(x[k + 1])), (value[k + 1] - value[k]) / (x[k + 1] - x[k])
-        half = abs(room / slope)
+        half = abs(allowed / slope)
         least, most = float(root - half), float(root + half)
         yield CellChange(column, link, entry, h.table.cell(*cell), shortest_between(least, most)), least, most
 

@@ -107,7 +107,7 @@ class LinkOptions:
 
     @property
     def log_inertia_volume(self) -> Array:
-        """log det of the second moments of mass about the com, (O,): a wrong sign or point makes flat or thin bodies.
+        """log det of the second moments of mass about the com, (O,): flat and thin for a wrong sign or point.
 
         Sigma = tr(I)/2 E - I; larger is more plausible, -inf where no body is. The determinant is the part of that of
         the pseudo-inertia which a sign can change (Wensing, Kim, Slotine, "Linear matrix inequalities for physically

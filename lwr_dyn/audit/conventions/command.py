@@ -46,7 +46,7 @@ def command(robot: str, evidence: str | None, as_json: bool) -> None:
     if as_json:
         print_json(_record(robot, result, zero))
         return
-    click.echo(f"{paper.name}: {paper.title}, cells as printed, errata and stated conventions not looked at")
+    click.echo(f"{paper.name}: {paper.title}, cells as printed; errata and stated conventions are not used")
     for line in zero_text(zero) if zero else ():
         click.echo(line)
     if kind:

@@ -68,7 +68,7 @@ def _hypothesis(result: RankedReadings, h: TableHypothesis, search: SearchResult
 
 
 def _corrections(result: RankedReadings) -> Iterator[str]:
-    """The single cell that would mend the table, its values, and other cells that would do."""
+    """The single cell that corrects the table, its values, and other cells that would correct it too."""
     if not result.corrections:
         if result.evidence.numbers and not result.computed:
             yield "no single cell mends it"

@@ -1,4 +1,4 @@
-"""Evidence as data: a TOML file says what a source publishes beside its table, number by number, page by page.
+"""Evidence as data: a TOML file with what a source publishes beside its table, each number with its page.
 
     robot = "my arm"
     [[number]]                     # what the authors computed from the table

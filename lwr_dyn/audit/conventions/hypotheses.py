@@ -135,11 +135,11 @@ def _matching(table: PrintedTable, options: LinkOptions, tensors: SecondTensors 
     ours, deviation = about_com, options.deviation_com
     if tensors.about == "origin":
         ours, deviation = options.parameters[:, 4:], float(options.deviation[-1])
-    room = tensors.half[link] * (1.0 + 1e-6) + DEVIATIONS * deviation + table.inertia_step / 2
+    allowed = tensors.half[link] * (1.0 + 1e-6) + DEVIATIONS * deviation + table.inertia_step / 2
     matching = set()
     for products in tensors.products:
         sign = np.array([1.0] * 3 + [-1.0 if products == "integral" else 1.0] * 3)
-        miss = np.abs(ours - sign * tensors.values[link]) / room
+        miss = np.abs(ours - sign * tensors.values[link]) / allowed
         matching |= {i for i in everything if np.nanmax(miss[i], initial=0.0) <= 1.0}
     return tuple(sorted(matching))
 

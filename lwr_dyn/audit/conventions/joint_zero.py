@@ -100,10 +100,10 @@ def zero_readings(paper: Paper) -> ZeroReadings:
 def _with_axes(rows: Sequence[DHRow], axes: Array, convention: Convention) -> Iterator[tuple[DHRow, ...]]:
     """Rows with signs and offsets whose axes at zero are the maker's."""
 
-    def grow(pose: Pose, done: tuple[DHRow, ...]) -> Iterator[tuple[DHRow, ...]]:
-        i = len(done)
+    def grow(pose: Pose, chosen: tuple[DHRow, ...]) -> Iterator[tuple[DHRow, ...]]:
+        i = len(chosen)
         if i == len(rows):
-            yield done
+            yield chosen
             return
         for quarter in QUARTERS:
             for sign in (1, -1):
@@ -111,7 +111,7 @@ def _with_axes(rows: Sequence[DHRow], axes: Array, convention: Convention) -> It
                 before, after = row.fixed_poses(convention)
                 at = pose @ before
                 if np.abs(at.rotation[:, 2] - axes[i]).max() <= AXIS:
-                    yield from grow(at @ after, (*done, row))
+                    yield from grow(at @ after, (*chosen, row))
 
     yield from grow(Pose.identity(), ())
 

@@ -120,8 +120,8 @@ def _conventions(findings: Sequence[FramesFinding]) -> list[Convention]:
 
 def _fitting(cases: Iterable[tuple[TableHypothesis, OptionSets]], mirrored: bool) -> tuple[Candidate, ...]:
     """Candidates of all sets of options that give the published numbers."""
-    found: list[Candidate] = []
+    readings: list[Candidate] = []
     for hypothesis, left in cases:
         for sets in fit_numbers(hypothesis.rows, hypothesis.options, left).sets[:MOST_SETS]:
-            found += candidates(hypothesis, sets, mirrored)
-    return ranked(found)
+            readings += candidates(hypothesis, sets, mirrored)
+    return ranked(readings)

@@ -74,15 +74,15 @@ def fit_numbers(rows: NumberRows, options: Sequence[LinkOptions], allowed: Seque
     allowed : sequence of n sequences of int
         The options of each link that are considered.
     """
-    room = allowances(rows, options)
-    per_row = np.repeat(room, np.diff(rows.start))
+    allowance = allowances(rows, options)
+    per_row = np.repeat(allowance, np.diff(rows.start))
     states = _States(np.zeros((1, len(per_row))), (((),),))
     matched = 0
     for link in reversed(range(len(options))):
         classes = _classes(rows, options[link], allowed[link], link, per_row)
         grown = _grown(states, classes)
         here = [k for k, joint in enumerate(rows.joint) if joint == link]
-        miss = misses(rows, grown.sums, room, here)
+        miss = misses(rows, grown.sums, allowance, here)
         good = np.flatnonzero(miss <= 1.0)
         if len(good) == 0:
             partial = tuple(s for equal in states.sets for s in equal)
@@ -93,12 +93,12 @@ def fit_numbers(rows: NumberRows, options: Sequence[LinkOptions], allowed: Seque
     return SearchResult(tuple(sets), matched, (), (), 0.0)
 
 
-def misses(rows: NumberRows, sums: Array, room: Array, here: Sequence[int]) -> Array:
+def misses(rows: NumberRows, sums: Array, allowance: Array, here: Sequence[int]) -> Array:
     """The worst miss of some numbers, (S,), for sums (S, R), in units of the allowed miss."""
     worst = np.zeros(len(sums))
     for k in here:
         value = sums[:, rows.start[k] : rows.start[k + 1]].max(axis=-1)
-        worst = np.maximum(worst, np.abs(value - rows.value[k]) / room[k])
+        worst = np.maximum(worst, np.abs(value - rows.value[k]) / allowance[k])
     return worst
 
 

@@ -35,12 +35,12 @@ class Unit:
 
     @property
     def without_angle(self) -> Powers:
-        """The powers as they stand where a radian is a number: N m/rad is N m."""
+        """The powers with the radian as a number: N m/rad is N m."""
         return (*self.powers[:3], 0.0)
 
 
 def unit_of(text: str) -> Unit | None:
-    """The unit that a text names, or nothing when it names none that is known.
+    """The unit that a text names; None for an unknown one.
 
     >>> unit_of("N m/(rad s)").powers, unit_of("kg mm^2").factor.__round__(9), unit_of("furlong") is None
     ((2.0, 1.0, -3.0, -1.0), 1e-06, True)
@@ -51,31 +51,31 @@ def unit_of(text: str) -> Unit | None:
     powers, factor = list(NUMBER), 1.0
     for sign, part in [(1.0, over), *((-1.0, u) for u in under)]:
         for word in part.split():
-            found = _word(word)
-            if found is None:
+            factors = _word(word)
+            if factors is None:
                 return None
-            base, power = found
-            powers = [p + sign * power * b for p, b in zip(powers, base[0], strict=True)]
-            factor *= base[1] ** (sign * power)
+            (base, size), power = factors
+            powers = [p + sign * power * b for p, b in zip(powers, base, strict=True)]
+            factor *= size ** (sign * power)
     return Unit((powers[0], powers[1], powers[2], powers[3]), factor)
 
 
 def _word(word: str) -> tuple[tuple[Powers, float], float] | None:
     """A base unit and its power: "mm^2", "s-1", "m2", "rad"."""
-    found = re.fullmatch(r"([A-Za-z%]+|1)\^?(-?\d)?", word)
-    if not found or found.group(1) not in _BASE:
+    match = re.fullmatch(r"([A-Za-z%]+|1)\^?(-?\d)?", word)
+    if not match or match.group(1) not in _BASE:
         return None
-    return _BASE[found.group(1)], float(found.group(2) or 1)
+    return _BASE[match.group(1)], float(match.group(2) or 1)
 
 
 class UnlikeError(Exception):
-    """Two things are added, or a function is asked, that do not go together: inside this room only."""
+    """Incompatible dimensions in a formula; used inside this package only."""
 
 
 def dimension_of(node: ast.expr, names: Mapping[str, Powers]) -> Powers | None:
-    """The dimension of a formula with radians as numbers; nothing where a power is not a plain number.
+    """The dimension of a formula with radians as numbers; None where a power is not a plain number.
 
-    Raises `UnlikeError` where unlike things are added.
+    Raises `UnlikeError` for a sum, or a function, of incompatible dimensions.
     """
     if isinstance(node, ast.Constant):
         return NUMBER

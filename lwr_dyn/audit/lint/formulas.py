@@ -99,7 +99,7 @@ def _formula(sheet: Sheet, table: SheetTable, text: str) -> Formula:
 
 
 def _named(sheet: Sheet, table: SheetTable, name: str, text: str) -> SheetColumn:
-    """The column or single value of a name, looked for in the table first."""
+    """The column or single value of a name, one of the same table first."""
     known: dict[str, SheetColumn] = {}
     for other in sheet.tables:
         inside = {plain_name(n): c for n, c in (*((c.name, c) for c in other.columns), *other.values.items())}

@@ -1,4 +1,4 @@
-"""Lists of a data file as columns: of numbers, of vectors, of square matrices."""
+"""Lists of a data file as columns: numbers, components of vectors and of square matrices."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def cell_text(value: Any) -> str | None:
 def columns_of(
     name: str, raw: Any, path: str, unit: str, declared: Declared, matrices: list[SheetMatrix]
 ) -> Iterator[SheetColumn]:
-    """The columns that a list is: itself, its components, or none when it is no list of numbers."""
+    """The columns of a list: itself or its components; none for a list that is not of numbers."""
     rows = raw if isinstance(raw, list) else [raw]
     cells = [cell_text(x) for x in rows]
     if rows and all(c is not None for c in cells):

@@ -130,12 +130,12 @@ def _examined(group: StatisticColumns) -> Iterator[Finding]:
 
 def other_orders(group: StatisticColumns, rows: Sequence[int]) -> list[tuple[str, ...]]:
     """The other orders of the columns in which all of these rows are possible."""
-    found = []
+    orders = []
     for order in itertools.islice(itertools.permutations(group.columns), 1, None):  # the first is as printed
         read = [group.row(i, order) for i in rows]
         if any(all(r is not None and is_possible(r, kind) for r in read) for kind in MEANS):
-            found.append(order)
-    return found
+            orders.append(order)
+    return orders
 
 
 def _moved_block(group: StatisticColumns, rows: Sequence[int], order: tuple[str, ...]) -> Iterator[Finding]:

@@ -1,4 +1,4 @@
-"""What a heading says: whether a column is a mean, a maximum, a minimum, a label or a total, and of what."""
+"""The role of a column by its heading: mean, maximum, minimum, label, and of which quantity; names and units."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ ROLES: dict[str, tuple[str, ...]] = {
     "rms": ("rms", "rmse"),
     "label": ("joint", "joints", "link", "links", "axis", "name", "row", "no", "i", "body", "part", "configuration"),
 }
-"""Role -> words of a heading that say so."""
+"""Role -> words of a heading that name it."""
 TOTALS = ("total", "sum", "totals", "overall", "all")
 """Words in a row's label that make it the sum of the rows above."""
 _UNIT = re.compile(r"[\[(]([^\])]*)[\])]\s*$")
@@ -35,8 +35,8 @@ def unit_in(heading: str) -> str:
     >>> unit_in("Mass [kg]"), unit_in("Kp")
     ('kg', '')
     """
-    found = _UNIT.search(heading.strip())
-    return found.group(1).strip() if found else ""
+    match = _UNIT.search(heading.strip())
+    return match.group(1).strip() if match else ""
 
 
 def name_in(heading: str) -> str:
@@ -58,7 +58,7 @@ def plain_name(name: str) -> str:
 
 
 def role_of(heading: str, declared: Mapping[str, str]) -> str:
-    """The role that is declared, or that one of the words says; "" when none does.
+    """The declared role, or that of the first word that has one; "" without any.
 
     >>> role_of("velocity_average", {}), role_of("Kp", {})
     ('mean', '')
@@ -70,7 +70,7 @@ def role_of(heading: str, declared: Mapping[str, str]) -> str:
 
 
 def stem_of(heading: str) -> tuple[str, ...]:
-    """The heading without its role: columns of one stem are figures of one thing.
+    """The heading without its role: columns of one stem are statistics of one quantity.
 
     >>> stem_of("velocity_average") == stem_of("velocity_minimum"), stem_of("average")
     (True, ())

@@ -163,7 +163,7 @@ def _unit(raw: Mapping[str, Any]) -> str:
 
 
 def _unit_of_table(raw: Mapping[str, Any], key: str, value: Any) -> str:
-    """The unit of a column: as its table says that it is printed ("printed in mm and mm/s"), by column, or for all."""
+    """The unit of a column: from the table's text ("printed in mm and mm/s"), by column, or one for all."""
     words = _PRINTED_IN.search(str(raw.get("where", "")))
     if words:
         listed = re.split(r"\s+and\s+", words.group(1).strip())

@@ -68,7 +68,7 @@ def simulated_task(arm: Arm, name: str | None = None) -> SimulatedTask:
 
 
 def _with_known_gains(choice: ControllerChoice, arm: Arm) -> ControllerChoice:
-    """The gains of the arm's file only where it has some; the name says so."""
+    """The gains of the arm's file only where it has some, as the name then states."""
     if not choice.options.get("own_gains"):
         return choice
     if arm.gains is None:

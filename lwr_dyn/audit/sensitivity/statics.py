@@ -1,4 +1,4 @@
-"""What follows from a reading without a motion: gravity torques over poses, worst-case inertias, gains."""
+"""Figures of a reading without motion: gravity torques over poses, largest inertias, gains."""
 
 from __future__ import annotations
 
@@ -37,8 +37,8 @@ def shared_poses(arms: Mapping[str, Arm], count: int, seed: int) -> Array:
     lower = np.array([np.where(np.isfinite(a.lower), a.lower, -np.pi) for a in arms.values()])
     upper = np.array([np.where(np.isfinite(a.upper), a.upper, np.pi) for a in arms.values()])
     low, high = lower.max(axis=0), upper.min(axis=0)
-    apart = low >= high
-    low, high = np.where(apart, lower[0], low), np.where(apart, upper[0], high)
+    disjoint = low >= high
+    low, high = np.where(disjoint, lower[0], low), np.where(disjoint, upper[0], high)
     return np.random.default_rng(seed).uniform(low, high, (count, lower.shape[1]))
 
 
