@@ -1,4 +1,4 @@
-"""A case: one paper's tables and printed results under one set of errata; what the recomputing functions are given."""
+"""A case: one paper's tables and printed results under one set of errata, from which formulas recompute numbers."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ from lwr_dyn.reproduction.results import ResultBlock, Results, results_of_tables
 
 @dataclass(frozen=True, slots=True)
 class ComparedExpression:
-    """What is printed as an expression: ours as text, and whether both are the same for all values of its letters."""
+    """A printed expression beside ours: ours as text, and whether both are the same for all values of the symbols."""
 
     text: str
     same: bool
 
 
 Value = float | ComparedExpression | None
-"""Of one cell, in its printed unit; None when there is no value."""
+"""Of one cell, in its printed unit; None without a value."""
 
 
 @dataclass(frozen=True, eq=False)
 class PaperCase:
-    """A paper's tables and results with exactly the errata `applied`; paper and arm are read when first asked for."""
+    """A paper's tables and results with exactly the errata `applied`; paper and arm are built when first used."""
 
     tables: Mapping[str, Any]
     results: Results
@@ -74,7 +74,7 @@ class PaperCase:
 
     @property
     def printed(self) -> dict[str, Mapping[str, Any]]:
-        """ResultBlock -> its cells and what is given beside them, by name."""
+        """Block -> its cells and the values printed beside them, by name."""
         return {name: block.printed for name, block in self.results.blocks.items()}
 
     def numbers(self, block: str, name: str) -> list[float]:
@@ -101,7 +101,7 @@ class PaperFormula:
 
 
 def formulas(*functions: Recompute, slow: bool = False) -> dict[str, PaperFormula]:
-    """Functions by their names, which `results.toml` gives as `compute`."""
+    """Functions by their names, the `compute` of `results.toml`."""
     return {function.__name__: PaperFormula(function, slow) for function in functions}
 
 
@@ -126,7 +126,7 @@ class PaperData:
         return self.paper.errata
 
     def case(self, *errata: str, from_known_maxima: bool = False) -> PaperCase:
-        """The case with exactly these errata (ids); raises `PaperError` when a patch does not find its cell."""
+        """The case with exactly these errata (ids); raises `PaperError` when a patch finds another printed value."""
         applied = [e for e in self.errata if e.id in errata]
         tables = copy.deepcopy(dict(self.tables))
         apply_errata(tables, tuple(applied), self.file)
@@ -140,32 +140,16 @@ class PaperData:
 
 
 def patched_results(results: Results, applied: Collection[Erratum]) -> Results:
-    """What is printed, with the errata read; raises `PaperError` when a patch does not find its cell."""
+    """The printed results with errata applied; raises `PaperError` when a patch finds another printed value."""
     if not any(e.of_results() for e in applied):
         return results
     raw = copy.deepcopy(dict(results.raw))
+    blocks = {name: block for name, block in raw.items() if isinstance(block, dict)}
+    printed = {name: block.get("given", {}) | block["cells"] for name, block in blocks.items()}
     for erratum in applied:
         for patch in erratum.of_results():
-            apply_patch({"results": _PatchedBlocks(raw)}, patch, erratum.id, results.file)
+            apply_patch({"results": printed}, patch, erratum.id, results.file)
+    for name, block in blocks.items():
+        for part in (block["cells"], block.get("given", {})):
+            part |= {key: printed[name][key] for key in part}
     return results_of_tables(raw, results.file)
-
-
-class _PatchedBlocks(dict[str, Any]):
-    """Blocks by name, each as one table of its cells and what is given beside them."""
-
-    def __init__(self, raw: Mapping[str, Any]) -> None:
-        super().__init__({name: block for name, block in raw.items() if isinstance(block, dict)})
-
-    def __getitem__(self, name: str) -> Any:
-        block = super().__getitem__(name)
-        return _PatchedBlock(block.get("cells", {}), block.get("given", {}))
-
-
-class _PatchedBlock(dict[str, Any]):
-    def __init__(self, cells: dict[str, Any], given: dict[str, Any]) -> None:
-        super().__init__(given | cells)
-        self._parts = (cells, given)
-
-    def __setitem__(self, name: str, value: Any) -> None:
-        part = next(p for p in self._parts if name in p)
-        part[name] = value

@@ -18,7 +18,7 @@ from lwr_dyn.reproduction.results import PrintedCell, ResultBlock
 REPRODUCED, AFTER, DIFFERS, NOT = VERDICTS = ("reproduced", "after erratum", "differs", "not reproducible")
 Columns = Mapping[str, Any]
 _TOGETHER = 4
-"""At most so many errata are tried together."""
+"""The largest number of errata that are tried together."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -29,7 +29,7 @@ class ComparedNumber:
     cell: PrintedCell
     verdict: str
     errata: tuple[str, ...] = ()
-    """Without which it is not reproduced."""
+    """The fewest with which it is reproduced."""
     value: Value = None
     """Recomputed with those errata, in the printed unit."""
     missing: tuple[str, ...] = ()
@@ -97,17 +97,17 @@ class BlockComparer:
         return ComparedNumber(block, cell, DIFFERS, (), value, (), formula)
 
     def _candidates(self, block: ResultBlock) -> list[str]:
-        """Errata that could matter to a block: of the default reading, of its own list, and those that patch it."""
+        """Errata that can affect a block: of the default reading, of its own list, and those that patch it."""
         start = f"results.{block.name}."
 
-        def counts(e: Erratum) -> bool:
+        def affects(e: Erratum) -> bool:
             patches = any(p.at.startswith(start) for p in e.patches)
             return patches or e.id in block.errata or e.id in self._own.reading.errata
 
-        return [e.id for e in self._own.errata if counts(e)]
+        return [e.id for e in self._own.errata if affects(e)]
 
     def _value(self, block: ResultBlock, cell: PrintedCell, applied: frozenset[str]) -> tuple[str, Value]:
-        """What is printed in a cell once some errata are applied, and the value recomputed with them."""
+        """The printed text of a cell with errata applied, and the value recomputed with them."""
         key = (block.name, applied)
         if key not in self._values:
             self._values[key] = self._computed(block, applied)
@@ -133,7 +133,7 @@ class BlockComparer:
 
 
 def agree(cell: PrintedCell, printed: str, value: Value) -> bool:
-    """A value is what is printed: to the digits, within the range of a figure, or as an expression."""
+    """Whether a value is the printed one: to the digits, within the range of a figure, or as an expression."""
     if value is None:
         return False
     if isinstance(value, ComparedExpression):

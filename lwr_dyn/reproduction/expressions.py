@@ -1,7 +1,7 @@
-"""Printed expressions compared by value: both sides at the same arbitrary values of their letters.
+"""Printed expressions compared by value: both sides at the same arbitrary values of their symbols.
 
-Two expressions of sines, products and sums that agree at points drawn at random agree everywhere, but for chance: at
-two points to 1e-9 that is none. Nothing is ever executed but arithmetic.
+Two expressions of sines, products and sums that agree at two random points to 1e-9 agree everywhere: the chance of
+another case is negligible. Only arithmetic is evaluated, never code.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ FUNCTIONS = ("cos", "sin", "sqrt")
 
 @lru_cache(maxsize=4096)
 def value_of(text: str, draw: int) -> float:
-    """An expression at the values of its letters of one draw; C1 and S1 are cosine and sine of q1.
+    """An expression at one draw of its symbols' values; C1 and S1 are cosine and sine of q1.
 
     Raises
     ------
     OptionError
-        Anything but numbers, letters, + - * / **, cos, sin and sqrt, or an expression without a value.
+        Anything but numbers, symbols, + - * / **, cos, sin and sqrt, or an expression without a value.
 
     >>> round(value_of("cos(q1)**2 + S1**2", 0), 12)
     1.0
@@ -43,7 +43,7 @@ def value_of(text: str, draw: int) -> float:
 
 
 def _letter(name: str, draw: int) -> float:
-    """The value of a letter: any, but always the same one; pi is itself, C3 and S3 belong to q3."""
+    """The value of a symbol: arbitrary, but always the same one; pi is itself, C3 and S3 belong to q3."""
     if name == "pi":
         return math.pi
     if name[0] in "CS" and name[1:].isdigit():
@@ -54,7 +54,7 @@ def _letter(name: str, draw: int) -> float:
 
 
 def same(printed: str, ours: str) -> bool:
-    """Both expressions have one value at two draws of their letters."""
+    """Both expressions have one value at two draws of their symbols."""
     return all(abs(value_of(printed, k) - value_of(ours, k)) <= SAME for k in (0, 1))
 
 

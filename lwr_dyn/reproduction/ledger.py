@@ -1,4 +1,4 @@
-"""The errata ledger: every erratum that a data file names, its proof run anew, what it touches and how sure it is.
+"""The errata ledger: every erratum of a data file with its proof, run anew, its effect and how certain it is.
 
 An entry is "proven" when a computation shows the fault and its right reading; that computation is a function of the
 paper's study. A ledger with a proven entry that has no proof, or whose proof fails, is wrong. "likely" has evidence

@@ -1,4 +1,4 @@
-"""A paper with all that reproduces it, and what its reproduction comes to."""
+"""A paper with its formulas and proofs, and the result of reproducing it."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Numbers of any arm that follow from its data file: recomputing functions that all rooms share.
-
-Each takes a case and a block and returns columns of values; states (q, dq, ddq) stand in the block's `given`.
-"""
+"""Formulas of numbers that any arm has; all studies share them. States (q, dq, ddq) stand in the block's `given`."""
 
 from __future__ import annotations
 
@@ -17,7 +14,7 @@ from lwr_dyn.reproduction.case import PaperCase, formulas
 from lwr_dyn.reproduction.results import ResultBlock
 
 AXIS = np.array([1.0, 2.0, 3.0]) / np.sqrt(14.0)
-"""An axis on which every entry of a tensor counts, each with another weight."""
+"""For n . I n every entry of the tensor I counts, each with another weight."""
 
 
 def _state(case: PaperCase, block: ResultBlock, name: str) -> Array:

@@ -26,7 +26,7 @@ from lwr_dyn.tables import json_text
 from lwr_dyn.urdf.model_files import model_files
 
 INCOMPLETE = "INCOMPLETE.txt"
-"""Lies in a folder that an interrupt or an error left incomplete."""
+"""A note in a folder that an interrupt or an error left incomplete."""
 PROCESSES = 2
 
 

@@ -1,8 +1,9 @@
-"""What a paper prints as results, as data: a block per table, figure or sentence; the strict reader of `results.toml`.
+"""The printed results of a paper as data: a block per table, figure or sentence; the strict reader of `results.toml`.
 
-A block says where it stands, in which unit, and the name of the function that recomputes it. Its cells are text, digit
-for digit as printed; `given` holds what is printed beside them and is no result. A cell of a figure has a range: how
-far its axis or its line can be read. `form` "derived" is for numbers that we state and the paper does not print.
+A block states its place in the paper, its unit, and the function that recomputes it. Its cells are text, digit for
+digit as printed; `given` holds values that are printed beside them and are no results. A cell of a figure has a range:
+how far its axis or its line can be read. `form` "derived" marks numbers that this package states and the paper does
+not print.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ DERIVED = "derived"
 
 @dataclass(frozen=True, slots=True)
 class PrintedCell:
-    """One printed result: its text, place in the block, unit, and for a figure the range it can be read in."""
+    """One printed result: its text, place in the block, unit, and for a figure the range in which it can be read."""
 
     path: str
     """"results.table_iv.b[0]", as errata name it."""
@@ -33,7 +34,7 @@ class PrintedCell:
     unit: str
     span: tuple[str, str] | None = None
     step: str = ""
-    """The digit to which it is meant where it prints fewer: a bare 0 among decimals."""
+    """The last digit that is meant where fewer are printed: a bare 0 among decimals."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,13 +45,13 @@ class ResultBlock:
     where: str
     form: str
     compute: str
-    """Name of the recomputing function; empty when there can be none, and `needs` says why."""
+    """Name of the function that recomputes it; empty when there can be none, for lack of `needs`."""
     cells: tuple[PrintedCell, ...]
     printed: Mapping[str, Any]
     """Cells and `given` by name, as parsed."""
     needs: tuple[str, ...] = ()
-    """What a recomputation needs beyond the tables: "gains.kp" must be printed in the paper's data file, words with
-    a space are in no data file."""
+    """What a recomputation needs beyond the tables: "gains.kp" must be printed in the paper's data file; a text with
+    spaces names something that is in no data file."""
     errata: tuple[str, ...] = ()
     """Errata beyond those of the default reading that may explain a difference."""
     reading: str = ""
@@ -79,7 +80,7 @@ def results_text(paper: str) -> str:
 
 
 def printed_tables(paper: str, file: str = "results") -> dict[str, Any]:
-    """A data file of a paper's folder as parsed: each block with its cells and what is given beside them, by name."""
+    """A data file of a paper's folder as parsed: block -> its cells and the values printed beside them, by name."""
     text = resources.files(f"{__package__}.{paper}").joinpath(f"{file}.toml").read_text(encoding="utf-8")
     blocks = parse_toml(text, f"{file}.toml").items()
     return {name: x | x.get("given", {}) | x.get("cells", {}) if isinstance(x, dict) else x for name, x in blocks}
@@ -125,18 +126,18 @@ def _block(name: str, table: Any, file: str) -> ResultBlock:
         raise PaperError(file, f"{name}.given.{twice}", "also a column of cells", "each name once")
     for unknown in set(spans) - set(cells):
         raise PaperError(file, f"{name}.ranges.{unknown}", "no such column", ", ".join(cells))
-    found: list[PrintedCell] = []
+    printed: list[PrintedCell] = []
     for column, entries in cells.items():
         unit = units.get(column) if isinstance(units, dict) else units
         if not isinstance(unit, str):
             raise PaperError(file, f"{name}.unit", repr(unit), f"text, or a table with text for {column}")
-        found += [replace(c, step=step) for c in _column(name, column, entries, unit, rows, spans.get(column), file)]
+        printed += [replace(c, step=step) for c in _column(name, column, entries, unit, rows, spans.get(column), file)]
     return ResultBlock(
         name,
         where,
         form,
         compute,
-        tuple(found),
+        tuple(printed),
         dict(cells) | dict(given),
         lists["needs"],
         lists["errata"],

@@ -37,7 +37,7 @@ SENSITIVITY = StudyOption("sensitivity", "also the task under all readings (a mi
 
 @dataclass(frozen=True, slots=True)
 class Study:
-    """How a paper is reproduced; the parts are "module:attribute" and are imported when they are used."""
+    """How a paper is reproduced; `run`, `formulas`, `proofs` are "module:attribute", imported when they are used."""
 
     order: int
     """Place among the papers."""

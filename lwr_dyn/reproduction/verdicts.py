@@ -1,9 +1,9 @@
-"""Every printed number with its verdict: recomputed without errata, then with as few as it takes.
+"""Every printed number with its verdict: recomputed without errata, then with the fewest that explain it.
 
 reproduced          recomputed to the printed digits from what is printed
-after erratum       so with the errata named, and with no smaller set of them
-differs             by D, with every set of errata that could matter
-not reproducible    what it takes is not printed; what is missing is named
+after erratum       so with the named errata, and with no smaller set of them
+differs             by D, with every set of errata that can affect it
+not reproducible    something that it needs is not printed, and is named
 """
 
 from __future__ import annotations

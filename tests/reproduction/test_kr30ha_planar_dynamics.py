@@ -27,14 +27,14 @@ def test_every_difference_is_the_sum_of_its_named_slips(report):
 
 def test_a_slip_without_a_name_or_a_name_without_a_slip_is_seen(report):
     by_name = {c.name: c for c in report.comparisons}
-    assert not replace(by_name["K_1"], slips={}).explained
+    assert not replace(by_name["K_1"], added={}).explained
     assert not replace(by_name["K_2"], printed=by_name["K_2"].printed * 2).explained
-    assert not replace(by_name["P_1"], slips={"k1-half": sp.zeros(1, 1)}).explained
+    assert not replace(by_name["P_1"], added={"k1-half": sp.zeros(1, 1)}).explained
 
 
 def test_every_slip_is_in_the_errata_ledger_and_every_erratum_of_the_analysis_is_met(report):
     ledger = {e.id for e in open_paper("kr30ha").errata}
-    met = {erratum for c in report.comparisons for erratum in c.slips}
+    met = {erratum for c in report.comparisons for erratum in c.added}
     assert met | OTHER_MODEL <= ledger
     assert met == {
         "v2-sign", "v2-product", "k1-rate", "k1-half", "inertia-point-mass", "product-term", "k-total-half",

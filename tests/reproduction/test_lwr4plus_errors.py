@@ -20,7 +20,7 @@ def fitted(arm):
 
 
 def test_table_viii_rows_1_to_5_come_out_within_15_percent_under_the_hypothesis(fitted):
-    assert fitted.worst_rows()[:5].max() < NEAR
+    assert max(abs(cell.miss) for cell in fitted.cells if cell.joint < 5) < NEAR
     assert fitted.distance < 0.1
     assert "fitted to Table VIII" in fitted.arm_angle
 

@@ -40,12 +40,12 @@ def instead(module, name, value):
 
 def without_slips(_, __, patch):
     right = proofs_of_equations.printed_torque
-    patch.setattr(proofs_of_equations, "printed_torque", lambda chain, q, dq, ddq, slips=(): right(chain, q, dq, ddq))
+    patch.setattr(proofs_of_equations, "printed_torque", lambda chain, q, dq, ddq, errata=(): right(chain, q, dq, ddq))
 
 
 def nothing_added(_, __, patch):
     found = proofs_of_motion._comparisons()
-    empty = [dataclasses.replace(c, slips={e: 0 * m for e, m in c.slips.items()}) for c in found]
+    empty = [dataclasses.replace(c, added={e: 0 * m for e, m in c.added.items()}) for c in found]
     patch.setattr(proofs_of_motion, "_comparisons", lambda: empty)
 
 

@@ -1,7 +1,7 @@
 """The KR 30 HA report's movement on the true arm: mastering, Point 1, Point 2, mastering, two seconds of rest at each.
 
-The program (Appendix B) names four PTP moves with WAIT SEC 2 after each. Axes move together by quintics; how fast is
-not printed: no axis goes faster than half its rated speed, nor gains that rated speed in less than half a second.
+The program (Appendix B) names four PTP moves with WAIT SEC 2 after each. Axes move together by quintics. Speeds are
+not printed; assumed is at most half the rated speed of an axis, which it would reach in half a second or more.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from lwr_dyn.trajectory.references.joint_moves import JointReference, point_to_p
 WAIT = 2.0
 """[s] WAIT SEC 2 of Appendix B."""
 ROADS = ("pinocchio", "newton-euler")
-"""Both compute the torque at each stop."""
+"""Both compute the torque at each waypoint."""
 SPEED_SHARE = 0.5
 """Assumed: largest axis speed over the rated one."""
 RISE = 0.5
-"""[s] Assumed: the shortest time in which an axis comes to its rated speed."""
+"""[s] Assumed: the shortest time in which an axis reaches its rated speed."""
 PEAK_SPEED, PEAK_ACCELERATION = 15.0 / 8.0, 10.0 / 3.0**0.5
 """Of a quintic from rest to rest over a way d in a time T: largest speed over d/T, largest acceleration over d/T^2."""
 
@@ -46,7 +46,7 @@ class Waypoint:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Cycle:
-    """The movement and what came of it."""
+    """The motion cycle and its simulated result."""
 
     reference: JointReference
     run: Run

@@ -50,31 +50,31 @@ def coordinates(_: PaperCase, block: ResultBlock) -> dict[str, Any]:
 
 def wrist_at_mastering(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
     """Wrist centre at the mastering position of Appendix A [mm]"""
-    found = wrist_centre_mm(case.arm, np.array(case.arm.mastering))
-    return {"text": found, "table_4": found}
+    wrist = wrist_centre_mm(case.arm, np.array(case.arm.mastering))
+    return {"text": wrist, "table_4": wrist}
 
 
 def simplified_point(case: PaperCase, block: ResultBlock) -> dict[str, Any]:
     """The report's D, theta_1, theta_3, alpha, phi and theta_2 = alpha +- phi from Table 4"""
-    found = simplified_solution(block.printed, case.block("geometry").printed)
-    out: dict[str, Any] = {name: [found[name]] for name in ("theta_1", "D", "theta_3", "alpha", "phi")}
-    return out | {"theta_2": [found["theta_2 (first)"], found["theta_2 (second)"]]}
+    values = simplified_solution(block.printed, case.block("geometry").printed)
+    out: dict[str, Any] = {name: [values[name]] for name in ("theta_1", "D", "theta_3", "alpha", "phi")}
+    return out | {"theta_2": [values["theta_2 (first)"], values["theta_2 (second)"]]}
 
 
 def table_5(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
     """theta_1, theta_2, theta_3 by the report's own formulas; theta_2 the elbow-up one"""
     out = {}
     for name in ("point_1", "point_2", "home"):
-        found = simplified_point(case, case.block(name))
-        out[name] = [found["theta_1"][0], found["theta_2"][0 if name == "home" else 1], found["theta_3"][0]]
+        angles = simplified_point(case, case.block(name))
+        out[name] = [angles["theta_1"][0], angles["theta_2"][0 if name == "home" else 1], angles["theta_3"][0]]
     return out
 
 
 def symbolic_matrices(case: PaperCase, block: ResultBlock) -> dict[str, Any]:
     """Equation (1) with Table 2, theta_i = theta_i* + offset_i"""
     dh = {name: column for name, column in case.tables["dh"].items() if name != "sign"}
-    found = dh_matrices(paper_of_tables({**case.bare, "dh": dh}, case.file, errata_read=()))
-    return {f"A{i + 1}": compared(block.printed[f"A{i + 1}"], m) for i, m in enumerate(found)}
+    matrices = dh_matrices(paper_of_tables({**case.bare, "dh": dh}, case.file, errata_read=()))
+    return {f"A{i + 1}": compared(block.printed[f"A{i + 1}"], m) for i, m in enumerate(matrices)}
 
 
 def numeric_matrices(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
@@ -86,8 +86,8 @@ def numeric_matrices(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
 
 def composite_matrices(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
     """T_1^0 ... T_k^{k-1} at the mastering position of Appendix A, lengths in mm"""
-    found = list(link_frames(case.arm.chain, np.array(case.arm.mastering)))
-    return {f"T0{k}": (IN_MM * found[k - 1]).tolist() for k in range(2, 7)}
+    poses = list(link_frames(case.arm.chain, np.array(case.arm.mastering)))
+    return {f"T0{k}": (IN_MM * poses[k - 1]).tolist() for k in range(2, 7)}
 
 
 def flange_at_mastering(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
@@ -100,8 +100,8 @@ def flange_at_mastering(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
 
 def envelope(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
     """Largest distance of the wrist centre from axis 1, and pi times the moment of its section"""
-    found = working_envelope(case.arm)
-    return {"reach": [1e3 * found.reach], "volume": [found.volume]}
+    computed = working_envelope(case.arm)
+    return {"reach": [1e3 * computed.reach], "volume": [computed.volume]}
 
 
 def expressions(case: PaperCase, block: ResultBlock) -> dict[str, Any]:
@@ -113,7 +113,7 @@ def expressions(case: PaperCase, block: ResultBlock) -> dict[str, Any]:
 def _expression(name: str, applied: frozenset[str]) -> ComparedExpression:
     comparison = next(c for c in _comparisons() if c.name == name)
     rest = comparison.printed - comparison.right
-    for matrix in (m for erratum, m in comparison.slips.items() if erratum in applied):
+    for matrix in (m for erratum, m in comparison.added.items() if erratum in applied):
         rest -= matrix
     return ComparedExpression("; ".join(map(str, comparison.right)), all(same(str(entry), "0") for entry in rest))
 
@@ -130,8 +130,8 @@ def caption_numbers(_: PaperCase, block: ResultBlock) -> dict[str, Any]:
 
 def misses(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
     """|wrist centre - point| and |flange - point| with A = -theta of Table 5 [mm]"""
-    found = point_misses(case.arm, case.printed)[:2]
-    return {"wrist": [m.wrist_miss_mm for m in found], "flange": [m.flange_miss_mm for m in found]}
+    points = point_misses(case.arm, case.printed)[:2]
+    return {"wrist": [m.wrist_miss_mm for m in points], "flange": [m.flange_miss_mm for m in points]}
 
 
 def right_angles(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
@@ -141,8 +141,8 @@ def right_angles(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
 
 def branches(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
     """How many solutions of the inverse kinematics there are"""
-    found = right_points(case.arm, case.printed)[:2]
-    return {"inside": [p.inside_limits for p in found], "all": [p.solutions for p in found]}
+    points = right_points(case.arm, case.printed)[:2]
+    return {"inside": [p.inside_limits for p in points], "all": [p.solutions for p in points]}
 
 
 def mastering(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
@@ -159,8 +159,8 @@ def elbow(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
 
 def envelope_figures(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
     """Reach [mm] and volume [m^3] of the envelope, and what the data sheet has less"""
-    found, rated = working_envelope(case.arm), case.arm.ratings
-    reach, volume = 1e3 * found.reach, found.volume
+    computed, rated = working_envelope(case.arm), case.arm.ratings
+    reach, volume = 1e3 * computed.reach, computed.volume
     if rated.reach is None or rated.envelope_volume is None:
         raise MissingDataError(case.arm.name, "rated reach or volume", "the comparison")
     return {
@@ -207,12 +207,12 @@ def solids(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
 
 def estimate_misses(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
     """|estimate - body of the solids| of the data file in units of its last digit, the half that rounding leaves off"""
-    found = list(_bodies(case.paper).values())[1:]
+    bodies = list(_bodies(case.paper).values())[1:]
     out: dict[str, Any] = {}
     parts = (("mass", MASS_DIGITS, "mass"), ("com", COM_DIGITS, "com"), ("inertia", INERTIA_DIGITS, "inertia_com"))
     for name, digits, attribute in parts:
         mine = case.paper.columns[f"inertial.{name}"].si()
-        theirs = [getattr(body, attribute) for body in found]
+        theirs = [getattr(body, attribute) for body in bodies]
         out[name] = [np.abs(np.asarray(a - b)).max() * 10.0**digits for a, b in zip(mine, theirs, strict=True)]
     base = next(iter(_bodies(case.paper).values())).mass - float(case.tables["base"]["mass"]["values"])
     return out | {"mass": [abs(base) * 10.0**MASS_DIGITS / 10.0, *out["mass"]]}

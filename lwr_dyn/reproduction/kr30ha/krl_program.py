@@ -43,7 +43,7 @@ class ProgramReport:
 
     printed: tuple[Diagnostic, ...]
     missing: tuple[Fault, ...]
-    """Known faults that the check did not find."""
+    """Known faults that the check did not report."""
     false: tuple[Fault, ...]
     """Diagnostics that are no faults."""
     corrected: Program

@@ -1,7 +1,7 @@
 """The report's matrices entry by entry: symbolic against its own Table 2, numeric against the true arm at zero.
 
-Equation (1) is standard DH. Each printed symbolic matrix is also asked which row of equation (1) it is: with the twist
-reversed, or another angle in place of theta_i.
+Equation (1) is standard DH. For each printed symbolic matrix it is also determined which row of equation (1) it is:
+with the twist reversed, or another angle in place of theta_i.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ class MatrixVerdict:
 
     @property
     def explained(self) -> bool:
-        """Agrees, or an erratum says why not."""
+        """Agrees, or an erratum explains the difference."""
         return self.same or bool(self.erratum)
 
     @property
@@ -163,8 +163,8 @@ def _read_right(name: str, entries: Sequence[MatrixEntry], rows: Sequence[Sequen
         if wrong and wrong == {p.at for p in erratum.of_results() if p.at.startswith(f"results.symbolic.{name}[")}:
             return erratum.id
     for read in open_paper("kr30ha").reading.errata:
-        found = compared(rows, dh_matrices(_with([read]))[i])
-        if all(entry.same for row in found for entry in row):
+        beside = compared(rows, dh_matrices(_with([read]))[i])
+        if all(entry.same for row in beside for entry in row):
             return read
     return ""
 

@@ -102,7 +102,7 @@ class Comparison:
     where: str
     printed: sp.Matrix
     right: sp.Matrix
-    slips: Mapping[str, sp.Matrix]
+    added: Mapping[str, sp.Matrix]
     """Erratum -> what it adds to the right expression."""
 
     @property
@@ -112,18 +112,18 @@ class Comparison:
 
     @property
     def agrees(self) -> bool:
-        """Nothing is wrong with it."""
+        """The printed expression is right."""
         return bool(self.difference.is_zero_matrix)
 
     @property
     def explained(self) -> bool:
-        """The named slips make up the whole difference, and there are none where there is none."""
-        rest = normal_form(self.difference - sum(self.slips.values(), 0 * self.right), sp.symbols("q1 q2"))
-        return bool(rest.is_zero_matrix) and self.agrees == (not self.slips)
+        """The errata add up to the whole difference; without a difference there are none."""
+        rest = normal_form(self.difference - sum(self.added.values(), 0 * self.right), sp.symbols("q1 q2"))
+        return bool(rest.is_zero_matrix) and self.agrees == (not self.added)
 
     def record(self) -> dict[str, Any]:
         """As JSON values."""
-        words = {"name": self.name, "where": self.where, "agrees": self.agrees, "errata": list(self.slips)}
+        words = {"name": self.name, "where": self.where, "agrees": self.agrees, "errata": list(self.added)}
         return words | {"explained": self.explained, "difference": [str(x) for x in self.difference]}
 
     def terms(self) -> list[tuple[str, sp.Expr, sp.Expr]]:
@@ -150,7 +150,7 @@ class MotionReport:
 
     @property
     def holds(self) -> bool:
-        """Every printed expression is right, or its slips are named and make up all of the difference."""
+        """Every printed expression is right, or its errata add up to the difference."""
         return all(c.explained for c in self.comparisons)
 
 
@@ -160,9 +160,9 @@ def motion_report() -> MotionReport:
     arm = arm_from_paper(paper)
     general, symmetric = (equations_of_motion(arm, FIRST_TWO, None, paper, zeros) for zeros in (False, True))
     planar = planar_equations()
-    found = comparisons(planar)
-    lagrangian = next(c for c in found if c.name == "L").printed[0]
-    return MotionReport(general, symmetric, planar, found, finished(lagrangian), counterparts(symmetric.equations))
+    compared = comparisons(planar)
+    lagrangian = next(c for c in compared if c.name == "L").printed[0]
+    return MotionReport(general, symmetric, planar, compared, finished(lagrangian), counterparts(symmetric.equations))
 
 
 def comparisons(planar: EquationsOfMotion) -> tuple[Comparison, ...]:
@@ -173,8 +173,8 @@ def comparisons(planar: EquationsOfMotion) -> tuple[Comparison, ...]:
         right = rights[row.get("of", row["name"])]
         if row.get("point_masses"):
             right = right.subs({"I1": 0, "I2": 0})
-        slips = {slip["erratum"]: _read(slip["adds"], rights) for slip in row["slips"]}
-        out.append(Comparison(row["name"], row["where"], _read(row["printed"], rights), right, slips))
+        added = {erratum["erratum"]: _read(erratum["adds"], rights) for erratum in row["slips"]}
+        out.append(Comparison(row["name"], row["where"], _read(row["printed"], rights), right, added))
     return tuple(out)
 
 

@@ -47,7 +47,7 @@ class PointCell:
 
     @property
     def explained(self) -> bool:
-        """Reproduced, or an erratum says why not."""
+        """Reproduced, or an erratum explains the difference."""
         return self.reproduced or bool(self.erratum)
 
     def record(self) -> dict[str, Any]:
@@ -58,7 +58,7 @@ class PointCell:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RightPoint:
-    """What the true arm does at a point: the flange there with A = B = C = 0 (home: mastering), lengths [mm]."""
+    """The true arm at a point: the flange there with A = B = C = 0 (home: mastering), lengths [mm]."""
 
     name: str
     target: KukaPose
@@ -75,7 +75,7 @@ class RightPoint:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Miss:
-    """The paper's angles (Table 5) put through the true arm, wrist straight: where it goes, by how much it misses."""
+    """The paper's angles (Table 5) put into the true arm, wrist straight: its position, and by how much it misses."""
 
     name: str
     reading: str
@@ -136,21 +136,22 @@ def simplified_solution(point: Mapping[str, Any], geometry: Mapping[str, Any]) -
 
 def _cells(name: str, tables: Mapping[str, Any]) -> list[PointCell]:
     point = tables[name]
-    found = simplified_solution(point, tables["geometry"])
-    places = {cell: (f"results.{name}.{cell}[0]", point[cell][0]) for cell in found if cell in point}
+    values = simplified_solution(point, tables["geometry"])
+    places = {cell: (f"results.{name}.{cell}[0]", point[cell][0]) for cell in values if cell in point}
     for k, (order, text) in enumerate(zip(("first", "second"), point["theta_2"], strict=True)):
         places[f"theta_2 ({order})"] = (f"results.{name}.theta_2[{k}]", text)
     chosen = "theta_2 (first)" if name == "home" else "theta_2 (second)"
     cells = [
-        PointCell(name, cell, text, found[cell], _slip(at, text, found[cell])) for cell, (at, text) in places.items()
+        PointCell(name, cell, text, values[cell], _erratum(at, text, values[cell]))
+        for cell, (at, text) in places.items()
     ]
     for k, (cell, text) in enumerate(zip(("theta_1", chosen, "theta_3"), tables["table_5"][name], strict=True)):
-        slip = _slip(f"results.table_5.{name}[{k}]", text, found[cell])
-        cells.append(PointCell(name, f"{cell.split(' ')[0]} (Table 5)", text, found[cell], slip))
+        erratum = _erratum(f"results.table_5.{name}[{k}]", text, values[cell])
+        cells.append(PointCell(name, f"{cell.split(' ')[0]} (Table 5)", text, values[cell], erratum))
     return cells
 
 
-def _slip(at: str, text: str, value: float) -> str:
+def _erratum(at: str, text: str, value: float) -> str:
     """The erratum that reads a printed cell as what the report's own formula gives; empty where the digits agree."""
     if agrees(text, value):
         return ""
@@ -167,16 +168,16 @@ def right_points(arm: Arm, printed: Mapping[str, Any] | None = None) -> tuple[Ri
         if name == "home":
             pose = forward_kinematics(arm.chain, mastering)
             target = pose_of_matrix(pose)
-            found = inverse_kinematics(arm, pose)
+            result = inverse_kinematics(arm, pose)
             q, travel = mastering, float(np.abs(mastering - here).sum())
         else:
             x, y, z = (float(v) for v in tables[name]["xyz"])
             target = KukaPose(x, y, z, 0.0, 0.0, 0.0)
-            found = inverse_kinematics(arm, target.matrix())
-            best: Solution = nearest_solution(found.solutions, here)
+            result = inverse_kinematics(arm, target.matrix())
+            best: Solution = nearest_solution(result.solutions, here)
             q, travel = best.q, joint_distance(best, here)
         stated = replace(target, s=status(arm, q), t=turn(q))
-        count = len(found.solutions), len(found.solutions) + len(found.outside)
+        count = len(result.solutions), len(result.solutions) + len(result.outside)
         out.append(RightPoint(name, stated, q, math.degrees(travel), *count, wrist_centre_mm(arm, q)))
         here = q
     return tuple(out)

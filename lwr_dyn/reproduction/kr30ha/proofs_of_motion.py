@@ -1,7 +1,8 @@
-"""Proofs of the KR 30 HA report's slips in its dynamic analysis: expressions, and the planar model beside the arm."""
+"""Proofs of the errata in the KR 30 HA report's dynamic analysis: expressions, and the planar model beside the arm."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from functools import cache, partial
 
 from lwr_dyn.papers.assembly import arm_from_paper
@@ -25,23 +26,23 @@ def _comparisons() -> tuple[Comparison, ...]:
     return comparisons(planar_equations())
 
 
-def named_slip(_: PaperData, erratum: str) -> Proof:
-    """Every expression that the erratum names: printed less right is its slips' sum, and is not without this one."""
-    touched = [c for c in _comparisons() if erratum in c.slips]
-    with_it = [_explained(c, c.slips) for c in touched]
-    without = [_explained(c, [e for e in c.slips if e != erratum]) for c in touched]
+def named_erratum(_: PaperData, erratum: str) -> Proof:
+    """Every expression with this erratum: printed less right is the sum of its errata, and is not without this one."""
+    touched = [c for c in _comparisons() if erratum in c.added]
+    with_it = [_explained(c, c.added) for c in touched]
+    without = [_explained(c, [e for e in c.added if e != erratum]) for c in touched]
     names = ", ".join(c.name for c in touched)
     return Proof(
         f"printed = right + the slips named in {names}; leave this one out and they differ",
         bool(touched) and all(with_it) and not any(without),
-        {c.name: f"adds {'; '.join(map(str, c.slips[erratum]))}" for c in touched},
+        {c.name: f"adds {'; '.join(map(str, c.added[erratum]))}" for c in touched},
     )
 
 
-def _explained(c: Comparison, slips: object) -> bool:
+def _explained(c: Comparison, errata: Iterable[str]) -> bool:
     rest = c.printed - c.right
-    for erratum in slips:  # type: ignore[attr-defined]
-        rest -= c.slips[erratum]
+    for erratum in errata:
+        rest -= c.added[erratum]
     return all(same(str(entry), "0") for entry in rest)
 
 
@@ -49,13 +50,13 @@ def planar_model(_: PaperData) -> Proof:
     """Every entry of B, C and g of the planar model, done right, beside those of the arm's first two joints."""
     paper = open_paper("kr30ha")
     arm = equations_of_motion(arm_from_paper(paper), FIRST_TWO, None, paper, True).equations
-    found = counterparts(arm)
-    equal = [c.name for c in found if not c.why]
-    weight = next(c for c in found if c.name == "g_1")
+    pairs = counterparts(arm)
+    equal = [c.name for c in pairs if not c.why]
+    weight = next(c for c in pairs if c.name == "g_1")
     return Proof(
         "of B, C and g the planar model has only B_22 and C_22 of the arm; its axis 1 carries weight, not the arm's",
         equal == ["B_22", "C_22"] and weight.arm == 0 and weight.planar != 0,
-        {"the same": ", ".join(equal), "other": ", ".join(c.name for c in found if c.why)},
+        {"the same": ", ".join(equal), "other": ", ".join(c.name for c in pairs if c.why)},
     )
 
 
@@ -83,7 +84,7 @@ def lagrangian_label(_: PaperData) -> Proof:
 
 _NAMED = ("k-total-half", "k1-half", "inertia-point-mass", "v2-sign", "product-term", "v2-product", "k1-rate")
 MOTION: dict[str, Prove] = {
-    **{erratum: partial(named_slip, erratum=erratum) for erratum in _NAMED},
+    **{erratum: partial(named_erratum, erratum=erratum) for erratum in _NAMED},
     "planar-model": planar_model,
     "unfinished": unfinished,
     "lagrangian-label": lagrangian_label,

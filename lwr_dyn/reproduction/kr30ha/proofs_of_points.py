@@ -1,4 +1,4 @@
-"""Proofs of the KR 30 HA report's slips in its points, angles and references."""
+"""Proofs of the errata in the KR 30 HA report's points, angles and references."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from lwr_dyn.reproduction.kr30ha.points import point_misses, right_points, wrist
 from lwr_dyn.reproduction.ledger import Proof, Prove
 
 
-def home_x(given: PaperData) -> Proof:
+def home_x(data: PaperData) -> Proof:
     """Both printed homes against the wrist centre and the flange at mastering."""
-    case = given.reading()
+    case = data.reading()
     text, table = (float(case.printed["home_position"][name][0]) for name in ("text", "table_4"))
     wrist = float(wrist_centre_mm(case.arm, np.array(case.arm.mastering))[0])
     flange = float(1e3 * forward_kinematics(case.arm.chain, np.array(case.arm.mastering))[0, 3])
@@ -29,9 +29,9 @@ def home_x(given: PaperData) -> Proof:
     )
 
 
-def theta1_offset(given: PaperData) -> Proof:
+def theta1_offset(data: PaperData) -> Proof:
     """Azimuth of Point 1 with and without the shoulder's offset taken off, and how far beside it the arm turns."""
-    case = given.reading()
+    case = data.reading()
     x, y, _ = case.block("point_1").printed["xyz"]
     a1 = 1e3 * dh_rows(case.geometry)[0].a
     printed = case.numbers("point_1", "theta_1")[0]
@@ -46,10 +46,10 @@ def theta1_offset(given: PaperData) -> Proof:
     )
 
 
-def _last_digit(given: PaperData, point: str, column: str, index: int, erratum: str) -> Proof:
+def _last_digit(data: PaperData, point: str, column: str, index: int, erratum: str) -> Proof:
     """A printed number against the report's own formula, as printed and as read."""
-    texts = [given.case(*ids).printed[point][column][index] for ids in ((), (erratum,))]
-    case = given.case()
+    texts = [data.case(*ids).printed[point][column][index] for ids in ((), (erratum,))]
+    case = data.case()
     value = float(simplified_point(case, case.block(point))[column][index])
     return Proof(
         "the report's own formula gives the number as read and not as printed",
@@ -58,19 +58,19 @@ def _last_digit(given: PaperData, point: str, column: str, index: int, erratum: 
     )
 
 
-def theta1_p2(given: PaperData) -> Proof:
+def theta1_p2(data: PaperData) -> Proof:
     """theta_1 of Point 2 by the report's formula against both values that it prints."""
-    table = given.case().printed["table_5"]["point_2"][0]
-    proof = _last_digit(given, "point_2", "theta_1", 0, "theta1-p2")
+    table = data.case().printed["table_5"]["point_2"][0]
+    proof = _last_digit(data, "point_2", "theta_1", 0, "theta1-p2")
     return Proof(proof.statement, proof.holds and not agrees(table, float(proof.numbers["formula [deg]"])),
                  {**proof.numbers, "Table 5": table})  # fmt: skip
 
 
-def elbow_offset(given: PaperData) -> Proof:
+def elbow_offset(data: PaperData) -> Proof:
     """Distances between axis 2, axis 3 and the wrist centre in the true arm."""
-    case = given.reading()
-    found = frames(case.arm.chain, np.zeros(6))
-    upper, lower = (1e3 * float(np.linalg.norm(found[b, :3, 3] - found[a, :3, 3])) for a, b in ((0, 1), (1, 4)))
+    case = data.reading()
+    T = frames(case.arm.chain, np.zeros(6))
+    upper, lower = (1e3 * float(np.linalg.norm(T[b, :3, 3] - T[a, :3, 3])) for a, b in ((0, 1), (1, 4)))
     a2, a3 = (case.numbers("geometry", name)[0] for name in ("a2", "a3"))
     return Proof(
         "the two links are 850 and 832.7 mm long; 995 and 820 mm are another triangle",
@@ -82,9 +82,9 @@ def elbow_offset(given: PaperData) -> Proof:
     )
 
 
-def target_frame(given: PaperData) -> Proof:
+def target_frame(data: PaperData) -> Proof:
     """Where the wrist centre stands with the flange at the points, and how far Table 5's angles miss."""
-    case = given.reading()
+    case = data.reading()
     right = right_points(case.arm, case.printed)[0]
     behind = float(np.linalg.norm(right.wrist_mm - np.array([right.target.x_mm, right.target.y_mm, right.target.z_mm])))
     misses = point_misses(case.arm, case.printed)[0]
@@ -96,18 +96,18 @@ def target_frame(given: PaperData) -> Proof:
     )  # fmt: skip
 
 
-def references(given: PaperData) -> Proof:
+def references(data: PaperData) -> Proof:
     """Every reference of the text against the caption that it means."""
-    block = given.case().printed["references"]
+    block = data.case().printed["references"]
     right = [1 + block[kind].index(title) for kind, title in block["meant"]]
     off = [int(printed) - number for printed, number in zip(block["number"], right, strict=True)]
     return Proof(f"{sum(map(bool, off))} of {len(off)} references are one too high, no other is wrong",
                  set(off) == {0, 1} and sum(off) >= 10, {"off by": str(off)})  # fmt: skip
 
 
-def link_two(given: PaperData) -> Proof:
+def link_two(data: PaperData) -> Proof:
     """820 mm in Table 3 and Table 4."""
-    case = given.case()
+    case = data.case()
     a2, a3 = (case.numbers("geometry", name)[0] for name in ("a2", "a3"))
     d4 = 1e3 * dh_rows(case.geometry)[3].d
     return Proof("820 mm is d_4 and Table 4's link 3; its link 2 has 995 mm", abs(a3 - d4) < 1e-9 and a2 != a3,

@@ -1,4 +1,4 @@
-"""Proofs of the KR 30 HA report's slips in its KRL program: the checker's diagnoses, line by line."""
+"""Proofs of the errata in the KR 30 HA report's KRL program: the diagnostics of `check_program`, line by line."""
 
 from __future__ import annotations
 
@@ -24,33 +24,33 @@ def _diagnoses(corrected: bool) -> tuple[Diagnostic, ...]:
 
 
 def diagnosed(_: PaperData, codes: tuple[str, ...], lines: tuple[int, ...]) -> Proof:
-    """The checks find these faults at these lines of the printed program only, and none in the corrected program."""
-    found = {code: tuple(sorted(d.position.line for d in _diagnoses(False) if d.code == code)) for code in codes}
+    """The check reports this fault at exactly these lines of the printed program; the corrected program has none."""
+    places = {code: tuple(sorted(d.position.line for d in _diagnoses(False) if d.code == code)) for code in codes}
     left = [d for d in _diagnoses(True) if d.code in codes]
-    said = next((d.message for d in _diagnoses(False) if d.code == codes[0]), "nothing")
+    message = next((d.message for d in _diagnoses(False) if d.code == codes[0]), "nothing")
     return Proof(
-        f"the checker says: {said}",
-        all(where == lines for where in found.values()) and not left,
-        {f"{code}, lines": ", ".join(map(str, where)) for code, where in found.items()},
+        f"the checker says: {message}",
+        all(where == lines for where in places.values()) and not left,
+        {f"{code}, lines": ", ".join(map(str, where)) for code, where in places.items()},
     )
 
 
-def status_turn(given: PaperData) -> Proof:
+def status_turn(data: PaperData) -> Proof:
     """How many solutions the points without S and T leave inside the limits."""
-    case = given.reading()
+    case = data.reading()
     counts = [point.inside_limits for point in right_points(case.arm, case.printed)[:2]]
-    checked = diagnosed(given, ("no-status-turn",), (24, 28, 32))
-    return Proof(checked.statement, checked.holds and min(counts) > 1,
-                 {**checked.numbers, "solutions in limits, Point 1": counts[0], "Point 2": counts[1]})  # fmt: skip
+    proof = diagnosed(data, ("no-status-turn",), (24, 28, 32))
+    return Proof(proof.statement, proof.holds and min(counts) > 1,
+                 {**proof.numbers, "solutions in limits, Point 1": counts[0], "Point 2": counts[1]})  # fmt: skip
 
 
-def mastering_cartesian(given: PaperData) -> Proof:
+def mastering_cartesian(data: PaperData) -> Proof:
     """The Cartesian point (0, 0, 0) against where the arm stands at mastering."""
-    case = given.reading()
+    case = data.reading()
     flange = 1e3 * forward_kinematics(case.arm.chain, np.array(case.arm.mastering))[:3, 3]
-    checked = diagnosed(given, ("inside-robot", "outside-limits"), (32,))
-    return Proof(checked.statement, checked.holds and float(np.linalg.norm(flange)) > 1000.0,
-                 {**checked.numbers, "flange at mastering from there [mm]": float(np.linalg.norm(flange))})  # fmt: skip
+    proof = diagnosed(data, ("inside-robot", "outside-limits"), (32,))
+    return Proof(proof.statement, proof.holds and float(np.linalg.norm(flange)) > 1000.0,
+                 {**proof.numbers, "flange at mastering from there [mm]": float(np.linalg.norm(flange))})  # fmt: skip
 
 
 def no_loop(_: PaperData) -> Proof:

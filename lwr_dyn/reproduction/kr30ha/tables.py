@@ -104,7 +104,7 @@ def motion_tables(motion: MotionReport) -> tuple[Table, ...]:
         Table(
             "The report's expressions against its own planar model done right; printed = right + the errata named",
             ("expression", "verdict", "where"),
-            [(c.name, "right" if c.agrees else ", ".join(c.slips), c.where) for c in motion.comparisons],
+            [(c.name, "right" if c.agrees else ", ".join(c.added), c.where) for c in motion.comparisons],
         ),
         Table(
             "Term by term where they differ",

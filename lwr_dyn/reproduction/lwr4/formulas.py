@@ -19,14 +19,14 @@ from lwr_dyn.symbolic.dh_matrices import vector_route
 
 def dh_matrices(case: PaperCase, block: ResultBlock) -> dict[str, Any]:
     """A_i = Rz(q_i) Tz(d_i) Tx(a_i) Rx(alpha_i)"""
-    found = matrices_of(case.paper)
-    return {f"A{i + 1}": compared(block.printed[f"A{i + 1}"], m) for i, m in enumerate(found)}
+    matrices = matrices_of(case.paper)
+    return {f"A{i + 1}": compared(block.printed[f"A{i + 1}"], m) for i, m in enumerate(matrices)}
 
 
 def last_three(case: PaperCase, block: ResultBlock) -> dict[str, Any]:
     """A_5 A_6 A_7 (0, 0, 0, 1)^T"""
-    found = vector_route(matrices_of(case.paper)[4:], sp.Matrix([0, 0, 0, 1])).value
-    return {"p": [row[0] for row in compared([[text] for text in block.printed["p"]], found)]}
+    point = vector_route(matrices_of(case.paper)[4:], sp.Matrix([0, 0, 0, 1])).value
+    return {"p": [row[0] for row in compared([[text] for text in block.printed["p"]], point)]}
 
 
 def joints_by_group(case: PaperCase, _: ResultBlock) -> dict[str, Any]:

@@ -42,10 +42,6 @@ LARGEST_MARGIN = "largest joint-limit margin"
 OMEGA_N = 50.0
 """[rad/s] Of both controllers, printed."""
 COLUMNS = {"average": "mean_abs", "maximum": "max", "minimum": "min"}
-LAWS = {
-    "table_vii": "pd-gravity",
-    "table_viii": "inverse-dynamics",
-}
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +62,7 @@ class ErrorCell:
 
     @property
     def verdict(self) -> str:
-        """Computed, never written by hand."""
+        """Reproduced, near or different, and by how much."""
         if agrees(self.printed, self.value):
             return "reproduced"
         near = "near" if abs(self.miss) <= NEAR else "differs"
@@ -104,11 +100,6 @@ class ErrorTable:
         conditions = {"timing": self.timing, "arm_angle": self.arm_angle, "distance": self.distance}
         return conditions | {"margin": self.reference.margin, "cells": [cell.record() for cell in self.cells]}
 
-    def worst_rows(self) -> Array:
-        """Largest |miss| of each joint's row, (n,)."""
-        joints = 1 + max(cell.joint for cell in self.cells)
-        return np.array([max(abs(c.miss) for c in self.cells if c.joint == i) for i in range(joints)])
-
 
 def error_table(arm: Arm, name: str, timing: str, arm_angle: FixedArmAngle | None = None) -> ErrorTable:
     """Table VII ("table_vii") or VIII ("table_viii") under a timing and an arm angle.
@@ -118,10 +109,11 @@ def error_table(arm: Arm, name: str, timing: str, arm_angle: FixedArmAngle | Non
     kept = arm_angle is None
     reference = ist_reference(arm, timing, arm_angle=arm_angle, limits=kept)
     angle = LARGEST_MARGIN if arm_angle is None else _fitted(arm_angle)
-    controller = LAWS[name]
-    options = {"inertia": _printed_b()} if controller == "pd-gravity" else {"feedforward": False, "gravity": False}
-    law = make_controller(controller, arm, **options)
-    run = simulate(arm, law, reference, position_limits=kept, meta={"task": "ist", "table": name})
+    if name == "table_vii":
+        controller = make_controller("pd-gravity", arm, inertia=_printed_b())
+    else:
+        controller = make_controller("inverse-dynamics", arm, feedforward=False, gravity=False)
+    run = simulate(arm, controller, reference, position_limits=kept, meta={"task": "ist", "table": name})
     figures, printed = metrics(run, arm).position_mrad, printed_tables("lwr4plus")[name]
     cells = []
     for i in range(arm.n):
@@ -135,7 +127,7 @@ def error_table(arm: Arm, name: str, timing: str, arm_angle: FixedArmAngle | Non
 def fitted_arm_angle(arm: Arm) -> FixedArmAngle:
     """The constant arm angle and branch whose droop B^-1 g / omega_n^2 along IST comes nearest to Table VIII.
 
-    This is a fit to a printed result, asked for by name and never the default; it may leave the position limits.
+    This is a fit to a printed result, never the default; it may leave the position limits.
     """
     printed = printed_tables("lwr4plus")["table_viii"]
     wanted = np.array([[float(x) for x in printed[column]] for column in COLUMNS]).T
@@ -148,8 +140,8 @@ def fitted_arm_angle(arm: Arm) -> FixedArmAngle:
         B, g = recursion.mass_matrix(q), recursion.gravity_vector(q)
         droop = 1e3 * np.linalg.solve(B, g[..., None])[..., 0] / OMEGA_N**2
         # the run starts without droop, so zero is among its values
-        found = np.array([np.abs(droop).mean(0), droop.max(0).clip(min=0), droop.min(0).clip(max=0)]).T
-        return float((((found - wanted) / ranges) ** 2).mean())
+        errors = np.array([np.abs(droop).mean(0), droop.max(0).clip(min=0), droop.min(0).clip(max=0)]).T
+        return float((((errors - wanted) / ranges) ** 2).mean())
 
     coarse = [FixedArmAngle(math.radians(d), branch) for branch in BRANCHES for d in range(-180, 180, FIT_STEPS_DEG[0])]
     best = min(coarse, key=distance)
@@ -171,12 +163,12 @@ def velocity_rows(table: ErrorTable, arm: Arm) -> dict[str, float]:
     """
     printed = printed_tables("lwr4plus")["table_viii"]
     figures = metrics(table.run, arm).velocity_mrad_s
-    found = np.array([figures.max, figures.min]).T
+    computed = np.array([figures.max, figures.min]).T
     pairs = zip(printed["velocity_average"][1:6], printed["velocity_maximum"][1:6], strict=True)
     last = printed["velocity_maximum"][6], printed["velocity_minimum"][6]
     cells = np.array([[float(a), float(b)] for a, b in (*pairs, last)])
     ranges = (cells[:, 0] - cells[:, 1])[:, None]
-    readings = {"rows as numbered": found[1:7], "one row too low": found[0:6]}
+    readings = {"rows as numbered": computed[1:7], "one row too low": computed[0:6]}
     return {name: float(np.sqrt((((rows - cells) / ranges) ** 2).mean())) for name, rows in readings.items()}
 
 
@@ -187,7 +179,7 @@ def velocity_columns_of(table: ErrorTable, arm: Arm) -> dict[str, Array]:
 
 
 def nearest_table(arm: Arm, name: str) -> ErrorTable:
-    """The table under the timing that comes nearest to what is printed, with the largest-margin arm angle."""
+    """The table under the timing that comes nearest to the printed one, with the arm angle of the largest margin."""
     return min((error_table(arm, name, timing) for timing in TIMINGS), key=lambda t: t.distance)
 
 

@@ -75,8 +75,8 @@ def semicircle_centres(_: PaperCase, __: ResultBlock) -> dict[str, Any]:
 
 def gains(case: PaperCase, block: ResultBlock) -> dict[str, Any]:
     """K_P = omega_n^2 b, K_D = 2 xi omega_n b with the printed b of Table IV"""
-    found = second_order_gains(case.numbers("table_iv", "b"), block.printed["omega_n"], block.printed["xi"])
-    return {"Kp": found.Kp, "Kd": found.Kd}
+    computed = second_order_gains(case.numbers("table_iv", "b"), block.printed["omega_n"], block.printed["xi"])
+    return {"Kp": computed.Kp, "Kd": computed.Kd}
 
 
 def outer_gains(case: PaperCase, _: ResultBlock) -> dict[str, Any]:

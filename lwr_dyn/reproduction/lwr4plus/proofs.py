@@ -1,4 +1,4 @@
-"""Proofs of the LWR 4+ paper's slips in its tables: each computes what is printed against what it must be."""
+"""Proofs of the errata in the LWR 4+ paper's tables: the printed numbers against what they must be."""
 
 from __future__ import annotations
 
@@ -20,12 +20,10 @@ from lwr_dyn.reproduction.lwr4plus.proofs_of_equations import EQUATIONS
 ROWS, SWAPPED, C5Z = "table2-rows", "table1-swapped-yz", "table2-c5z"
 
 
-def table2_rows(given: PaperData) -> Proof:
+def table2_rows(data: PaperData) -> Proof:
     """Table II's left column against the DH rows, as printed and one row lower."""
-    before, after = (
-        float(np.max(origin_miss(c, c.block("table_ii"))["miss"])) for c in (given.case(), given.case(ROWS))
-    )
-    last = given.case().values("inertial", "com")[6]
+    before, after = (float(np.max(origin_miss(c, c.block("table_ii"))["miss"])) for c in (data.case(), data.case(ROWS)))
+    last = data.case().values("inertial", "com")[6]
     return Proof(
         "r_{i-1,i} = (a_i, d_i sin alpha_i, d_i cos alpha_i) holds for every row only one row lower; row 7 of r_{i,Ci}"
         f" is {last!r}",
@@ -34,9 +32,9 @@ def table2_rows(given: PaperData) -> Proof:
     )
 
 
-def table1_swapped(given: PaperData) -> Proof:
+def table1_swapped(data: PaperData) -> Proof:
     """All 36 orders of the axes of I_2 and I_4 against b11 to b44 of Table IV."""
-    case = given.case(ROWS, C5Z)
+    case = data.case(ROWS, C5Z)
     orders = list(itertools.permutations(range(3)))
     fits = [
         pair for pair in itertools.product(orders, repeat=2) if _b_agree(case, dict(zip((1, 3), pair, strict=True)))
@@ -62,13 +60,13 @@ def _b(case: PaperCase) -> list[str]:
     return list(case.block("table_iv").printed["b"])
 
 
-def table2_c5z(given: PaperData) -> Proof:
+def table2_c5z(data: PaperData) -> Proof:
     """The printed number against link 6's; every c5z on a grid of 1e-4 m against b55, the best against b11 to b44."""
-    case = given.case(ROWS, SWAPPED)
+    case = data.case(ROWS, SWAPPED)
     fifth, sixth = (float(case.arm.chain.bodies[i].com[2]) for i in (4, 5))  # type: ignore[index]
     grid = [round(-1e-4 * k, 4) for k in range(501)]
     fitting = [z for z in grid if agrees(_b(case)[4], largest(_with_c5z(case.arm, z), 4, from_known_maxima=True))]
-    read = float(given.case(ROWS, SWAPPED, C5Z).values("inertial", "com")[4][2])
+    read = float(data.case(ROWS, SWAPPED, C5Z).values("inertial", "com")[4][2])
     followers = [agrees(_b(case)[i], largest(_with_c5z(case.arm, read), i)) for i in range(5)]
     same = abs(fifth - sixth) < 1e-8
     return Proof(
@@ -88,11 +86,11 @@ def _with_c5z(arm: Arm, z: float) -> Arm:
     return arm.with_chain(with_bodies(arm.chain, bodies))
 
 
-def rotor_power(given: PaperData) -> Proof:
-    """The formula's own numbers against its result, and which of both Table IV's b77 was made with."""
-    block = given.results.blocks["rotor_inertia"].printed
+def rotor_power(data: PaperData) -> Proof:
+    """The formula's own numbers against its result, and which of both Table IV's b77 was computed with."""
+    block = data.results.blocks["rotor_inertia"].printed
     formula, printed = 0.5 * block["m"] * block["r"] ** 2, float(block["I_m"][0])
-    case = given.case(ROWS)
+    case = data.case(ROWS)
     used = float(case.values("rotors", "inertia")[6])
     b77, k = case.values("inertial", "inertia")[6][2][2], case.values("rotors", "gear_ratio")[6]
     with_printed, with_formula = b77 + k**2 * printed, b77 + k**2 * formula
@@ -105,9 +103,9 @@ def rotor_power(given: PaperData) -> Proof:
     )  # fmt: skip
 
 
-def table6_exchanged(given: PaperData) -> Proof:
-    """All fourteen gains from the printed b; the two that differ are each other's."""
-    case = given.case()
+def table6_exchanged(data: PaperData) -> Proof:
+    """All fourteen gains from the printed b; the two that differ are exchanged."""
+    case = data.case()
     table = case.block("table_vi").printed
     gains = second_order_gains([float(x) for x in _b(case)], table["omega_n"], table["xi"])
     wrong = [("Kp", i) for i in range(7) if not agrees(table["Kp"][i], float(gains.Kp[i]))]
@@ -120,10 +118,10 @@ def table6_exchanged(given: PaperData) -> Proof:
     )
 
 
-def table4_configurations(given: PaperData) -> Proof:
+def table4_configurations(data: PaperData) -> Proof:
     """B_ii over what the printed and the read configurations leave free."""
-    own = given.reading()
-    read = given.reading("", "table4-configurations")
+    own = data.reading()
+    read = data.reading("", "table4-configurations")
     name = "table_iv_configurations"
     spans = [[at_printed(own.arm, i, c.block(name).printed["q"][i]) for i in range(5)] for c in (own, read)]
     b = _b(own)
@@ -137,9 +135,9 @@ def table4_configurations(given: PaperData) -> Proof:
     )
 
 
-def com_from(given: PaperData) -> Proof:
-    """r_{i,Ci} taken from the origin of link i-1, as the heading says, against Table IV."""
-    case = given.reading()
+def com_from(data: PaperData) -> Proof:
+    """r_{i,Ci} taken from the origin of link i-1, as the heading states, against Table IV."""
+    case = data.reading()
     bodies, moved = list(case.arm.chain.bodies or ()), []
     for link, body in zip(case.arm.chain.links, bodies, strict=True):
         moved.append(replace(body, com=body.com - link.after.rotation.T @ link.after.position))
@@ -153,9 +151,9 @@ def com_from(given: PaperData) -> Proof:
     )
 
 
-def velocity_limits(given: PaperData) -> Proof:
-    """Which columns the data file has from Table III."""
-    columns = given.tables["limits"]
+def velocity_limits(data: PaperData) -> Proof:
+    """The columns of the data file that come from Table III."""
+    columns = data.tables["limits"]
     printed = sorted(name for name, column in columns.items() if column["kind"] == "printed")
     return Proof(
         f"from Table III come {', '.join(printed)}; speed limits are from elsewhere ({columns['velocity']['where']})",
@@ -163,9 +161,9 @@ def velocity_limits(given: PaperData) -> Proof:
     )
 
 
-def table8_caption(given: PaperData) -> Proof:
+def table8_caption(data: PaperData) -> Proof:
     """Tables VII and VIII side by side: one trajectory, two tables, one caption."""
-    case = given.case()
+    case = data.case()
     pairs = [[case.numbers(t, c) for c in ("average", "maximum", "minimum")] for t in ("table_vii", "table_viii")]
     rows = np.array(pairs)
     equal = int(sum(np.array_equal(a, b) for a, b in zip(rows[0].T, rows[1].T, strict=True)))
@@ -177,18 +175,18 @@ def table8_caption(given: PaperData) -> Proof:
     )
 
 
-def table8_velocity_order(given: PaperData) -> Proof:
+def table8_velocity_order(data: PaperData) -> Proof:
     """Rows of Table VIII whose printed maximum velocity error is below the printed minimum."""
-    case = given.case()
+    case = data.case()
     most, least = (case.numbers("table_viii", f"velocity_{x}") for x in ("maximum", "minimum"))
     rows = [i + 1 for i, (a, b) in enumerate(zip(most, least, strict=True)) if a < b]
     return Proof("the printed maximum is below the printed minimum in these rows", rows == [2, 3, 4, 5, 6],
                  {"rows": str(rows)})  # fmt: skip
 
 
-def largest_error_side(given: PaperData) -> Proof:
+def largest_error_side(data: PaperData) -> Proof:
     """Maxima of joints 2 and 4 in Table VII against their minima."""
-    case = given.case()
+    case = data.case()
     most, least = (case.numbers("table_vii", x) for x in ("maximum", "minimum"))
     named = case.numbers("text_vii", "maximum")
     sizes = [max(abs(most[i]), abs(least[i])) / 1e3 for i in (1, 3)]
@@ -199,9 +197,9 @@ def largest_error_side(given: PaperData) -> Proof:
     )
 
 
-def conclusion_errors(given: PaperData) -> Proof:
+def conclusion_errors(data: PaperData) -> Proof:
     """Average position errors of Table VIII against Table VII, joint by joint."""
-    before, after = (given.case().numbers(t, "average") for t in ("table_vii", "table_viii"))
+    before, after = (data.case().numbers(t, "average") for t in ("table_vii", "table_viii"))
     worse = [i + 1 for i, (b, a) in enumerate(zip(before, after, strict=True)) if a > b]
     better = [i + 1 for i, (b, a) in enumerate(zip(before, after, strict=True)) if a < b]
     return Proof("the average error grows in these joints, against 'consistently reduced'", worse == [2, 3, 5],

@@ -1,4 +1,4 @@
-"""Proofs of the LWR 4+ paper's slips in its equations: each equation to the letter against the one that must stand."""
+"""Proofs of the errata in the LWR 4+ paper's equations: each equation exactly as printed against the right one."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ EXACT = 1e-12
 """[N m] Two ways to one torque of a few tens of N m."""
 
 
-def coriolis_vector(given: PaperData) -> Proof:
+def coriolis_vector(data: PaperData) -> Proof:
     """tau(ddq = 0) - g at dq and 2 dq: quadratic, so multiplied by dq already."""
-    recursion = _recursion(given.reading())
+    recursion = _recursion(data.reading())
     q, dq = STATE["q"], STATE["dq"]
     once, twice = (recursion.velocity_torque(q, k * dq) for k in (1.0, 2.0))
     C = recursion.coriolis_matrix(q, dq)
-    declared = given.case().numbers("sizes", "C")
+    declared = data.case().numbers("sizes", "C")
     growth = float(np.linalg.norm(twice) / np.linalg.norm(once))
     return Proof(
         f"the vector tau(ddq = 0) - g is C dq, fourfold at twice the speed; C is {C.shape[0]} x {C.shape[1]},"
@@ -38,9 +38,9 @@ def coriolis_vector(given: PaperData) -> Proof:
     )
 
 
-def n_without_dq(given: PaperData) -> Proof:
+def n_without_dq(data: PaperData) -> Proof:
     """tau - B ddq against C dq + g, and against the nearest that C without dq can be."""
-    recursion = _recursion(given.reading())
+    recursion = _recursion(data.reading())
     q, dq, ddq = STATE["q"], STATE["dq"], STATE["ddq"]
     C, g = recursion.coriolis_matrix(q, dq), recursion.gravity_vector(q)
     rest = recursion.inverse_dynamics(q, dq, ddq) - recursion.mass_matrix(q) @ ddq
@@ -56,22 +56,23 @@ def _recursion(case: PaperCase, rotors: Any = "full") -> Recursion:
     return Recursion.of(case.arm.require_dynamics(), rotors)
 
 
-def _to_the_letter(given: PaperData, slip: str) -> tuple[float, float, float]:
-    """How far the page's recursion is from ours: with everything put right, with one slip, and with it at rest."""
-    case = given.reading()
+def _as_printed(data: PaperData, erratum: str) -> tuple[float, float, float]:
+    """Largest difference of the printed recursion from ours: corrected, with one erratum, and with it at rest."""
+    case = data.reading()
     chain, ours = case.arm.require_dynamics(), _recursion(case)
-    right = ours.inverse_dynamics(STATE["q"], STATE["dq"], STATE["ddq"])
-    still = ours.inverse_dynamics(STATE["q"], np.zeros(7), STATE["ddq"])
-    found = [printed_torque(chain, **STATE, slips=slips) - right for slips in ((), (slip,))]
-    at_rest = printed_torque(chain, STATE["q"], np.zeros(7), STATE["ddq"], (slip,)) - still
-    good, bad, rest = (float(np.abs(x).max()) for x in (*found, at_rest))
-    return good, bad, rest
+    rest = STATE | {"dq": np.zeros(7)}
+    tries = ((STATE, ()), (STATE, (erratum,)), (rest, (erratum,)))
+    corrected, printed, at_rest = (
+        float(np.abs(printed_torque(chain, **state, errata=errata) - ours.inverse_dynamics(**state)).max())
+        for state, errata in tries
+    )
+    return corrected, printed, at_rest
 
 
-def moment_omega(given: PaperData) -> Proof:
-    """The moment equation with I omega, to the letter, at rest and in motion."""
-    good, bad, at_rest = _to_the_letter(given, "moment-omega")
-    case = given.reading()
+def moment_omega(data: PaperData) -> Proof:
+    """The moment equation with I omega, as printed, at rest and in motion."""
+    good, bad, at_rest = _as_printed(data, "moment-omega")
+    case = data.reading()
     chain, zero, unit = case.arm.require_dynamics(), np.zeros(7), np.eye(7)[6]
     weight = printed_torque(chain, zero, zero, zero)
     lost = float((printed_torque(chain, zero, zero, unit, ("moment-omega",)) - weight)[6])
@@ -83,9 +84,9 @@ def moment_omega(given: PaperData) -> Proof:
     )
 
 
-def torque_transposes(given: PaperData) -> Proof:
+def torque_transposes(data: PaperData) -> Proof:
     """The torque equation with R z_0 in place of R^T z_0."""
-    good, bad, _ = _to_the_letter(given, "torque-transposes")
+    good, bad, _ = _as_printed(data, "torque-transposes")
     return Proof(
         "with R^T z_0 the page is our recursion; with R z_0 the torque is taken about another axis",
         good < EXACT and bad > 0.1,
@@ -93,31 +94,31 @@ def torque_transposes(given: PaperData) -> Proof:
     )
 
 
-def outer_loop_q(given: PaperData) -> Proof:
-    """Both outer laws on ddq = y for two seconds, from rest at 0 to a constant q_d of 0.5 rad."""
-    Kp, Kd = _outer(given)
+def outer_loop_q(data: PaperData) -> Proof:
+    """Both outer loops on ddq = y for two seconds, from rest at 0 to a constant q_d of 0.5 rad."""
+    Kp, Kd = _outer(data)
     goal = 0.5
-    read = _moved(lambda q, dq: -Kp * q - Kd * dq + Kp * goal)
-    letter = _moved(lambda q, dq: -Kp - Kd * dq + Kp * goal)
+    read = _state_after(lambda q, dq: -Kp * q - Kd * dq + Kp * goal)
+    printed = _state_after(lambda q, dq: -Kp - Kd * dq + Kp * goal)
     drift = Kp * (goal - 1.0) / Kd
     return Proof(
         "with q the arm comes to rest at q_d; without, it drifts at K_P (q_d - 1)/K_D",
-        abs(read[0] - goal) < 1e-6 and abs(read[1]) < 1e-6 and abs(letter[1] / drift - 1.0) < 1e-6,
-        {"with q: q [rad]": read[0], "without: dq [rad/s]": letter[1], "K_P (q_d - 1)/K_D [rad/s]": drift},
+        abs(read[0] - goal) < 1e-6 and abs(read[1]) < 1e-6 and abs(printed[1] / drift - 1.0) < 1e-6,
+        {"with q: q [rad]": read[0], "without: dq [rad/s]": printed[1], "K_P (q_d - 1)/K_D [rad/s]": drift},
     )
 
 
-def _outer(given: PaperData) -> tuple[float, float]:
-    case = given.case()
+def _outer(data: PaperData) -> tuple[float, float]:
+    case = data.case()
     return case.numbers("centralized_gains", "Kp")[0], case.numbers("centralized_gains", "Kd")[0]
 
 
-def _moved(law: Any, duration: float = 2.0, steps: int = 4000) -> Array:
-    """(q, dq) after `duration` under ddq = law(q, dq), from rest at 0, by RK4."""
+def _state_after(acceleration: Any, duration: float = 2.0, steps: int = 4000) -> Array:
+    """(q, dq) after `duration` under ddq = acceleration(q, dq), from rest at 0, by RK4."""
     x, h = np.zeros(2), duration / steps
 
     def rate(s: Array) -> Array:
-        return np.array([s[1], law(s[0], s[1])])
+        return np.array([s[1], acceleration(s[0], s[1])])
 
     for _ in range(steps):
         a = rate(x)
@@ -127,9 +128,9 @@ def _moved(law: Any, duration: float = 2.0, steps: int = 4000) -> Array:
     return x
 
 
-def error_second_derivative(given: PaperData) -> Proof:
-    """The error that the closed loop really has, put into both equations."""
-    Kp, Kd = _outer(given)
+def error_second_derivative(data: PaperData) -> Proof:
+    """The error of the closed loop put into both equations."""
+    Kp, Kd = _outer(data)
     poles = np.roots([1.0, Kd, Kp])
     t = np.linspace(0.0, 0.2, 201)
     rate = float(-poles.real.max())
@@ -144,9 +145,9 @@ def error_second_derivative(given: PaperData) -> Proof:
     )  # fmt: skip
 
 
-def pid_is_pd(given: PaperData) -> Proof:
-    """The printed law and one with an integral under a constant load on joint 1: what error stays."""
-    case = given.case()
+def pid_is_pd(data: PaperData) -> Proof:
+    """The printed controller and one with an integral under a constant load on joint 1: the remaining errors."""
+    case = data.case()
     Kp, Kd, b = (case.numbers(*x)[0] for x in (("table_vi", "Kp"), ("table_vi", "Kd"), ("table_iv", "b")))
     load, Ki = 10.0, 20.0 * Kp
     x, h = np.zeros(3), 5e-5  # q, dq, integral of the error
@@ -167,8 +168,11 @@ def pid_is_pd(given: PaperData) -> Proof:
 Z0 = np.array([0.0, 0.0, 1.0])
 
 
-def printed_torque(chain: Chain, q: Array, dq: Array, ddq: Array, slips: Collection[str] = ()) -> Array:
-    """tau (n,) [N m] of the printed equations for one state (n,); `slips` names what is taken to the letter."""
+def printed_torque(chain: Chain, q: Array, dq: Array, ddq: Array, errata: Collection[str] = ()) -> Array:
+    """tau (n,) [N m] of the paper's Newton-Euler equations for one state (n,).
+
+    `errata` are left as printed, of "moment-omega" and "torque-transposes"; without any it is our recursion.
+    """
     n = chain.n
     R = [link.pose(x).rotation for link, x in zip(chain.links, q, strict=True)]
     r = [rotation.T @ link.pose(x).position for rotation, link, x in zip(R, chain.links, q, strict=True)]
@@ -191,13 +195,13 @@ def printed_torque(chain: Chain, q: Array, dq: Array, ddq: Array, slips: Collect
         body, after = bodies[i], R[i + 1] if i + 1 < n else np.eye(3)
         f_next, mu_next = after @ f, after @ mu
         f = f_next + body.mass * ddp_com[i]
-        spun = omega[i] if "moment-omega" in slips else domega[i]
+        spun = omega[i] if "moment-omega" in errata else domega[i]
         mu = -np.cross(f, r[i] + body.com) + mu_next + np.cross(f_next, body.com) + body.inertia_com @ spun
         mu = mu + np.cross(omega[i], body.inertia_com @ omega[i])
         if i + 1 < n:
             spin = rotors[i + 1].gear_ratio * rotors[i + 1].inertia
             mu = mu + spin * ddq[i + 1] * Z0 + spin * dq[i + 1] * np.cross(omega[i], Z0)
-        axis = R[i] @ Z0 if "torque-transposes" in slips else R[i].T @ Z0
+        axis = R[i] @ Z0 if "torque-transposes" in errata else R[i].T @ Z0
         tau[i] = mu @ axis + rotors[i].gear_ratio * rotors[i].inertia * domega_m[i] @ Z0
     return tau
 

@@ -1,4 +1,4 @@
-"""The runs behind the report: both controllers on IST, and how the controllers rank when the model is wrong."""
+"""The runs of the study: every controller on IST, and their ranking when the model is wrong."""
 
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ READINGS = ("printed", "computed", "physical")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class InertiaRow:
-    """One row of Table IV: printed b, its value under each reading, and what the printed configuration gives."""
+    """One row of Table IV: printed b, its value under each reading, and B_ii at the printed configuration."""
 
     joint: int
     printed: str

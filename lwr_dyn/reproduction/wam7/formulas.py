@@ -98,8 +98,8 @@ def _gains(case: PaperCase) -> JointGains:
 def cruise_errors(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
     """tau_friction(v)/kp at v = 0.5/6 rad/s [mrad]"""
     speed, Kp = 0.5 / 6.0, _gains(case).Kp
-    found = np.array([[1e3 * float(m.torque(s * speed)) for m in _friction(case)] for s in DIRECTIONS.values()]) / Kp
-    return dict(zip(DIRECTIONS, found, strict=True))
+    errors = np.array([[1e3 * float(m.torque(s * speed)) for m in _friction(case)] for s in DIRECTIONS.values()]) / Kp
+    return dict(zip(DIRECTIONS, errors, strict=True))
 
 
 def cruise_in_figure(case: PaperCase, block: ResultBlock) -> dict[str, Any]:
@@ -144,10 +144,10 @@ def motor_speeds(case: PaperCase, block: ResultBlock) -> dict[str, Any]:
 
 def sheet_tensors(case: PaperCase, block: ResultBlock) -> dict[str, Any]:
     """I_i + m_i S(c_i)^T S(c_i) about the origin of frame i [kg m^2]"""
-    found = tensors_about_origin(case, block)
+    tensors = tensors_about_origin(case, block)
     products = {"xy_of_link_1": ("xy", 0), "xy_of_link_3": ("xy", 2), "yz_of_link_6": ("yz", 5)}
-    moments = {name: found[name] for name in ("xx", "yy", "zz")}
-    return moments | {name: [found[entry][i]] for name, (entry, i) in products.items()}
+    moments = {name: tensors[name] for name in ("xx", "yy", "zz")}
+    return moments | {name: [tensors[entry][i]] for name, (entry, i) in products.items()}
 
 
 def tensors_about_origin(case: PaperCase, _: ResultBlock) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Proofs of the slips in the WAM paper and in the sheets that it builds on."""
+"""Proofs of the errata in the WAM paper and in the data sheets that it builds on."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ SHEET = 1e-6
 """[kg m^2] The sheet's two tables differ in the last digits that the coarser one prints."""
 
 
-def products_sign(given: PaperData) -> Proof:
+def products_sign(data: PaperData) -> Proof:
     """The sheet's own tensors about the frame origins against the parallel-axis theorem, with both signs."""
-    as_tensor, as_integral = (_misses(given.case(*ids)) for ids in ((), ("products-sign",)))
+    as_tensor, as_integral = (_misses(data.case(*ids)) for ids in ((), ("products-sign",)))
     return Proof(
         "the sheet's tensors about the origins follow from the products negated, and not from the products as printed",
         as_integral < SHEET and as_tensor > 50 * SHEET,
@@ -24,13 +24,13 @@ def products_sign(given: PaperData) -> Proof:
 
 def _misses(case: PaperCase) -> float:
     block = case.block("sheet_tensors")
-    found = sheet_tensors(case, block)
-    return float(max(np.abs(np.subtract(found[name], case.numbers(block.name, name))).max() for name in found))
+    tensors = sheet_tensors(case, block)
+    return float(max(np.abs(np.subtract(tensors[name], case.numbers(block.name, name))).max() for name in tensors))
 
 
-def home_outside(given: PaperData) -> Proof:
+def home_outside(data: PaperData) -> Proof:
     """libbarrett's home against the manual's limits."""
-    case = given.reading()
+    case = data.reading()
     home = np.array(case.block("home").printed["q"], dtype=float)
     over = np.maximum(home - case.arm.upper, case.arm.lower - home)
     outside = [i + 1 for i in range(case.n) if over[i] > 0.0]
@@ -38,9 +38,9 @@ def home_outside(given: PaperData) -> Proof:
                  {"joint": str(outside), "by [rad]": float(over.max())})  # fmt: skip
 
 
-def lspb_velocity(given: PaperData) -> Proof:
+def lspb_velocity(data: PaperData) -> Proof:
     """Equation (2) with velocity and acceleration of (3) and (4), for t_c = 1 s and 2 s: its jump at t_c."""
-    case = given.case()
+    case = data.case()
     travel = case.numbers("motion", "travel")[0]
     t_f = float(case.block("motion").printed["duration"])
     printed = [_jump(travel, t_f, t_c, as_printed=True) for t_c in (1.0, 2.0)]
@@ -61,14 +61,14 @@ def _jump(travel: float, t_f: float, t_c: float, as_printed: bool) -> float:
     return abs(after - before)
 
 
-def figure4_signs(given: PaperData) -> Proof:
+def figure4_signs(data: PaperData) -> Proof:
     """The caption's motion against the axes of its own figure, with the printed signs and with minus before both."""
     inside = []
-    for case in (given.case(), given.case("figure4-acceleration")):
-        found = figure_4(case, case.block("figure_4"))
+    for case in (data.case(), data.case("figure4-acceleration")):
+        curves = figure_4(case, case.block("figure_4"))
         cells = case.block("figure_4").cells
         spans = {cell.column: cell.span for cell in cells if cell.span is not None}
-        within = [float(low) <= x <= float(up) for name, (low, up) in spans.items() for x in found[name]]
+        within = [float(low) <= x <= float(up) for name, (low, up) in spans.items() for x in curves[name]]
         inside.append(sum(within))
     return Proof(
         "with minus signs before q_i and q_f position, velocity and acceleration stay within the figure's axes; as"
