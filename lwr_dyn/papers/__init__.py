@@ -6,6 +6,5 @@ schema        tables, columns and units of a file; Paper, Column, Erratum, Readi
 assembly      arm_from_paper: Paper to Arm
 actuation     rotors, motor map, gains and friction of a paper
 errata        patches of printed cells
-study_tasks, printed_number    tasks that papers set; numbers as printed
 columns, fields, plausibility, solids, units    the parts of the reader
 """

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from decimal import Decimal
 from typing import Any
 
+from lwr_dyn.audit.printed_number import agrees, last_digit
 from lwr_dyn.errors import LwrDynError, PaperError
-from lwr_dyn.papers.printed_number import agrees, last_digit
 from lwr_dyn.papers.schema import Erratum, Paper
 from lwr_dyn.reproduction.case import ComparedExpression, PaperCase, Value
 from lwr_dyn.reproduction.paper_study import PaperStudy

@@ -9,9 +9,9 @@ from decimal import Decimal
 from pathlib import Path
 from typing import cast
 
+from lwr_dyn.audit.printed_number import last_digit
 from lwr_dyn.checks.verdict import CheckReport
 from lwr_dyn.model.run import Run
-from lwr_dyn.papers.printed_number import last_digit
 from lwr_dyn.reproduction.case import ComparedExpression
 from lwr_dyn.reproduction.compare import DIFFERS, NOT, ComparedNumber
 from lwr_dyn.reproduction.ledger import LedgerEntry

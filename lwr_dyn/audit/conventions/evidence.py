@@ -15,8 +15,8 @@ import numpy as np
 from lwr_dyn.arrays import Array, joint_array
 from lwr_dyn.audit.conventions.choices import About, Products
 from lwr_dyn.audit.conventions.printed_table import BLANK, TENSOR, PrintedTable
+from lwr_dyn.audit.printed_number import PrintedNumber, printed_number
 from lwr_dyn.errors import FaultError, UnknownNameError
-from lwr_dyn.papers.printed_number import PrintedNumber, printed_number
 
 Quantity = Literal["inertia", "worst inertia", "gravity"]
 

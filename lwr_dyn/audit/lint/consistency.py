@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from lwr_dyn.audit.lint.fault_search import corrections
 from lwr_dyn.audit.lint.roles import role_of
 from lwr_dyn.audit.lint.sheet import Finding, Sheet, SheetColumn, SheetMatrix, SheetTable
-from lwr_dyn.papers.printed_number import ROUND, PrintedNumber, printed_number
+from lwr_dyn.audit.printed_number import ROUND, PrintedNumber, printed_number
 
 MOST_CORRECTIONS = 3
 """Corrections of a total that are listed; more explain nothing."""

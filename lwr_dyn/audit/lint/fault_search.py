@@ -6,7 +6,7 @@ import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TypeVar
 
-from lwr_dyn.papers.printed_number import PrintedNumber, power_of_ten, printed_number
+from lwr_dyn.audit.printed_number import PrintedNumber, power_of_ten, printed_number
 
 Place = TypeVar("Place")
 POWERS = (-3, -2, -1, 1, 2, 3)

@@ -12,7 +12,7 @@ from lwr_dyn.audit.lint.dimensions import Powers, Unit, UnlikeError, dimension_o
 from lwr_dyn.audit.lint.fault_search import exchanges, scale_or_sign
 from lwr_dyn.audit.lint.roles import plain_name
 from lwr_dyn.audit.lint.sheet import Finding, Sheet, SheetColumn, SheetTable, TableError
-from lwr_dyn.papers.printed_number import PrintedNumber
+from lwr_dyn.audit.printed_number import PrintedNumber
 
 FORM = "NAME = numbers, names, + - * / ^ and functions such as sqrt, sin, hypot"
 LEAST_SHIFTED = 3

@@ -7,7 +7,7 @@ from typing import Any
 
 from lwr_dyn.audit.lint.roles import words_of
 from lwr_dyn.audit.lint.sheet import Declared, SheetColumn, SheetMatrix
-from lwr_dyn.papers.printed_number import printed_number
+from lwr_dyn.audit.printed_number import printed_number
 
 AXES = "xyz"
 SYMMETRIC_UNITS = ("kg m^2", "kg mm^2", "kg cm^2")

@@ -10,7 +10,7 @@ import numpy as np
 
 from lwr_dyn.audit.lint.roles import role_of, stem_of
 from lwr_dyn.audit.lint.sheet import Finding, Sheet, SheetColumn, SheetTable
-from lwr_dyn.papers.printed_number import PrintedNumber
+from lwr_dyn.audit.printed_number import PrintedNumber
 
 STATISTICS = ("mean", "mean_abs", "max", "min", "rms")
 MEANS = ("signed", "absolute")

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from lwr_dyn.audit.lint.fault_search import exchanges
 from lwr_dyn.audit.lint.sheet import Finding, Sheet, SheetColumn, SheetTable, TableError
-from lwr_dyn.papers.printed_number import ROUND, PrintedNumber
+from lwr_dyn.audit.printed_number import ROUND, PrintedNumber
 
 LEAST_ROWS = 3
 """Rows that have to agree before a ratio counts as constant."""

@@ -12,7 +12,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from lwr_dyn.audit.lint.roles import role_of
 from lwr_dyn.audit.lint.sheet import Finding, Sheet, SheetColumn, SheetTable
-from lwr_dyn.papers.printed_number import PrintedNumber
+from lwr_dyn.audit.printed_number import PrintedNumber
 
 SHARED = 5
 """Leading digits in common that no accident explains, in numbers printed with different lengths."""
@@ -42,7 +42,7 @@ def repeated_digits(sheet: Sheet) -> Iterator[Finding]:
 def shared_digits(a: PrintedNumber, b: PrintedNumber) -> int:
     """Leading significant digits in common.
 
-    >>> from lwr_dyn.papers.printed_number import printed_number
+    >>> from lwr_dyn.audit.printed_number import printed_number
     >>> shared_digits(printed_number("-0.004375432"), printed_number("-0.00437543"))
     6
     """
@@ -53,7 +53,7 @@ def shared_digits(a: PrintedNumber, b: PrintedNumber) -> int:
 def is_simple(number: PrintedNumber) -> bool:
     """A number that recurs by itself: few digits, or a whole number of degrees in radians.
 
-    >>> from lwr_dyn.papers.printed_number import printed_number
+    >>> from lwr_dyn.audit.printed_number import printed_number
     >>> [is_simple(printed_number(t)) for t in ("0.0450", "1.0471975512", "0.019999999999999", "0.00437543")]
     [True, True, True, False]
     """
@@ -124,7 +124,7 @@ def _one_digit(table: SheetTable, columns: Sequence[SheetColumn]) -> Iterator[Fi
 def one_digit_apart(a: PrintedNumber, b: PrintedNumber) -> bool:
     """The two print the same but for one digit.
 
-    >>> from lwr_dyn.papers.printed_number import printed_number
+    >>> from lwr_dyn.audit.printed_number import printed_number
     >>> one_digit_apart(printed_number("0.03935326"), printed_number("0.03935426"))
     True
     """

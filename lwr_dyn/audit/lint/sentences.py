@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from lwr_dyn.audit.lint.arithmetic import FUNCTIONS, parsed, value_of
 from lwr_dyn.audit.lint.fault_search import scale_or_sign
 from lwr_dyn.audit.lint.sheet import Finding, Sheet
-from lwr_dyn.papers.printed_number import PrintedNumber, printed_number
+from lwr_dyn.audit.printed_number import PrintedNumber, printed_number
 
 _NUM = r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _TOKEN = rf"(?:{_NUM}|\b(?:{'|'.join(sorted(FUNCTIONS, key=len, reverse=True))})(?=\s*\()|[-+*/^(),]|\bx\b|\bdeg\b|\s)"

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
+from lwr_dyn.audit.printed_number import PrintedNumber, printed_number
 from lwr_dyn.errors import FaultError
-from lwr_dyn.papers.printed_number import PrintedNumber, printed_number
 
 Severity = Literal["error", "warning", "note"]
 """An error cannot be right, a warning is most likely wrong, a note only states how a table was read."""

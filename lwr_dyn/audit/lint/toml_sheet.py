@@ -16,7 +16,7 @@ from typing import Any
 from lwr_dyn.audit.lint.list_columns import cell_text, columns_of
 from lwr_dyn.audit.lint.roles import words_of
 from lwr_dyn.audit.lint.sheet import Declared, Sentence, Sheet, SheetColumn, SheetMatrix, SheetTable, TableError
-from lwr_dyn.papers.printed_number import printed_number
+from lwr_dyn.audit.printed_number import printed_number
 
 LISTS = ("formula", "ratio", "symmetric")
 DECLARED = (*LISTS, "total", "role", "joints", "unit")

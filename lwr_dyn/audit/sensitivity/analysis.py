@@ -66,7 +66,7 @@ def sensitivity(
     arms : mapping
         Name -> arm, two to eight; the first sets the reference and is what others are compared with.
     task : str, optional
-        A task of `lwr_dyn.papers.study_tasks`, or "joint-move"; that of the first arm's paper if not given.
+        A task of `lwr_dyn.audit.study_tasks`, or "joint-move"; that of the first arm's paper if not given.
     poses, seed : int
         How many joint positions the gravity torques are compared at.
     rate : float

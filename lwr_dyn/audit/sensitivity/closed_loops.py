@@ -12,6 +12,7 @@ import numpy as np
 from lwr_dyn.arrays import Array
 from lwr_dyn.audit.sensitivity.simulated_task import SimulatedTask
 from lwr_dyn.audit.sensitivity.statics import Statics
+from lwr_dyn.audit.study_tasks import ControllerChoice
 from lwr_dyn.control.controllers import make_controller
 from lwr_dyn.control.gains import UNSTABLE
 from lwr_dyn.control.inverse_dynamics import InverseDynamics
@@ -19,7 +20,6 @@ from lwr_dyn.control.protocol import Controller
 from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.errors import LwrDynError
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.papers.study_tasks import ControllerChoice
 from lwr_dyn.simulation.metrics import Metrics, metrics
 from lwr_dyn.simulation.simulate import simulate
 

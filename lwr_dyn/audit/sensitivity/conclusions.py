@@ -11,7 +11,7 @@ import numpy as np
 
 from lwr_dyn.audit.sensitivity.closed_loops import ClosedLoopResult
 from lwr_dyn.audit.sensitivity.statics import Statics
-from lwr_dyn.papers.study_tasks import PublishedClaim, StudyTask
+from lwr_dyn.audit.study_tasks import PublishedClaim, StudyTask
 from lwr_dyn.simulation.metrics import Metrics
 
 Runs = Mapping[str, ClosedLoopResult]

@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from lwr_dyn.arrays import Array
+from lwr_dyn.audit.study_tasks import ControllerChoice, StudyTask, study_tasks
 from lwr_dyn.errors import OptionError, UnknownNameError
 from lwr_dyn.kinematics.inverse import inverse_kinematics
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Reference
-from lwr_dyn.papers.study_tasks import ControllerChoice, StudyTask, study_tasks
 from lwr_dyn.registry import Registry, Row
 from lwr_dyn.trajectory.references.joint_moves import lspb_move, point_to_point
 from lwr_dyn.trajectory.references.tasks import REFERENCES

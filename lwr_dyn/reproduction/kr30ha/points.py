@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from lwr_dyn.arrays import Array
+from lwr_dyn.audit.printed_number import agrees
 from lwr_dyn.kinematics.arm_geometry import require_wrist_arm
 from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.kinematics.inverse import inverse_kinematics
@@ -23,7 +24,6 @@ from lwr_dyn.kinematics.solution import Solution, joint_distance, nearest_soluti
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.papers.assembly import arm_from_paper
 from lwr_dyn.papers.catalog import open_paper
-from lwr_dyn.papers.printed_number import agrees
 from lwr_dyn.reproduction.results import printed_tables
 
 POINTS = ("point_1", "point_2", "home")

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from lwr_dyn.arrays import Array
+from lwr_dyn.audit.printed_number import agrees
 from lwr_dyn.control.controllers import make_controller
 from lwr_dyn.dynamics.newton_euler import Recursion
 from lwr_dyn.kinematics.arm_geometry import require_srs
@@ -23,7 +24,6 @@ from lwr_dyn.kinematics.branches import BRANCHES, joint_ranges
 from lwr_dyn.kinematics.srs import closed_form
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
-from lwr_dyn.papers.printed_number import agrees
 from lwr_dyn.reproduction.lwr4plus import TIMINGS
 from lwr_dyn.reproduction.results import printed_tables
 from lwr_dyn.simulation.metrics import metrics

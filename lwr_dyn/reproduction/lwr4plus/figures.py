@@ -12,9 +12,9 @@ from lwr_dyn.model.run import Run
 from lwr_dyn.reproduction.lwr4plus.runs import ControllerRun, ranking_table
 from lwr_dyn.reproduction.paper_study import Pictures
 from lwr_dyn.reproduction.report.content import Section, Still
+from lwr_dyn.reproduction.report.run_figures import error_figure, path_figure, torque_figure
 from lwr_dyn.viewer.figures import Figure
 from lwr_dyn.viewer.replayed_runs import ReplayedRun, replayed_runs
-from lwr_dyn.viewer.run_figures import error_figure, path_figure, torque_figure
 
 PD, INVERSE, DROOP = 0, 1, 2
 """Places of the runs that are shown: both controllers on the arm as modelled, and what Table VIII seems to be of."""

@@ -12,13 +12,13 @@ from typing import Any
 
 import numpy as np
 
+from lwr_dyn.audit.study_tasks import study_tasks
 from lwr_dyn.control.controllers import make_controller
 from lwr_dyn.errors import MissingDataError
 from lwr_dyn.identification.passivity import SidePassivity, certificate
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.friction import FRICTIONLESS, JointFriction
 from lwr_dyn.model.run import Run
-from lwr_dyn.papers.study_tasks import study_tasks
 from lwr_dyn.reproduction.paper_study import Progress
 from lwr_dyn.simulation.simulate import simulate
 from lwr_dyn.trajectory.references.joint_moves import JointReference, lspb_move

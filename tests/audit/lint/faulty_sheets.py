@@ -10,7 +10,7 @@ from numpy.random import Generator
 
 from lwr_dyn.audit.lint.rules import lint
 from lwr_dyn.audit.lint.sheet import Sheet, SheetColumn, SheetTable
-from lwr_dyn.papers.printed_number import printed_number
+from lwr_dyn.audit.printed_number import printed_number
 from tests.audit.lint.random_tables import correct_sheet, negated
 
 DIGITS = "0123456789"

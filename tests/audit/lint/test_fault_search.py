@@ -1,7 +1,7 @@
 """Single faults that explain wrong cells."""
 
 from lwr_dyn.audit.lint.fault_search import corrections, exchanges, scale_or_sign
-from lwr_dyn.papers.printed_number import printed_number
+from lwr_dyn.audit.printed_number import printed_number
 
 
 def test_the_one_exchange_that_sorts_three_numbers():

@@ -12,8 +12,8 @@ from lwr_dyn.audit.sensitivity.conclusions import Conclusion, conclusions
 from lwr_dyn.audit.sensitivity.result_tables import error_table
 from lwr_dyn.audit.sensitivity.simulated_task import simulated_task
 from lwr_dyn.audit.sensitivity.statics import shared_poses, statics_of
+from lwr_dyn.audit.study_tasks import PublishedClaim
 from lwr_dyn.errors import LwrDynError, MissingDataError, OptionError, ShapeError, UnknownNameError
-from lwr_dyn.papers.study_tasks import PublishedClaim
 from lwr_dyn.simulation.plant import arm_with_scaled_inertia
 from lwr_dyn.trajectory.references.joint_moves import point_to_point
 

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lwr_dyn.papers.printed_number import agrees, last_digit, power_of_ten, printed_number
+from lwr_dyn.audit.printed_number import agrees, last_digit, power_of_ten, printed_number
 
 
 @pytest.mark.parametrize(

@@ -3,8 +3,8 @@
 import pytest
 
 import lwr_dyn
+from lwr_dyn.audit.study_tasks import parse_tasks, study_tasks
 from lwr_dyn.errors import PaperError
-from lwr_dyn.papers.study_tasks import parse_tasks, study_tasks
 
 TASK = """
 robot = "mine"

@@ -8,8 +8,8 @@ import pytest
 from lwr_dyn.errors import OptionError
 from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.model.arm import JointLimits
+from lwr_dyn.reproduction.report.run_figures import error_figure, path_figure, register_figure, torque_figure
 from lwr_dyn.viewer.replayed_runs import replayed_runs
-from lwr_dyn.viewer.run_figures import error_figure, path_figure, register_figure, torque_figure
 
 
 @pytest.fixture(scope="module")

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from lwr_dyn.errors import FileAccessError, OptionError
+from lwr_dyn.reproduction.report.run_figures import error_figure, path_figure, torque_figure
 from lwr_dyn.viewer.figures import PALETTE, Curve, Figure, Level, Panel, Series
 from lwr_dyn.viewer.plots import draw, figure_bytes, save_figure
 from lwr_dyn.viewer.replayed_runs import RUN_COLOURS, replayed_runs
-from lwr_dyn.viewer.run_figures import error_figure, path_figure, torque_figure
 
 X = np.linspace(-1.0, 1.0, 20)
 
@@ -114,7 +114,8 @@ def test_matplotlib_is_imported_only_to_draw_and_its_absence_names_the_extra():
 import sys
 sys.modules["matplotlib"] = None
 from lwr_dyn.errors import MissingPackageError
-from lwr_dyn.viewer import plots, run_figures
+from lwr_dyn.reproduction.report import run_figures
+from lwr_dyn.viewer import plots
 try:
     plots.figure_bytes(run_figures.register_figure(0, 0), "png")
 except MissingPackageError as fault:
