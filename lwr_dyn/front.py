@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from lwr_dyn.control.protocol import Controller
     from lwr_dyn.dynamics.protocol import Dynamics
     from lwr_dyn.kinematics.solution import InverseResult
+    from lwr_dyn.krl.kuka_units import KukaUnits
     from lwr_dyn.model.arm import Arm
     from lwr_dyn.model.run import Reference, Run
     from lwr_dyn.papers.schema import Paper
@@ -28,6 +29,7 @@ FUNCTIONS: Registry[Callable[..., Any]] = Registry(
         "batch_dynamics": Row("lwr_dyn.codegen.batch:batch_dynamics", "dynamics over rows of states", extra="batch"),
         "passive_refit": Row("lwr_dyn.identification.passive_refit:passive_refit", "nearest passive friction"),
         "dh_matrices_text": Row("lwr_dyn.symbolic.dh_matrices:dh_matrices_text", "DH matrices", extra="symbolic"),
+        "kuka_units": Row("lwr_dyn.krl.kuka_units:KukaUnits", "poses in mm and deg, Status, Turn", extra="krl"),
     },
 )
 """Functions of optional packages that are offered by `import lwr_dyn` and by the commands."""
@@ -183,6 +185,12 @@ def batch_dynamics(arm: Arm, **options: Any) -> BatchDynamics:
     """
     made: BatchDynamics = FUNCTIONS.load("batch_dynamics")(_an_arm(arm), **options)
     return made
+
+
+def kuka_units(arm: Arm) -> KukaUnits | None:
+    """Poses and solutions of an arm in KUKA's units; None without KUKA's axes or without the package `krl`."""
+    units = FUNCTIONS.load("kuka_units")(_an_arm(arm)) if FUNCTIONS["kuka_units"].is_installed else None
+    return units if units and units.has_axes else None
 
 
 def forward_kinematics(arm: Arm, q: ArrayLike) -> Array:

@@ -5,5 +5,4 @@ options      parts of several subcommands: ROBOT, lists of numbers, JSON
 row_options  options that come with the rows of a registry
 run_report   a run as text and as a record
 friction     --friction and --passive-refit
-kuka_units   KUKA's units: mm and deg, axes by name, Status and Turn
 """

@@ -6,12 +6,11 @@ import click
 import numpy as np
 
 from lwr_dyn.arrays import Array, fixed_array, joint_array
-from lwr_dyn.cli.kuka_units import NAMED_AXES, degenerate_note, kuka_record, pose_line, positions_of_named
-from lwr_dyn.cli.options import NUMBERS, from_degrees, load_robot, print_json, robot_options
-from lwr_dyn.errors import OptionError
-from lwr_dyn.front import FUNCTIONS, forward_kinematics
-from lwr_dyn.kinematics.kuka_pose import has_kuka_axes, kuka_pose
+from lwr_dyn.cli.options import NAMED_AXES, NUMBERS, from_degrees, load_robot, print_json, robot_options
+from lwr_dyn.errors import OptionError, UnknownNameError
+from lwr_dyn.front import FUNCTIONS, forward_kinematics, kuka_units
 from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.dh import JointKind
 from lwr_dyn.model.spatial import to_rpy
 from lwr_dyn.papers.catalog import open_paper
 
@@ -46,11 +45,11 @@ def command(
     q = _positions(arm, q_si, q_deg, axes_deg)
     pose = forward_kinematics(arm, q)
     at = pose[:3, :3] @ fixed_array("--point", point, (3,)) + pose[:3, 3]
-    outside = _outside(arm, q)
+    outside, kuka = _outside(arm, q), kuka_units(arm)
     if as_json:
         record = {"robot": arm.name, "reading": arm.reading, "q": q, "T": pose, "position": pose[:3, 3]}
         record |= {"rpy": to_rpy(pose[:3, :3]), "point": list(point), "point_in_base": at, "outside": outside}
-        print_json(record | {"kuka": kuka_record(arm, q)})
+        print_json(record | {"kuka": kuka.record(q) if kuka else None})
         return
     click.echo(f"{arm.name}, reading {arm.reading}: flange in base, metres")
     for row in pose:
@@ -60,9 +59,9 @@ def command(
     click.echo(f"rpy       {rpy} deg")
     if any(point):
         click.echo(f"point     {_triple(at)} m  (flange {', '.join(f'{x:g}' for x in point)})")
-    if has_kuka_axes(arm):
-        click.echo(f"KUKA      {pose_line(kuka_pose(arm, q))}  (mm, deg)")
-    for line in (*outside, *filter(None, [degenerate_note(pose[:3, :3]) if has_kuka_axes(arm) else None])):
+    if kuka:
+        click.echo(f"KUKA      {kuka.line(q)}  (mm, deg)")
+    for line in filter(None, (*outside, kuka and kuka.note(pose))):
         click.echo(f"note: {line}")
 
 
@@ -79,10 +78,21 @@ def _positions(
     if sum(given is not None for given in (q, q_deg, axes_deg)) != 1:
         raise OptionError("--q, --q-deg, --axes-deg", "none or several given", "one of them")
     if axes_deg is not None:
-        return positions_of_named(arm, axes_deg)
+        return _positions_of_named(arm, axes_deg)
     if q is not None:
         return joint_array("--q", q, arm.n)
     return from_degrees(arm, q_deg or (), "--q-deg")
+
+
+def _positions_of_named(arm: Arm, axes: dict[str, float]) -> Array:
+    """Joint positions [rad or m] of axes named in deg (m); raises `UnknownNameError` for an unknown joint."""
+    q = np.zeros(arm.n)
+    for name, value in axes.items():
+        if name not in arm.joint_names:
+            raise UnknownNameError(f"joint of {arm.name}", name, arm.joint_names)
+        i = arm.joint_names.index(name)
+        q[i] = np.radians(value) if arm.chain.links[i].kind is JointKind.REVOLUTE else value
+    return fixed_array("--axes-deg", q, (arm.n,))
 
 
 def _outside(arm: Arm, q: Array) -> list[str]:

@@ -10,12 +10,11 @@ import click
 import numpy as np
 
 from lwr_dyn.arrays import Array, fixed_array
-from lwr_dyn.cli.kuka_units import degenerate_note, kuka_record, pose_record, select_solutions, status_and_turn
 from lwr_dyn.cli.options import NUMBERS, load_robot, print_json, robot_options
 from lwr_dyn.errors import OptionError
+from lwr_dyn.front import FUNCTIONS, kuka_units
 from lwr_dyn.kinematics.inverse import IK_SOLVERS, inverse_kinematics
-from lwr_dyn.kinematics.kuka_pose import has_kuka_axes, pose_of_matrix, rotation_of_abc
-from lwr_dyn.kinematics.solution import InverseResult, Solution
+from lwr_dyn.kinematics.solution import InverseResult, Solution, nearest_solution
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind
 from lwr_dyn.model.spatial import from_rpy
@@ -46,10 +45,10 @@ def command(
 ) -> None:
     """Joint positions for a pose of the flange, every branch; exit 1 when out of reach or outside the limits."""
     arm = load_robot(robot, reading, tip, locks)
-    pose = _pose(given)
+    pose = _pose(arm, given)
     angle = None if arm_angle_deg is None else float(np.radians(arm_angle_deg))
     result = inverse_kinematics(arm, pose, arm_angle=angle, solver=given["solver"])
-    kept = select_solutions(arm, result.solutions, given["status"], given["turn"], given["from_deg"])
+    kept = _selected(arm, result.solutions, given)
     result = replace(result, solutions=kept, outside=result.outside if kept == result.solutions else ())
     if as_json:
         print_json(_record(arm, pose, result))
@@ -60,14 +59,24 @@ def command(
         sys.exit(1)
 
 
-def _pose(given: dict[str, Any]) -> Array:
+def _selected(arm: Arm, solutions: tuple[Solution, ...], given: dict[str, Any]) -> tuple[Solution, ...]:
+    """The solutions with the Status and Turn that are given, and of these the one nearest to --from-deg."""
+    s, t, start = given["status"], given["turn"], given["from_deg"]
+    if s is not None or t is not None:
+        solutions = FUNCTIONS.load("kuka_units")(arm).selected(solutions, s, t)
+    if start is None or not solutions:
+        return solutions
+    return (nearest_solution(solutions, np.radians(fixed_array("--from-deg", start, (arm.n,)))),)
+
+
+def _pose(arm: Arm, given: dict[str, Any]) -> Array:
     place = _one_of(given, "--xyz", "--xyz-mm")
     angles_option = _one_of(given, "--rpy", "--rpy-deg", "--abc-deg")
     pose = np.eye(4)
     pose[:3, 3] = fixed_array(place, given[_key(place)], (3,)) / (1e3 if place == "--xyz-mm" else 1.0)
     angles = fixed_array(angles_option, given[_key(angles_option)], (3,))
     if angles_option == "--abc-deg":
-        pose[:3, :3] = rotation_of_abc(angles.tolist())
+        pose[:3, :3] = FUNCTIONS.load("kuka_units")(arm).rotation(angles.tolist())
     else:
         pose[:3, :3] = from_rpy(angles if angles_option == "--rpy" else np.radians(angles))
     return pose
@@ -105,12 +114,12 @@ def _print_branches(arm: Arm, pose: Array, result: InverseResult) -> None:
     how = "all branches" if result.complete else "found numerically, not complete"
     units = "deg" if turning.all() else "deg (m for sliding joints)"
     click.echo(f"{arm.name}, reading {arm.reading}: {how}; joints in {units}")
-    rows = []
+    kuka, rows = kuka_units(arm), []
     for solution in (*result.solutions, *result.outside):
         rows.append(
             (
                 solution.branch or "-",
-                _branch_label(arm, solution),
+                kuka.label(solution.q) if kuka else _arm_angle(solution),
                 " ".join(f"{x:9.4f}" for x in np.where(turning, np.degrees(solution.q), solution.q) + 0.0),
                 f"{_margin(arm, solution):.4f}",
                 solution.joint,
@@ -118,9 +127,9 @@ def _print_branches(arm: Arm, pose: Array, result: InverseResult) -> None:
                 f"singular: {', '.join(solution.singular)}" if solution.singular else "",
             )
         )
-    label = "S, T" if has_kuka_axes(arm) else "arm angle"
+    label = "S, T" if kuka else "arm angle"
     click.echo(aligned(rows, ("branch", label, " ".join(f"{n:>9}" for n in arm.joint_names), "margin", "at", "", "")))
-    note = degenerate_note(pose[:3, :3]) if has_kuka_axes(arm) else None
+    note = kuka.note(pose) if kuka else None
     if note is not None:
         click.echo(f"note: {note}")
     for branch, intervals in result.arm_angle_intervals.items():
@@ -128,11 +137,8 @@ def _print_branches(arm: Arm, pose: Array, result: InverseResult) -> None:
         click.echo(f"arm angle inside limits, {branch}: {text or 'none'}")
 
 
-def _branch_label(arm: Arm, solution: Solution) -> str:
-    """The arm angle, or Status and Turn."""
-    bits = status_and_turn(arm, solution)
-    if bits is not None:
-        return f"{bits[0]}, {bits[1]}"
+def _arm_angle(solution: Solution) -> str:
+    """[deg]"""
     return "-" if solution.arm_angle is None else f"{np.degrees(solution.arm_angle):.4f}"
 
 
@@ -143,6 +149,7 @@ def _margin(arm: Arm, solution: Solution) -> float:
 
 
 def _record(arm: Arm, pose: Array, result: InverseResult) -> dict[str, Any]:
+    kuka = kuka_units(arm)
     return {
         "robot": arm.name,
         "reading": arm.reading,
@@ -153,7 +160,7 @@ def _record(arm: Arm, pose: Array, result: InverseResult) -> dict[str, Any]:
         "excess": result.excess,
         "distance": result.distance,
         "singular": list(result.singular),
-        "kuka": pose_record(pose_of_matrix(pose)) if has_kuka_axes(arm) else None,
+        "kuka": kuka.pose_record(pose) if kuka else None,
         "solutions": [_row(arm, s) for s in result.solutions],
         "outside": [_row(arm, s) for s in result.outside],
         "arm_angle_intervals": dict(result.arm_angle_intervals),
@@ -161,6 +168,7 @@ def _record(arm: Arm, pose: Array, result: InverseResult) -> dict[str, Any]:
 
 
 def _row(arm: Arm, solution: Solution) -> dict[str, Any]:
+    kuka = kuka_units(arm)
     return {
         "q": solution.q,
         "branch": solution.branch or None,
@@ -170,5 +178,5 @@ def _row(arm: Arm, solution: Solution) -> dict[str, Any]:
         "inside_limits": solution.inside_limits,
         "residual": solution.residual,
         "singular": list(solution.singular),
-        "kuka": kuka_record(arm, solution.q),
+        "kuka": kuka.record(solution.q) if kuka else None,
     }

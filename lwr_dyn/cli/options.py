@@ -36,7 +36,25 @@ class Numbers(click.ParamType):  # type: ignore[type-arg] # generic only since c
             )
 
 
-NUMBERS = Numbers()
+class NamedAxes(click.ParamType):  # type: ignore[type-arg] # generic only since click 8.4
+    """Joints by name: `A1=10,A2=-90`; those not named are 0."""
+
+    name = "name=value,..."
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> dict[str, float]:
+        """Name -> value."""
+        if isinstance(value, dict):
+            return value
+        try:
+            pairs = [part.split("=") for part in str(value).split(",")]
+            return {name.strip(): float(number) for name, number in pairs}
+        except ValueError:
+            self.fail(
+                f"{value!r} is not a list of axes; allowed: NAME=DEG separated by commas, A1=10,A2=-90", param, ctx
+            )
+
+
+NUMBERS, NAMED_AXES = Numbers(), NamedAxes()
 
 
 def robot_options(command: F) -> F:

@@ -11,5 +11,4 @@ srs, srs_margins, branches, arm_geometry
 arm_angle        a smooth arm angle along a path that maximises the joint-limit margin
 arm_angle_search the largest margin that a continuous arm angle can keep
 path_following   `follow`: joint motion along a path with its exact derivatives
-kuka_pose        X, Y, Z, A, B, C, Status and Turn
 """

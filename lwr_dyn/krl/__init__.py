@@ -18,5 +18,6 @@ Runs
     motion_segments, timeline          PTP, LIN and CIRC in time; blends
     run                                `check_program`, `run_program` -> `ProgramRun`
     point_program                      `PointProgram`: a list of points -> a program
+    kuka_pose, kuka_units              X, Y, Z, A, B, C, Status and Turn; what `lwr-dyn fk` and `ik` show of them
     command                            `lwr-dyn krl write | check | run`
 """

@@ -11,8 +11,8 @@ import numpy as np
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.errors import MissingDataError, OptionError
-from lwr_dyn.kinematics.kuka_pose import has_kuka_axes, status, turn
 from lwr_dyn.krl.diagnostics import ExecutionError
+from lwr_dyn.krl.kuka_pose import has_kuka_axes, status, turn
 from lwr_dyn.krl.planner import Blend, Speeds, tool_pose
 from lwr_dyn.krl.predefined import CONFIG, SYSTEM
 from lwr_dyn.krl.types import UNKNOWN

@@ -7,12 +7,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.kinematics.kuka_pose import status
 from lwr_dyn.krl import expressions as e
 from lwr_dyn.krl import statements as s
 from lwr_dyn.krl.controller import ControllerState
 from lwr_dyn.krl.diagnostics import ExecutionError, Report, Severity, SourcePosition
 from lwr_dyn.krl.evaluate import Environment, number_of, value_of
+from lwr_dyn.krl.kuka_pose import status
 from lwr_dyn.krl.motion_segments import MotionSegment, path_between
 from lwr_dyn.krl.planner import Blend, append_segment, cartesian_segment, ptp_segment, tool_pose, warn_of_flip
 from lwr_dyn.krl.targets import RobotState, axes_of_point, point_in_world

@@ -14,11 +14,11 @@ import numpy as np
 from lwr_dyn.arrays import Array
 from lwr_dyn.errors import OptionError, PaperError
 from lwr_dyn.files import read_text
-from lwr_dyn.kinematics.kuka_pose import status, turn
 from lwr_dyn.krl import expressions as e
 from lwr_dyn.krl import statements as s
 from lwr_dyn.krl.declarations import Declaration, Declarator, Def, DefDat, Header
 from lwr_dyn.krl.diagnostics import DiagnosticLog, SourcePosition
+from lwr_dyn.krl.kuka_pose import status, turn
 from lwr_dyn.krl.lexer import KEYWORDS
 from lwr_dyn.krl.program import Program, program_of
 from lwr_dyn.krl.source import SourceFile, SourceLine, lines_of

@@ -12,10 +12,10 @@ from lwr_dyn.arrays import Array
 from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.dynamics.protocol import mechanical_energy
 from lwr_dyn.errors import LwrDynError
-from lwr_dyn.kinematics.kuka_pose import KukaPose, kuka_pose
 from lwr_dyn.krl.controller import MachineData
 from lwr_dyn.krl.diagnostics import Diagnostic, ExecutionError, sorted_diagnostics
 from lwr_dyn.krl.interpreter import Interpreter
+from lwr_dyn.krl.kuka_pose import KukaPose, kuka_pose
 from lwr_dyn.krl.motions import ExecutedMotion
 from lwr_dyn.krl.program import Program
 from lwr_dyn.krl.static_checks import static_diagnostics

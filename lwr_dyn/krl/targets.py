@@ -9,9 +9,9 @@ import numpy as np
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.kinematics.inverse import inverse_kinematics
-from lwr_dyn.kinematics.kuka_pose import status, turn
 from lwr_dyn.kinematics.solution import InverseResult, Solution, nearest_solution
 from lwr_dyn.krl.diagnostics import ExecutionError, Report
+from lwr_dyn.krl.kuka_pose import status, turn
 from lwr_dyn.krl.values import AXIS_NAMES, POSE_NAMES, StructValue, Value, is_axes, is_pose, pose_matrix, value_text
 from lwr_dyn.model.arm import Arm
 

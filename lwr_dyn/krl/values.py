@@ -10,8 +10,8 @@ from typing import TypeAlias
 import numpy as np
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.kinematics.kuka_pose import KukaPose, pose_of_matrix
 from lwr_dyn.krl.diagnostics import ExecutionError
+from lwr_dyn.krl.kuka_pose import KukaPose, pose_of_matrix
 from lwr_dyn.krl.types import AXES, CARTESIAN, LARGEST, Type
 
 AXIS_NAMES = ("A1", "A2", "A3", "A4", "A5", "A6")

@@ -6,6 +6,9 @@ from click.testing import CliRunner
 
 import lwr_dyn
 from lwr_dyn.cli.ik import command
+from lwr_dyn.errors import MissingPackageError
+from lwr_dyn.front import FUNCTIONS
+from lwr_dyn.registry import Row
 
 POINT_1 = ["--rpy-deg", "-90,0,0"]
 
@@ -70,3 +73,26 @@ def test_bad_input_is_an_error_of_this_package(arguments, message):
     done = run(*arguments)
     assert isinstance(done.exception, lwr_dyn.errors.LwrDynError)
     assert message in str(done.exception)
+
+
+KUKA = ["kr30ha", "--xyz-mm", "91,-1139,1392"]
+
+
+def test_the_solution_with_the_least_axis_travel():
+    pose = [*KUKA, "--rpy", "0,0,0", "--json"]
+    every = json.loads(CliRunner().invoke(command, pose).stdout)["solutions"]
+    near = json.loads(CliRunner().invoke(command, [*pose, "--from-deg", "0,-90,90,0,0,0"]).stdout)["solutions"]
+    travel = [np.abs(np.array(s["q"]) - np.radians([0, -90, 90, 0, 0, 0])).sum() for s in every]
+    assert len(near) == 1
+    assert near[0]["q"] == every[int(np.argmin(travel))]["q"]
+
+
+def test_without_the_package_krl_its_options_name_the_extra(monkeypatch):
+    monkeypatch.setitem(FUNCTIONS.rows, "kuka_units", Row("no_such_package:units", "gone", extra="krl"))
+    done = CliRunner().invoke(command, [*KUKA, "--rpy", "0,0,0"])
+    assert done.exit_code == 0
+    assert "arm angle" in done.stdout
+    for options in (["--abc-deg", "0,0,0"], ["--rpy", "0,0,0", "--status", "4"], ["--rpy", "0,0,0", "--turn", "52"]):
+        done = CliRunner().invoke(command, [*KUKA, *options])
+        assert isinstance(done.exception, MissingPackageError)
+        assert "pip install 'lwr_dyn[krl]'" in str(done.exception)

@@ -148,3 +148,11 @@ def test_the_note_on_chatter_judges_the_simulated_plant(options, rate, lwr_dyn_c
     notes = [line for line in out.splitlines() if line.startswith("note: Kd is too strong")]
     assert code == 0
     assert [f"above {rate} would" in line for line in notes] == ([True] if rate else [])
+
+
+def test_a_payload_over_the_rated_one_is_warned_of_in_one_line(lwr_dyn_command):
+    task = ("simulate", "kr30ha", "--task", "hold", "--from-deg", "0,-90,90,0,0,0", "--duration", "0.02")
+    code, _, err = lwr_dyn_command(*task, "--payload", "31", "--payload-known")
+    assert code == 0
+    assert err == "lwr-dyn: warning: kr30ha: a payload of 31 kg is over the rated 30 kg\n"
+    assert lwr_dyn_command(*task, "--payload", "30")[2] == ""

@@ -19,6 +19,8 @@ COMMANDS = (
     (("urdf", "kr30ha", "--out", "x.urdf"), 0, "x.urdf"),
     (("fk", "lwr4", "--q-deg", "0,90,90,-90,0,90,0"), 0, "position"),
     (("ik", "lwr4plus", "--xyz", "-0.05,-0.45,0.55", "--rpy-deg", "-90,0,0"), 0, "arm angle inside limits"),
+    (("fk", "kr30ha", "--axes-deg", "A2=-90,A3=90"), 0, "position  1.34"),
+    (("ik", "kr30ha", "--xyz-mm", "91,-1139,1392", "--rpy", "0,0,0", "--status", "4"), 2, "install 'lwr_dyn[krl]'"),
     (("simulate", "lwr4plus", "--controller", "inverse-dynamics", "--out", "x.npz"), 0, "wrote x.npz"),
     (("replay", "x.npz", "--html", "x.html"), 0, "x.html"),
     (("reproduce", "lwr4"), 2, "lwr_dyn.reproduction is not installed; install it with: pip install 'lwr_dyn[all]'"),

@@ -71,10 +71,6 @@ def test_ik_table_names_singularities():
 
 
 BAD = {
-    "unknown joint": (("fk", "kr30ha", "--axes-deg", "A7=3"), 2, "no joint of kr30ha named 'A7'; known: A1, A2"),
-    "axes that are none": (("fk", "kr30ha", "--axes-deg", "A1"), 2, "is not a list of axes; allowed: NAME=DEG"),
-    "axis not finite": (("fk", "kr30ha", "--axes-deg", "A1=nan"), 2, "--axes-deg: nan at index (0,)"),
-    "two ways at once": (("fk", "kr30ha", "--q", "0,0,0,0,0,0", "--axes-deg", "A1=0"), 2, "none or several given"),
     "S that no branch has": (("ik", "kr30ha", *P1, "--status", "2"), 2, "no solution has S 2; allowed: S 0 T 4,"),
     "T that no branch has": (("ik", "kr30ha", *P1, "--turn", "1"), 2, "no solution has T 1; allowed: S 0 T 4,"),
     "S of another arm": (("ik", "lwr4plus", *SI, "--status", "2"), 2, "only for an arm with KUKA's axes"),
@@ -94,11 +90,3 @@ def test_bad_input_is_one_line(name):
     assert done.returncode == code
     assert message in done.stderr
     assert len(done.stderr.splitlines()) == 1
-
-
-def test_a_payload_over_the_rated_one_is_warned_of_in_one_line():
-    task = ("simulate", "kr30ha", "--task", "hold", "--from-deg", "0,-90,90,0,0,0", "--duration", "0.02")
-    done = run(*task, "--payload", "31", "--payload-known")
-    assert done.returncode == 0
-    assert done.stderr == "lwr-dyn: warning: kr30ha: a payload of 31 kg is over the rated 30 kg\n"
-    assert run(*task, "--payload", "30").stderr == ""

@@ -1,0 +1,40 @@
+"""`lwr-dyn fk` of axes by name, and of a KUKA arm without the optional package `krl`."""
+
+import json
+
+import pytest
+
+from lwr_dyn.front import FUNCTIONS
+from lwr_dyn.registry import Row
+
+HOME = ("fk", "kr30ha", "--axes-deg", "A3=90,A2=-90")
+BAD = {
+    "unknown joint": (("--axes-deg", "A7=3"), "no joint of kr30ha named 'A7'; known: A1, A2"),
+    "axes that are none": (("--axes-deg", "A1"), "is not a list of axes; allowed: NAME=DEG"),
+    "axis not finite": (("--axes-deg", "A1=nan"), "--axes-deg: nan at index (0,)"),
+    "two ways at once": (("--q", "0,0,0,0,0,0", "--axes-deg", "A1=0"), "none or several given"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_bad_input_is_one_line(name, lwr_dyn_command):
+    arguments, message = BAD[name]
+    code, out, err = lwr_dyn_command("fk", "kr30ha", *arguments)
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert message in err
+
+
+def test_axes_by_name(lwr_dyn_command):
+    record = json.loads(lwr_dyn_command(*HOME, "--json")[1])
+    assert record["position"] == pytest.approx([1.34, 0, 1.81])
+    code, out, _ = lwr_dyn_command(*HOME)
+    assert code == 0
+    assert "position  1.340000000 0.000000000 1.810000000 m" in out
+
+
+def test_without_the_package_krl_the_pose_is_in_si_alone(lwr_dyn_command, monkeypatch):
+    monkeypatch.setitem(FUNCTIONS.rows, "kuka_units", Row("no_such_package:units", "gone", extra="krl"))
+    code, out, _ = lwr_dyn_command(*HOME)
+    assert code == 0
+    assert "KUKA" not in out
+    assert json.loads(lwr_dyn_command(*HOME, "--json")[1])["kuka"] is None
