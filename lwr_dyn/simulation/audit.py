@@ -1,4 +1,4 @@
-"""The energy audit of a run: what the arm gained must be what the channels put in."""
+"""The energy audit of a run: the change of the arm's energy must be the work of the channels."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from lwr_dyn.dynamics.protocol import Dynamics, mechanical_energy
 from lwr_dyn.model.run import Run
 
 TOLERANCE = 1e-9
-"""[J] that a run over 14 s at 1 kHz may miss: the arm turns over joules, RK4 and rounding leave 1e-11 of them."""
+"""[J] for a run of 14 s at 1 kHz: the arm exchanges joules, and RK4 with rounding leaves 1e-11 of them."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -26,10 +26,8 @@ class Audit:
     residual: float
     energy_change: float
     channels: Mapping[str, float]
-    actuator_gap: float | None
-    """Actuator work as written against sum tau . (q_{k+1} - q_k) drawn from the run [J]; None for continuous runs."""
-    energy_gap: float | None
-    """Energy as written against energy by another engine [J], as far as it moves; None when no engine was given."""
+    actuator_gap: float | None  # actuator work against sum tau . (q_{k+1} - q_k) [J]; None for continuous runs
+    energy_gap: float | None  # change of energy against another engine's [J]; None without one
 
     @property
     def worst(self) -> float:
@@ -37,7 +35,7 @@ class Audit:
         gaps = (self.residual, self.actuator_gap, self.energy_gap)
         return float(np.max([gap for gap in gaps if gap is not None]))
 
-    def closes(self, tolerance: float = TOLERANCE) -> bool:
+    def is_closed(self, tolerance: float = TOLERANCE) -> bool:
         """Whether every gap is within the tolerance [J]; NaN is not."""
         return self.worst <= tolerance
 

@@ -98,8 +98,21 @@ def first_root(f: Callable[[float], float], h: float) -> float:
     return float(brentq(f, low, h, xtol=TIME, rtol=4 * np.finfo(float).eps))
 
 
-def limit_events(mode: ContactMode, interval: Interval, after: Array) -> list[EventFunction]:
-    """Joints beyond a position limit at the end of the interval, where the state is `after`."""
+def possible_events(
+    mode: ContactMode, interval: Interval, after: Array, barred: Mask, holding: Callable[[float], Array]
+) -> list[EventFunction]:
+    """What may end the mode within the interval, at whose end the state is `after`.
+
+    `holding` (n,) is the holding torque at a time since the start; `barred` (n,) joints do not start to slip.
+    """
+    events = _slip_events(mode, interval, barred, holding) if mode.any_at_rest else []
+    if mode.all_at_rest:
+        return events
+    return events + _limit_events(mode, interval, after) + _stick_events(mode, interval, after)
+
+
+def _limit_events(mode: ContactMode, interval: Interval, after: Array) -> list[EventFunction]:
+    """Joints beyond a position limit at the end of the interval."""
     plant, out = mode.plant, []
     for j in np.flatnonzero(plant.beyond(after[: plant.n]) & ~mode.at_rest):
         side = 1 if after[j] > plant.upper[j] else -1
@@ -108,7 +121,7 @@ def limit_events(mode: ContactMode, interval: Interval, after: Array) -> list[Ev
     return out
 
 
-def stick_events(mode: ContactMode, interval: Interval, after: Array) -> list[EventFunction]:
+def _stick_events(mode: ContactMode, interval: Interval, after: Array) -> list[EventFunction]:
     """Joints whose speed is against their side at the end of the interval, or may have been so within it.
 
     The latter are braked so much at first that their speed might pass zero, yet move on at the end.
@@ -128,13 +141,10 @@ def stick_events(mode: ContactMode, interval: Interval, after: Array) -> list[Ev
     return out
 
 
-def slip_events(
+def _slip_events(
     mode: ContactMode, interval: Interval, barred: Mask, holding: Callable[[float], Array]
 ) -> list[EventFunction]:
-    """Joints at rest that need more than can resist them at the end of the interval, `barred` (n,) ones excepted.
-
-    `holding` (n,) is the holding torque at a time since the start. An excess that comes and goes is not seen.
-    """
+    """Joints at rest that need more than can resist them at the end; an excess that comes and goes is not seen."""
     last = holding(interval.h)
     high, low = last > mode.highest + HOLDING, last < mode.lowest - HOLDING
     out = []

@@ -14,15 +14,7 @@ from lwr_dyn.arrays import Array
 from lwr_dyn.model.run import Event
 from lwr_dyn.simulation.boxed_lcp import Sides
 from lwr_dyn.simulation.contact import ContactMode, contact_mode, impact, resolve_stick_slip
-from lwr_dyn.simulation.events import (
-    EventFunction,
-    Interval,
-    earliest,
-    followable,
-    limit_events,
-    slip_events,
-    stick_events,
-)
+from lwr_dyn.simulation.events import EventFunction, Interval, earliest, followable, possible_events
 from lwr_dyn.simulation.friction import Mask
 from lwr_dyn.simulation.integrators import Integrator, Rates
 from lwr_dyn.simulation.plant import Plant
@@ -44,13 +36,10 @@ class Flow:
     plant: Plant
     integrate: Integrator
     stop_work: float = 0.0
-    evaluations: int = 0
-    """How often accelerations were computed."""
+    evaluations: int = 0  # of accelerations
     events: list[Event] = field(default_factory=list)
-    friction: Array = field(init=False)
-    """tau_friction (n,) where the last interval began [N m]."""
-    mode: ContactMode = field(init=False)
-    """Of the moment; set by `begin`."""
+    friction: Array = field(init=False)  # tau_friction (n,) where the last interval began [N m]
+    mode: ContactMode = field(init=False)  # set by `begin`
     _begun: bool = field(init=False, default=False)
 
     def advance(self, drive: Drive, t: float, y: Array, h: float) -> Array:
@@ -156,10 +145,7 @@ class Flow:
                 known[s] = self._holding_torque(y[:n], dq, net)
             return known[s]
 
-        events = slip_events(mode, interval, barred, holding) if mode.any_at_rest else []
-        if mode.all_at_rest:
-            return events
-        return events + limit_events(mode, interval, after) + stick_events(mode, interval, after)
+        return possible_events(mode, interval, after, barred, holding)
 
     def _state_at(self, event: EventFunction, interval: Interval, after: float) -> Array:
         """The state at an event, the joint exactly where it stopped, and others that stop in the same instant too."""

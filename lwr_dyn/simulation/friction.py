@@ -38,23 +38,18 @@ class ArmFriction:
     vanishing speed, which are smaller where static friction falls to Coulomb's at the first motion.
     """
 
-    form: str
-    """One of `FORMS`, or "viscous" or "given" for a smooth function of the speeds."""
-    smooth: FrictionTorque | None
-    """The torque of the smooth forms, in place of all arrays below."""
+    form: str  # one of `FORMS`, or "viscous" or "given" for a smooth function of the speeds
+    smooth: FrictionTorque | None  # the torque of the smooth forms, in place of all arrays below
     coulomb: Array
     viscous: Array
-    stribeck_drop: Array
-    """(static - coulomb) where it falls with speed (Stribeck), else 0 [N m]."""
-    sharpness: Array
-    """1 / stribeck_velocity^2, or 0."""
-    offset: Array
+    stribeck_drop: Array  # (static - coulomb) where it falls with speed, else 0 [N m]
+    sharpness: Array  # 1 / stribeck_velocity^2, or 0
+    offset: Array  # (n,)
     lowest: Array
     highest: Array
     lowest_slip: Array
     highest_slip: Array
-    slope: Array
-    """The steepest slope of the torque over the speed, (n,) [N m s/rad]; 0 where it is not known."""
+    slope: Array  # steepest slope of the torque over the speed, (n,) [N m s/rad]; 0 where it is not known
 
     @classmethod
     def of(cls, joints: Sequence[JointFriction | None]) -> ArmFriction:

@@ -17,7 +17,6 @@ from lwr_dyn.simulation.events import followable
 from lwr_dyn.simulation.fast_step import FastStep
 from lwr_dyn.simulation.flow import Drive, Flow
 from lwr_dyn.simulation.record import Log
-from lwr_dyn.simulation.sensors import Sensor
 from lwr_dyn.simulation.setup import Setup
 
 Progress = Callable[[float], None]
@@ -64,7 +63,7 @@ def run_sampled(setup: Setup, flow: Flow, log: Log, progress: Progress | None) -
     n, h, effort = plant.n, 1 / options.rate, plant.effort
     fast = FastStep(flow, h, options.substeps)
     friction, work = log.friction, log.friction_work
-    sensor, shape, reference = setup.sensor(), (n,), log.reference
+    measure, shape, reference = setup.sensor(), (n,), log.reference
     always_events = options.method != "rk4" or plant.friction.smooth is not None
     with_events = always_events or friction is not None or bool(plant.at_limit(log.states[0, 0]).any())
     if not with_events:
@@ -77,9 +76,7 @@ def run_sampled(setup: Setup, flow: Flow, log: Log, progress: Progress | None) -
             strict=True,
         )  # fmt: skip
         for k, t, now, after, q_ref, dq_ref, ddq_ref, command, applied in rows:
-            q, dq = now
-            if sensor is not None:
-                q, dq = sensor(q, dq)
+            q, dq = measure(*now)
             tau = controller(t, q, dq, q_ref, dq_ref, ddq_ref)
             if tau.__class__ is not np.ndarray or tau.shape != shape:
                 tau = joint_torque(tau, n, k)
@@ -92,7 +89,9 @@ def run_sampled(setup: Setup, flow: Flow, log: Log, progress: Progress | None) -
                 continue
             _advance(flow, _holding(applied), log, k, h, _sampled_state(log, k))
             with_events = always_events
-    _last_sample(flow, controller, log, sensor)
+    q, dq = measure(*log.states[-1])
+    tau = controller(float(log.t[-1]), q, dq, reference.q[-1], reference.dq[-1], reference.ddq[-1])
+    _finish(flow, log, tau, _holding(log.applied[-1]), _sampled_state(log, -1))
 
 
 def _sampled_state(log: Log, k: int) -> Array:
@@ -100,21 +99,11 @@ def _sampled_state(log: Log, k: int) -> Array:
     return np.concatenate([log.states[k].ravel(), (0.0, 0.0)])
 
 
-def _last_sample(flow: Flow, controller: Controller, log: Log, sensor: Sensor | None) -> None:
-    """The torque at the end of the run, which moves nothing any more."""
-    k, reference = len(log.t) - 1, log.reference
-    q, dq = log.states[k]
-    if sensor is not None:
-        q, dq = sensor(q, dq)
-    tau = controller(float(reference.t[k]), q, dq, reference.q[k], reference.dq[k], reference.ddq[k])
+def _finish(flow: Flow, log: Log, tau: object, drive: Drive, y: Array) -> None:
+    """Torque and friction of the last sample, which move nothing any more."""
+    k = len(log.t) - 1
     _write_torque(flow, log, k, tau)
-    _last_friction(flow, log, _holding(log.applied[k]), _sampled_state(log, k))
-
-
-def _last_friction(flow: Flow, log: Log, drive: Drive, y: Array) -> None:
-    """The friction at the end of the run; for joints at rest it depends on the torque there."""
     if log.friction is not None:
-        k = len(log.t) - 1
         flow.begin(drive, float(log.t[k]), y)
         log.friction[k] = flow.friction
 
@@ -169,8 +158,7 @@ def run_continuous(setup: Setup, flow: Flow, log: Log, progress: Progress | None
             after = _advance(flow, drive, log, k, h, y)
             log.actuator_work[k + 1] = after[2 * n] - y[2 * n]
             y = after
-    _write_torque(flow, log, len(log.t) - 1, torque(len(log.t) - 1, y))
-    _last_friction(flow, log, drive, y)
+    _finish(flow, log, torque(-1, y), drive, y)
 
 
 def _continuous_controller(controller: Controller, reference: Reference) -> tuple[Drive, int]:

@@ -20,8 +20,7 @@ MILLI = 1e3
 class ErrorFigures:
     """Of an error ref - actual over the samples, joint by joint (n,)."""
 
-    mean: Array
-    """Signed."""
+    mean: Array  # signed
     mean_abs: Array
     max: Array
     min: Array
@@ -47,48 +46,35 @@ class Metrics:
     velocity_mrad_s: ErrorFigures
     tip_max_mm: float
     tip_rms_mm: float
-    peak_torque: Array
-    """Largest |tau_applied| [N m]."""
-    peak_command: Array
-    """Largest |tau_command| [N m]."""
+    peak_torque: Array  # largest |tau_applied| [N m]
+    peak_command: Array  # largest |tau_command| [N m]
     torque_use: Array
-    peak_speed: Array
-    """[rad/s]"""
+    peak_speed: Array  # [rad/s]
     speed_use: Array
-    limit_margin: Array
-    """Least distance from the position limits [rad]; below 0 beyond one."""
-    saturated_s: Array
-    """Time in which the command was beyond the torque limit [s]."""
+    limit_margin: Array  # least distance from the position limits [rad], negative beyond one
+    saturated_s: Array  # time in which the command was beyond the torque limit [s]
 
     @property
     def within_limits(self) -> bool:
-        """Whether torque, speed and position kept to every known limit, with no torque cut."""
+        """Whether torque, speed and position kept every known limit, with no torque cut."""
         uses = np.concatenate([self.torque_use, self.speed_use])
         cut = bool((self.saturated_s > 0.0).any())
         return bool((uses[~np.isnan(uses)] <= 1.0).all() and (self.limit_margin >= 0.0).all() and not cut)
 
     def to_json(self) -> dict[str, Any]:
         """The figures as JSON values; None for NaN and infinity."""
-        return {name: _json(value) for name, value in _items(self)} | {"within_limits": self.within_limits}
+        return {**_json(self), "within_limits": self.within_limits}
 
 
 def metrics(run: Run, arm: Arm) -> Metrics:
-    """Figures of merit of a run of `arm`: its limits and its kinematics are the measure.
+    """Figures of merit of a run by the limits and the kinematics of `arm`.
 
-    Parameters
-    ----------
-    run : Run
-    arm : Arm
-
-    Raises
-    ------
-    ShapeError
-        The run is of an arm with another number of joints.
+    Raises `ShapeError` for a run of an arm with another number of joints.
     """
     if run.n != arm.n:
         raise ShapeError("run", f"{run.n} joints", f"{arm.n} joints, as {arm.name}")
     command, effort = np.abs(run.tau_command), arm.effort
-    steps = np.diff(run.t, append=run.t[-1])  # the last torque is held for no time
+    steps = np.diff(run.t, append=run.t[-1])  # the last sample has no duration
     tip = MILLI * np.linalg.norm(_tip(arm, run.q_ref) - _tip(arm, run.q), axis=-1)
     peak_torque, peak_speed = np.abs(run.tau_applied).max(axis=0), np.abs(run.dq).max(axis=0)
     return Metrics(
@@ -114,13 +100,9 @@ def _use(peak: Array, limit: Array) -> Array:
     return read_only(np.where(np.isfinite(limit), peak / limit, np.nan))
 
 
-def _items(record: Metrics | ErrorFigures) -> list[tuple[str, Any]]:
-    return [(f.name, getattr(record, f.name)) for f in fields(record)]
-
-
 def _json(value: Any) -> Any:
-    if isinstance(value, ErrorFigures):
-        return {name: _json(inner) for name, inner in _items(value)}
+    if isinstance(value, Metrics | ErrorFigures):
+        return {f.name: _json(getattr(value, f.name)) for f in fields(value)}
     if isinstance(value, np.ndarray):
         return [_json(float(x)) for x in value]
     return value if np.isfinite(value) else None

@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from lwr_dyn.arrays import Array
+from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.dynamics.protocol import Dynamics, UngatedDynamics, ungated
-from lwr_dyn.errors import NotPhysicalError, OptionError, RatingWarning
+from lwr_dyn.errors import NotPhysicalError, OptionError, RatingWarning, ShapeError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import Body, with_bodies, with_payload
 from lwr_dyn.model.feasibility import unphysical_links
@@ -50,7 +51,7 @@ class Plant:
 
 def plant_of(
     arm: Arm,
-    dynamics: Dynamics,
+    engine: str | Dynamics,
     friction: ArmFriction | None = None,
     saturate: bool = True,
     position_limits: bool = True,
@@ -60,12 +61,17 @@ def plant_of(
 
     Raises
     ------
-    MissingDataError
-        The arm has no inertias.
+    MissingDataError, UnknownNameError
+        The arm has no inertias; no engine of that name.
+    ShapeError
+        Dynamics of another number of joints.
     NotPhysicalError
         An inertia that no body can have, unless `allow_unphysical`.
     """
     bad = unphysical_links(arm.require_dynamics())
+    dynamics = dynamics_of(arm, engine) if isinstance(engine, str) else engine
+    if dynamics.n != arm.n:
+        raise ShapeError("engine", f"{dynamics.n} joints", f"{arm.n} joints, as the plant has")
     if bad and not allow_unphysical:
         raise NotPhysicalError(f"{arm.name} ({arm.reading})", bad)
     free = np.full(arm.n, np.inf)

@@ -30,15 +30,12 @@ class Log:
     states: Array
     command: Array
     applied: Array
-    friction: Array | None
-    """tau_friction (k + 1, n) [N m]; None without friction."""
+    friction: Array | None  # tau_friction (k + 1, n) [N m]; None without friction
     friction_work: Array
     stop_work: Array
-    actuator_work: Array
-    """Filled by continuous runs only; under hold it is tau . (q_{k+1} - q_k), exactly."""
+    actuator_work: Array  # of continuous runs only; under hold it is tau . (q_{k+1} - q_k), exactly
     continuous: bool
-    done: int = 0
-    """Samples of which state and torque are written."""
+    done: int = 0  # samples of which state and torque are written
 
     @classmethod
     def blank(cls, setup: Setup) -> Log:

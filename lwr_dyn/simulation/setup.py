@@ -12,9 +12,8 @@ from numpy.typing import ArrayLike
 
 from lwr_dyn.arrays import Array, read_only
 from lwr_dyn.control.protocol import Controller, describe
-from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.dynamics.protocol import Dynamics
-from lwr_dyn.errors import OptionError, ShapeError
+from lwr_dyn.errors import OptionError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Motion, Reference
 from lwr_dyn.simulation.friction import FrictionOption, chosen_friction
@@ -30,8 +29,6 @@ from lwr_dyn.simulation.sensors import Encoder, Sensor
 from lwr_dyn.tables import json_text
 from lwr_dyn.version import VERSION
 
-PACKAGES = ("numpy", "scipy", "pin")
-
 
 def arm_record(arm: Arm) -> dict[str, Any]:
     """Which robot it is, as JSON values."""
@@ -41,34 +38,30 @@ def arm_record(arm: Arm) -> dict[str, Any]:
 
 def versions() -> dict[str, str]:
     """Versions of the packages that took part."""
-    return {"lwr_dyn": VERSION, **{name: version(name) for name in PACKAGES}}
+    return {"lwr_dyn": VERSION, **{name: version(name) for name in ("numpy", "scipy", "pin")}}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Setup:
     """A simulation whose options are all checked: `run_setup` runs it; its text is `run.meta`."""
 
-    arm: Arm
-    """The robot as its controller knows it."""
+    arm: Arm  # as its controller knows it
     plant: Plant
     controller: Controller
     reference: Reference
-    motion: Motion
-    """The reference at every sample."""
-    start: Array
-    """(q, dq) at t = 0, (2, n)."""
+    motion: Motion  # the reference at every sample
+    start: Array  # (2, n), q and dq at t = 0
     options: SimulationOptions
     encoder: Encoder | None
     engine: str
     payload: Mapping[str, Any] | None
-    friction_rate: float
-    """Fastest rate at which friction brakes at the start [1/s]."""
+    friction_rate: float  # fastest rate at which friction brakes at the start [1/s]
     note: Mapping[str, Any]
 
-    def sensor(self) -> Sensor | None:
-        """A fresh sensor for one run; None where the controller sees the true state."""
+    def sensor(self) -> Sensor:
+        """A fresh sensor for one run."""
         if self.encoder is None:
-            return None
+            return lambda q, dq: (q, dq)
         q0, dq0 = self.start
         return self.encoder.sensor(q0, dq0, self.motion.t.size, self.options.rate, self.options.seed)
 
@@ -175,7 +168,8 @@ def prepare(
     if payload != 0.0:
         simulated = arm_with_payload(simulated, payload, payload_com, payload_inertia)
         load = _payload_record(payload, payload_com, payload_inertia)
-    body = _plant(simulated, engine, friction, options)
+    chosen = chosen_friction(simulated, friction)
+    body = plant_of(simulated, engine, chosen, saturate, position_limits, allow_unphysical)
     if continuous:
         check_continuous(controller, encoder)
     times = options.times(reference.duration if duration is None else duration)
@@ -188,15 +182,6 @@ def prepare(
         engine if isinstance(engine, str) else getattr(engine, "name", type(engine).__name__),
         load, friction_rate(body, start[0], options), dict(meta or {}),
     )  # fmt: skip
-
-
-def _plant(arm: Arm, engine: str | Dynamics, friction: FrictionOption, options: SimulationOptions) -> Plant:
-    chosen = chosen_friction(arm, friction)
-    arm.require_dynamics()
-    dynamics = dynamics_of(arm, engine) if isinstance(engine, str) else engine
-    if dynamics.n != arm.n:
-        raise ShapeError("engine", f"{dynamics.n} joints", f"{arm.n} joints, as the plant has")
-    return plant_of(arm, dynamics, chosen, options.saturate, options.position_limits, options.allow_unphysical)
 
 
 def _payload_record(mass: float, com: ArrayLike, inertia: ArrayLike | None) -> dict[str, Any]:

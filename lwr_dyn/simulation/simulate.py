@@ -22,17 +22,12 @@ def simulate(
 
     Parameters
     ----------
-    arm : Arm
-        The robot as its controller knows it; also the plant unless the option `plant` is given.
-    controller : Controller
-        A function or object `f(t, q, dq, q_ref, dq_ref, ddq_ref) -> tau`.
-    reference : Reference
-    progress : callable, optional
-        Called with the share that is done.
-    **options
+    arm, controller, reference, **options
         See `lwr_dyn.simulation.setup.prepare`: rate, method, substeps, rtol, continuous, engine, plant, payload,
         payload_com, payload_inertia, friction, encoder, saturate, position_limits, allow_unphysical, seed, duration,
         q0, dq0, meta.
+    progress : callable, optional
+        Called with the share that is done.
 
     Returns
     -------

@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from lwr_dyn.arrays import Array, joint_array
-from lwr_dyn.dynamics.protocol import Dynamics
 from lwr_dyn.errors import UnknownNameError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
@@ -23,10 +22,6 @@ from lwr_dyn.trajectory.references.joint_moves import JointReference
 EQUILIBRIUM = 1e-3
 """[rad/s^2] A pose with less acceleration at rest counts as an equilibrium: centres of mass are printed to 1e-8 m, so
 the LWR's upright pose is exact to 1e-4 rad/s^2."""
-OFFSET = 1e-3
-"""[rad] at every joint, the third case."""
-SPEED = 0.5
-"""[rad/s] at every joint, the second case."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,8 +36,8 @@ class SwingCase:
 CASES: Mapping[str, SwingCase] = MappingProxyType(
     {
         "rest": SwingCase(0.0, 0.0, "upright at rest: an equilibrium to the printed digits"),
-        "speed": SwingCase(0.0, SPEED, "upright with initial velocities"),
-        "offset": SwingCase(OFFSET, 0.0, "upright, every joint offset by 1e-3 rad: the equilibrium is unstable"),
+        "speed": SwingCase(0.0, 0.5, "upright with initial velocities"),
+        "offset": SwingCase(1e-3, 0.0, "upright, every joint offset by 1e-3 rad: the equilibrium is unstable"),
     }
 )
 
@@ -50,12 +45,6 @@ CASES: Mapping[str, SwingCase] = MappingProxyType(
 def no_torque(t: float, q: Array, dq: Array, q_ref: Array, dq_ref: Array, ddq_ref: Array) -> Array:
     """The controller without torque, tau = 0."""
     return np.zeros_like(q)
-
-
-def acceleration_at_rest(dynamics: Dynamics, q: ArrayLike) -> float:
-    """Largest acceleration of a joint released at rest at q (n,), |B^-1 g| [rad/s^2]: 0 at an equilibrium."""
-    still = np.zeros(dynamics.n)
-    return float(np.abs(dynamics.forward_dynamics(q, still, still)).max())
 
 
 def free_swing(
@@ -94,13 +83,10 @@ def free_swing(
     start = CASES[case]
     pose = joint_array("q0", np.full(arm.n, start.offset) if q0 is None else q0, arm.n)
     speed = np.full(arm.n, start.speed) if dq0 is None else dq0
-    still = JointReference(np.array([pose, pose]), (quintic(1.0, duration),))
-    setup = prepare(
-        arm, no_torque, still, q0=pose, dq0=speed, method=method, position_limits=position_limits, **options
-    )
-    acceleration = acceleration_at_rest(setup.plant.dynamics, pose)
-    equilibrium = acceleration <= EQUILIBRIUM and not setup.start[1].any()
-    note = {
-        "case": case, "title": start.title, "acceleration_at_rest": acceleration, "equilibrium": bool(equilibrium)
-    }  # fmt: skip
+    stay = JointReference(np.array([pose, pose]), (quintic(1.0, duration),))
+    setup = prepare(arm, no_torque, stay, q0=pose, dq0=speed, method=method, position_limits=position_limits, **options)
+    none = np.zeros(arm.n)
+    largest = float(np.abs(setup.plant.dynamics.forward_dynamics(pose, none, none)).max())
+    equilibrium = largest <= EQUILIBRIUM and not setup.start[1].any()
+    note = {"case": case, "title": start.title, "acceleration_at_rest": largest, "equilibrium": bool(equilibrium)}
     return run_setup(replace(setup, note=note))

@@ -88,7 +88,7 @@ PLANT_FAULTS = {
 
 
 def test_the_same_solver_without_a_fault_is_clean():
-    assert audit(sound(engine=Faulty(solve())), lwr_dynamics("newton-euler")).closes()
+    assert audit(sound(engine=Faulty(solve())), lwr_dynamics("newton-euler")).is_closed()
 
 
 @pytest.mark.parametrize("fault", PLANT_FAULTS)
@@ -169,7 +169,7 @@ def test_a_falsified_column(column):
 
 def test_nan_does_not_close():
     run = eventful()
-    assert not audit(works(run, stop=np.full(run.t.size, np.nan))).closes(1e9)
+    assert not audit(works(run, stop=np.full(run.t.size, np.nan))).is_closed(1e9)
 
 
 LOOP_FAULTS = {

@@ -19,7 +19,7 @@ def test_fourteen_seconds_at_1_khz_with_rk4(name):
     found = audit(run, lwr_dynamics("newton-euler"))
     assert len(run.t) == 14001
     assert found.residual <= TOLERANCE
-    assert found.closes()
+    assert found.is_closed()
     assert np.ptp(run.energy) > 1.0  # the arm was lifted and lowered
     assert run.meta["audit"]["residual"] == found.residual
 

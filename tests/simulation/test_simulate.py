@@ -68,7 +68,7 @@ def test_a_heavier_plant_and_a_payload_are_felt():
     known = simulate(lwr(), told, wave, payload=3.0, payload_com=(0.0, 0.0, 0.05))
     assert 100 * exact < heavy < unknown
     assert metrics(known, lwr()).tip_max_mm == pytest.approx(exact, rel=0.2)
-    assert audit(known, lwr_dyn.dynamics_of(carrying, "newton-euler")).closes()
+    assert audit(known, lwr_dyn.dynamics_of(carrying, "newton-euler")).is_closed()
 
 
 def test_the_run_file_says_what_made_it(tmp_path):
@@ -175,5 +175,5 @@ class TestEncoder:
     def test_a_loop_closed_through_an_encoder_still_closes_its_books(self):
         law = controllers()["inverse-dynamics"]
         run = simulate(lwr(), law, joint_waves(0.5), encoder=Encoder.of_bits(20, 1e-6), seed=1)
-        assert audit(run).closes()
+        assert audit(run).is_closed()
         assert np.abs(run.q - run.q_ref).max() < 1e-3
