@@ -16,7 +16,6 @@ Coulomb's there is one answer, and this is it.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,10 +24,8 @@ from scipy.linalg.lapack import dposv
 from lwr_dyn.arrays import Array
 from lwr_dyn.simulation.boxed_lcp import Sides, boxed_lcp
 from lwr_dyn.simulation.friction import FrictionTorque, Mask
+from lwr_dyn.simulation.integrators import Accelerate
 from lwr_dyn.simulation.plant import Plant
-
-Accelerate = Callable[[Array, Array, Array], Array]
-"""(q, dq, torque without the friction of moving joints) -> ddq, (n,) each."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

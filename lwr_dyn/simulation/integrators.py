@@ -8,11 +8,14 @@ import numpy as np
 from scipy.integrate import DOP853
 
 from lwr_dyn.arrays import Array
+from lwr_dyn.simulation.friction import FrictionTorque
 
 Rates = Callable[[float, Array], Array]
 """dx/dt of (t, x)."""
 Integrator = Callable[[Rates, float, Array, float], Array]
 """x(t + h) of (rates, t, x, h)."""
+Accelerate = Callable[[Array, Array, Array], Array]
+"""(q, dq, torque without the friction of moving joints) -> ddq, (n,) each."""
 HeldStep = Callable[[Array, Array, Array], float]
 """`step(now, tau, after)` writes the state `after` (2, n) that follows `now` (2, n) under the torque tau (n,)."""
 
@@ -62,11 +65,7 @@ def dop853(rtol: float = 1e-12, atol: float = 1e-13) -> Integrator:
 
 
 def held_rk4(
-    forward: Callable[[Array, Array, Array], Array],
-    n: int,
-    h: float,
-    substeps: int = 1,
-    friction: Callable[[Array], Array] | None = None,
+    forward: Accelerate, n: int, h: float, substeps: int = 1, friction: FrictionTorque | None = None
 ) -> tuple[HeldStep, Callable[[], Array]]:
     """RK4 over h [s] under a held torque, written for speed, for ddq = forward(q, dq, tau - friction(dq)).
 
@@ -83,22 +82,17 @@ def held_rk4(
     d, brake = h / substeps, friction or np.zeros_like
     *stages, end = _second_order_tables(d)
     table, stage, dot, repeats = np.zeros((6, n)), np.zeros((2, n)), np.dot, range(substeps)
-    start, (q0, dq0), (q, dq) = table[:2], table[:2], stage
-    k1, k2, k3, k4 = table[2:]
-    (c2, c3, c4), upto1, upto2, upto3 = stages, table[:3], table[:4], table[:5]
-    later = ((c2, upto1, k2, 2.0), (c3, upto2, k3, 2.0), (c4, upto3, k4, 1.0))
+    start, k1, (q0, dq0), (q, dq) = table[:2], table[2], table[:2], stage
+    later = [(c, table[:i], table[i], float(WEIGHTS[i - 2])) for i, c in enumerate(stages, start=3)]
 
     def frictionless(now: Array, tau: Array, after: Array) -> float:
         state = now
         for _ in repeats:
             start[:] = state
             k1[:] = forward(q0, dq0, tau)
-            dot(c2, upto1, out=stage)
-            k2[:] = forward(q, dq, tau)
-            dot(c3, upto2, out=stage)
-            k3[:] = forward(q, dq, tau)
-            dot(c4, upto3, out=stage)
-            k4[:] = forward(q, dq, tau)
+            for coefficients, known, k, _ in later:
+                dot(coefficients, known, out=stage)
+                k[:] = forward(q, dq, tau)
             dot(end, table, out=after)
             state = after
         return 0.0
