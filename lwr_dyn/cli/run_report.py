@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.cli.friction import friction_lines
 from lwr_dyn.control.gains import UNSTABLE, damping_per_sample
 from lwr_dyn.control.pd_gravity import PDGravity
 from lwr_dyn.control.pid import PID
@@ -14,6 +13,7 @@ from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind
 from lwr_dyn.model.run import Run
 from lwr_dyn.simulation.metrics import Metrics, metrics
+from lwr_dyn.simulation.record import ACTIVE_FRICTION
 from lwr_dyn.simulation.setup import Setup
 from lwr_dyn.tables import Heading, Table
 
@@ -54,6 +54,22 @@ def sampling_note(run: Run) -> list[str]:
         return []
     fault = f"Kd is too strong for {options.rate:g} samples a second here, the loop chatters"
     return [f"note: {fault}; a --rate above {options.rate * damping / UNSTABLE:.0f} would hold it"]
+
+
+def friction_lines(run: Run, arm: Arm) -> list[str]:
+    """The friction of a run in words: its form, what a refit changed, and where it drove instead of braking."""
+    form = run.meta["friction_law"]["form"]
+    if form == "none":
+        return []
+    lines = [f"friction: {form}; accelerations computed {run.meta['evaluations']} times"]
+    for c in run.meta["note"].get("passive_refit", ()):
+        before, after = (f"F_c {x['coulomb']:.4f}, sigma {x['viscous']:.4f}" for x in (c["before"], c["after"]))
+        cost = f"RMS {c['rms']:.3g} N m up to {c['speed']:g} rad/s"
+        lines.append(f"passive refit of {c['joint']}, {c['side']}: {before} -> {after}; {cost}")
+    for joint, name in enumerate(arm.joint_names):
+        for e in (e for e in run.events if e.kind == ACTIVE_FRICTION and e.joint == joint):
+            lines.append(f"warning: friction of {name} feeds energy in from {e.t:g} s on, at {e.value:.4g} rad/s (m/s)")
+    return lines
 
 
 def error_table(arm: Arm, figures: Metrics, title: str) -> Table:

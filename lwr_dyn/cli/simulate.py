@@ -7,7 +7,6 @@ from typing import Any
 
 import click
 
-from lwr_dyn.cli.friction import friction_option
 from lwr_dyn.cli.options import load_robot, print_json, robot_options
 from lwr_dyn.cli.row_options import OptionRule, refuse_unused, row_options
 from lwr_dyn.cli.run_report import run_record, run_text
@@ -16,10 +15,10 @@ from lwr_dyn.control.controllers import CONTROLLERS, make_controller
 from lwr_dyn.dynamics.engines import ENGINES, dynamics_of
 from lwr_dyn.errors import DivergenceError, FileAccessError, OptionError
 from lwr_dyn.files import check_writable
-from lwr_dyn.front import load
+from lwr_dyn.front import FUNCTIONS, load
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
-from lwr_dyn.simulation.friction import FORMS
+from lwr_dyn.simulation.arm_friction import FORMS, FrictionOption
 from lwr_dyn.simulation.plant import arm_with_payload, arm_with_scaled_inertia
 from lwr_dyn.simulation.sensors import Encoder
 from lwr_dyn.simulation.simulate import simulate
@@ -128,7 +127,7 @@ def _simulated(arm: Arm, robot: str, given: dict[str, Any]) -> Run:
         plant = arm_with_scaled_inertia(plant, given["plant_scale"])
     plant_is_model = plant is arm and (given["payload_known"] or not payload)
     engine = dynamics if plant_is_model else given["engine"]
-    friction, note = friction_option(plant, given["friction"], given["passive_refit"])
+    friction, note = _friction(plant, given["friction"], given["passive_refit"])
     encoder = _encoder(given["encoder_bits"], given["encoder_noise"], given["velocity_cutoff"])
     reference = REFERENCES.make(given["task"], arm, **TASK_OPTIONS.values(given["task"], given, arm))
     bar = click.progressbar(length=100, label="simulating", file=sys.stderr, hidden=not sys.stderr.isatty())
@@ -143,6 +142,22 @@ def _simulated(arm: Arm, robot: str, given: dict[str, Any]) -> Run:
             engine=engine, saturate=not given["no_saturation"], seed=given["seed"],
             allow_unphysical=given["allow_unphysical"], friction=friction, meta={"task": given["task"], **note},
         )  # fmt: skip
+
+
+def _friction(plant: Arm, form: str, refit: bool) -> tuple[FrictionOption, dict[str, Any]]:
+    """The option `friction` of `simulate`, and a note of what a refit changed; raises as `passive_refit`."""
+    if not refit:
+        return form, {}
+    if form != FORMS[0]:
+        raise OptionError("--passive-refit", f"with --friction {form}", f"with --friction {FORMS[0]}")
+    nearest = FUNCTIONS.load("passive_refit")(plant.friction_models())
+    return nearest.models, {"passive_refit": [_change(plant, c) for c in nearest.changes]}
+
+
+def _change(plant: Arm, c: Any) -> dict[str, Any]:
+    before, after = ({"coulomb": d.coulomb, "viscous": d.viscous} for d in (c.before, c.after))
+    name = plant.joint_names[c.joint]
+    return {"joint": name, "side": c.side, "rms": c.rms, "speed": c.speed, "before": before, "after": after}
 
 
 def _encoder(bits: int | None, noise: float, cutoff: float) -> Encoder | None:

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
 from lwr_dyn.dynamics.protocol import Dynamics, mechanical_energy
 from lwr_dyn.model.run import Run
 
@@ -47,17 +46,6 @@ class Audit:
         }  # fmt: skip
 
 
-def residual(energy: Array, work: Mapping[str, Array]) -> Array:
-    """E(t) - E(0) - sum of work, (k,) [J]."""
-    return np.asarray(energy - energy[0] - sum(work.values()))
-
-
-def held_work(run: Run) -> Array:
-    """sum tau_applied . (q_{k+1} - q_k), (k,) [J]: the work of torques held from sample to sample."""
-    steps = np.einsum("ki,ki->k", run.tau_applied[:-1], np.diff(run.q, axis=0))
-    return np.concatenate([[0.0], np.cumsum(steps)])
-
-
 def audit(run: Run, dynamics: Dynamics | None = None) -> Audit:
     """The energy audit of a run.
 
@@ -72,14 +60,16 @@ def audit(run: Run, dynamics: Dynamics | None = None) -> Audit:
     Under hold, rigid-body energy is exact but for the integrator's error, since the actuator's work is known exactly.
     """
     actuator_gap = energy_gap = None
+    change = run.energy - run.energy[0]
     if not run.meta.get("options", {}).get("continuous", False):
-        actuator_gap = float(np.abs(run.work["actuator"] - held_work(run)).max())
+        held = np.einsum("ki,ki->k", run.tau_applied[:-1], np.diff(run.q, axis=0))
+        actuator_gap = float(np.abs(run.work["actuator"] - np.concatenate([[0.0], np.cumsum(held)])).max())
     if dynamics is not None:
         again = mechanical_energy(dynamics, run.q, run.dq)
-        energy_gap = float(np.abs((again - again[0]) - (run.energy - run.energy[0])).max())
+        energy_gap = float(np.abs(again - again[0] - change).max())
     return Audit(
-        residual=float(np.abs(residual(run.energy, run.work)).max()),
-        energy_change=float(run.energy[-1] - run.energy[0]),
+        residual=float(np.abs(change - sum(run.work.values())).max()),
+        energy_change=float(change[-1]),
         channels={name: float(each[-1]) for name, each in run.work.items()},
         actuator_gap=actuator_gap,
         energy_gap=energy_gap,

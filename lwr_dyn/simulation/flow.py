@@ -12,10 +12,10 @@ import numpy as np
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.model.run import Event
+from lwr_dyn.simulation.arm_friction import Mask
 from lwr_dyn.simulation.boxed_lcp import Sides
 from lwr_dyn.simulation.contact import ContactMode, contact_mode, impact, resolve_stick_slip
 from lwr_dyn.simulation.events import EventFunction, Interval, earliest, followable, possible_events
-from lwr_dyn.simulation.friction import Mask
 from lwr_dyn.simulation.integrators import Integrator, Rates
 from lwr_dyn.simulation.plant import Plant
 

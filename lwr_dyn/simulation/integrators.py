@@ -8,7 +8,7 @@ import numpy as np
 from scipy.integrate import DOP853
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.simulation.friction import FrictionTorque
+from lwr_dyn.simulation.arm_friction import FrictionTorque
 
 Rates = Callable[[float, Array], Array]
 """dx/dt of (t, x)."""

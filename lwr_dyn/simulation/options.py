@@ -99,7 +99,7 @@ def check_continuous(controller: Controller, encoder: object) -> None:
     if hasattr(controller, "reset") and not isinstance(controller, WithMemory):
         raise OptionError(
             "continuous", "with a controller that remembers between calls",
-            "a sampled run, or a controller with `law` and `memory_size`",
+            "a sampled run, or a controller with `torque_and_rate` and `memory_size`",
         )  # fmt: skip
 
 

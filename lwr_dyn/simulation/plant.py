@@ -16,7 +16,7 @@ from lwr_dyn.errors import NotPhysicalError, OptionError, RatingWarning, ShapeEr
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import Body, with_bodies, with_payload
 from lwr_dyn.model.feasibility import unphysical_links
-from lwr_dyn.simulation.friction import ArmFriction, Mask
+from lwr_dyn.simulation.arm_friction import ArmFriction, Mask
 
 
 @dataclass(frozen=True, slots=True, eq=False)

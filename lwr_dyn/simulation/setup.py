@@ -16,7 +16,7 @@ from lwr_dyn.dynamics.protocol import Dynamics
 from lwr_dyn.errors import OptionError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Motion, Reference
-from lwr_dyn.simulation.friction import FrictionOption, chosen_friction
+from lwr_dyn.simulation.arm_friction import FrictionOption, chosen_friction
 from lwr_dyn.simulation.options import (
     SimulationOptions,
     check_continuous,
@@ -163,11 +163,13 @@ def prepare(
     if not callable(controller):
         raise OptionError("controller", repr(controller), "a function f(t, q, dq, q_ref, dq_ref, ddq_ref) -> tau")
     if not hasattr(reference, "sample"):
-        raise OptionError("reference", repr(reference), "a Reference, such as tasks and Motion are")
+        raise OptionError("reference", repr(reference), "a Reference, with `sample(t)` and `duration`")
     simulated, load = arm if plant is None else plant, None
     if payload != 0.0:
         simulated = arm_with_payload(simulated, payload, payload_com, payload_inertia)
-        load = _payload_record(payload, payload_com, payload_inertia)
+        com = np.asarray(payload_com, dtype=float).tolist()
+        inertia = None if payload_inertia is None else np.asarray(payload_inertia, dtype=float).tolist()
+        load = {"mass": float(payload), "com": com, "inertia": inertia}
     chosen = chosen_friction(simulated, friction)
     body = plant_of(simulated, engine, chosen, saturate, position_limits, allow_unphysical)
     if continuous:
@@ -182,8 +184,3 @@ def prepare(
         engine if isinstance(engine, str) else getattr(engine, "name", type(engine).__name__),
         load, friction_rate(body, start[0], options), dict(meta or {}),
     )  # fmt: skip
-
-
-def _payload_record(mass: float, com: ArrayLike, inertia: ArrayLike | None) -> dict[str, Any]:
-    tensor = None if inertia is None else np.asarray(inertia, dtype=np.float64).tolist()
-    return {"mass": float(mass), "com": np.asarray(com, dtype=np.float64).tolist(), "inertia": tensor}

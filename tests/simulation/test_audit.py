@@ -149,9 +149,9 @@ RECORD_FAULTS = {
 
 
 def test_the_eventful_run_is_clean():
-    found = audit(eventful(), lwr_dynamics("newton-euler"))
-    assert found.worst <= 1e-7
-    assert set(found.channels) == {"actuator", "friction", "stop"}
+    result = audit(eventful(), lwr_dynamics("newton-euler"))
+    assert result.worst <= 1e-7
+    assert set(result.channels) == {"actuator", "friction", "stop"}
 
 
 @pytest.mark.parametrize("fault", RECORD_FAULTS)

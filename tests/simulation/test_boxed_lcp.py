@@ -22,7 +22,7 @@ def problem(seed, size):
 
 def every_solution(M, b, lo, hi):
     """Solutions found by trying every joint at every side."""
-    found = []
+    solutions = []
     for sides in itertools.product((-1, 0, 1), repeat=b.size):
         s = np.array(sides)
         if not np.isfinite(hi[s > 0]).all():
@@ -31,8 +31,8 @@ def every_solution(M, b, lo, hi):
         at = s == 0
         f[at] = np.linalg.solve(M[np.ix_(at, at)], b[at] - M[np.ix_(at, ~at)] @ f[~at])
         if (f >= lo).all() and (f <= hi).all() and (s * (b - M @ f) >= 0).all():
-            found.append((f, s))
-    return found
+            solutions.append((f, s))
+    return solutions
 
 
 @given(st.integers(0, 10**6), st.integers(1, 4))

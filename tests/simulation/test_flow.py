@@ -157,9 +157,9 @@ class TestOneJoint:
             return y[1]
 
         at_rest.terminal = True
-        found = solve_ivp(rates, (0, 1), [0.0, 0.5], "DOP853", rtol=1e-12, atol=1e-14, events=at_rest)
-        assert run.events[0].t == pytest.approx(found.t_events[0][0], abs=CLOSED_FORM)
-        assert run.q[-1, 0] == pytest.approx(found.y[0, -1], abs=CLOSED_FORM)
+        reference = solve_ivp(rates, (0, 1), [0.0, 0.5], "DOP853", rtol=1e-12, atol=1e-14, events=at_rest)
+        assert run.events[0].t == pytest.approx(reference.t_events[0][0], abs=CLOSED_FORM)
+        assert run.q[-1, 0] == pytest.approx(reference.y[0, -1], abs=CLOSED_FORM)
 
     def test_an_offset_shifts_what_is_held(self):
         model = JointFriction(Direction(1.0, 0.0), Direction(1.0, 0.0), offset=0.5)

@@ -16,12 +16,12 @@ from tests.simulation.sample_runs import MIDDLE, Sinusoids, controllers, joint_w
 @pytest.mark.parametrize("name", controllers())
 def test_fourteen_seconds_at_1_khz_with_rk4(name):
     run = simulate(lwr(), controllers()[name], joint_waves())
-    found = audit(run, lwr_dynamics("newton-euler"))
+    result = audit(run, lwr_dynamics("newton-euler"))
     assert len(run.t) == 14001
-    assert found.residual <= TOLERANCE
-    assert found.is_closed()
+    assert result.residual <= TOLERANCE
+    assert result.is_closed()
     assert np.ptp(run.energy) > 1.0  # the arm was lifted and lowered
-    assert run.meta["audit"]["residual"] == found.residual
+    assert run.meta["audit"]["residual"] == result.residual
 
 
 @examples(10)

@@ -31,8 +31,8 @@ ARM = one_joint(JointKind.REVOLUTE, lever=0.5, lower=-1.0, upper=2.0, velocity=4
 
 
 def test_errors_in_mrad():
-    found = metrics(run_of([0.0, 0.0, 0.0, 0.0], [0.001, -0.003, 0.0, 0.004], dq=[0.0, 0.5, 0.0, 0.0]), ARM)
-    position, velocity = found.position_mrad, found.velocity_mrad_s
+    figures = metrics(run_of([0.0, 0.0, 0.0, 0.0], [0.001, -0.003, 0.0, 0.004], dq=[0.0, 0.5, 0.0, 0.0]), ARM)
+    position, velocity = figures.position_mrad, figures.velocity_mrad_s
     assert position.mean[0] == pytest.approx(0.5)
     assert position.mean_abs[0] == pytest.approx(2.0)
     assert position.max[0] == pytest.approx(4.0)
@@ -44,15 +44,15 @@ def test_errors_in_mrad():
 
 def test_torques_speeds_and_margins():
     run = run_of([0.0, 1.5, -0.9], 0.0, dq=[0.0, -2.0, 1.0], command=[5.0, -20.0, 30.0], applied=[5.0, -10.0, 10.0])
-    found = metrics(run, ARM)
-    assert found.peak_torque[0] == 10.0
-    assert found.peak_command[0] == 30.0
-    assert found.torque_use[0] == 1.0
-    assert found.peak_speed[0] == 2.0
-    assert found.speed_use[0] == 0.5
-    assert found.limit_margin[0] == pytest.approx(0.1)
-    assert found.saturated_s[0] == pytest.approx(0.1)  # the last sample is held for no time
-    assert not found.within_limits
+    figures = metrics(run, ARM)
+    assert figures.peak_torque[0] == 10.0
+    assert figures.peak_command[0] == 30.0
+    assert figures.torque_use[0] == 1.0
+    assert figures.peak_speed[0] == 2.0
+    assert figures.speed_use[0] == 0.5
+    assert figures.limit_margin[0] == pytest.approx(0.1)
+    assert figures.saturated_s[0] == pytest.approx(0.1)  # the last sample is held for no time
+    assert not figures.within_limits
     assert metrics(run_of([0.0, 1.5], 0.0, command=[5.0, 5.0]), ARM).within_limits
     assert not metrics(run_of([0.0, 2.1], 0.0), ARM).within_limits
     assert not metrics(run_of([0.0, 0.0], 0.0, dq=[0.0, 4.1]), ARM).within_limits
@@ -60,13 +60,13 @@ def test_torques_speeds_and_margins():
 
 def test_unknown_limits_are_nan_and_null():
     arm = one_joint()
-    found = metrics(run_of([0.0, 1.5], 0.0, dq=[1e6, 0.0], command=[1e6, 0.0]), arm)
-    assert np.isnan(found.torque_use[0])
-    assert found.within_limits
-    told = json.loads(json.dumps(found.to_json()))
-    assert told["torque_use"] == [None]
-    assert told["limit_margin"] == [None]
-    assert told["position_mrad"]["mean"] == [-750.0]
+    figures = metrics(run_of([0.0, 1.5], 0.0, dq=[1e6, 0.0], command=[1e6, 0.0]), arm)
+    assert np.isnan(figures.torque_use[0])
+    assert figures.within_limits
+    record = json.loads(json.dumps(figures.to_json()))
+    assert record["torque_use"] == [None]
+    assert record["limit_margin"] == [None]
+    assert record["position_mrad"]["mean"] == [-750.0]
 
 
 def test_tip_error():
@@ -77,9 +77,9 @@ def test_tip_error():
     zero = 0 * q
     run = Run(t, q, zero, q_ref, zero, zero, zero, zero, 0 * t, {})
     lever = 1e3 * lwr_dyn.forward_kinematics(lwr(), np.zeros(7))[2, 3]
-    found = metrics(run, lwr())
-    assert found.tip_max_mm == pytest.approx(2 * lever * np.sin(0.005), rel=1e-12)
-    assert found.tip_rms_mm == pytest.approx(found.tip_max_mm / np.sqrt(3), rel=1e-12)
+    figures = metrics(run, lwr())
+    assert figures.tip_max_mm == pytest.approx(2 * lever * np.sin(0.005), rel=1e-12)
+    assert figures.tip_rms_mm == pytest.approx(figures.tip_max_mm / np.sqrt(3), rel=1e-12)
 
 
 def test_a_run_of_another_arm():

@@ -30,9 +30,9 @@ OPTIONS = [
 
 @pytest.mark.parametrize(("name", "value"), OPTIONS)
 def test_an_option_outside_what_is_allowed(name, value):
-    with pytest.raises(OptionError, match=f"{name}.*allowed: ") as told:
+    with pytest.raises(OptionError, match=f"{name}.*allowed: ") as error:
         simulate(lwr(), no_torque, joint_waves(), **{name: value})
-    assert "\n" not in str(told.value)
+    assert "\n" not in str(error.value)
 
 
 @pytest.mark.parametrize(
@@ -122,16 +122,16 @@ class TestDivergence:
             return lwr_dynamics().gravity_vector(q) + np.where(np.arange(7) == 5, 1e3 * np.sign(dq) * (1 + dq**2), 0.0)
 
         start = np.where(np.arange(7) == 5, 0.1, 0.0)
-        with pytest.raises(DivergenceError, match=r"t = 0\.\d+ s: joint_6") as told:
+        with pytest.raises(DivergenceError, match=r"t = 0\.\d+ s: joint_6") as error:
             simulate(
                 lwr(), push_joint_6, joint_waves(), dq0=start, saturate=False, duration=1.0, method=method,
                 position_limits=position_limits, rtol=1e-6,
             )  # fmt: skip
-        run = told.value.run
+        run = error.value.run
         assert isinstance(run, Run)
-        assert run.t[-1] == told.value.t < 1.0
+        assert run.t[-1] == error.value.t < 1.0
         assert np.isfinite(run.q).all()
-        assert run.meta["diverged"]["joint"] == told.value.joint == "joint_6"
+        assert run.meta["diverged"]["joint"] == error.value.joint == "joint_6"
         assert all(np.shape(w) == run.t.shape for w in run.work.values())
 
     @pytest.mark.parametrize("continuous", [False, True])
@@ -140,11 +140,11 @@ class TestDivergence:
         def fails(t, q, *state):
             return np.where((np.arange(7) == 2) & (t >= at), np.nan, 0.0)
 
-        with pytest.raises(DivergenceError, match="joint_3: torque command nan") as told:
+        with pytest.raises(DivergenceError, match="joint_3: torque command nan") as error:
             simulate(lwr(), fails, joint_waves(), duration=0.02, continuous=continuous, method="rk4")
-        assert told.value.t == pytest.approx(at, abs=0.0011)
-        assert told.value.run.t[-1] == told.value.t
-        assert isinstance(told.value, LwrDynError)
+        assert error.value.t == pytest.approx(at, abs=0.0011)
+        assert error.value.run.t[-1] == error.value.t
+        assert isinstance(error.value, LwrDynError)
 
     def test_unstable_gains(self):
         law = controllers()["inverse-dynamics"]

@@ -64,8 +64,8 @@ def test_a_heavier_plant_and_a_payload_are_felt():
         )
     )
     carrying = arm_with_payload(lwr(), 3.0, (0.0, 0.0, 0.05))
-    told = InverseDynamics(lwr_dyn.dynamics_of(carrying), 2500, 100)
-    known = simulate(lwr(), told, wave, payload=3.0, payload_com=(0.0, 0.0, 0.05))
+    informed = InverseDynamics(lwr_dyn.dynamics_of(carrying), 2500, 100)
+    known = simulate(lwr(), informed, wave, payload=3.0, payload_com=(0.0, 0.0, 0.05))
     assert 100 * exact < heavy < unknown
     assert metrics(known, lwr()).tip_max_mm == pytest.approx(exact, rel=0.2)
     assert audit(known, lwr_dyn.dynamics_of(carrying, "newton-euler")).is_closed()
@@ -79,19 +79,19 @@ def test_the_run_file_says_what_made_it(tmp_path):
     )  # fmt: skip
     made.save(tmp_path / "run.npz")
     run = Run.load(tmp_path / "run.npz")
-    told = run.meta
-    assert json.loads(json.dumps(told)) == told
-    assert (told["robot"], told["reading"], told["digest"]) == ("lwr4plus", "computed", lwr().digest)
-    assert told["plant"]["reading"] == "physical"
-    assert told["payload"] == {"mass": 1.5, "com": [0.0, 0.0, 0.0], "inertia": None}
-    assert told["controller"]["name"] == "pid"
-    assert len(told["controller"]["parameters"]["Ki"]) == 7
-    assert told["options"]["rate"] == 500.0
-    assert told["encoder"]["resolution"] == pytest.approx(2 * np.pi / 65536)
-    assert told["seed"] == 7
-    assert set(told["versions"]) == {"lwr_dyn", "numpy", "scipy", "pin"}
-    assert told["note"] == {"task": "waves"}
-    assert told["audit"]["residual"] <= 1e-9
+    meta = run.meta
+    assert json.loads(json.dumps(meta)) == meta
+    assert (meta["robot"], meta["reading"], meta["digest"]) == ("lwr4plus", "computed", lwr().digest)
+    assert meta["plant"]["reading"] == "physical"
+    assert meta["payload"] == {"mass": 1.5, "com": [0.0, 0.0, 0.0], "inertia": None}
+    assert meta["controller"]["name"] == "pid"
+    assert len(meta["controller"]["parameters"]["Ki"]) == 7
+    assert meta["options"]["rate"] == 500.0
+    assert meta["encoder"]["resolution"] == pytest.approx(2 * np.pi / 65536)
+    assert meta["seed"] == 7
+    assert set(meta["versions"]) == {"lwr_dyn", "numpy", "scipy", "pin"}
+    assert meta["note"] == {"task": "waves"}
+    assert meta["audit"]["residual"] <= 1e-9
     np.testing.assert_array_equal(run.q, made.q)
 
 

@@ -15,8 +15,8 @@ DRIFT = 1e-8
 @pytest.mark.parametrize("case", CASES)
 def test_two_seconds_keep_their_energy(case):
     run = free_swing(lwr(), case, rate=100.0)
-    found = audit(run, lwr_dynamics("newton-euler"))
-    assert found.worst <= DRIFT
+    result = audit(run, lwr_dynamics("newton-euler"))
+    assert result.worst <= DRIFT
     assert np.ptp(run.energy) <= DRIFT
     assert (run.tau_applied == 0.0).all()
 

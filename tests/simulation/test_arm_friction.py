@@ -8,8 +8,8 @@ import pytest
 import lwr_dyn
 from lwr_dyn.errors import OptionError, ShapeError
 from lwr_dyn.model.friction import Direction, JointFriction, symmetric
+from lwr_dyn.simulation.arm_friction import chosen_friction
 from lwr_dyn.simulation.fast_step import FastStep
-from lwr_dyn.simulation.friction import chosen_friction
 from lwr_dyn.simulation.record import ACTIVE_FRICTION
 from lwr_dyn.simulation.simulate import simulate
 from lwr_dyn.simulation.swing import no_torque
@@ -95,7 +95,7 @@ def test_viscous_friction_alone_needs_no_events():
     assert not constant.directional.any()
 
 
-def test_friction_that_drives_is_told_once_a_side_and_never_clamped():
+def test_friction_that_drives_is_an_event_once_a_side_and_never_clamped():
     model = JointFriction(Direction(1.0, -2.0), Direction(1.0, 0.5))
     run = simulate(one_joint(), no_torque, Still(np.zeros(1), 0.4), dq0=[0.8], friction=[model])
     (event,) = run.events
