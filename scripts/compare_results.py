@@ -4,8 +4,9 @@ python scripts/compare_results.py BEFORE AFTER [PAPER ...]
 
 Texts, verdicts, whole numbers and names must be the same; floats to 1e-12 relative. The statistics of a run's errors
 ("position_mrad", "velocity_mrad_s") are compared relative to the largest of them: in a mean that nearly cancels, the
-rounding of the samples stays. What rounding alone leaves (energy audits, differences of two ways to one number) must
-stay below `ROUNDING`. Renamed keys and texts stand in tests/reproduction/renamed_keys.toml, if there are any.
+rounding of the samples stays. Energies of an audit are compared to 1e-12 J. What rounding alone leaves (residuals,
+differences of two ways to one number) must stay below `ROUNDING`. Renamed keys and texts stand in
+tests/reproduction/renamed_keys.toml, if there are any.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ def differences(before: Any, after: Any, place: str = "", scale: float = 0.0) ->
     if isinstance(before, dict) and isinstance(after, dict):
         for key in sorted({*before, *after}):
             if key in before and key in after:
-                size = max(map(abs, _floats(before[key])), default=0.0) if key in STATISTICS else scale
+                size = _scale(key, before[key]) or scale
                 yield from differences(before[key], after[key], f"{place}.{key}", size)
             else:
                 yield f"{place}.{key}: only {'before' if key in before else 'after'}"
@@ -39,6 +40,13 @@ def differences(before: Any, after: Any, place: str = "", scale: float = 0.0) ->
             yield from differences(x, y, f"{place}[{i}]", scale)
     elif not _same(before, after, scale):
         yield f"{place}: {str(before)[:200]} -> {str(after)[:200]}"
+
+
+def _scale(key: str, record: Any) -> float:
+    """The size to which the floats below a key are compared; 0 for their own."""
+    if key in STATISTICS:
+        return max(map(abs, _floats(record)), default=0.0)
+    return 1.0 if key == "audit" else 0.0
 
 
 def _same(before: Any, after: Any, scale: float) -> bool:
