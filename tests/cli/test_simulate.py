@@ -2,8 +2,10 @@
 
 import json
 
+import click
 import pytest
 
+from lwr_dyn.cli import simulate
 from lwr_dyn.model.run import Run
 from lwr_dyn.papers.catalog import template
 
@@ -156,3 +158,18 @@ def test_a_payload_over_the_rated_one_is_warned_of_in_one_line(lwr_dyn_command):
     assert code == 0
     assert err == "lwr-dyn: warning: kr30ha: a payload of 31 kg is over the rated 30 kg\n"
     assert lwr_dyn_command(*task, "--payload", "30")[2] == ""
+
+
+def test_each_rule_refuses_its_option_where_it_has_no_effect():
+    given = {"payload": 0.0, "method": "dop853", "encoder_bits": None, "encoder_noise": 0.0}
+    used = {"payload": 1.0, "method": "rk4", "encoder_bits": None, "encoder_noise": 1e-4}
+    assert [rule.holds(given) for rule in simulate.RULES] == [False, False, False]
+    assert [rule.holds(used) for rule in simulate.RULES] == [True, True, True]
+
+
+def test_a_controller_is_a_name_or_a_python_file():
+    kind = simulate.NameOrFile(["pid"])
+    assert kind.convert("pid", None, None) == "pid"
+    assert kind.convert("folder/mine.py", None, None) == "folder/mine.py"
+    with pytest.raises(click.BadParameter, match=r"'mine\.txt' is not"):
+        kind.convert("mine.txt", None, None)

@@ -5,6 +5,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.dynamics.engines import ENGINES
+from lwr_dyn.dynamics.gate import FUNCTIONS, Gated
 from lwr_dyn.dynamics.protocol import Dynamics
 from lwr_dyn.errors import MissingDataError, OptionError, ShapeError, UnknownNameError
 from tests.arms import random_arm
@@ -117,3 +118,33 @@ def test_names_and_options_that_do_not_exist():
         lwr_dyn.dynamics_of(arm, rotors="full")
     with pytest.raises(MissingDataError, match="masses and inertias not given"):
         lwr_dyn.dynamics_of(lwr_dyn.load("lwr4"))
+
+
+class Constant:
+    """An engine of two joints whose results are what is given; `batched` broadcasts less than a batch."""
+
+    def __init__(self, **results):
+        for name, (_, axes) in FUNCTIONS.items():
+            value = results.get(name, np.ones((2,) * axes))
+            setattr(self, name, lambda *state, value=value: value)
+
+
+@pytest.mark.parametrize("batched", [None, Constant()])
+def test_a_constant_result_gets_the_axes_of_its_batch(batched):
+    gated = Gated("constant", 2, Constant(), batched)
+    for name, (arguments, axes) in FUNCTIONS.items():
+        states = [np.zeros((3, 2))] * len(arguments)
+        assert getattr(gated, name)(*states).shape == (3, *(2,) * axes)
+        assert getattr(gated, name).__doc__ == getattr(Dynamics, name).__doc__
+    assert repr(gated) == "<engine constant, 2 joints>"
+
+
+def test_functions_that_may_hide_a_value_check_their_arguments_first():
+    hidden = np.array([np.nan, 0.0])
+    for slow in ((), ("gravity_vector",)):
+        gated = Gated("constant", 2, Constant(), slow=slow)
+        if slow:
+            with pytest.raises(ShapeError, match=r"q: nan at index \(0,\)"):
+                gated.gravity_vector(hidden)
+        else:
+            assert gated.gravity_vector(hidden).tolist() == [1.0, 1.0]  # this engine does not pass the value on

@@ -11,6 +11,9 @@ from lwr_dyn.model.dh import JointKind
 from lwr_dyn.model.friction import Direction, JointFriction, symmetric
 from lwr_dyn.model.spatial import Pose
 from lwr_dyn.simulation.audit import audit
+from lwr_dyn.simulation.flow import Flow
+from lwr_dyn.simulation.integrators import rk4
+from lwr_dyn.simulation.plant import plant_of
 from lwr_dyn.simulation.simulate import simulate
 from lwr_dyn.simulation.swing import no_torque
 from tests.simulation.phases import Phases
@@ -346,3 +349,21 @@ def test_the_lwr_with_friction_in_every_joint_closes_its_books():
     assert len([e for e in run.events if e.kind == "stick"]) >= 3
     assert audit(run).residual <= 1e-8
     assert (np.diff(run.work["friction"]) <= 1e-15).all()
+
+
+def test_one_interval_with_an_impact_has_its_moment_its_work_and_its_rest():
+    arm = one_joint(mass=2.0, lower=-1.0, upper=0.25)
+    flow = Flow(plant_of(arm, lwr_dyn.dynamics_of(arm)), rk4(1))
+
+    def pushed(t, q, dq, memory):
+        return np.array([8.0]), np.zeros(0)
+
+    y = flow.advance(pushed, 0.0, np.array([0.0, 1.0, 0.0, 0.0]), 0.5)
+    moment = (-1.0 + np.sqrt(1.0 + 8.0 * 0.25)) / 4.0  # 0.25 = t + 2 t^2
+    (event,) = [event for event in flow.events if event.kind == "stop"]
+    assert event.t == pytest.approx(moment, abs=1e-12)
+    assert y[:2].tolist() == [0.25, 0.0]
+    kinetic = 0.5 * 2.0 * (1.0 + 4.0 * moment) ** 2
+    assert event.value == pytest.approx(kinetic, rel=1e-10)
+    assert flow.stop_work == pytest.approx(-kinetic, rel=1e-10)
+    assert y[2] == pytest.approx(8.0 * 0.25, rel=1e-10)  # the motor's work until the stop, none after it

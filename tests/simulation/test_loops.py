@@ -5,9 +5,11 @@ import pytest
 from hypothesis import given
 
 import lwr_dyn
+from lwr_dyn.errors import ShapeError
 from lwr_dyn.simulation.audit import TOLERANCE, audit
+from lwr_dyn.simulation.loops import REPORTS, joint_torque
 from lwr_dyn.simulation.simulate import simulate
-from lwr_dyn.simulation.swing import free_swing
+from lwr_dyn.simulation.swing import free_swing, no_torque
 from tests.arms import arms
 from tests.examples import examples
 from tests.simulation.sample_runs import MIDDLE, Sinusoids, controllers, joint_waves, lwr, lwr_dynamics, with_limits
@@ -66,3 +68,26 @@ def test_the_arm_held_at_rest_stays_still():
     assert np.abs(run.q - MIDDLE).max() <= 1e-14  # g of one algorithm against another's: 1e-15 N m
     assert np.abs(run.dq).max() <= 1e-13
     assert audit(run).worst <= 1e-12
+
+
+@pytest.mark.parametrize("given", [[1, 2], (1.0, 2.0), np.array([1.0, 2.0], dtype=np.float32)])
+def test_torques_of_any_number_type_become_float64(given):
+    tau = joint_torque(given, 2, 0)
+    assert (tau.dtype, tau.tolist()) == (np.float64, [1.0, 2.0])
+
+
+@pytest.mark.parametrize(
+    ("given", "fault"),
+    [([1.0], r"shape \(1,\)"), (0.0, r"shape \(\)"), ("fast", "not an array of numbers"), (None, r"shape \(\)")],
+)
+def test_what_is_no_torque_names_the_sample(given, fault):
+    with pytest.raises(ShapeError, match=f"torque of the controller at sample 7: {fault}; allowed: 2 numbers"):
+        joint_torque(given, 2, 7)
+
+
+def test_progress_is_reported_about_a_hundred_times_and_ends_at_one():
+    shares = []
+    simulate(lwr(), no_torque, joint_waves(0.25), progress=shares.append)
+    assert REPORTS <= len(shares) <= 2 * REPORTS
+    assert shares == sorted(shares)
+    assert shares[-1] == 1.0

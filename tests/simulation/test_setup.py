@@ -1,5 +1,7 @@
 """What cannot be simulated is refused before anything moves, in one line that says what is allowed."""
 
+import json
+
 import numpy as np
 import pytest
 
@@ -17,6 +19,7 @@ from lwr_dyn.model.chain import Body, with_bodies
 from lwr_dyn.model.run import Run
 from lwr_dyn.simulation.plant import arm_with_scaled_inertia
 from lwr_dyn.simulation.sensors import Encoder
+from lwr_dyn.simulation.setup import prepare, versions
 from lwr_dyn.simulation.simulate import simulate
 from lwr_dyn.simulation.swing import free_swing, no_torque
 from tests.simulation.sample_runs import Still, controllers, joint_waves, lwr, lwr_dynamics, one_joint
@@ -151,3 +154,26 @@ class TestDivergence:
         law.Kd = np.full(7, 5000.0)
         with pytest.raises(DivergenceError, match="higher rate or lower gains"):
             simulate(lwr(), law, joint_waves(), saturate=False, q0=joint_waves().middle + 0.01)
+
+
+def test_a_setup_is_its_record_and_may_have_another_plant():
+    heavy = arm_with_scaled_inertia(lwr(), 1.5)
+    setup = prepare(lwr(), no_torque, joint_waves(0.1), plant=heavy, payload=1.0, meta={"task": "waves"})
+    record = json.loads(str(setup))
+    assert record == json.loads(json.dumps(setup.record()))
+    assert (record["robot"], record["options"]["rate"], record["note"]) == ("lwr4plus", 1000.0, {"task": "waves"})
+    assert record["payload"] == {"mass": 1.0, "com": [0.0, 0.0, 0.0], "inertia": None}
+    assert record["versions"] == versions()
+    masses = [sum(link.body.mass for link in arm.chain.links) for arm in (setup.arm, setup.plant.arm)]
+    assert masses[1] == pytest.approx(1.5 * masses[0] + 1.0)
+
+
+def test_the_start_cannot_be_changed_and_sensors_are_fresh():
+    setup = prepare(lwr(), no_torque, joint_waves(0.1), encoder=Encoder.of_bits(12), seed=3)
+    with pytest.raises(ValueError, match="read-only"):
+        setup.start[0, 0] = 1.0
+    q, dq = setup.start
+    first, second = setup.sensor(), setup.sensor()
+    assert first is not second
+    np.testing.assert_array_equal(first(q, dq)[0], second(q, dq)[0])
+    assert prepare(lwr(), no_torque, joint_waves(0.1)).sensor() is None

@@ -1,0 +1,170 @@
+"""The layout of the package: who may import whom for types, one meaning a class name, every module with its test."""
+
+from __future__ import annotations
+
+import ast
+import re
+import tomllib
+from collections import defaultdict
+from pathlib import Path
+
+import pytest
+
+from tests.custody.core_alone import OPTIONAL
+
+ROOT = Path(__file__).resolve().parents[2]
+PACKAGE = ROOT / "lwr_dyn"
+TESTS = ROOT / "tests"
+LONG = 100
+"""Lines above which a module of the core must have a test of its name, or a row in `tests/covered.toml`."""
+LONGEST = 250
+"""Lines at which a module is split by subject."""
+COVERED = tomllib.loads((TESTS / "covered.toml").read_text(encoding="utf-8"))["covered"]
+VAGUE = {"story", "told", "nobody", "anybody", "somebody"}
+"""Words that no name and no docstring of the package uses."""
+
+
+def modules(package: Path = PACKAGE) -> list[Path]:
+    """All source files."""
+    return sorted(package.rglob("*.py"))
+
+
+def parsed(path: Path) -> ast.Module:
+    """The syntax tree of a file."""
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
+def length(path: Path) -> int:
+    """Lines of a file."""
+    return len(path.read_text(encoding="utf-8").splitlines())
+
+
+def is_core(path: Path) -> bool:
+    """Whether a file belongs to no optional package."""
+    return path.relative_to(PACKAGE).parts[0] not in OPTIONAL
+
+
+def imports(tree: ast.AST) -> set[str]:
+    """Dotted names of everything that is imported, `from a import b` as a.b."""
+    names = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            names |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
+    return names
+
+
+def test_only_the_front_door_imports_an_optional_package_and_only_for_types():
+    """At run time import-linter forbids it everywhere; it does not look at imports for types."""
+    importers = set()
+    for path in filter(is_core, modules()):
+        names = imports(parsed(path))
+        if any(name.startswith(tuple(f"lwr_dyn.{package}" for package in OPTIONAL)) for name in names):
+            importers.add(path.relative_to(PACKAGE).as_posix())
+    assert importers <= {"front.py"}
+
+
+def test_a_class_name_has_one_meaning():
+    places = defaultdict(list)
+    for path in modules():
+        for node in ast.walk(parsed(path)):
+            if isinstance(node, ast.ClassDef):
+                places[node.name].append(path.relative_to(PACKAGE).as_posix())
+    assert {name: where for name, where in places.items() if len(where) > 1} == {}
+
+
+def test_no_module_is_long():
+    lengths = {path.relative_to(PACKAGE).as_posix(): length(path) for path in modules()}
+    assert {name: n for name, n in lengths.items() if n > LONGEST} == {}
+
+
+def words(tree: ast.AST) -> set[str]:
+    """The words of all names and docstrings, in lower case; a name is split at underscores and capitals."""
+    texts = []
+    for node in ast.walk(tree):
+        texts += [text for field in ("name", "id", "attr", "arg", "asname") if (text := getattr(node, field, None))]
+        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
+            texts.append(node.value.value)
+    found = [re.findall(r"[A-Z]?[a-z]+|[A-Z]+", text) for text in texts if isinstance(text, str)]
+    return {word.lower() for each in found for word in each}
+
+
+def test_names_and_docstrings_use_plain_words():
+    used = {path.relative_to(PACKAGE).as_posix(): words(parsed(path)) & VAGUE for path in modules()}
+    assert {name: vague for name, vague in used.items() if vague} == {}
+
+
+@pytest.mark.parametrize(
+    "text", ["told = 1", "def f(story_of): ...", "class SomebodyElse: ...", '"""What we are told."""']
+)
+def test_a_vague_word_is_seen(text):
+    assert words(ast.parse(text)) & VAGUE
+    assert not words(ast.parse("stored = history = 'told'")) & VAGUE
+
+
+def long_modules(package: Path = PACKAGE) -> list[str]:
+    """Modules of the core that are long, as `dynamics/recursion`."""
+    chosen = [path for path in modules(package) if path.name not in ("__init__.py", "__main__.py")]
+    chosen = [path for path in chosen if path.relative_to(package).parts[0] not in OPTIONAL]
+    return [path.relative_to(package).with_suffix("").as_posix() for path in chosen if length(path) > LONG]
+
+
+def own_test(module: str, tests: Path = TESTS) -> Path:
+    """The test file that has the name of a module."""
+    return (tests / module).with_name(f"test_{Path(module).name}.py")
+
+
+def fault_of(module: str, tests: Path = TESTS, table: dict[str, str] = COVERED) -> str:
+    """What the test of a module lacks; empty if nothing."""
+    path = tests / table[module] if module in table else own_test(module, tests)
+    name = path.relative_to(tests).as_posix()
+    if not path.exists():
+        return f"{name} is missing: write it, or name another test in covered.toml"
+    tree = parsed(path)
+    if f"lwr_dyn.{module.replace('/', '.')}" not in imports(tree):
+        return f"{name} does not import the module"
+    if not any(asserts(node) for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)):
+        return f"{name} asserts nothing"
+    return ""
+
+
+def asserts(function: ast.FunctionDef) -> bool:
+    """Whether a function asserts something: by `assert`, a function named assert_..., or `pytest.raises`."""
+    calls = [node.func for node in ast.walk(function) if isinstance(node, ast.Call)]
+    names = [call.attr if isinstance(call, ast.Attribute) else getattr(call, "id", "") for call in calls]
+    by_call = any(name == "raises" or name.startswith("assert_") for name in names)
+    return by_call or any(isinstance(node, ast.Assert) for node in ast.walk(function))
+
+
+@pytest.mark.parametrize("module", long_modules())
+def test_a_long_module_has_a_test_that_imports_it_and_asserts(module):
+    assert fault_of(module) == ""
+
+
+def test_the_table_names_only_long_modules_without_a_test_of_their_name():
+    assert set(COVERED) <= set(long_modules())
+    assert [module for module in COVERED if own_test(module).exists()] == []
+    assert list(COVERED) == sorted(COVERED)
+
+
+def test_a_missing_row_and_a_test_without_an_import_or_an_assertion_are_caught(tmp_path):
+    package, tests = tmp_path / "lwr_dyn", tmp_path / "tests"
+    module, test = package / "control" / "gain.py", tests / "control" / "test_gain.py"
+    for path in (module, test):
+        path.parent.mkdir(parents=True)
+    module.write_text("x = 1\n" * LONG, encoding="utf-8")
+    assert long_modules(package) == []
+    module.write_text("x = 1\n" * (LONG + 1), encoding="utf-8")
+    assert long_modules(package) == ["control/gain"]
+    assert "test_gain.py is missing" in fault_of("control/gain", tests, {})
+    (tests / "other.py").write_text(
+        "from lwr_dyn.control.gain import x\ndef test_x():\n    assert x\n", encoding="utf-8"
+    )
+    assert fault_of("control/gain", tests, {"control/gain": "other.py"}) == ""
+    test.write_text("def test_x():\n    assert 1\n", encoding="utf-8")
+    assert "does not import" in fault_of("control/gain", tests, {})
+    test.write_text("from lwr_dyn.control.gain import x\ndef test_x():\n    x\n", encoding="utf-8")
+    assert "asserts nothing" in fault_of("control/gain", tests, {})
+    test.write_text("from lwr_dyn.control import gain\ndef test_x():\n    assert gain.x\n", encoding="utf-8")
+    assert fault_of("control/gain", tests, {}) == ""

@@ -1,0 +1,49 @@
+"""A run with its arm, label and colour: poses are forward kinematics, labels are numbered, misfits are refused."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from lwr_dyn.errors import OptionError, ShapeError
+from lwr_dyn.kinematics.forward import forward_kinematics
+from lwr_dyn.viewer.replayed_runs import RUN_COLOURS, facts, replayed_runs
+
+
+def test_poses_and_tip_error_are_those_of_forward_kinematics(arm, two_runs):
+    (run,) = replayed_runs(two_runs[:1], arm)
+    poses = [forward_kinematics(arm.chain, q) for q in (two_runs[0].q, two_runs[0].q_ref)]
+    np.testing.assert_array_equal(run.pose, poses[0])
+    np.testing.assert_array_equal(run.reference_path, poses[1][:, :3, 3])
+    np.testing.assert_allclose(run.tip_error, np.linalg.norm((poses[1] - poses[0])[:, :3, 3], axis=1))
+    assert run.tip_error.max() > 1e-3
+
+
+def test_labels_are_given_or_are_the_controllers_numbered_where_they_repeat(arm, two_runs):
+    one, other = two_runs
+    assert [run.label for run in replayed_runs([one, other, one], arm)] == [
+        "pd-gravity 1", "inverse-dynamics", "pd-gravity 2",
+    ]  # fmt: skip
+    many = replayed_runs([one] * 7, [arm] * 7, labels=list("abcdefg"))
+    assert [run.label for run in many] == list("abcdefg")
+    assert [run.colour for run in many] == [*RUN_COLOURS, RUN_COLOURS[0]]
+
+
+def test_facts_come_from_the_note_before_the_meta_and_only_as_text(two_runs):
+    meta = {"robot": "r", "reading": 3, "controller": {"name": "pid"}, "task": "wave", "note": {"task": "ist"}}
+    assert facts(replace(two_runs[0], meta=meta)) == {"robot": "r", "controller": "pid", "task": "ist"}
+
+
+def test_misfits_are_refused(arm, two_runs):
+    run = two_runs[0]
+    with pytest.raises(OptionError, match="runs: none; allowed: one or more"):
+        replayed_runs([], arm)
+    with pytest.raises(OptionError, match="arms: 1 for 2 runs; allowed: one per run"):
+        replayed_runs(two_runs, [arm])
+    with pytest.raises(ShapeError, match=r"tau_applied of pd-gravity: shape \(3001, 6\); allowed: \(3001, 7\)"):
+        replayed_runs([replace(run, tau_applied=run.tau_applied[:, :6])], arm)
+    with pytest.raises(ShapeError, match="strictly growing"):
+        replayed_runs([replace(run, t=np.zeros_like(run.t))], arm)
+    (bent,) = replayed_runs([replace(run, meta={"reference_trace": [[1, 2]]})], arm)
+    with pytest.raises(ShapeError, match=r"reference_trace: shape \(1, 2\)"):
+        _ = bent.reference_path
