@@ -2,8 +2,10 @@
 
 import json
 
+import numpy as np
 import pytest
 
+from lwr_dyn.cli import fk
 from lwr_dyn.front import FUNCTIONS
 from lwr_dyn.registry import Row
 
@@ -38,3 +40,12 @@ def test_without_the_package_krl_the_pose_is_in_si_alone(lwr_dyn_command, monkey
     assert code == 0
     assert "KUKA" not in out
     assert json.loads(lwr_dyn_command(*HOME, "--json")[1])["kuka"] is None
+
+
+def test_named_and_listed_positions_give_the_same_pose_and_its_point(lwr_dyn_command):
+    ways = (("--axes-deg", "A3=90,A2=-90"), ("--q-deg", "0,-90,90,0,0,0"))
+    records = [json.loads(lwr_dyn_command("fk", "kr30ha", *way, "--point", "0,0,0.1", "--json")[1]) for way in ways]
+    assert records[0] == records[1]
+    pose = np.array(records[0]["T"])
+    np.testing.assert_allclose(records[0]["point_in_base"], pose[:3, 3] + 0.1 * pose[:3, 2], atol=1e-12)
+    assert {option.name for option in fk.command.params} >= {"q_si", "q_deg", "axes_deg", "point"}

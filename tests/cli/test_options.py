@@ -1,0 +1,54 @@
+"""Parts of several subcommands: lists of numbers, named axes, locks, degrees to SI."""
+
+import json
+
+import click
+import numpy as np
+import pytest
+
+from lwr_dyn.cli.options import NAMED_AXES, NUMBERS, from_degrees, load_robot, load_robot_and_paper, print_json
+from lwr_dyn.errors import OptionError, ShapeError
+from tests.arms import random_arm
+
+
+def test_numbers_and_named_axes_are_read_and_pass_when_they_are_read_already():
+    assert NUMBERS.convert("-90, 1e-3,0", None, None) == (-90.0, 1e-3, 0.0)
+    assert NUMBERS.convert((1.0,), None, None) == (1.0,)
+    assert NAMED_AXES.convert("A1=10, A2 =-90", None, None) == {"A1": 10.0, "A2": -90.0}
+    assert NAMED_AXES.convert({"A1": 1.0}, None, None) == {"A1": 1.0}
+
+
+@pytest.mark.parametrize(
+    ("kind", "text", "message"),
+    [
+        (NUMBERS, "1;2", "'1;2' is not a list of numbers; allowed: numbers separated by commas"),
+        (NUMBERS, "", "'' is not a list of numbers"),
+        (NAMED_AXES, "A1", "'A1' is not a list of axes; allowed: NAME=DEG"),
+        (NAMED_AXES, "A1=x", "'A1=x' is not a list of axes"),
+    ],
+)
+def test_other_texts_are_refused(kind, text, message):
+    with pytest.raises(click.BadParameter) as fault:
+        kind.convert(text, None, None)
+    assert fault.value.message.startswith(message)
+
+
+def test_degrees_are_of_turning_joints_only():
+    arm = random_arm(3, "RPR")
+    np.testing.assert_array_equal(from_degrees(arm, (180.0, 0.5, -90.0), "--q-deg"), [np.pi, 0.5, -np.pi / 2])
+    with pytest.raises(ShapeError, match=r"--q-deg: shape \(2,\)"):
+        from_degrees(arm, (1.0, 2.0), "--q-deg")
+
+
+def test_a_robot_is_loaded_with_its_locks_and_its_paper():
+    arm, paper = load_robot_and_paper("lwr4plus", "printed", None, ())
+    assert (arm.reading, paper.reading.name) == ("printed", "printed")
+    locked = load_robot("lwr4plus", None, None, (f"{arm.joint_names[2]}=0.5",))
+    assert locked.joint_names == tuple(name for name in arm.joint_names if name != arm.joint_names[2])
+    with pytest.raises(OptionError, match="--lock: 'finger'; allowed: JOINT=VALUE"):
+        load_robot("lwr4plus", None, None, ("finger",))
+
+
+def test_json_is_one_object(capsys):
+    print_json({"q": np.array([0.5, np.nan])})
+    assert json.loads(capsys.readouterr().out) == {"q": [0.5, None]}
