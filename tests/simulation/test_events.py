@@ -6,8 +6,8 @@ import pytest
 import lwr_dyn
 from lwr_dyn.model.friction import Direction, JointFriction
 from lwr_dyn.simulation import events
+from lwr_dyn.simulation.arm_friction import chosen_friction
 from lwr_dyn.simulation.contact import contact_mode
-from lwr_dyn.simulation.friction import chosen_friction
 from lwr_dyn.simulation.integrators import rk4
 from lwr_dyn.simulation.plant import plant_of
 from tests.simulation.sample_runs import one_joint
@@ -32,6 +32,15 @@ def interval(speed=SPEED, acceleration=-BRAKE, h=STEP):
     return events.Interval(rk4(1), rates, 0.0, h, np.array([0.0, speed]))
 
 
+def none_holds(s):
+    raise AssertionError("no joint is at rest")
+
+
+def found(mode, motion, holding=none_holds, barred=False):
+    """The possible events of an interval of motion."""
+    return events.possible_events(mode, motion, motion.later(STEP), np.array([barred]), holding)
+
+
 def mode(plant, side):
     return contact_mode(plant, np.zeros(1), np.array([side]))
 
@@ -47,7 +56,7 @@ def test_the_state_within_an_interval_is_the_parabola_and_is_kept():
 @pytest.mark.parametrize("side", [1, -1])
 def test_a_joint_past_its_limit_was_there_at_the_moment_of_the_parabola(side):
     motion = interval(side * SPEED, side * BRAKE)
-    (event,) = events.limit_events(mode(slider(lower=-0.03, upper=0.03), side), motion, motion.later(STEP))
+    (event,) = found(mode(slider(lower=-0.03, upper=0.03), side), motion)
     assert (event.kind, event.joint, event.side) == ("stop", 0, side)
     crossing = events.earliest([event])
     assert crossing.after == pytest.approx((-SPEED + np.sqrt(SPEED**2 + 2 * BRAKE * 0.03)) / BRAKE, abs=MOMENT)
@@ -55,7 +64,7 @@ def test_a_joint_past_its_limit_was_there_at_the_moment_of_the_parabola(side):
 
 def test_a_joint_that_is_braked_sticks_where_its_speed_is_zero():
     motion = interval()
-    (event,) = events.stick_events(mode(slider(), 1), motion, motion.later(STEP))
+    (event,) = found(mode(slider(), 1), motion)
     assert (event.kind, event.side) == ("stick", 0)
     assert events.earliest([event]).after == pytest.approx(SPEED / BRAKE, abs=MOMENT)
 
@@ -65,24 +74,23 @@ def test_a_speed_that_dips_below_zero_and_recovers_is_seen():
         return np.array([y[1], 2 * 4e4 * (t - STEP / 2)])
 
     motion = events.Interval(rk4(1), rates, 0.0, STEP, np.array([0.0, 0.9]))  # slowest 0.9 - 1.0 m/s, at half the step
-    after = motion.later(STEP)
-    assert after[1] > 0.0
-    (event,) = events.stick_events(mode(slider(), 1), motion, after)
+    assert motion.later(STEP)[1] > 0.0
+    (event,) = found(mode(slider(), 1), motion)
     assert events.earliest([event]).after == pytest.approx(STEP / 2 - np.sqrt(0.1 / 4e4), abs=1e-12)
 
 
 @pytest.mark.parametrize("side", [1, -1])
 def test_a_joint_at_rest_slips_where_its_holding_torque_passes_the_static_level(side):
-    rest, barred = mode(slider(), 0), np.zeros(1, dtype=bool)
+    rest, motion = mode(slider(), 0), interval(0.0, 0.0)
 
     def ramp(s):
         return np.array([side * 8.0 * s / STEP])
 
-    (event,) = events.slip_events(rest, interval(), barred, ramp)
+    (event,) = found(rest, motion, ramp)
     assert (event.kind, event.side) == ("slip", side)
     assert events.earliest([event]).after == pytest.approx(STEP / 2, abs=1e-12)
-    assert events.slip_events(rest, interval(), ~barred, ramp) == []
-    assert events.slip_events(rest, interval(), barred, lambda s: ramp(s) / 2.1) == []
+    assert found(rest, motion, ramp, barred=True) == []
+    assert found(rest, motion, lambda s: ramp(s) / 2.1) == []
 
 
 def test_the_first_of_several_events_is_chosen():

@@ -5,7 +5,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.errors import OptionError, ShapeError
-from lwr_dyn.simulation.friction import chosen_friction
+from lwr_dyn.simulation.arm_friction import chosen_friction
 from lwr_dyn.simulation.integrators import rk4
 from lwr_dyn.simulation.options import (
     STABLE,
