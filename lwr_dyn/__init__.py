@@ -5,8 +5,6 @@
 Names are loaded when they are first used, so importing the package loads no engine.
 """
 
-from __future__ import annotations
-
 from typing import TYPE_CHECKING, Any
 
 from lwr_dyn.version import VERSION

@@ -4,8 +4,6 @@ They run in the functions of `import lwr_dyn` and in the public methods of the e
 run unchecked.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

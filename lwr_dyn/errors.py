@@ -4,8 +4,6 @@ Each error also has a built-in parent, so ``except ValueError`` works for caller
 `exit_code` is what `lwr-dyn` returns when the error ends a command. Optional packages define their own errors.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from difflib import get_close_matches
 

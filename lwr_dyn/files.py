@@ -1,7 +1,5 @@
 """Reads files with one clear error; writes files under a temporary name and renames them: none is ever incomplete."""
 
-from __future__ import annotations
-
 import os
 import tempfile
 from collections.abc import Mapping

@@ -4,8 +4,6 @@ A row names a factory. Keywords of the factory that are annotated with an `Optio
 the command line; their defaults stand in the factory's signature and nowhere else.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from enum import Enum

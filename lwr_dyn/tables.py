@@ -1,7 +1,5 @@
 """A table is described once; its forms are aligned text, a record for programs, and (in reports) HTML."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

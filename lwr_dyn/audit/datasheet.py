@@ -4,8 +4,6 @@ The table and the data sheet are independent sources. A length that is 1 cm off 
 least one of these checks.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 

@@ -1,7 +1,5 @@
 """A number as it is printed: its text, its value, and half a unit of its last digit."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass
 from decimal import Decimal

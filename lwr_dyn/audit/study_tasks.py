@@ -18,8 +18,6 @@
     statistic = "max"                                      # of the joints' position errors
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from importlib import resources

@@ -4,8 +4,6 @@ The first two are exact conditions (a density >= 0 exists). The third bounds pla
 large passes both: no mass is farther from the centre of mass than the link reaches.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from lwr_dyn.checks.verdict import Verdict

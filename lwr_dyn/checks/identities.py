@@ -4,8 +4,6 @@ Derivatives are complex steps of the hand-written recursion (it takes complex nu
 hides the error of a difference quotient.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -3,8 +3,6 @@
 Road A is the URDF in Pinocchio, road B the recursion on the paper's own DH frames.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The result of one check: quantity, value, tolerance, pass or fail; all results of an arm; their table."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal

@@ -1,7 +1,5 @@
 """`lwr-dyn check`: every check of one robot's model; exit 1 when one fails."""
 
-from __future__ import annotations
-
 import sys
 
 import click

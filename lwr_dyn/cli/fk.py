@@ -1,7 +1,5 @@
 """`lwr-dyn fk`: the pose of the flange, a point on it, and the DH matrices in symbols."""
 
-from __future__ import annotations
-
 import click
 import numpy as np
 

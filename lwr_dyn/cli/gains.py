@@ -1,7 +1,5 @@
 """`lwr-dyn gains`: each joint's largest inertia, how it was searched, and gains for a second-order loop."""
 
-from __future__ import annotations
-
 import math
 
 import click

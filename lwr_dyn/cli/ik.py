@@ -1,7 +1,5 @@
 """`lwr-dyn ik`: joint positions for a pose of the flange, all branches; exit 1 when there is none."""
 
-from __future__ import annotations
-
 import sys
 from dataclasses import replace
 from typing import Any

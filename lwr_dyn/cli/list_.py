@@ -1,7 +1,5 @@
 """`lwr-dyn list`: the robots, their readings, and where their numbers come from."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import click

@@ -1,7 +1,5 @@
 """`lwr-dyn`: the subcommands, and how errors become one line and an exit code."""
 
-from __future__ import annotations
-
 import sys
 import warnings
 from collections.abc import Callable

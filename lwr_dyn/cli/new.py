@@ -1,7 +1,5 @@
 """`lwr-dyn new`: commented files to start from, each kind a row of `KINDS`."""
 
-from __future__ import annotations
-
 import re
 from importlib.resources import files
 from pathlib import Path

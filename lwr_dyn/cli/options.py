@@ -1,7 +1,5 @@
 """Parts of several subcommands: the ROBOT argument with its options, lists of numbers, JSON output."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, TypeVar
 

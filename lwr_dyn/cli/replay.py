@@ -1,7 +1,5 @@
 """`lwr-dyn replay`: run files -> one HTML page, or a live meshcat on this machine."""
 
-from __future__ import annotations
-
 import webbrowser
 from pathlib import Path
 

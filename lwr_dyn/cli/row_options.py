@@ -1,7 +1,5 @@
 """Options of the rows of a registry on the command line: all of them are accepted, those of other rows are refused."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any

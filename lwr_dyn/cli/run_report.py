@@ -1,7 +1,5 @@
 """A run as a table for people and a record for programs: errors joint by joint, limits, energy audit, friction."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

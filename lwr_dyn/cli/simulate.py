@@ -1,7 +1,5 @@
 """`lwr-dyn simulate`: a robot, a task and a controller become a run file with its metrics and energy audit."""
 
-from __future__ import annotations
-
 import sys
 from typing import Any
 

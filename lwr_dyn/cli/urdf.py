@@ -1,7 +1,5 @@
 """`lwr-dyn urdf`: the URDF on stdout, or into a file with its sidecars beside it."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import click

@@ -4,8 +4,6 @@ Results are new arrays, or written to `out`. A state with a value that is not fi
 `NotFiniteWarning` with its index; all other states are computed.
 """
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Iterable
 from dataclasses import dataclass, field

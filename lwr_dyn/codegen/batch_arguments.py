@@ -1,7 +1,5 @@
 """Checks the arguments of a batch and turns them into rows that a kernel can step through, if possible uncopied."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

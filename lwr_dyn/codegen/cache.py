@@ -4,8 +4,6 @@ Two processes that compile the same kernel write the same file, each under a tem
 process leaves at most a temporary file, which is deleted later. A damaged file is built again.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os

@@ -1,7 +1,5 @@
 """`lwr-dyn kernels`: the generated source of a batch function, its number of operations, the folder of kernels."""
 
-from __future__ import annotations
-
 import click
 
 from lwr_dyn.cli.options import load_robot, print_json, robot_options

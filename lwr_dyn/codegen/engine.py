@@ -1,7 +1,5 @@
 """The engine "kernels": generated code behind the same gate and the same protocol as the other engines."""
 
-from __future__ import annotations
-
 from functools import partial
 from types import SimpleNamespace
 from typing import Any

@@ -3,8 +3,6 @@
 The body is plain Python over lanes; `lowering.straight_line` gives it to numba as vector instructions.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """The functions of a batch, and the specification of their kernels: arm data, inputs, number type; its digest."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """LDL^T factorisation and solution of a small symmetric system in symbols, unrolled: no pivot, no square root."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import casadi

@@ -4,8 +4,6 @@ numba spends a millisecond on the types of each statement, and its optimiser may
 statement is one instruction on a vector of W lanes, so thousands of them compile in a second or two.
 """
 
-from __future__ import annotations
-
 import ast
 import ctypes
 import hashlib

@@ -1,7 +1,5 @@
 """From the source of a kernel to machine code for this processor, and machine code as a function to call."""
 
-from __future__ import annotations
-
 import ctypes
 import functools
 import itertools

@@ -4,8 +4,6 @@ The torque is linear in the ten inertial parameters of each link (Siciliano et a
 kernel does not divide by a mass and accepts any values, such as base parameters from identification (a mass of 0).
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from typing import Any
 

@@ -4,8 +4,6 @@ sin x = (-1)^m sin r, cos x = (-1)^m cos r; pi is subtracted in three parts (Cod
 is exact. Polynomials are near-minimax (Chebyshev), fitted with mpmath when a kernel is generated.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cache
 from typing import Any

@@ -4,8 +4,6 @@ CasADi's instructions are value-numbered with the sign kept apart (a - b and b -
 free), sines and cosines become a range reduction and polynomials, and operations that no result needs are dropped.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple

@@ -4,8 +4,6 @@ The torque is linear in the inertial parameters. Where they are inputs, it is th
 direction, at links of unit mass whose centre of mass is the origin and whose tensor is zero.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any

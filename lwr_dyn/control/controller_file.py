@@ -1,7 +1,5 @@
 """A controller from a Python file of a user's own; whatever fails in the file becomes one line that says where."""
 
-from __future__ import annotations
-
 import inspect
 import sys
 from collections.abc import Iterator

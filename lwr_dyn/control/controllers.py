@@ -1,7 +1,5 @@
 """Controllers by name, or from a Python file of one's own."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Gains of a second-order loop from its natural frequency and damping, and what sampling does to a damping."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Annotated
 

@@ -1,7 +1,5 @@
 """Maxima of B_ii(q), the inertia seen at a joint: along one joint, and local."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Inverse dynamics, the paper's centralised controller: the model cancels the arm's dynamics, unit masses remain."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Annotated, Any
 

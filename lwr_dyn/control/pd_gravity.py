@@ -1,7 +1,5 @@
 """PD with gravity compensation, joint by joint: the paper's decentralised controller."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Annotated, Any
 

@@ -1,7 +1,5 @@
 """PID joint by joint, with back-calculation against wind-up: a torque at its limit draws the integral back."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Annotated, Any
 

@@ -4,8 +4,6 @@ A plain function `f(t, q, dq, q_ref, dq_ref, ddq_ref) -> tau` is a controller. A
 that may also run continuously gives its memory a derivative (`WithMemory`), which an integrator carries.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Annotated, Any, Protocol, runtime_checkable
 

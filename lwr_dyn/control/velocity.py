@@ -1,7 +1,5 @@
 """Velocity from an encoder: the difference of two samples, smoothed by a first-order low-pass."""
 
-from __future__ import annotations
-
 from math import exp, isfinite, pi
 
 import numpy as np

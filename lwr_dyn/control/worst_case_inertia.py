@@ -8,8 +8,6 @@ long flat ridges end early: the best that did not end in the best value are refi
 is called another maximum.
 """
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass, replace

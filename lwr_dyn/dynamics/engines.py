@@ -1,7 +1,5 @@
 """The engines of an arm's dynamics, by name."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 from lwr_dyn.dynamics.protocol import Dynamics

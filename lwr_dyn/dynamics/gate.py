@@ -5,8 +5,6 @@ of its result is not finite: a value that is not finite spreads outward with the
 reaches the first joint.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Collection
 from math import isfinite
 from typing import Any, Generic, TypeVar

@@ -4,11 +4,9 @@ g(q) = NE(q, 0, 0); column j of B = NE(q, 0, e_j) without gravity; C e_j = [h(dq
 h(dq) = NE(q, dq, 0) without gravity, which is quadratic in dq: its polar form is the Christoffel matrix.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -29,7 +27,7 @@ class Recursion:
     rotors: Rotors = "armature"
 
     @classmethod
-    def of(cls, chain: Chain, rotors: Rotors = "armature") -> Recursion:
+    def of(cls, chain: Chain, rotors: Rotors = "armature") -> Self:
         """The recursion of a chain."""
         return cls(link_constants(chain), Vector.of(chain.gravity), rotors)
 

@@ -1,7 +1,5 @@
 """Road A: the only door to Pinocchio. The model is built from the URDF text; rotors enter as `armature`."""
 
-from __future__ import annotations
-
 from functools import partial
 from typing import Any
 

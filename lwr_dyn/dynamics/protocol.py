@@ -3,8 +3,6 @@
 Every engine passes the same identities and agreement tests.
 """
 
-from __future__ import annotations
-
 from typing import Any, Protocol, cast, runtime_checkable
 
 import numpy as np

@@ -8,8 +8,6 @@ rotors enter completely ("full"), by their inertia at the joint ("armature", k_r
 Scalars are those of `lwr_dyn.model.vectors`. This module must never see a URDF, an Arm or Pinocchio.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal

@@ -6,8 +6,6 @@ A column is the torque of the Newton-Euler recursion for a chain with one parame
 rotors add columns for their own joint.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

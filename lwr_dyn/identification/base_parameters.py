@@ -1,7 +1,5 @@
 """Base parameters: the combinations of parameters that a regressor determines, by a rank-revealing QR decomposition."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """`lwr-dyn identify`: friction from constant-velocity logs, or friction and inertia from any motion."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable
 from typing import Any, TypeVar

@@ -1,7 +1,5 @@
 """The result of an identification as tables for people and records for programs."""
 
-from __future__ import annotations
-
 from dataclasses import asdict
 from typing import Any
 

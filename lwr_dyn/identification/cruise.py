@@ -1,7 +1,5 @@
 """Cruises: the stretches of a recording in which a joint moves at constant speed, by its positions alone."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from math import isfinite, sqrt

@@ -1,7 +1,5 @@
 """One direction of a friction map -> parameters: viscous and Coulomb by linear least squares, Stribeck by nonlinear."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, get_args

@@ -1,7 +1,5 @@
 """Friction of an arm from recordings of constant-velocity runs, as the WAM paper identifies it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path

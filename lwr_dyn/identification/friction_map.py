@@ -1,7 +1,5 @@
 """The friction-velocity map: one point for every cruise, the averages of velocity and torque over it."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

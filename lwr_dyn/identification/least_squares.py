@@ -1,7 +1,5 @@
 """Linear least squares with weights, and a robust form, each with the covariance of what it estimates."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The gate for logs: finite rows, rising times, and units that can be true; one clear line otherwise."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from math import pi
 

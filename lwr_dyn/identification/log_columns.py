@@ -5,8 +5,6 @@
 A column may say its unit in brackets, `q1 [deg]`; one that does not is in the unit declared for its quantity, or in SI.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -4,8 +4,6 @@ NumPy reads a million CSV rows of 22 columns in 4 s and 0.2 GB; pyarrow's CSV re
 times the memory, so CSV needs no extra package.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -3,8 +3,6 @@
 Beyond the paper, which needs constant velocities. The parameters are base parameters: other sets give the same torques.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from math import isfinite

@@ -1,7 +1,5 @@
 """The nearest passive friction, and its difference from the given one."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

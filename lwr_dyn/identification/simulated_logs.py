@@ -3,8 +3,6 @@
 With them the circle closes: simulate, log, identify, compare with the friction that was simulated.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from math import isfinite

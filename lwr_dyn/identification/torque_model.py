@@ -1,7 +1,5 @@
 """The part of measured torques that an arm's model explains: gravity, inertia (B ddq + C dq), or both, row by row."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Literal, get_args
 

@@ -7,8 +7,6 @@ Inside the corridor of `arm_angle_search`, the curve is the natural cubic spline
 by bounded least squares at a few knots; where it leaves the corridor between knots, a knot is added there.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

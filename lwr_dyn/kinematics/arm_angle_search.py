@@ -6,8 +6,6 @@ chain of overlapping intervals leads from the first pose to the last cannot be k
 their bounds, until a bound is below what another branch has reached.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

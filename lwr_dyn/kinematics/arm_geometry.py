@@ -12,11 +12,9 @@ w1 (along axis 1) are a right-handed triad.
 Shoulder, elbow and wrist may be offset, the flange may be anywhere, and zero and direction of each joint are free.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import TypeVar
+from typing import Self, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -75,7 +73,7 @@ class SrsGeometry:
         """Upper arm and forearm [m]."""
         return float(np.linalg.norm(self.upper)), float(np.linalg.norm(self.fore))
 
-    def with_reference(self, reference: ArrayLike | None) -> SrsGeometry:
+    def with_reference(self, reference: ArrayLike | None) -> Self:
         """The same arm with the arm angle counted from another direction of the base; raises as `fixed_array`."""
         if reference is None:
             return self

@@ -1,7 +1,5 @@
 """What both closed forms of inverse kinematics share: eight branches, joint ranges, whole turns, the elbow's bend."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import product
 from typing import NamedTuple

@@ -5,8 +5,6 @@
 All in the base frame; a Jacobian has its linear rows over its angular rows.
 """
 
-from __future__ import annotations
-
 from collections import deque
 from dataclasses import dataclass
 

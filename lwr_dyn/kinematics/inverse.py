@@ -1,7 +1,5 @@
 """Inverse kinematics of one flange pose: every branch in closed form for arms that allow it, else a numeric search."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from numpy.typing import ArrayLike

@@ -5,8 +5,6 @@ that does not bring the pose nearer is rejected and damped more (Levenberg 1944,
 robots). All starts run at once. Every solution is verified, but there may be more solutions.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -8,8 +8,6 @@ the reference direction r,
     [J; psi_row] ddq = [a; domega; ddpsi] - [dJ/dt dq; psi's own second derivative at ddq = 0]
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -10,8 +10,6 @@ Singular are: the shoulder (W on axis 1, or at its lateral offset: q1 is not det
 folded: two branches meet) and the wrist (axes 4 and 6 in line: only q4 +- q6 is determined).
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import product

@@ -15,8 +15,6 @@ Every entry of the shoulder's and the wrist's rotation is then a cos(psi) + b si
 (Shimizu, Kakuya, Yoon, Kitagaki, Kosuge, IEEE Trans. Robotics 24, 2008, for the idea; here from axes, not from tables.)
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -4,8 +4,6 @@ The best angle of a grid is refined until it moves no more. The intervals of `sr
 whether any other arm angle on the circle is better; if one is, it is refined instead.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 

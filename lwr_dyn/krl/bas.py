@@ -1,7 +1,5 @@
 """BAS, KUKA's subprogram that sets speeds, blends, tool and base: from a number, or PDAT_ACT, LDAT_ACT, FDAT_ACT."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 from lwr_dyn.krl.controller import ControllerState

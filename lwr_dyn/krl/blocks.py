@@ -1,7 +1,5 @@
 """Routines and blocks of a file: the lines that belong together, and what is missing or in the wrong place."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 

@@ -1,7 +1,5 @@
 """`lwr-dyn krl`: write KUKA programs from a task file, check them, and run them on a robot's model."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 from typing import Any

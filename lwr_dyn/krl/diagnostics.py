@@ -1,7 +1,5 @@
 """Diagnostics: what is wrong or doubtful in a program, where, and what helps; and the log of those of a run."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any, Literal, NoReturn, TypeAlias

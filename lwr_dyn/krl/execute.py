@@ -3,8 +3,6 @@
 A statement changes variables, moves the arm, or sets the next line of its routine. RETURN is in the interpreter.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, Protocol

@@ -8,8 +8,6 @@ Turn T: bit i - 1 is set where A_i < 0. The angle of bit 1 follows from the arm'
 in published pairs of poses and axes; no page of a manual states it.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """KUKA's units for the commands `fk` and `ik`: mm and deg, Status and Turn."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """Tokens of one line of KRL: keywords in any case, names, numbers, strings, signs; a comment begins with `;`."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass
 from importlib.resources import files

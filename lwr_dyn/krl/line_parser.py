@@ -4,8 +4,6 @@ Lines of one shape (the same kinds of tokens in the same order) have the same pa
 recipe; later lines of that shape only fill in their own tokens.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Iterator, Sequence
 from difflib import get_close_matches

@@ -1,7 +1,5 @@
 """Operators on values. INT / INT is an INT, as in KRL; a result outside the range of INT or REAL is an error."""
 
-from __future__ import annotations
-
 import operator
 from collections.abc import Callable
 from typing import Any

@@ -1,7 +1,5 @@
 """Plans motions like a controller: profiles under the set speeds, paths on one branch, blends; reports faults."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """A list of points -> a `.src` and `.dat` as a KUKA controller expects them, with Status and Turn from the model."""
 
-from __future__ import annotations
-
 import re
 import tomllib
 from collections.abc import Mapping, Sequence

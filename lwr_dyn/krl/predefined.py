@@ -1,7 +1,5 @@
 """Names that need no declaration: system variables, variables of the standard `$config.dat`, functions."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass

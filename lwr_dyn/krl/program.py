@@ -1,7 +1,5 @@
 """A program: a `.src`, its `.dat`, included files, and the symbol table of their declarations."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path

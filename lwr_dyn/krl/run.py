@@ -1,7 +1,5 @@
 """Checks a program, and runs it on a robot's model: motions in time, speeds, torques, and a Run to replay."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any

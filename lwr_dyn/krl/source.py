@@ -4,8 +4,6 @@ A line keeps its statement, its comment, and the text it was read from. That tex
 means the same, so the layout stays and an edit changes its own lines only.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field

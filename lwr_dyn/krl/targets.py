@@ -1,7 +1,5 @@
 """From a programmed point to axes: reach, limits, Status and Turn; diagnostics of their faults say by how much."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -4,8 +4,6 @@ In this overlap the two motions add up: d (1 - u)^2 is left of the first and d u
 is passed on a parabola within the distance d. Outside the overlap each segment keeps its own motion profile.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import TypeAlias
 

@@ -3,8 +3,6 @@
 An unknown type fits every type.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Set
 from typing import Any
 

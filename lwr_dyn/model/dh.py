@@ -7,8 +7,6 @@ theta = sign q + theta_offset for a revolute joint, d = sign q + d for a prismat
 positive direction is against the DH axis; half turns about x before and after the motion express it.
 """
 
-from __future__ import annotations
-
 import enum
 from dataclasses import dataclass
 

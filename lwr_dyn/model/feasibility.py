@@ -1,7 +1,5 @@
 """Physical feasibility: can a distribution of positive mass have this inertia?"""
 
-from __future__ import annotations
-
 import numpy as np
 
 from lwr_dyn.model.chain import Body, Chain

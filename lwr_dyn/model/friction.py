@@ -4,20 +4,15 @@ The numbers of a `Direction` are magnitudes, positive when friction opposes the 
 torque has the sign of the velocity: B ddq + C dq + g = tau - tau_friction(dq).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from lwr_dyn.arrays import Array, joint_array
 from lwr_dyn.errors import OptionError
-
-if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,8 +4,6 @@ Power is equal on both sides, tau^T dq = tau_m^T dq_m, so torques follow from th
 is public in both directions: motor to joint and joint to motor.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

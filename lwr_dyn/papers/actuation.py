@@ -1,7 +1,5 @@
 """Actuation of the joints: rotors, motor map, gains and friction of a paper, each with its source cells."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Paper -> Arm: columns in SI become DH rows, bodies, rotors and limits; each quantity keeps its source cells."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

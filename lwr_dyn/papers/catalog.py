@@ -1,7 +1,5 @@
 """Data files: the robots that come with the package, found by name, and the template of a user's own arm."""
 
-from __future__ import annotations
-
 import json
 from importlib import resources
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Reads the columns of a data file: one row per joint, finite numbers, units of the right quantity, a source."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

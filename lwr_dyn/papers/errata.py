@@ -1,7 +1,5 @@
 """Applies the errata of a reading to the printed tables; a patch must state exactly what is printed in its cell."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable
 from typing import Any

@@ -1,7 +1,5 @@
 """A TOML table read field by field: a field that is missing, of another type or unknown raises `PaperError`."""
 
-from __future__ import annotations
-
 import tomllib
 from collections.abc import Sequence
 from typing import Any

@@ -1,7 +1,5 @@
 """Plausibility of a data file's numbers: signs, order, units that suit the kind of joint, symmetry."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The strict reader: TOML text -> `Paper`. An unknown, missing, misspelt or non-finite entry raises, with its place."""
 
-from __future__ import annotations
-
 import copy
 import hashlib
 from collections.abc import Collection

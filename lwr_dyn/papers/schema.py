@@ -1,7 +1,5 @@
 """The schema of a data file (tables, columns, units, shapes) and the records that the reader returns."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any

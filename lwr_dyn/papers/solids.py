@@ -9,8 +9,6 @@ The base is part of the sum. Cylinders that overlap count twice, so joints, wher
 tensors are always physical, and a drawing with mirror symmetry gives products of zero.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import Any

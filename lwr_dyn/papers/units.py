@@ -1,7 +1,5 @@
 """Units of data files and their factors to SI; the only place where degrees and millimetres are converted."""
 
-from __future__ import annotations
-
 import math
 
 UNITS: dict[str, tuple[str, float]] = {

@@ -1,7 +1,5 @@
 """What audits show about a paper's tables, as sections of its page: lint, conventions, sensitivity to the reading."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

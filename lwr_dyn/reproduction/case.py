@@ -1,7 +1,5 @@
 """A case: one paper's tables and printed results under one set of errata, from which formulas recompute numbers."""
 
-from __future__ import annotations
-
 import copy
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass

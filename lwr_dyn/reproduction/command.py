@@ -1,7 +1,5 @@
 """`lwr-dyn reproduce`: everything a paper prints, recomputed, into a folder."""
 
-from __future__ import annotations
-
 import sys
 from typing import Any
 

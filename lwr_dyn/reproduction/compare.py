@@ -1,7 +1,5 @@
 """One block of printed numbers against the recomputed ones, under as few errata as it takes."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass

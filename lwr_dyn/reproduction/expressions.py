@@ -4,8 +4,6 @@ Two expressions of sines, products and sums that agree at two random points to 1
 another case is negligible. Only arithmetic is evaluated, never code.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Sequence
 from functools import lru_cache

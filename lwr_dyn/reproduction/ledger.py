@@ -5,8 +5,6 @@ paper's study. A ledger with a proven entry that has no proof, or whose proof fa
 that no computation from printed numbers decides; "open" is listed without a verdict.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any

@@ -1,7 +1,5 @@
 """The report page of a paper: printed numbers beside ours, errata with proofs, checks, audits, files."""
 
-from __future__ import annotations
-
 import hashlib
 import platform
 from collections.abc import Mapping, Sequence

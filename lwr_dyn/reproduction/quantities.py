@@ -1,7 +1,5 @@
 """Formulas of numbers that any arm has; all studies share them. States (q, dq, ddq) stand in the block's `given`."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

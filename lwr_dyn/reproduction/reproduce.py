@@ -1,7 +1,5 @@
 """A paper reproduced in a folder: its study, every number with its verdict, the errata with their proofs, the page."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace

@@ -6,8 +6,6 @@ how far its axis or its line can be read. `form` "derived" marks numbers that th
 not print.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from decimal import Decimal, InvalidOperation

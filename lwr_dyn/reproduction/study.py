@@ -1,7 +1,5 @@
 """Which papers can be reproduced: each folder of this package with a `results.toml`, described by its `STUDY`."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache

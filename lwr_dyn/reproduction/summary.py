@@ -1,7 +1,5 @@
 """How many printed numbers got which verdict, and how many errata are proven: as records and as tables."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

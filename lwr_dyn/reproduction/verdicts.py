@@ -6,8 +6,6 @@ differs             by D, with every set of errata that can affect it
 not reproducible    something that it needs is not printed, and is named
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -1,10 +1,8 @@
 """Friction of the simulated arm: set-valued with true stick, its smooth form, none, or a function of the caller."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,7 +50,7 @@ class ArmFriction:
     slope: Array  # steepest slope of the torque over the speed, (n,) [N m s/rad]; 0 where it is not known
 
     @classmethod
-    def of(cls, joints: Sequence[JointFriction | None]) -> ArmFriction:
+    def of(cls, joints: Sequence[JointFriction | None]) -> Self:
         """Set-valued, from the friction of each joint; None has none."""
         each = [joint or FRICTIONLESS for joint in joints]
         table = np.array([[_numbers(joint.positive) for joint in each], [_numbers(joint.negative) for joint in each]])
@@ -63,7 +61,7 @@ class ArmFriction:
         return cls(FORMS[0], None, *map(read_only, (coulomb, viscous, drop, sharpness, offset, *bounds, slope)))
 
     @classmethod
-    def function(cls, form: str, n: int, torque: FrictionTorque | None, slope: Array | None = None) -> ArmFriction:
+    def function(cls, form: str, n: int, torque: FrictionTorque | None, slope: Array | None = None) -> Self:
         """A smooth function of the speeds of n joints; None is no friction."""
         pair, none = read_only(np.zeros((2, n))), read_only(np.zeros(n))
         steepest = none if slope is None else read_only(slope)

@@ -1,7 +1,5 @@
 """The energy audit of a run: the change of the arm's energy must be the work of the channels."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any

@@ -7,8 +7,6 @@ principle of least constraint). A position stop has one infinite bound; an impac
 M = J B^-1 J^T is positive definite, so there is one solution.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -14,8 +14,6 @@ Coulomb's level only. What remains at rest is judged again, until no other joint
 Coulomb's there is one answer, and this is it.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What may end a contact mode within an interval, as functions of time, and the search for the first that comes."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 

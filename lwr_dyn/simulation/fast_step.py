@@ -4,8 +4,6 @@ It is the method of `integrators.rk4` on the rates of `Flow`, to rounding. A ste
 start to slip or reach a limit is refused, and `Flow` computes it again.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from lwr_dyn.arrays import Array

@@ -3,8 +3,6 @@
 The state is y = (q, dq, work of the motors, work of friction, memory of the controller).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field
 

@@ -1,7 +1,5 @@
 """From a state to the state after a step: Runge-Kutta of order 4 in fixed steps, and an adaptive reference."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -3,8 +3,6 @@
 Both fill a `Log` and raise `Diverged` where the state can no longer be followed.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 
 import numpy as np

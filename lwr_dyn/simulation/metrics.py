@@ -1,9 +1,7 @@
 """Figures of merit of a run: errors joint by joint, error of the tip, torques and speeds against their limits."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, fields
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -27,7 +25,7 @@ class ErrorFigures:
     rms: Array
 
     @classmethod
-    def of(cls, error: Array) -> ErrorFigures:
+    def of(cls, error: Array) -> Self:
         """Of errors (k, n), in their unit."""
         size = np.abs(error)
         rms = np.sqrt((error**2).mean(axis=0))

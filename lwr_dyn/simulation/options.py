@@ -1,7 +1,5 @@
 """The options of a simulation, and the checks of reference, start and friction before a run begins."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import ceil, isfinite
 

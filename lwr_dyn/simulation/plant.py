@@ -1,7 +1,5 @@
 """The plant: the arm that is simulated, which need not be the one that the controller models."""
 
-from __future__ import annotations
-
 import warnings
 from dataclasses import dataclass, replace
 from typing import Any

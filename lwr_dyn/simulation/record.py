@@ -1,10 +1,8 @@
 """What a run writes: the `Log` of a loop, the `Run` made of it, and the error of a run that diverged."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -38,7 +36,7 @@ class Log:
     done: int = 0  # samples of which state and torque are written
 
     @classmethod
-    def blank(cls, setup: Setup) -> Log:
+    def blank(cls, setup: Setup) -> Self:
         """A log for the times of a setup, with the first state in it."""
         reference = setup.motion
         samples, n = reference.q.shape

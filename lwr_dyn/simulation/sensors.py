@@ -1,10 +1,9 @@
 """Encoders: measured positions are rounded to counts and noisy; velocities are filtered differences of them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import isfinite
+from typing import Self
 
 import numpy as np
 
@@ -45,7 +44,7 @@ class Encoder:
                 raise OptionError(name, value, "a number >= 0, in rad or m")
 
     @classmethod
-    def of_bits(cls, bits: int, noise: float = 0.0, cutoff_hz: float = 100.0) -> Encoder:
+    def of_bits(cls, bits: int, noise: float = 0.0, cutoff_hz: float = 100.0) -> Self:
         """An encoder with 2^bits counts a turn.
 
         >>> round(Encoder.of_bits(12).resolution * 1e3, 3)

@@ -1,7 +1,5 @@
 """`prepare`: what `simulate` is given becomes a `Setup`, checked whole, that can be shown, kept and run."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from importlib.metadata import version

@@ -1,7 +1,5 @@
 """`simulate`: an arm, a controller and a reference become a `Run` that records its setup and its energy audit."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

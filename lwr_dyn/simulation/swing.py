@@ -1,7 +1,5 @@
 """Free swing: no motor drives or brakes the arm, so without friction and stops its energy stays constant."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType

@@ -1,7 +1,5 @@
 """Symbolic equations of motion of an arm: matrices, symbols for masses and inertias, and their numbers."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 

@@ -4,8 +4,6 @@ One route multiplies all matrices, then the vector; the other multiplies matrice
 Both give the same expression, with very different numbers of operations.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

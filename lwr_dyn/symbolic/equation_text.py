@@ -1,7 +1,5 @@
 """Equations of motion as plain text and as a LaTeX document, term by term in the same order."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from typing import Any, NamedTuple

@@ -6,8 +6,6 @@ B is the Hessian of K in dq, C its Christoffel form, g the gradient of U. tau is
 tau - (B ddq + C dq + g) = 0 is a check and not a definition.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 

@@ -4,8 +4,6 @@ In normal form sin(q_i)^2 is replaced by 1 - cos(q_i)^2 and products are expande
 most linear in each sine, are linearly independent functions, so an expression is zero exactly when its form is 0.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from functools import lru_cache
 from typing import Any

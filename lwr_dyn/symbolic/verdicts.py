@@ -1,7 +1,5 @@
 """Symbolic equations of motion against Pinocchio on the reduced model, for random lengths, bodies and states."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 

@@ -4,8 +4,6 @@ A blend leaves the path a given distance before a joint and comes back the same 
 position, tangent and curvature continuous: the acceleration along the path does not jump there.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

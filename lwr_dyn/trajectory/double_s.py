@@ -1,7 +1,5 @@
 """The double-S profile: rest to rest with bounded speed, acceleration and jerk, in seven cubic pieces."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 

@@ -10,8 +10,6 @@ Two of duration t_f, blend time t_c, velocity V and acceleration A fix the profi
 prints as velocity in (3), 4 L/(t_f^2 - (2 (t_c - t_f/2))^2) = L/(t_c (t_f - t_c)), is the acceleration A.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

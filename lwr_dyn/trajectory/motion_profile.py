@@ -3,8 +3,6 @@
 Functions return the one record `MotionProfile`. Before 0 and after its duration a profile stands still.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """A path in space: segments end to end, with the length travelled as its one parameter, and its joints."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Poses along a path: a path in space, an orientation along it, and a motion profile that says when."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Protocol

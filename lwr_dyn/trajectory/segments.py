@@ -1,7 +1,5 @@
 """Segments in space: a straight line and a circular arc, as functions of the length travelled on them."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Protocol

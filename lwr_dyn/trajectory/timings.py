@@ -1,7 +1,5 @@
 """Motion profiles by name: when a path in space is where, from rest to rest in a given time."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

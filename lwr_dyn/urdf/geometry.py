@@ -4,8 +4,6 @@ A limb is a cylinder from a joint to the next joint at another place. A joint ac
 a joint along its limb a ring; the base is a pedestal, the flange a disc. The dynamics uses none of these numbers.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -3,8 +3,6 @@
 Orientations are `xyaxes` (two columns of the rotation matrix), so no angle is converted. Shapes collide with nothing.
 """
 
-from __future__ import annotations
-
 from xml.sax.saxutils import quoteattr
 
 from lwr_dyn.model.arm import Arm, Joint

@@ -1,7 +1,5 @@
 """All files of an arm: URDF, provenance sidecar, SRDF with the rotors, and MJCF."""
 
-from __future__ import annotations
-
 from xml.sax.saxutils import quoteattr
 
 from lwr_dyn.model.arm import Arm

@@ -3,8 +3,6 @@
 Shapes and materials are dropped before parsing, since dynamics needs none: so mesh files need not exist.
 """
 
-from __future__ import annotations
-
 import hashlib
 import math
 import re

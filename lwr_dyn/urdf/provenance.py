@@ -1,7 +1,5 @@
 """The sidecar with the source of every number in a URDF: attribute -> quantities -> cells and conversions."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import asdict, replace
 from typing import Any

@@ -6,8 +6,6 @@ link without `<inertial>` is massless, as the format defines, if a link further 
 and the arm no dynamics.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """The link tree of a URDF: parents, fixed joints, path from root to tip."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -4,8 +4,6 @@ The text is deterministic; floats are written by repr, which is read back bit-ex
 mass with rpy 0. A required number that is unknown is written as a placeholder and marked.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 from xml.sax.saxutils import quoteattr

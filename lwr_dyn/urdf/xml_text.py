@@ -1,7 +1,5 @@
 """Text that all written files share: numbers, comments, and the header that `lwr_dyn.urdf.parse` reads back."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from xml.sax.saxutils import escape
 

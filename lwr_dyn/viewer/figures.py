@@ -3,8 +3,6 @@
 Its curves are numbers, or series of runs, which a page packs only once for the 3D view and for all figures.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, get_args

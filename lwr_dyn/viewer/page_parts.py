@@ -3,8 +3,6 @@
 The replay page and the reports of `lwr_dyn.reproduction` are put together from these.
 """
 
-from __future__ import annotations
-
 import base64
 from collections.abc import Mapping
 from importlib.resources import files

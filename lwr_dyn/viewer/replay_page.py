@@ -3,8 +3,6 @@
 The page makes no request: everything is inside it, and its content security policy forbids loading anything else.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Sequence
 from html import escape

@@ -1,7 +1,5 @@
 """`ReplayedRun`: a run with its arm, label and colour; every picture of this package starts from it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 

@@ -5,8 +5,6 @@ so the same runs give the same bytes. Link k is at `link_path(run, k)` below lin
 origin times the joint's motion, which the player sets.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from typing import Any
 

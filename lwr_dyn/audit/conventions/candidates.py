@@ -1,7 +1,5 @@
 """Candidate readings of a hypothesis: repeated links must agree, exceptions are counted; their order."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass

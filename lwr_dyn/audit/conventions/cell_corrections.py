@@ -4,8 +4,6 @@ A cell is fitted to the first number that fails, from the flange inward, and to 
 joints before it then follow is the test of the correction.
 """
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass

@@ -4,8 +4,6 @@ Of the whole table: DH convention, the point the tensors are about, the end of t
 measured from. Of each link: sign of the products, order of the axes (of the tensor, or of the whole row).
 """
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """`lwr-dyn conventions`: the possible conventions of a table that states none, ranked, with the reasons."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import click

@@ -5,8 +5,6 @@ B_ii = sum over the links beyond i of m v.v + 2 (v x w).(m c) + w^T I w, and
 g_i = -sum of g_0 . (m v + w x m c), the work of gravity (Siciliano et al., Robotics, eqs. 7.32 and 7.39).
 """
 
-from __future__ import annotations
-
 import itertools
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Sentences about the criteria: what each hypothesis gives of frames, bodies, second tensors and published numbers."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 
 import numpy as np

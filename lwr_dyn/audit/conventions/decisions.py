@@ -1,7 +1,5 @@
 """Which choice is decided by which criterion, and which stays open: each criterion alone, then all together."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any

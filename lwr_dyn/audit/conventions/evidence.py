@@ -3,8 +3,6 @@
 A value is text, so that its printed digits are known: a reading may miss it by half a unit of the last one.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -28,8 +28,6 @@
 Every table may be left out.
 """
 
-from __future__ import annotations
-
 from importlib import resources
 from pathlib import Path
 from typing import Any

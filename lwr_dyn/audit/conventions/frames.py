@@ -6,8 +6,6 @@ modified  r_{i-1,i} in frame i-1  = (a_i, -d_i sin alpha_i, d_i cos alpha_i)
 Neither depends on q of a turning joint, so a paper can print it.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

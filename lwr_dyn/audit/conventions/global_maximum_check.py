@@ -1,7 +1,5 @@
 """Largest B_ii of a reading by the global search of `control.worst_case_inertia`, beside the lattice's."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

@@ -5,8 +5,6 @@ q = 0 fix them joint by joint, from the base outward. The readings that remain a
 orientations of flange and wrist, by the limits and by the envelope, all of `audit.datasheet`.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace

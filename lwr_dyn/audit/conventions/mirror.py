@@ -5,8 +5,6 @@ P I_i P^T = I_j. That ties together the signs of the products of both links, the
 about: moved by the wrong m c^2, bodies whose coms differ a little no longer agree.
 """
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Sequence
 

@@ -4,8 +4,6 @@ Two questions are kept apart, since their answers may differ: which reading did 
 numbers), and which reading is the arm (bodies that can exist, second tensors, mirror images that agree)?
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Ranked readings as sentences and tables: what each criterion decides, and what nothing decides."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any

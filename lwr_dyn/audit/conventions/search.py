@@ -6,8 +6,6 @@ contributions are one class (no number distinguishes them); what misses a number
 all links' options is never formed.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

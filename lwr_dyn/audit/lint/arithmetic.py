@@ -1,7 +1,5 @@
 """Formulas as text, evaluated safely: numbers, names, + - * / ^ and some functions, nothing else."""
 
-from __future__ import annotations
-
 import ast
 import math
 import operator

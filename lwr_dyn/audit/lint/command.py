@@ -1,7 +1,5 @@
 """`lwr-dyn lint`: faults in tables of numbers that need no model to be seen; exit 1 when there are some."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Numbers that must agree and do not: a total and its column, a value printed twice, entries of symmetric matrices."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 

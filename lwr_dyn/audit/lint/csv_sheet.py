@@ -1,7 +1,5 @@
 """CSV with one heading line as a sheet; lines that begin with # declare formulas, units and roles."""
 
-from __future__ import annotations
-
 import csv
 from collections.abc import Sequence
 from dataclasses import dataclass, field

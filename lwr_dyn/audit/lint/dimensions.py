@@ -1,7 +1,5 @@
 """Units as text, their dimensions, and the dimension of a formula."""
 
-from __future__ import annotations
-
 import ast
 import math
 import re

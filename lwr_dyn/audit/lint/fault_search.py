@@ -1,7 +1,5 @@
 """Single faults that explain wrong cells: two exchanged, a power of ten, the other sign, two digits exchanged."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TypeVar

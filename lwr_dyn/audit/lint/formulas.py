@@ -1,7 +1,5 @@
 """A table against the formulas that its file declares: cells that do not follow, and the fault that explains them."""
 
-from __future__ import annotations
-
 import ast
 import math
 from collections.abc import Iterator, Mapping, Sequence

@@ -1,7 +1,5 @@
 """Lists of a data file as columns: numbers, components of vectors and of square matrices."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Any
 

@@ -1,7 +1,5 @@
 """A mean outside its extremes, a maximum below its minimum, and the order of the columns in which they would fit."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass

@@ -4,8 +4,6 @@ A broken row alone is no fault (joint 2 of an arm may have another range). It is
 exchange of two cells or a power of ten, makes every row proportional again.
 """
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass

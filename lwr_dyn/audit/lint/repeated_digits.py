@@ -4,8 +4,6 @@ Mirror-image links repeat whole rows up to signs, and equal links repeat their m
 suspected when its row and its neighbour's differ otherwise, or when the copy has other digits than the original.
 """
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence

@@ -1,7 +1,5 @@
 """The role of a column by its heading: mean, maximum, minimum, label, and of which quantity; names and units."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 

@@ -1,7 +1,5 @@
 """A file of numbers, examined by every rule."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Arithmetic in sentences, such as "1/2 x 0.0106 x 0.05^2 = 1.325e-7", computed again."""
 
-from __future__ import annotations
-
 import ast
 import math
 import re

@@ -1,7 +1,5 @@
 """The contents of a file of numbers, whatever its format: tables of printed cells, matrices, sentences; findings."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal

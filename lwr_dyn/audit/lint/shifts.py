@@ -1,7 +1,5 @@
 """Rows shifted by one: two columns of a file that repeat each other's numbers only when one is moved up or down."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass

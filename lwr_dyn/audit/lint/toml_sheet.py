@@ -5,8 +5,6 @@ matrices; a table with `values` is a column with its `unit`. Declarations stand 
 `formula`, `ratio` and `symmetric` are lists of texts, `total`, `role` and `unit` are by column, `joints` is a text.
 """
 
-from __future__ import annotations
-
 import re
 import tomllib
 from collections.abc import Iterator, Mapping

@@ -1,7 +1,5 @@
 """Units that do not fit the quantity of a column: a joint's error in millimetres, a mass in metres."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 from lwr_dyn.audit.lint.dimensions import NUMBER, Powers, in_words, unit_of

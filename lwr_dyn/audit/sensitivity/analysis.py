@@ -1,7 +1,5 @@
 """The same task under all readings of a robot: every controller simulated on every plant, and what follows."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Closed-loop runs: a controller whose model is one reading of a robot, a plant that is another; every pair."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """`lwr-dyn sensitivity`: one task under all readings of a robot, controllers on one and plants on another."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """What a paper concludes, as propositions that hold or fail for every pair of readings (model, plant)."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass

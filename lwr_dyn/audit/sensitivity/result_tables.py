@@ -1,7 +1,5 @@
 """The tables of a sensitivity analysis: gravity torques, inertias and gains, errors of every pair, conclusions."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

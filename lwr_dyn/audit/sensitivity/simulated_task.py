@@ -1,7 +1,5 @@
 """A study task with the joint reference that an arm follows in it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 

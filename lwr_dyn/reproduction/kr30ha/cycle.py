@@ -4,8 +4,6 @@ The program (Appendix B) names four PTP moves with WAIT SEC 2 after each. Axes m
 not printed; assumed is at most half the rated speed of an axis, which it would reach in half a second or more.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """The KR 30 HA's working envelope (Figures 3 and 4) and its movement."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Formulas of the KR 30 HA report's numbers, printed and derived, by the names that its `results.toml` gives them."""
 
-from __future__ import annotations
-
 from functools import cache
 from typing import Any
 

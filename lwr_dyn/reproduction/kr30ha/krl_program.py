@@ -1,7 +1,5 @@
 """The KR 30 HA report's KRL program: its faults, each at its line and no other, the corrected program, and its run."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path

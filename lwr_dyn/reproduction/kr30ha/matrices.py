@@ -4,8 +4,6 @@ Equation (1) is standard DH. For each printed symbolic matrix it is also determi
 with the twist reversed, or another angle in place of theta_i.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -5,8 +5,6 @@ masses half-way. printed = right + what the named errata add, or `Comparison.exp
 from the arm is another question, see `counterparts`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any

@@ -5,8 +5,6 @@ offset off x; the true arm is solved for the flange with A = B = C = 0, as the r
 mastering on with the least axis travel.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Proofs of the errata in the KR 30 HA report's frames, axes and matrices."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

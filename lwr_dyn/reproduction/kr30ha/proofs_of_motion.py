@@ -1,7 +1,5 @@
 """Proofs of the errata in the KR 30 HA report's dynamic analysis: expressions, and the planar model beside the arm."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from functools import cache, partial
 

@@ -1,7 +1,5 @@
 """Proofs of the errata in the KR 30 HA report's points, angles and references."""
 
-from __future__ import annotations
-
 import math
 from functools import partial
 

@@ -1,7 +1,5 @@
 """Proofs of the errata in the KR 30 HA report's KRL program: the diagnostics of `check_program`, line by line."""
 
-from __future__ import annotations
-
 from functools import cache, partial
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Everything the KR 30 HA report prints, recomputed: points, matrices, envelope, equations, movement, program."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from lwr_dyn.audit.envelope import working_envelope

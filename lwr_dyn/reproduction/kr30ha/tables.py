@@ -1,7 +1,5 @@
 """The tables of the KR 30 HA study: every printed result beside what it should be."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The LWR-IV exercise recomputed: the seven matrices, the wrist centre by both routes, the tool point."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any

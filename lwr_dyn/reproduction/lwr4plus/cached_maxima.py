@@ -1,7 +1,5 @@
 """Searches for the largest B_ii, cached by all that it depends on: a changed table repeats only those it touches."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Sequence

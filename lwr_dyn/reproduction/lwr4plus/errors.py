@@ -5,8 +5,6 @@ by hypothesis, without gravity in n(q, dq): its errors are then the droop B^-1 g
 The printed unit is mm; the numbers are read as mrad (mrad/s).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

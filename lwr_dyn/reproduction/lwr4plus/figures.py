@@ -1,7 +1,5 @@
 """Figures 4, 6, 7, 9 and 10 of the LWR 4+ paper, from the runs of both controllers on IST."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

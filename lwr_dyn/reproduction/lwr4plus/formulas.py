@@ -1,7 +1,5 @@
 """Formulas of the numbers that the LWR 4+ paper prints, by the names that its `results.toml` gives them."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

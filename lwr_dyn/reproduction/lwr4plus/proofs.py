@@ -1,7 +1,5 @@
 """Proofs of the errata in the LWR 4+ paper's tables: the printed numbers against what they must be."""
 
-from __future__ import annotations
-
 import itertools
 from dataclasses import replace
 

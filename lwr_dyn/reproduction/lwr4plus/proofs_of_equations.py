@@ -1,7 +1,5 @@
 """Proofs of the errata in the LWR 4+ paper's equations: each equation exactly as printed against the right one."""
 
-from __future__ import annotations
-
 from collections.abc import Collection
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The runs of the study: every controller on IST, and their ranking when the model is wrong."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any

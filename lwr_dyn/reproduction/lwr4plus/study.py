@@ -1,7 +1,5 @@
 """Everything the LWR 4+ paper prints, recomputed."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Tables IV and VI of the LWR 4+ paper recomputed: worst-case inertias under every reading, and the gains."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Errata, checks, sections and files of a report as HTML that is readable without scripts."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from lwr_dyn.reproduction.ledger import LedgerEntry

@@ -1,7 +1,5 @@
 """The layout of a report: header, navigation, and the parts from summary to files."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from lwr_dyn.reproduction.report.blocks import (

@@ -1,7 +1,5 @@
 """HTML from records: an element or a table at a time; text is escaped unless it is `Html` already."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Sequence
 from html import escape

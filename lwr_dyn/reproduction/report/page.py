@@ -4,8 +4,6 @@ Nothing is loaded: the libraries (meshcat with three.js, plotly.js) and the numb
 content security policy forbids requests and code made from text.
 """
 
-from __future__ import annotations
-
 import base64
 import gzip
 import json

@@ -1,7 +1,5 @@
 """The document's tables beside ours as HTML: a verdict per cell, and the source of each number."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence, Set
 
 from lwr_dyn.reproduction.report.content import CellVerdict, ReportCell, ReportRow, ReportTable

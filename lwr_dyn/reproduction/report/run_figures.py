@@ -4,8 +4,6 @@ Each takes the runs that are shown together, and the places of those that it dra
 and ids are general; `dataclasses.replace` gives those of a document.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Literal
 

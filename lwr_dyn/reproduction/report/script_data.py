@@ -1,7 +1,5 @@
 """Data for the scripts of a report: the runs, packed once for the 3D view and for the figures, and the figures."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from typing import Any

@@ -1,7 +1,5 @@
 """Figures 4 to 8 of the WAM paper: its motion with friction and without."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Proofs of the errata in the WAM paper and in the data sheets that it builds on."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from lwr_dyn.reproduction.case import PaperCase, PaperData

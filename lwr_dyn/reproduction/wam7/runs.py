@@ -4,8 +4,6 @@ PD with the manufacturer's gains (the paper prints none), once with gravity assu
 gravity and its compensation. In a steady cruise at v the error is what the friction needs: e = tau_friction(v) / kp.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any

@@ -1,7 +1,5 @@
 """Everything the WAM paper simulates: tables, runs, Figures 4 to 8 redrawn, a replay."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from lwr_dyn.model.arm import Arm

@@ -1,7 +1,5 @@
 """The tables of the WAM study: cruise errors, Figure 7's axes, where friction feeds energy in, the runs."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from lwr_dyn.identification.passive_refit import passive_refit

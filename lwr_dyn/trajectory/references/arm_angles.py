@@ -1,11 +1,9 @@
 """The arm angle along a path: the best curve, one fixed angle, or a curve that is given."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -15,11 +13,9 @@ from lwr_dyn.kinematics.arm_angle import best_arm_angle
 from lwr_dyn.kinematics.arm_geometry import require_srs
 from lwr_dyn.kinematics.branches import BRANCHES, Branch, joint_ranges
 from lwr_dyn.kinematics.srs import arm_triangle, closed_form
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.trajectory.pose_path import TimedPosePath
 from lwr_dyn.trajectory.references.limits import limit_margin
-
-if TYPE_CHECKING:
-    from lwr_dyn.model.arm import Arm
-    from lwr_dyn.trajectory.pose_path import TimedPosePath
 
 PLACES = 1401
 """Places on the path at which the arm angle is chosen: 1 mm apart on IST."""

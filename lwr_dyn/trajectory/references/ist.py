@@ -1,7 +1,5 @@
 """The IST path of the LWR 4+ paper: its points as printed, the path through them, and its timing."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import asdict
 from typing import Annotated, Any

@@ -1,7 +1,5 @@
 """Moves in joint space: point to point by quintics, LSPB moves of all joints together, and standing still."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Annotated, ClassVar

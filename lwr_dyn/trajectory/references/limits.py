@@ -1,17 +1,13 @@
 """Where a joint motion violates the position limits of an arm, and where it comes nearest to them."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from lwr_dyn.arrays import Array
+from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind
-
-if TYPE_CHECKING:
-    from lwr_dyn.model.arm import Arm
 
 
 class LimitViolation(NamedTuple):

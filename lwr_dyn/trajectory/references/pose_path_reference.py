@@ -1,10 +1,8 @@
 """A reference for the joints from a timed pose path, the arm's inverse kinematics and an arm angle."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,13 +10,11 @@ from numpy.typing import ArrayLike
 from lwr_dyn.arrays import Array, real_array
 from lwr_dyn.errors import OutOfReachError, PathLimitError, SingularArmError
 from lwr_dyn.kinematics.path_following import follow
+from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Motion
+from lwr_dyn.trajectory.pose_path import TimedPosePath
 from lwr_dyn.trajectory.references.arm_angles import ArmAngle, choose_arm_angle, out_of_reach, place_at
 from lwr_dyn.trajectory.references.limits import LimitMargin, largest_violation, limit_margin
-
-if TYPE_CHECKING:
-    from lwr_dyn.model.arm import Arm
-    from lwr_dyn.trajectory.pose_path import TimedPosePath
 
 TIMES = 1401
 """Times at which the position limits are checked, besides the knots of the profile: 10 ms apart on IST."""

@@ -1,7 +1,5 @@
 """Tasks by name: references for the joints that `lwr-dyn simulate --task` takes."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Annotated
 
