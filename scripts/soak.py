@@ -201,6 +201,15 @@ def data_mutants() -> tuple[str, bool]:
     return f"{words}; moved a number by more than its last digit unseen: {missed}", missed == 0
 
 
+def core() -> tuple[str, bool]:
+    """All tests of the core in an environment of its own, from a built wheel, the optional packages deleted."""
+    from tests.custody.core_alone import EVERYTHING, FOLDERS, installed_core, run_tests
+
+    with tempfile.TemporaryDirectory() as folder:
+        process = run_tests(installed_core(Path(folder), EVERYTHING), Path(folder), FOLDERS)
+    return process.stdout.strip().splitlines()[-1], process.returncode == 0
+
+
 LINES: dict[str, Line] = {
     "properties": properties,
     "checks": checks,
@@ -214,6 +223,7 @@ LINES: dict[str, Line] = {
     "recovery": recovery,
     "kernels": kernels,
     "data_mutants": data_mutants,
+    "core": core,
 }
 
 

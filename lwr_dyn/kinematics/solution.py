@@ -1,7 +1,5 @@
 """Inverse kinematics of one pose: the problem, the solver's interface, the result with its solutions in order."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Generic, Literal, TypeVar
@@ -33,19 +31,6 @@ class PoseProblem:
     reference: ArrayLike | None = None
     starts: int = 64
     seed: int = 0
-
-
-@dataclass(frozen=True, slots=True)
-class IkSolver(Generic[Geometry]):
-    """A row of `inverse.IK_SOLVERS`."""
-
-    recognise: Callable[[Chain], Geometry | None]
-    """The constants that `solve` needs, or None for an arm that it cannot solve."""
-    solve: Callable[[PoseProblem, Geometry], InverseResult]
-    arms: str
-    """Which arms it recognises, in words."""
-    has_arm_angle: bool = False
-    """Whether `arm_angle` and `reference` mean something."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -93,6 +78,19 @@ class InverseResult:
         """Singularities of any of the solutions, in order shoulder, elbow, wrist."""
         names = {name for solution in (*self.solutions, *self.outside) for name in solution.singular}
         return tuple(name for name in ("shoulder", "elbow", "wrist") if name in names)
+
+
+@dataclass(frozen=True, slots=True)
+class IkSolver(Generic[Geometry]):
+    """A row of `inverse.IK_SOLVERS`."""
+
+    recognise: Callable[[Chain], Geometry | None]
+    """The constants that `solve` needs, or None for an arm that it cannot solve."""
+    solve: Callable[[PoseProblem, Geometry], InverseResult]
+    arms: str
+    """Which arms it recognises, in words."""
+    has_arm_angle: bool = False
+    """Whether `arm_angle` and `reference` mean something."""
 
 
 def make_solution(problem: PoseProblem, q: Array) -> Solution:

@@ -1,13 +1,11 @@
 """Records of movement: `Motion` is a reference, `Run` a simulated result; a run file carries its own metadata."""
 
-from __future__ import annotations
-
 import io
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Protocol, Self
 
 import numpy as np
 
@@ -98,7 +96,7 @@ class Run:
         write_file(path, buffer.getvalue())
 
     @classmethod
-    def load(cls, path: str | Path) -> Run:
+    def load(cls, path: str | Path) -> Self:
         """Read a run file; raises `FileAccessError` if it is missing, truncated, no run file or of another schema."""
         allowed = "a run file (.npz) of lwr-dyn simulate"
         try:

@@ -3,8 +3,6 @@
 `T_ab` is the pose of frame b in frame a: ``T_ac = T_ab @ T_bc``.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any
@@ -116,15 +114,15 @@ class Pose:
         freeze_arrays(self, "rotation", "position")
 
     @classmethod
-    def identity(cls) -> Pose:
+    def identity(cls) -> "Pose":
         """The pose of a frame in itself."""
         return cls(np.eye(3), np.zeros(3))
 
-    def __matmul__(self, other: Pose) -> Pose:
+    def __matmul__(self, other: "Pose") -> "Pose":
         """T_ac = T_ab @ T_bc."""
         return Pose(self.rotation @ other.rotation, self.rotation @ other.position + self.position)
 
-    def inverse(self) -> Pose:
+    def inverse(self) -> "Pose":
         """T_ba of T_ab."""
         return Pose(self.rotation.T, -self.rotation.T @ self.position)
 

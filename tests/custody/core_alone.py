@@ -16,7 +16,7 @@ NEEDED = ("pytest", "hypothesis")
 EVERYTHING = (*NEEDED, "mujoco", "example-robot-data", "casadi", "matplotlib", "selenium")
 FOLDERS = (
     "agreement", "checks", "cli", "control", "dynamics", "kinematics", "laws", "model", "papers", "simulation",
-    "trajectory", "urdf", "viewer",
+    "trajectory", "urdf", "viewer", *sorted(path.name for path in (ROOT / "tests").glob("test_*.py")),
 )  # fmt: skip
 """Tests of the core."""
 

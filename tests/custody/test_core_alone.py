@@ -9,7 +9,7 @@ import pytest
 
 from tests.custody.core_alone import installed_core, run, run_tests
 
-SHARE = ("papers", "control", "laws", "test_front_door.py")
+SHARE = ("papers", "control", "laws", "test_front.py")
 """Folders of tests that need nothing but pytest and hypothesis, and little time."""
 COMMANDS = (
     (("list",), 0, "lwr4plus"),
