@@ -99,7 +99,7 @@ def test_mujoco_has_the_limits_and_the_shapes(moving, stem):
     assert model.nu == 0
 
 
-def test_yourdfpy_finds_the_flange_and_has_nothing_to_say(arm, stem, caplog):
+def test_yourdfpy_finds_the_flange_without_warnings(arm, stem, caplog):
     urdf = yourdfpy.URDF.load(f"{stem}.urdf", load_meshes=False)
     q, _ = states(arm.n)
     T = lwr_dyn.forward_kinematics(arm, q)

@@ -123,7 +123,7 @@ def test_locked_fingers_count():
         ("ur5", None, {}, "ee_link, tool0"),
     ],
 )
-def test_what_is_missing_is_said(name, tip, lock, words):
+def test_what_is_missing_is_named(name, tip, lock, words):
     with pytest.raises(UrdfError, match=words):
         lwr_dyn.load(ARMS[name].path, tip=tip, lock=lock)
 

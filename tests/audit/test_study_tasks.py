@@ -32,7 +32,7 @@ def test_every_task_is_one_of_a_robot_with_that_file():
         assert all(j < joints for claim in task.claims for j in claim.joints)
 
 
-def test_a_task_holds_what_its_file_says():
+def test_a_task_holds_the_values_of_its_file():
     (task,) = parse_tasks(TASK, "mine.toml")
     assert (task.reference, task.options["blend"], task.substeps) == ("lspb", 0.5, 1)
     (choice,), (claim,) = task.controllers, task.claims

@@ -51,7 +51,7 @@ def test_uses_of_limits_stand_in_their_columns(lwr_dyn_command, simulated):
     assert row[1] == "mrad"
 
 
-def test_sliding_joints_are_told_in_their_units(lwr_dyn_command, tmp_path):
+def test_sliding_joints_are_printed_in_their_units(lwr_dyn_command, tmp_path):
     own = str(tmp_path / "own.toml")
     lwr_dyn_command("new", "arm", own, "--joints", "RPR")
     out = lwr_dyn_command("gains", own)[1]
@@ -68,7 +68,7 @@ def test_gains_as_json(lwr_dyn_command):
         assert row["Kd"] == pytest.approx(100 * row["b"])
 
 
-def test_fk_says_what_is_outside_the_limits(lwr_dyn_command):
+def test_fk_names_joints_outside_the_limits(lwr_dyn_command):
     code, out, _ = lwr_dyn_command("fk", "lwr4plus", "--q-deg", "0,130,0,0,0,0,0", "--json")
     assert code == 0
     assert json.loads(out)["outside"] == [f"joint_2 is outside its limits by {np.radians(10):.6g}"]

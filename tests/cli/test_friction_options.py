@@ -59,7 +59,7 @@ def test_bad_input_is_one_line(lwr_dyn_command, case):
     assert err.count("\n") == 1
 
 
-def test_an_arm_without_gains_says_so(lwr_dyn_command):
+def test_an_arm_without_gains_is_refused(lwr_dyn_command):
     code, _, err = lwr_dyn_command(
         "simulate", "lwr4plus", "--task", "hold", "--from-deg", "0,0,0,0,0,0,0", "--own-gains"
     )

@@ -43,7 +43,7 @@ def test_serve_answers_until_it_is_interrupted(files, monkeypatch):
     assert "http://127.0.0.1:" in result.output
 
 
-def test_no_browser_is_told(files, monkeypatch):
+def test_a_missing_browser_is_an_error(files, monkeypatch):
     monkeypatch.setattr("webbrowser.open", lambda url: False)
     result = invoked(files[0], "--serve", "--port", 0, "--browser")
     assert isinstance(result.exception, OptionError)

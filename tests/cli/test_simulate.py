@@ -43,7 +43,7 @@ def test_bad_options_get_one_line(name, lwr_dyn_command, tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_path_that_leaves_the_limits_says_where(lwr_dyn_command):
+def test_a_path_that_leaves_the_limits_is_refused_with_its_place(lwr_dyn_command):
     code, _, err = lwr_dyn_command("simulate", "lwr4plus", "--arm-angle-deg", "0")
     assert code == 2
     assert "at t = " in err
@@ -69,7 +69,7 @@ def test_a_run_file_carries_what_made_it_and_loads(lwr_dyn_command, tmp_path):
     assert abs(meta["audit"]["residual"]) < 1e-9
 
 
-def test_a_diverging_run_says_when_and_keeps_what_there_was(lwr_dyn_command, tmp_path):
+def test_a_diverging_run_names_the_time_and_keeps_its_samples(lwr_dyn_command, tmp_path):
     target = tmp_path / "run.npz"
     options = ("--omega-n", "3000", "--no-saturation", "--controller", "inverse-dynamics", "--encoder-noise", "1e-3")
     # a loop far faster than its samples cannot be held
@@ -83,7 +83,7 @@ def test_a_diverging_run_says_when_and_keeps_what_there_was(lwr_dyn_command, tmp
     assert 1 < kept.t.size < 1001
 
 
-def test_an_arm_that_cannot_exist_is_refused_unless_asked_for(lwr_dyn_command, tmp_path):
+def test_an_infeasible_arm_is_refused_unless_allowed(lwr_dyn_command, tmp_path):
     own = tmp_path / "own.toml"
     text = template("own.toml", "own", "RR").replace("[0, 0, 0.004]]", "[0, 0, 0.03]]")
     own.write_text(text)

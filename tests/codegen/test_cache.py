@@ -116,7 +116,7 @@ def test_files_of_a_killed_process_are_deleted_later(folder):
     assert young.exists()
 
 
-def test_the_key_tells_arms_choices_and_functions_apart():
+def test_the_key_distinguishes_arms_choices_and_functions():
     specs = [
         kernel_spec(ARM),
         kernel_spec(lwr_dyn.load("lwr4plus", "printed")),

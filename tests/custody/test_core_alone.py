@@ -58,7 +58,7 @@ def test_help_hides_commands_that_are_not_installed(core):
     assert not any(f"  {name} " in text for name in ("reproduce", "lint", "krl", "identify", "kernels"))
 
 
-def test_functions_that_are_lent_name_their_extra(core):
+def test_functions_of_optional_packages_name_their_extra(core):
     python, folder = core
     code = "import lwr_dyn; lwr_dyn.batch_dynamics(lwr_dyn.load('lwr4plus'))"
     words = "MissingPackageError: lwr_dyn.codegen is not installed; install it with: pip install 'lwr_dyn[batch]'"

@@ -241,7 +241,7 @@ def test_a_foreign_urdf_names_its_own_elements(tmp_path):
     assert all(source.where == "arm.urdf" for source in quantity_sources(arm, "joint_2.gear_ratio"))
 
 
-def test_an_arm_put_together_in_code_says_that_no_source_is_given():
+def test_an_arm_built_in_code_is_marked_as_without_source():
     arm = replace(lwr_dyn.load("lwr4plus"), sources={})
     side = json.loads(provenance_text(arm))
     assert side["attributes"]["/robot/link[@name='link_1']/inertial/mass/@value"]["word"] == UNSOURCED

@@ -54,7 +54,7 @@ def test_leading_axes_broadcast(engine):
 
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
-def test_no_value_that_is_not_finite_slips_through(engine, method, bad):
+def test_no_value_that_is_not_finite_passes(engine, method, bad):
     for argument in range(METHODS[method]):
         for joint in range(7):
             x = np.full((3, 7), 0.3)
@@ -64,7 +64,7 @@ def test_no_value_that_is_not_finite_slips_through(engine, method, bad):
 
 
 @pytest.mark.parametrize("seed", range(12))
-def test_no_value_that_is_not_finite_slips_through_whatever_the_joints(seed):
+def test_no_value_that_is_not_finite_passes_for_any_joints(seed):
     """Sliding joints hide more: B_11 of a sliding first joint is the mass of the arm at every q."""
     arm = random_arm(seed)
     engine = lwr_dyn.dynamics_of(arm)
@@ -102,7 +102,7 @@ def test_a_missing_argument_is_named(engine):
         engine.coriolis_matrix(np.zeros(7))
 
 
-def test_an_engine_says_what_it_is(engine):
+def test_an_engine_shows_its_name_and_joints(engine):
     assert isinstance(engine, Dynamics)
     assert repr(engine) == f"<engine {engine.name}, 7 joints>"
     assert engine.mass_matrix.__doc__ == Dynamics.mass_matrix.__doc__

@@ -49,7 +49,7 @@ def test_friction_as_json_and_as_a_plot(lwr_dyn_command, logs, tmp_path):
     assert b"<svg" in out_file.with_suffix(".svg").read_bytes()
 
 
-def test_the_table_says_what_was_taken_out(lwr_dyn_command, logs):
+def test_the_table_names_the_torques_taken_out(lwr_dyn_command, logs):
     code, out, _ = lwr_dyn_command("identify", "friction", *logs, "--robot", "wam7", "--robust")
     assert code == 0
     assert "56 cruises in 56 files, Huber's loss, taken out of the torques: g" in out

@@ -87,7 +87,7 @@ def test_a_log_that_cannot_be_used_is_refused_in_one_line_and_the_good_ones_coun
     assert found.friction()[1].positive.coulomb == pytest.approx(2.0)
 
 
-def test_limits_of_a_robot_tell_degrees_and_millinewtons(wam, tmp_path):
+def test_limits_of_a_robot_reveal_degrees_and_millinewtons(wam, tmp_path):
     log = ideal_cruise(wam.friction, np.full(7, 0.1), wam)
     path = tmp_path / "log.csv"
     write_log(path, JointLog("", log.joints, log.t, np.degrees(log.q), log.tau))

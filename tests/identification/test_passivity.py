@@ -62,7 +62,7 @@ def test_joint_4_has_no_net_damping_under_the_manufacturers_gains():
 
 @given(joints())
 @examples(150)
-def test_the_certificate_says_what_a_fine_grid_of_speeds_says(model):
+def test_the_certificate_agrees_with_a_fine_grid_of_speeds(model):
     v = np.geomspace(1e-4, 1e3, 4000)
     for side in certificate([model]):
         sign = 1.0 if side.side == "positive" else -1.0
@@ -104,7 +104,7 @@ def test_the_least_slope_of_a_stribeck_law_is_at_its_steepest_fall():
     assert certificate([JointFriction(direction, direction)])[0].least_slope == pytest.approx(slope.min(), rel=1e-6)
 
 
-def test_feeding_is_told_state_by_state():
+def test_feeding_is_decided_state_by_state():
     dq = np.zeros((3, 7))
     dq[:, 3] = [0.56, 0.58, -0.68]
     assert feeds_energy(wam(), dq)[:, 3].tolist() == [False, True, True]

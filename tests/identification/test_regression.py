@@ -46,7 +46,7 @@ def test_base_parameters_carry_all_the_torque(wam):
     assert np.abs(Y @ other - Y @ full).max() < 1e-11
 
 
-def test_any_motion_gives_inertia_and_friction_back_and_foretells_what_it_has_not_seen(wam, fourier):
+def test_any_motion_returns_inertia_and_friction_and_predicts_other_motions(wam, fourier):
     log = LogSensors(NOISE, 1e-5).through(fourier(wam, wam.friction), 3)
     found = identify_motion([log], wam)
     gap = np.abs(found.estimate.values - found.base.of(truth(wam, wam.friction)))

@@ -70,7 +70,7 @@ def test_ist_keeps_1_2_degrees_at_joint_6_at_its_first_point():
     ("axis", "degrees"),
     [((1, 0, 0), 3.2), ((-1, 0, 0), 6.7), ((0, 0, -1), 12.6), ((0, -1, 0), 14.2), ((0, 0, 1), 14.2)],
 )
-def test_other_tool_directions_leave_the_limits_by_what_the_facts_say(axis, degrees):
+def test_other_tool_directions_leave_the_limits_by_known_amounts(axis, degrees):
     z = np.array(axis, dtype=float)
     rotation = np.column_stack([np.roll(z, 1), np.cross(z, np.roll(z, 1)), z])
     s, T = ist(301, rotation)
@@ -111,7 +111,7 @@ def test_the_curve_is_twice_differentiable_and_its_joints_do_not_jump(seed):
     assert np.abs(np.diff(kept(best_arm_angle(LWR, s, T), s, T)[0] - q, axis=0)).max() == 0.0
 
 
-def test_a_turn_no_wrist_can_follow_is_told_apart_from_a_pose_outside():
+def test_a_turn_no_wrist_can_follow_is_distinguished_from_a_pose_outside():
     s, T = spinning(0, 8.0)
     with pytest.raises(OutsideLimitsError, match="without a jump") as caught:
         best_arm_angle(LWR, s, T)
@@ -119,7 +119,7 @@ def test_a_turn_no_wrist_can_follow_is_told_apart_from_a_pose_outside():
     assert caught.value.excess > 0
 
 
-def test_out_of_reach_says_where_and_by_how_much():
+def test_out_of_reach_names_place_and_distance():
     s, T = ist(101)
     T[60, 0, 3] = -3.0
     with pytest.raises(OutOfReachError, match=r"s = 0\.82") as caught:

@@ -21,7 +21,7 @@ def pose(arm, q):
     return lwr_dyn.forward_kinematics(arm, q)
 
 
-def test_random_poses_are_solved_and_every_solution_says_what_it_is():
+def test_random_poses_are_solved_and_every_solution_describes_itself():
     rng = np.random.default_rng(2)
     for q in rng.uniform(LWR.lower, LWR.upper, (60, 7)):
         T = pose(LWR, q)
@@ -39,7 +39,7 @@ def test_random_poses_are_solved_and_every_solution_says_what_it_is():
         assert order == sorted(order, reverse=True)
 
 
-def test_a_given_arm_angle_is_kept_and_its_intervals_tell_whether_it_is_inside():
+def test_a_given_arm_angle_is_kept_and_its_intervals_show_whether_it_is_inside():
     T = pose(LWR, [0.3, 0.7, 0.2, -1.3, 0.4, 0.9, 0.1])
     for psi in np.linspace(-3, 3, 25):
         result = inverse_kinematics(LWR, T, arm_angle=psi)
@@ -49,7 +49,7 @@ def test_a_given_arm_angle_is_kept_and_its_intervals_tell_whether_it_is_inside()
             assert s.inside_limits == any(a <= psi + turn <= b for a, b in arcs for turn in (0, 2 * np.pi))
 
 
-def test_out_of_reach_is_told_apart_from_outside_limits():
+def test_out_of_reach_is_distinguished_from_outside_limits():
     T = pose(LWR, [0.3, 0.7, 0.2, -1.3, 0.4, 0.9, 0.1])
     far = T.copy()
     far[:3, 3] = [0, 0, 1.5 + 0.078]

@@ -57,7 +57,7 @@ def test_numeric_search_with_sliding_joints(seed):
     assert result.solutions[0].residual <= NUMERIC
 
 
-def test_numeric_search_tells_reach_from_limits():
+def test_numeric_search_distinguishes_reach_from_limits():
     far = np.eye(4)
     far[0, 3] = 3.0
     result = inverse_kinematics(SIX, far, starts=16)

@@ -100,7 +100,7 @@ def test_turning_the_elbow_alone_leaves_the_flange_where_it_is():
         ([0.3, 0.0, 0.2, -1.3, 0.4, 0.9, 0.1], "shoulder are aligned"),
     ],
 )
-def test_singular_arms_stand_still_or_say_so(q, why):
+def test_singular_arms_stand_still_or_are_refused(q, why):
     T = np.tile(lwr_dyn.forward_kinematics(LWR, q), (3, 1, 1))
     none, flat = np.zeros((3, 6)), np.zeros(3)
     elbow = list(link_frames(LWR.chain, np.array(q)))[2][:3, 3]

@@ -114,7 +114,7 @@ def test_a_joint_on_its_limit_is_kept_and_one_without_limits_is_not_turned(kr30)
     assert any(np.array_equal(edge, q) for q in whole_turns(kr30, edge))
 
 
-def test_out_of_reach_is_told_from_outside_limits(kr30):
+def test_out_of_reach_is_distinguished_from_outside_limits(kr30):
     far = lwr_dyn.forward_kinematics(kr30, np.zeros(6))
     far[0, 3] += 0.5
     result = lwr_dyn.inverse_kinematics(kr30, far)

@@ -33,7 +33,7 @@ def test_the_given_joints_are_among_the_branches_at_their_own_arm_angle():
     assert nearest < np.radians(3.0)  # the angles stand 2 degrees apart
 
 
-def test_out_of_reach_is_told_apart():
+def test_out_of_reach_is_distinguished_from_outside_limits():
     pose = np.eye(4)
     pose[:3, 3] = 0.0, 0.0, 0.95
     reach = np.hypot(0.55, 0.045) + np.hypot(0.3, 0.045)

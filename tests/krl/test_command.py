@@ -47,7 +47,7 @@ def test_write_check_run(written, lwr_dyn_command):
     assert code == 0
 
 
-def test_the_text_says_cycle_motions_and_torques(written, lwr_dyn_command):
+def test_the_text_gives_cycle_motions_and_torques(written, lwr_dyn_command):
     code, out, _ = lwr_dyn_command("krl", "run", "TwoPoint.src")
     assert code == 0
     assert "TwoPoint.src on kr30ha: " in out

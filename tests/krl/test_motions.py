@@ -234,7 +234,7 @@ def test_static_and_dynamic_torque_are_the_models(arm):
     assert np.abs(run.torque[rest] - run.static_torque[rest]).max() < 1e-9
 
 
-def test_the_statements_do_what_they_say(arm):
+def test_every_statement_has_its_effect(arm):
     lines = ["INT i, n, t[3]", "REAL x", "DECL FRAME f", "BOOL b", HOME, "n = 0",
              "FOR i = 1 TO 9 STEP 3", "n = n + i", "ENDFOR",  # 12
              "WHILE n > 9", "n = n - 1", "ENDWHILE",  # 9

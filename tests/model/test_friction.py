@@ -31,7 +31,7 @@ def test_each_direction_has_its_own_level_slope_and_stribeck_fall():
     assert ONE_SIDED.torque([0.3, -0.3]) == pytest.approx([up, down], rel=1e-15)
 
 
-def test_at_rest_the_offset_is_returned_and_breakaway_says_what_is_held():
+def test_at_rest_the_offset_is_returned_and_breakaway_gives_the_held_torque():
     assert ONE_SIDED.torque(0.0) == 0.25
     assert ONE_SIDED.breakaway == (0.25 - 3.0, 0.25 + 6.0)
     assert JointFriction(Direction(1.0, 0.0), Direction(1.0, 0.0)).breakaway == (-1.0, 1.0)

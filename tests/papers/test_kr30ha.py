@@ -82,7 +82,7 @@ def test_estimates_are_marked_down_into_the_urdf(arm):
     assert "A1 effort" in text.split("unknown, written as stand-ins: ")[1].splitlines()[0]
 
 
-def test_what_the_data_sheet_says(arm):
+def test_numbers_of_the_data_sheet(arm):
     assert arm.joint_names == ("A1", "A2", "A3", "A4", "A5", "A6")
     assert np.degrees(arm.mastering) == pytest.approx([0, -90, 90, 0, 0, 0])
     assert (arm.ratings.payload, arm.ratings.reach, arm.ratings.envelope_volume) == (30.0, 2.033, 27.24)

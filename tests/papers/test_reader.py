@@ -107,7 +107,7 @@ errata = ["mass-2"]
 """
 
 
-def test_an_erratum_changes_only_its_reading_and_says_so():
+def test_an_erratum_changes_only_its_reading_and_is_recorded():
     assert parse_paper(GOOD + ERRATUM, "own.toml").columns["inertial.mass"].values == (2.0, 2.0)
     mended = parse_paper(GOOD + ERRATUM, "own.toml", "corrected").columns["inertial.mass"]
     assert mended.values == (2.0, 3.0)
@@ -125,12 +125,12 @@ def test_an_erratum_changes_only_its_reading_and_says_so():
         ('effect = "none"\n', "", r"erratum\[0\].effect: missing"),
     ],
 )
-def test_an_erratum_must_find_what_it_says_is_printed(old, new, message):
+def test_an_erratum_must_find_its_printed_value(old, new, message):
     with pytest.raises(PaperError, match=message):
         parse_paper(GOOD + ERRATUM.replace(old, new, 1), "own.toml", "corrected")
 
 
-def test_names_that_do_not_exist_say_which_do(tmp_path):
+def test_unknown_names_are_refused_with_the_known_ones(tmp_path):
     with pytest.raises(UnknownNameError, match=r"did you mean lwr4plus\?.*known: kr30ha, lwr4, lwr4plus"):
         open_paper("lwr4pluss")
     with pytest.raises(

@@ -101,7 +101,7 @@ def test_friction_over_the_manufacturers_stiffness_gives_the_levels_of_figure_7(
     assert [f.covered for f in arm.friction] == [0.4] * 7
 
 
-def test_what_a_urdf_cannot_hold_is_in_the_sidecar_and_the_header_says_so():
+def test_what_a_urdf_cannot_hold_is_in_the_sidecar_and_noted_in_the_header():
     arm = lwr_dyn.load("wam7")
     files = model_files(arm)
     text, side = files["wam7.urdf"], json.loads(files["wam7.provenance.json"])
@@ -146,6 +146,6 @@ def test_reflected_rotors_reach_every_dialect_and_make_no_spin_couplings():
     np.testing.assert_array_equal(full.inverse_dynamics(q, dq, ddq), plain.inverse_dynamics(q, dq, ddq))
 
 
-def test_the_errata_of_the_paper_are_told():
+def test_the_errata_of_the_paper_are_listed():
     ids = {e.id for e in open_paper("wam7").errata}
     assert {"lspb-velocity", "figure4-acceleration", "table1-negative-viscous", "rotor-inertia-conflict"} <= ids

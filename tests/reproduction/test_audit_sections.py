@@ -4,7 +4,7 @@ from lwr_dyn.reproduction import audit_sections
 from lwr_dyn.reproduction.paper_study import paper_study
 
 
-def test_the_lint_finds_slips_that_the_errata_name():
+def test_the_lint_finds_faults_that_the_errata_name():
     section, record = audit_sections.lint_section("lwr4plus")
     for erratum in ("rotor-inertia-power", "table2-rows", "table2-c5z"):
         assert f"[erratum {erratum}]" in section.text

@@ -19,20 +19,20 @@ def report():
     return motion_report()
 
 
-def test_every_difference_is_the_sum_of_its_named_slips(report):
+def test_every_difference_is_the_sum_of_its_named_faults(report):
     assert report.holds
     assert {c.name for c in report.comparisons if c.agrees} == RIGHT
     assert all(c.explained for c in report.comparisons)
 
 
-def test_a_slip_without_a_name_or_a_name_without_a_slip_is_seen(report):
+def test_a_fault_without_an_erratum_or_an_erratum_without_a_fault_is_seen(report):
     by_name = {c.name: c for c in report.comparisons}
     assert not replace(by_name["K_1"], added={}).explained
     assert not replace(by_name["K_2"], printed=by_name["K_2"].printed * 2).explained
     assert not replace(by_name["P_1"], added={"k1-half": sp.zeros(1, 1)}).explained
 
 
-def test_every_slip_is_in_the_errata_ledger_and_every_erratum_of_the_analysis_is_met(report):
+def test_every_fault_is_in_the_errata_ledger_and_every_erratum_of_the_analysis_is_met(report):
     ledger = {e.id for e in open_paper("kr30ha").errata}
     met = {erratum for c in report.comparisons for erratum in c.added}
     assert met | OTHER_MODEL <= ledger
@@ -66,7 +66,7 @@ def test_the_reports_own_lagrangian_finished_lacks_the_coupling_and_a_centrifuga
     assert normal_form(finished(report.planar.lagrangian) - report.planar.tau, q) == sp.zeros(2, 1)
 
 
-def test_of_the_planar_model_only_what_the_ledger_says_is_the_arms(report):
+def test_only_the_entries_named_in_the_ledger_are_the_same_for_the_arm(report):
     same = {c.name for c in report.counterparts if not c.why}
     assert same == {"B_22", "C_22"}
     arm = {c.name: c.arm for c in report.counterparts}

@@ -35,7 +35,7 @@ def test_there_are_as_many_as_promised_and_no_proof_is_of_nothing():
         assert set(paper_study(paper).proofs) <= {e.id for e in paper_study(paper).data.errata}
 
 
-def test_every_entry_says_how_severe_it_is():
+def test_every_entry_has_a_severity():
     assert {erratum.severity for _, erratum in ALL} == set(SEVERITIES)
 
 

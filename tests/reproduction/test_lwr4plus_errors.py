@@ -68,7 +68,7 @@ def test_controllers_keep_the_limits_and_rank_as_reported(arm):
     assert exact.metrics.tip_max_mm < 0.01
 
 
-def test_plants_are_what_their_names_say(arm):
+def test_plants_match_their_names(arm):
     found = plants(arm)
     mass = {name: sum(b.mass for b in plant.chain.bodies) for name, plant in found.items()}
     assert mass["10 % heavier"] == pytest.approx(1.1 * mass["as modelled"])

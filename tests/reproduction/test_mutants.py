@@ -53,7 +53,7 @@ def test_an_exchange_changes_both_cells_and_the_original_stays():
     assert raw["inertial"]["mass"]["values"][4] == 1.8789
 
 
-def test_what_an_erratum_says_is_printed_must_be_there():
+def test_the_printed_value_of_an_erratum_must_be_there():
     (mutant,) = (m for m in mutants("lwr4plus") if m.place == "rotors.inertia.values[0]" and m.kind == "sign")
     assert fate(mutant, usual_judgement("lwr4plus")).seen == REFUSED
 
@@ -76,7 +76,7 @@ def test_only_what_depends_on_a_number_turns(paper, column, untouched):
     assert [path for path in turned if path.split(".")[1].startswith(untouched)] == []
 
 
-def test_a_number_that_nobody_checks_is_told():
+def test_a_number_that_no_check_covers_is_listed():
     usual = usual_judgement("lwr4plus")
     idle = Mutant("lwr4plus", "results", ("table_vii", "cells", "average", 0), "one percent", "4.6", "4.7")
     found = fate(idle, usual)

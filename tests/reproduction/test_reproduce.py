@@ -97,7 +97,7 @@ def test_a_number_that_differs_is_listed_and_fails_the_paper(tmp_path, monkeypat
     assert "+0.0001" in outcome.text
 
 
-def test_what_was_left_before_it_was_whole_says_so_until_it_is(tmp_path, monkeypatch):
+def test_an_incomplete_folder_is_marked_until_it_is_complete(tmp_path, monkeypatch):
     def interrupted(*_):
         raise KeyboardInterrupt
 

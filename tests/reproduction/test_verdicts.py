@@ -59,7 +59,7 @@ def test_the_verdict_of_a_cell_and_the_fewest_errata_that_it_takes(found, paper,
     assert (one.verdict, one.errata) == (verdict, errata)
 
 
-def test_what_is_not_printed_is_named_and_how_far_assumptions_come_is_told(found):
+def test_what_is_not_printed_is_named_and_the_distance_under_assumptions_given(found):
     one = of(found["wam7"], "results.figure_7.joint_1[1]")
     assert one.missing == ("gains.kp", "gains.kd")
     assert one.miss == 0.0  # with the manufacturer's gains it stays within the axis
@@ -76,7 +76,7 @@ def test_a_changed_cell_turns_what_depends_on_it_and_nothing_else(found):
     assert changed_numbers("lwr4plus", tables=tables).by_cell() == same
 
 
-def test_a_difference_is_told_in_units_and_last_digits(found):
+def test_a_difference_is_given_in_units_and_last_digits(found):
     raw = copy.deepcopy(dict(paper_study("lwr4plus").data.results.raw))
     raw["figure_1"]["cells"]["mass"] = ["14.4465"]
     one = of(changed_numbers("lwr4plus", results=raw), "results.figure_1.mass[0]")
@@ -145,7 +145,7 @@ def test_a_broken_file_of_results_is_refused_in_one_line(old, new, said):
     assert "\n" not in str(caught.value)
 
 
-def test_the_small_file_is_good_and_broken_toml_is_told():
+def test_the_small_file_is_good_and_broken_toml_is_refused():
     assert changed_numbers("wam7", results=tomllib.loads(SMALL)).counts()[REPRODUCED] == 1
     assert results_of_tables(tomllib.loads(SMALL), "x").paper == "wam7"
     with pytest.raises(PaperError, match="TOML"):

@@ -53,7 +53,7 @@ def test_compensated_gravity_changes_little(joint, side):
     assert abs(found.miss) <= 5e-4
 
 
-def test_joint_4_upward_is_a_limit_cycle_and_said_to_be_one():
+def test_joint_4_upward_is_a_limit_cycle_and_reported_as_one():
     found = cruise_error(arm(), made(3, 1))
     assert found.net_damping == pytest.approx(2.0 - 2.7045, abs=1e-12)
     assert 1e3 * found.least == pytest.approx(0.72, abs=0.05)

@@ -51,7 +51,7 @@ class TestOneJoint:
     @pytest.mark.parametrize("side", [1.0, -1.0])
     @pytest.mark.parametrize("options", [{}, {"continuous": True}, {"method": "dop853"}, {"substeps": 3}])
     @pytest.mark.parametrize("viscous", [0.0, 0.8])
-    def test_it_stops_when_and_where_the_closed_form_says(self, side, options, viscous):
+    def test_it_stops_at_the_time_and_place_of_the_closed_form(self, side, options, viscous):
         """m dv = -(F + c v): t = (m/c) ln(1 + c v0/F), or m v0/F without viscous friction."""
         mass, speed = 2.0, 0.7
         force = 3.0 if side > 0 else 2.0
@@ -149,7 +149,7 @@ class TestOneJoint:
         q = v0 * t - t**2 / 2 + 1000 * t**3 / 3 + 1000 * (h / 2) ** 3 / 3
         assert run.q[-1, 0] == pytest.approx(q, abs=1e-14)
 
-    def test_stribeck_friction_slows_it_as_the_reference_says(self):
+    def test_stribeck_friction_slows_it_as_in_the_reference(self):
         model = JointFriction(Direction(2.0, 0.3, 3.5, 0.2), Direction(2.0, 0.3))
         run = simulate(one_joint(), no_torque, Still(np.zeros(1), 0.5), dq0=[0.5], friction=[model], substeps=2)
 

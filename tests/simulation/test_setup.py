@@ -77,7 +77,7 @@ def test_an_arm_without_masses():
         simulate(arm, no_torque, Still(np.zeros(arm.n), 1.0))
 
 
-def test_an_arm_that_cannot_be_is_refused_unless_asked_for():
+def test_an_infeasible_arm_is_refused_unless_allowed():
     bodies = list(lwr().chain.bodies)
     bodies[2] = Body(1.0, np.zeros(3), np.diag([1.0, 1.0, 2.5]))
     arm = lwr().with_chain(with_bodies(lwr().chain, bodies))
@@ -120,7 +120,7 @@ def test_masses_cannot_be_scaled_away(factor):
 class TestDivergence:
     @pytest.mark.parametrize("method", ["rk4", "dop853"])
     @pytest.mark.parametrize("position_limits", [False, True])
-    def test_it_says_when_and_which_joint_and_keeps_what_there_was(self, method, position_limits):
+    def test_it_names_time_and_joint_and_keeps_its_samples(self, method, position_limits):
         def push_joint_6(t, q, dq, *reference):
             return lwr_dynamics().gravity_vector(q) + np.where(np.arange(7) == 5, 1e3 * np.sign(dq) * (1 + dq**2), 0.0)
 

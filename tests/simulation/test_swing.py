@@ -21,7 +21,7 @@ def test_two_seconds_keep_their_energy(case):
     assert (run.tau_applied == 0.0).all()
 
 
-def test_upright_at_rest_is_an_equilibrium_and_said_to_be():
+def test_upright_at_rest_is_an_equilibrium_and_reported_as_one():
     run = free_swing(lwr(), "rest", duration=0.5, rate=100.0)
     assert run.meta["note"]["equilibrium"] is True
     assert np.abs(run.q).max() < 1e-2  # B^-1 g is not quite zero: com columns are printed to 1e-8 m

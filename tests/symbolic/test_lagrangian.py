@@ -151,7 +151,7 @@ def test_readable_changes_the_look_and_not_the_value(kr30):
     assert normal_form(readable(e.tau, e.rates, e.weights) - e.tau, e.variables.q) == sp.zeros(2, 1)
 
 
-def test_normal_form_tells_equal_from_unequal():
+def test_normal_form_distinguishes_equal_from_unequal():
     a, b = sp.symbols("a b")
     assert normal_form(sp.sin(a + b) - sp.sin(a) * sp.cos(b) - sp.cos(a) * sp.sin(b), [a, b]) == 0
     assert normal_form(sp.cos(3 * a) - 4 * sp.cos(a) ** 3 + 3 * sp.cos(a), [a]) == 0

@@ -58,6 +58,6 @@ def test_sections_in_a_given_time_stop_at_their_ends_and_keep_the_bounds(lengths
         assert abs(at_knots.dds[k]) <= 1e-9 * acceleration
 
 
-def test_a_time_too_short_for_the_bounds_says_the_shortest():
+def test_a_time_too_short_for_the_bounds_is_refused_with_the_shortest():
     with pytest.raises(OptionError, match=r"duration: 0.5 s; allowed: at least 2\.\d+ s with 1 stops"):
         double_s_in([1.0], 0.5, 1.0, 10.0)

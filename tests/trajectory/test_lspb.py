@@ -74,7 +74,7 @@ def test_equations_3_and_4_as_printed_tear_equation_2_apart_for_other_blends():
 
 
 @given(amounts, amounts, st.floats(1e-2, 0.5))
-def test_the_three_ways_to_ask_make_one_law(length, t_f, share):
+def test_three_ways_to_specify_a_profile_agree(length, t_f, share):
     profile = lspb(length, t_f, share * t_f)
     V = length / (t_f - share * t_f)
     A = V / (share * t_f)

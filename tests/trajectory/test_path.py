@@ -21,7 +21,7 @@ def letter():
     )
 
 
-def test_joints_tell_corners_from_bends():
+def test_corners_are_distinguished_from_bends():
     corner, bend = letter().joints()
     assert corner.is_corner
     assert not corner.is_bend

@@ -70,7 +70,7 @@ def test_any_arm_comes_back(tmp_path, seed):
     assert same_dynamics(back, arm)
 
 
-def test_a_stand_in_is_unknown_only_where_our_header_says_so(tmp_path):
+def test_a_stand_in_is_unknown_only_under_our_own_header(tmp_path):
     text = urdf_text(lwr_dyn.load("lwr4"))
     assert read_urdf(written(tmp_path, text)).limits[0].upper is None
     edited = text.replace('upper="6.283185307179586"', 'upper="1.5"', 1)
@@ -212,7 +212,7 @@ def test_drake_tags_are_rotors(tmp_path):
     assert read_urdf(written(tmp_path, plain)).chain.links[0].rotor is None
 
 
-def test_shapes_nobody_knows_and_meshes_that_are_not_there_do_not_matter(tmp_path, caplog):
+def test_unknown_shapes_and_missing_meshes_do_not_matter(tmp_path, caplog):
     shapes = (
         '<visual><geometry><capsule radius="1"/></geometry></visual>'
         '<collision><geometry><mesh filename="no.stl"/></geometry></collision>'
@@ -276,7 +276,7 @@ def test_a_broken_file_is_one_line(tmp_path, case, caplog):
     assert not caplog.records
 
 
-def test_wrong_tips_and_locks_say_what_there_is(tmp_path):
+def test_wrong_tips_and_locks_are_refused_with_the_known_names(tmp_path):
     path = written(tmp_path, TWO)
     with pytest.raises(UnknownNameError, match="known: a, b, c"):
         read_urdf(path, tip="z")

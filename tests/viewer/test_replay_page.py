@@ -46,7 +46,7 @@ def unpacked(packed):
     return (np.frombuffer(base64.b64decode(packed["data"]), "<i4") * packed["step"]).reshape(packed["shape"])
 
 
-def test_page_asks_for_nothing_and_says_nothing(window, page):
+def test_page_loads_nothing_and_logs_nothing(window, page):
     # The module's first look at the page: the logs start before it was opened.
     sent, said = logs(window)
     assert [address for address in sent if not address.startswith("data:")] == [page.as_uri()]
@@ -72,7 +72,7 @@ def test_side_by_side_and_back_leave_the_pose(window, arm, two_runs):
         np.testing.assert_allclose(pose, lwr_dyn.forward_kinematics(arm, two_runs[1].q[1000]), rtol=0, atol=POSE)
 
 
-def test_target_and_triads_stand_where_the_chain_says(window, arm, two_runs):
+def test_target_and_triads_stand_where_the_chain_puts_them(window, arm, two_runs):
     from lwr_dyn.kinematics.forward import frames
 
     found = window.execute_script(
@@ -165,7 +165,7 @@ def test_page_is_deterministic_and_small(arm, two_runs, page):
     assert len(text.encode()) < LARGEST_PAGE
 
 
-def test_long_runs_are_thinned_and_say_so(arm, monkeypatch):
+def test_long_runs_are_thinned_with_a_note(arm, monkeypatch):
     monkeypatch.setattr(replay_page, "SERIES_BUDGET", 300_000)
     run = lagging_run(arm, 0.02, "pd-gravity", k=7001)
     record = embedded(replay_page.replay_html([run], arm))["runs"][0]
@@ -204,7 +204,7 @@ def test_the_tasks_own_path_is_drawn_when_the_run_carries_it(arm, two_runs):
     assert unpacked(record["reference"]).tolist() == [[0, 0, 0], [0, 0, 1]]
 
 
-def test_bad_input_is_told(arm, two_runs, tmp_path):
+def test_bad_input_is_refused(arm, two_runs, tmp_path):
     run = two_runs[0]
     with pytest.raises(OptionError, match="runs: none"):
         replay_page.replay_html([], arm)

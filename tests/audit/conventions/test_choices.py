@@ -101,7 +101,7 @@ def test_two_products_flipped_are_no_mirror_image_about_this_com():
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_the_other_end_of_a_link_is_where_the_frames_say(seed):
+def test_the_other_end_of_a_link_follows_from_the_frames(seed):
     """Standard: frame i-1 seen from frame i; modified: frame i+1 seen from frame i; both at any q."""
     one = scrambled_table(np.random.default_rng([15, seed]))
     for convention in Convention:

@@ -57,7 +57,7 @@ def test_wam_as_text_and_json(command):
     assert made["products", 2]["others"] == ["tensor"]
 
 
-def test_kr30_says_zero_and_signs(command):
+def test_kr30_gives_zero_and_signs(command):
     code, out, _ = command("kr30ha")
     assert code == 0
     assert "signs (-1, -1, -1, -1, -1, -1), offsets (0, 0, 90, 0, 0, 180) deg: 11 of 11 checks hold" in out

@@ -171,7 +171,7 @@ def test_largest_inertias_between_quarter_turns_are_named(lwr):
     assert missed["b22"] > 0.001
 
 
-def test_the_text_says_what_is_undecided(lwr, wam):
+def test_the_text_names_what_is_undecided(lwr, wam):
     text = "\n".join(ranking_text(lwr))
     assert "the sign of c5z is undecided" in text
     assert "m c^2 is counted twice" in text

@@ -15,7 +15,7 @@ def run(*arguments):
     return stop.value.code
 
 
-def test_a_finding_is_told_with_its_place(tmp_path, capsys):
+def test_a_finding_is_printed_with_its_place(tmp_path, capsys):
     (tmp_path / "gains.csv").write_text(GAINS)
     assert run(str(tmp_path / "gains.csv")) == 1
     out = capsys.readouterr().out

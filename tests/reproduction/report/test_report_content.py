@@ -41,7 +41,7 @@ def plot_of(*curves):
         (lambda: report_html(Page("p", figures=(plot_of(Curve("c", Series(0, "q", 0))),))), "no run is shown"),
     ],
 )  # fmt: skip
-def test_what_cannot_be_shown_is_told(make, said):
+def test_what_cannot_be_shown_is_refused(make, said):
     with pytest.raises(OptionError, match=said):
         make()
 

@@ -52,7 +52,7 @@ def area(window, plot):
     return element
 
 
-def test_page_asks_for_nothing_says_nothing_and_draws_all(window, report_path, report_content):
+def test_page_loads_nothing_logs_nothing_and_draws_all(window, report_path, report_content):
     # The module's first look at the page: the logs start before it was opened.
     sent, said = logs(window)
     assert [address for address in sent if not address.startswith(("data:", "blob:"))] == [report_path.as_uri()]

@@ -17,7 +17,7 @@ def window(browser, report_path):
         yield browser
 
 
-def test_cells_tell_their_origin_by_keys_and_mouse(window):
+def test_cells_show_their_origin_by_keys_and_mouse(window):
     from selenium.webdriver import ActionChains
     from selenium.webdriver.common.keys import Keys
 
@@ -129,7 +129,7 @@ def test_dark_screen_has_dark_colours(window):
         window.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": []})
 
 
-def test_phone_needs_no_sideways_scroll_and_taps_tell(browser, report_path):
+def test_phone_needs_no_sideways_scroll_and_taps_show_the_origin(browser, report_path):
     with screen(browser, **PHONE):
         opened(browser, report_path)
         width, inner = browser.execute_script("return [document.documentElement.scrollWidth, innerWidth]")

@@ -30,7 +30,7 @@ def test_error_curves_are_ref_minus_actual_in_thousandths(runs, quantity, name):
             np.testing.assert_array_equal(drawn, error[:, j])
 
 
-def test_torque_panels_have_both_limits_and_say_when_there_is_none(arm, two_runs):
+def test_torque_panels_have_both_limits_or_a_note_that_there_is_none(arm, two_runs):
     blind = replace(arm, limits=(*arm.limits[:6], JointLimits()))
     runs = replayed_runs(two_runs, blind)
     figure = torque_figure(runs)

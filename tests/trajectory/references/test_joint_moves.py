@@ -47,7 +47,7 @@ def test_hold_stands_still():
 
 
 @pytest.mark.parametrize("side", [2.5, -2.5])
-def test_a_waypoint_outside_the_limits_says_when_which_joint_and_by_how_much(side):
+def test_a_waypoint_outside_the_limits_names_time_joint_and_excess(side):
     outside = np.array([0, 0, 0, side, 0, 0, 0.0])
     message = rf"at t = 2 s, waypoint 1: joint_4 at {side} rad, 0.406 rad outside"
     with pytest.raises(PathLimitError, match=message) as caught:

@@ -148,7 +148,7 @@ def test_a_turning_tool_is_followed():
     np.testing.assert_allclose(lwr_dyn.forward_kinematics(ARM, here.q), reference.poses.at(t).T, atol=POSE)
 
 
-def test_it_says_what_is_printed_assumed_and_estimated():
+def test_it_lists_what_is_printed_assumed_and_estimated():
     about = json.loads(json.dumps(dict(REFERENCES["smooth"].about)))
     assert about["timing"]["kind"] == "assumed"
     assert about["timing"]["value"] == "smooth"
@@ -163,7 +163,7 @@ def test_an_arm_without_limits_has_no_margin_to_speak_of():
     assert json.loads(json.dumps(dict(reference.about), allow_nan=False))["margin"] is None
 
 
-def test_a_tool_that_leads_out_of_the_limits_says_where():
+def test_a_tool_that_leads_out_of_the_limits_is_refused_with_its_place():
     down = np.array([[1.0, 0, 0], [0, -1, 0], [0, 0, -1]])
     with pytest.raises(PathLimitError, match=r"at t = .* s, point \(-0.05, .*\) m: .*joint_\d.* 0\.2\d* rad") as caught:
         ist_reference(ARM, R_07=down)
@@ -173,7 +173,7 @@ def test_a_tool_that_leads_out_of_the_limits_says_where():
     assert np.degrees(fault.excess) == pytest.approx(12.6, abs=0.3)  # -z of the six axis directions, shared facts
 
 
-def test_a_fixed_arm_angle_outside_the_limits_says_where():
+def test_a_fixed_arm_angle_outside_the_limits_is_refused_with_its_place():
     with pytest.raises(
         PathLimitError, match=r"point \(.*\) m: joint_\d at .* rad outside its limits; allowed"
     ) as caught:
@@ -193,7 +193,7 @@ def test_a_branch_of_ones_own_is_kept():
     np.testing.assert_allclose(other.sample(np.linspace(0, 14, 50)).q[:, 3], -q[:, 3])
 
 
-def test_a_given_curve_that_leads_out_of_reach_or_through_a_singularity_says_where():
+def test_a_given_curve_out_of_reach_or_through_a_singularity_is_refused_with_its_place():
     far = path_of([line((0.3, 0.3, 0.5), (0.3, 2.3, 0.5))])
     own = FixedArmAngle(0.0, Branch(1, 1, 1))
     with pytest.raises(PathLimitError, match=r"at t = 2 s, point .* 1\.\d+ m out of reach"):
@@ -207,7 +207,7 @@ def test_a_given_curve_that_leads_out_of_reach_or_through_a_singularity_says_whe
 
 
 @pytest.mark.parametrize("arm_angle", [None, 0.0])
-def test_a_path_out_of_reach_says_where(arm_angle):
+def test_a_path_out_of_reach_is_refused_with_its_place(arm_angle):
     path = path_of([line((0.3, 0.3, 0.5), (0.3, 2.3, 0.5))])
     poses = timed_pose_path(path, constant_orientation(np.eye(3)), quintic(path.length, 2.0))
     message = r"at t = 2 s, point \(0\.3, 2\.3, 0\.5\) m: the wrist is 1\.\d+ m out of reach"
