@@ -1,6 +1,6 @@
 """Speed as ratios against named peers, measured in one run: medians over pairs A B A B, since machines are noisy.
 
-Peers that are not installed are left out and said so:  pip install mujoco roboticstoolbox-python
+Peers that are not installed are left out with a note:  pip install mujoco roboticstoolbox-python
 """
 
 from __future__ import annotations

@@ -23,7 +23,7 @@ from lwr_dyn.trajectory.timings import MOTION_PROFILES
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))  # some counts are those of `tests`
 EXACT, METRES = 1e-12, 1e-12
-SAID_ELSEWHERE = ("the maker's", "as printed", "data sheet")
+STATED_ELSEWHERE = ("the maker's", "as printed", "data sheet")
 """Ends of the names of checks against a second statement of the arm, which the reading `printed` may not meet."""
 
 Line = Callable[[], tuple[str, bool]]
@@ -38,15 +38,15 @@ def properties() -> tuple[str, bool]:
 
 
 def checks() -> tuple[str, bool]:
-    """Every robot and reading over 100 000 states; what a sheet says of the arm is asked of default readings only."""
+    """Every robot and reading over 100 000 states; data-sheet checks count for default readings only."""
     failed, elsewhere, worst = [], 0, 0.0
     for robot in lwr_dyn.robots():
         for reading in lwr_dyn.readings(robot):
             report = check_arm(lwr_dyn.load(robot, reading), open_paper(robot, reading), states=100_000, seed=1)
             fails = [v.name for v in report.verdicts if not v.holds]
-            asked = [x for x in fails if reading == lwr_dyn.readings(robot)[0] or not x.endswith(SAID_ELSEWHERE)]
-            failed += [f"{robot} {reading}: {name}" for name in asked]
-            elsewhere += len(fails) - len(asked)
+            counted = [x for x in fails if reading == lwr_dyn.readings(robot)[0] or not x.endswith(STATED_ELSEWHERE)]
+            failed += [f"{robot} {reading}: {name}" for name in counted]
+            elsewhere += len(fails) - len(counted)
             worst = max([worst, *(v.value for v in report.verdicts if "road A - road B" in v.name)])
     found = f"roads differ by {worst:.1e} relative at most; failed: {', '.join(failed) or 'none'}"
     return f"{found}; poses and envelope that other readings do not meet: {elsewhere}", not failed
@@ -153,9 +153,9 @@ def krl_large() -> tuple[str, bool]:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "big.src"
         path.write_text("\r\n".join([*rows[:99_999], "END"]))
-        code, seconds, gigabytes, said = command("krl", "check", str(path))
+        code, seconds, gigabytes, output = command("krl", "check", str(path))
     good = code == 0 and seconds < 20.0 and gigabytes < 1.0
-    return f"{seconds:.1f} s, {1e3 * gigabytes:.0f} MB; {said.strip().splitlines()[-1].rpartition(': ')[2]}", good
+    return f"{seconds:.1f} s, {1e3 * gigabytes:.0f} MB; {output.strip().splitlines()[-1].rpartition(': ')[2]}", good
 
 
 def lint() -> tuple[str, bool]:

@@ -45,7 +45,7 @@ def opened(browser, address: str) -> None:
 
 
 def logs(browser) -> tuple[list[str], list[str]]:
-    """(addresses requested, what the console said) since the last call."""
+    """(addresses requested, the messages of the console) since the last call."""
     messages = [json.loads(entry["message"])["message"] for entry in browser.get_log("performance")]
     sent = [m["params"]["request"]["url"] for m in messages if m["method"] == "Network.requestWillBeSent"]
     sent += [m["params"]["url"] for m in messages if m["method"] == "Network.webSocketCreated"]

@@ -72,8 +72,8 @@ class Kernel:
         return list(pairwise(edges))
 
     def _part(self, arguments: list[int], out: int, start: int, stop: int) -> int:
-        room = np.empty(self.interface.buffer * self.dtype.itemsize + _ALIGNMENT, dtype=np.uint8)
-        address = room.__array_interface__["data"][0]
+        buffer = np.empty(self.interface.buffer * self.dtype.itemsize + _ALIGNMENT, dtype=np.uint8)
+        address = buffer.__array_interface__["data"][0]
         return int(self.code.call(*arguments, out, address + -address % _ALIGNMENT, start, stop))
 
 

@@ -68,8 +68,8 @@ def payload_parameters(mass: float, com: Any = (0.0, 0.0, 0.0), inertia_com: Any
     from lwr_dyn.model.dh import JointKind
     from lwr_dyn.model.spatial import Pose
 
-    here = Pose.identity()
-    bare = Chain((ChainLink("joint", "link", JointKind.REVOLUTE, here, here),), here, np.zeros(3))
+    identity = Pose.identity()
+    bare = Chain((ChainLink("joint", "link", JointKind.REVOLUTE, identity, identity),), identity, np.zeros(3))
     body = with_payload(bare, mass, com, inertia_com).links[0].body
     return body_parameters(body or Body.massless(), TENSOR)
 

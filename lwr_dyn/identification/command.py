@@ -61,14 +61,14 @@ def friction(logs: tuple[str, ...], robot: str | None, reading: str | None, unit
     if given["plot"] is not None:
         check_writable(given["plot"])
     rule = CruiseRule(shortest=given["shortest"], tolerance=given["tolerance"])
-    how = FitOptions(given["model"], given["robust"], given["equal_weights"], rule)
+    options = FitOptions(given["model"], given["robust"], given["equal_weights"], rule)
     arm = None if robot is None else load(robot, reading)
-    result = identify_friction_files(logs, declared_units(units), arm, given["subtract"], how)
+    result = identify_friction_files(logs, declared_units(units), arm, given["subtract"], options)
     subtract = "none" if arm is None else given["subtract"]
     if result.points and given["as_json"]:
-        print_json(friction_record(result, how, robot, subtract))
+        print_json(friction_record(result, options, robot, subtract))
     elif result.points:
-        click.echo(friction_text(result, how, subtract))
+        click.echo(friction_text(result, options, subtract))
     if result.points and given["plot"] is not None:
         png, svg = save_figure(friction_map_figure(result), given["plot"])
         if not given["as_json"]:

@@ -95,7 +95,7 @@ def _bias_lines(result: FrictionIdentification, subtract: str) -> list[str]:
 
 
 def motion_record(result: MotionIdentification, robot: str) -> dict[str, Any]:
-    """Base parameters, what the robot's own inertias say of them, and the validation."""
+    """Base parameters, their values from the robot's own inertias, and the validation."""
     e = result.estimate
     rows = zip(result.base.statements(), e.values, e.standard_errors, e.half_widths, result.of_the_model, strict=True)
     return {

@@ -110,13 +110,13 @@ def _in_piece(t: Array, q: Array, start: int, rule: CruiseRule) -> list[Cruise]:
         return []
     speed = (q[2 * h :] - q[: -2 * h]) / (t[2 * h :] - t[: -2 * h])  # of rows h .. k-h-1
     noise = SIGMAS * sqrt(2.0) * position_noise(q) / (2 * h * step)
-    here = speed[h:-h]  # of rows 2h .. k-2h-1
+    inner = speed[h:-h]  # of rows 2h .. k-2h-1
     change = np.abs(speed[2 * h :] - speed[: -2 * h])
-    moving = np.abs(here) > np.maximum(rule.slowest, 2 * noise)
-    steady = moving & (change <= rule.tolerance * np.abs(here) + sqrt(2.0) * noise)
+    moving = np.abs(inner) > np.maximum(rule.slowest, 2 * noise)
+    steady = moving & (change <= rule.tolerance * np.abs(inner) + sqrt(2.0) * noise)
     cruises = []
     for first, last in _stretches(steady, LEAST_ROWS):
-        part = here[first : last + 1]
+        part = inner[first : last + 1]
         middle = float(np.median(part))
         near = np.abs(part - middle) <= rule.tolerance * abs(middle) + noise
         inside = _stretches(near, LEAST_ROWS)

@@ -17,7 +17,7 @@ class FrictionPoint:
     """One cruise: the mean velocity [rad/s or m/s], the mean friction torque [N m or N] and the samples behind them.
 
     `spread` is the standard deviation of the torque inside the cruise. `inertia` is the mean of B ddq + C dq over it:
-    the bias of a plain average, left in unless `ModelTorque.subtract` says "inertia" or "all"; None without a model.
+    the bias of a plain average, left in unless `ModelTorque.subtract` is "inertia" or "all"; None without a model.
     `first` and `last` are rows of the source, counted from 1.
     """
 

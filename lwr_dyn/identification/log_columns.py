@@ -2,7 +2,7 @@
 
     time, q1 .. qn, tau1 .. taun, optionally dq1 .. dqn
 
-A column may say its unit in brackets, `q1 [deg]`; one that does not is in the unit declared for its quantity, or in SI.
+A column may give its unit in brackets, `q1 [deg]`; without, it is in the unit declared for its quantity, or SI.
 """
 
 import re
@@ -91,7 +91,7 @@ def layout_of(file: str, names: Sequence[str], units: Mapping[str, str] | None =
     Raises
     ------
     LogError
-        A column is missing or stands twice, or declares a unit its quantity cannot have, or another than `units` says.
+        A column is missing or stands twice, or declares a unit its quantity cannot have, or another than `units` gives.
 
     >>> layout_of("run.csv", ["time [ms]", "q1 [deg]", "tau1", "note"]).columns["q1"].unit
     'deg'

@@ -24,7 +24,7 @@ class SourcePosition:
 
 @dataclass(frozen=True, slots=True)
 class Diagnostic:
-    """One message about one position; `code` is stable and can be looked up, `hint` says what helps.
+    """One message about one position; `code` is stable and can be looked up, `hint` is a way to mend it.
 
     An error stops the program or the robot; a warning runs, but perhaps not as meant; a note says what was not checked.
     """

@@ -38,7 +38,7 @@ class ExecutedMotion:
 
 @dataclass(slots=True, eq=False)
 class Motions:
-    """The motions of a run; `advance` says whether the next one may begin before the last one has ended."""
+    """The motions of a run; `advance` is whether the next one may begin before the last one has ended."""
 
     controller: ControllerState
     report: Report

@@ -1,4 +1,4 @@
-"""From a programmed point to axes: reach, limits, Status and Turn; diagnostics of their faults say by how much."""
+"""From a programmed point to axes: reach, limits, Status and Turn; diagnostics of their faults with the distance."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -81,7 +81,7 @@ class PaperCase:
 
 
 Recompute = Callable[[PaperCase, ResultBlock], Mapping[str, Any]]
-"""Column -> a value per cell, nested as the cells are; the first line of its docstring says what it computes."""
+"""Column -> a value per cell, nested as the cells are; the first line of its docstring is its formula in words."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,7 +10,7 @@ from lwr_dyn.reproduction.study import ALL, option_keywords, studies, takers
 
 
 def _options() -> list[click.Parameter]:
-    """The options of all studies; each says for which papers it is."""
+    """The options of all studies; the help of each names its papers."""
     out: list[click.Parameter] = []
     for keyword in option_keywords():
         papers = takers(keyword)

@@ -115,9 +115,9 @@ class BlockComparer:
         case = self._case(applied)
         if case is None:
             return {}
-        here = case.block(block.name)
+        patched = case.block(block.name)
         try:
-            return _by_path(here, self._formulas[block.compute].function(case, here))
+            return _by_path(patched, self._formulas[block.compute].function(case, patched))
         except (LwrDynError, ArithmeticError, ValueError):
             return {}  # these tables give no value: no arm, no solution
 

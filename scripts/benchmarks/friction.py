@@ -21,7 +21,7 @@ def with_friction(pairs: int) -> None:
     """The WAM with its friction, all joints 0.5 rad in 7 s: true stick against tanh friction in scipy's solvers.
 
     Errors are the largest |q - reference| over the samples, the reference being true stick by DOP853 at 1e-12 with
-    the same control (sampled, or asked all the time). Joint 4 is apart: it sticks and slips in a limit cycle.
+    the same control (sampled, or evaluated all the time). Joint 4 is apart: it sticks and slips in a limit cycle.
     """
     arm = weightless(lwr_dyn.load("wam7"))
     reference, law = move(arm, None), tuned_pd_gravity(arm, lwr_dyn.dynamics_of(arm), **PD)
@@ -29,7 +29,7 @@ def with_friction(pairs: int) -> None:
     print("| friction, control | method | s | evaluations | error, joint 4 apart [mrad] | joint 4 [mrad] |")
     print("|---|---|---|---|---|---|")
 
-    def tell(what: str, method: str, took: float, evaluations: int, q: np.ndarray, best: np.ndarray) -> None:
+    def row(what: str, method: str, took: float, evaluations: int, q: np.ndarray, best: np.ndarray) -> None:
         error = 1e3 * np.abs(q - best).max(axis=0)
         others = np.delete(error, 3).max()
         print(f"| {what} | {method} | {took:.3f} | {evaluations} | {others:.2g} | {error[3]:.2g} |", flush=True)
@@ -40,12 +40,19 @@ def with_friction(pairs: int) -> None:
             run = simulate(arm, law, reference, substeps=substeps, continuous=continuous)
             ours: Call = lambda m=substeps, c=continuous: simulate(arm, law, reference, substeps=m, continuous=c)  # noqa: E731
             took = statistics.median(seconds(ours, 1) for _ in range(pairs))
-            tell(what, f"RK4, {substeps} a sample", took, run.meta["evaluations"], run.q, best.q)
+            row(what, f"RK4, {substeps} a sample", took, run.meta["evaluations"], run.q, best.q)
     for method, width in (("Radau", 1e-2), ("RK45", 1e-2), ("Radau", 1e-3)):
         begin = time.perf_counter()
-        found = tanh_run(arm, law, method, width, best.t)
+        solution = tanh_run(arm, law, method, width, best.t)
         what = f"tanh(dq / {width:g}), continuous"
-        tell(what, f"scipy {method}, rtol 1e-6", time.perf_counter() - begin, found.nfev, found.y[: arm.n].T, best.q)
+        row(
+            what,
+            f"scipy {method}, rtol 1e-6",
+            time.perf_counter() - begin,
+            solution.nfev,
+            solution.y[: arm.n].T,
+            best.q,
+        )
 
 
 def tanh_run(arm: Arm, law: PDGravity, method: str, width: float, t: np.ndarray) -> object:

@@ -106,7 +106,7 @@ def casadi_call(arm: Arm, x: tuple[np.ndarray, ...]) -> Call:
 
     function = symbolic_function(kernel_spec(arm), "inverse_dynamics")
     folder = tempfile.mkdtemp()
-    here = os.getcwd()
+    before = os.getcwd()
     os.chdir(folder)
     try:
         name = function.generate("inverse.c")
@@ -114,7 +114,7 @@ def casadi_call(arm: Arm, x: tuple[np.ndarray, ...]) -> Call:
         subprocess.run(["cc", *flags, name, "-o", "inverse.so", "-lm"], check=True)
         mapped = casadi.external("inverse_dynamics", os.path.join(folder, "inverse.so")).map(len(x[0]))
     finally:
-        os.chdir(here)
+        os.chdir(before)
     buffer, evaluate = mapped.buffer()
     arguments, out = [np.ascontiguousarray(a) for a in x], np.zeros((len(x[0]), arm.n))  # its columns are our rows
     for i, a in enumerate(arguments):

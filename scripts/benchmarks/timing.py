@@ -38,7 +38,7 @@ def head(title: str) -> None:
 
 
 def installed(module: str) -> bool:
-    """Whether a peer is there; says so when it is not."""
+    """Whether a peer is there; prints a note when it is not."""
     there = importlib.util.find_spec(module) is not None
     if not there:
         print(f"({module} is not installed: left out)")

@@ -1,4 +1,4 @@
-"""Controllers on IST, on the arm they believe in and on two they do not: ranked by the RMS error of the tip."""
+"""Controllers on IST, on the arm of their model and on two other arms: ranked by the RMS error of the tip."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A KUKA program from two points: written with Status and Turn, checked like a commissioner, run on the KR 30 HA."""
+"""A KUKA program from two points: written with Status and Turn, checked, run on the KR 30 HA."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Your own arm in one file: write the template, change a number, load it, check it, ask it for its dynamics."""
+"""Your own arm in one file: write the template, change a number, load it, check it, compute its dynamics."""
 
 from __future__ import annotations
 

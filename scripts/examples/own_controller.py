@@ -23,7 +23,7 @@ def main(arguments: list[str] | None = None) -> None:
     Kp, Kd = options.stiffness, 2 * np.sqrt(options.stiffness)
 
     def gentle(t, q, dq, q_ref, dq_ref, ddq_ref):  # type: ignore[no-untyped-def]
-        """Inverse dynamics whose correction never asks for more than 5 rad/s^2."""
+        """Inverse dynamics whose correction is never more than 5 rad/s^2."""
         correction = Kp * (q_ref - q) + Kd * (dq_ref - dq)
         return model.inverse_dynamics(q, dq, ddq_ref + np.clip(correction, -5.0, 5.0))
 

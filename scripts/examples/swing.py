@@ -1,4 +1,4 @@
-"""The arm let go without torque: upright at rest, with speed, and 1e-3 rad off; its energy stands still."""
+"""The arm let go without torque: upright at rest, with speed, and 1e-3 rad off; its energy stays constant."""
 
 from __future__ import annotations
 

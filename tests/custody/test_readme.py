@@ -1,4 +1,4 @@
-"""The README tells the truth: its commands run, its Python runs, and CI runs its test command."""
+"""The README is correct: its commands run, its Python runs, and CI runs its test command."""
 
 import re
 import shlex

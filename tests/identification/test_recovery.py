@@ -9,7 +9,7 @@ from lwr_dyn.model.friction import Direction, JointFriction
 from tests.identification.simulated import ideal_cruise, interval_coverage, true_values
 
 IDEAL = 1e-6
-"""What the issue asks of logs without noise; rounding gives 1e-11."""
+"""Relative error allowed with logs without noise; rounding gives 1e-11."""
 SENSORS = LogSensors(torque_noise=0.05, resolution=2e-5)
 DRAWS = 40
 """A share of the 200 of a full count: 1120 intervals, of which 0.27 % miss; 99.3 % is 2.8 standard deviations off."""

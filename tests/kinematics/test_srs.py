@@ -12,7 +12,7 @@ from lwr_dyn.model.spatial import rot_y, rot_z
 from tests.kinematics.srs_arms import each_branch, fk, random_srs_arm
 
 RESIDUAL = 1e-12
-"""Largest entry of FK(q) - T, as the issue asks."""
+"""Largest entry of FK(q) - T."""
 LWR = lwr_dyn.load("lwr4plus")
 G, RANGES = srs_geometry(LWR.chain), joint_ranges(LWR)
 

@@ -63,7 +63,7 @@ class Fate:
 
     @property
     def missed(self) -> bool:
-        """It moved a printed or derived number by more than its last digit, and nobody noticed."""
+        """It moved a printed or derived number by more than its last digit, and no check failed."""
         return self.seen == UNSEEN and self.moved > 1.0
 
 

@@ -1,4 +1,4 @@
-"""The report's dynamic analysis: each expression against the right one, each slip named, nothing left over."""
+"""The report's dynamic analysis: each expression against the right one, each fault named, no difference left."""
 
 from dataclasses import replace
 

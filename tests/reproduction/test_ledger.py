@@ -1,4 +1,4 @@
-"""The errata ledger: each proven slip has a proof that runs and holds, and that fails where the slip is not made."""
+"""The errata ledger: each proven fault has a proof that runs and holds, and that fails where the fault is absent."""
 
 import copy
 
@@ -30,7 +30,7 @@ def test_a_proven_erratum_has_a_proof_that_holds(paper, erratum):
 
 def test_there_are_as_many_as_promised_and_no_proof_is_of_nothing():
     assert len(PROVEN) >= PROMISED
-    assert len({paper for paper, _ in PROVEN}) == 3  # the exercise has no slip that its text shows
+    assert len({paper for paper, _ in PROVEN}) == 3  # the exercise has no fault that its text shows
     for paper in studies():
         assert set(paper_study(paper).proofs) <= {e.id for e in paper_study(paper).data.errata}
 
@@ -47,7 +47,7 @@ def test_a_proven_entry_without_a_proof_or_with_a_broken_one_does_not_hold():
     assert LedgerEntry(likely, None).holds
 
 
-def without_the_slip(paper, erratum):
+def without_the_fault(paper, erratum):
     """The paper as it would be had it printed what the erratum reads."""
     here = paper_study(paper)
     tables, results = copy.deepcopy(dict(here.data.tables)), copy.deepcopy(dict(here.data.results.raw))
@@ -74,7 +74,7 @@ PATCHED = [(paper, e) for paper, e in PROVEN if e.patches]
 
 @pytest.mark.parametrize(("paper", "erratum"), PATCHED, ids=[f"{p}-{e.id}" for p, e in PATCHED])
 def test_the_proof_fails_on_a_paper_that_prints_what_is_right(paper, erratum):
-    evidence = without_the_slip(paper, erratum)
+    evidence = without_the_fault(paper, erratum)
     try:
         holds = paper_study(paper).proofs[erratum.id](evidence).holds
     except LwrDynError:

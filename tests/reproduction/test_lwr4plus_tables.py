@@ -1,4 +1,4 @@
-"""Tables IV and VI: the default reading reproduces them, the printed cells do not, and the slips are named."""
+"""Tables IV and VI: the default reading reproduces them, the printed cells do not, and the faults are named."""
 
 import pytest
 

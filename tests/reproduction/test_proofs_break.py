@@ -1,4 +1,4 @@
-"""Every proof can fail: where a slip has no cell to put right, its data or the computation behind it is broken once."""
+"""Every proof can fail: where a fault has no cell to put right, its data or computation is broken once."""
 
 import copy
 import dataclasses
@@ -38,7 +38,7 @@ def instead(module, name, value):
     return lambda _, __, patch: patch.setattr(module, name, value)
 
 
-def without_slips(_, __, patch):
+def without_faults(_, __, patch):
     right = proofs_of_equations.printed_torque
     patch.setattr(proofs_of_equations, "printed_torque", lambda chain, q, dq, ddq, errata=(): right(chain, q, dq, ddq))
 
@@ -78,8 +78,8 @@ FINISHED = instead(proofs_of_motion, "finished", lambda lagrangian: planar_equat
 ONES = instead(proofs_of_equations, "STATE", proofs_of_equations.STATE | {"dq": np.ones(7)})
 BROKEN = {
     ("lwr4plus", "n-without-dq"): ONES,
-    ("lwr4plus", "moment-omega"): without_slips,
-    ("lwr4plus", "torque-transposes"): without_slips,
+    ("lwr4plus", "moment-omega"): without_faults,
+    ("lwr4plus", "torque-transposes"): without_faults,
     ("lwr4plus", "com-from"): put("dh.d.values", [0.0] * 7),
     ("lwr4plus", "outer-loop-q"): put("results.centralized_gains.cells.Kp.0", "0"),
     ("lwr4plus", "error-second-derivative"): put("results.centralized_gains.cells.Kd.0", "10"),

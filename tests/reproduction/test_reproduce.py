@@ -23,10 +23,10 @@ def test_a_second_run_writes_the_same_results_byte_for_byte_and_the_same_page(tm
 
 @pytest.mark.parametrize("paper", ["lwr4", "wam7", "kr30ha", "all"])
 @pytest.mark.parametrize(
-    ("option", "said"), [({"timing": "smooth"}, "timing"), ({"fit_arm_angle": True}, "fit-arm-angle")]
+    ("option", "message"), [({"timing": "smooth"}, "timing"), ({"fit_arm_angle": True}, "fit-arm-angle")]
 )
-def test_options_of_the_lwr4plus_are_refused_elsewhere_and_nothing_is_written(tmp_path, paper, option, said):
-    with pytest.raises(OptionError, match=f"{said}: given for {paper}; allowed: only for lwr4plus"):
+def test_options_of_the_lwr4plus_are_refused_elsewhere_and_nothing_is_written(tmp_path, paper, option, message):
+    with pytest.raises(OptionError, match=f"{message}: given for {paper}; allowed: only for lwr4plus"):
         reproduce.reproduce(paper, tmp_path / "out", **option)
     assert not (tmp_path / "out").exists()
 

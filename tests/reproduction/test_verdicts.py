@@ -118,7 +118,7 @@ cells = { count = ["7"] }
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "said"),
+    ("old", "new", "message"),
     [
         ('compute = "joints"', 'compute = "wishes"', "arm.compute: no function 'wishes'; allowed: one of total_mass"),
         ('compute = "joints"', "", "arm.compute: missing; allowed: a recomputing function, or needs"),
@@ -138,9 +138,9 @@ cells = { count = ["7"] }
         ),
     ],
 )
-def test_a_broken_file_of_results_is_refused_in_one_line(old, new, said):
+def test_a_broken_file_of_results_is_refused_in_one_line(old, new, message):
     text = SMALL.replace(old, new)
-    with pytest.raises(PaperError, match=said) as caught:
+    with pytest.raises(PaperError, match=message) as caught:
         changed_numbers("wam7", results=tomllib.loads(text))
     assert "\n" not in str(caught.value)
 
@@ -163,6 +163,6 @@ def test_a_reading_of_an_unknown_erratum_or_of_two_on_one_cell_is_refused():
     tables["reading"]["computed"]["errata"].append("again")
     with pytest.raises(PaperError, match=r"errata table2-c5z and again: both read inertial.com.values\[4\]"):
         changed_numbers("lwr4plus", tables=tables)
-    tables["default_reading"] = "printed"  # a reading that is not asked for is refused as well
+    tables["default_reading"] = "printed"  # a reading that is not used is refused as well
     with pytest.raises(PaperError, match="errata table2-c5z and again"):
         changed_numbers("lwr4plus", tables=tables)

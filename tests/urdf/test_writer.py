@@ -23,7 +23,7 @@ angles = st.tuples(*[st.floats(-3.2, 3.2)] * 3)
 
 @given(angles, angles, st.sampled_from([1e-4, 1e-6, 1e-8, 1e-11, 0.0]), st.sampled_from([0, 1, -1]))
 def test_angles_give_the_rotation_back_at_every_pitch(rpy, other, off, pole):
-    """Near a pole the entries that tell roll from yaw drown in rounding, once the rotation is a product of others."""
+    """Near a pole the entries that distinguish roll from yaw are lost in rounding when the rotation is a product."""
     roll, pitch, yaw = rpy
     near = from_rpy((roll, pole * np.pi / 2 + off if pole else pitch, yaw))
     turn = from_rpy(other)

@@ -1,4 +1,4 @@
-"""The live meshcat: on the loopback only, and real: pages draw what it is told."""
+"""The live meshcat: on the loopback only, and real: pages draw what is sent to it."""
 
 import socket
 import urllib.error
@@ -27,7 +27,7 @@ def server(arm, two_runs):
 
 
 def listening_sockets() -> dict[int, set[str]]:
-    """Port -> addresses this process listens at, as the kernel tells."""
+    """Port -> addresses this process listens at, according to the kernel."""
     mine = {link.stat().st_ino for link in Path("/proc/self/fd").iterdir() if link.is_socket()}
     found: dict[int, set[str]] = {}
     for table in ("/proc/net/tcp", "/proc/net/tcp6"):

@@ -146,8 +146,8 @@ def zero_text(result: ZeroReadings) -> list[str]:
     ]
     out.append(f"as printed, {result.printed.convention.value} DH: {_failures(result.printed)}")
     for convention in Convention:
-        here = [r for r in result.readings if r.convention is convention]
-        words = f"{len(here)} with these axes" + (f"; the best: {_failures(here[0])}" if here else "")
+        readings = [r for r in result.readings if r.convention is convention]
+        words = f"{len(readings)} with these axes" + (f"; the best: {_failures(readings[0])}" if readings else "")
         out.append(f"{convention.value} DH: {words}")
     for r in result.best:
         offsets = ", ".join(f"{x:g}" for x in r.offsets_deg)

@@ -125,8 +125,8 @@ def _decision(d: Decision, what: str) -> str:
         return f"{question}: no choice makes a difference to the printed digits"
     head = f"{question} {_ANSWERS.get(d.answer, d.answer)}"
     if d.decided:
-        how = "likely, by" if d.by == ("repeated links",) else "decided by"
-        return f"{head} ({how} {', '.join(d.by)})"
+        decided = "likely, by" if d.by == ("repeated links",) else "decided by"
+        return f"{head} ({decided} {', '.join(d.by)})"
     many = len(d.others) > SHOWN
     others = f"any of {len(d.others)} other orders" if many else " or ".join(_ANSWERS.get(x, x) for x in d.others)
     prefers = f"{d.by[0]} prefer the first" if d.by else "nothing prefers one"

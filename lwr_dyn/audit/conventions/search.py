@@ -79,22 +79,22 @@ def fit_numbers(rows: NumberRows, options: Sequence[LinkOptions], allowed: Seque
     for link in reversed(range(len(options))):
         classes = _classes(rows, options[link], allowed[link], link, per_row)
         grown = _grown(states, classes)
-        here = [k for k, joint in enumerate(rows.joint) if joint == link]
-        miss = misses(rows, grown.sums, allowance, here)
+        numbers = [k for k, joint in enumerate(rows.joint) if joint == link]
+        miss = misses(rows, grown.sums, allowance, numbers)
         good = np.flatnonzero(miss <= 1.0)
         if len(good) == 0:
             partial = tuple(s for equal in states.sets for s in equal)
-            return SearchResult((), matched, tuple(here), partial, float(miss.min(initial=np.inf)))
-        matched += len(here)
+            return SearchResult((), matched, tuple(numbers), partial, float(miss.min(initial=np.inf)))
+        matched += len(numbers)
         states = _merged(rows, grown, good, link, per_row)
     sets = sorted((s for equal in states.sets for s in equal), key=permuted_axes)
     return SearchResult(tuple(sets), matched, (), (), 0.0)
 
 
-def misses(rows: NumberRows, sums: Array, allowance: Array, here: Sequence[int]) -> Array:
+def misses(rows: NumberRows, sums: Array, allowance: Array, numbers: Sequence[int]) -> Array:
     """The worst miss of some numbers, (S,), for sums (S, R), in units of the allowed miss."""
     worst = np.zeros(len(sums))
-    for k in here:
+    for k in numbers:
         value = sums[:, rows.start[k] : rows.start[k + 1]].max(axis=-1)
         worst = np.maximum(worst, np.abs(value - rows.value[k]) / allowance[k])
     return worst

@@ -181,11 +181,11 @@ def _broken(constant: ConstantRatio, text: str) -> Iterator[Finding]:
     """Rows that break a ratio that the file declares, with no fault that explains them."""
     pair = constant.pair
     for row in constant.broken:
-        here = sum(pair.ratio(row) or (0.0, 0.0)) / 2
+        ratio = sum(pair.ratio(row) or (0.0, 0.0)) / 2
         yield Finding(
             "ratio", "error", "certain", pair.places(row), ", ".join(pair.texts(row)),
             f"{pair.name} = {constant.middle:.6g}",
-            f"{text} is {here:.6g} here and {constant.middle:.6g} in {len(constant.kept)} other rows",
+            f"{text} is {ratio:.6g} here and {constant.middle:.6g} in {len(constant.kept)} other rows",
             constant.numbers(),
         )  # fmt: skip
 

@@ -83,12 +83,12 @@ def closed_outlines(envelope: Envelope) -> tuple[Array, ...]:
     left = list(envelope.outline)
     loops: list[Array] = []
     while left:
-        here: EnvelopeArc | None = next((arc for arc in left if abs(arc.point(arc.start)[0]) < TOUCH), left[0])
+        arc: EnvelopeArc | None = next((each for each in left if abs(each.point(each.start)[0]) < TOUCH), left[0])
         points: list[Array] = []
-        while here is not None:
-            left.remove(here)
-            points.append(here.points())
-            here = _next(here, left)
+        while arc is not None:
+            left.remove(arc)
+            points.append(arc.points())
+            arc = _next(arc, left)
         loops.append(np.concatenate([*points, points[0][:1]]))
     return tuple(loops)
 

@@ -181,11 +181,11 @@ def pose_misses(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
 
 def _axes(arm: Arm, q: Array) -> Array:
     """Positive directions of the joints in the base, (n, 3): what turns frame i when q_i grows."""
-    here, out = frames(arm.chain, q), []
+    still, out = frames(arm.chain, q), []
     for i in range(arm.n):
         moved = q.copy()
         moved[i] += 1e-3
-        turn = frames(arm.chain, moved)[i, :3, :3] @ here[i, :3, :3].T
+        turn = frames(arm.chain, moved)[i, :3, :3] @ still[i, :3, :3].T
         out.append(np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]]))
     return np.asarray(out) / (2.0 * float(np.sin(1e-3)))
 

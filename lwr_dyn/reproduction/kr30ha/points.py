@@ -1,7 +1,7 @@
 """The report's points recomputed: its own simplified solution digit by digit, what is right beside it, misses in mm.
 
 The report drives a planar two-link arm (995 and 820 mm) to Point 1, Point 2 and home, after taking the shoulder's
-offset off x; the true arm is solved for the flange with A = B = C = 0, as the report's own program asks, and from
+offset off x; the true arm is solved for the flange with A = B = C = 0, as in the report's own program, and from
 mastering on with the least axis travel.
 """
 
@@ -160,24 +160,24 @@ def _erratum(at: str, text: str, value: float) -> str:
 def right_points(arm: Arm, printed: Mapping[str, Any] | None = None) -> tuple[RightPoint, ...]:
     """Mastering -> Point 1 -> Point 2 -> mastering for the flange, each by the least axis travel from where it is."""
     mastering = np.array(arm.mastering)
-    here, out = mastering, []
+    q_before, out = mastering, []
     tables = printed_tables("kr30ha") if printed is None else printed
     for name in POINTS:
         if name == "home":
             pose = forward_kinematics(arm.chain, mastering)
             target = pose_of_matrix(pose)
             result = inverse_kinematics(arm, pose)
-            q, travel = mastering, float(np.abs(mastering - here).sum())
+            q, travel = mastering, float(np.abs(mastering - q_before).sum())
         else:
             x, y, z = (float(v) for v in tables[name]["xyz"])
             target = KukaPose(x, y, z, 0.0, 0.0, 0.0)
             result = inverse_kinematics(arm, target.matrix())
-            best: Solution = nearest_solution(result.solutions, here)
-            q, travel = best.q, joint_distance(best, here)
+            best: Solution = nearest_solution(result.solutions, q_before)
+            q, travel = best.q, joint_distance(best, q_before)
         stated = replace(target, s=status(arm, q), t=turn(q))
         count = len(result.solutions), len(result.solutions) + len(result.outside)
         out.append(RightPoint(name, stated, q, math.degrees(travel), *count, wrist_centre_mm(arm, q)))
-        here = q
+        q_before = q
     return tuple(out)
 
 

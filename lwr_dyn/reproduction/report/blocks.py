@@ -42,8 +42,8 @@ def erratum_html(entry: LedgerEntry) -> Html:
 
 def _outcome(entry: LedgerEntry) -> str:
     if not entry.holds:
-        return "THE COMPUTATION DOES NOT COME OUT AS TOLD"
-    return "no computation decides it" if entry.proof is None else "the computation comes out as told"
+        return "THE COMPUTATION DOES NOT COME OUT AS STATED"
+    return "no computation decides it" if entry.proof is None else "the computation comes out as stated"
 
 
 def _status(entry: LedgerEntry) -> str:
@@ -65,7 +65,7 @@ def checks_html(checks: Sequence[Check]) -> Html:
 
 
 def table_html(table: Table) -> Html:
-    """A table, its cells tinted where their heading says so."""
+    """A table, its cells tinted as their heading states."""
     rows = [
         [text if shade is None else _tinted(text, shade) for text, shade in zip(cells, shades, strict=True)]
         for cells, shades in zip(table.cells, table.shades, strict=True)

@@ -10,7 +10,7 @@ CLASS: dict[CellVerdict, str] = {
     "after erratum": "after",
     "differs": "differs",
     "not reproducible": "open",
-    "": "told",
+    "": "shown",
 }
 """Of each verdict: the class of its cell and the name of its sign."""
 

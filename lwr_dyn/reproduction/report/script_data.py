@@ -16,7 +16,7 @@ from lwr_dyn.viewer.replay_page import run_record
 from lwr_dyn.viewer.replayed_runs import ReplayedRun, replayed_runs
 
 SERIES_BUDGET = 2_600_000
-"""Bytes the series of all runs may take before compression; beyond, samples are left out, and the page says so."""
+"""Bytes the series of all runs may take before compression; beyond, samples are left out, and the page states it."""
 LARGEST_CURVE = 4000
 """Points of a curve given as numbers; of longer ones points are left out."""
 _AS_TEXT = 48

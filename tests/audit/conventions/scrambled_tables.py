@@ -223,7 +223,7 @@ def rounding_of_tensor(table: PrintedTable, body: Body) -> float:
 
 
 def same_arm(scrambled: ScrambledTable, found: tuple[Body, ...], convention: Convention) -> bool:
-    """No motion can tell the two apart: B and g agree at random poses to what rounding of the cells can make."""
+    """No motion distinguishes the two: B and g agree at random poses to what rounding of the cells can make."""
     other = with_bodies(scrambled.table.chain(convention), found)
     q = np.random.default_rng(0).uniform(-np.pi, np.pi, (8, scrambled.table.n))
     ours, theirs = Recursion.of(other), Recursion.of(scrambled.chain)

@@ -66,7 +66,7 @@ def test_lwr_c5z_is_fitted_to_b55_and_the_others_follow(lwr):
 
 
 def test_lwr_c5z_is_not_the_only_cell_that_mends_table_4(lwr):
-    """Link 6 could be heavier across its axis: the numbers alone do not tell, the copied neighbour does."""
+    """Link 6 could be heavier across its axis: the numbers alone do not decide it, the copied neighbour does."""
     equal = {r.cell.name for r in lwr.corrections if r.exceptions == lwr.corrections[0].exceptions}
     assert equal == {"c5z", "I6xx", "c6y"}
     for r in lwr.corrections:
@@ -161,7 +161,7 @@ def test_kr30_zero_and_signs_are_found_from_the_data_sheet():
 
 
 def test_largest_inertias_between_quarter_turns_are_named(lwr):
-    """LWR links stand square: no B_ii is larger off the lattice; a tilted link's is, and that is said."""
+    """LWR links stand square: no B_ii is larger off the lattice; a tilted link's is, and the text warns of it."""
     assert off_lattice(lwr.evidence, lwr.as_printed[0]) == ()
     assert lattice_warning(lwr) == []
     tilted = lwr.table.with_cell("com", 2, 0, 0.1).with_cell("com", 3, 0, -0.15)

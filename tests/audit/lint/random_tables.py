@@ -38,8 +38,8 @@ def _gains(rng: Generator, n: int) -> SheetTable:
     units = {"b": "kg m^2", "Kp": "N m/rad", "Kd": "N m s/rad"}
     columns = tuple(SheetColumn(k, tuple(printed(x, d) for x in v), units[k]) for k, v in lists.items())
     values = {"omega_n": SheetColumn("omega_n", (f"{omega:g}",), "rad/s"), "xi": SheetColumn("xi", (f"{xi:g}",), "1")}
-    said = ("Kp = omega_n^2 * b", "Kd = 2 * xi * omega_n * b") if rng.random() < 0.5 else ()
-    return SheetTable("gains", columns, values, declared=Declared(formulas=said))
+    formulas = ("Kp = omega_n^2 * b", "Kd = 2 * xi * omega_n * b") if rng.random() < 0.5 else ()
+    return SheetTable("gains", columns, values, declared=Declared(formulas=formulas))
 
 
 def _errors(rng: Generator, n: int) -> SheetTable:

@@ -170,7 +170,7 @@ def test_units():
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         ("a,b\n1,2\n3\n", "row 2: 1 cells; allowed: 2"),
         ("a,a\n1,2\n", "'a' twice"),
@@ -181,13 +181,13 @@ def test_units():
         ("# ratio: a / c\na,b\n1,2\n", "COLUMN / COLUMN"),
     ],
 )
-def test_bad_csv(text, said):
-    with pytest.raises(TableError, match=said):
+def test_bad_csv(text, message):
+    with pytest.raises(TableError, match=message):
         lint(sheet_of_csv(text, "x.csv", "t"))
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         ("a = ", "TOML"),
         ("[t]\nlint = 3", "a table"),
@@ -195,6 +195,6 @@ def test_bad_csv(text, said):
         ("[t.lint]\nformula = 3", "a list"),
     ],
 )
-def test_bad_toml(text, said):
-    with pytest.raises(TableError, match=said):
+def test_bad_toml(text, message):
+    with pytest.raises(TableError, match=message):
         lint(sheet_of_toml(text, "x.toml"))

@@ -1,4 +1,4 @@
-"""A report that tells of nothing real: every kind of part, verdict and plot, and hostile names where asked for."""
+"""An invented report: every kind of part, verdict and plot, and hostile names where asked for."""
 
 from dataclasses import replace
 
@@ -120,7 +120,7 @@ def report(arm, runs, name="", stills=True):
     """A page of every kind of part; `name` is put into every text."""
     tinted = [Heading(column, format=".1f", shade=lambda value: value - 1.0) for column in "ab"]
     spread = Table("Spread" + name, ("plant" + name, *tinted), (("printed" + name, 1.0, 2.0),))
-    told = Section("spread", "Model spread" + name, "What holds.\n\nAnd why." + name, (spread,), (map_plot(name),))
+    section = Section("spread", "Model spread" + name, "What holds.\n\nAnd why." + name, (spread,), (map_plot(name),))
     pose = Still("Figure 2" + name, arm, np.zeros(arm.n), "DH frames, arm stretched up" + name)
     return Page(
         title="A paper with tables" + name,
@@ -133,7 +133,7 @@ def report(arm, runs, name="", stills=True):
         replay=Replay(replayed_runs(runs, arm, [c + name for c in CONTROLLERS]), (pose,) if stills else ()),
         checks=(Check("mass matrix" + name, "1.2e-15", "1e-12 of the largest" + name, True, "two roads" + name),),
         audit=(Check("energy", "3e-3 J", "1e-3 J", False),),
-        sections=(told,),
+        sections=(section,),
         files=(FileFact("results.json" + name, 12345, "ab" * 32, "every number" + name),),
         versions=(("lwr_dyn" + name, "1.0"),),
     )  # fmt: skip

@@ -1,4 +1,4 @@
-"""Records of a report: what cannot be shown is told when it is made; long runs are thinned to stay small."""
+"""Records of a report: what cannot be shown is refused when it is built; long runs are thinned to stay small."""
 
 import gzip
 import json
@@ -32,7 +32,7 @@ def plot_of(*curves):
 
 
 @pytest.mark.parametrize(
-    ("make", "said"),
+    ("make", "message"),
     [
         (lambda: ReportCell("1", verdict="fine"), "verdict: 'fine'; allowed: reproduced, after erratum"),
         (lambda: ReportTable("t", "t", "", ("a", "b"), (ROW,)), "row 'r': 1 cells; allowed: 2"),
@@ -41,8 +41,8 @@ def plot_of(*curves):
         (lambda: report_html(Page("p", figures=(plot_of(Curve("c", Series(0, "q", 0))),))), "no run is shown"),
     ],
 )  # fmt: skip
-def test_what_cannot_be_shown_is_refused(make, said):
-    with pytest.raises(OptionError, match=said):
+def test_what_cannot_be_shown_is_refused(make, message):
+    with pytest.raises(OptionError, match=message):
         make()
 
 
