@@ -1,4 +1,4 @@
-"""The front door: what `import lwr_dyn` offers. Each function imports what it needs when it is called."""
+"""What `import lwr_dyn` offers. Each function imports what it needs when it is called."""
 
 from __future__ import annotations
 
@@ -173,8 +173,8 @@ def reference(name: str, arm: Arm, **options: Any) -> Reference:
     """
     from lwr_dyn.trajectory.references.tasks import REFERENCES
 
-    made: Reference = REFERENCES.make(name, _an_arm(arm), **options)
-    return made
+    motion: Reference = REFERENCES.make(name, _an_arm(arm), **options)
+    return motion
 
 
 def batch_dynamics(arm: Arm, **options: Any) -> BatchDynamics:
@@ -183,8 +183,8 @@ def batch_dynamics(arm: Arm, **options: Any) -> BatchDynamics:
     Options (dtype, threads, inputs, friction, rotors) and errors are those of `lwr_dyn.codegen.batch.batch_dynamics`;
     raises `MissingPackageError` without the extra.
     """
-    made: BatchDynamics = FUNCTIONS.load("batch_dynamics")(_an_arm(arm), **options)
-    return made
+    batch: BatchDynamics = FUNCTIONS.load("batch_dynamics")(_an_arm(arm), **options)
+    return batch
 
 
 def kuka_units(arm: Arm) -> KukaUnits | None:
@@ -240,7 +240,7 @@ def replay(runs: Run | Sequence[Run], path: str | Path, **options: Any) -> None:
 
 
 def arm_of(run: Run) -> Arm:
-    """The arm a run was made with, from its record; raises as `load`, and `OptionError` when the run names none."""
+    """The arm of a run, from the run's record; raises as `load`, and `OptionError` when the run names none."""
     robot, reading = run.meta.get("file") or run.meta.get("robot"), run.meta.get("reading")
     if not isinstance(robot, str):
         raise OptionError("run", "does not say of which robot it is", "a run made by simulate")

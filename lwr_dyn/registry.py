@@ -41,7 +41,7 @@ class Option:
     help : str
         One line, with the unit.
     flag : str
-        Name on the command line; made from the keyword if not given.
+        Name on the command line; derived from the keyword if not given.
     unless : str
         Keyword of the same factory that leaves this one without effect.
     keyword, default : object
@@ -134,7 +134,7 @@ class Registry(Generic[T]):
         Raises
         ------
         UnknownNameError
-            No row of that name, or a row of another package that names nothing.
+            No row of that name, or a row of another package whose attribute does not exist.
         MissingPackageError
             Its module, or a package that the module needs, is not installed; names the extra.
         OptionError
@@ -155,7 +155,7 @@ class Registry(Generic[T]):
         return cast(T, getattr(module, attribute))
 
     def make(self, name: str, /, *arguments: Any, **options: Any) -> Any:
-        """What the factory of a row makes of arguments and options.
+        """The result of a row's factory, called with these arguments and options.
 
         Raises
         ------
@@ -178,7 +178,7 @@ class Registry(Generic[T]):
 
 
 def check_options(subject: str, factory: Callable[..., Any], given: int, options: Mapping[str, Any]) -> None:
-    """Raise `OptionError` for options that a factory, `given` whose arguments are positional, cannot take."""
+    """Raise `OptionError` for options that a factory cannot take; its first `given` arguments are positional."""
     marked = options_of(factory)
     keywords = list(signature(factory).parameters.values())[given:]
     names = [p.name for p in keywords if p.kind is not Parameter.VAR_KEYWORD]

@@ -1,3 +1,3 @@
-"""The version, on the ground floor so that every room may name it."""
+"""The version, in a module without imports so that every other module can use it."""
 
 VERSION = "0.1.0"

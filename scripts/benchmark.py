@@ -31,7 +31,7 @@ METHODS = ("mass_matrix", "coriolis_matrix", "gravity_vector", "inverse_dynamics
 
 
 def single_calls(pairs: int) -> None:
-    """B, C, g, inverse and forward dynamics of one state through the front door."""
+    """B, C, g, inverse and forward dynamics of one state through `import lwr_dyn`."""
     arm = lwr_dyn.load("lwr4plus")
     dyn = lwr_dyn.dynamics_of(arm)
     q, dq, ddq = np.random.default_rng(0).uniform(-1, 1, (3, arm.n))
@@ -50,7 +50,7 @@ def single_calls(pairs: int) -> None:
         "inverse_dynamics": lambda: dyn.inverse_dynamics(q, dq, ddq),
         "forward_dynamics": lambda: dyn.forward_dynamics(q, dq, ddq),
     }
-    head("One state, front door against raw Pinocchio")
+    head("One state, lwr_dyn against raw Pinocchio")
     for name in METHODS:
         row(name, "pinocchio", paired(ours[name], raw[name], pairs, 20000))
     if installed("mujoco"):

@@ -1,4 +1,4 @@
-"""The front door answers bad input with one clear line."""
+"""Functions of `import lwr_dyn` answer bad input with one clear line."""
 
 import numpy as np
 import pytest

@@ -61,7 +61,7 @@ PIPE_CLOSED = 141
 
 
 class RegistryGroup(click.Group):
-    """A group whose commands are rows of a registry, imported when they are used: `--help` stays quick."""
+    """A group whose commands are rows of a registry, imported when they are used: `--help` stays fast."""
 
     def __init__(self, *arguments: Any, registry: Registry[click.Command], **options: Any) -> None:
         super().__init__(*arguments, **options)
@@ -121,7 +121,7 @@ def main(arguments: list[str] | None = None) -> None:
 
 
 def _warner() -> Callable[..., None]:
-    """Prints each warning once, in one line."""
+    """A function that prints each warning once, in one line."""
     printed: set[str] = set()
 
     def warn(message: Warning | str, *_: object, **__: object) -> None:

@@ -80,7 +80,7 @@ class RowOptions:
 
 
 def row_options(registry: Registry[Any], chooser: str, others: Iterable[click.Parameter] = ()) -> RowOptions:
-    """The union of the rows' options; a name that `others` have, or a row before with another kind, is left to them."""
+    """The union of the rows' options, without names that `others`, or an earlier row with another kind, have taken."""
     taken = {name for option in others for name in option.opts}
     flags: dict[str, Flag] = {}
     for row in registry.names:
@@ -94,7 +94,7 @@ def row_options(registry: Registry[Any], chooser: str, others: Iterable[click.Pa
 
 
 def _options_of(registry: Registry[Any], row: str) -> Collection[Option]:
-    """None for a row that cannot be loaded: the error comes when it is chosen."""
+    """The options of a row; empty for one that cannot be loaded, which raises when it is chosen."""
     try:
         return options_of(registry.load(row)).values()
     except LwrDynError:

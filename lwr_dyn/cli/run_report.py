@@ -23,7 +23,7 @@ def run_record(run: Run, arm: Arm) -> dict[str, Any]:
 
 
 def run_text(run: Run, arm: Arm) -> str:
-    """The same as text."""
+    """Errors, limits, audit and notes as text."""
     figures, audit = metrics(run, arm), run.meta["audit"]
     controller = run.meta["controller"]["name"]
     title = f"{arm.name}, reading {arm.reading}: {controller}, {run.t[-1]:g} s, {run.t.size} samples"

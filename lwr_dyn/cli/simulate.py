@@ -36,7 +36,7 @@ class NameOrFile(click.Choice):  # type: ignore[type-arg] # generic only since c
 
 
 def _option(name: str, text: str, kind: Any = bool, default: Any = None) -> click.Option:
-    """One option; defaults that a user would want to see are shown."""
+    """One option; the help shows its default, if any."""
     if kind is bool:
         return click.Option([name], is_flag=True, help=text)
     return click.Option([name], type=kind, default=default, show_default=default is not None, help=text)

@@ -84,7 +84,7 @@ def damping_per_sample(dynamics: Dynamics, Kd: Array, q: Array, rate: float) -> 
 
     Gains of the worst-case inertia are the largest that a joint ever needs. Where the arm is light they are too large
     for slow samples, and the loop chatters between its torque limits. A position gain lowers the threshold a little, so
-    a value just below it is no promise.
+    a value just below it does not prove stability.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Rigid-body dynamics of an arm by two roads: Pinocchio on the URDF, and the Newton-Euler recursion on its own frames.
+"""Rigid-body dynamics of an arm by two roads: Pinocchio on the URDF, and Newton-Euler on the source's frames.
 
 protocol          `Dynamics`: what every engine offers; `UngatedDynamics` for loops; `mechanical_energy`
 engines           `dynamics_of`, and the registry of engines

@@ -148,4 +148,4 @@ def _of_q_dq_x(single: Call, checked: Call, shape: tuple[int], _: bool) -> Call:
 
 
 _FAST = {1: _of_q, 2: _of_q_dq, 3: _of_q_dq_x}
-"""By the number of arguments: a general way in for any number costs 25 to 75 % of a call."""
+"""By the number of arguments: one function for any number of them would add 25 to 75 % to a call."""

@@ -1,4 +1,4 @@
-"""Road A: the only door to Pinocchio. The model is built from the URDF text; rotors enter as `armature`."""
+"""Road A: the only module that imports Pinocchio. The model is built from the URDF text; rotors enter as `armature`."""
 
 from functools import partial
 from typing import Any

@@ -41,7 +41,7 @@ class Dynamics(Protocol):
         """ddq, (..., n) [rad/s^2]."""
 
     def potential_energy(self, q: ArrayLike, /) -> Array:
-        """U(q), (...) [J]; only differences mean something."""
+        """U(q), (...) [J]; only differences have a meaning."""
 
 
 class UngatedDynamics(Protocol):

@@ -5,7 +5,7 @@ corrected): vectors of link i are in its own frame i, its joint acts along z0 of
 
 Two things are more general than the book: a constant pose `before` may precede the joint (modified DH, URDF), and
 rotors enter completely ("full"), by their inertia at the joint ("armature", k_r^2 I_m ddq) or not at all ("none").
-Scalars are those of `lwr_dyn.model.vectors`. This module must never see a URDF, an Arm or Pinocchio.
+Scalars are those of `lwr_dyn.model.vectors`. This module must never import `urdf`, `Arm` or Pinocchio.
 """
 
 from collections.abc import Sequence

@@ -23,7 +23,7 @@ RESOLUTION = 1e-6
 NO_MARGIN = -np.pi
 """[rad] A level that every joint keeps at every position."""
 FIRST_LOOK = 65
-"""Poses at which every branch is judged before the best branch is judged at all poses."""
+"""Poses at which every branch is tried before the best branches are computed at all poses."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -58,7 +58,7 @@ class BranchOptimum:
 
 
 def largest_margin(geometry: SrsGeometry, ranges: JointRanges, T: Array) -> BranchOptimum:
-    """The best branch and its corridor for poses T (k, 4, 4) within reach; below zero, where the path must leave."""
+    """The best branch and its corridor for poses T (k, 4, 4) within reach; a bound below 0 is outside limits."""
     rows = np.unique(np.linspace(0, len(T) - 1, min(len(T), FIRST_LOOK)).round().astype(int))
     signs = np.repeat(np.array(BRANCHES), len(rows), axis=0)
     first = best_angles(margin_problem(geometry, ranges, np.tile(T[rows], (len(BRANCHES), 1, 1)), signs))

@@ -1,13 +1,13 @@
 """The geometry of the arms that have a closed form of inverse kinematics, read off their axes at q = 0.
 
 S-R-S arm (spherical, roll, spherical): axes 1, 2, 3 meet at the shoulder S, axes 5, 6, 7 at the wrist W, neighbours
-among them at right angles; joint 4 is the elbow, whose axis is square to the plane of S and W.
+among them perpendicular; joint 4 is the elbow, whose axis is perpendicular to the plane of S and W.
 
     R_flange = R_shoulder(q1, q2, q3) Rot(w4, q4) R_wrist(q5, q6, q7) R_home
 
-Six joints with a spherical wrist: axis 2 is square to axis 1, axis 3 parallel to axis 2, and axes 4, 5, 6 meet in the
-wrist centre W, neighbours among them square. In the arm's plane at q1 = 0, e = w2 x w1 (ahead), n = w2 (across) and
-w1 (along axis 1) are a right-handed triad.
+Six joints with a spherical wrist: axis 2 is perpendicular to axis 1, axis 3 parallel to axis 2, and axes 4, 5, 6 meet
+in the wrist centre W, neighbours among them perpendicular. In the arm's plane at q1 = 0, e = w2 x w1 (ahead),
+n = w2 (across) and w1 (along axis 1) are a right-handed triad.
 
 Shoulder, elbow and wrist may be offset, the flange may be anywhere, and zero and direction of each joint are free.
 """
@@ -27,16 +27,16 @@ from lwr_dyn.model.chain import Chain
 from lwr_dyn.model.dh import JointKind
 
 MEETING = 1e-9
-"""[m, or sine] Axes this near to each other meet; directions this near to square are square."""
+"""[m, or sine] Axes this near to each other meet; directions this near to a right angle are perpendicular."""
 
 SRS_ARM = "a seven-joint arm with a spherical shoulder, an elbow and a spherical wrist"
-WRIST_ARM = "a six-joint arm with axis 2 square to 1, 3 parallel to 2, a spherical wrist"
+WRIST_ARM = "a six-joint arm with axis 2 perpendicular to 1, 3 parallel to 2, a spherical wrist"
 Geometry = TypeVar("Geometry")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Ball:
-    """Three axes through one point, each square to the next: a roll, a tilt and a roll (a spherical joint).
+    """Three axes through one point, each perpendicular to the next: roll, tilt and roll (a spherical joint).
 
     Rot(w1, q1) Rot(w2, q2) Rot(w3, q3) = basis Rz(q1) Ry(q2 + offset) Rz(q3) back^T
     """
@@ -211,7 +211,7 @@ def meeting_point(z: Array, p: Array) -> Array | None:
 
 
 def ball_of(z: Array) -> Ball | None:
-    """The ball of three axis directions, or None where neighbours are not square."""
+    """The ball of three axis directions, or None where neighbours are not perpendicular."""
     w1, w2, w3 = z
     if max(abs(w1 @ w2), abs(w2 @ w3)) > MEETING:
         return None

@@ -70,15 +70,6 @@ def wrap(angle: Array) -> Array:
     return wrapped
 
 
-def turn_about(axis: Array, angle: Array) -> Array:
-    """Rotations (k, 3, 3) about one unit axis by angles (k,) [rad] (Rodrigues)."""
-    x, y, z = axis
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    s, c = np.sin(angle)[:, None, None], np.cos(angle)[:, None, None]
-    rotation: Array = np.eye(3) + s * cross + (1.0 - c) * (cross @ cross)
-    return rotation
-
-
 def elbow_bend(lengths: tuple[float, float], distance: Array) -> tuple[Array, Array]:
     """Angle of the elbow from straight, 0 to pi [rad], and by how much the wrist is out of reach [m], <= 0 within.
 

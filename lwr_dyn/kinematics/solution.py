@@ -90,7 +90,7 @@ class IkSolver(Generic[Geometry]):
     arms: str
     """Which arms it recognises, in words."""
     has_arm_angle: bool = False
-    """Whether `arm_angle` and `reference` mean something."""
+    """Whether it uses `arm_angle` and `reference`."""
 
 
 def make_solution(problem: PoseProblem, q: Array) -> Solution:

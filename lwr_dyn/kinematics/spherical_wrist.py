@@ -1,12 +1,12 @@
 """Closed-form inverse kinematics of six-joint arms with a spherical wrist: eight branches for each pose, in batches.
 
-Pieper's split (1968): the flange pose gives the wrist centre W, W gives q1, q2, q3, the rotation left gives the rest.
+Pieper's split (1968): the flange pose gives the wrist centre W, W gives q1 to q3, the rest of the rotation q4 to q6.
 
     h = +-sqrt(r^2 - b^2),  q1 = atan2(W_n, W_e) - atan2(b, h)     r: W's distance from axis 1, b: its lateral offset
     cos(bend) = (|t|^2 - l2^2 - l3^2) / (2 l2 l3)                  t: from axis 2 to W in the arm's plane
     Rz(q4) Ry(q5 + offset) Rz(q6) = basis^T R_3^T R_flange back    q6 from Rz(-q4) times the right side
 
-Singular are: the shoulder (W on axis 1, or at its lateral offset: q1 is not determined), the elbow (stretched or
+Singularities: the shoulder (W on axis 1, or at its lateral offset: q1 is not determined), the elbow (stretched or
 folded: two branches meet) and the wrist (axes 4 and 6 in line: only q4 +- q6 is determined).
 """
 
@@ -28,11 +28,11 @@ from lwr_dyn.kinematics.branches import (
     JointRanges,
     elbow_bend,
     joint_ranges,
-    turn_about,
     wrap,
 )
 from lwr_dyn.kinematics.solution import IkSolver, InverseResult, PoseProblem, make_solution, ranked_result
 from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.spatial import turn_about
 
 NEAR_SINGULAR = 1e-5
 """[m] (shoulder) and [rad] (elbow, wrist): a solution nearer than this to a singularity is marked with it."""

@@ -7,9 +7,9 @@ the unit vector from S to W and r the reference direction (by default the axis o
 
 and psi [rad] is the angle at which e(psi) points from the line S-W to the elbow: 0 is the elbow on the side of r, in
 the plane of r and S-W (whose normal is r x u); positive is right-handed about u, from shoulder to wrist. With the wrist
-on the line of r (within `ON_AXIS`) that plane does not exist, and e_up is taken from the base axis most nearly square
-to r (x where joint 1 turns about z). With the arm straight there is no elbow circle: psi is then the limit from the
-bend of the branch.
+on the line of r (within `ON_AXIS`) that plane does not exist, and e_up is taken from the base axis most nearly
+perpendicular to r (x where joint 1 turns about z). With the arm straight there is no elbow circle: psi is then the
+limit from the bend of the branch.
 
 Every entry of the shoulder's and the wrist's rotation is then a cos(psi) + b sin(psi) + c: the forms below.
 (Shimizu, Kakuya, Yoon, Kitagaki, Kosuge, IEEE Trans. Robotics 24, 2008, for the idea; here from axes, not from tables.)
@@ -21,7 +21,8 @@ import numpy as np
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.kinematics.arm_geometry import Ball, SrsGeometry
-from lwr_dyn.kinematics.branches import ALIGNED, REACH_SLACK, Branch, JointRanges, elbow_bend, turn_about, wrap
+from lwr_dyn.kinematics.branches import ALIGNED, REACH_SLACK, Branch, JointRanges, elbow_bend, wrap
+from lwr_dyn.model.spatial import turn_about
 
 ON_AXIS = 1e-9
 """Sine of the angle to the reference direction below which the wrist counts as being on it."""

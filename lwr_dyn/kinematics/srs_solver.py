@@ -54,9 +54,9 @@ def best_angles(problem: MarginProblem) -> BestAngles:
         if not better.any():
             break
         open_rows = open_rows[better]
-        start_, end = intervals.start[better], intervals.end[better]
-        widest = np.nanargmax(end - start_, axis=1)[:, None]
-        low, high = (np.take_along_axis(side, widest, axis=1)[:, 0] for side in (start_, end))
+        begin, end = intervals.start[better], intervals.end[better]
+        widest = np.nanargmax(end - begin, axis=1)[:, None]
+        low, high = (np.take_along_axis(side, widest, axis=1)[:, 0] for side in (begin, end))
         psi[open_rows] = _climb(problem.rows(open_rows), (low + high) / 2.0, (high - low) / 2.0)
     psi = wrap(psi)
     final = margins(problem, psi[:, None])[:, 0]

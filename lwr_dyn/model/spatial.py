@@ -103,6 +103,12 @@ def skew(v: Array) -> Array:
     return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
+def turn_about(axis: Array, angle: Array) -> Array:
+    """Rotations (k, 3, 3) about one unit axis by angles (k,) [rad] (Rodrigues)."""
+    K, s, c = skew(axis), np.sin(angle)[:, None, None], np.cos(angle)[:, None, None]
+    return np.asarray(np.eye(3) + s * K + (1.0 - c) * (K @ K))
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Pose:
     """A constant pose: `rotation` (3, 3) and `position` (3,) [m] of a frame in its parent."""

@@ -1,7 +1,7 @@
 """The motor map dq_m = T dq of an arm: gears and cable differentials, where a motor may drive several joints.
 
 Power is equal on both sides, tau^T dq = tau_m^T dq_m, so torques follow from the transpose, tau = T^T tau_m. The class
-is public in both directions: motor to joint and joint to motor.
+maps motors to joints and joints to motors.
 """
 
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Data files: the robots that come with the package, found by name, and the template of a user's own arm."""
+"""Data files: the robots that come with the package, by name, and the template of a user's own arm."""
 
 import json
 from importlib import resources

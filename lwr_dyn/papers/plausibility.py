@@ -23,7 +23,7 @@ _AT_LEAST_ZERO = (
     "gains.kd", "base.mass", *(f"friction.{side}_{name}" for side in SIDES for name in ("coulomb", "static")),
 )  # fmt: skip
 LARGEST_GRAVITY = 1e3
-"""[m/s^2] Above the Sun's surface gravity a value is an error in the file, and its simulation would take for ever."""
+"""[m/s^2] Above the Sun's surface gravity a value is an error in the file, and its simulation would not end."""
 _DIRECTED = tuple(f"friction.{side}_{name}" for side in SIDES for name in ("coulomb", "viscous"))
 
 

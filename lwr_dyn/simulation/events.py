@@ -14,11 +14,11 @@ from lwr_dyn.simulation.integrators import Integrator, Rates
 TURN = 2 * np.pi
 """[rad or m] a step: a joint that makes a whole turn between two samples cannot be followed."""
 TIME = 1e-15
-"""[s] to which the moment of an event is found."""
+"""Tolerance of the time of an event [s]."""
 HOLDING = 1e-12
 """[N m] by which a holding torque must pass its bound before the joint starts to slip or leaves its stop."""
 HALVINGS = 30
-"""How far the search for the first moment off a limit goes back."""
+"""How often `first_root` halves the interval to leave a start that is not negative."""
 
 
 def followable(y: Array, n: int, h: float) -> bool:
@@ -79,7 +79,7 @@ def earliest(events: Sequence[EventFunction]) -> Crossing | None:
 
 
 def first_root(f: Callable[[float], float], h: float) -> float:
-    """Where f turns positive in [0, h], f(h) > 0; a start that is not negative is left by halving, or is the answer.
+    """Where f turns positive in [0, h], given f(h) > 0; 0 where f(0) >= 0 and halving h meets no negative value.
 
     >>> first_root(lambda s: s * s - 0.25, 1.0)
     0.5

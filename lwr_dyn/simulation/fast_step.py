@@ -33,7 +33,7 @@ class FastStep:
         self.friction, self.work = np.zeros(n), 0.0
 
     def take(self, now: Array, tau: Array, after: Array) -> bool:
-        """The step from `now` into `after`, states (2, n) = (q, dq); False where it is refused: `after` is void."""
+        """The step from `now` into `after`, states (2, n) = (q, dq); False where it is refused: `after` is invalid."""
         flow, mode = self._flow, self._flow.mode
         if mode is not self._mode:
             self._adopt(mode)

@@ -20,7 +20,7 @@ from lwr_dyn.simulation.plant import Plant
 Drive = Callable[[float, Array, Array, Array], tuple[Array, Array]]
 """(t, q, dq, memory) -> torque that reaches the joints (n,), derivative of the memory."""
 MOST_EVENTS = 50
-"""Events within one interval after which no more are looked for in it."""
+"""Largest number of events that are followed in one interval."""
 TIE = 1e-12
 """[s] Joints that would stop within it of each other stop in the same instant."""
 SPEED_ROUNDING = 1e-14
@@ -57,9 +57,8 @@ class Flow:
             t, y = t + first.after, self._meet_stops(t + first.after, self._state_at(event, interval, first.after))
             if first.after > 0.0:
                 barred[:] = forced[:] = False
-            elif (
-                event.kind != "slip"
-            ):  # it had just slipped or left its stop, by rounding: not again at the same moment
+            elif event.kind != "slip":
+                # by rounding, just after the joint slipped or left its stop: it must not do so again at the same time
                 barred[event.joint], forced[event.joint] = True, event.kind == "stop"
             guess = self._guess(y)
             guess[event.joint] = event.side * (event.kind == "slip")

@@ -107,7 +107,7 @@ def _finish(flow: Flow, log: Log, tau: object, drive: Drive, y: Array) -> None:
 
 
 def _holding(tau: Array) -> Drive:
-    """A torque that stays as it is."""
+    """A drive with a constant torque and no memory."""
     return lambda t, q, dq, memory: (tau, _EMPTY)
 
 

@@ -1,4 +1,4 @@
-"""What a run writes: the `Log` of a loop, the `Run` made of it, and the error of a run that diverged."""
+"""The `Log` that a loop fills, the `Run` built from it, and the error of a run that diverged."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace

@@ -53,7 +53,7 @@ class Encoder:
         return cls(2 * np.pi / 2**bits, noise, cutoff_hz)
 
     def velocity_filter(self, rate: float) -> FilteredDifference:
-        """The filter for readings at `rate` [Hz]; raises `OptionError` for a cut-off beyond it."""
+        """The filter for readings at `rate` [Hz]; raises `OptionError` for a cut-off not below half of it."""
         return FilteredDifference(self.cutoff_hz, rate)
 
     def sensor(self, q0: Array, dq0: Array, samples: int, rate: float, seed: int) -> Sensor:

@@ -1,4 +1,4 @@
-"""`prepare`: what `simulate` is given becomes a `Setup`, checked whole, that can be shown, kept and run."""
+"""`prepare`: the arguments of `simulate`, checked, as a `Setup` that can be shown, kept and run."""
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
@@ -35,13 +35,13 @@ def arm_record(arm: Arm) -> dict[str, Any]:
 
 
 def versions() -> dict[str, str]:
-    """Versions of the packages that took part."""
+    """Versions of the packages that compute a run."""
     return {"lwr_dyn": VERSION, **{name: version(name) for name in ("numpy", "scipy", "pin")}}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Setup:
-    """A simulation whose options are all checked: `run_setup` runs it; its text is `run.meta`."""
+    """A simulation whose options are all checked: `run_setup` runs it; its record is kept in `run.meta`."""
 
     arm: Arm  # as its controller knows it
     plant: Plant
@@ -169,16 +169,16 @@ def prepare(
         inertia = None if payload_inertia is None else np.asarray(payload_inertia, dtype=float).tolist()
         load = {"mass": float(payload), "com": com, "inertia": inertia}
     chosen = chosen_friction(simulated, friction)
-    body = plant_of(simulated, engine, chosen, saturate, position_limits, allow_unphysical)
+    simulated_plant = plant_of(simulated, engine, chosen, saturate, position_limits, allow_unphysical)
     if continuous:
         check_continuous(controller, encoder)
     times = options.times(reference.duration if duration is None else duration)
-    motion = sampled_reference(reference, times, body.n)
-    start = read_only(start_state(body, motion, q0, dq0))
+    motion = sampled_reference(reference, times, simulated_plant.n)
+    start = read_only(start_state(simulated_plant, motion, q0, dq0))
     if encoder is not None:
         encoder.velocity_filter(rate)  # raises where it is too slow for the rate
     return Setup(
-        arm, body, controller, reference, motion, start, options, encoder,
+        arm, simulated_plant, controller, reference, motion, start, options, encoder,
         engine if isinstance(engine, str) else getattr(engine, "name", type(engine).__name__),
-        load, friction_rate(body, start[0], options), dict(meta or {}),
+        load, friction_rate(simulated_plant, start[0], options), dict(meta or {}),
     )  # fmt: skip

@@ -18,7 +18,7 @@ from lwr_dyn.errors import OptionError
 from lwr_dyn.trajectory.motion_profile import DEGREE, MotionProfile, positive_number
 
 ROUNDING = 1e-12
-"""Relative: a request that is beyond the triangular profile by less is taken for it."""
+"""Relative: a request that exceeds the triangular profile by less gives the triangular profile."""
 
 
 def lspb(length: float, duration: float, blend: float) -> MotionProfile:

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from lwr_dyn.arrays import Array, fixed_array, freeze_arrays
 from lwr_dyn.errors import OptionError
-from lwr_dyn.model.spatial import skew
+from lwr_dyn.model.spatial import turn_about
 from lwr_dyn.trajectory.motion_profile import MotionProfile, ProfileSample, positive_number
 from lwr_dyn.trajectory.path import Path
 
@@ -63,9 +63,7 @@ class Slerp:
 
     def at(self, s: Array) -> RotationSample:
         """At lengths s (k,) [m]."""
-        angle = (self.rate * s)[:, None, None]
-        K = skew(self.axis)
-        R = (np.eye(3) + np.sin(angle) * K + (1.0 - np.cos(angle)) * (K @ K)) @ self.R
+        R = turn_about(self.axis, self.rate * s) @ self.R
         rate = np.broadcast_to(self.rate * self.axis, (len(s), 3))
         return RotationSample(R, rate, np.zeros((len(s), 3)))
 
@@ -170,12 +168,12 @@ class TimedPosePath:
 
 
 def timed_pose_path(path: Path, orientation: Orientation, profile: MotionProfile) -> TimedPosePath:
-    """The three put together.
+    """A path with its orientation and its profile, of the same length.
 
     Raises
     ------
     OptionError
-        The profile is made for another length than the path's.
+        The profile has another length than the path.
     """
     if abs(profile.length - path.length) > LENGTHS * path.length:
         raise OptionError("profile", f"a length of {profile.length:.9g}", f"the path's length, {path.length:.9g} m")

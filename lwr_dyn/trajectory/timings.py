@@ -1,4 +1,4 @@
-"""Motion profiles by name: when a path in space is where, from rest to rest in a given time."""
+"""Motion profiles by name: how a path in space is travelled in a given time."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ class SmoothTiming:
 
     `acceleration` [m/s^2] and `jerk` [m/s^3] of the length travelled; `ease` [m] at the bends (line into arc, arc
     into arc: passed at speed v unrounded, the acceleration would jump by v^2 / radius); `blend` [m] at corners,
-    for "smooth-blended" only. ease = 0 follows the path to the letter and has those jumps.
+    for "smooth-blended" only. ease = 0 follows the path exactly and has those jumps.
     """
 
     acceleration: float = 0.5

@@ -18,18 +18,18 @@ PALETTE = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#0
 DARK_PALETTE = ("#56b4e9", "#ff8c4a", "#2ed1a2", "#e79bc7", "#3c9ad6", "#f2b63c", "#ffffff", "#a8a8a8")
 """The same on a dark page."""
 GREY = 7
-"""Place in the palettes of references."""
+"""Place of references in the palettes."""
 
-Quantity = Literal[
+SeriesName = Literal[
     "q", "q_ref", "dq", "dq_ref", "position error", "velocity error", "torque", "friction",
     "tip error", "flange x", "flange y", "flange z", "reference x", "reference y", "reference z", "energy",
 ]  # fmt: skip
 """Series of a run; errors are reference minus actual, "flange" and "reference" positions in the base frame."""
-JOINT_QUANTITIES: tuple[Quantity, ...] = get_args(Quantity)[:8]
+JOINT_QUANTITIES: tuple[SeriesName, ...] = get_args(SeriesName)[:8]
 _FIELDS = {"torque": "tau_applied", "friction": "tau_friction"}
 
 
-def run_series(one: ReplayedRun, quantity: Quantity) -> Array:
+def run_series(one: ReplayedRun, quantity: SeriesName) -> Array:
     """A quantity over all samples of a run: (k, n) [rad, rad/s, N m; m, m/s, N] of joints, else (k,) [m, J]."""
     run = one.run
     if quantity.startswith(("flange ", "reference ")):
@@ -49,13 +49,13 @@ class Series:
     """A series of run `run` (0-based) of those that the figure is drawn from; `joint` is 0-based."""
 
     run: int
-    quantity: Quantity
+    quantity: SeriesName
     joint: int | None = None
     scale: float = 1.0
 
     def __post_init__(self) -> None:
-        if self.quantity not in get_args(Quantity):
-            raise OptionError("quantity", repr(self.quantity), ", ".join(get_args(Quantity)))
+        if self.quantity not in get_args(SeriesName):
+            raise OptionError("quantity", repr(self.quantity), ", ".join(get_args(SeriesName)))
         if (self.joint is not None) != (self.quantity in JOINT_QUANTITIES):
             allowed = "a 0-based joint for joint quantities, none for others"
             raise OptionError(f"joint of {self.quantity!r}", repr(self.joint), allowed)
@@ -138,7 +138,7 @@ class Level:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Panel:
-    """One pair of axes; `note` says on paper what its levels are, which a page writes beside each."""
+    """One pair of axes; `note` explains its levels in PNG and SVG, where a page writes beside each level."""
 
     title: str
     y_label: str
@@ -150,10 +150,10 @@ class Panel:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Figure:
-    """A figure in the form of the document's; `where` is its name there ("Fig. 4"), `id` its name on a page.
+    """A figure as the document has it; `where` is its name there ("Fig. 4"), `id` its name on a page.
 
-    With `over_time` x is the run's time [s], and the cursor of the replay follows. `columns` of panels where there is
-    room for them.
+    With `over_time` x is the run's time [s], and the cursor of the replay follows. At most `columns`
+    panels stand side by side.
     """
 
     id: str

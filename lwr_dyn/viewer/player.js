@@ -14,7 +14,7 @@ class Player {
     this.strip = new Strip(document.getElementById("strip"), this.runs, this.duration, (t) => this.setTime(t));
     this.#controls();
     this.#switches(data.start);
-    document.getElementById("made").textContent = this.#foot(data.made_by);
+    document.getElementById("generator").textContent = this.#foot(data.made_by);
     if (data.live) this.stage.viewer.connect();
     this.setTime(0);
   }

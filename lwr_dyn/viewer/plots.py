@@ -45,9 +45,9 @@ _REFERENCE: dict[str, Any] = {"color": "#343a40", "linewidth": 2.6, "alpha": 0.3
 _MARKS = {"line": "-", "points": "o", "both": "-o"}
 _DPI = 150
 _AT_THE_SIDE = 5
-"""So many curves and more are named at the side."""
+"""With this many curves or more the legend is at the side."""
 _LETTERS = 12
-"""In an inch of a legend."""
+"""Letters per inch of a legend."""
 
 
 def save_figure(figures: Figure | Sequence[Figure], path: str | Path, runs: Runs = ()) -> tuple[Path, Path]:
@@ -70,7 +70,7 @@ def figure_bytes(figures: Figure | Sequence[Figure], kind: str, runs: Runs = ())
 
 
 def draw(figures: Figure | Sequence[Figure], runs: Runs = ()) -> Drawing:
-    """One figure, or several side by side, as a figure of Matplotlib; `runs` are those that its series count.
+    """One figure, or several side by side, as a figure of Matplotlib; its series refer to `runs` by number.
 
     Raises
     ------

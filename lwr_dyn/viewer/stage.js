@@ -35,8 +35,8 @@ class Stage {
       flange: new THREE.Matrix4().fromArray(record.flange),
     };
     if (parts.traceTube) this.viewer.set_object(root.concat("trace"), parts.traceTube);
-    const asked = tube(reference, null, 0.0018, 0x343a40);
-    if (asked) this.viewer.set_object(root.concat("reference"), asked);
+    const desired = tube(reference, null, 0.0018, 0x343a40);
+    if (desired) this.viewer.set_object(root.concat("reference"), desired);
     this.viewer.set_object(root.concat("target"), triad(0.1, 0.0035, null));
     parts.triads = [chain[0], ...record.native.map((_, k) => chain[k + 1])].map((path, k) => {
       const at = path.concat("frame");

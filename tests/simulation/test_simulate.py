@@ -54,9 +54,9 @@ def test_feed_forward_on_the_exact_model_tracks():
 
 
 def test_a_heavier_plant_and_a_payload_are_felt():
-    law, wave = controllers()["inverse-dynamics"], joint_waves(2.0)
+    controller, wave = controllers()["inverse-dynamics"], joint_waves(2.0)
     exact, heavy, unknown = (
-        metrics(simulate(lwr(), law, wave, **options), lwr()).tip_max_mm
+        metrics(simulate(lwr(), controller, wave, **options), lwr()).tip_max_mm
         for options in (
             {},
             {"plant": arm_with_scaled_inertia(lwr(), 1.1)},
@@ -71,7 +71,7 @@ def test_a_heavier_plant_and_a_payload_are_felt():
     assert audit(known, lwr_dyn.dynamics_of(carrying, "newton-euler")).is_closed()
 
 
-def test_the_run_file_records_its_origin(tmp_path):
+def test_the_run_file_says_what_made_it(tmp_path):
     other = lwr_dyn.load("lwr4plus", "physical")
     made = simulate(
         lwr(), controllers()["pid"], joint_waves(0.05), plant=other, payload=1.5, encoder=Encoder.of_bits(16), seed=7,
@@ -110,25 +110,25 @@ def test_a_setup_can_be_shown_run_again_and_stays_with_its_run(tmp_path):
 def test_samples_are_on_the_grid_and_the_last_torque_is_there():
     run = simulate(lwr(), controllers()["pd-gravity"], joint_waves(0.0105), rate=1000.0)
     np.testing.assert_array_equal(run.t, np.arange(12) / 1000)
-    law, asked = controllers()["pd-gravity"], joint_waves().sample(run.t)
+    controller, wanted = controllers()["pd-gravity"], joint_waves().sample(run.t)
     for k in (0, 5, 11):
-        tau = law(run.t[k], run.q[k], run.dq[k], asked.q[k], asked.dq[k], asked.ddq[k])
+        tau = controller(run.t[k], run.q[k], run.dq[k], wanted.q[k], wanted.dq[k], wanted.ddq[k])
         np.testing.assert_allclose(run.tau_command[k], tau, rtol=0, atol=1e-12)
 
 
 def test_runs_repeat_bit_by_bit_and_controllers_start_afresh():
-    law = controllers()["pid"]
-    a, b = (simulate(lwr(), law, joint_waves(0.1), encoder=Encoder(1e-5, 1e-5), seed=3) for _ in range(2))
-    c = simulate(lwr(), law, joint_waves(0.1), encoder=Encoder(1e-5, 1e-5), seed=4)
+    controller = controllers()["pid"]
+    a, b = (simulate(lwr(), controller, joint_waves(0.1), encoder=Encoder(1e-5, 1e-5), seed=3) for _ in range(2))
+    c = simulate(lwr(), controller, joint_waves(0.1), encoder=Encoder(1e-5, 1e-5), seed=4)
     np.testing.assert_array_equal(a.q, b.q)
     assert (a.q != c.q).any()
 
 
 def test_substeps_bring_the_integrator_nearer_to_the_reference():
-    law, wave = controllers()["pd-gravity"], joint_waves(0.1)
+    controller, wave = controllers()["pd-gravity"], joint_waves(0.1)
     options = {"dq0": np.full(7, 0.5)}
-    best = simulate(lwr(), law, wave, method="dop853", **options).q
-    gaps = [np.abs(simulate(lwr(), law, wave, substeps=m, **options).q - best).max() for m in (1, 2)]
+    best = simulate(lwr(), controller, wave, method="dop853", **options).q
+    gaps = [np.abs(simulate(lwr(), controller, wave, substeps=m, **options).q - best).max() for m in (1, 2)]
     assert gaps[1] < gaps[0] / 8
 
 
@@ -173,7 +173,7 @@ class TestEncoder:
         assert np.abs(dq - run.dq).max() > 1e-4  # it lags
 
     def test_a_loop_closed_through_an_encoder_still_closes_its_books(self):
-        law = controllers()["inverse-dynamics"]
-        run = simulate(lwr(), law, joint_waves(0.5), encoder=Encoder.of_bits(20, 1e-6), seed=1)
+        controller = controllers()["inverse-dynamics"]
+        run = simulate(lwr(), controller, joint_waves(0.5), encoder=Encoder.of_bits(20, 1e-6), seed=1)
         assert audit(run).is_closed()
         assert np.abs(run.q - run.q_ref).max() < 1e-3

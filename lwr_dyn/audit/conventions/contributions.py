@@ -79,7 +79,7 @@ def number_rows(chain: Chain, table: PrintedTable, numbers: tuple[DerivedNumber,
 def corners(table: PrintedTable, joint: int) -> Array:
     """The quarter-turn lattice inside the joint box, over the joints beyond `joint`, (P, n) [rad].
 
-    The largest B_ii of a link whose axes are square to each other lies there but for small products. Raises
+    The largest B_ii of a link whose axes are perpendicular lies there but for small products. Raises
     `MissingDataError` for a sliding joint without limits.
     """
     lower = np.full(table.n, -np.pi) if table.lower is None else table.lower

@@ -63,7 +63,7 @@ class RunSeries {
     const { record } = this;
     if (name === "position error") {
       const q = this.flat("q");
-      return this.flat("q_ref").map((asked, i) => asked - q[i]);
+      return this.flat("q_ref").map((desired, i) => desired - q[i]);
     }
     if (name === "tip error") return unpack(record.tip_error);
     return unpack(name === "q" || name === "q_ref" ? record[name] : record.series[name]);
@@ -116,7 +116,7 @@ async function startPlayer(data) {
   try {
     const player = new Player(data, { keys: document.getElementById("stage") });
     player.toReplay = poseButtons(player, data);
-    document.querySelector("body > footer").append(document.createElement("br"), document.getElementById("made"));
+    document.querySelector("body > footer").append(document.createElement("br"), document.getElementById("generator"));
     window.lwrReplay = player.hook();
     return player;
   } catch (fault) {

@@ -12,12 +12,12 @@ import numpy as np
 from lwr_dyn.arrays import Array
 from lwr_dyn.errors import OptionError
 from lwr_dyn.model.dh import JointKind
-from lwr_dyn.viewer.figures import GREY, Curve, Figure, Level, Panel, Quantity, Series
+from lwr_dyn.viewer.figures import GREY, Curve, Figure, Level, Panel, Series, SeriesName
 from lwr_dyn.viewer.replayed_runs import ReplayedRun
 
 _PLANES = {"xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
-_REFERENCE: tuple[Quantity, ...] = ("reference x", "reference y", "reference z")
-_FLANGE: tuple[Quantity, ...] = ("flange x", "flange y", "flange z")
+_REFERENCE: tuple[SeriesName, ...] = ("reference x", "reference y", "reference z")
+_FLANGE: tuple[SeriesName, ...] = ("flange x", "flange y", "flange z")
 
 
 def error_figure(
@@ -99,7 +99,7 @@ def widest_plane(points: Array) -> str:
 
 def register_figure(run: int, joint: int) -> Figure:
     """Position, velocity, and torques of motor and friction of a 0-based joint of run `run` over time."""
-    rows: tuple[tuple[str, str, dict[str, Quantity]], ...] = (
+    rows: tuple[tuple[str, str, dict[str, SeriesName]], ...] = (
         ("position", "rad", {"q": "q"}),
         ("velocity", "rad/s", {"dq": "dq"}),
         ("torque", "N m", {"motor": "torque", "friction": "friction"}),

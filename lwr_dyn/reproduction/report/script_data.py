@@ -10,7 +10,7 @@ from lwr_dyn.arrays import Array
 from lwr_dyn.model.run import Run
 from lwr_dyn.reproduction.report.content import Page, Replay, Still
 from lwr_dyn.viewer import scene
-from lwr_dyn.viewer.figures import DARK_PALETTE, PALETTE, Curve, Figure, Quantity, Series, run_series
+from lwr_dyn.viewer.figures import DARK_PALETTE, PALETTE, Curve, Figure, Series, SeriesName, run_series
 from lwr_dyn.viewer.page_parts import generator_line, pack_int32, subsample
 from lwr_dyn.viewer.replay_page import run_record
 from lwr_dyn.viewer.replayed_runs import ReplayedRun, replayed_runs
@@ -21,7 +21,7 @@ LARGEST_CURVE = 4000
 """Points of a curve given as numbers; of longer ones points are left out."""
 _AS_TEXT = 48
 """Shorter curves are written as decimal numbers."""
-_FROM_PLAYER: tuple[Quantity, ...] = ("q", "q_ref", "position error", "tip error")
+_FROM_PLAYER: tuple[SeriesName, ...] = ("q", "q_ref", "position error", "tip error")
 """Quantities that the player's own series hold."""
 
 
@@ -69,7 +69,7 @@ def _replay(replay: Replay, series: Sequence[Series]) -> dict[str, Any]:
     }
 
 
-def _run(one: ReplayedRun, stride: int, more: Mapping[Quantity, Array]) -> dict[str, Any]:
+def _run(one: ReplayedRun, stride: int, more: Mapping[SeriesName, Array]) -> dict[str, Any]:
     keep = subsample(one.run.t.size, stride)
     return run_record(one, stride) | {"series": {name: pack_int32(values[keep]) for name, values in more.items()}}
 
