@@ -44,7 +44,7 @@ def test_anti_windup_shortens_the_overshoot():
     Kp, Kd = 2500 * WORST_CASE, 100 * WORST_CASE
     knowing, blind = (PID(Kp, Kd, limit, dynamics=lwr_dynamics()) for limit in (arm.effort, np.full(7, np.inf)))
     start = MIDDLE - 0.4 * np.eye(7)[0]
-    overshoot = [simulate(arm, law, still, q0=start).q[:, 0].max() for law in (knowing, blind)]
+    overshoot = [simulate(arm, controller, still, q0=start).q[:, 0].max() for controller in (knowing, blind)]
     assert overshoot[0] < 0.5 * overshoot[1]
 
 
