@@ -71,7 +71,7 @@ def test_a_heavier_plant_and_a_payload_are_felt():
     assert audit(known, lwr_dyn.dynamics_of(carrying, "newton-euler")).is_closed()
 
 
-def test_the_run_file_says_what_made_it(tmp_path):
+def test_the_run_file_records_its_origin(tmp_path):
     other = lwr_dyn.load("lwr4plus", "physical")
     made = simulate(
         lwr(), controllers()["pid"], joint_waves(0.05), plant=other, payload=1.5, encoder=Encoder.of_bits(16), seed=7,
