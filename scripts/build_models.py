@@ -42,9 +42,9 @@ def main(arguments: list[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     wanted = all_files()
     if options.check:
-        found = differences(options.folder, wanted)
-        print("\n".join(found) or f"fresh: {sum(map(len, wanted.values()))} files")
-        return 1 if found else 0
+        stale = differences(options.folder, wanted)
+        print("\n".join(stale) or f"fresh: {sum(map(len, wanted.values()))} files")
+        return 1 if stale else 0
     for robot, files in wanted.items():
         write_folder(options.folder / robot, files)
     for line in differences(options.folder, wanted):

@@ -39,14 +39,14 @@ def main() -> None:
         chosen = list(mutants(paper))
         if options.share is not None:
             chosen = random.Random(0).sample(chosen, min(options.share, len(chosen)))
-        found = surveyed(paper, chosen, options.processes)
-        words = ", ".join(f"{count} {seen}" for seen, count in found.counts().items())
-        print(f"{paper}: {len(chosen)} mutants, {found.share:.1%} seen ({words}); missed: {len(found.missed)}")
-        for fate in found.missed:
+        result = surveyed(paper, chosen, options.processes)
+        words = ", ".join(f"{count} {seen}" for seen, count in result.counts().items())
+        print(f"{paper}: {len(chosen)} mutants, {result.share:.1%} seen ({words}); missed: {len(result.missed)}")
+        for fate in result.missed:
             print(
                 f"  MISSED {fate.mutant.place} ({fate.mutant.kind}): {fate.mover} moves by {fate.moved:.3g} last digits"
             )
-        for column, (count, moved) in found.survivors().items():
+        for column, (count, moved) in result.survivors().items():
             print(f"  not seen: {count:4d} of {column}; moves a number by {moved:.2g} of its last digits at most")
 
 

@@ -48,8 +48,8 @@ def checks() -> tuple[str, bool]:
             failed += [f"{robot} {reading}: {name}" for name in counted]
             elsewhere += len(fails) - len(counted)
             worst = max([worst, *(v.value for v in report.verdicts if "road A - road B" in v.name)])
-    found = f"roads differ by {worst:.1e} relative at most; failed: {', '.join(failed) or 'none'}"
-    return f"{found}; poses and envelope that other readings do not meet: {elsewhere}", not failed
+    words = f"roads differ by {worst:.1e} relative at most; failed: {', '.join(failed) or 'none'}"
+    return f"{words}; poses and envelope that other readings do not meet: {elsewhere}", not failed
 
 
 def poses() -> tuple[str, bool]:
@@ -58,9 +58,9 @@ def poses() -> tuple[str, bool]:
     solved, residual = 0, 0.0
     for q in rng.uniform(arm.lower, arm.upper, (20_000, arm.n)):
         T = lwr_dyn.forward_kinematics(arm, q)
-        found = inverse_kinematics(arm, T)
-        solved += found.status == "solved"
-        back = [np.abs(lwr_dyn.forward_kinematics(arm, s.q) - T).max() for s in found.solutions]
+        result = inverse_kinematics(arm, T)
+        solved += result.status == "solved"
+        back = [np.abs(lwr_dyn.forward_kinematics(arm, s.q) - T).max() for s in result.solutions]
         residual = max([residual, *map(float, back)])
     return f"{solved} of 20000 solved, residual {residual:.1e}", solved == 20_000 and residual <= METRES
 
@@ -92,8 +92,8 @@ def coverage() -> tuple[str, bool]:
     controller = PDGravity(lwr_dyn.dynamics_of(arm), arm.gains.Kp, Kd, velocity_error=True)
     start, speeds = np.array([0.0, -1.5, 0.0, 1.6, 0.0, 0.0, 0.0]), (0.06, 0.1, 0.14, 0.19, 0.25)
     logs = list(cruise_logs(arm, controller, start, np.full(7, 0.5), speeds))
-    found = interval_coverage(logs, arm, LogSensors(torque_noise=0.05, resolution=2e-5), range(200))
-    return f"{found.share:.2%} of {found.intervals} cover the truth", 0.993 <= found.share <= 1.0
+    result = interval_coverage(logs, arm, LogSensors(torque_noise=0.05, resolution=2e-5), range(200))
+    return f"{result.share:.2%} of {result.intervals} cover the truth", 0.993 <= result.share <= 1.0
 
 
 def long_log() -> tuple[str, bool]:
@@ -163,17 +163,17 @@ def lint() -> tuple[str, bool]:
     from tests.audit.lint.faulty_sheets import FAULTS, detection, false_alarms
 
     alarms = false_alarms(1000, seed=1)
-    found = {fault: detection(fault, 1000, seed=2) for fault in FAULTS}
-    shares = ", ".join(f"{fault} {share:.0%}" for fault, share in found.items())
-    return f"{len(alarms)} false alarms; found: {shares}", not alarms and min(found.values()) >= 0.6
+    detected = {fault: detection(fault, 1000, seed=2) for fault in FAULTS}
+    shares = ", ".join(f"{fault} {share:.0%}" for fault, share in detected.items())
+    return f"{len(alarms)} false alarms; found: {shares}", not alarms and min(detected.values()) >= 0.6
 
 
 def recovery() -> tuple[str, bool]:
-    """Conventions of 1000 scrambled tables that their evidence decides, found again."""
+    """Conventions of 1000 scrambled tables that their evidence decides, recovered."""
     from tests.audit.conventions.recovery import recovery as recovered
 
-    found = recovered(1000)
-    return found.statement(), found.rate >= 0.99 and found.honest == 1.0
+    result = recovered(1000)
+    return result.statement(), result.rate >= 0.99 and result.kept_or_recovered == 1.0
 
 
 def kernels() -> tuple[str, bool]:
@@ -183,9 +183,10 @@ def kernels() -> tuple[str, bool]:
     arms = [lwr_dyn.load(robot) for robot in lwr_dyn.robots()]
     worst = {arm.name: agreement(arm, 100_000) for arm in arms if arm.chain.bodies is not None}
     words = "; ".join(
-        f"{name} {max(found.values()):.1e} ({max(found, key=found.get)})" for name, found in worst.items()
+        f"{name} {max(differences.values()):.1e} ({max(differences, key=differences.get)})"
+        for name, differences in worst.items()
     )
-    return words, max(max(found.values()) for found in worst.values()) <= EXACT
+    return words, max(max(differences.values()) for differences in worst.values()) <= EXACT
 
 
 def data_mutants() -> tuple[str, bool]:
@@ -195,9 +196,9 @@ def data_mutants() -> tuple[str, bool]:
     from lwr_dyn.reproduction.study import studies
     from tests.reproduction.mutants import mutants
 
-    found = {paper: surveyed(paper, list(mutants(paper)), 2) for paper in studies()}
-    missed = sum(len(one.missed) for one in found.values())
-    words = ", ".join(f"{paper} {one.share:.1%} of {len(one.fates)} seen" for paper, one in found.items())
+    surveys = {paper: surveyed(paper, list(mutants(paper)), 2) for paper in studies()}
+    missed = sum(len(one.missed) for one in surveys.values())
+    words = ", ".join(f"{paper} {one.share:.1%} of {len(one.fates)} seen" for paper, one in surveys.items())
     return f"{words}; moved a number by more than its last digit unseen: {missed}", missed == 0
 
 

@@ -53,7 +53,7 @@ def logs(browser) -> tuple[list[str], list[str]]:
 
 
 def screenshot(browser, name: str) -> None:
-    """Keep what is on the page for people to look at, where LWR_DYN_SCREENSHOTS says."""
+    """Keep what is on the page for people to look at, in the folder LWR_DYN_SCREENSHOTS."""
     folder = os.environ.get("LWR_DYN_SCREENSHOTS")
     if folder:
         browser.save_screenshot(str(Path(folder) / name))

@@ -74,20 +74,20 @@ def agreement(arm: Arm, count: int) -> dict[str, float]:
         offset, scale, worst = None, 0.0, 0.0
         for start in range(0, count, PIECE):
             part = tuple(a[start : start + PIECE] for a in x[: len(FUNCTIONS[function].states)])
-            found = getattr(batch, function)(*part)
+            values = getattr(batch, function)(*part)
             if function.endswith("_derivatives"):
-                last = found.by_ddq if function.startswith("inverse") else found.by_tau
-                found = np.stack([found.by_q, found.by_dq, last], axis=1)
+                last = values.by_ddq if function.startswith("inverse") else values.by_tau
+                values = np.stack([values.by_q, values.by_dq, last], axis=1)
             expected = np.array([answers[function](*state) for state in zip(*part, strict=True)])
             if function == "potential_energy":  # only differences mean something
-                offset = found[0] - expected[0] if offset is None else offset
+                offset = values[0] - expected[0] if offset is None else offset
                 expected = expected + offset
-            worst = max(worst, float(np.abs(found - expected).max()))
+            worst = max(worst, float(np.abs(values - expected).max()))
             scale = max(scale, float(np.abs(expected).max()))
         out[function] = worst / scale
     return out
 
 
-def relative_difference(found: np.ndarray, expected: np.ndarray) -> float:
+def relative_difference(values: np.ndarray, expected: np.ndarray) -> float:
     """Largest difference over the states as a share of the largest value; energies are compared by differences."""
-    return float(np.abs(found - expected).max() / np.abs(expected).max())
+    return float(np.abs(values - expected).max() / np.abs(expected).max())

@@ -25,8 +25,8 @@ COUNT = 100_000
 
 def arms() -> list[Arm]:
     """Robots with inertias, in their default readings."""
-    found = [lwr_dyn.load(robot) for robot in lwr_dyn.robots()]
-    return [arm for arm in found if arm.chain.bodies is not None]
+    robots = [lwr_dyn.load(robot) for robot in lwr_dyn.robots()]
+    return [arm for arm in robots if arm.chain.bodies is not None]
 
 
 def against_pinocchio(arm: Arm, threads: int, pairs: int) -> None:

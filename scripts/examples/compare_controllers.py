@@ -26,11 +26,11 @@ def main(arguments: list[str] | None = None) -> None:
         f"{options.payload:g} kg payload": arm_with_payload(arm, options.payload),
     }
     for plant_name, plant in plants.items():
-        found = []
+        results = []
         for name, controller in controllers.items():
             run = lwr_dyn.simulate(arm, controller, reference, plant=plant)
-            found.append((metrics(run, arm), name, run.meta["audit"]["residual"]))
-        for place, (m, name, audit) in enumerate(sorted(found, key=lambda x: x[0].tip_rms_mm), start=1):
+            results.append((metrics(run, arm), name, run.meta["audit"]["residual"]))
+        for place, (m, name, audit) in enumerate(sorted(results, key=lambda x: x[0].tip_rms_mm), start=1):
             kept = "limits kept" if m.within_limits else "LIMITS NOT KEPT"
             errors = f"tip RMS {m.tip_rms_mm:8.4f} mm, max {m.tip_max_mm:8.4f} mm"
             print(f"{plant_name:15s} {place}. {name:17s} {errors}, {kept}, audit {audit:.0e} J")

@@ -36,18 +36,18 @@ def main(arguments: list[str] | None = None) -> None:
         files.append(options.out / f"cruise_{i}.csv")
         write_log(files[-1], sensors.through(log, options.seed + i))
 
-    found = identify_friction_files(files, arm=arm, subtract="all")
+    result = identify_friction_files(files, arm=arm, subtract="all")
     print("joint     Table 1  identified        3 sigma")
-    for fit in found.fits:
+    for fit in result.fits:
         friction = arm.friction[fit.joint - 1]
         direction = friction.positive if fit.sign > 0 else friction.negative
         truth = [getattr(direction, name) for name in fit.names]
         rows = zip(fit.names, truth, fit.estimate.values, fit.estimate.half_widths, strict=True)
         for name, true, value, half in rows:
             print(f"{fit.joint}{'+' if fit.sign > 0 else '-'} {name:8s} {true:8.4f} {value:9.4f} +- {half:.4f}")
-    for fault in found.faults:
+    for fault in result.faults:
         print(fault)
-    png, _ = save_figure(friction_map_figure(found), options.out / "friction_maps")
+    png, _ = save_figure(friction_map_figure(result), options.out / "friction_maps")
     print(f"wrote {len(files)} logs and {png}")
 
 

@@ -18,10 +18,10 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--out", type=Path, default=Path("out/kr30ha_envelope"), help="the figure without its ending")
     options = parser.parse_args(arguments)
     arm = lwr_dyn.load("kr30ha")
-    found, rated = working_envelope(arm), arm.ratings
-    print(f"reach {1e3 * found.reach:.2f} mm, data sheet {1e3 * (rated.reach or 0.0):.0f}")
-    print(f"envelope volume {found.volume:.4f} m^3, data sheet {rated.envelope_volume}")
-    print(f"outline: {len(found.outline)} arcs")
+    envelope, rated = working_envelope(arm), arm.ratings
+    print(f"reach {1e3 * envelope.reach:.2f} mm, data sheet {1e3 * (rated.reach or 0.0):.0f}")
+    print(f"envelope volume {envelope.volume:.4f} m^3, data sheet {rated.envelope_volume}")
+    print(f"outline: {len(envelope.outline)} arcs")
     points = {point.name: point.wrist_mm / 1e3 for point in right_points(arm)}
     make_folder(options.out.parent)
     files = save_figure(envelope_figures(arm, points), options.out)

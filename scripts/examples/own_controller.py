@@ -30,8 +30,8 @@ def main(arguments: list[str] | None = None) -> None:
     run = lwr_dyn.simulate(arm, gentle, lwr_dyn.reference("ist", arm))
     make_folder(options.out.parent)
     run.save(options.out)
-    found = metrics(run, arm)
-    print(f"tip error at most {found.tip_max_mm:.4f} mm, energy audit {run.meta['audit']['residual']:.1e} J")
+    errors = metrics(run, arm)
+    print(f"tip error at most {errors.tip_max_mm:.4f} mm, energy audit {run.meta['audit']['residual']:.1e} J")
     print(f"wrote {options.out}; see it:  lwr-dyn replay {options.out} --html {options.out.with_suffix('.html')}")
 
 

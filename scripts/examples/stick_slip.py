@@ -48,11 +48,11 @@ def main() -> None:
         print(f"{share:.0%} of break-away for 1 s: moves by {moved:g} m")
     arm = lwr_dyn.load("wam7")
     for side in (1, -1):
-        made = experiment(arm, 3, side, substeps=1)
-        print(f"joint 4 {'up' if side > 0 else 'down'}: {verdict(cruise_error(arm, made))}")
+        result = experiment(arm, 3, side, substeps=1)
+        print(f"joint 4 {'up' if side > 0 else 'down'}: {verdict(cruise_error(arm, result))}")
         if options.out and side > 0:
             figure = replace(register_figure(0, 3), title="joint 4 up: sticks and slips")
-            save_figure(figure, make_folder(options.out) / "joint_4", replayed_runs([made.run], arm))
+            save_figure(figure, make_folder(options.out) / "joint_4", replayed_runs([result.run], arm))
 
 
 if __name__ == "__main__":

@@ -61,4 +61,4 @@ def test_spin_couplings_are_what_armature_drops():
         r: lwr_dyn.dynamics_of(arm, "newton-euler", rotors=r).inverse_dynamics(q, dq, ddq) for r in ("full", "armature")
     }
     difference = np.abs(taus["full"] - taus["armature"]).max()
-    assert 0.01 < difference < 0.04  # shared facts: up to 0.039 N m with the formula's own I_m
+    assert 0.01 < difference < 0.04  # up to 0.039 N m with the formula's own I_m

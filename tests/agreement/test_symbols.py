@@ -1,4 +1,4 @@
-"""The recursion runs on symbols: the expressions that kernels will be generated from."""
+"""The recursion runs on symbols: the expressions from which kernels are generated."""
 
 import casadi
 import numpy as np

@@ -1,4 +1,4 @@
-"""Each flag of the command changes what it says it changes."""
+"""Each flag of the command has the effect that its help describes."""
 
 import json
 

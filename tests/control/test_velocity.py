@@ -1,4 +1,4 @@
-"""The filtered difference: right on a ramp, 3 dB down where it says, quieter than the bare difference."""
+"""The filtered difference: right on a ramp, 3 dB down at its cut-off, quieter than the bare difference."""
 
 import numpy as np
 import pytest

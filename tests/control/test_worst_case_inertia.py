@@ -1,4 +1,4 @@
-"""The global search: never beaten by brute force, and it says what it did."""
+"""The global search: never beaten by brute force, and it reports its steps."""
 
 from dataclasses import replace
 

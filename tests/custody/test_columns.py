@@ -1,4 +1,4 @@
-"""Every column says where it stands; no two papers share a column by accident."""
+"""Every column names its place; no two papers share a column by accident."""
 
 import itertools
 

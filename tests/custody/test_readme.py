@@ -15,7 +15,7 @@ README = (ROOT / "README.md").read_text(encoding="utf-8")
 ELSEWHERE = ("reproduce lwr4plus", "reproduce all", "identify friction out/friction_wam/*.csv")
 """Run by tests/reproduction (paper by paper) and by tests/identification/test_identify_command.py."""
 EXIT_1 = "panda.urdf"
-"""The README says so: a link of it cannot hold its inertia."""
+"""As the README states, a link of it cannot hold its inertia."""
 
 
 def commands() -> list[list[str]]:

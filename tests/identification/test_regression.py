@@ -1,4 +1,4 @@
-"""The regressor gives the recursion's torques back, its base parameters are as many as theory says, a fit foretells."""
+"""The regressor gives the recursion's torques back, its base parameters are as many as theory says, a fit predicts."""
 
 import numpy as np
 import pytest
@@ -71,7 +71,7 @@ def test_the_fit_never_sees_the_held_out_time(wam, fourier):
 
 
 def test_a_wrong_geometry_shows_on_the_held_out_time(wam, fourier):
-    """The LWR's frames cannot explain the WAM's torques: validation is not decoration."""
+    """The LWR's frames cannot explain the WAM's torques, and validation shows it."""
     found = identify_motion([fourier(wam, wam.friction)], lwr_dyn.load("lwr4plus"))
     right = identify_motion([fourier(wam, wam.friction)], wam)
     assert found.validation[1].held_out > 20 * right.validation[1].held_out

@@ -12,9 +12,9 @@ from lwr_dyn.kinematics.branches import BRANCHES, joint_ranges, wrap
 from lwr_dyn.kinematics.spherical_wrist import NEAR_SINGULAR, all_branches, closed_form, whole_turns
 
 FOUND = 1e-9
-"""[rad] The issue's bound on q coming back, at least 1e-5 from every singularity; sqrt of it is lost nearer."""
+"""[rad] Largest error of a recovered q, at least 1e-5 from every singularity; sqrt of it is lost nearer."""
 POSE = 1e-9
-"""[m] The issue's bound on the pose coming back everywhere."""
+"""[m] Largest error of the pose of a solution, everywhere."""
 ELBOW_STRAIGHT = np.arctan2(0.145, 0.82)
 
 

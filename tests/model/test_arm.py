@@ -1,4 +1,4 @@
-"""An arm answers for its limits and friction, keeps the sources of what stays, and refuses impossible locks."""
+"""An arm checks its limits and friction, keeps the sources of what stays, and refuses impossible locks."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Friction models: levels, signs, directions, what is refused; the smooth form against the law it stands for."""
+"""Friction models: levels, signs, directions, what is refused; the smooth form against the exact one."""
 
 import numpy as np
 import pytest

@@ -112,7 +112,7 @@ def mutated(raw: Mapping[str, Any], mutant: Mutant) -> dict[str, Any]:
 
 
 def fate(mutant: Mutant, usual: Verdicts) -> Fate:
-    """BlockComparer a paper with one changed cell; `usual` is its judgement without."""
+    """The verdicts of a paper with one changed cell; `usual` are those without the change."""
     study = paper_study(mutant.paper)
     raw = study.data.tables if mutant.file == "tables" else study.data.results.raw
     try:
@@ -195,6 +195,6 @@ class Survey:
 
 
 def survey(paper: str, chosen: Sequence[Mutant] | None = None) -> Survey:
-    """BlockComparer the chosen mutants of a paper; all of them if not given."""
+    """The fates of the chosen mutants of a paper; all of them if not given."""
     usual = usual_judgement(paper)
     return Survey(tuple(fate(m, usual) for m in (tuple(mutants(paper)) if chosen is None else chosen)))

@@ -37,7 +37,7 @@ def test_every_digit_is_reproduced_or_has_its_erratum(points):
 
 @pytest.mark.parametrize(
     ("point", "cell", "value"),
-    # shared facts: what the paper's own formulas give
+    # what the paper's own formulas give
     [
         ("point_1", "theta_3", -88.774),
         ("point_2", "theta_1", -103.0545),

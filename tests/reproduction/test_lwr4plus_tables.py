@@ -26,7 +26,7 @@ def test_physical_is_another_arm(rows):
 
 
 def test_printed_configurations_that_do_not_give_the_printed_value(rows):
-    # shared facts: rows 3 and 4 do not; row 2's lacks joint 3 at 90 deg; 1, 5, 6, 7 reach it over their free joints
+    # rows 3 and 4 do not; row 2's lacks joint 3 at 90 deg; 1, 5, 6, 7 reach it over their free joints
     assert [agrees(r.printed, r.at_printed[1]) for r in rows] == [True, False, False, False, True, True, True]
     assert rows[2].at_printed[1] == pytest.approx(0.0330, abs=5e-5)
     assert rows[3].at_printed[0] == pytest.approx(0.4637, abs=5e-5)

@@ -20,7 +20,7 @@ from lwr_dyn.reproduction.wam7.runs import (
 from lwr_dyn.reproduction.wam7.tables import figure_7_holds, figure_7_table, findings
 
 FACTS = (5.10, 1.17, 2.95, 2.63, 5.27, 11.05, 17.86)
-"""[mrad] Friction over kp for positive velocity, as the project's notes have it."""
+"""[mrad] Friction over kp for positive velocity, worked out apart from the package."""
 
 
 @cache
@@ -93,7 +93,7 @@ def test_figure_7_is_not_left():
 
 
 def test_the_folder_and_a_verdict_that_can_fail(tmp_path, monkeypatch):
-    """With one run in everybody's place the folder is whole, and the cruises of the others differ."""
+    """With one run in place of all the folder is whole, and the cruises of the others differ."""
     run = made(0, 1).run
     joints = [*range(7), None]
     fake = [Experiment(j, 1, g, True, run) for g in GRAVITIES for j in joints]

@@ -20,7 +20,7 @@ from tests.simulation.phases import Phases
 from tests.simulation.sample_runs import Sinusoids, Still, controllers, lwr, one_joint, with_limits
 
 CLOSED_FORM = 1e-10
-"""[s] and [rad], the issue's bound for a joint that stops."""
+"""[s] and [rad], largest error of a joint that stops."""
 REFERENCE = 1e-9
 """[rad], against scipy's DOP853 at 1e-12 in every phase; RK4 at 1 kHz leaves 1e-11."""
 INSTANT = 1e-9
@@ -203,7 +203,7 @@ class TestStops:
         assert audit(run).worst <= 1e-12
 
     def test_an_impact_jerks_joints_that_were_stuck(self):
-        """No finite friction holds against an impulse; the books close all the same."""
+        """No finite friction holds against an impulse; energy balances all the same."""
         arm = with_limits(plane_arm(), lower=-3.0, upper=0.3)
         run = simulate(
             arm,
@@ -342,7 +342,7 @@ def sliders():
 LEVELS = np.array([20.0, 20.0, 8.0, 8.0, 0.3, 0.3, 0.1])
 
 
-def test_the_lwr_with_friction_in_every_joint_closes_its_books():
+def test_the_lwr_with_friction_in_every_joint_balances_its_energy():
     wave = Sinusoids(np.array([0.0, 1.2, 0.0, -1.4, 0.0, 0.6, 0.0]), np.full(7, 0.1), np.linspace(3, 9, 7), 2.0)
     models = [JointFriction(Direction(f, 0.2 * f, 1.3 * f), Direction(0.8 * f, 0.1 * f, f)) for f in LEVELS]
     run = simulate(lwr(), controllers()["inverse-dynamics"], wave, friction=models)

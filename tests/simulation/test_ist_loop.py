@@ -1,4 +1,4 @@
-"""The paper's path under the paper's controllers: limits kept, books closed, the exact model followed."""
+"""The paper's path under the paper's controllers: limits kept, energy balanced, the exact model followed."""
 
 from functools import cache
 
@@ -17,7 +17,7 @@ def reference():
 
 
 @pytest.mark.parametrize("name", controllers())
-def test_limits_are_kept_and_the_books_close(name):
+def test_limits_are_kept_and_energy_balances(name):
     run = simulate(lwr(), controllers()[name], reference())
     assert audit(run, lwr_dynamics("newton-euler")).worst <= TOLERANCE
     assert metrics(run, lwr()).within_limits

@@ -1,4 +1,4 @@
-"""Every run closes its books: 14 s of every controller, any arm, stops and friction included."""
+"""Every run balances its energy: 14 s of every controller, any arm, stops and friction included."""
 
 import numpy as np
 import pytest

@@ -172,7 +172,7 @@ class TestEncoder:
             np.testing.assert_allclose(dq[k], v, rtol=0, atol=1e-10)
         assert np.abs(dq - run.dq).max() > 1e-4  # it lags
 
-    def test_a_loop_closed_through_an_encoder_still_closes_its_books(self):
+    def test_a_loop_closed_through_an_encoder_still_balances_its_energy(self):
         controller = controllers()["inverse-dynamics"]
         run = simulate(lwr(), controller, joint_waves(0.5), encoder=Encoder.of_bits(20, 1e-6), seed=1)
         assert audit(run).is_closed()

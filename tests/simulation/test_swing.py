@@ -9,7 +9,7 @@ from lwr_dyn.simulation.swing import CASES, free_swing
 from tests.simulation.sample_runs import lwr, lwr_dynamics
 
 DRIFT = 1e-8
-"""[J] What issue 2 allows a torque-free swing of 2 s by the adaptive integrator."""
+"""[J] Energy error allowed to a torque-free swing of 2 s by the adaptive integrator."""
 
 
 @pytest.mark.parametrize("case", CASES)

@@ -18,9 +18,9 @@ from tests.headless import logs, opened, screenshot
 from tests.viewer.replayed import lagging_run
 
 POSE = 1e-6
-"""[m], and the same for rotation entries: the issue's bound between the pose on the page and FK."""
+"""[m], and the same for rotation entries: largest difference between the pose on the page and FK."""
 LARGEST_PAGE = 6_000_000
-"""Bytes: the issue's bound on the HTML."""
+"""Bytes of the HTML at most."""
 PACKING = 2.4e-10
 """Half a step of 2^31 - 1 steps, relative to the largest number."""
 

@@ -33,7 +33,7 @@ class Recovery:
         return self.decided["recovered"] / total if total else float("nan")
 
     @property
-    def honest(self) -> float:
+    def kept_or_recovered(self) -> float:
         """Share of the undecidable tables that are recovered, or whose truth is among the readings that are left."""
         total = sum(self.undecidable.values())
         return 1.0 - self.undecidable["lost"] / total if total else float("nan")

@@ -79,7 +79,7 @@ def test_lwr_c5z_is_not_the_only_cell_that_mends_table_4(lwr):
 
 
 def test_another_wrong_cell_is_found_too(lwr):
-    """With c5z mended c4z is spoilt: it is found again, within the range fitted."""
+    """With c5z corrected and c4z changed: it is found again, within the range fitted."""
     whole = lwr.table.with_cell("com", 4, 2, -0.0238)
     right = float(whole.com[3, 2])
     found = rank_readings(whole.with_cell("com", 3, 2, 0.4 * right), lwr.evidence)

@@ -1,4 +1,4 @@
-"""Scrambled tables find their way back; the thousand run in `scripts/soak.py recovery`."""
+"""The readings of scrambled tables are recovered; the thousand run in `scripts/soak.py recovery`."""
 
 import dataclasses
 
@@ -20,7 +20,7 @@ SEED = 20
 def test_scrambled_tables_are_recovered():
     found = recovery(TABLES, SEED)
     assert found.rate >= 0.99, found.statement()
-    assert found.honest == 1.0, found.statement()
+    assert found.kept_or_recovered == 1.0, found.statement()
     assert found.missed == ()
     assert sum(found.undecidable.values()) > 0
 
@@ -41,7 +41,7 @@ def test_the_truth_is_missed_when_its_evidence_is_another_arms():
     )
     found = rank_readings(one.table, dataclasses.replace(one.evidence, numbers=numbers))
     assert not found.agree
-    assert same_bodies(one.table, found.best.bodies, one.bodies)  # the second tensors still tell
+    assert same_bodies(one.table, found.best.bodies, one.bodies)  # the second tensors still decide it
 
 
 def test_shortest_number_in_a_range():

@@ -130,7 +130,7 @@ def _shift(rng: Generator, sheet: Sheet) -> FaultySheet | None:
     table, step = _table(sheet, "frames"), int(rng.choice([-1, 1]))
     new = {c.name: ((*c.cells[1:], "-") if step == 1 else ("-", *c.cells[:-1])) for c in table.columns}
     sizes = {x for c in _table(sheet, "dh").columns for x in c.cells if x != "0"}
-    if len(sizes) < 4:  # too few lengths to tell
+    if len(sizes) < 4:  # too few lengths to decide
         return None
     cells = {(name, i): text for name, texts in new.items() for i, text in enumerate(texts)}
     faulty = _faulty(sheet, "frames", cells, "rows-shifted")

@@ -19,7 +19,7 @@ from tests.audit.lint.faulty_sheets import FAULTS, detection, false_alarms
 TRIALS = 60
 RATES = {
     "mean times ten": 0.65,  # a small mean times ten may still lie between its extremes
-    "two gains exchanged": 0.75,  # five rows with two broken and nothing declared leave three to tell
+    "two gains exchanged": 0.75,  # five rows with two broken and nothing declared leave three to decide by
     "a neighbour copied": 0.5,  # a copy in a row that is a mirror image anyhow is no sign
 }
 """Least share found in the trials of the test; 0.9 for the others. Full count: 0.81, 0.88, 0.65, others 0.99 to 1."""

@@ -22,7 +22,7 @@ from tests.reproduction.report.reported import inertia_table, report
 from tests.viewer.replayed import lagging_run
 
 LARGEST_PAGE = 6_000_000
-"""Bytes: the issue's bound on a report."""
+"""Bytes of a report at most."""
 ROW = ReportRow("r", (ReportCell("1"),))
 TWO = np.array([1.0, 2.0])
 

@@ -13,9 +13,9 @@ from tests.reproduction.report.reported import CONTROLLERS
 from tests.viewer.driven import LAPTOP, opened, screen, until
 
 POSE = 1e-6
-"""[m], and the same for rotation entries: the issue's bound between the pose on the page and FK."""
+"""[m], and the same for rotation entries: largest difference between the pose on the page and FK."""
 LARGEST_PAGE = 6_000_000
-"""Bytes: the issue's bound on a report."""
+"""Bytes of a report at most."""
 PIXELS = 1.0
 """A cursor stands where its time is, to a pixel."""
 

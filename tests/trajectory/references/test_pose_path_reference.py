@@ -170,7 +170,7 @@ def test_a_tool_that_leads_out_of_the_limits_is_refused_with_its_place():
     fault = caught.value
     assert fault.joint in ARM.joint_names
     assert 0.0 <= fault.t <= 14.0
-    assert np.degrees(fault.excess) == pytest.approx(12.6, abs=0.3)  # -z of the six axis directions, shared facts
+    assert np.degrees(fault.excess) == pytest.approx(12.6, abs=0.3)  # -z of the six axis directions
 
 
 def test_a_fixed_arm_angle_outside_the_limits_is_refused_with_its_place():
