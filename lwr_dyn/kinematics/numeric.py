@@ -93,7 +93,8 @@ def _step(jacobian: Array, error: Array, damping: Array, q: Array, lower: Array,
     step = np.zeros_like(q)
     for _ in range(q.shape[1]):
         J = jacobian * free[:, None, :]
-        square = J @ np.swapaxes(J, 1, 2) + damping[:, None, None] * np.eye(6)
+        square = J @ np.swapaxes(J, 1, 2)
+        square = square + (damping + 1e-15 * np.trace(square, axis1=1, axis2=2))[:, None, None] * np.eye(6)
         step = np.einsum("kij,ki->kj", J, np.linalg.solve(square, error[..., None])[..., 0])
         pushing = ((q <= lower) & (step < 0.0)) | ((q >= upper) & (step > 0.0))
         if not (pushing & free).any():
