@@ -9,6 +9,7 @@ import lwr_dyn
 from lwr_dyn.kinematics.inverse import inverse_kinematics
 from lwr_dyn.kinematics.numeric import _step
 from lwr_dyn.model.chain import lock_joint
+from lwr_dyn.papers.catalog import template
 from tests.arms import random_arm
 
 NUMERIC = 1e-11
@@ -67,3 +68,13 @@ def test_numeric_search_distinguishes_reach_from_limits():
     result = inverse_kinematics(SIX, bent, starts=16)
     assert (result.status, result.joint) == ("outside limits", "joint_4")
     assert result.excess >= 2.3 - np.radians(120) - 1e-9
+
+
+def test_an_arm_of_four_joints_out_of_reach_is_an_answer_not_a_singular_matrix(tmp_path):
+    file = tmp_path / "arm.toml"
+    file.write_text(template(str(file), "arm", joints="RRPR", convention="modified"))
+    arm, T = lwr_dyn.load(file), np.eye(4)
+    T[:3, 3] = 0.3, 0.1, 0.3
+    result = inverse_kinematics(arm, T)
+    assert (result.status, result.complete) == ("out of reach", False)
+    assert result.distance > 0.1
