@@ -2,10 +2,8 @@
 
 python scripts/compare_results.py BEFORE AFTER [PAPER ...]
 
-Texts, verdicts, whole numbers and names must be the same; floats to 1e-12 relative. The statistics of a run's errors
-("position_mrad", "velocity_mrad_s") are compared relative to the largest of them: in a mean that nearly cancels, the
-rounding of the samples stays. Energies of an audit are compared to 1e-12 J. What rounding alone leaves (residuals,
-differences of two ways to one number) must stay below `ROUNDING`. Renamed keys and texts stand in
+Texts, verdicts, whole numbers and names must be the same; floats to 1e-12 relative. What rounding alone leaves
+(residuals, differences of two ways to one number) must stay below `ROUNDING`. Renamed keys and texts stand in
 tests/reproduction/renamed_keys.toml, if there are any.
 """
 
@@ -21,47 +19,29 @@ from typing import Any
 RELATIVE = 1e-12
 ROUNDING = 1e-9
 """Two numbers below this are both what rounding leaves."""
-STATISTICS = ("position_mrad", "velocity_mrad_s")
-"""Keys of statistics over the samples of a run."""
 RENAMED = Path(__file__).resolve().parent.parent / "tests" / "reproduction" / "renamed_keys.toml"
 
 
-def differences(before: Any, after: Any, place: str = "", scale: float = 0.0) -> Iterator[str]:
-    """Every place where two parsed JSON values differ; floats relative to `scale`, or to themselves if larger."""
+def differences(before: Any, after: Any, place: str = "") -> Iterator[str]:
+    """Every place where two parsed JSON values differ."""
     if isinstance(before, dict) and isinstance(after, dict):
         for key in sorted({*before, *after}):
             if key in before and key in after:
-                size = _scale(key, before[key]) or scale
-                yield from differences(before[key], after[key], f"{place}.{key}", size)
+                yield from differences(before[key], after[key], f"{place}.{key}")
             else:
                 yield f"{place}.{key}: only {'before' if key in before else 'after'}"
     elif isinstance(before, list) and isinstance(after, list) and len(before) == len(after):
         for i, (x, y) in enumerate(zip(before, after, strict=True)):
-            yield from differences(x, y, f"{place}[{i}]", scale)
-    elif not _same(before, after, scale):
+            yield from differences(x, y, f"{place}[{i}]")
+    elif not _same(before, after):
         yield f"{place}: {str(before)[:200]} -> {str(after)[:200]}"
 
 
-def _scale(key: str, record: Any) -> float:
-    """The size to which the floats below a key are compared; 0 for their own."""
-    if key in STATISTICS:
-        return max(map(abs, _floats(record)), default=0.0)
-    return 1.0 if key == "audit" else 0.0
-
-
-def _same(before: Any, after: Any, scale: float) -> bool:
+def _same(before: Any, after: Any) -> bool:
     if not (isinstance(before, float) and isinstance(after, float)):
         return type(before) is type(after) and bool(before == after)
     sizes = abs(before), abs(after)
-    return abs(before - after) <= RELATIVE * max(*sizes, scale) or max(sizes) < ROUNDING
-
-
-def _floats(record: Any) -> Iterator[float]:
-    """All floats of a parsed JSON value."""
-    values = record.values() if isinstance(record, dict) else record if isinstance(record, list) else ()
-    yield from ([record] if isinstance(record, float) else [])
-    for value in values:
-        yield from _floats(value)
+    return abs(before - after) <= RELATIVE * max(sizes) or max(sizes) < ROUNDING
 
 
 def renamed(record: Any, names: dict[str, str]) -> Any:

@@ -23,7 +23,6 @@ FOLDERS = (
 
 def run(command: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
     """A command in a folder without this checkout on its path."""
-
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
     return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
 
