@@ -10,7 +10,7 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 from tests.examples import SOAK
-from tests.headless import FLAGS, browser_programs
+from tests.headless import browser_window
 
 slow_machine = [HealthCheck.too_slow, HealthCheck.data_too_large]
 settings.register_profile("ci", max_examples=25, deadline=None, derandomize=True, suppress_health_check=slow_machine)
@@ -28,20 +28,8 @@ def kernel_cache(tmp_path_factory) -> Iterator:
 
 @pytest.fixture(scope="session")
 def browser(tmp_path_factory) -> Iterator:
-    chromium, driver = browser_programs()
-    from selenium import webdriver
-
-    options = webdriver.ChromeOptions()
-    options.binary_location = chromium
-    profile = tmp_path_factory.mktemp("profile")
-    for flag in (*FLAGS, f"--user-data-dir={profile}"):
-        options.add_argument(flag)
-    options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
-    window = webdriver.Chrome(options=options, service=webdriver.ChromeService(driver))
-    try:
+    with browser_window(tmp_path_factory.mktemp("profile")) as window:
         yield window
-    finally:
-        window.quit()
 
 
 @pytest.fixture

@@ -1,6 +1,7 @@
 """The main job: one command, one folder, one page that replays both runs with the network off."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ import pytest
 import lwr_dyn
 from lwr_dyn.model.run import Run
 from lwr_dyn.reproduction.reproduce import reproduce
+from scripts.readme_images import PICTURES, faults, pictures
 from tests.headless import logs, opened, screenshot
 from tests.viewer.driven import opened as report_opened
 
@@ -93,3 +95,10 @@ def test_the_page_replays_both_runs_with_the_network_off(outcome, browser):
     assert requests == [address]
     assert console == []
     screenshot(browser, "main_job.png")
+
+
+def test_the_images_of_the_readme_are_from_this_build(outcome, browser):
+    readme = (Path(__file__).resolve().parents[2] / "README.md").read_text(encoding="utf-8")
+    assert all(f"(.images/{name})" in readme for name in PICTURES)
+    old = [line for picture in pictures(browser, outcome[0]) for line in faults(*picture)]
+    assert old == [], "run scripts/readme_images.py"
