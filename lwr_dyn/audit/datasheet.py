@@ -10,7 +10,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.audit.envelope import working_envelope
+from lwr_dyn.audit.envelope import SECTION, working_envelope
 from lwr_dyn.checks.verdict import Verdict
 from lwr_dyn.errors import LwrDynError
 from lwr_dyn.kinematics.arm_geometry import wrist_arm_geometry
@@ -84,7 +84,7 @@ def _envelope(arm: Arm) -> Iterator[Verdict]:
     if reach is not None:
         yield Verdict("reach - data sheet", abs(computed_reach - reach), HALF_MILLIMETRE, "m")
     if volume is not None:
-        yield Verdict("envelope volume - data sheet", abs(computed_volume - volume), VOLUME, "m^3")
+        yield Verdict(f"envelope volume {SECTION} - data sheet", abs(computed_volume - volume), VOLUME, "m^3")
 
 
 def _mass(arm: Arm) -> Iterator[Verdict]:

@@ -8,67 +8,70 @@ reached. The section with r >= 0, revolved about axis 1, has the volume
     V = range_1 / (2 pi) * pi * sum over the outline of  integral r^2 dz        (Green, Pappus)
 
 in closed form on each arc. Lengths [m]; r is counted from axis 1, positive ahead; z along it, from the base upward.
+
+Bent back overhead the wrist centre also reaches r < 0, behind axis 1. The KR 30 HA's data sheet does not count that;
+here it is a number of its own, from the outline of what is reached on either side, folded onto r >= 0.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 
 from lwr_dyn.arrays import Array
+from lwr_dyn.audit.envelope_arcs import EnvelopeArc, pieces
 from lwr_dyn.errors import MissingDataError
 from lwr_dyn.kinematics.arm_geometry import WristArmGeometry, require_wrist_arm
 from lwr_dyn.model.arm import Arm
 
 BESIDE = 1e-7
 """[m] Distance from a piece of arc at which its two sides are tested."""
-MEET = 1e-9
-"""[m] Circles this near to each other touch; pieces shorter than this are points."""
 
 
-@dataclass(frozen=True, slots=True)
-class EnvelopeArc:
-    """Points (r, z) = centre + radius (cos phi, sin phi) [m], phi from `start` to `end` [rad] in either direction."""
-
-    centre: tuple[float, float]
-    radius: float
-    start: float
-    end: float
-
-    def point(self, phi: float) -> tuple[float, float]:
-        """(r, z) at phi."""
-        return self.centre[0] + self.radius * math.cos(phi), self.centre[1] + self.radius * math.sin(phi)
-
-    def points(self, count: int = 61) -> Array:
-        """`count` points along it, (count, 2), for drawing."""
-        phi = np.linspace(self.start, self.end, count)
-        return np.array(self.centre) + self.radius * np.column_stack([np.cos(phi), np.sin(phi)])
-
-    def moment(self) -> float:
-        """integral r^2 dz along it [m^3], with r = c + R cos(phi), dz = R cos(phi) dphi."""
-        return self._moment_to(self.end) - self._moment_to(self.start)
-
-    def _moment_to(self, phi: float) -> float:
-        c, R, s = self.centre[0], self.radius, math.sin(phi)
-        return R * (c**2 * s + c * R * (phi + s * math.cos(phi)) + R**2 * (s - s**3 / 3.0))
+AHEAD, BEHIND = 1.0, -1.0
+"""Sides of axis 1: r >= 0 and r < 0."""
 
 
 @dataclass(frozen=True, slots=True)
 class Envelope:
-    """The section (r >= 0) as arcs with the reachable side on their left, its reach and volume."""
+    """The section ahead of axis 1 (r >= 0) as arcs with the reachable side on their left, its reach and volume."""
 
     outline: tuple[EnvelopeArc, ...]
     reach: float
-    """Largest distance of the wrist centre from axis 1 [m]."""
+    """Largest distance of the wrist centre from axis 1 in that section [m]."""
     volume: float
-    """[m^3]"""
+    """Of that section, revolved [m^3]; what is reached overhead only, behind axis 1, is not in it."""
+    reach_behind: float
+    """Largest distance from axis 1 with the arm bent back overhead, r < 0 [m]; 0 where it reaches no such point."""
+    volume_with_overhead: float
+    """Of all that is reached, on either side of axis 1 [m^3]."""
+
+    @property
+    def overhead(self) -> str:
+        """What `reach` and `volume` leave out, in words."""
+        more = self.volume_with_overhead - self.volume
+        behind = f"bent back overhead (r < 0) it reaches {1e3 * self.reach_behind:.2f} mm behind axis 1"
+        return f"{behind} and {more:.4f} m^3 more, {self.volume_with_overhead:.4f} m^3 in all"
+
+    def record(self) -> dict[str, float | str]:
+        """Its numbers for JSON, with what they count."""
+        return {
+            "section": SECTION, "reach": self.reach, "volume": self.volume,
+            "reach_behind": self.reach_behind, "volume_with_overhead": self.volume_with_overhead,
+        }  # fmt: skip
+
+
+SECTION = "ahead of axis 1 (r >= 0)"
+"""What `reach` and `volume` of an envelope count, in words."""
 
 
 def working_envelope(arm: Arm) -> Envelope:
     """The envelope of the wrist centre inside the position limits.
+
+    Exact, but for the volume with what is reached overhead of an arm whose wrist runs beside the plane of axis 1 and
+    whose joint 1 makes less than a turn: there the two sides overlap a little more or less than is counted.
 
     Raises
     ------
@@ -79,20 +82,29 @@ def working_envelope(arm: Arm) -> Envelope:
 
     >>> import lwr_dyn
     >>> envelope = working_envelope(lwr_dyn.load("kr30ha"))
-    >>> round(envelope.reach, 4), round(envelope.volume, 3)
-    (2.0327, 27.243)
+    >>> round(envelope.reach, 4), round(envelope.volume, 3), round(envelope.volume_with_overhead, 3)
+    (2.0327, 27.243, 28.342)
     """
     section = _Section.of(arm)
-    outline = tuple(
-        piece
-        for arc in section.arcs()
-        for part in _pieces(arc, section.arcs())
-        if (piece := section.facing_in(part)) is not None
-    )
+    outline, behind, either = (section.outline(sides) for sides in ((AHEAD,), (BEHIND,), (AHEAD, BEHIND)))
+    moments = [sum(arc.moment() for arc in arcs) for arcs in (outline, behind, either)]
+    both = moments[0] + moments[1] - moments[2]  # reached from ahead and from behind
     share = min(float(arm.upper[0] - arm.lower[0]) / (2.0 * math.pi), 1.0)
-    volume = share * math.pi * sum(arc.moment() for arc in outline)
-    reach = max((_farthest(arc) for arc in outline), default=math.nan)
-    return Envelope(outline, math.hypot(reach, section.geometry.lateral), volume)
+    # a point behind is reached half a turn of joint 1 away from the same point ahead
+    volume_of_all = math.pi * (share * (moments[2] - both) + min(2.0 * share, 1.0) * both)
+    lateral = section.geometry.lateral
+    return Envelope(
+        outline,
+        _reach(outline, lateral, math.nan),
+        share * math.pi * moments[0],
+        _reach(behind, lateral, 0.0),
+        volume_of_all,
+    )
+
+
+def _reach(outline: tuple[EnvelopeArc, ...], lateral: float, without: float) -> float:
+    """Largest distance from axis 1 [m]; `without` where there is no outline."""
+    return max((math.hypot(arc.farthest(), lateral) for arc in outline), default=without)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -115,6 +127,17 @@ class _Section:
         w1 = geometry.frame[:, 2]
         up = 1.0 if w1[int(np.argmax(np.abs(w1)))] > 0.0 else -1.0
         return cls(geometry, arm.lower[1:3], arm.upper[1:3], up, up * float(w1 @ geometry.origin))
+
+    def outline(self, sides: tuple[float, ...]) -> tuple[EnvelopeArc, ...]:
+        """The outline of what is reached on these sides of axis 1, folded onto r >= 0; each piece once."""
+        arcs = [arc if side > 0.0 else arc.mirrored() for side in sides for arc in self.arcs()]
+        found: list[EnvelopeArc] = []
+        for arc in arcs:
+            for part in pieces(arc, arcs):
+                piece = self.facing_in(part, sides)
+                if piece is not None and not any(_same_place(piece, other) for other in found):
+                    found.append(piece)
+        return tuple(found)
 
     def arcs(self) -> tuple[EnvelopeArc, ...]:
         """All arcs of which the outline can consist."""
@@ -158,7 +181,7 @@ class _Section:
                 return True
         return False
 
-    def facing_in(self, arc: EnvelopeArc) -> EnvelopeArc | None:
+    def facing_in(self, arc: EnvelopeArc, sides: tuple[float, ...]) -> EnvelopeArc | None:
         """The piece with the reachable side on its left; None when it is not on the outline of the section r >= 0."""
         phi = (arc.start + arc.end) / 2.0
         if arc.point(phi)[0] < 0.0:
@@ -166,7 +189,7 @@ class _Section:
         inner, outer = (
             EnvelopeArc(arc.centre, arc.radius + side * BESIDE, arc.start, arc.end).point(phi) for side in (-1.0, 1.0)
         )
-        inside, outside = self.reachable(*inner), self.reachable(*outer)
+        inside, outside = (any(self.reachable(side * r, z) for side in sides) for r, z in (inner, outer))
         if inside == outside:
             return None
         forward = (arc.end > arc.start) == inside
@@ -183,38 +206,7 @@ def _within(angle: float, low: float, up: float) -> bool:
     return low + (angle - low) % (2.0 * math.pi) <= up
 
 
-def _pieces(arc: EnvelopeArc, others: tuple[EnvelopeArc, ...]) -> list[EnvelopeArc]:
-    """The arc cut where it meets the circles of the others and the axis r = 0."""
-    low, high = min(arc.start, arc.end), max(arc.start, arc.end)
-    cuts = {low, high}
-    for angle in [*_on_axis(arc), *(phi for other in others if other != arc for phi in _meetings(arc, other))]:
-        first = low + (angle - low) % (2.0 * math.pi)
-        cuts.update(np.arange(first, high, 2.0 * math.pi).tolist())
-    ends = sorted(cuts)
-    return [EnvelopeArc(arc.centre, arc.radius, a, b) for a, b in pairwise(ends) if (b - a) * arc.radius > MEET]
-
-
-def _on_axis(arc: EnvelopeArc) -> list[float]:
-    if abs(arc.centre[0]) > arc.radius:
-        return []
-    phi = math.acos(-arc.centre[0] / arc.radius)
-    return [phi, -phi]
-
-
-def _meetings(arc: EnvelopeArc, other: EnvelopeArc) -> list[float]:
-    """phi on `arc` where its circle meets the circle of `other`."""
-    dr, dz = other.centre[0] - arc.centre[0], other.centre[1] - arc.centre[1]
-    apart = math.hypot(dr, dz)
-    if apart < MEET or apart > arc.radius + other.radius + MEET or apart < abs(arc.radius - other.radius) - MEET:
-        return []
-    cosine = (arc.radius**2 + apart**2 - other.radius**2) / (2.0 * arc.radius * apart)
-    half, towards = math.acos(max(-1.0, min(1.0, cosine))), math.atan2(dz, dr)
-    return [towards - half, towards + half]
-
-
-def _farthest(arc: EnvelopeArc) -> float:
-    """Largest r on the arc."""
-    low, high = min(arc.start, arc.end), max(arc.start, arc.end)
-    ahead = low + (-low) % (2.0 * math.pi)
-    ends = (arc.point(arc.start)[0], arc.point(arc.end)[0])
-    return max(*ends, arc.centre[0] + arc.radius if ahead <= high else -math.inf)
+def _same_place(arc: EnvelopeArc, other: EnvelopeArc) -> bool:
+    """Whether two pieces of one circle, cut at each other's ends, are the same piece."""
+    middle, there = ((each.start + each.end) / 2.0 for each in (arc, other))
+    return arc.same_circle(other) and math.dist(arc.point(middle), other.point(there)) < BESIDE

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 import lwr_dyn
-from lwr_dyn.audit.envelope import working_envelope
+from lwr_dyn.audit.envelope import SECTION, working_envelope
 from lwr_dyn.files import make_folder
 from lwr_dyn.reproduction.kr30ha.figures import envelope_figures
 from lwr_dyn.reproduction.kr30ha.points import right_points
@@ -20,7 +20,8 @@ def main(arguments: list[str] | None = None) -> None:
     arm = lwr_dyn.load("kr30ha")
     envelope, rated = working_envelope(arm), arm.ratings
     print(f"reach {1e3 * envelope.reach:.2f} mm, data sheet {1e3 * (rated.reach or 0.0):.0f}")
-    print(f"envelope volume {envelope.volume:.4f} m^3, data sheet {rated.envelope_volume}")
+    print(f"envelope volume {SECTION}: {envelope.volume:.4f} m^3, data sheet {rated.envelope_volume}")
+    print(envelope.overhead)
     print(f"outline: {len(envelope.outline)} arcs")
     points = {point.name: point.wrist_mm / 1e3 for point in right_points(arm)}
     make_folder(options.out.parent)

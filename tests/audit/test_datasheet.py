@@ -91,7 +91,7 @@ def test_table_2_as_printed_is_another_arm():
         if not v.holds
     }
     assert "flange at zero - as printed" in failed
-    assert "envelope volume - data sheet" in failed
+    assert "envelope volume ahead of axis 1 (r >= 0) - data sheet" in failed
 
 
 def test_papers_without_a_data_sheet_have_no_such_check():
@@ -102,6 +102,6 @@ def test_the_check_command_holds_and_the_printed_table_fails():
     done = CliRunner().invoke(command, ["kr30ha", "--json"])
     assert done.exit_code == 0
     record = json.loads(done.stdout)
-    assert "envelope volume - data sheet" in [v["name"] for v in record["verdicts"]]
+    assert "envelope volume ahead of axis 1 (r >= 0) - data sheet" in [v["name"] for v in record["verdicts"]]
     assert record["notes"] == ["no rotor inertia is given"]
     assert CliRunner().invoke(command, ["kr30ha", "--reading", "printed"]).exit_code == 1

@@ -21,7 +21,7 @@ CONTRADICTED = {
         "flange at zero: rotation - the maker's",
         "flange at mastering: rotation - the maker's",
         "wrist centre at mastering - as printed",
-        "envelope volume - data sheet",
+        "envelope volume ahead of axis 1 (r >= 0) - data sheet",
     }
 }
 """Table 2 of that paper as printed is another arm than the data sheet's and the paper's own transforms."""

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from lwr_dyn.arrays import Array, fixed_array
-from lwr_dyn.audit.envelope import Envelope, EnvelopeArc, working_envelope
+from lwr_dyn.audit.envelope import Envelope, working_envelope
+from lwr_dyn.audit.envelope_arcs import EnvelopeArc
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
 from lwr_dyn.reproduction.kr30ha.points import RightPoint
@@ -70,7 +71,8 @@ def envelope_figures(arm: Arm, points: Mapping[str, ArrayLike] | None = None) ->
 
     side = view("section at any A1", "z", edges, np.hypot(*places[:, :2].T), places[:, 2])
     top = view(f"{arm.joint_names[0]} from {low:g} to {up:g} deg", "y", [ring], places[:, 0], places[:, 1])
-    note = f"reach {1e3 * envelope.reach:.1f} mm, volume {envelope.volume:.3f} m^3"
+    note = f"reach {1e3 * envelope.reach:.1f} mm, volume {envelope.volume:.3f} m^3 ahead of axis 1"
+    note += f" ({envelope.volume_with_overhead:.3f} with overhead)"
     return (
         Figure("figure-3", "Working envelope, side view", "Figure 3", "distance from axis 1", "m", side,
                equal_aspect=True, note=note),

@@ -97,7 +97,7 @@ def flange_at_mastering(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
 
 
 def envelope(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
-    """Largest distance of the wrist centre from axis 1, and pi times the moment of its section"""
+    """Largest distance of the wrist centre from axis 1, and pi times the moment of its section, ahead of the axis"""
     computed = working_envelope(case.arm)
     return {"reach": [1e3 * computed.reach], "volume": [computed.volume]}
 

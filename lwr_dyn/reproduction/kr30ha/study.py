@@ -63,7 +63,7 @@ def run(place: Path, arm: Arm, progress: Progress) -> Reproduction:
                 {"point": m.name, "wrist_centre": m.wrist_miss_mm, "flange": m.flange_miss_mm} for m in points.misses
             ],
             "matrices": [verdict.record() for verdict in matrices.all],
-            "envelope": {"reach": envelope.reach, "volume": envelope.volume},
+            "envelope": envelope.record(),
             "expressions": [c.record() for c in motion.comparisons],
             "planar_beside_arm": [
                 {"name": c.name, "planar": str(c.planar), "arm": str(c.arm), "why_not_the_same": c.why or None}

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.audit.envelope import Envelope
+from lwr_dyn.audit.envelope import SECTION, Envelope
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.papers.schema import Paper
 from lwr_dyn.reproduction.kr30ha.cycle import RISE, SPEED_SHARE, Cycle
@@ -72,13 +72,19 @@ def _matrix_row(v: MatrixVerdict) -> tuple[str, ...]:
 
 
 def envelope_table(envelope: Envelope, arm: Arm) -> Table:
-    """Reach and volume beside the data sheet."""
+    """Reach and volume beside the data sheet, and what these two do not count."""
     rated = arm.ratings
     rows = [
         ("reach [mm]", f"{1e3 * envelope.reach:.2f}", _rating(rated.reach, 1e3)),
         ("volume [m^3]", f"{envelope.volume:.4f}", _rating(rated.envelope_volume, 1.0)),
+        ("reach behind axis 1, bent back overhead [mm]", f"{1e3 * envelope.reach_behind:.2f}", "-"),
+        ("volume with what is reached overhead [m^3]", f"{envelope.volume_with_overhead:.4f}", "-"),
     ]
-    return Table("Envelope of the wrist centre from geometry and limits", ("", "computed", "data sheet"), rows)
+    return Table(
+        f"Envelope of the wrist centre from geometry and limits: reach and volume {SECTION}",
+        ("", "computed", "data sheet"),
+        rows,
+    )
 
 
 def _rating(value: float | None, factor: float) -> str:
