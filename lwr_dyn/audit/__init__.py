@@ -5,5 +5,5 @@
 - `sensitivity`: one task under all readings of a robot
 - `datasheet`: poses, ranges, reach, envelope volume and mass against the maker's data sheet, a check of `lwr-dyn check`
 - `printed_number`, `study_tasks`: numbers as printed; tasks that papers set
-- `envelope`: section, reach and volume that the wrist centre can reach
+- `envelope`, `envelope_arcs`: section, reach and volume that the wrist centre can reach
 """
