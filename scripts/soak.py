@@ -211,6 +211,13 @@ def core() -> tuple[str, bool]:
     return process.stdout.strip().splitlines()[-1], process.returncode == 0
 
 
+def parity() -> tuple[str, bool]:
+    """Every committed model in Pinocchio, MuJoCo, Drake and PyBullet against ours (pip install '.[parity]')."""
+    from tests.parity.comparison import summary
+
+    return summary(states=1000)
+
+
 LINES: dict[str, Line] = {
     "properties": properties,
     "checks": checks,
@@ -224,6 +231,7 @@ LINES: dict[str, Line] = {
     "recovery": recovery,
     "kernels": kernels,
     "data_mutants": data_mutants,
+    "parity": parity,
     "core": core,
 }
 

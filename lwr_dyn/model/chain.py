@@ -17,7 +17,7 @@ import numpy as np
 from lwr_dyn.arrays import Array, fixed_array, freeze_arrays
 from lwr_dyn.errors import OptionError
 from lwr_dyn.model.dh import JointKind
-from lwr_dyn.model.spatial import Pose, rot_z, steiner
+from lwr_dyn.model.spatial import Pose, rot_z, steiner, symmetric_part
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -43,13 +43,16 @@ class Body:
     def seen_from(self, pose: Pose) -> Body:
         """The same body in the frame in which `pose` is given."""
         r = pose.rotation
-        return Body(self.mass, r @ self.com + pose.position, r @ self.inertia_com @ r.T)
+        return Body(self.mass, r @ self.com + pose.position, symmetric_part(r @ self.inertia_com @ r.T))
 
     def __add__(self, other: Body) -> Body:
         """Two bodies in the same frame, rigidly joined."""
+        for one, weightless in ((self, other), (other, self)):
+            if weightless.mass == 0.0 and not weightless.inertia_com.any():
+                return one
         mass = self.mass + other.mass
         if mass == 0.0:
-            return Body.massless()
+            return Body(0.0, np.zeros(3), self.inertia_com + other.inertia_com)
         com = (self.mass * self.com + other.mass * other.com) / mass
         tensor = self.inertia_com + steiner(self.mass, self.com - com)
         return Body(mass, com, tensor + other.inertia_com + steiner(other.mass, other.com - com))

@@ -153,6 +153,17 @@ def steiner(mass: float, offset: Array) -> Array:
     return out
 
 
+def symmetric_part(tensor: Array) -> Array:
+    """(T + T^T)/2: a turned tensor is symmetric only up to rounding.
+
+    >>> symmetric_part(np.array([[1.0, 2.0], [4.0, 1.0]]))
+    array([[1., 3.],
+           [3., 1.]])
+    """
+    out: Array = (tensor + tensor.T) / 2
+    return out
+
+
 def principal_moments(tensor: Array) -> Array:
     """Principal moments of a symmetric tensor, ascending, (3,) [kg m^2].
 

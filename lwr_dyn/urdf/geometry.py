@@ -4,7 +4,7 @@ A limb is a cylinder from a joint to the next joint at another place. A joint ac
 a joint along its limb a ring; the base is a pedestal, the flange a disc. The dynamics uses none of these numbers.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,13 +15,15 @@ from lwr_dyn.model.spatial import Pose, axis_to_z
 
 _SAME_PLACE = 1e-6
 """Joint origins nearer than this [m] are at the same place."""
+_DIGITS = 6
+"""Decimals of a drawn length [m]."""
 
 COLOURS = {"orange": (0.96, 0.45, 0.09, 1.0), "grey": (0.80, 0.81, 0.83, 1.0), "dark": (0.22, 0.23, 0.26, 1.0)}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Primitive:
-    """A cylinder along z of its own pose, in a link's URDF frame; lengths [m]."""
+    """A cylinder along z of its own pose, in a link's URDF frame; lengths [m], whole micrometres in `primitives`."""
 
     link: str
     pose: Pose
@@ -32,8 +34,17 @@ class Primitive:
 
 def primitives(arm: Arm) -> tuple[Primitive, ...]:
     """The shapes of all links, base and flange included; the file's own cylinders if it lists any."""
-    if arm.drawing.cylinders:
-        return tuple(_as_listed(cylinder) for cylinder in arm.drawing.cylinders)
+    cylinders = arm.drawing.cylinders
+    return tuple(map(_in_micrometres, map(_as_listed, cylinders) if cylinders else _derived(arm)))
+
+
+def _in_micrometres(shape: Primitive) -> Primitive:
+    """Without the digits that only rounding made: 0.10416, not 0.10415999999999999."""
+    pose = Pose(shape.pose.rotation, np.round(shape.pose.position, _DIGITS))
+    return replace(shape, pose=pose, radius=round(shape.radius, _DIGITS), length=round(shape.length, _DIGITS))
+
+
+def _derived(arm: Arm) -> list[Primitive]:
     radii, joints = link_radii(arm), arm.joints()
     ends = [*(joint.origin.position for joint in joints[1:]), arm.flange().position]
     shapes = _base(arm, radii[0])
@@ -46,7 +57,7 @@ def primitives(arm: Arm) -> tuple[Primitive, ...]:
             shapes.append(limb)
     disc = 0.12 * radii[-1]
     shapes.append(Primitive("flange", _at(0.0, 0.0, -disc / 2), 0.7 * radii[-1], disc, "dark"))
-    return tuple(shapes)
+    return shapes
 
 
 def _as_listed(cylinder: DrawnCylinder) -> Primitive:

@@ -1,6 +1,7 @@
 """Arm -> MJCF text for MuJoCo: frames, bodies, limits and shapes of the URDF, and the armature, which a URDF lacks.
 
-Orientations are `xyaxes` (two columns of the rotation matrix), so no angle is converted. Shapes collide with nothing.
+Orientations are `xyaxes` (two columns of the rotation matrix), so no angle is converted. Shapes collide with nothing
+and have density 0, so `base` and `flange` weigh nothing. Each joint has a motor: Drake reads an armature only with one.
 """
 
 from xml.sax.saxutils import quoteattr
@@ -20,11 +21,14 @@ def mjcf_text(arm: Arm) -> str:
     arm.require_dynamics()
     shapes = primitives(arm)
     lines = ['<?xml version="1.0" encoding="utf-8"?>', *_header(arm), f"<mujoco model={quoteattr(arm.name)}>"]
-    lines.append(
-        '  <compiler angle="radian" autolimits="true" inertiafromgeom="false" boundmass="0" boundinertia="0"/>'
-    )
+    lines.append('  <compiler angle="radian" autolimits="true"/>')
     lines.append(f'  <option gravity="{numbers(arm.chain.gravity)}"/>')
-    lines += ["  <default>", '    <geom contype="0" conaffinity="0" group="2"/>', "  </default>", "  <asset>"]
+    lines += [
+        "  <default>",
+        '    <geom contype="0" conaffinity="0" group="2" density="0"/>',
+        "  </default>",
+        "  <asset>",
+    ]
     lines += [f'    <material name="{name}" rgba="{numbers(rgba)}"/>' for name, rgba in COLOURS.items()]
     lines += ["  </asset>", "  <worldbody>", '    <body name="base">', *_geoms(shapes, "base", 3)]
     rows = list(zip(arm.chain.links, arm.joints(), arm.bodies(), strict=True))
@@ -37,7 +41,8 @@ def mjcf_text(arm: Arm) -> str:
     lines.append(f'{"  " * innermost}<body name="flange" {_pose(arm.flange())}>')
     lines += _geoms(shapes, "flange", innermost + 1)
     lines += [f"{'  ' * depth}</body>" for depth in range(innermost, 1, -1)]
-    return "\n".join([*lines, "  </worldbody>", "</mujoco>"]) + "\n"
+    motors = ["  <actuator>", *(_motor(joint) for _, joint, _ in rows), "  </actuator>"]
+    return "\n".join([*lines, "  </worldbody>", *motors, "</mujoco>"]) + "\n"
 
 
 def _header(arm: Arm) -> list[str]:
@@ -74,10 +79,15 @@ def _joint(joint: Joint, depth: int) -> str:
     text = [f'{name}="{number(value)}"' for name, value in given.items() if value is not None]
     if limits.lower is not None and limits.upper is not None:
         text.append(f'range="{number(limits.lower)} {number(limits.upper)}"')
-    if limits.effort is not None:
-        text.append(f'actuatorfrcrange="{number(-limits.effort)} {number(limits.effort)}"')
     words = f'name={quoteattr(joint.name)} type="{_TYPES[joint.kind]}" axis="0 0 1"'
     return f"{'  ' * depth}<joint {' '.join([words, *text])}/>"
+
+
+def _motor(joint: Joint) -> str:
+    """A motor whose control is the joint's torque or force [N m or N], within the effort limit where it is known."""
+    effort = joint.limits.effort
+    limit = "" if effort is None else f' ctrlrange="{number(-effort)} {number(effort)}"'
+    return f"    <motor name={quoteattr(f'{joint.name}_motor')} joint={quoteattr(joint.name)}{limit}/>"
 
 
 def _geoms(shapes: tuple[Primitive, ...], link: str, depth: int) -> list[str]:

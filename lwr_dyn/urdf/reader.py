@@ -134,12 +134,18 @@ def _bodies(urdf: UrdfFile, groups: Sequence[_Group]) -> list[Body | None]:
     for group in reversed(groups):
         body = None
         for name, pose in group.parts:
-            if urdf.links[name].inertial is not None:
-                part = _body(urdf.links[name].inertial).seen_from(pose)
+            inertial = urdf.links[name].inertial
+            if inertial is not None and (name == group.link or not _weightless(inertial)):
+                part = _body(inertial).seen_from(pose)
                 body = part if body is None else body + part
         outside = any(x is not None and x.mass > 0.0 for x in out)
         out.append(Body.massless() if body is None and outside else body)
     return out[::-1]
+
+
+def _weightless(inertial: Any) -> bool:
+    """Zeros, as on a frame: they say nothing about the link that the frame is welded to."""
+    return inertial.mass == 0.0 and not np.any(inertial.inertia)
 
 
 def _body(inertial: Any) -> Body:
@@ -186,7 +192,8 @@ def _sources(urdf: UrdfFile, groups: Sequence[_Group], names: Sequence[str]) -> 
             out[f"{joint}.{quantity}"] = (cell(f"{at}/dynamics/@{tag}", "as written"),)
         for tag in ("gear_ratio", "rotor_inertia"):
             out[f"{joint}.{tag}"] = (cell(f"transmission[joint/@name='{joint}']/actuator/drake:{tag}", "as written"),)
-        fixed = [part for part, _ in group.parts if urdf.links[part].inertial is not None]
+        given = [(part, urdf.links[part].inertial) for part, _ in group.parts]
+        fixed = [x for x, inertial in given if inertial is not None and (x == group.link or not _weightless(inertial))]
         how = "as written" if fixed == [group.link] else f"welded to {group.link}"
         massless = (cell(f"link[@name='{group.link}']", "no <inertial>: massless, by the format"),)
         for tag in ("mass", "com", "inertia"):

@@ -2,6 +2,12 @@
 
 The text is deterministic; floats are written by repr, which is read back bit-exact. Inertials are about the centre of
 mass with rpy 0. A required number that is unknown is written as a placeholder and marked.
+
+`base` and `flange` have an `<inertial>` of mass 0 and inertia 0: a link without one weighs 1 kg in PyBullet, and as
+much as its shapes in MuJoCo. Pinocchio, MuJoCo, Drake, PyBullet and yourdfpy take the zeros without a word. In ROS,
+`kdl_parser` warns about any root link with an `<inertial>` and ignores it, which changes nothing here. To sdformat
+(Gazebo) mass 0 is no `<inertial>`: it merges `flange` into the last link, but leaves out `base` and all that hangs on
+it, with or without the zeros; for Gazebo give `base` a mass of your own.
 """
 
 import math
@@ -25,9 +31,11 @@ PLACEHOLDERS = {
     "velocity": UNKNOWN_LARGE,
 }
 DRAKE = "https://drake.mit.edu/"
+ENDS = ("base", "flange")
+"""The first and the last link, which carry shapes and no mass."""
 
-DRAWN, UNKNOWN, CHOICE = "drawn", "unknown", "by choice"
-"""Words for numbers without a cell: a shape, a placeholder, a frame that is placed by choice."""
+DRAWN, UNKNOWN, CHOICE, WEIGHTLESS = "drawn", "unknown", "by choice", "weightless"
+"""Words for numbers without a cell: a shape, a placeholder, a frame that is placed by choice, a frame without mass."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,7 +133,9 @@ def _link(
 ) -> None:
     path = f"/robot/link[@name='{name}']"
     out.line(1, f"<link name={quoteattr(name)}>")
-    if body is not None:
+    if name in ENDS:
+        _weightless(out, f"{path}/inertial")
+    elif body is not None:
         _inertial(out, f"{path}/inertial", name, body, frame)
     for tag in ("visual", "collision"):
         mine = [s for s in shapes if s.link == name]
@@ -136,13 +146,27 @@ def _link(
 
 def _inertial(out: SourcedText, path: str, name: str, body: Body, frame: tuple[str, ...]) -> None:
     """`frame` lists the quantities that move the paper's frame of the link to the URDF's."""
-    out.line(2, "<inertial>")
     com = Attribute(tuple(map(float, body.com)), (f"{name}.com", *frame))
-    out.numbers(3, "origin", path, xyz=com, rpy=Attribute((0.0, 0.0, 0.0), word=CHOICE))
-    out.numbers(3, "mass", path, value=Attribute((float(body.mass),), (f"{name}.mass",)))
-    cells = {f"i{'xyz'[r]}{'xyz'[c]}": float(body.inertia_com[r, c]) for r in range(3) for c in range(r, 3)}
+    mass = Attribute((float(body.mass),), (f"{name}.mass",))
     quantities = (f"{name}.inertia", *frame)
-    out.numbers(3, "inertia", path, **{key: Attribute((value,), quantities) for key, value in cells.items()})
+    _mass_elements(out, path, com, mass, {k: Attribute((v,), quantities) for k, v in _moments(body).items()})
+
+
+def _weightless(out: SourcedText, path: str) -> None:
+    zero = Attribute((0.0,), word=WEIGHTLESS)
+    moments = dict.fromkeys(_moments(Body.massless()), zero)
+    _mass_elements(out, path, Attribute((0.0, 0.0, 0.0), word=WEIGHTLESS), zero, moments)
+
+
+def _moments(body: Body) -> dict[str, float]:
+    return {f"i{'xyz'[r]}{'xyz'[c]}": float(body.inertia_com[r, c]) for r in range(3) for c in range(r, 3)}
+
+
+def _mass_elements(out: SourcedText, path: str, com: Attribute, mass: Attribute, moments: dict[str, Attribute]) -> None:
+    out.line(2, "<inertial>")
+    out.numbers(3, "origin", path, xyz=com, rpy=Attribute((0.0, 0.0, 0.0), word=CHOICE))
+    out.numbers(3, "mass", path, value=mass)
+    out.numbers(3, "inertia", path, **moments)
     out.line(2, "</inertial>")
 
 
@@ -182,23 +206,17 @@ def _joint(out: SourcedText, joint: Joint, parent: str, child: str, placed: tupl
 
 
 def _transmission(out: SourcedText, link: ChainLink) -> None:
-    """Rotor inertia in the tags that Drake reads."""
+    """The joint's motor, which Drake needs for an actuator, and its rotor in the tags that Drake reads."""
     rotor, joint = link.rotor, link.joint
-    if rotor is None:
-        return
     path = f"/robot/transmission[@name='{joint}_transmission']/actuator"
     out.line(1, f"<transmission name={quoteattr(f'{joint}_transmission')}>")
     out.line(2, "<type>transmission_interface/SimpleTransmission</type>")
     out.line(2, f"<joint name={quoteattr(joint)}/>")
-    out.line(2, f"<actuator name={quoteattr(f'{joint}_motor')}>")
-    ratio = (f"{joint}.gear_ratio",), ""
-    unknown = (), UNKNOWN
-    out.numbers(
-        3,
-        "drake:gear_ratio",
-        path,
-        value=Attribute((rotor.gear_ratio,), *(unknown if rotor.reflected else ratio)),
-    )
-    out.numbers(3, "drake:rotor_inertia", path, value=Attribute((rotor.inertia,), (f"{joint}.rotor_inertia",)))
-    out.line(2, "</actuator>")
+    out.line(2, f"<actuator name={quoteattr(f'{joint}_motor')}" + ("/>" if rotor is None else ">"))
+    if rotor is not None:
+        ratio = Attribute((rotor.gear_ratio,), (), UNKNOWN) if rotor.reflected else None
+        ratio = ratio or Attribute((rotor.gear_ratio,), (f"{joint}.gear_ratio",))
+        out.numbers(3, "drake:gear_ratio", path, value=ratio)
+        out.numbers(3, "drake:rotor_inertia", path, value=Attribute((rotor.inertia,), (f"{joint}.rotor_inertia",)))
+        out.line(2, "</actuator>")
     out.line(1, "</transmission>")

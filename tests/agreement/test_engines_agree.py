@@ -93,7 +93,7 @@ def test_mujoco_has_the_limits_and_the_shapes(moving, stem):
         if limits.lower is not None:
             assert tuple(model.jnt_range[k]) == (limits.lower, limits.upper)
         if limits.effort is not None:
-            assert tuple(model.jnt_actfrcrange[k]) == (-limits.effort, limits.effort)
+            assert tuple(model.actuator_ctrlrange[k]) == (-limits.effort, limits.effort)
         assert model.jnt_limited[k] == (limits.lower is not None)
     assert model.ngeom == len(primitives(moving))
     assert model.nu == 0

@@ -20,12 +20,12 @@ from lwr_dyn.model.spatial import rot_x, rot_y, rot_z, steiner
 from lwr_dyn.papers.units import to_si
 from lwr_dyn.urdf.model_files import model_files, model_stem
 from lwr_dyn.urdf.provenance import UNSOURCED, provenance_text, quantity_sources
-from lwr_dyn.urdf.writer import CHOICE, DRAWN, UNKNOWN
+from lwr_dyn.urdf.writer import CHOICE, DRAWN, UNKNOWN, WEIGHTLESS
 from tests.tolerances import EXACT
 
 ROOT = Path(__file__).parents[2]
 CASES = [(robot, reading) for robot in lwr_dyn.robots() for reading in lwr_dyn.readings(robot)]
-WORDS = {DRAWN, UNKNOWN, CHOICE}
+WORDS = {DRAWN, UNKNOWN, CHOICE, WEIGHTLESS}
 DRAKE = "{https://drake.mit.edu/}"
 
 
