@@ -96,7 +96,7 @@ def test_mujoco_has_the_limits_and_the_shapes(moving, stem):
             assert tuple(model.actuator_ctrlrange[k]) == (-limits.effort, limits.effort)
         assert model.jnt_limited[k] == (limits.lower is not None)
     assert model.ngeom == len(primitives(moving))
-    assert model.nu == 0
+    assert model.nu == moving.n
 
 
 def test_yourdfpy_finds_the_flange_without_warnings(arm, stem, caplog):
