@@ -109,7 +109,9 @@ def _verdict(arm: Arm, result: InverseResult, angle: float | None) -> str:
 
 def _print_branches(arm: Arm, pose: Array, result: InverseResult) -> None:
     turning = np.array([link.kind is JointKind.REVOLUTE for link in arm.chain.links])
-    how = "all branches" if result.complete else "found numerically, not complete"
+    how = "all branches" if result.complete or result.turns_left_out else "found numerically, not complete"
+    if result.turns_left_out:
+        how += f"; {result.turns_left_out} copies whole turns apart, inside the limits too, are not listed"
     units = "deg" if turning.all() else "deg (m for sliding joints)"
     click.echo(f"{arm.name}, reading {arm.reading}: {how}; joints in {units}")
     kuka, rows = kuka_units(arm), []
@@ -154,6 +156,7 @@ def _record(arm: Arm, pose: Array, result: InverseResult) -> dict[str, Any]:
         "T": pose,
         "status": result.status,
         "complete": result.complete,
+        "turns_left_out": result.turns_left_out,
         "joint": result.joint,
         "excess": result.excess,
         "distance": result.distance,

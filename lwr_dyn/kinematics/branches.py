@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from itertools import product
+from math import prod
 from typing import NamedTuple
 
 import numpy as np
@@ -16,6 +17,8 @@ REACH_SLACK = 1e-12
 TOUCH = 1e-12
 """[rad] A margin this little below a level keeps it: a joint at its limit is inside."""
 TURN = 2.0 * np.pi
+MOST_COPIES = 256
+"""Copies of one branch, whole turns of joints apart, that are listed: two of each of seven joints, and twice that."""
 
 
 class Branch(NamedTuple):
@@ -68,6 +71,31 @@ def wrap(angle: Array) -> Array:
     """
     wrapped: Array = np.pi - np.mod(np.pi - angle, TURN)
     return wrapped
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class WholeTurns:
+    """Positions q (k, n) [rad] whole turns of joints apart, and how many more there are inside the limits."""
+
+    q: Array
+    left_out: int
+
+
+def whole_turns(arm: Arm, q: Array) -> WholeTurns:
+    """All positions whole turns of joints away from q (n,) that are inside the limits, q included; q itself if none is.
+
+    q is within half a turn of the middle of each range. A joint that lacks a limit keeps its position. Of more than
+    `MOST_COPIES` only q is given.
+    """
+    limited = np.isfinite(arm.lower) & np.isfinite(arm.upper)
+    first = np.where(limited, np.ceil((np.where(limited, arm.lower, 0.0) - TOUCH - q) / TURN), 0.0)
+    last = np.where(limited, np.floor((np.where(limited, arm.upper, 0.0) + TOUCH - q) / TURN), 0.0)
+    counts = [int(count) for count in last - first + 1.0]
+    total = prod(counts)
+    if min(counts) < 1 or total > MOST_COPIES:
+        return WholeTurns(q[None], max(total - 1, 0) if min(counts) >= 1 else 0)
+    turns = product(*(np.arange(low, up + 1.0) for low, up in zip(first, last, strict=True)))
+    return WholeTurns(q + TURN * np.array(list(turns)), 0)
 
 
 def elbow_bend(lengths: tuple[float, float], distance: Array) -> tuple[Array, Array]:

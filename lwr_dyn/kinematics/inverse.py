@@ -39,7 +39,8 @@ def inverse_kinematics(
     ----------
     arm : Arm
         An S-R-S arm and a six-joint arm with spherical wrist are solved in closed form, any other by a numeric
-        search. For a six-joint arm all solutions inside the limits are listed, whole turns of a joint apart too.
+        search. In closed form all solutions inside the limits are listed, whole turns of a joint apart too, of an
+        S-R-S arm at one arm angle a branch.
     T : (4, 4) array_like
         Pose of the flange in the base [m].
     arm_angle : float, optional
@@ -56,7 +57,7 @@ def inverse_kinematics(
     Returns
     -------
     InverseResult
-        Branches that coincide are listed once.
+        Branches that coincide are listed once; `complete` says whether anything can be missing.
 
     Raises
     ------

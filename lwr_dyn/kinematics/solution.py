@@ -12,6 +12,7 @@ from lwr_dyn.kinematics.branches import TOUCH, wrap
 from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import Chain
+from lwr_dyn.model.dh import JointKind
 
 Geometry = TypeVar("Geometry")
 Status = Literal["solved", "out of reach", "outside limits"]
@@ -63,7 +64,9 @@ class InverseResult:
     outside: tuple[Solution, ...]
     """Those outside the limits, least outside first (empty with limits=False)."""
     complete: bool
-    """True: these are all branches, and a status other than "solved" is proven. False: a numeric search."""
+    """True: these are all branches (of an S-R-S arm each at one arm angle) with all copies whole turns of joints apart
+    that are inside the limits, and a status other than "solved" is proven. False: a numeric search, which proves
+    nothing, or `turns_left_out`. A joint that lacks a limit has one position of its endless copies."""
     joint: str | None = None
     """Outside limits: the joint that is furthest outside at the best branch and arm angle."""
     excess: float | None = None
@@ -72,6 +75,8 @@ class InverseResult:
     """Out of reach: by how much [m] (numeric: the smallest position error)."""
     arm_angle_intervals: Mapping[str, tuple[tuple[float, float], ...]] = field(default_factory=dict)
     """Branch -> intervals of the arm angle [rad] inside the limits; an end above pi wraps."""
+    turns_left_out: int = 0
+    """Copies of the solutions, whole turns of joints apart and inside the limits, that are too many to be listed."""
 
     @property
     def singular(self) -> tuple[str, ...]:
@@ -110,21 +115,33 @@ def make_solution(problem: PoseProblem, q: Array) -> Solution:
 
 
 def ranked_result(
-    problem: PoseProblem, solutions: Sequence[Solution], complete: bool, apart: Callable[[Array], Array] = wrap
+    problem: PoseProblem, solutions: Sequence[Solution], complete: bool, turns_left_out: int = 0
 ) -> InverseResult:
-    """Solutions by falling margin, without duplicates; `apart` maps a joint difference to a distance."""
-    ordered: list[Solution] = []
-    for solution in sorted(solutions, key=lambda s: -s.margin):
-        if all(np.abs(apart(solution.q - other.q)).max() > SAME for other in ordered):
-            ordered.append(solution)
+    """Solutions by falling margin, without duplicates; with turns left out it is not complete."""
+    ordered = _each_once(problem.arm, sorted(solutions, key=lambda s: -s.margin))
+    complete = complete and not turns_left_out
     if not problem.limits:
-        return InverseResult("solved", tuple(ordered), (), complete)
+        return InverseResult("solved", tuple(ordered), (), complete, turns_left_out=turns_left_out)
     inside = tuple(s for s in ordered if s.inside_limits)
     outside = tuple(s for s in ordered if not s.inside_limits)
     if inside:
-        return InverseResult("solved", inside, outside, complete)
+        return InverseResult("solved", inside, outside, complete, turns_left_out=turns_left_out)
     best = outside[0]
     return InverseResult("outside limits", (), outside, complete, joint=best.joint, excess=-best.margin)
+
+
+def _each_once(arm: Arm, solutions: Sequence[Solution]) -> list[Solution]:
+    """Without those that another one equals; whole turns count where a joint has limits."""
+    endless = ~(np.isfinite(arm.lower) & np.isfinite(arm.upper))
+    endless &= [link.kind is JointKind.REVOLUTE for link in arm.chain.links]
+    kept: list[Solution] = []
+    rows = np.empty((len(solutions), arm.n))
+    for solution in solutions:
+        gaps = solution.q - rows[: len(kept)]
+        if (np.abs(np.where(endless, wrap(gaps), gaps)).max(axis=1) > SAME).all():
+            rows[len(kept)] = solution.q
+            kept.append(solution)
+    return kept
 
 
 def joint_distance(solution: Solution, q: Array) -> float:

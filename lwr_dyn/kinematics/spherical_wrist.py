@@ -10,9 +10,7 @@ Singularities: the shoulder (W on axis 1, or at its lateral offset: q1 is not de
 folded: two branches meet) and the wrist (axes 4 and 6 in line: only q4 +- q6 is determined).
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,11 +21,10 @@ from lwr_dyn.kinematics.branches import (
     ALIGNED,
     BRANCHES,
     REACH_SLACK,
-    TOUCH,
-    TURN,
     JointRanges,
     elbow_bend,
     joint_ranges,
+    whole_turns,
     wrap,
 )
 from lwr_dyn.kinematics.solution import IkSolver, InverseResult, PoseProblem, make_solution, ranked_result
@@ -156,37 +153,20 @@ def all_branches(arm: Arm, T: Array) -> WristSolutions:
 def solve_pose(problem: PoseProblem, geometry: WristArmGeometry) -> InverseResult:
     """Every solution of one flange pose; ungated.
 
-    A branch whose principal values are inside the limits also gives those a whole turn of any joint away that are
-    inside too; one that is outside is listed once, as near to the limits as whole turns bring it.
+    A branch gives all its copies of `whole_turns`.
     """
     arm = problem.arm
     branches = closed_form(geometry, joint_ranges(arm), problem.pose[None])
     if not branches.reachable.any():
         return InverseResult("out of reach", (), (), True, distance=float(branches.reach_excess.min()))
-    solutions = []
+    solutions, left_out = [], 0
     for b in np.flatnonzero(branches.reachable[0]):
         near = tuple(s for s, x in zip(SINGULARITIES, branches.clearance[0, b], strict=True) if x < NEAR_SINGULAR)
-        for q in whole_turns(arm, branches.q[0, b]):
+        copies = whole_turns(arm, branches.q[0, b])
+        left_out += copies.left_out
+        for q in copies.q:
             solutions.append(replace(make_solution(problem, q), branch=BRANCHES[b].label, singular=near))
-    return ranked_result(problem, solutions, complete=True, apart=np.asarray)
-
-
-def whole_turns(arm: Arm, q: Array) -> Iterator[Array]:
-    """All positions whole turns of joints away from q (n,) that are inside the limits, q included; q itself if none is.
-
-    A joint that lacks a limit keeps its position.
-    """
-    positions = []
-    for x, low, up in zip(q, arm.lower, arm.upper, strict=True):
-        if not (np.isfinite(low) and np.isfinite(up)):
-            positions.append([x])
-            continue
-        first, last = np.ceil((low - TOUCH - x) / TURN), np.floor((up + TOUCH - x) / TURN)
-        positions.append([x + k * TURN for k in np.arange(first, last + 1.0)])
-    if not all(positions):
-        yield q
-    for combination in product(*positions):
-        yield np.array(combination)
+    return ranked_result(problem, solutions, complete=True, turns_left_out=left_out)
 
 
 SOLVER = IkSolver(wrist_arm_geometry, solve_pose, WRIST_ARM)

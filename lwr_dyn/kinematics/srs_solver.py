@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from lwr_dyn.arrays import Array
 from lwr_dyn.errors import OptionError
 from lwr_dyn.kinematics.arm_geometry import SRS_ARM, SrsGeometry, srs_geometry
-from lwr_dyn.kinematics.branches import BRANCHES, joint_ranges, wrap
+from lwr_dyn.kinematics.branches import BRANCHES, joint_ranges, whole_turns, wrap
 from lwr_dyn.kinematics.solution import IkSolver, InverseResult, PoseProblem, make_solution, ranked_result
 from lwr_dyn.kinematics.srs import arm_triangle, closed_form
 from lwr_dyn.kinematics.srs_margins import MarginProblem, intervals_at_level, margin_problem, margins
@@ -82,7 +82,10 @@ def _climb(problem: MarginProblem, psi: Array, width: Array) -> Array:
 
 
 def solve_pose(problem: PoseProblem, geometry: SrsGeometry) -> InverseResult:
-    """The branches of one flange pose, at `problem.arm_angle` or each at its best; raises `OptionError`."""
+    """The branches of one flange pose with their `whole_turns`, at `problem.arm_angle` or each at its best.
+
+    Raises `OptionError`.
+    """
     psi, arm = problem.arm_angle, problem.arm
     if psi is not None and not math.isfinite(psi):
         raise OptionError("arm_angle", psi, "a finite number of radians")
@@ -95,11 +98,14 @@ def solve_pose(problem: PoseProblem, geometry: SrsGeometry) -> InverseResult:
     intervals = intervals_at_level(margin, 0.0 if problem.limits else NO_LIMIT)
     angles = best_angles(margin).psi if psi is None else np.full(len(BRANCHES), float(psi))
     q = closed_form(geometry, ranges, T, angles, signs)
+    copies = [whole_turns(arm, row) for row in q]
     solutions = [
         replace(make_solution(problem, row), branch=branch.label, arm_angle=float(angle))
-        for row, branch, angle in zip(q, BRANCHES, angles, strict=True)
+        for each, branch, angle in zip(copies, BRANCHES, angles, strict=True)
+        for row in each.q
     ]
-    result = ranked_result(problem, solutions, complete=True)
+    left_out = sum(each.left_out for each in copies)
+    result = ranked_result(problem, solutions, complete=True, turns_left_out=left_out)
     return replace(result, arm_angle_intervals={branch.label: intervals.of(b) for b, branch in enumerate(BRANCHES)})
 
 

@@ -9,7 +9,7 @@ import pytest
 import lwr_dyn
 from lwr_dyn.kinematics.arm_geometry import require_wrist_arm, wrist_arm_geometry
 from lwr_dyn.kinematics.branches import BRANCHES, joint_ranges, wrap
-from lwr_dyn.kinematics.spherical_wrist import NEAR_SINGULAR, all_branches, closed_form, whole_turns
+from lwr_dyn.kinematics.spherical_wrist import NEAR_SINGULAR, all_branches, closed_form
 
 FOUND = 1e-9
 """[rad] Largest error of a recovered q, at least 1e-5 from every singularity; sqrt of it is lost nearer."""
@@ -105,13 +105,6 @@ def test_every_whole_turn_inside_the_ranges_is_listed_and_none_twice(kr30):
     for solution in result.solutions:
         assert ((solution.q >= kr30.lower - 1e-12) & (solution.q <= kr30.upper + 1e-12)).all()
         assert solution.residual < POSE
-
-
-def test_a_joint_on_its_limit_is_kept_and_one_without_limits_is_not_turned(kr30):
-    free = replace(kr30, limits=(replace(kr30.limits[0], lower=None), *kr30.limits[1:]))
-    assert len(list(whole_turns(free, np.array([3.0, 0, 0, 0.3, 0, 0.3])))) == 4
-    edge = np.array([kr30.upper[0], 0, 0, kr30.upper[3], 0, 0])
-    assert any(np.array_equal(edge, q) for q in whole_turns(kr30, edge))
 
 
 def test_out_of_reach_is_distinguished_from_outside_limits(kr30):
