@@ -7,7 +7,7 @@ Inside the corridor of `arm_angle_search`, the curve is the natural cubic spline
 by bounded least squares at a few knots; where it leaves the corridor between knots, a knot is added there.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,7 +18,7 @@ from lwr_dyn.arrays import Array, read_only, real_array
 from lwr_dyn.errors import OptionError, OutOfReachError, OutsideLimitsError, ShapeError
 from lwr_dyn.kinematics.arm_angle_search import BranchOptimum, Corridor, largest_margin
 from lwr_dyn.kinematics.arm_geometry import SrsGeometry, require_srs
-from lwr_dyn.kinematics.branches import Branch, JointRanges, joint_ranges
+from lwr_dyn.kinematics.branches import Branch, JointRanges, joint_ranges, one_turn_note
 from lwr_dyn.kinematics.forward import pose_array
 from lwr_dyn.kinematics.srs import ON_AXIS, arm_triangle
 from lwr_dyn.kinematics.srs_margins import margin_problem, margins
@@ -43,13 +43,15 @@ class ArmAngleCurve:
     at: float
     """The path parameter s where it has it."""
     margin_bound: float
-    """[rad] No continuous arm angle, on any branch, keeps a larger smallest margin at these poses."""
+    """[rad] No continuous arm angle, on any branch, keeps a larger smallest margin at these poses (see `one_turn`)."""
     reference: Array
     """(3,) The direction psi is counted from; pass it on to `follow`."""
     knots: Array
     """(m,) s of the spline's knots."""
     values: Array
     """(m,) psi at the knots [rad]."""
+    one_turn: str = ""
+    """What `margin_bound` leaves out, in words: the joints whose wider range counted as one turn; "" if none."""
 
     def evaluate(self, s: ArrayLike) -> tuple[Array, Array, Array]:
         """psi [rad], dpsi/ds and d2psi/ds2 at s (k,), each (k,); the second derivative is continuous."""
@@ -60,7 +62,8 @@ class ArmAngleCurve:
 def best_arm_angle(arm: Arm, s: ArrayLike, T: ArrayLike, *, reference: ArrayLike | None = None) -> ArmAngleCurve:
     """The continuous arm angle that keeps the largest smallest joint-limit margin along a path, of all branches.
 
-    A range of more than a turn, or an unknown one, counts as one turn about its middle, so that no position jumps.
+    A range of more than a turn, or an unknown one, counts as one turn about its middle, so that no position jumps; the
+    result and the error name such joints. Beyond that turn there may be more margin, or a way where none is found.
 
     Parameters
     ----------
@@ -96,10 +99,11 @@ def best_arm_angle(arm: Arm, s: ArrayLike, T: ArrayLike, *, reference: ArrayLike
     best = largest_margin(geometry, one_turn, poses)
     if best.margin_bound < 0.0 or best.passage is None:
         why = "at the best arm angle" if best.continuous else "at least; no arm angle leads on without a jump"
+        why = "; ".join(filter(None, (why, one_turn_note(arm))))
         joint, excess = arm.joint_names[best.joint], -best.margin_bound
         raise OutsideLimitsError(arm.name, float(at[best.index]), joint, excess, why)
     knots, values = _smooth(at, best.passage)
-    return _measured(geometry, ranges, at, poses, best, knots, values)
+    return replace(_measured(geometry, ranges, at, poses, best, knots, values), one_turn=one_turn_note(arm))
 
 
 def _gate(s: ArrayLike, T: ArrayLike) -> tuple[Array, Array]:

@@ -63,6 +63,18 @@ def joint_ranges(arm: Arm) -> JointRanges:
     return JointRanges(np.where(both, (lower + upper) / 2.0, one_sided), half)
 
 
+def one_turn_note(arm: Arm) -> str:
+    """Which joints with a range of more than one turn, or of unknown width, a path search counts as one; "" if none.
+
+    >>> import lwr_dyn
+    >>> one_turn_note(lwr_dyn.load("kr30ha"))
+    'A1, A4, A6 counted as one turn about the middle of the range, which is wider'
+    """
+    wide = joint_ranges(arm).half > np.pi
+    names = [name for name, is_wide in zip(arm.joint_names, wide, strict=True) if is_wide]
+    return f"{', '.join(names)} counted as one turn about the middle of the range, which is wider" if names else ""
+
+
 def wrap(angle: Array) -> Array:
     """The angle [rad] within -pi (excluded) and pi.
 

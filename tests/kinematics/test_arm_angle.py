@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
@@ -175,3 +177,11 @@ def test_works_on_any_s_r_s_arm():
     q = ranges.middle + 0.3 * np.sin(np.linspace(0, 3, 101)[:, None] + np.arange(7))
     s, T = np.linspace(0, 3, 101), lwr_dyn.forward_kinematics(arm, q)
     assert best_arm_angle(arm, s, T).margin > 1.0
+
+
+def test_a_range_of_more_than_a_turn_counts_as_one_and_result_and_error_say_so():
+    wide = replace(LWR, limits=(replace(LWR.limits[0], lower=-6.0, upper=6.0), *LWR.limits[1:]))
+    assert best_arm_angle(LWR, *spinning(0, 3.0)).one_turn == ""
+    assert "joint_1 counted as one turn" in best_arm_angle(wide, *spinning(0, 3.0)).one_turn
+    with pytest.raises(OutsideLimitsError, match="joint_1 counted as one turn about the middle of the range"):
+        best_arm_angle(wide, *spinning(0, 8.0))

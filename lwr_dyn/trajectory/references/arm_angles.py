@@ -9,7 +9,7 @@ import numpy as np
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.errors import OptionError, OutOfReachError, OutsideLimitsError, PathLimitError
-from lwr_dyn.kinematics.arm_angle import best_arm_angle
+from lwr_dyn.kinematics.arm_angle import ArmAngleCurve, best_arm_angle
 from lwr_dyn.kinematics.arm_geometry import require_srs
 from lwr_dyn.kinematics.branches import BRANCHES, Branch, joint_ranges
 from lwr_dyn.kinematics.srs import arm_triangle, closed_form
@@ -60,9 +60,9 @@ class ChosenArmAngle(NamedTuple):
 def choose_arm_angle(arm: Arm, poses: TimedPosePath, wanted: float | ArmAngle | None) -> ChosenArmAngle:
     """The arm angle for a path; `wanted` and the errors are those of `pose_path_reference`."""
     if wanted is None:
-        return ChosenArmAngle(
-            _best(arm, poses), "the curve of the largest joint-limit margin; the paper's own is not known"
-        )
+        curve = _best(arm, poses)
+        how = "the curve of the largest joint-limit margin; the paper's own is not known"
+        return ChosenArmAngle(curve, "; ".join(filter(None, (how, curve.one_turn))))
     if isinstance(wanted, float | int | np.number):
         return ChosenArmAngle(_fixed(arm, poses, float(wanted)), f"{float(wanted)!r} rad all along, given")
     return ChosenArmAngle(wanted, "a curve, given")
@@ -74,7 +74,7 @@ def place_at(poses: TimedPosePath, t: float) -> str:
     return f"point ({x:.4g}, {y:.4g}, {z:.4g}) m"
 
 
-def _best(arm: Arm, poses: TimedPosePath) -> ArmAngle:
+def _best(arm: Arm, poses: TimedPosePath) -> ArmAngleCurve:
     s = _places(poses)
     try:
         return best_arm_angle(arm, s, poses.poses(s))
