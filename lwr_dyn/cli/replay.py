@@ -41,6 +41,8 @@ def command(
         raise OptionError("replay", "both --html and --serve" if serve else "nothing to do", "--html FILE or --serve")
     if not serve and (port is not None or browser):
         raise OptionError("--port, --browser", "given without --serve", "only with --serve")
+    if beside and len(run_files) < 2:
+        raise OptionError("--beside", "would do nothing here", "with two runs or more")
     runs = [Run.load(path) for path in run_files]
     arms = [_arm_of(run, path) for run, path in zip(runs, run_files, strict=True)]
     layout = "beside" if beside else "overlaid"

@@ -14,6 +14,7 @@ from lwr_dyn.simulation.metrics import Metrics, metrics
 from lwr_dyn.simulation.record import ACTIVE_FRICTION
 from lwr_dyn.simulation.setup import Setup
 from lwr_dyn.tables import Heading, Table
+from lwr_dyn.viewer.replayed_runs import facts
 
 
 def run_record(run: Run, arm: Arm) -> dict[str, Any]:
@@ -25,20 +26,23 @@ def run_record(run: Run, arm: Arm) -> dict[str, Any]:
 def run_text(run: Run, arm: Arm) -> str:
     """Errors, limits, audit and notes as text."""
     figures, audit = metrics(run, arm), run.meta["audit"]
-    controller = run.meta["controller"]["name"]
-    title = f"{arm.name}, reading {arm.reading}: {controller}, {run.t[-1]:g} s, {run.t.size} samples"
-    kept = "kept" if figures.within_limits else "NOT kept"
-    stopped = sorted({arm.joint_names[e.joint] for e in run.events if e.kind == "stop" and e.joint is not None})
-    if stopped:
-        kept += f", {', '.join(stopped)} only by its stop"
     channels = ", ".join(f"{name} {value:.6g}" for name, value in audit["channels"].items())
     lines = [
-        error_table(arm, figures, title).text(),
-        f"tip error: largest {figures.tip_max_mm:.6g} mm, RMS {figures.tip_rms_mm:.6g} mm",
-        f"limits of position, speed and torque: {kept}; {len(run.events)} events",
+        error_table(arm, figures, _title(run, arm, figures)).text(),
+        f"tip error ({figures.caveat}): largest {figures.tip_max_mm:.6g} mm, RMS {figures.tip_rms_mm:.6g} mm",
+        f"limits of position, speed and torque: {figures.limits}; {len(run.events)} events",
         f"energy: change {audit['energy_change']:.6g} J; work [J]: {channels}; residual {audit['residual']:.2g}",
     ]
     return "\n".join([*lines, *sampling_note(run), *friction_lines(run, arm)])
+
+
+def _title(run: Run, arm: Arm, figures: Metrics) -> str:
+    """The first line: what was simulated, and the stops that joints met."""
+    known = facts(run)
+    parts = [f"{arm.name}, reading {arm.reading}: {known['controller']}"]
+    parts += [f"{name} {known[name]}" for name in ("task", "payload", "plant") if name in known]
+    stops = f"; {figures.stops.sentence()}" if figures.stops.met else ""
+    return ", ".join([*parts, f"{run.t[-1]:g} s", f"{run.t.size} samples"]) + stops
 
 
 def sampling_note(run: Run) -> list[str]:

@@ -61,6 +61,7 @@ LOOP = [
     _option("--encoder-noise", "Standard deviation of the readings, rad.", float, 0.0),
     _option("--velocity-cutoff", "Cut-off of the velocity filter, Hz.", float, 100.0),
     _option("--no-saturation", "Do not cut torques at the limits."),
+    _option("--no-stops", "Let joints pass their position limits."),
     _option("--allow-unphysical", "Simulate inertias that no body can have."),
     _option("--engine", "Engine of the dynamics.", click.Choice(ENGINES.names), "pinocchio"),
     _option("--seed", "Seed of the encoder's noise.", int, 0),
@@ -69,6 +70,7 @@ LOOP = [
 ]
 RULES = (
     OptionRule("payload-known", lambda given: given["payload"] != 0.0, "with --payload"),
+    OptionRule("seed", lambda given: given["encoder_noise"] != 0.0, "with --encoder-noise"),
     OptionRule("substeps", lambda given: given["method"] == "rk4", "with --method rk4"),
     OptionRule(
         "velocity-cutoff",
@@ -137,9 +139,19 @@ def _simulated(arm: Arm, robot: str, given: dict[str, Any]) -> Run:
         return simulate(
             arm, controller, reference, plant=plant, payload=payload, encoder=encoder, progress=progress,
             rate=given["rate"], method=given["method"], substeps=given["substeps"], continuous=given["continuous"],
-            engine=engine, saturate=not given["no_saturation"], seed=given["seed"],
-            allow_unphysical=given["allow_unphysical"], friction=friction, meta={"task": given["task"], **note},
+            engine=engine, saturate=not given["no_saturation"], position_limits=not given["no_stops"],
+            seed=given["seed"], allow_unphysical=given["allow_unphysical"], friction=friction,
+            meta={"task": given["task"], **_plant_note(given), **note},
         )  # fmt: skip
+
+
+def _plant_note(given: dict[str, Any]) -> dict[str, Any]:
+    """What the plant has that the controller's arm has not, in words, and whether it knows the payload."""
+    reading, scale = given["plant_reading"], given["plant_scale"]
+    parts = [f"reading {reading}"] if reading is not None else []
+    parts += [f"masses times {scale:g}"] if scale != 1.0 else []
+    known = {"payload_known": True} if given["payload_known"] else {}
+    return ({"plant": ", ".join(parts)} if parts else {}) | known
 
 
 def _friction(plant: Arm, form: str, refit: bool) -> tuple[FrictionOption, dict[str, Any]]:

@@ -55,6 +55,12 @@ class InverseDynamics:
         self._gravity: Callable[[Array], Array] | None = None if gravity else raw.gravity_vector
 
     @property
+    def label(self) -> str:
+        """The controller and its variant."""
+        forward = "with feed-forward" if self.feedforward else "without feed-forward (ddq_ref := 0)"
+        return f"inverse dynamics {forward}{'' if self.gravity else ', without g'}"
+
+    @property
     def parameters(self) -> dict[str, Any]:
         """What makes this controller, as JSON values."""
         switches = {"feedforward": self.feedforward, "gravity": self.gravity}

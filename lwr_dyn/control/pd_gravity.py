@@ -7,12 +7,13 @@ from numpy.typing import ArrayLike
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.control.gains import OMEGA_N, XI, DampingRatio, NaturalFrequency, worst_case_gains
-from lwr_dyn.control.protocol import VelocityError, positive_gains
+from lwr_dyn.control.protocol import VelocityError, damping_words, positive_gains
 from lwr_dyn.dynamics.protocol import Dynamics, ungated
 from lwr_dyn.errors import MissingDataError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.registry import Option
 
+OWN_GAINS = "gains of the arm's file"
 OwnGains = Annotated[bool, Option(bool, "The gains of the arm's file.")]
 
 
@@ -27,6 +28,8 @@ class PDGravity:
         [N m/rad], [N m s/rad]; the paper takes omega_n^2 b and 2 xi omega_n b.
     velocity_error : bool
         Damp the speed of the error, not of the joint: this removes the lag (2 xi / omega_n) dq_ref of the paper's form.
+    gains : str
+        Where the gains come from, for the label; empty for those of the worst case.
 
     Raises
     ------
@@ -38,15 +41,22 @@ class PDGravity:
     LWR 4+ paper, "Decentralized PID type joint controller"; Siciliano et al., eq. 8.51.
     """
 
-    __slots__ = ("Kd", "Kp", "_gravity", "velocity_error")
+    __slots__ = ("Kd", "Kp", "_gravity", "gains", "velocity_error")
 
     name = "pd-gravity"
 
-    def __init__(self, dynamics: Dynamics, Kp: ArrayLike, Kd: ArrayLike, velocity_error: bool = False) -> None:
+    def __init__(
+        self, dynamics: Dynamics, Kp: ArrayLike, Kd: ArrayLike, velocity_error: bool = False, gains: str = ""
+    ) -> None:
         self.Kp = positive_gains("Kp", Kp, dynamics.n)
         self.Kd = positive_gains("Kd", Kd, dynamics.n)
-        self.velocity_error = velocity_error
+        self.velocity_error, self.gains = velocity_error, gains
         self._gravity: Callable[[Array], Array] = ungated(dynamics).gravity_vector
+
+    @property
+    def label(self) -> str:
+        """The controller and its variant."""
+        return ", ".join(["PD + gravity", damping_words(self.velocity_error), *([self.gains] if self.gains else [])])
 
     @property
     def parameters(self) -> dict[str, Any]:
@@ -82,4 +92,4 @@ def tuned_pd_gravity(
     if own_gains and arm.gains is None:
         raise MissingDataError(arm.name, "controller gains", "own_gains (--own-gains)")
     gains = arm.gains if own_gains and arm.gains else worst_case_gains(arm, omega_n, xi, inertia)
-    return PDGravity(dynamics, gains.Kp, gains.Kd, velocity_error)
+    return PDGravity(dynamics, gains.Kp, gains.Kd, velocity_error, OWN_GAINS if own_gains else "")

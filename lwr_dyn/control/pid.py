@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from lwr_dyn.arrays import Array, read_only
 from lwr_dyn.control.gains import OMEGA_N, XI, DampingRatio, NaturalFrequency, worst_case_gains
-from lwr_dyn.control.protocol import VelocityError, positive_gains, saturate
+from lwr_dyn.control.protocol import VelocityError, damping_words, positive_gains, saturate
 from lwr_dyn.dynamics.protocol import Dynamics, ungated
 from lwr_dyn.errors import OptionError
 from lwr_dyn.model.arm import Arm
@@ -88,6 +88,12 @@ class PID:
         self.velocity_error = velocity_error
         self._gravity: Callable[[Array], Array] | None = None if dynamics is None else ungated(dynamics).gravity_vector
         self.reset()
+
+    @property
+    def label(self) -> str:
+        """The controller and its variant."""
+        gravity = "PID" if self._gravity is None else "PID + gravity"
+        return f"{gravity}, {damping_words(self.velocity_error)}"
 
     @property
     def parameters(self) -> dict[str, Any]:

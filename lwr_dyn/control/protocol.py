@@ -18,7 +18,7 @@ VelocityError = Annotated[bool, Option(bool, "Kd on dq_ref - dq, not the paper's
 
 
 class Controller(Protocol):
-    """A controller; it may also have `reset()`, `name` and `parameters` (see `describe`)."""
+    """A controller; it may also have `reset()`, and `name`, `label` and `parameters` (see `describe`)."""
 
     def __call__(self, t: float, q: Array, dq: Array, q_ref: Array, dq_ref: Array, ddq_ref: Array, /) -> Array:
         """Torques tau (n,) [N m] at time t [s], from measured q, dq and the reference.
@@ -48,15 +48,32 @@ def reset(controller: Controller) -> None:
         own_reset()
 
 
+def label_of(controller: Controller) -> str:
+    """The controller and its variant in words, such as "PD + gravity, damping on dq": the one name it is shown by.
+
+    A controller with variants spells the variant out in `label`; others are shown by their name. Two controllers of
+    this package that act differently on the same gains have different labels.
+    """
+    return str(getattr(controller, "label", _name_of(controller)))
+
+
 def describe(controller: Controller) -> dict[str, Any]:
-    """Name and parameters of a controller, for a run's meta.
+    """Name, label and parameters of a controller, for a run's meta.
 
     >>> describe(lambda t, q, dq, q_ref, dq_ref, ddq_ref: -dq)
-    {'name': '<lambda>', 'parameters': {}}
+    {'name': '<lambda>', 'label': '<lambda>', 'parameters': {}}
     """
-    own_name = getattr(controller, "__name__", type(controller).__name__)
     parameters: Mapping[str, Any] = getattr(controller, "parameters", {})
-    return {"name": getattr(controller, "name", own_name), "parameters": dict(parameters)}
+    return {"name": _name_of(controller), "label": label_of(controller), "parameters": dict(parameters)}
+
+
+def _name_of(controller: Controller) -> str:
+    return str(getattr(controller, "name", getattr(controller, "__name__", type(controller).__name__)))
+
+
+def damping_words(velocity_error: bool) -> str:
+    """What Kd acts on, in words: the speed of the joint, or of its error."""
+    return "damping on dq_ref - dq" if velocity_error else "damping on dq"
 
 
 def saturate(tau: Array, effort: Array, out: Array | None = None) -> Array:

@@ -1,4 +1,7 @@
-"""Figures of merit of a run: errors joint by joint, error of the tip, torques and speeds against their limits."""
+"""Figures of merit of a run: errors joint by joint, error of the tip, torques and speeds against their limits.
+
+The tip is placed by the joint positions alone: `RIGID` says so wherever one of its figures is shown.
+"""
 
 from dataclasses import dataclass, fields
 from typing import Any, Self
@@ -10,8 +13,12 @@ from lwr_dyn.errors import ShapeError
 from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
+from lwr_dyn.simulation.stop_contacts import StopContacts, stop_contacts
 
 MILLI = 1e3
+RIGID = "rigid links and joints"
+"""What every error of the tip is computed with. A real arm bends, in its joints first: a drive with elastic gears (the
+LWR's) leaves an error at the tip that no figure here contains."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -37,7 +44,9 @@ class ErrorFigures:
 class Metrics:
     """Position errors in mrad (mm for a sliding joint), velocity errors in mrad/s, the tip's in mm.
 
-    A use is a peak over its limit, NaN where the limit is unknown.
+    The errors of the tip are those of an arm with rigid links and joints: its real tip errs by more. A use is a peak
+    over its limit, NaN where the limit is unknown. Where a joint met its stop, the figures are not the controller's
+    alone; `caveat` says both in words.
     """
 
     position_mrad: ErrorFigures
@@ -51,17 +60,37 @@ class Metrics:
     speed_use: Array
     limit_margin: Array  # least distance from the position limits [rad], negative beyond one
     saturated_s: Array  # time in which the command was beyond the torque limit [s]
+    stops: StopContacts
 
     @property
     def within_limits(self) -> bool:
-        """Whether torque, speed and position kept every known limit, with no torque cut."""
+        """Whether the controller kept every known limit of torque, speed and position: no torque cut, no stop met."""
+        return self._inside and not self.stops.met
+
+    @property
+    def _inside(self) -> bool:
         uses = np.concatenate([self.torque_use, self.speed_use])
         cut = bool((self.saturated_s > 0.0).any())
         return bool((uses[~np.isnan(uses)] <= 1.0).all() and (self.limit_margin >= 0.0).all() and not cut)
 
+    @property
+    def limits(self) -> str:
+        """Whether the limits were kept, in words: "kept", "NOT kept", or kept only by a stop."""
+        kept = "kept" if self._inside else "NOT kept"
+        if not self.stops.met:
+            return kept
+        return f"{kept}{' only by a stop' if self._inside else ''}: {self.stops.sentence()}"
+
+    @property
+    def caveat(self) -> str:
+        """What the errors of the tip rest on, in words: `RIGID`, and the stops that joints met."""
+        return "; ".join([RIGID, *([self.stops.sentence()] if self.stops.met else [])])
+
     def to_json(self) -> dict[str, Any]:
-        """The figures as JSON values; None for NaN and infinity."""
-        return {**_json(self), "within_limits": self.within_limits}
+        """The figures as JSON values; None for NaN and infinity; "tip_caveat" is `caveat`, "at_stop_s" is by joint."""
+        words = {"within_limits": self.within_limits, "limits": self.limits, "tip_caveat": self.caveat}
+        stops = {"at_stop_s": self.stops.seconds.tolist(), "stop_impacts": list(self.stops.impacts)}
+        return {**_json(self), **stops, **words}
 
 
 def metrics(run: Run, arm: Arm) -> Metrics:
@@ -87,6 +116,7 @@ def metrics(run: Run, arm: Arm) -> Metrics:
         speed_use=_use(peak_speed, arm.velocity),
         limit_margin=read_only(np.minimum(run.q - arm.lower, arm.upper - run.q).min(axis=0)),
         saturated_s=read_only(steps @ (command > effort)),
+        stops=stop_contacts(run, arm),
     )
 
 
@@ -100,7 +130,7 @@ def _use(peak: Array, limit: Array) -> Array:
 
 def _json(value: Any) -> Any:
     if isinstance(value, Metrics | ErrorFigures):
-        return {f.name: _json(getattr(value, f.name)) for f in fields(value)}
+        return {f.name: _json(getattr(value, f.name)) for f in fields(value) if f.name != "stops"}
     if isinstance(value, np.ndarray):
         return [_json(float(x)) for x in value]
     return value if np.isfinite(value) else None

@@ -131,7 +131,7 @@ class Player {
     head.append(element("span", "", record.label), eye);
     const facts = record.facts.map(([key, value]) => `${key} ${value}`).join(" \u00B7 ");
     const tip = element("b"), joint = element("b"), name = element("span");
-    numbers.append(element("span", "", "tip error"), tip, name, joint);
+    numbers.append(element("span", "", `tip error, ${record.tip_model}`), tip, name, joint);
     const bars = record.joints.map((_, k) => {
       const cell = element("div"), well = element("i"), bar = element("u");
       well.append(bar);
@@ -139,7 +139,9 @@ class Player {
       joints.append(cell);
       return bar;
     });
-    card.append(head, element("div", "facts", facts), numbers, joints);
+    card.append(head, element("div", "facts", facts));
+    if (record.stops) card.append(element("div", "stops", record.stops));
+    card.append(numbers, joints);
     document.getElementById("cards").append(card);
     const largest = Math.max(1e-12, run.q.reduce((most, q, k) => Math.max(most, Math.abs(run.qRef[k] - q)), 0));
     return (now) => {

@@ -13,6 +13,8 @@ from lwr_dyn.errors import OptionError
 from lwr_dyn.files import write_file
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
+from lwr_dyn.simulation.metrics import RIGID
+from lwr_dyn.simulation.stop_contacts import stop_contacts
 from lwr_dyn.viewer import scene
 from lwr_dyn.viewer.page_parts import (
     PLAYER,
@@ -111,6 +113,8 @@ def run_record(shown: ReplayedRun, stride: int = 1) -> dict[str, Any]:
     return {
         "label": shown.label,
         "colour": shown.colour,
+        "tip_model": RIGID,
+        "stops": stop_contacts(run, arm).sentence(),
         "facts": [[name, value] for name, value in facts(run).items()],
         "joints": [
             {"name": j.name, "kind": j.kind.value, "origin": scene.column_major(j.origin)} for j in arm.joints()

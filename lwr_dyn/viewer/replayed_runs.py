@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -94,10 +95,25 @@ def _labels(runs: Sequence[Run]) -> list[str]:
 
 
 def facts(run: Run) -> dict[str, str]:
-    """Facts about a run for a page, if known: robot, reading, controller, task, plant."""
+    """Facts about a run for a page or a line, if known: robot, reading, controller, task, payload, plant."""
     meta, note = run.meta, run.meta.get("note") or {}
-    controller = meta.get("controller")
-    name = controller.get("name") if isinstance(controller, Mapping) else controller
-    values = {"robot": meta.get("robot"), "reading": meta.get("reading"), "controller": name}
-    values |= {key: note.get(key, meta.get(key)) for key in ("task", "plant")}
+    values = {"robot": meta.get("robot"), "reading": meta.get("reading"), "controller": _controller(meta)}
+    values["task"] = note.get("task", meta.get("task"))
+    values["payload"] = _payload(meta.get("payload"), bool(note.get("payload_known")))
+    values["plant"] = note.get("plant", meta.get("plant"))
     return {key: value for key, value in values.items() if isinstance(value, str) and value}
+
+
+def _controller(meta: Mapping[str, Any]) -> Any:
+    """The controller's label; its name in runs that have no label."""
+    controller = meta.get("controller")
+    return controller.get("label", controller.get("name")) if isinstance(controller, Mapping) else controller
+
+
+def _payload(load: Any, known: bool) -> str | None:
+    """A load in words: its mass, where it is fixed, and whether the controller knows of it."""
+    if not isinstance(load, Mapping):
+        return None
+    com = load.get("com", (0.0, 0.0, 0.0))
+    place = f"({', '.join(f'{x:g}' for x in com)}) m from the flange" if any(com) else "the flange"
+    return f"{load.get('mass', 0.0):g} kg at {place}{', known to the controller' if known else ''}"

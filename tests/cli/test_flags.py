@@ -125,6 +125,7 @@ def test_huge_options_are_refused(lwr_dyn_command, options):
     [
         (("--ki", "3"), "--ki", "with --controller pid"),
         (("--payload-known",), "--payload-known", "with --payload"),
+        (("--encoder-bits", "16", "--seed", "3"), "--seed", "with --encoder-noise"),
         (("--velocity-cutoff", "50"), "--velocity-cutoff", "with --encoder-bits or --encoder-noise"),
         (("--timing", "quintic"), "--timing", "with --task ist"),
         (("--no-feedforward",), "--no-feedforward", "with --controller inverse-dynamics"),

@@ -56,6 +56,7 @@ def test_a_missing_browser_is_an_error(files, monkeypatch):
         ((), "nothing to do"),
         (("--serve", "--html", "x.html"), "both --html and --serve"),
         (("--html", "x.html", "--port", "1"), "only with --serve"),
+        (("--html", "x.html", "--beside"), "--beside: would do nothing here; allowed: with two runs or more"),
         (("--html", "nowhere/x.html"), "nowhere"),
     ],
 )

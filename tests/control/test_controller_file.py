@@ -39,7 +39,7 @@ def test_a_function_and_a_factory_are_taken(lwr_dyn_command, tmp_path):
     own = tmp_path / "gentle.py"
     own.write_text(FUNCTION.format("400.0 * (q_ref - q) - 20.0 * dq"))
     record = json.loads(lwr_dyn_command("simulate", "lwr4plus", *HOLD, "--controller", str(own), "--json")[1])
-    assert record["meta"]["controller"] == {"name": "gentle.py", "parameters": {}}
+    assert record["meta"]["controller"] == {"name": "gentle.py", "label": "gentle.py", "parameters": {}}
     own.write_text(
         "def make(arm, dynamics, gain=400.0):\n"
         "    def soft(t, q, dq, q_ref, dq_ref, ddq_ref):\n"

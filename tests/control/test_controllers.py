@@ -143,5 +143,5 @@ def test_a_plain_function_is_described_by_its_name():
     def damper(t, q, dq, q_ref, dq_ref, ddq_ref):
         return -dq
 
-    assert describe(damper) == {"name": "damper", "parameters": {}}
+    assert describe(damper) == {"name": "damper", "label": "damper", "parameters": {}}
     reset(damper)

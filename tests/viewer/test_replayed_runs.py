@@ -34,6 +34,17 @@ def test_facts_come_from_the_note_before_the_meta_and_only_as_text(two_runs):
     assert facts(replace(two_runs[0], meta=meta)) == {"robot": "r", "controller": "pid", "task": "ist"}
 
 
+def test_a_load_is_named_with_its_place_and_whether_it_is_known(two_runs):
+    load = {"mass": 3.0, "com": [0.0, 0.0, 0.0], "inertia": None}
+    known = {"payload": load, "controller": {"name": "pid", "label": "PID"}, "note": {"payload_known": True}}
+    assert facts(replace(two_runs[0], meta={"payload": load})) == {"payload": "3 kg at the flange"}
+    assert facts(replace(two_runs[0], meta=known)) == {
+        "controller": "PID", "payload": "3 kg at the flange, known to the controller",
+    }  # fmt: skip
+    off = {"payload": load | {"com": [0, 0, 0.05]}}
+    assert facts(replace(two_runs[0], meta=off)) == {"payload": "3 kg at (0, 0, 0.05) m from the flange"}
+
+
 def test_misfits_are_refused(arm, two_runs):
     run = two_runs[0]
     with pytest.raises(OptionError, match="runs: none; allowed: one or more"):

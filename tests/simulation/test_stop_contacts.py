@@ -1,0 +1,78 @@
+"""Joints on their stops: counted from the run, and said wherever a figure of that run is shown."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import lwr_dyn
+from lwr_dyn.cli.run_report import run_record, run_text
+from lwr_dyn.model.run import Event
+from lwr_dyn.simulation.metrics import RIGID, metrics
+from lwr_dyn.simulation.plant import arm_with_payload
+from lwr_dyn.simulation.stop_contacts import stop_contacts
+from lwr_dyn.viewer.replay_page import page_data
+from lwr_dyn.viewer.replayed_runs import replayed_runs
+from tests.simulation.sample_runs import lwr
+
+
+@pytest.fixture(scope="module")
+def leaning():
+    """The first half second of IST with 3 kg that the controller does not know: joint 6 falls on its stop."""
+    arm = lwr()
+    reference, controller = lwr_dyn.reference("ist", arm), lwr_dyn.controller("inverse-dynamics", arm)
+
+    def run(**options):
+        return lwr_dyn.simulate(arm, controller, reference, plant=arm_with_payload(arm, 3.0), duration=0.5, **options)
+
+    return run
+
+
+def test_time_at_the_stop_is_that_between_impact_and_release(leaning):
+    run = leaning()
+    (impact,) = (event.t for event in run.events)
+    contacts = stop_contacts(run, lwr())
+    np.testing.assert_allclose(contacts.seconds, [0, 0, 0, 0, 0, 0.5 - impact, 0], atol=1e-3)
+    assert contacts.impacts == (0, 0, 0, 0, 0, 1, 0)
+    assert contacts.sentence() == "joint_6 on its stop for 0.48 s"
+
+
+def test_limits_kept_by_a_stop_are_not_kept_by_the_controller(leaning):
+    figures = metrics(leaning(), lwr())
+    assert not figures.within_limits
+    assert figures.limits == "kept only by a stop: joint_6 on its stop for 0.48 s"
+    record = json.loads(json.dumps(figures.to_json()))
+    assert record["within_limits"] is False
+    assert record["at_stop_s"][5] == pytest.approx(0.476, abs=1e-3)
+    assert record["stop_impacts"] == [0, 0, 0, 0, 0, 1, 0]
+
+
+def test_a_run_without_stops_passes_the_limit(leaning):
+    figures = metrics(leaning(position_limits=False), lwr())
+    assert (figures.stops.met, figures.limits, figures.caveat) == (False, "NOT kept", RIGID)
+
+
+def test_the_stop_is_said_in_text_json_and_page(leaning):
+    run, arm = leaning(), lwr()
+    said = "joint_6 on its stop for 0.48 s"
+    first, *lines = run_text(run, arm).splitlines()
+    assert first.endswith(f"501 samples; {said}")
+    assert f"tip error ({RIGID}; {said}): largest" in "\n".join(lines)
+    assert run_record(run, arm)["metrics"]["tip_caveat"] == f"{RIGID}; {said}"
+    (card,) = page_data(replayed_runs([run], arm))["runs"]
+    assert (card["stops"], card["tip_model"]) == (said, RIGID)
+
+
+def test_an_impact_without_rest_is_said_too(leaning):
+    run = leaning(position_limits=False)
+    touched = replace(run, events=(Event(0.1, "stop", 2, 0.0), Event(0.1, "stop", 2, 0.0)))
+    contacts = stop_contacts(touched, lwr())
+    assert (contacts.met, contacts.impacts[2], contacts.sentence()) == (True, 2, "joint_3 met its stop")
+
+
+def test_a_joint_that_starts_at_its_limit_and_leaves_has_met_no_stop(leaning):
+    run, arm = leaning(position_limits=False), lwr()
+    q = run.q.copy()
+    q[0, 0] = arm.upper[0]
+    assert not stop_contacts(replace(run, q=q), arm).met
