@@ -11,6 +11,8 @@ from lwr_dyn.arrays import Array, read_only
 
 RANK = 1e-9
 """Share of the largest diagonal element of R below which a column is a combination of those before it."""
+ROUNDING = 1e-12
+"""Share by which a column may enter a combination from rounding alone: it is 0."""
 NEGLIGIBLE = 1e-8
 """Share by which a column may enter a combination and not be named."""
 
@@ -75,5 +77,6 @@ def base_parameters(stacked: Array, names: Sequence[str]) -> BaseParameters:
     grouping = np.zeros((rank, stacked.shape[1]))
     grouping[np.arange(rank), kept] = 1.0
     grouping[:, dropped] = beta / norms[kept][:, None] * norms[dropped]
+    grouping[np.abs(grouping) < ROUNDING] = 0.0
     by_place = np.argsort(kept)
     return BaseParameters(tuple(names), kept[by_place], grouping[by_place])

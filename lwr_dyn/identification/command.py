@@ -10,13 +10,14 @@ from lwr_dyn.cli.options import print_json
 from lwr_dyn.errors import LwrDynError
 from lwr_dyn.files import check_writable
 from lwr_dyn.front import load
-from lwr_dyn.identification.command_tables import friction_record, friction_text, motion_record, motion_text
+from lwr_dyn.identification.command_tables import friction_record, friction_text
 from lwr_dyn.identification.cruise import DEFAULT_CRUISE, CruiseRule
 from lwr_dyn.identification.direction_fit import MODELS
 from lwr_dyn.identification.friction import FitOptions, friction_map_figure, identify_friction_files
 from lwr_dyn.identification.log_columns import declared_units
 from lwr_dyn.identification.logs import JointLog, read_log
 from lwr_dyn.identification.motion_fit import DEFAULT_MOTION, MotionRule, identify_motion
+from lwr_dyn.identification.motion_tables import body_lines, motion_record, motion_text
 from lwr_dyn.identification.torque_model import SUBTRACT
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.viewer.plots import save_figure
@@ -86,13 +87,19 @@ def motion(
     logs: tuple[str, ...], robot: str, reading: str | None, units: str | None, window: float, held_out: float,
     as_json: bool,
 ) -> None:  # fmt: skip
-    """Friction and inertial base parameters from any motion, by regression, validated on held-out time."""
+    """Friction and inertial base parameters from any motion, by regression, validated on held-out time.
+
+    Says of each parameter whether it is identified, and what no bodies can have; that is a warning, not an error (exit
+    0), with --json on the error stream too.
+    """
     rule, arm, declared = MotionRule(window=window, held_out=held_out), load(robot, reading), declared_units(units)
     usable, faults = _readable(logs, declared, arm)
     if usable:
         result = identify_motion(usable, arm, rule)
         if as_json:
             print_json(motion_record(result, robot))
+            for line in body_lines(result.bodies):
+                click.echo(f"lwr-dyn: warning: {line}", err=True)
         else:
             click.echo(motion_text(result))
     _end(faults)

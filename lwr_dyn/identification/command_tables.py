@@ -7,7 +7,6 @@ import numpy as np
 
 from lwr_dyn.identification.direction_fit import NAMES, DirectionFit
 from lwr_dyn.identification.friction import FitOptions, FrictionIdentification
-from lwr_dyn.identification.motion_fit import MotionIdentification
 from lwr_dyn.tables import aligned
 
 _UNITS = {"coulomb": "N m", "viscous": "N m s/rad", "static": "N m", "stribeck_velocity": "rad/s"}
@@ -63,12 +62,13 @@ def _taken(subtract: str) -> str:
 
 def _row(fit: DirectionFit) -> tuple[str, ...]:
     e = fit.estimate
-    cells = [_with_error(v, s) for v, s in zip(e.values, e.standard_errors, strict=True)]
+    cells = [with_error(v, s) for v, s in zip(e.values, e.standard_errors, strict=True)]
     speeds = f"{fit.slowest:.4g} to {fit.fastest:.4g}"
     return (str(fit.joint), "+" if fit.sign > 0 else "-", *cells, f"{e.rms:.3g}", speeds, str(e.residuals.size))
 
 
-def _with_error(value: float, error: float) -> str:
+def with_error(value: float, error: float) -> str:
+    """`value +- standard error`."""
     return f"{value:.5g}" + (" (no error: as many cruises as parameters)" if np.isnan(error) else f" +- {error:.2g}")
 
 
@@ -92,39 +92,3 @@ def _bias_lines(result: FrictionIdentification, subtract: str) -> list[str]:
         size, where = max(biases)
         sentence += f"; left in, it moves a parameter by at most {size:.3g} ({where})"
     return [f"{sentence}; --subtract all takes it out"]
-
-
-def motion_record(result: MotionIdentification, robot: str) -> dict[str, Any]:
-    """Base parameters, their values from the robot's own inertias, and the validation."""
-    e = result.estimate
-    rows = zip(result.base.statements(), e.values, e.standard_errors, e.half_widths, result.of_the_model, strict=True)
-    return {
-        "robot": robot, "equations": result.equations, "condition": result.condition,
-        "parameters": [
-            {"parameter": s, "value": v, "standard_error": error, "three_sigma": half, "of_the_model": own}
-            for s, v, error, half, own in rows
-        ],
-        "validation": [asdict(v) for v in result.validation],
-    }  # fmt: skip
-
-
-def motion_text(result: MotionIdentification) -> str:
-    """The parameters by name, then measured against predicted torques."""
-    e = result.estimate
-    named = [
-        (s if len(s) <= 48 else f"{s[:45]}...", _with_error(v, error), f"{own:.5g}")
-        for s, v, error, own in zip(
-            result.base.statements(), e.values, e.standard_errors, result.of_the_model, strict=True
-        )
-    ]
-    checked = [
-        (str(v.joint), *(f"{x:.4g}" for x in (v.measured, v.fitted, v.held_out, v.model))) for v in result.validation
-    ]
-    return "\n".join(
-        (
-            f"{result.base.count} base parameters from {result.equations} equations, condition {result.condition:.3g}",
-            aligned(named, ("parameter (SI)", "value", "of the model")),
-            "",
-            aligned(checked, ("joint", "RMS torque", "left, fitted time", "left, held-out time", "left by the model")),
-        )
-    )

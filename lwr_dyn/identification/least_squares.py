@@ -13,6 +13,8 @@ HUBER = 1.345
 """Residuals beyond this many standard deviations count less: 95 % efficiency on normal noise (Huber 1981)."""
 ROUNDS = 100
 SETTLED = 1e-12
+IDENTIFIED, NOT_EXCITED, ZERO, NO_ERROR = "identified", "not excited", "0 within 3 sigma", "no error known"
+"""States of an estimated parameter beside a model's own value."""
 RANK = 1e-10
 """Singular value of scaled columns, as a share of the largest, below which they do not determine all parameters."""
 
@@ -38,6 +40,15 @@ class Estimate:
     def half_widths(self) -> Array:
         """Of the 3-sigma intervals, (p,): standard error times Student's t of 99.73 %."""
         return self.standard_errors * student_factor(self.dof)
+
+    def states(self, own: Array) -> tuple[str, ...]:
+        """Which parameters are told from 0; `own` (p,) are the values of a model, 0 where it has none.
+
+        `NOT_EXCITED`: the interval is wider than the model's own value, so that could not be told from 0 either.
+        """
+        half = self.half_widths
+        rows = [np.isnan(half), np.abs(self.values) > half, (own != 0.0) & (np.abs(own) <= half)]
+        return tuple(np.select(rows, [NO_ERROR, IDENTIFIED, NOT_EXCITED], ZERO).tolist())
 
     @property
     def rms(self) -> float:

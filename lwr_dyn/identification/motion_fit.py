@@ -15,11 +15,12 @@ from scipy.signal import savgol_filter
 from lwr_dyn.arrays import Array
 from lwr_dyn.dynamics.regressor import JOINT, Regressor, chain_parameters
 from lwr_dyn.errors import OptionError
-from lwr_dyn.identification.base_parameters import BaseParameters, base_parameters
+from lwr_dyn.identification.base_parameters import ROUNDING, BaseParameters, base_parameters
 from lwr_dyn.identification.cruise import recordings
-from lwr_dyn.identification.least_squares import Estimate, has_full_rank, weighted
+from lwr_dyn.identification.least_squares import IDENTIFIED, Estimate, has_full_rank, weighted
 from lwr_dyn.identification.log_columns import LogError
 from lwr_dyn.identification.logs import JointLog
+from lwr_dyn.identification.possible_bodies import BodyVerdict, judge_bodies
 from lwr_dyn.identification.torque_model import DEGREE, local_derivatives
 from lwr_dyn.model.arm import Arm
 
@@ -104,6 +105,18 @@ class MotionIdentification:
     condition: float
     validation: tuple[Validation, ...]
     equations: int
+    bodies: BodyVerdict
+    """Whether no bodies can have the values."""
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """Of each base parameter: identified, or why not (`Estimate.states`)."""
+        return self.estimate.states(self.of_the_model)
+
+    @property
+    def identified(self) -> int:
+        """How many base parameters are identified."""
+        return self.states.count(IDENTIFIED)
 
 
 def identify_motion(logs: Iterable[JointLog], arm: Arm, rule: MotionRule = DEFAULT_MOTION) -> MotionIdentification:
@@ -135,17 +148,17 @@ def identify_motion(logs: Iterable[JointLog], arm: Arm, rule: MotionRule = DEFAU
     _check_excited(several, W, training, base)
     estimate = _fit(W, seen.tau, training)
     left = seen.tau - W @ estimate.values
-    own = seen.tau - W @ base.of(chain_parameters(arm.chain))
+    of_the_model = base.of(chain_parameters(arm.chain))
+    of_the_model[np.abs(of_the_model) < ROUNDING] = 0.0
+    own = seen.tau - W @ of_the_model
     held = seen.counts & seen.held[:, None]
     validation = tuple(
         Validation(j + 1, _rms(seen.tau, held, j), _rms(left, training, j), _rms(left, held, j), _rms(own, held, j))
         for j in range(arm.n)
     )
     scaled = W[training] / np.linalg.norm(W[training], axis=0)
-    of_the_model = base.of(chain_parameters(arm.chain))
-    return MotionIdentification(
-        base, estimate, of_the_model, float(np.linalg.cond(scaled)), validation, int(training.sum())
-    )
+    condition, bodies = float(np.linalg.cond(scaled)), judge_bodies(arm, base, estimate)
+    return MotionIdentification(base, estimate, of_the_model, condition, validation, int(training.sum()), bodies)
 
 
 def chain_base(arm: Arm) -> BaseParameters:

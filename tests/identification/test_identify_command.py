@@ -8,6 +8,7 @@ from pyarrow import csv, table
 
 from lwr_dyn.cli.main import main
 from lwr_dyn.identification.logs import write_log
+from lwr_dyn.identification.simulated_logs import LogSensors
 from tests.identification.simulated import ideal_cruise
 
 ROWS = 200_000
@@ -103,8 +104,30 @@ def test_motion_from_the_command_line(lwr_dyn_command, wam, fourier, tmp_path):
     found = json.loads(out)
     assert code == 0
     assert found["validation"][0]["held_out"] < 0.02 * found["validation"][0]["model"]
-    code, out, _ = lwr_dyn_command("identify", "motion", tmp_path / "log.parquet", "--robot", "wam7")
+
+
+def test_motion_says_what_is_identified_and_what_no_bodies_can_have(lwr_dyn_command, wam, fourier, tmp_path):
+    """With noise a third of the parameters and three moments are not to be had from 20 s."""
+    path = tmp_path / "log.parquet"
+    write_log(path, LogSensors(0.05, 1e-5).through(fourier(wam, wam.friction), 3))
+    code, out, err = lwr_dyn_command("identify", "motion", path, "--robot", "wam7", "--json")
+    found = json.loads(out)
+    told = [p for p in found["parameters"] if p["identified"]]
     assert code == 0
+    assert len(told) == found["identified"] == 44
+    assert all(abs(p["value"]) > p["three_sigma"] for p in told)
+    assert {p["state"] for p in found["parameters"]} == {"identified", "not excited"}
+    assert "white noise" in found["noise_model"]
+    negative = {n["parameter"]: n for n in found["bodies"]["negative_parameters"]}
+    assert found["bodies"]["impossible"]
+    assert negative["Izz_7"]["links"] == [7]
+    assert err.count("lwr-dyn: warning: impossible: ") == err.count("\n") == len(negative) == 3
+    code, out, err = lwr_dyn_command("identify", "motion", path, "--robot", "wam7")
+    assert (code, err) == (0, "")
+    assert out.startswith("44 of 76 base parameters identified, from 851 equations")
+    assert out.splitlines()[0].endswith("; NO BODIES CAN HAVE THESE VALUES")
+    assert "impossible: Izz_7 = -0.00055" in out
+    assert "white noise" in out
     assert "left, held-out time" in out
 
 

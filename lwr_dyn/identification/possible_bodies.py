@@ -1,0 +1,171 @@
+"""Whether bodies exist that have the identified base parameters: two tests, each of which proves that none do.
+
+A base parameter is a sum over links of the ten inertial parameters. With the pseudo-inertia of a link
+
+    P = integral of [x y z 1]^T [x y z 1] dm >= 0,      sum_j c_j pi_j = trace(G(c) P)
+
+the sum cannot be negative, whatever the bodies, exactly if G(c) of every link is positive semidefinite (that cone is
+its own dual) and no rotor enters with a minus. And the mass matrix B(q), which the base parameters give, is positive
+definite at every q. That both hold does not prove that such bodies exist: for that they would have to be found.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+
+from lwr_dyn.arrays import Array, read_only
+from lwr_dyn.dynamics.regressor import INERTIAL, JOINT, Regressor
+from lwr_dyn.identification.base_parameters import BaseParameters
+from lwr_dyn.identification.least_squares import SIGMAS, Estimate
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.dh import JointKind
+
+CONFIGURATIONS = 400
+"""Random ones inside the position limits, at which the mass matrix is looked at."""
+_ROUNDING = 1e-9
+_OPEN_RANGE = {JointKind.REVOLUTE: np.pi, JointKind.PRISMATIC: 1.0}
+"""Half width of the range of q where a limit is not known [rad, m]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class NegativeParameter:
+    """A base parameter below 0 that no bodies can have below 0; value and interval in SI."""
+
+    parameter: str
+    links: tuple[int, ...]
+    """Whose bodies it sums, from 1."""
+    value: float
+    three_sigma: float
+
+    @property
+    def noise_can_explain(self) -> bool:
+        """Whether 0 is within its interval."""
+        return not self.value < -self.three_sigma
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class IndefiniteMassMatrix:
+    """A mass matrix that is not positive definite somewhere inside the position limits."""
+
+    lowest: float
+    """Its lowest eigenvalue at `q` [kg m^2; kg for a sliding joint]."""
+    q: Array
+    """(n,) [rad or m]"""
+    joint: int
+    """The joint, from 1, that moves most in the motion whose kinetic energy would be negative."""
+    share: float
+    """Of `CONFIGURATIONS` at which it is not positive definite."""
+    noise_can_explain: bool
+    """False: at some configuration it is negative beyond the simultaneous interval of all combinations (Scheffe)."""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "q", read_only(self.q))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BodyVerdict:
+    """What proves that no bodies have the base parameters; nothing found proves nothing."""
+
+    negative: tuple[NegativeParameter, ...]
+    mass_matrix: IndefiniteMassMatrix | None
+
+    @property
+    def impossible(self) -> bool:
+        """Whether no bodies can have them."""
+        return bool(self.negative) or self.mass_matrix is not None
+
+
+def judge_bodies(arm: Arm, base: BaseParameters, estimate: Estimate) -> BodyVerdict:
+    """Both tests on the estimate of the base parameters of an arm's geometry.
+
+    References
+    ----------
+    Wensing, Kim, Slotine, Linear matrix inequalities for physically consistent inertial parameter identification
+    (2018), for the pseudo-inertia; Scheffe, The Analysis of Variance (1959), section 3.5.
+    """
+    names, values, half_widths = base.statements(), estimate.values, estimate.half_widths
+    negative = tuple(
+        NegativeParameter(names[i], _links(base.grouping[i]), float(values[i]), float(half_widths[i]))
+        for i in np.flatnonzero(never_negative(base) & (values < 0.0))
+    )
+    return BodyVerdict(negative, _indefinite(arm, base, estimate))
+
+
+def never_negative(base: BaseParameters) -> NDArray[np.bool_]:
+    """Which base parameters (b,) no bodies and rotors can have below 0."""
+    joints = len(base.names) // (len(INERTIAL) + len(JOINT))
+    inertial = base.grouping[:, : len(INERTIAL) * joints].reshape(base.count, joints, len(INERTIAL))
+    others = base.grouping[:, len(INERTIAL) * joints :].reshape(base.count, joints, len(JOINT))
+    size = np.abs(base.grouping).max(axis=1)
+    bodies = np.linalg.eigvalsh(_pseudo_inertia_weights(inertial)).min(axis=(1, 2))
+    no_friction = (np.abs(others[..., 1:]).max(axis=(1, 2)) < _ROUNDING * size) & (size > 0.0)
+    positive: NDArray[np.bool_] = no_friction & (np.minimum(bodies, others[..., 0].min(axis=1)) > -_ROUNDING * size)
+    return positive
+
+
+def _pseudo_inertia_weights(c: Array) -> Array:
+    """G (..., 4, 4) with c . pi = trace(G P), for factors c (..., 10) in the order of `INERTIAL`."""
+    m, mx, my, mz, xx, xy, xz, yy, yz, zz = np.moveaxis(c, -1, 0)
+    # I_xx = integral of y^2 + z^2, I_xy = -integral of x y
+    rows = (
+        (yy + zz, -xy / 2.0, -xz / 2.0, mx / 2.0),
+        (-xy / 2.0, xx + zz, -yz / 2.0, my / 2.0),
+        (-xz / 2.0, -yz / 2.0, xx + yy, mz / 2.0),
+        (mx / 2.0, my / 2.0, mz / 2.0, m),
+    )
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+def _links(row: Array) -> tuple[int, ...]:
+    joints = len(row) // (len(INERTIAL) + len(JOINT))
+    parts = np.abs(row[: len(INERTIAL) * joints]).reshape(joints, len(INERTIAL)).max(axis=1)
+    rotors = np.abs(row[len(INERTIAL) * joints :: len(JOINT)])
+    return tuple(int(i) + 1 for i in np.flatnonzero(np.maximum(parts, rotors) > 0.0))
+
+
+def _indefinite(arm: Arm, base: BaseParameters, estimate: Estimate) -> IndefiniteMassMatrix | None:
+    q = _configurations(arm)
+    columns = mass_matrix_columns(arm, base, q)
+    values, vectors = np.linalg.eigh(columns @ estimate.values)
+    lowest, motion = values[:, 0], vectors[:, :, 0]
+    bad = lowest < 0.0
+    if not bad.any():
+        return None
+    # lowest = motion^T B motion is a sum of base parameters, chosen among all sums: hence Scheffe's factor
+    sums = np.einsum("ki,kijb,kj->kb", motion, columns, motion)
+    spread = np.sqrt(np.einsum("kb,bc,kc->k", sums, estimate.covariance, sums))
+    worst = int(np.argmin(lowest))
+    beyond = lowest + _scheffe_factor(base.count, estimate.dof) * spread < 0.0
+    joint = int(np.argmax(np.abs(motion[worst]))) + 1
+    return IndefiniteMassMatrix(float(lowest[worst]), q[worst], joint, float(bad.mean()), not beyond.any())
+
+
+def mass_matrix_columns(arm: Arm, base: BaseParameters, q: Array) -> Array:
+    """B (k, n, n) at configurations q (k, n), per unit of each base parameter: (k, n, n, b)."""
+    k, n = q.shape
+    weightless = Regressor(replace(arm.chain, gravity=np.zeros(3)))
+    Y = weightless(np.repeat(q, n, axis=0), np.zeros((k * n, n)), np.tile(np.eye(n), (k, 1)))
+    # row (k, i) is the torque of a unit acceleration of joint i: column i of B
+    return np.swapaxes(Y[:, :, base.kept].reshape(k, n, n, base.count), 1, 2)
+
+
+def _configurations(arm: Arm) -> Array:
+    wide = _open_ranges([link.kind for link in arm.chain.links])
+    low = np.where(np.isfinite(arm.lower), arm.lower, np.where(np.isfinite(arm.upper), arm.upper - 2.0 * wide, -wide))
+    high = np.where(np.isfinite(arm.upper), arm.upper, low + 2.0 * wide)
+    return np.asarray(np.random.default_rng(0).uniform(low, high, (CONFIGURATIONS, arm.n)))
+
+
+def _open_ranges(kinds: Sequence[JointKind]) -> Array:
+    return np.array([_OPEN_RANGE[kind] for kind in kinds])
+
+
+def _scheffe_factor(parameters: int, dof: int) -> float:
+    """Half width of the interval that holds for all sums of the parameters at once, in standard errors."""
+    if dof <= 0:
+        return float("inf")
+    both_sides = 1.0 - 2.0 * stats.norm.sf(SIGMAS)
+    return float(np.sqrt(parameters * stats.f.ppf(both_sides, parameters, dof)))
