@@ -6,7 +6,8 @@ cruise, friction_map: stretches of constant speed, and one `FrictionPoint` each
 direction_fit, friction: Coulomb, viscous and Stribeck friction per direction (`identify_friction`)
 torque_model: gravity and inertia by the recursion, taken out of measured torques
 base_parameters, motion_fit: inertial and friction parameters from any motion (`identify_motion`)
+possible_bodies: whether no bodies can have the base parameters
 passivity, passive_refit: speeds at which friction adds energy; the nearest friction that does not
 least_squares: weighted and Huber estimates with covariance
-map_figures, command, command_tables: figures, the subcommand, its tables
+map_figures, command, command_tables, motion_tables: figures, the subcommand, its tables
 """
