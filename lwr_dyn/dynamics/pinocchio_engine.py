@@ -1,5 +1,6 @@
 """Road A: the only module that imports Pinocchio. The model is built from the URDF text; rotors enter as `armature`."""
 
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -17,8 +18,11 @@ PinocchioModel = Any
 
 
 def pinocchio_model(arm: Arm) -> PinocchioModel:
-    """The arm's URDF text as a Pinocchio model, with rotor inertia in `armature` and the arm's gravity."""
-    model = pin.buildModelFromXML(urdf_text(arm))
+    """The arm's URDF text as a Pinocchio model, with rotor inertia in `armature` and the arm's gravity.
+
+    The text is in the arm's own frames, not in those of a foreign file: there a `continuous` joint has two coordinates.
+    """
+    model = pin.buildModelFromXML(urdf_text(replace(arm, layout=None)))
     model.armature = arm.armature
     model.gravity.linear = np.array(arm.chain.gravity)
     return model

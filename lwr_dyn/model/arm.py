@@ -16,6 +16,7 @@ from lwr_dyn.arrays import Array
 from lwr_dyn.errors import MissingDataError, OptionError, UnknownNameError
 from lwr_dyn.model.chain import Body, Chain, lock_joint
 from lwr_dyn.model.dh import JointKind
+from lwr_dyn.model.file_layout import FileLayout
 from lwr_dyn.model.friction import JointFriction, symmetric
 from lwr_dyn.model.spatial import Pose
 from lwr_dyn.model.transmission import Transmission
@@ -146,6 +147,8 @@ class Arm:
     """The motor map; None if not given."""
     gains: JointGains | None = None
     """The gains of the arm's own joint controller; None if not given."""
+    layout: FileLayout | None = None
+    """The rest of the URDF file that it was read from."""
 
     def __repr__(self) -> str:
         return f"Arm({self.name!r}, reading={self.reading!r}, n={self.n})"

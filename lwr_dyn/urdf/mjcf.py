@@ -4,6 +4,7 @@ Orientations are `xyaxes` (two columns of the rotation matrix), so no angle is c
 and have density 0, so `base` and `flange` weigh nothing. Each joint has a motor: Drake reads an armature only with one.
 """
 
+from dataclasses import replace
 from xml.sax.saxutils import quoteattr
 
 from lwr_dyn.model.arm import Arm, Joint
@@ -20,7 +21,11 @@ def mjcf_text(arm: Arm) -> str:
     """The arm as MJCF text; raises `MissingDataError` for an arm without inertias, which MuJoCo refuses."""
     arm.require_dynamics()
     shapes = primitives(arm)
-    lines = ['<?xml version="1.0" encoding="utf-8"?>', *_header(arm), f"<mujoco model={quoteattr(arm.name)}>"]
+    lines = [
+        '<?xml version="1.0" encoding="utf-8"?>',
+        *_header(replace(arm, layout=None)),
+        f"<mujoco model={quoteattr(arm.name)}>",
+    ]
     lines.append('  <compiler angle="radian" autolimits="true"/>')
     lines.append(f'  <option gravity="{numbers(arm.chain.gravity)}"/>')
     lines += [

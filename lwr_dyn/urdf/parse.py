@@ -18,6 +18,7 @@ import numpy as np
 from lwr_dyn.errors import UrdfError
 from lwr_dyn.files import read_bytes
 from lwr_dyn.model.chain import Rotor
+from lwr_dyn.urdf.carried import CarriedXml, carried_xml
 from lwr_dyn.urdf.xml_text import GRAVITY, REFLECTED, UNKNOWN_LIMITS, WRITTEN_BY, comment
 
 _WIDTHS = {"xyz": 3, "rpy": 3}
@@ -42,6 +43,8 @@ class UrdfFile:
     """"joint limit" pairs that our own header lists as unknown."""
     gravity: tuple[float, ...] | None
     """Gravity [m/s^2] in our own header."""
+    carried: CarriedXml
+    """Shapes, materials and motors, which no computation uses."""
 
 
 def parse_urdf(path: str | Path) -> UrdfFile:
@@ -65,6 +68,7 @@ def parse_urdf(path: str | Path) -> UrdfFile:
     _check(root, file)
     lines = _own_header(content.decode("utf-8", errors="replace"))
     rotors = _rotors(root, _named(lines, REFLECTED), file)
+    carried = carried_xml(root)
     _keep(root, ("link", "joint"))
     for element in root:
         _keep(element, _NEEDED[element.tag])
@@ -75,6 +79,7 @@ def parse_urdf(path: str | Path) -> UrdfFile:
         links={x.name: x for x in parsed.robot.links}, joints={x.name: x for x in parsed.robot.joints},
         rotors=rotors, placeholders=_named(lines, UNKNOWN_LIMITS),
         gravity=tuple(gravity) if len(gravity) == 3 and np.isfinite(gravity).all() else None,
+        carried=carried,
     )  # fmt: skip
 
 

@@ -6,7 +6,8 @@ from typing import Any
 
 from lwr_dyn.model.arm import Arm, Source
 from lwr_dyn.model.spatial import Pose
-from lwr_dyn.urdf.writer import Attribute, urdf_with_sources
+from lwr_dyn.urdf.elements import Attribute
+from lwr_dyn.urdf.writer import urdf_with_sources
 
 SCHEMA = 1
 UNSOURCED = "no source given"
@@ -17,9 +18,9 @@ def provenance_text(arm: Arm) -> str:
     """The sidecar of the arm's URDF as JSON text.
 
     `attributes` maps the path of each numeric attribute to its numbers as `written` and either the `quantities` they
-    are computed from or a `word`: drawn, unknown, by choice, weightless. `quantities` maps each quantity to its cells:
-    `value` under the reading in the printed `unit`, and the `errata` that changed it. What a URDF cannot hold (friction
-    per direction, motor map, gains) has blocks of its own, in SI.
+    are computed from or a `word`: drawn, unknown, by choice, weightless, copied. `quantities` maps each quantity to its
+    cells: `value` under the reading in the printed `unit`, and the `errata` that changed it. What a URDF cannot hold
+    (friction per direction, motor map, gains) has blocks of its own, in SI.
 
     >>> from lwr_dyn.front import load
     >>> sidecar = json.loads(provenance_text(load("lwr4plus")))

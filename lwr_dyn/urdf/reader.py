@@ -19,9 +19,9 @@ from lwr_dyn.model.arm import Arm, JointLimits, Source
 from lwr_dyn.model.chain import Body, Chain, ChainLink
 from lwr_dyn.model.spatial import Pose
 from lwr_dyn.papers.assembly import STANDARD_GRAVITY
+from lwr_dyn.urdf.elements import PLACEHOLDERS
 from lwr_dyn.urdf.parse import UrdfFile, parse_urdf, placeholder_name
-from lwr_dyn.urdf.tree import KINDS, Tree, axis_pose, build_tree, origin_pose, position_limits
-from lwr_dyn.urdf.writer import PLACEHOLDERS
+from lwr_dyn.urdf.tree import KINDS, Tree, axis_pose, build_tree, layout_of, origin_pose, position_limits
 
 READING = "urdf"
 """The reading of an arm that comes from a URDF."""
@@ -85,6 +85,7 @@ def read_urdf(path: str | Path, tip: str | None = None, lock: Mapping[str, float
         chain=Chain(links=tuple(links), flange=groups[-1].exit, gravity=gravity),
         limits=tuple(_limits(urdf, group.joint) for group in groups),
         sources=_sources(urdf, [base, *groups], names), digest=urdf.digest,
+        layout=layout_of(tree, [(x.joint, x.link) for x in (base, *groups)], links, groups[-1].exit),
     )  # fmt: skip
 
 

@@ -1,4 +1,4 @@
-"""The link tree of a URDF: parents, fixed joints, path from root to tip."""
+"""The link tree of a URDF: parents, fixed joints, path from root to tip, and the layout that an arm keeps of it."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -9,8 +9,9 @@ import numpy as np
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.errors import UnknownNameError, UrdfError
-from lwr_dyn.model.chain import joint_motion
+from lwr_dyn.model.chain import ChainLink, joint_motion
 from lwr_dyn.model.dh import JointKind
+from lwr_dyn.model.file_layout import FileJoint, FileLayout, FixedLink
 from lwr_dyn.model.spatial import SNAP, Pose, axis_to_z
 from lwr_dyn.urdf.parse import UrdfFile
 
@@ -86,6 +87,37 @@ class Tree:
             locks = " ".join(f"--lock {name}=VALUE" for name in branches)
             where = f"joint {', '.join(branches)}"
             raise UrdfError(self.urdf.file, where, "moving off the chain and not locked", locks)
+
+
+def layout_of(tree: Tree, groups: Sequence[tuple[Any, str]], links: Sequence[ChainLink], flange: Pose) -> FileLayout:
+    """The layout of the chain: `groups` are the root's and then each moving joint with the link that it moves."""
+    carried, root = tree.urdf.carried, groups[0][1]
+    fixed = tuple(_fixed_links(tree, link) for _, link in groups)
+    resting = (root, *(x.link for x in fixed[0]))
+    kept = [link for _, link in groups] + [x.link for row in fixed for x in row]
+    return FileLayout(
+        root=root,
+        joints=tuple(_file_joint(tree, joint, link) for (joint, _), link in zip(groups[1:], links, strict=True)),
+        flange=flange,
+        fixed=fixed,
+        shapes={name: carried.shapes[name] for name in kept},
+        inertials={name: carried.inertials[name] for name in resting if name in carried.inertials},
+        materials=carried.materials,
+    )
+
+
+def _fixed_links(tree: Tree, link: str) -> tuple[FixedLink, ...]:
+    parts = [name for name, _ in tree.fixed_to(link)]
+    into = [tree.into[name] for name in parts[1:]]
+    return tuple(FixedLink(x.child, x.name, x.parent, tree.fixed_pose(x)) for x in into)
+
+
+def _file_joint(tree: Tree, joint: Any, link: ChainLink) -> FileJoint:
+    return FileJoint(
+        joint=joint.name, parent=joint.parent, child=joint.child, origin=origin_pose(joint.origin),
+        axis=tuple(float(x) for x in joint.axis), unlimited=joint.type == "continuous", before=link.before,
+        transmission=tree.urdf.carried.transmissions.get(joint.name, ""),
+    )  # fmt: skip
 
 
 def build_tree(urdf: UrdfFile, lock: Mapping[str, float]) -> Tree:

@@ -6,6 +6,7 @@ from xml.sax.saxutils import escape
 from lwr_dyn.arrays import Array
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.feasibility import unphysical_links
+from lwr_dyn.model.file_layout import fitting
 
 WRITTEN_BY = "written by lwr_dyn"
 UNKNOWN_LIMITS = "unknown, written as stand-ins: "
@@ -18,6 +19,9 @@ ONE_SIDED = (
     'it is under "friction" in the sidecar'
 )
 """The header line of an arm whose friction is left out."""
+
+
+DRAWN_HERE, AS_IN_FILE = "drawn by lwr_dyn, not from the source", "as in the source, meshes by name"
 
 
 def number(x: float) -> str:
@@ -57,7 +61,7 @@ def header(arm: Arm) -> list[str]:
         *(f"{ESTIMATED}{line}" for line in estimates(arm)),
         "rotor inertia: not part of the links' inertials; see the .srdf, the drake: tags and the MJCF .xml",
         f"{UNKNOWN_LIMITS}{', '.join(unknown) or 'nothing'}",
-        "visual and collision shapes: drawn by lwr_dyn, not from the source",
+        f"visual and collision shapes: {DRAWN_HERE if fitting(arm.layout, arm.chain) is None else AS_IN_FILE}",
     ]
     reflected = [link.joint for link in arm.chain.links if link.rotor is not None and link.rotor.reflected]
     if reflected:
@@ -82,6 +86,13 @@ def estimates(arm: Arm) -> list[str]:
 
 
 def unknown_limits(arm: Arm) -> list[tuple[str, str]]:
-    """(joint, limit) pairs that a URDF requires and the source does not give."""
-    names = ("lower", "upper", "velocity", "effort")
-    return [(joint.name, x) for joint in arm.joints() for x in names if getattr(joint.limits, x) is None]
+    """(joint, limit) pairs that a URDF requires and the source does not give; an unlimited joint requires no range."""
+    layout, names = fitting(arm.layout, arm.chain), ("lower", "upper", "velocity", "effort")
+    unlimited = frozenset() if layout is None else layout.unlimited()
+    out = []
+    for joint in arm.joints():
+        unknown = [x for x in names if getattr(joint.limits, x) is None]
+        if joint.name in unlimited:
+            unknown = unknown[2:] if len(unknown) == 3 else []
+        out += [(joint.name, x) for x in unknown]
+    return out

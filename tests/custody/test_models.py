@@ -18,9 +18,9 @@ import pytest
 import lwr_dyn
 from lwr_dyn.model.spatial import rot_x, rot_y, rot_z, steiner
 from lwr_dyn.papers.units import to_si
+from lwr_dyn.urdf.elements import CHOICE, DRAWN, UNKNOWN, WEIGHTLESS
 from lwr_dyn.urdf.model_files import model_files, model_stem
 from lwr_dyn.urdf.provenance import UNSOURCED, provenance_text, quantity_sources
-from lwr_dyn.urdf.writer import CHOICE, DRAWN, UNKNOWN, WEIGHTLESS
 from tests.tolerances import EXACT
 
 ROOT = Path(__file__).parents[2]

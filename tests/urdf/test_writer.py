@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 import lwr_dyn
 from lwr_dyn.model.arm import JointLimits
 from lwr_dyn.model.spatial import from_rpy, to_rpy
+from lwr_dyn.urdf.elements import UNKNOWN_POSITION
 from lwr_dyn.urdf.geometry import primitives
-from lwr_dyn.urdf.writer import UNKNOWN_POSITION, urdf_text, urdf_with_sources
+from lwr_dyn.urdf.writer import urdf_text, urdf_with_sources
 from lwr_dyn.urdf.xml_text import unknown_limits
 from tests.arms import arms
 

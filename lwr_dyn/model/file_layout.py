@@ -1,0 +1,79 @@
+"""What a URDF file holds beyond the arm in it: its own links, frames and axes, shapes, unlimited joints, motors.
+
+An arm that was read from a URDF carries it, so that the file can be written again. The dynamics uses none of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from lwr_dyn.model.chain import Chain
+from lwr_dyn.model.spatial import Pose
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FixedLink:
+    """A link that moves with another one: by a fixed joint, or by a joint that was locked when the file was read."""
+
+    link: str
+    joint: str
+    parent: str
+    origin: Pose
+    """The link in its parent, at the locked value."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FileJoint:
+    """A joint of the chain as the file has it: its links, its origin in the parent, its axis in its own frame."""
+
+    joint: str
+    parent: str
+    child: str
+    origin: Pose
+    axis: tuple[float, ...]
+    unlimited: bool
+    """Whether it is `continuous`."""
+    before: Pose
+    """The pose before its motion in the chain, which joins fixed joints and turns z onto the axis."""
+    transmission: str = ""
+    """Its `<transmission>` as XML, without the rotor; empty if the file has none."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FileLayout:
+    """The links and joints of a URDF file that belong to an arm; shapes and materials as XML."""
+
+    root: str
+    joints: tuple[FileJoint, ...]
+    flange: Pose
+    """The chain's flange."""
+    fixed: tuple[tuple[FixedLink, ...], ...]
+    """The links fixed to the root, then those fixed to each moving link, parents first."""
+    shapes: Mapping[str, tuple[str, ...]]
+    """Link -> its `<visual>` and `<collision>` elements; meshes are named, not held."""
+    inertials: Mapping[str, str]
+    """The `<inertial>` of the root and of links fixed to it, which the arm leaves out because they do not move."""
+    materials: tuple[str, ...]
+
+    def unlimited(self) -> frozenset[str]:
+        """The joints that turn without end."""
+        return frozenset(joint.joint for joint in self.joints if joint.unlimited)
+
+
+def fitting(layout: FileLayout | None, chain: Chain) -> FileLayout | None:
+    """The layout if the chain still has its joints and frames; None after a change in code, such as a locked joint."""
+    if layout is None:
+        return None
+    frames = [(joint.joint, joint.before) for joint in layout.joints] + [("", layout.flange)]
+    theirs = [(link.joint, link.before) for link in chain.links] + [("", chain.flange)]
+    same = len(frames) == len(theirs) and all(
+        a == b and _same(x, y) for (a, x), (b, y) in zip(frames, theirs, strict=True)
+    )
+    return layout if same else None
+
+
+def _same(a: Pose, b: Pose) -> bool:
+    return np.array_equal(a.rotation, b.rotation) and np.array_equal(a.position, b.position)
