@@ -6,6 +6,8 @@ reproduce        `reproduce`: one paper or all into a folder
 results          reader of `results.toml`: PrintedCell, ResultBlock, Results
 case             PaperData and PaperCase: tables and results under a set of errata; PaperFormula
 compare          one block of printed numbers against the recomputed ones
+basis            what a recomputed number rests on: computed, structural or repeated in print
+other_numbers    a case with other numbers of the same kind
 verdicts         all numbers of a paper with their verdicts
 ledger           errata with their proofs
 summary          counts of verdicts and errata as tables

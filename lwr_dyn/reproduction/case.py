@@ -80,6 +80,8 @@ class PaperCase:
         return [float(x) for x in self.results.blocks[block].printed[name]]
 
 
+BASES = COMPUTED, STRUCTURAL, REPEATED = ("computed", "structural", "repeated in print")
+"""What a recomputed number rests on, see `basis`."""
 Recompute = Callable[[PaperCase, ResultBlock], Mapping[str, Any]]
 """Column -> a value per cell, nested as the cells are; the first line of its docstring is its formula in words."""
 
@@ -91,6 +93,9 @@ class PaperFormula:
     function: Recompute
     slow: bool = False
     """Takes a simulation or symbolic algebra: left out where hundreds of tables are compared."""
+    basis: str = ""
+    """What its numbers rest on, where the experiment of `basis` cannot tell: simulations, algebra with letters, inputs
+    outside the data file, counts and places that may be 1."""
 
     @property
     def formula(self) -> str:
@@ -98,9 +103,9 @@ class PaperFormula:
         return (self.function.__doc__ or "").strip().splitlines()[0]
 
 
-def formulas(*functions: Recompute, slow: bool = False) -> dict[str, PaperFormula]:
-    """Functions by their names, the `compute` of `results.toml`."""
-    return {function.__name__: PaperFormula(function, slow) for function in functions}
+def formulas(*functions: Recompute, slow: bool = False, basis: str = "") -> dict[str, PaperFormula]:
+    """Functions by their names, the `compute` of `results.toml`; `basis` as in `PaperFormula`."""
+    return {function.__name__: PaperFormula(function, slow, basis) for function in functions}
 
 
 @dataclass(frozen=True, eq=False)

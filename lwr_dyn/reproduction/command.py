@@ -24,7 +24,7 @@ def _options() -> list[click.Parameter]:
     "reproduce",
     params=_options(),
     help=f"""Recompute what PAPER prints ({", ".join(studies())}, or {ALL});
-exit 1 when a number is left unexplained.""",
+exit 1 when a number that the paper lets recompute differs, or a check or a proof fails.""",
 )
 @click.argument("paper")
 @click.option("--out", help="The folder to write; out/PAPER if not given, out for all.")

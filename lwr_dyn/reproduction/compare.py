@@ -9,11 +9,15 @@ from typing import Any
 from lwr_dyn.audit.printed_number import agrees, last_digit
 from lwr_dyn.errors import LwrDynError, PaperError
 from lwr_dyn.papers.schema import Erratum, Paper
-from lwr_dyn.reproduction.case import ComparedExpression, PaperCase, Value
+from lwr_dyn.reproduction.case import REPEATED, STRUCTURAL, ComparedExpression, PaperCase, PaperFormula, Value
 from lwr_dyn.reproduction.paper_study import PaperStudy
 from lwr_dyn.reproduction.results import PrintedCell, ResultBlock
 
-REPRODUCED, AFTER, DIFFERS, NOT = VERDICTS = ("reproduced", "after erratum", "differs", "not reproducible")
+VERDICTS = REPRODUCED, AFTER, DIFFERS, ASSUMED, NOT = (
+    "reproduced", "after erratum", "differs", "under assumed conditions", "not reproducible",
+)  # fmt: skip
+NEAR = 0.15
+"""Under assumed conditions a value is near that misses print by at most this share of the range printed in its row."""
 Columns = Mapping[str, Any]
 _TOGETHER = 4
 """The largest number of errata that are tried together."""
@@ -31,7 +35,31 @@ class ComparedNumber:
     value: Value = None
     """Recomputed with those errata, in the printed unit."""
     missing: tuple[str, ...] = ()
+    """What it needs and the paper does not print."""
     formula: str = ""
+    applied: tuple[str, ...] = ()
+    """The errata that the tables behind `value` were read with."""
+    basis: str = ""
+    """What the value rests on, one of `BASES`; empty where that was not asked for or only assumptions give it."""
+
+    @property
+    def outcome(self) -> str:
+        """The class in which it is counted: its verdict, or its basis where it agrees and is not computed."""
+        agreeing = self.verdict in (REPRODUCED, AFTER)
+        return self.basis if agreeing and self.basis in (STRUCTURAL, REPEATED) else self.verdict
+
+    @property
+    def near(self) -> bool | None:
+        """Whether a value under assumed conditions is near what is printed; None with another verdict.
+
+        Near is: within half the last digit, or in the range of a figure, or at most `NEAR` of the row's range away.
+        """
+        if self.verdict != ASSUMED:
+            return None
+        if agree(self.cell, self.cell.printed, self.value):
+            return True
+        row = [float(c.printed) for c in self.block.range_cells(self.cell)]
+        return bool(row) and self.miss is not None and abs(self.miss) <= NEAR * (max(row) - min(row))
 
     @property
     def miss(self) -> float | None:
@@ -54,8 +82,9 @@ class ComparedNumber:
         return {
             "cell": self.cell.path, "where": self.block.where, "row": self.cell.row, "column": self.cell.column,
             "printed": self.cell.printed, "unit": self.cell.unit, "derived": self.block.derived, "value": value,
-            "verdict": self.verdict, "errata": list(self.errata), "miss": self.miss, "last_digits": self.digits,
-            "missing": list(self.missing), "computed_by": self.block.compute,
+            "verdict": self.verdict, "basis": self.basis or None, "outcome": self.outcome, "near": self.near,
+            "errata": list(self.errata), "miss": self.miss, "last_digits": self.digits, "missing": list(self.missing),
+            "computed_by": self.block.compute,
         }  # fmt: skip
 
 
@@ -79,20 +108,29 @@ class BlockComparer:
             read = frozenset(self._own.readings[block.reading].errata) if block.reading else own
             for cell in block.cells:
                 printed, value = self._value(block, cell, read) if block.compute else (cell.printed, None)
-                verdict = NOT if missing else REPRODUCED if agree(cell, printed, value) else DIFFERS
-                yield ComparedNumber(block, cell, verdict, (), value, missing, formula)
+                verdict = REPRODUCED if agree(cell, printed, value) else DIFFERS
+                if missing:
+                    verdict = NOT if value is None else ASSUMED
+                yield ComparedNumber(block, cell, verdict, (), value, missing, formula, tuple(read))
             return
+        together = block.cells if block.form == "figure" else ()
         for cell in block.cells:
-            yield self._searched(block, cell, formula)
+            yield self._searched(block, cell, together or (cell,), formula)
 
-    def _searched(self, block: ResultBlock, cell: PrintedCell, formula: str) -> ComparedNumber:
+    def _searched(
+        self, block: ResultBlock, cell: PrintedCell, together: Sequence[PrintedCell], formula: str
+    ) -> ComparedNumber:
+        """With the fewest errata under which it agrees; the cells of a figure together, for it shows one thing."""
         for applied in _subsets(self._candidates(block)):
-            printed, value = self._value(block, cell, applied)
-            if agree(cell, printed, value):
+            if all(agree(each, *self._value(block, each, applied)) for each in together):
+                _, value = self._value(block, cell, applied)
                 ids = tuple(e.id for e in self._own.errata if e.id in applied)
-                return ComparedNumber(block, cell, AFTER if ids else REPRODUCED, ids, value, (), formula)
-        _, value = self._value(block, cell, frozenset(self._own.reading.errata))
-        return ComparedNumber(block, cell, DIFFERS, (), value, (), formula)
+                return ComparedNumber(block, cell, AFTER if ids else REPRODUCED, ids, value, (), formula, ids)
+        if len(together) > 1:
+            return self._searched(block, cell, (cell,), formula)
+        own = tuple(self._own.reading.errata)
+        _, value = self._value(block, cell, frozenset(own))
+        return ComparedNumber(block, cell, DIFFERS, (), value, (), formula, own)
 
     def _candidates(self, block: ResultBlock) -> list[str]:
         """Errata that can affect a block: of the default reading, of its own list, and those that patch it."""
@@ -113,13 +151,7 @@ class BlockComparer:
 
     def _computed(self, block: ResultBlock, applied: frozenset[str]) -> dict[str, tuple[str, Value]]:
         case = self._case(applied)
-        if case is None:
-            return {}
-        patched = case.block(block.name)
-        try:
-            return _by_path(patched, self._formulas[block.compute].function(case, patched))
-        except (LwrDynError, ArithmeticError, ValueError):
-            return {}  # these tables give no value: no arm, no solution
+        return {} if case is None else recomputed(self._formulas, case, block.name)
 
     def _case(self, applied: frozenset[str]) -> PaperCase | None:
         if applied not in self._cases:
@@ -128,6 +160,15 @@ class BlockComparer:
             except PaperError:
                 self._cases[applied] = None  # two of them read one cell
         return self._cases[applied]
+
+
+def recomputed(known: Mapping[str, PaperFormula], case: PaperCase, name: str) -> dict[str, tuple[str, Value]]:
+    """Path of each cell of a block -> its printed text and its value in a case; empty where there is no value."""
+    block = case.block(name)
+    try:
+        return _by_path(block, known[block.compute].function(case, block))
+    except (LwrDynError, ArithmeticError, ValueError):
+        return {}  # these tables give no value: no arm, no solution
 
 
 def agree(cell: PrintedCell, printed: str, value: Value) -> bool:

@@ -2,7 +2,8 @@
 
 import hashlib
 import platform
-from collections.abc import Mapping, Sequence
+from collections import Counter
+from collections.abc import Sequence
 from decimal import Decimal
 from pathlib import Path
 from typing import cast
@@ -10,8 +11,8 @@ from typing import cast
 from lwr_dyn.audit.printed_number import last_digit
 from lwr_dyn.checks.verdict import CheckReport
 from lwr_dyn.model.run import Run
-from lwr_dyn.reproduction.case import ComparedExpression
-from lwr_dyn.reproduction.compare import DIFFERS, NOT, ComparedNumber
+from lwr_dyn.reproduction.case import REPEATED, STRUCTURAL, ComparedExpression
+from lwr_dyn.reproduction.compare import ASSUMED, DIFFERS, ComparedNumber
 from lwr_dyn.reproduction.ledger import LedgerEntry
 from lwr_dyn.reproduction.paper_study import PaperStudy, Reproduction
 from lwr_dyn.reproduction.report.content import (
@@ -25,6 +26,7 @@ from lwr_dyn.reproduction.report.content import (
     ReportTable,
     Section,
 )
+from lwr_dyn.reproduction.summary import NEARNESS
 from lwr_dyn.reproduction.verdicts import Verdicts
 from lwr_dyn.simulation.audit import TOLERANCE
 from lwr_dyn.simulation.setup import versions
@@ -34,6 +36,11 @@ MORE = 2
 LARGEST_WRITTEN = 1e9
 """Larger numbers are written with an exponent."""
 REPORT = "report.html"
+BASIS_NOTES = {
+    STRUCTURAL: "stays whatever the numbers of the paper are",
+    REPEATED: "compared with what is printed elsewhere, not computed",
+}
+"""Class of a number -> what its cell adds."""
 _KINDS = {".npz": "run", ".urdf": "model", ".xml": "model", ".srdf": "model", ".png": "plot", ".svg": "plot"}
 
 
@@ -48,11 +55,11 @@ def paper_page(
     """The whole page of a paper, with the files that lie in its folder by then."""
     paper, pictures = study.data.paper, result.pictures
     printed, derived = (tuple(x for x in verdicts.numbers if x.block.derived == d) for d in (False, True))
-    counted = verdicts.counts()
+    counted = Counter(number.outcome for number in printed)
     return Page(
         title=paper.title,
         subtitle=paper.document.get("title", ""),
-        words=_words(counted, entries, result.holds),
+        words=result.record["summary"],
         document=tuple((key, text) for key, text in paper.document.items() if key != "title"),
         counts={cast(CellVerdict, verdict): count for verdict, count in counted.items()},
         tables=(*_tables(printed), *_tables(derived)),
@@ -65,14 +72,6 @@ def paper_page(
         files=_files(place),
         versions=(("Python", platform.python_version()), *versions().items()),
     )
-
-
-def _words(counted: Mapping[str, int], entries: Sequence[LedgerEntry], holds: bool) -> str:
-    numbers = ", ".join(f"{count} {verdict}" for verdict, count in counted.items() if count)
-    proven = sum(e.holds for e in entries if e.erratum.status == "proven")
-    end = "No difference is left unexplained." if holds else "Something printed, checked or claimed is NOT explained."
-    errata = f" {proven} errata are proven." if proven else ""
-    return f"Of {sum(counted.values())} printed numbers: {numbers}.{errata} {end}"
 
 
 def _tables(numbers: Sequence[ComparedNumber]) -> list[ReportTable]:
@@ -105,10 +104,12 @@ def _table(numbers: Sequence[ComparedNumber], matrix: str) -> ReportTable:
 
 def _cell(number: ComparedNumber) -> ReportCell:
     cell, verdict = number.cell, number.verdict
-    notes = []
+    notes, word = [], {None: "", True: "assumed, near", False: "assumed, not near"}[number.near]
     if number.missing:
-        notes.append(f"not printed: {', '.join(number.missing)}; ours is under assumed ones")
-    if verdict in (DIFFERS, NOT) and number.miss is not None:
+        notes.append(f"not printed: {', '.join(number.missing)}; ours is under assumed ones; {NEARNESS}")
+    if number.outcome in BASIS_NOTES:
+        notes.append(f"{verdict}; {BASIS_NOTES[number.outcome]}")
+    if verdict in (DIFFERS, ASSUMED) and number.miss is not None:
         size = "" if number.digits is None else f", {number.digits:+.3g} last digits"
         notes.append(f"ours less printed: {number.miss:+.3g} {cell.unit}{size}")
     if cell.span is not None:
@@ -119,12 +120,13 @@ def _cell(number: ComparedNumber) -> ReportCell:
     return ReportCell(
         printed=cell.printed,
         ours=_ours(number),
-        verdict=cast(CellVerdict, verdict),
+        verdict=cast(CellVerdict, number.outcome),
         source=f"{number.block.where} ({cell.path})",
         formula=number.formula,
         conversion=f"{unit}; by {number.block.compute}" if number.block.compute else unit,
         note="; ".join(notes),
         errata=number.errata,
+        word=word,
     )
 
 

@@ -13,12 +13,13 @@ from lwr_dyn.files import make_folder, write_folder
 from lwr_dyn.papers.assembly import arm_from_paper
 from lwr_dyn.papers.catalog import open_paper, open_readings
 from lwr_dyn.reproduction.audit_sections import audit_sections
+from lwr_dyn.reproduction.basis import with_bases
 from lwr_dyn.reproduction.ledger import ledger
 from lwr_dyn.reproduction.paper_page import REPORT, paper_page
 from lwr_dyn.reproduction.paper_study import PaperStudy, Progress, Reproduction, paper_study
 from lwr_dyn.reproduction.report.page import write_report
 from lwr_dyn.reproduction.study import ALL, SENSITIVITY, check_options, studies, study_of, takers
-from lwr_dyn.reproduction.summary import count_table, counts, difference_table
+from lwr_dyn.reproduction.summary import count_table, counts, difference_table, summary_text
 from lwr_dyn.reproduction.verdicts import compare_numbers
 from lwr_dyn.tables import json_text
 from lwr_dyn.urdf.model_files import model_files
@@ -100,7 +101,7 @@ def _written(study: PaperStudy, place: Path, options: Mapping[str, Any], progres
     result = study.study.load("run")(place, arm_from_paper(open_paper(study.name)), progress, **own)
     result.pictures.write(place)
     progress("verdicts and proofs")
-    verdicts = compare_numbers(study, slow=True, known=result.known)
+    verdicts = with_bases(study, compare_numbers(study, slow=True, known=result.known))
     entries = ledger(study.data, study.proofs)
     progress("lint and readings")
     sections, audits = audit_sections(study, SENSITIVITY.keyword in options)
@@ -111,15 +112,16 @@ def _written(study: PaperStudy, place: Path, options: Mapping[str, Any], progres
         and not differing.rows
         and all(entry.holds for entry in entries)
     )
-    summary = counts(verdicts, entries)
+    summary, words = counts(verdicts, entries), summary_text(verdicts, entries, holds)
     record = {
-        "paper": study.name, "counts": summary, "numbers": [number.to_json() for number in verdicts.numbers],
+        "paper": study.name, "summary": words, "counts": summary,
+        "numbers": [number.to_json() for number in verdicts.numbers],
         "errata": [entry.record() for entry in entries], "checks": check_record(reports),
         **result.record, **audits, "holds": holds,
     }  # fmt: skip
     tables = replace(result, tables=("\n".join(map(check_line, reports)), *result.tables))
     write_folder(place, {"tables.txt": tables.text + "\n", "results.json": json_text(record) + "\n"})
-    counted = (count_table({study.name: summary}), *([differing] if differing.rows else []))
+    counted = (words, count_table({study.name: summary}), *([differing] if differing.rows else []))
     pictures = replace(result.pictures, sections=(*result.pictures.sections, *sections))
     done = Reproduction(holds, (*counted, *tables.tables), record, pictures=pictures)
     progress("report page")

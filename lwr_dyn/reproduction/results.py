@@ -55,6 +55,12 @@ class ResultBlock:
     reading: str = ""
     """The reading that derived numbers are of; the default one if empty."""
     note: str = ""
+    range_of: tuple[str, ...] = ()
+    """Columns that span a row's range, in which "near" is meant where conditions are assumed."""
+
+    def range_cells(self, cell: PrintedCell) -> list[PrintedCell]:
+        """The cells of `range_of` in the row and unit of a cell."""
+        return [c for c in self.cells if c.column in self.range_of and (c.row, c.unit) == (cell.row, cell.unit)]
 
     @property
     def derived(self) -> bool:
@@ -108,7 +114,7 @@ def _block(name: str, table: Any, file: str) -> ResultBlock:
     cells, given = fields.take("cells", dict), fields.take("given", dict, default={})
     spans = fields.take("ranges", dict, default={})
     compute = fields.take("compute", str, default="")
-    lists = {key: tuple(str(x) for x in fields.take(key, list, default=[])) for key in ("needs", "errata")}
+    lists = {key: tuple(str(x) for x in fields.take(key, list, default=[])) for key in ("needs", "errata", "range_of")}
     reading, note, step = (fields.take(key, str, default="") for key in ("reading", "note", "step"))
     _step(step, file, f"{name}.step")
     fields.refuse_unknown()
@@ -120,6 +126,8 @@ def _block(name: str, table: Any, file: str) -> ResultBlock:
         raise PaperError(
             file, f"{name}.ranges", "given" if spans else "missing", "ranges for figures, and only for them"
         )
+    if lists["needs"] and compute and form != "figure" and not set(lists["range_of"]) & set(cells):
+        raise PaperError(file, f"{name}.range_of", repr(list(lists["range_of"])), f"some of {', '.join(cells)}")
     for twice in set(cells) & set(given):
         raise PaperError(file, f"{name}.given.{twice}", "also a column of cells", "each name once")
     for unknown in set(spans) - set(cells):
@@ -141,6 +149,7 @@ def _block(name: str, table: Any, file: str) -> ResultBlock:
         lists["errata"],
         reading,
         note,
+        lists["range_of"],
     )
 
 

@@ -1,9 +1,10 @@
 """Every printed number with its verdict: recomputed without errata, then with the fewest that explain it.
 
-reproduced          recomputed to the printed digits from what is printed
-after erratum       so with the named errata, and with no smaller set of them
-differs             by D, with every set of errata that can affect it
-not reproducible    something that it needs is not printed, and is named
+reproduced                  recomputed to the printed digits from what is printed
+after erratum               so with the named errata, and with no smaller set of them
+differs                     by D, with every set of errata that can affect it
+under assumed conditions    something that it needs is not printed, is named, and was assumed; near or not
+not reproducible            so, and nothing can be computed without it
 """
 
 from collections import Counter

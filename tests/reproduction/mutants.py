@@ -14,6 +14,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
+from functools import cache
 from typing import Any
 
 from lwr_dyn.audit.printed_number import last_digit
@@ -125,6 +126,7 @@ def fate(mutant: Mutant, usual: Verdicts) -> Fate:
     return Fate(mutant, VERDICT if turned else UNSEEN, turned, moved, mover)
 
 
+@cache
 def usual_judgement(paper: str) -> Verdicts:
     """The verdicts that mutants are compared with: quick numbers only, searches from known maxima, as for mutants."""
     return compare_numbers(paper_study(paper), from_known_maxima=True)

@@ -51,7 +51,7 @@ def test_verdicts_are_computed():
     cell = ErrorCell(0, "average", "9.6", 9.64, 10.5)
     assert cell.verdict == "reproduced"
     assert ErrorCell(0, "average", "9.6", 10.0, 10.5).verdict == "near, by +0.4"
-    assert ErrorCell(0, "average", "9.6", 20.0, 10.5).verdict == "differs, by +10"
+    assert ErrorCell(0, "average", "9.6", 20.0, 10.5).verdict == "not near, by +10"
 
 
 def test_controllers_keep_the_limits_and_rank_as_reported(arm):

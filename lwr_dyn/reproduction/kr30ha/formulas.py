@@ -16,7 +16,7 @@ from lwr_dyn.papers.assembly import dh_rows
 from lwr_dyn.papers.reader import paper_of_tables
 from lwr_dyn.papers.schema import Paper
 from lwr_dyn.papers.solids import COM_DIGITS, INERTIA_DIGITS, MASS_DIGITS, solid_bodies
-from lwr_dyn.reproduction.case import ComparedExpression, PaperCase, formulas
+from lwr_dyn.reproduction.case import COMPUTED, REPEATED, ComparedExpression, PaperCase, formulas
 from lwr_dyn.reproduction.expressions import compared, same
 from lwr_dyn.reproduction.kr30ha.planar_dynamics import comparisons, planar_equations
 from lwr_dyn.reproduction.kr30ha.points import point_misses, right_points, simplified_solution, wrist_centre_mm
@@ -226,8 +226,9 @@ FORMULAS = (
     SHARED
     | formulas(
         axes, link_lengths, coordinates, wrist_at_mastering, simplified_point, table_5, symbolic_matrices,
-        numeric_matrices, composite_matrices, flange_at_mastering, envelope, caption_numbers, misses, right_angles,
+        numeric_matrices, composite_matrices, flange_at_mastering, envelope, misses, right_angles,
         branches, mastering, elbow, envelope_figures, pose_misses, masses, solids, estimate_misses,
     )
-    | formulas(expressions, slow=True)
+    | formulas(caption_numbers, basis=REPEATED)  # places in the list of captions
+    | formulas(expressions, slow=True, basis=COMPUTED)  # derived by algebra, no number of the paper enters
 )  # fmt: skip

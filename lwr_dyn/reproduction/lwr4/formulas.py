@@ -7,7 +7,7 @@ import sympy as sp
 
 from lwr_dyn.kinematics.forward import forward_kinematics, frames
 from lwr_dyn.papers.assembly import dh_rows
-from lwr_dyn.reproduction.case import PaperCase, formulas
+from lwr_dyn.reproduction.case import REPEATED, PaperCase, formulas
 from lwr_dyn.reproduction.expressions import compared
 from lwr_dyn.reproduction.quantities import SHARED
 from lwr_dyn.reproduction.results import ResultBlock
@@ -46,4 +46,8 @@ def wrist_centre(case: PaperCase, block: ResultBlock) -> dict[str, Any]:
     return {"position": frames(case.arm.chain, block.printed["q"])[5, :3, 3]}
 
 
-FORMULAS = SHARED | formulas(dh_matrices, last_three, joints_by_group, tool_point, wrist_centre)
+FORMULAS = (
+    SHARED
+    | formulas(dh_matrices, last_three, tool_point, wrist_centre)
+    | formulas(joints_by_group, basis=REPEATED)  # counts
+)

@@ -22,6 +22,7 @@ from lwr_dyn.kinematics.branches import BRANCHES, joint_ranges
 from lwr_dyn.kinematics.srs import closed_form
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
+from lwr_dyn.reproduction.compare import NEAR
 from lwr_dyn.reproduction.lwr4plus import TIMINGS
 from lwr_dyn.reproduction.results import printed_tables
 from lwr_dyn.simulation.metrics import metrics
@@ -31,8 +32,6 @@ from lwr_dyn.trajectory.references.arm_angles import FixedArmAngle
 from lwr_dyn.trajectory.references.ist import ist_reference, timed_ist
 from lwr_dyn.trajectory.references.pose_path_reference import PosePathReference
 
-NEAR = 0.15
-"""A cell is near when it misses the printed value by at most this share of its row's printed range."""
 FIT_STEPS_DEG = (5, 1)
 """Coarse and fine grid of constant arm angles that `fitted_arm_angle` looks at."""
 LARGEST_MARGIN = "largest joint-limit margin"
@@ -60,10 +59,10 @@ class ErrorCell:
 
     @property
     def verdict(self) -> str:
-        """Reproduced, near or different, and by how much."""
+        """Reproduced, near or not, and by how much; conditions are assumed, so that nothing here "differs"."""
         if agrees(self.printed, self.value):
             return "reproduced"
-        near = "near" if abs(self.miss) <= NEAR else "differs"
+        near = "near" if abs(self.miss) <= NEAR else "not near"
         return f"{near}, by {self.value - float(self.printed):+.2g}"
 
     def record(self) -> dict[str, Any]:
@@ -89,9 +88,9 @@ class ErrorTable:
         return float(np.sqrt(np.mean([cell.miss**2 for cell in self.cells])))
 
     def counts(self) -> dict[str, int]:
-        """Cells reproduced, near and different."""
+        """Cells reproduced, near and not near."""
         words = [cell.verdict.split(",")[0] for cell in self.cells]
-        return {word: words.count(word) for word in ("reproduced", "near", "differs")}
+        return {word: words.count(word) for word in ("reproduced", "near", "not near")}
 
     def record(self) -> dict[str, Any]:
         """As JSON values."""
@@ -199,7 +198,7 @@ def condition_tables(tables: Sequence[ErrorTable]) -> tuple[Table, Table]:
     miss = Heading("RMS miss / row range", format=".3f")
     conditions = Table(
         f"{TITLES[nearest.name]}: position errors, printed in mm, read as mrad",
-        ("timing (assumed)", "arm angle", miss, "reproduced", f"near ({NEAR:.0%})", "differs"),
+        ("timing (assumed)", "arm angle", miss, "reproduced", f"near ({NEAR:.0%})", "not near"),
         [(t.timing, t.arm_angle, t.distance, *t.counts().values()) for t in ranked],
         f"nearest: {nearest.timing} timing, arm angle: {nearest.arm_angle}",
     )

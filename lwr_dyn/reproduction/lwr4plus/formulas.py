@@ -9,7 +9,7 @@ from lwr_dyn.control.gains import second_order_gains
 from lwr_dyn.dynamics.newton_euler import Recursion
 from lwr_dyn.model.chain import Body, with_bodies
 from lwr_dyn.papers.assembly import arm_from_paper, dh_rows
-from lwr_dyn.reproduction.case import PaperCase, formulas
+from lwr_dyn.reproduction.case import COMPUTED, REPEATED, PaperCase, formulas
 from lwr_dyn.reproduction.lwr4plus.cached_maxima import at_printed, largest
 from lwr_dyn.reproduction.lwr4plus.errors import COLUMNS, nearest_table, velocity_columns_of
 from lwr_dyn.reproduction.lwr4plus.tables import shell_asymmetry
@@ -156,9 +156,13 @@ def ist_margin(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
 FORMULAS = (
     SHARED
     | formulas(
-        rotor_inertia, vectors_between_origins, origin_miss, last_index, sizes, worst_case_inertia,
-        semicircle_centres, gains, outer_gains, largest_errors, joints_of_largest_maximum, joints_of_largest_average,
-        joints_of_largest_velocity, shell_spread, ist_length, ist_speed,
+        rotor_inertia, vectors_between_origins, origin_miss, last_index, sizes, worst_case_inertia, gains, outer_gains,
+        largest_errors, shell_spread,
     )
-    | formulas(inertia_at_printed_q, table_vii, table_viii, ist_margin, slow=True)
+    | formulas(  # places in Tables VII and VIII
+        joints_of_largest_maximum, joints_of_largest_average, joints_of_largest_velocity, basis=REPEATED,
+    )
+    | formulas(semicircle_centres, ist_length, ist_speed, basis=COMPUTED)  # Table V stands in trajectory.references.ist
+    | formulas(inertia_at_printed_q, ist_margin, slow=True, basis=COMPUTED)  # searched
+    | formulas(table_vii, table_viii, slow=True)  # under assumed conditions
 )  # fmt: skip

@@ -19,8 +19,11 @@ from lwr_dyn.viewer.replayed_runs import ReplayedRun
 if TYPE_CHECKING:
     from lwr_dyn.reproduction.ledger import LedgerEntry
 
-CellVerdict = Literal["reproduced", "after erratum", "differs", "not reproducible", ""]
-"""Of one printed number; "" for a cell that is only shown."""
+CellVerdict = Literal[
+    "reproduced", "after erratum", "differs", "structural", "repeated in print", "under assumed conditions",
+    "not reproducible", "",
+]  # fmt: skip
+"""The class in which a printed number is counted (`ComparedNumber.outcome`); "" for a cell that is only shown."""
 VERDICTS: tuple[CellVerdict, ...] = get_args(CellVerdict)[:-1]
 Fact = tuple[str, str]
 """A name and its text."""
@@ -41,6 +44,8 @@ class ReportCell:
     conversion: str = ""
     note: str = ""
     errata: tuple[str, ...] = ()
+    word: str = ""
+    """What the cell says instead of its verdict."""
 
     def __post_init__(self) -> None:
         if self.verdict not in (*VERDICTS, ""):

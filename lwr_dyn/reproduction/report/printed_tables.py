@@ -9,10 +9,16 @@ CLASS: dict[CellVerdict, str] = {
     "reproduced": "reproduced",
     "after erratum": "after",
     "differs": "differs",
+    "structural": "structural",
+    "repeated in print": "repeated",
+    "under assumed conditions": "assumed",
     "not reproducible": "open",
     "": "shown",
 }
 """Of each verdict: the class of its cell and the name of its sign."""
+
+QUIET: tuple[CellVerdict, ...] = ("", "reproduced", "structural", "repeated in print")
+"""Verdicts whose sign is enough."""
 
 
 def sign(verdict: CellVerdict) -> Html | None:
@@ -46,11 +52,11 @@ def printed_table_html(table: ReportTable, errata: Set[str]) -> Html:
 
 
 def _cell(cell: ReportCell, place: str, errata: Set[str]) -> Html:
-    quiet = "word" if cell.verdict in ("", "reproduced") else "word seen"
+    quiet = "word" if cell.verdict in QUIET else "word seen"
     inside = [
         element("span", sign(cell.verdict), cell.printed, class_="number"),
         element("span", cell.ours, class_="ours") if cell.ours else None,
-        element("span", cell.verdict, class_=quiet) if cell.verdict else None,
+        element("span", cell.word or cell.verdict, class_=quiet) if cell.verdict else None,
     ]
     facts = {f"data_{name}": getattr(cell, name) or None for name in ("source", "formula", "conversion", "note")}
     button = element(

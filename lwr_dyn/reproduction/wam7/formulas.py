@@ -8,7 +8,7 @@ from lwr_dyn.arrays import Array
 from lwr_dyn.errors import MissingDataError
 from lwr_dyn.model.arm import JointGains
 from lwr_dyn.model.friction import FRICTIONLESS
-from lwr_dyn.reproduction.case import PaperCase, formulas
+from lwr_dyn.reproduction.case import COMPUTED, REPEATED, PaperCase, formulas
 from lwr_dyn.reproduction.quantities import SHARED
 from lwr_dyn.reproduction.results import ResultBlock
 from lwr_dyn.reproduction.wam7.runs import cruise_error, experiment, sides_of
@@ -170,9 +170,10 @@ def settled_errors(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
 FORMULAS = (
     SHARED
     | formulas(
-        joints, simulations, motion, printed_velocity, caption_acceleration, figure_4, covered, most_affected,
-        least_influenced, cruise_errors, cruise_in_figure, net_damping, feeds_energy, friction_at_end, controller,
+        joints, simulations, motion, printed_velocity, caption_acceleration, figure_4, covered, cruise_errors,
+        cruise_in_figure, net_damping, feeds_energy, friction_at_end, controller,
         motor_speeds, sheet_tensors, tensors_about_origin, home_excess,
     )
-    | formulas(settled_errors, slow=True)
+    | formulas(most_affected, least_influenced, basis=REPEATED)  # places in Table 1
+    | formulas(settled_errors, slow=True, basis=COMPUTED)  # simulated
 )  # fmt: skip

@@ -54,7 +54,8 @@ def test_series_of_a_joint_that_is_not_there(arm, two_runs):
 
 def test_counts_are_those_of_the_cells_unless_given():
     assert Page("p", tables=(inertia_table(),)).counted == {
-        "reproduced": 8, "after erratum": 4, "differs": 4, "not reproducible": 4
+        "reproduced": 8, "after erratum": 4, "differs": 4, "not reproducible": 4,
+        "structural": 0, "repeated in print": 0, "under assumed conditions": 0,
     }  # fmt: skip
     assert Page("p", counts={"differs": 2}).counted["differs"] == 2
 

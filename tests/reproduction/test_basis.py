@@ -1,0 +1,131 @@
+"""What a recomputed number rests on is found by an experiment; no number is compared with itself."""
+
+from collections import Counter
+
+import pytest
+
+from lwr_dyn.reproduction.basis import bases, with_bases
+from lwr_dyn.reproduction.case import COMPUTED, REPEATED, STRUCTURAL, ComparedExpression
+from lwr_dyn.reproduction.compare import ASSUMED, REPRODUCED, recomputed
+from lwr_dyn.reproduction.other_numbers import numbers_of, with_other_cells, with_other_numbers
+from lwr_dyn.reproduction.paper_study import paper_study
+from lwr_dyn.reproduction.study import studies
+from tests.reproduction.mutants import usual_judgement
+
+CHOSEN = {"lwr4plus": ("table_vii", "table_viii")}
+"""Blocks that choose, of some assumed conditions, those nearest to their own cells."""
+
+
+@pytest.fixture(scope="module")
+def found():
+    return {paper: with_bases(paper_study(paper), usual_judgement(paper)) for paper in studies()}
+
+
+@pytest.mark.parametrize("paper", studies())
+def test_no_number_is_compared_with_itself(found, paper):
+    """With every cell of a block changed, and nothing else, its recomputed values stay."""
+    study = paper_study(paper)
+    sets = {(n.block.name, n.applied) for n in found[paper].numbers if n.verdict != ASSUMED}
+    assert len({name for name, _ in sets}) > 3
+    for name, applied in sets:
+        case = study.data.case(*applied, from_known_maxima=True)
+        before, after = (recomputed(study.formulas, c, name) for c in (case, with_other_cells(case, name)))
+        assert [_plain(x) for _, x in before.values()] == [_plain(x) for _, x in after.values()], name
+        assert before, name
+
+
+def test_what_is_chosen_by_its_own_print_is_never_called_reproduced():
+    for paper, blocks in CHOSEN.items():
+        study = paper_study(paper)
+        for name in blocks:
+            block = study.data.results.blocks[name]
+            assert block.needs
+            assert study.formulas[block.compute].slow
+            assert not study.formulas[block.compute].basis
+
+
+def _plain(value):
+    return value.text if isinstance(value, ComparedExpression) else value
+
+
+@pytest.mark.parametrize("paper", studies())
+def test_every_formula_gives_values_with_other_numbers_or_states_its_basis(paper):
+    study = paper_study(paper)
+    case = with_other_numbers(study.data.reading(), 0)
+    for name, block in study.data.results.blocks.items():
+        formula = study.formulas[block.compute]
+        if formula.slow:
+            assert formula.basis or block.needs, name
+        elif not formula.basis and not block.reading:
+            assert all(value is not None for _, value in recomputed(study.formulas, case, name).values()), name
+
+
+def test_what_stays_is_0_or_1_or_an_entry_with_an_angle(found):
+    for verdicts in found.values():
+        for n in (n for n in verdicts.numbers if n.basis == STRUCTURAL):
+            if isinstance(n.value, ComparedExpression):
+                assert n.value.text in ("0", "1", "-1") or n.value.text.startswith(("cos(q", "sin(q", "-sin(q"))
+            else:
+                assert min(abs(n.value - x) for x in (0.0, 1.0, -1.0)) < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("paper", "cell", "basis"),
+    [
+        ("kr30ha", "axes.count[0]", REPEATED),
+        ("kr30ha", "geometry.d1[0]", REPEATED),
+        ("kr30ha", "geometry.a2[0]", COMPUTED),
+        ("kr30ha", "coordinates.list_1[0]", REPEATED),
+        ("kr30ha", "symbolic.A1[0][2]", COMPUTED),
+        ("kr30ha", "symbolic.A1[0][1]", STRUCTURAL),
+        ("kr30ha", "composite.T04[0][3]", COMPUTED),
+        ("kr30ha", "composite.T05[0][3]", REPEATED),
+        ("kr30ha", "composite.T06[0][2]", STRUCTURAL),
+        ("kr30ha", "point_1.theta_1[0]", COMPUTED),
+        ("kr30ha", "table_5.point_1[0]", REPEATED),
+        ("lwr4plus", "figure_1.mass[0]", COMPUTED),
+        ("lwr4plus", "text_vii.maximum[0]", REPEATED),
+        ("lwr4plus", "text_vii_joints.joint[0]", REPEATED),
+        ("lwr4plus", "table_iv.b[0]", COMPUTED),
+        ("lwr4plus", "centralized_gains.Kp[6]", REPEATED),
+        ("lwr4plus", "limits.effort[0]", REPEATED),
+        ("lwr4", "matrices.A3[2][3]", REPEATED),
+        ("lwr4", "matrices.A3[3][3]", STRUCTURAL),
+        ("lwr4", "matrices.A7[0][1]", STRUCTURAL),
+        ("wam7", "arm.count[0]", REPEATED),
+        ("wam7", "figure_4.position[0]", REPEATED),
+        ("wam7", "figure_4.acceleration[0]", COMPUTED),
+        ("wam7", "tensors_about_origin.xx[0]", REPEATED),
+        ("wam7", "cruise.positive[0]", COMPUTED),
+    ],
+)
+def test_the_basis_of_a_cell(found, paper, cell, basis):
+    assert next(n for n in found[paper].numbers if n.cell.path == f"results.{cell}").basis == basis
+
+
+@pytest.mark.parametrize(("paper", "known", "more"), [("kr30ha", 225, 8), ("lwr4", 86, 16), ("lwr4plus", 16, 0)])
+def test_structural_numbers_are_those_that_an_audit_counted_and_cosines_of_a_first_column(found, paper, known, more):
+    """The audit counted 0 and +-1 that are reproduced; places and counts that are 1 by chance are repeated in print."""
+    agreeing = [n for n in found[paper].numbers if n.verdict == REPRODUCED and not n.block.derived]
+    audited = Counter(n.basis for n in agreeing if n.cell.printed in ("0", "1", "-1"))
+    assert audited.total() == known + audited[COMPUTED]
+    structural = sum(n.basis == STRUCTURAL for n in agreeing)
+    assert structural == known - audited[REPEATED] + more
+
+
+def test_all_numbers_are_replaced_but_the_form_of_the_arm():
+    case = paper_study("kr30ha").data.reading()
+    before, after = (numbers_of(c) for c in (case, with_other_numbers(case, 0)))
+    still = {path for path in before if before[path] == after[path]}
+    assert still == set()
+    assert "dh.alpha.values[0]" not in before
+    assert {"limits.lower.values[0]", "results.point_1.xyz[0]", "results.table_5.point_1[0]"} <= set(before)
+    changed = with_other_numbers(case, 0).tables
+    assert changed["dh"]["alpha"]["values"] == case.tables["dh"]["alpha"]["values"]
+    tensor = changed["inertial"]["inertia"]["values"][0]
+    assert tensor[0][1] == tensor[1][0] != case.tables["inertial"]["inertia"]["values"][0][0][1]
+
+
+def test_a_formula_that_hands_its_input_back_is_not_computed():
+    own = [n for n in usual_judgement("wam7").numbers if n.block.name == "armature"]
+    assert set(bases(paper_study("wam7"), own).values()) == {REPEATED}
