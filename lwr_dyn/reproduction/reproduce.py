@@ -21,7 +21,7 @@ from lwr_dyn.reproduction.report.page import write_report
 from lwr_dyn.reproduction.study import ALL, SENSITIVITY, check_options, studies, study_of, takers
 from lwr_dyn.reproduction.summary import count_table, counts, difference_table, summary_text
 from lwr_dyn.reproduction.verdicts import compare_numbers
-from lwr_dyn.tables import json_text
+from lwr_dyn.tables import Table, json_text
 from lwr_dyn.urdf.model_files import model_files
 
 INCOMPLETE = "INCOMPLETE.txt"
@@ -121,7 +121,11 @@ def _written(study: PaperStudy, place: Path, options: Mapping[str, Any], progres
     }  # fmt: skip
     tables = replace(result, tables=("\n".join(map(check_line, reports)), *result.tables))
     write_folder(place, {"tables.txt": tables.text + "\n", "results.json": json_text(record) + "\n"})
-    counted = (words, count_table({study.name: summary}), *([differing] if differing.rows else []))
+    counted: tuple[Table | str, ...] = (
+        words,
+        count_table({study.name: summary}),
+        *([differing] if differing.rows else []),
+    )
     pictures = replace(result.pictures, sections=(*result.pictures.sections, *sections))
     done = Reproduction(holds, (*counted, *tables.tables), record, pictures=pictures)
     progress("report page")
