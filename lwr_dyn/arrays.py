@@ -39,7 +39,7 @@ def joint_array(name: str, value: ArrayLike, n: int) -> Array:
     """
     array = real_array(name, value)
     if array.ndim == 0 or array.shape[-1] != n:
-        raise ShapeError(name, f"shape {array.shape}", f"(..., {n}), one value per joint")
+        raise ShapeError(name, _size(array), f"{n} numbers, one per joint")
     return array
 
 
@@ -51,8 +51,17 @@ def fixed_array(name: str, value: ArrayLike, shape: tuple[int, ...]) -> Array:
     """
     array = real_array(name, value)
     if array.shape != shape:
-        raise ShapeError(name, f"shape {array.shape}", f"shape {shape}")
+        raise ShapeError(name, _size(array), " x ".join(map(str, shape)) + " numbers")
     return array
+
+
+def _size(array: Array) -> str:
+    """The size of an array in words: "2 numbers", "an array of 3 x 4 numbers"."""
+    if array.ndim == 0:
+        return "a single number"
+    if array.ndim == 1:
+        return f"{len(array)} number{'' if len(array) == 1 else 's'}"
+    return f"an array of {' x '.join(map(str, array.shape))} numbers"
 
 
 def real_array(name: str, value: ArrayLike) -> Array:

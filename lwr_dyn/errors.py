@@ -38,15 +38,24 @@ class OptionError(FaultError, ValueError):
     """An option or argument has a value outside what is allowed."""
 
 
+def did_you_mean(name: str, known: Iterable[str]) -> str:
+    """The known name that is most like a misspelt one, as " (did you mean X?)"; empty where none is.
+
+    >>> did_you_mean("pd-gravty", ("pid", "pd-gravity"))
+    ' (did you mean pd-gravity?)'
+    """
+    near = get_close_matches(name.lower(), list(known), n=1)
+    return f" (did you mean {near[0]}?)" if near else ""
+
+
 class UnknownNameError(LwrDynError, LookupError):
     """A robot, reading, joint, link or engine of that name does not exist."""
 
     def __init__(self, kind: str, name: str, known: Iterable[str]) -> None:
         name = str(name)  # callers may pass a number or None by mistake
         self.kind, self.name, self.known = kind, name, tuple(known)
-        near = get_close_matches(name, self.known, n=1)
-        hint = f" (did you mean {near[0]}?)" if near else ""
-        super().__init__(f"no {kind} named {name!r}{hint}; known: {', '.join(self.known) or 'none'}")
+        listed = ", ".join(self.known) or "none"
+        super().__init__(f"no {kind} named {name!r}{did_you_mean(name, self.known)}; known: {listed}")
 
 
 class PaperError(FaultError, ValueError):

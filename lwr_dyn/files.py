@@ -29,6 +29,15 @@ def read_bytes(path: str | Path, needed: str, largest: int | None = None) -> byt
     raise FileAccessError(str(path), f"{size} bytes", f"at most {largest} bytes")
 
 
+def ends_in(path: object, *endings: str) -> bool:
+    """Whether a path ends in one of these, in upper or lower case.
+
+    >>> ends_in("ARM.URDF", ".urdf")
+    True
+    """
+    return str(path).lower().endswith(endings)
+
+
 def reason_of(fault: OSError) -> str:
     """The system's reason in lower case: "no such file or directory"."""
     return (fault.strerror or str(fault)).lower()
@@ -43,10 +52,10 @@ def write_files(files: Mapping[Path, str | bytes]) -> None:
     """Write several files, all under temporary names before the first is renamed; raises `FileAccessError`."""
     staged: list[tuple[str, Path]] = []
     target = Path()
+    for path in files:
+        check_writable(path)
     try:
         for target, data in files.items():
-            if target.is_dir():
-                raise IsADirectoryError(21, "is a directory")
             handle, temporary = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
             staged.append((temporary, target))
             with os.fdopen(handle, "wb") as stream:
@@ -74,8 +83,10 @@ def check_writable(path: str | Path) -> None:
     target = Path(path)
     if target.is_dir():
         raise FileAccessError(str(path), "is a directory", _WRITABLE)
-    if not (target.parent.is_dir() and os.access(target.parent, os.W_OK | os.X_OK)):
-        raise FileAccessError(str(path), f"cannot write in {target.parent}", _WRITABLE)
+    if not target.parent.is_dir():
+        raise FileAccessError(str(path), f"no directory {target.parent}", _WRITABLE)
+    if not os.access(target.parent, os.W_OK | os.X_OK):
+        raise FileAccessError(str(path), f"no right to write in {target.parent}", _WRITABLE)
 
 
 def write_folder(folder: str | Path, files: Mapping[str, str | bytes]) -> None:
@@ -89,5 +100,6 @@ def make_folder(folder: str | Path) -> Path:
     try:
         Path(folder).mkdir(parents=True, exist_ok=True)
     except OSError as fault:
-        raise FileAccessError(str(folder), reason_of(fault), "a directory that can be made and written") from None
+        allowed = "a directory that exists or can be made, and can be written"
+        raise FileAccessError(str(folder), reason_of(fault), allowed) from None
     return Path(folder)

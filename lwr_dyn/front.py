@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from numpy.typing import ArrayLike
 
 from lwr_dyn.errors import FileAccessError, OptionError, UnknownNameError
+from lwr_dyn.files import ends_in
 from lwr_dyn.registry import Registry, Row
 
 if TYPE_CHECKING:
@@ -96,7 +97,7 @@ def load_with_paper(
     if "\0" in name:
         raise FileAccessError(repr(name), "a null character", "a robot's name or a path")
     options = ({"tip": tip} if tip else {}) | ({"lock": dict(lock)} if lock else {})
-    if name.endswith(".urdf"):
+    if ends_in(name, ".urdf", ".xacro"):
         from lwr_dyn.urdf.reader import read_urdf
 
         if reading is not None:
@@ -112,7 +113,7 @@ def load_with_paper(
     arm = arm_from_paper(paper)
     for joint, value in (lock or {}).items():
         arm = arm.with_locked_joint(joint, value)
-    file = str(Path(name).resolve()) if name.endswith(".toml") else ""
+    file = str(Path(name).resolve()) if ends_in(name, ".toml") else ""
     return replace(arm, file=file, loaded_with=options), paper
 
 
@@ -244,7 +245,7 @@ def arm_of(run: Run) -> Arm:
     robot, reading = run.meta.get("file") or run.meta.get("robot"), run.meta.get("reading")
     if not isinstance(robot, str):
         raise OptionError("run", "does not say of which robot it is", "a run made by simulate")
-    arm = load(robot, None if robot.endswith(".urdf") else reading, **run.meta.get("loaded_with", {}))
+    arm = load(robot, None if ends_in(robot, ".urdf") else reading, **run.meta.get("loaded_with", {}))
     if arm.file and run.meta.get("digest") not in (arm.digest, None):
         raise FileAccessError(arm.file, "has changed since the run was made", "the file as it was then")
     return arm

@@ -37,8 +37,10 @@ def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path, monkeypat
 def test_a_place_that_cannot_be_written_is_refused_at_once(tmp_path):
     check_writable(tmp_path / "x")
     (tmp_path / "file").write_text("")
-    for place, reason in ((tmp_path, "is a directory"), (tmp_path / "none" / "x", "cannot write in")):
+    with pytest.raises(FileAccessError, match="allowed: a file in an existing, writable"):
+        write_files({tmp_path / "none" / "x": ""})
+    for place, reason in ((tmp_path, "is a directory"), (tmp_path / "none" / "x", "no directory")):
         with pytest.raises(FileAccessError, match=reason):
             check_writable(place)
-    with pytest.raises(FileAccessError, match="a directory that can be made and written"):
+    with pytest.raises(FileAccessError, match="a directory that exists or can be made, and can be written"):
         make_folder(tmp_path / "file" / "x")

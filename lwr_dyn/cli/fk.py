@@ -6,6 +6,7 @@ import numpy as np
 from lwr_dyn.arrays import Array, fixed_array, joint_array
 from lwr_dyn.cli.options import NAMED_AXES, NUMBERS, from_degrees, load_robot, print_json, robot_options
 from lwr_dyn.errors import OptionError, UnknownNameError
+from lwr_dyn.files import ends_in
 from lwr_dyn.front import FUNCTIONS, forward_kinematics, kuka_units
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind
@@ -52,7 +53,7 @@ def command(
     click.echo(f"{arm.name}, reading {arm.reading}: flange in base, metres")
     for row in pose:
         click.echo("  " + " ".join(f"{round(x, 8) + 0.0:12.8f}" for x in row))
-    rpy = " ".join(f"{x:.6f}" for x in np.degrees(to_rpy(pose[:3, :3])))
+    rpy = " ".join(f"{round(x, 6) + 0.0:.6f}" for x in np.degrees(to_rpy(pose[:3, :3])))
     click.echo(f"position  {_triple(pose[:3, 3])} m")
     click.echo(f"rpy       {rpy} deg")
     if any(point):
@@ -64,7 +65,7 @@ def command(
 
 
 def _symbolic_text(robot: str, reading: str | None) -> str:
-    if robot.endswith(".urdf"):
+    if ends_in(robot, ".urdf"):
         raise OptionError("--symbolic", robot, "a robot with a DH table")
     text: str = FUNCTIONS.load("dh_matrices_text")(open_paper(robot, reading))
     return text

@@ -8,7 +8,7 @@ import click
 import numpy as np
 
 from lwr_dyn.arrays import Array, fixed_array
-from lwr_dyn.cli.options import NUMBERS, load_robot, print_json, robot_options
+from lwr_dyn.cli.options import NUMBERS, OneOf, load_robot, print_json, robot_options
 from lwr_dyn.errors import OptionError
 from lwr_dyn.front import FUNCTIONS, kuka_units
 from lwr_dyn.kinematics.inverse import IK_SOLVERS, inverse_kinematics
@@ -30,7 +30,7 @@ from lwr_dyn.tables import aligned
 @click.option("--turn", type=int, help="Only solutions with this Turn T (KUKA).")
 @click.option("--from-deg", type=NUMBERS, help="Only the solution with the least axis travel from here, deg.")
 @click.option("--arm-angle-deg", type=float, help="Arm angle of an S-R-S arm; the safest on each branch if not given.")
-@click.option("--solver", type=click.Choice(IK_SOLVERS.names), help="The first that recognises the arm if not given.")
+@click.option("--solver", type=OneOf(IK_SOLVERS.names), help="The first that recognises the arm if not given.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object.")
 def command(
     robot: str,

@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from lwr_dyn.errors import LwrDynError, RatingWarning
+from lwr_dyn.errors import LwrDynError, RatingWarning, UnknownNameError
 from lwr_dyn.registry import Registry, Row
 from lwr_dyn.version import VERSION
 
@@ -72,8 +72,10 @@ class RegistryGroup(click.Group):
         return [name for name in self.registry.names if self.registry[name].is_installed]
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """The command from its module; raises `MissingPackageError`."""
-        return self.registry.load(cmd_name) if cmd_name in self.registry.names else None
+        """The command from its module; raises `UnknownNameError` and `MissingPackageError`."""
+        if cmd_name not in self.registry.names:
+            raise UnknownNameError("command", cmd_name, self.list_commands(ctx))
+        return self.registry.load(cmd_name)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """The help lines, without importing a command."""

@@ -7,7 +7,7 @@ import click
 import numpy as np
 
 from lwr_dyn.arrays import Array, joint_array
-from lwr_dyn.errors import OptionError
+from lwr_dyn.errors import OptionError, did_you_mean
 from lwr_dyn.front import load_with_paper
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind
@@ -15,6 +15,19 @@ from lwr_dyn.papers.schema import Paper
 from lwr_dyn.tables import json_text
 
 F = TypeVar("F", bound=Callable[..., Any])
+
+
+class OneOf(click.Choice):  # type: ignore[type-arg] # generic only since click 8.2
+    """One of some names; a misspelt one is answered with the name that it resembles."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """The name."""
+        try:
+            return super().convert(value, param, ctx)
+        except click.BadParameter as fault:
+            hint = did_you_mean(str(value), [str(name) for name in self.choices])
+            fault.message = f"{fault.message.rstrip('.')}{hint}."
+            raise
 
 
 class Numbers(click.ParamType):  # type: ignore[type-arg] # generic only since click 8.4

@@ -8,7 +8,7 @@ import click
 import numpy as np
 from click.core import ParameterSource
 
-from lwr_dyn.cli.options import NUMBERS, from_degrees
+from lwr_dyn.cli.options import NUMBERS, OneOf, from_degrees
 from lwr_dyn.errors import LwrDynError, OptionError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.registry import REQUIRED, Option, Quantity, Registry, options_of
@@ -110,7 +110,7 @@ def _flag_name(option: Option) -> str:
 
 def _click_option(flag: Flag, registry: Registry[Any]) -> click.Option:
     kinds = {Quantity.ANGLE: float, Quantity.JOINT_POSITIONS: NUMBERS}
-    kind = click.Choice(flag.kind.names) if isinstance(flag.kind, Registry) else kinds.get(flag.kind, flag.kind)
+    kind = OneOf(flag.kind.names) if isinstance(flag.kind, Registry) else kinds.get(flag.kind, flag.kind)
     settings: dict[str, Any] = {"is_flag": True} if flag.kind is bool else {"type": kind}
     return click.Option([f"--{flag.name}"], help=_help(flag, registry), **settings)
 

@@ -5,7 +5,7 @@ from typing import Any
 
 import click
 
-from lwr_dyn.cli.options import load_robot, print_json, robot_options
+from lwr_dyn.cli.options import OneOf, load_robot, print_json, robot_options
 from lwr_dyn.cli.row_options import OptionRule, refuse_unused, row_options
 from lwr_dyn.cli.run_report import run_record, run_text
 from lwr_dyn.control.controller_file import faults_in
@@ -23,7 +23,7 @@ from lwr_dyn.simulation.simulate import simulate
 from lwr_dyn.trajectory.references.tasks import REFERENCES
 
 
-class NameOrFile(click.Choice):  # type: ignore[type-arg] # generic only since click 8.2
+class NameOrFile(OneOf):
     """One of some names, or a Python file."""
 
     def get_metavar(self, param: click.Parameter, *_: Any, **__: Any) -> str:
@@ -42,19 +42,19 @@ def _option(name: str, text: str, kind: Any = bool, default: Any = None) -> clic
     return click.Option([name], type=kind, default=default, show_default=default is not None, help=text)
 
 
-TASK = _option("--task", "What the arm does.", click.Choice(REFERENCES.names), "ist")
+TASK = _option("--task", "What the arm does.", OneOf(REFERENCES.names), "ist")
 CONTROLLER = _option("--controller", "A name, or a file of your own.", NameOrFile(CONTROLLERS.names), "pd-gravity")
 PLANT = [
     _option("--plant-reading", "Simulate another reading than the controller's.", str),
     _option("--plant-scale", "Factor on all masses of the plant.", float, 1.0),
     _option("--payload", "Point mass at the flange, kg.", float, 0.0),
     _option("--payload-known", "Build the controller's model with the payload."),
-    _option("--friction", "Friction of the plant.", click.Choice(FORMS), FORMS[0]),
+    _option("--friction", "Friction of the plant.", OneOf(FORMS), FORMS[0]),
     _option("--passive-refit", "Use the nearest friction that feeds no energy in."),
 ]
 LOOP = [
     _option("--rate", "Samples a second.", float, 1000.0),
-    _option("--method", "Method of integration.", click.Choice(["rk4", "dop853"]), "rk4"),
+    _option("--method", "Method of integration.", OneOf(["rk4", "dop853"]), "rk4"),
     _option("--substeps", "RK4 steps a sample.", int, 1),
     _option("--continuous", "The controller runs at every moment, not at samples."),
     _option("--encoder-bits", "2^bits counts a turn; exact if not given.", int),
@@ -63,7 +63,7 @@ LOOP = [
     _option("--no-saturation", "Do not cut torques at the limits."),
     _option("--no-stops", "Let joints pass their position limits."),
     _option("--allow-unphysical", "Simulate inertias that no body can have."),
-    _option("--engine", "Engine of the dynamics.", click.Choice(ENGINES.names), "pinocchio"),
+    _option("--engine", "Engine of the dynamics.", OneOf(ENGINES.names), "pinocchio"),
     _option("--seed", "Seed of the encoder's noise.", int, 0),
     _option("--out", "Run file to write, .npz.", str),
     _option("--json", "One JSON object."),

@@ -6,7 +6,7 @@ import click
 
 from lwr_dyn.cli.options import load_robot, robot_options
 from lwr_dyn.errors import FileAccessError
-from lwr_dyn.files import write_folder
+from lwr_dyn.files import check_writable, ends_in, write_folder
 from lwr_dyn.front import urdf_text
 
 
@@ -22,12 +22,9 @@ def command(robot: str, reading: str | None, tip: str | None, locks: tuple[str, 
     from lwr_dyn.urdf.model_files import model_files
 
     target = Path(out)
-    if target.suffix != ".urdf":
+    if not ends_in(target, ".urdf"):
         raise FileAccessError(out, f"ends in {target.suffix or 'nothing'!r}", "a path that ends in .urdf")
-    if not target.parent.is_dir():
-        raise FileAccessError(out, f"no directory {target.parent}", "a file in an existing, writable directory")
-    if target.is_dir():
-        raise FileAccessError(out, "is a directory", "a file in an existing, writable directory")
+    check_writable(target)
     files = model_files(arm, target.stem)
     write_folder(target.parent, files)
     for name in files:

@@ -6,7 +6,7 @@ from typing import Any, TypeVar
 
 import click
 
-from lwr_dyn.cli.options import print_json
+from lwr_dyn.cli.options import OneOf, print_json
 from lwr_dyn.errors import LwrDynError
 from lwr_dyn.files import check_writable
 from lwr_dyn.front import load
@@ -48,9 +48,9 @@ def command() -> None:
 @command.command("friction")
 @_log_options
 @click.option("--robot", help="Take the model of this robot out of the torques (name, .toml or .urdf).")
-@click.option("--subtract", type=click.Choice(SUBTRACT), default="gravity", show_default=True,
+@click.option("--subtract", type=OneOf(SUBTRACT), default="gravity", show_default=True,
               help="What the model takes out: g; B ddq + C dq; all of it.")  # fmt: skip
-@click.option("--model", type=click.Choice(MODELS), default=MODELS[0], show_default=True, help="What is fitted.")
+@click.option("--model", type=OneOf(MODELS), default=MODELS[0], show_default=True, help="What is fitted.")
 @click.option("--robust", is_flag=True, help="Huber's loss: outliers have little influence.")
 @click.option("--equal-weights", is_flag=True, help="Every cruise counts the same, not every sample.")
 @click.option("--shortest", type=float, default=DEFAULT_CRUISE.shortest, show_default=True, help="Cruise, seconds.")

@@ -87,4 +87,4 @@ def _solver_of(arm: Arm, name: str | None) -> tuple[IkSolver[Any], Any]:
         geometry = solver.recognise(arm.chain)
         if geometry is not None:
             return solver, geometry
-    raise OptionError(f"arm, with solver {name}", arm.name, solver.arms)
+    raise OptionError(f"solver {name}", f"{arm.name} is not an arm that it solves", solver.arms)

@@ -24,7 +24,9 @@ SOLVED = 1e-11
 STEPS = 150
 APART = 1e-4
 """[rad or m] Solutions nearer than this in every joint count as one."""
-_ROUNDING = 1e-15  # share of the trace of J J^T
+_REGULAR = 1e-13
+"""Least damping as a share of the trace of J J^T: the sum is regular by a thousand times what a solution by elimination
+rounds, also where J has lost rank (a stretched arm, fewer than six joints, held joints)."""
 _DAMPING, _EASE, _STIFFEN, _WEAKEST = 1e-2, 0.2, 4.0, 1e-20
 _OPEN_RANGE = {JointKind.REVOLUTE: np.pi, JointKind.PRISMATIC: 1.0}
 """Half width of the starts' range where a limit is not known [rad, m]."""
@@ -95,7 +97,7 @@ def _step(jacobian: Array, error: Array, damping: Array, q: Array, lower: Array,
     for _ in range(q.shape[1]):
         J = jacobian * free[:, None, :]
         square = J @ np.swapaxes(J, 1, 2)
-        least = _ROUNDING * np.trace(square, axis1=1, axis2=2)  # J J^T of fewer than six joints is singular
+        least = _REGULAR * np.trace(square, axis1=1, axis2=2)
         square = square + (damping + least)[:, None, None] * np.eye(6)
         step = np.einsum("kij,ki->kj", J, np.linalg.solve(square, error[..., None])[..., 0])
         pushing = ((q <= lower) & (step < 0.0)) | ((q >= upper) & (step > 0.0))

@@ -6,7 +6,7 @@ from pathlib import Path
 from string import Template
 
 from lwr_dyn.errors import OptionError, UnknownNameError
-from lwr_dyn.files import read_text
+from lwr_dyn.files import ends_in, read_text
 from lwr_dyn.papers.reader import parse_paper, parse_readings
 from lwr_dyn.papers.schema import Paper
 
@@ -51,7 +51,7 @@ def readings(robot: str) -> tuple[str, ...]:
 
 
 def _text_and_file(robot: str) -> tuple[str, str]:
-    if robot.endswith(".toml"):
+    if ends_in(robot, ".toml"):
         return read_text(robot, "a readable .toml file"), Path(robot).name
     if robot not in robots():
         raise UnknownNameError("robot", robot, (*robots(), "a path to a .toml or .urdf file"))

@@ -86,9 +86,9 @@ def check_options(paper: str, options: Mapping[str, Any]) -> None:
         option = by_paper.get(paper, next(iter(by_paper.values())))
         allowed = [*by_paper, ALL] if option.for_all else [*by_paper]
         if paper not in allowed:
-            raise OptionError(option.name, f"given for {paper}", f"only for {', '.join(allowed)}")
+            raise OptionError(f"--{option.name}", f"given for {paper}", f"only for {', '.join(allowed)}")
         if option.values and value not in option.values:
-            raise OptionError(option.name, repr(value), ", ".join(option.values))
+            raise OptionError(f"--{option.name}", repr(value), ", ".join(option.values))
 
 
 def option_keywords() -> tuple[str, ...]:

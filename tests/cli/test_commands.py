@@ -9,15 +9,17 @@ BAD = {
     "no such reading": (("check", "lwr4plus", "--reading", "real"), "no reading of lwr4plus named 'real'"),
     "missing file": (("check", "none.toml"), "none.toml: no such file"),
     "missing urdf": (("check", "none.urdf"), "none.urdf"),
-    "no such command": (("chekc",), "No such command 'chekc'"),
+    "no such command": (("chekc",), "no command named 'chekc' (did you mean check?)"),
+    "no such file to begin": (("new", "controler", "x.py"), "no command named 'controler' (did you mean controller?)"),
+    "no such controller": (("simulate", "lwr4plus", "--controller", "pd-gravty"), "(did you mean pd-gravity?)"),
     "no such option": (("check", "lwr4", "--fast"), "No such option"),
-    "too few joints": (("fk", "lwr4", "--q-deg", "-90,0"), "--q-deg: shape (2,); allowed: (..., 7)"),
+    "too few joints": (("fk", "lwr4", "--q-deg", "-90,0"), "--q-deg: 2 numbers; allowed: 7 numbers, one per joint"),
     "no number": (("fk", "lwr4", "--q-deg", "a,b"), "not a list of numbers"),
     "not finite": (("fk", "lwr4", "--q", "nan,0,0,0,0,0,0"), "--q: nan at index (0,); allowed: finite numbers"),
     "no q": (("fk", "lwr4"), "--q, --q-deg, --axes-deg: none or several given; allowed: one of them"),
     "point of two": (
         ("fk", "lwr4", "--q", "0,0,0,0,0,0,0", "--point", "1,2"),
-        "--point: shape (2,); allowed: shape (3,)",
+        "--point: 2 numbers; allowed: 3 numbers",
     ),
     "gain not positive": (("gains", "lwr4plus", "--omega-n", "-1"), "omega_n: -1.0; allowed: a number above 0"),
     "no masses": (("gains", "lwr4"), "masses and inertias not given"),
@@ -28,7 +30,10 @@ BAD = {
         ("new", "arm", "arm.toml", "--convention", "x"),
         "convention: 'x'; allowed: standard, modified",
     ),
-    "urdf into a folder that is not there": (("urdf", "lwr4", "--out", "none/x.urdf"), "none"),
+    "urdf into a folder that is not there": (
+        ("urdf", "lwr4", "--out", "none/x.urdf"),
+        "x.urdf: no directory none",
+    ),
     "lock without a value": (("check", "x.urdf", "--lock", "finger"), "--lock: 'finger'; allowed: JOINT=VALUE"),
     "tip of a named robot": (("check", "lwr4", "--tip", "x"), "only with a .urdf file"),
 }
@@ -45,6 +50,10 @@ def test_bad_input_gets_one_line_and_exit_code_2(name, lwr_dyn_command, tmp_path
     assert message in err
     assert "Traceback" not in err
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_zero_has_no_sign(lwr_dyn_command):
+    assert "-0.0000" not in lwr_dyn_command("fk", "kr30ha", "--axes-deg", "A2=-90,A3=90")[1]
 
 
 def test_list_as_json_names_robots_readings_and_pages(lwr_dyn_command):

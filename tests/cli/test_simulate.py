@@ -24,7 +24,7 @@ BAD = {
     "seed": (("--encoder-noise", "1e-5", "--seed", "-1"), "seed: -1; allowed: a whole number from 0 on"),
     "controller": (("--controller", "fuzzy"), "'fuzzy' is not one of 'pd-gravity', 'pid', 'inverse-dynamics'"),
     "plant": (("--plant-reading", "real"), "no reading of lwr4plus named 'real'"),
-    "folder that is not there": (("--out", "none/run.npz"), "none/run.npz: cannot write in none"),
+    "folder that is not there": (("--out", "none/run.npz"), "none/run.npz: no directory none"),
     "other ending": (("--out", "run.txt"), "run.txt: does not end in .npz; allowed: a path that ends in .npz"),
     "outside the limits": (("--from-deg", "0,130,0,0,0,0,0"), "joint_2"),
     "no start": (("--task", "point-to-point"), "--from-deg: not given"),

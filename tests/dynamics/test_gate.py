@@ -79,7 +79,7 @@ def test_no_value_that_is_not_finite_passes_for_any_joints(seed):
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("shape", [(6,), (7, 1), (8,), ()])
 def test_a_wrong_number_of_joints_is_refused(engine, method, shape):
-    with pytest.raises(ShapeError, match=r"one value per joint"):
+    with pytest.raises(ShapeError, match=r"one per joint"):
         getattr(engine, method)(*[np.zeros(shape)] * METHODS[method])
 
 

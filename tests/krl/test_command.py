@@ -77,7 +77,7 @@ BAD = {
     "no file": (("check", "none.src"), "none.src: no such file or directory; allowed: a KRL file"),
     "no source": (("check", "TwoPoint.dat"), "TwoPoint.dat: ends in '.dat'; allowed: a .src file"),
     "other ending": (("run", "TwoPoint.src", "--out", "x.txt"), "x.txt: does not end in .npz"),
-    "no folder": (("run", "TwoPoint.src", "--out", "none/x.npz"), "cannot write in none"),
+    "no folder": (("run", "TwoPoint.src", "--out", "none/x.npz"), "no directory none"),
     "ramp": (("run", "TwoPoint.src", "--ramp", "0"), "ramp: 0.0; allowed: a number from 0.001"),
     "value": (("check", "TwoPoint.src", "--set", "x"), "--set: 'x'; allowed: NAME=VALUE"),
     "robot": (("check", "TwoPoint.src", "--robot", "lwr4plus"), "robot: lwr4plus; allowed: an arm with KUKA's axes"),

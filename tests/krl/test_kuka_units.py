@@ -76,7 +76,7 @@ BAD = {
     "S of another arm": (("ik", "lwr4plus", *SI, "--status", "2"), 2, "only for an arm with KUKA's axes"),
     "two positions": (("ik", "kr30ha", *P1, "--xyz", "0,0,0"), 2, "--xyz, --xyz-mm: both given"),
     "three orientations": (("ik", "kr30ha", *P1, "--rpy", "0,0,0", "--rpy-deg", "0,0,0"), 2, "several given"),
-    "ABC of two": (("ik", "kr30ha", "--xyz-mm", "0,0,0", "--abc-deg", "0,0"), 2, "--abc-deg: shape (2,)"),
+    "ABC of two": (("ik", "kr30ha", "--xyz-mm", "0,0,0", "--abc-deg", "0,0"), 2, "--abc-deg: 2 numbers; allowed: 3"),
     "out of reach": (("ik", "kr30ha", "--xyz-mm", "2600,0,900", "--abc-deg", "0,90,0"), 1, "of reach by 0.399015 m"),
     "outside limits": (("ik", "kr30ha", "--xyz-mm", "91,-139,292", "--abc-deg", "0,0,0"), 1, "limits: A2 by 0.11"),
     "arm angle": (("ik", "kr30ha", *P1, "--arm-angle-deg", "3"), 2, "only for an S-R-S arm"),

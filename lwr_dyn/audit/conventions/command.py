@@ -12,6 +12,7 @@ from lwr_dyn.audit.conventions.ranking import RankedReadings, rank_readings
 from lwr_dyn.audit.conventions.ranking_text import judged_rankings, ranking_text
 from lwr_dyn.cli.options import print_json
 from lwr_dyn.errors import OptionError
+from lwr_dyn.files import ends_in
 from lwr_dyn.papers.catalog import open_paper
 from lwr_dyn.papers.schema import Paper
 
@@ -31,7 +32,7 @@ def command(robot: str, evidence: str | None, as_json: bool) -> None:
     errata are not used. Built-in robots bring their evidence along; for your own arm write it as a file, in the form
     that lwr_dyn/audit/conventions/evidence_file.py shows.
     """
-    if robot.endswith(".urdf"):
+    if ends_in(robot, ".urdf", ".xacro"):
         raise OptionError("ROBOT", robot, "a robot's name or a .toml file; a URDF states its conventions")
     paper = open_paper(robot)
     zero = zero_readings(paper) if "poses.axis" in paper.columns else None

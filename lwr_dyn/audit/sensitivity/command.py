@@ -11,6 +11,7 @@ from lwr_dyn.audit.sensitivity.analysis import POSES, Sensitivity, sensitivity
 from lwr_dyn.audit.sensitivity.result_tables import notes, result_tables
 from lwr_dyn.cli.options import print_json
 from lwr_dyn.errors import OptionError
+from lwr_dyn.files import ends_in
 from lwr_dyn.front import load, readings
 from lwr_dyn.model.arm import Arm
 
@@ -44,8 +45,8 @@ def _arms(robots: tuple[str, ...]) -> dict[str, Arm]:
     """Every reading of every robot, named so that the names differ."""
     arms: dict[str, Arm] = {}
     for robot in robots:
-        short = Path(robot).stem if robot.endswith((".toml", ".urdf")) else robot
-        for reading in (None,) if robot.endswith(".urdf") else readings(robot):
+        short = Path(robot).stem if ends_in(robot, ".toml", ".urdf") else robot
+        for reading in (None,) if ends_in(robot, ".urdf") else readings(robot):
             arm = load(robot, reading)
             name = arm.reading if len(robots) == 1 else f"{short} {arm.reading}" if reading else short
             if name in arms:

@@ -83,7 +83,7 @@ def test_a_file_of_ones_own_with_evidence(command, tmp_path, evidence):
         (number(value='"1e999"'), "no digits"),
         (number(unit="N m"), "allowed: one of kg m^2"),
         (number(quantity="mass"), "number[0].quantity"),
-        (number(rest="q = [0, 0]"), "allowed: (..., 7), one value per joint"),
+        (number(rest="q = [0, 0]"), "allowed: 7 numbers, one per joint"),
         (number(rest=""), "number[0].q: missing"),
         (number(rest="q = [0, 0, 0, 0, 0, 0, 0]\ncolour = 1"), "number[0].colour: unknown field"),
         ("[[nunber]]\n", "nunber: unknown field"),
