@@ -106,11 +106,10 @@ def load_with_paper(
         return replace(arm, file=str(Path(name).resolve()), loaded_with=options), None
     if tip is not None:
         raise OptionError("tip", f"given for {name}", "only with a .urdf file")
-    from lwr_dyn.papers.assembly import arm_from_paper
-    from lwr_dyn.papers.catalog import open_paper
+    from lwr_dyn.papers import assembly, catalog
 
-    paper = open_paper(name, reading)
-    arm = arm_from_paper(paper)
+    paper = catalog.open_paper(name, reading)
+    arm = assembly.arm_from_paper(paper)
     for joint, value in (lock or {}).items():
         arm = arm.with_locked_joint(joint, value)
     file = str(Path(name).resolve()) if ends_in(name, ".toml") else ""

@@ -49,6 +49,17 @@ def test_a_joint_that_pushes_against_its_limit_is_held_and_the_others_do_the_wor
     assert J[0] @ step == pytest.approx(error[0], abs=1e-9)
 
 
+@pytest.mark.parametrize("rank", range(5))
+def test_a_jacobian_that_has_lost_rank_gives_a_step(rank):
+    """UR10e with a stretched elbow and others ended with "Singular matrix": J J^T alone is singular to rounding."""
+    rng = np.random.default_rng(rank)
+    J = np.round(rng.normal(size=(300, 6, rank)), 2) @ np.round(rng.normal(size=(300, rank, 7)), 1)
+    error, wide, q = np.einsum("kij,kj->ki", J, rng.normal(size=(300, 7))), np.full(7, 9.0), np.zeros((300, 7))
+    step = _step(J, error, np.full(300, 1e-20), q, -wide, wide)
+    assert np.abs(np.einsum("kij,kj->ki", J, step) - error).max() <= 1e-6 * max(1.0, np.abs(error).max())
+    _step(J, rng.normal(size=(300, 6)), np.full(300, 1e-20), q, -wide, wide)  # a pose out of reach
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_numeric_search_with_sliding_joints(seed):
     arm = random_arm(seed, "RPRRPRR")
