@@ -26,8 +26,7 @@ class OneOf(click.Choice):  # type: ignore[type-arg] # generic only since click 
             return super().convert(value, param, ctx)
         except click.BadParameter as fault:
             hint = did_you_mean(str(value), [str(name) for name in self.choices])
-            fault.message = f"{fault.message.rstrip('.')}{hint}."
-            raise
+            raise click.BadParameter(f"{fault.message.rstrip('.')}{hint}.", ctx, param) from None
 
 
 class Numbers(click.ParamType):  # type: ignore[type-arg] # generic only since click 8.4
