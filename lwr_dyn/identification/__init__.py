@@ -9,5 +9,5 @@ base_parameters, motion_fit: inertial and friction parameters from any motion (`
 possible_bodies: whether no bodies can have the base parameters
 passivity, passive_refit: speeds at which friction adds energy; the nearest friction that does not
 least_squares: weighted and Huber estimates with covariance
-map_figures, command, command_tables, motion_tables: figures, the subcommand, its tables
+command, command_tables, motion_tables: the subcommand, its tables
 """

@@ -7,8 +7,8 @@ from typing import Any, TypeVar
 import click
 
 from lwr_dyn.cli.options import OneOf, print_json
+from lwr_dyn.cli.row_options import OptionRule, refuse_unused
 from lwr_dyn.errors import LwrDynError
-from lwr_dyn.files import check_writable
 from lwr_dyn.front import load
 from lwr_dyn.identification.command_tables import friction_record, friction_text
 from lwr_dyn.identification.cruise import DEFAULT_CRUISE, CruiseRule
@@ -20,16 +20,20 @@ from lwr_dyn.identification.motion_fit import DEFAULT_MOTION, MotionRule, identi
 from lwr_dyn.identification.motion_tables import body_lines, motion_record, motion_text
 from lwr_dyn.identification.torque_model import SUBTRACT
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.viewer.plots import save_figure
+from lwr_dyn.viewer.plots import check_figure, save_figure
 
 F = TypeVar("F", bound=Callable[..., Any])
+FRICTION_RULES = tuple(
+    OptionRule(option, lambda given: given["robot"] is not None, "with --robot") for option in ("subtract", "reading")
+)
+"""Options that need a model."""
 
 
 def _log_options(command: F) -> F:
     for option in (
         click.option("--json", "as_json", is_flag=True, help="One JSON object."),
         click.option("--units", help="Units of columns that declare none, such as time=ms,q=deg,tau=mN m."),
-        click.option("--reading", help="Of the robot; its default if not given."),
+        click.option("--reading", help="Reading of --robot; its default if not given."),
         click.argument("logs", nargs=-1, required=True, metavar="LOG..."),
     ):
         command = option(command)
@@ -49,7 +53,7 @@ def command() -> None:
 @_log_options
 @click.option("--robot", help="Take the model of this robot out of the torques (name, .toml or .urdf).")
 @click.option("--subtract", type=OneOf(SUBTRACT), default="gravity", show_default=True,
-              help="What the model takes out: g; B ddq + C dq; all of it.")  # fmt: skip
+              help="What the model of --robot takes out: g; B ddq + C dq; all of it.")  # fmt: skip
 @click.option("--model", type=OneOf(MODELS), default=MODELS[0], show_default=True, help="What is fitted.")
 @click.option("--robust", is_flag=True, help="Huber's loss: outliers have little influence.")
 @click.option("--equal-weights", is_flag=True, help="Every cruise counts the same, not every sample.")
@@ -59,8 +63,9 @@ def command() -> None:
 @click.option("--plot", help="Write the friction-velocity maps there, .png and .svg.")
 def friction(logs: tuple[str, ...], robot: str | None, reading: str | None, units: str | None, **given: Any) -> None:
     """Friction of each joint and direction from constant-velocity runs."""
+    refuse_unused(FRICTION_RULES, {**given, "robot": robot})
     if given["plot"] is not None:
-        check_writable(given["plot"])
+        check_figure(given["plot"])
     rule = CruiseRule(shortest=given["shortest"], tolerance=given["tolerance"])
     options = FitOptions(given["model"], given["robust"], given["equal_weights"], rule)
     arm = None if robot is None else load(robot, reading)

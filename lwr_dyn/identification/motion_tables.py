@@ -89,7 +89,7 @@ def motion_text(result: MotionIdentification) -> str:
 def body_lines(bodies: BodyVerdict) -> list[str]:
     """What shows that no bodies can have the values, each with the links or joint; empty if nothing does."""
     lines = [
-        f"impossible: {_short(n.parameter)} = {n.value:.5g} +- {n.three_sigma:.2g} ({SIGMAS:g} sigma), never below 0 "
+        f"impossible: {_short(n.parameter)} = {n.value:.5g} +- {n.three_sigma:.2g} (99.73 %), never below 0 "
         f"for any bodies ({_numbered('link', n.links)}); {_cause(n.noise_can_explain)}"
         for n in bodies.negative
     ]

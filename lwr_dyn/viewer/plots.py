@@ -11,8 +11,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from lwr_dyn.errors import MissingPackageError, OptionError
-from lwr_dyn.files import write_file
+from lwr_dyn.errors import FileAccessError, MissingPackageError, OptionError
+from lwr_dyn.files import check_writable, write_file
 from lwr_dyn.viewer.figures import PALETTE, Curve, Figure, Panel
 from lwr_dyn.viewer.replayed_runs import ReplayedRun
 
@@ -51,11 +51,34 @@ _LETTERS = 12
 
 
 def save_figure(figures: Figure | Sequence[Figure], path: str | Path, runs: Runs = ()) -> tuple[Path, Path]:
-    """Write `path`.png and `path`.svg (a suffix given is replaced) and return both; raises as `draw`, `write_file`."""
-    targets = Path(path).with_suffix(".png"), Path(path).with_suffix(".svg")
+    """Write `path`.png and `path`.svg and return both; raises as `draw`, `write_file`, `check_figure`."""
+    targets = figure_paths(path)
     for target in targets:
         write_file(target, figure_bytes(figures, target.suffix[1:], runs))
     return targets
+
+
+def figure_paths(path: str | Path) -> tuple[Path, Path]:
+    """The .png and the .svg of a figure; `path` ends in one of them or has no suffix, else `FileAccessError`."""
+    if Path(path).suffix not in ("", ".png", ".svg"):
+        raise FileAccessError(str(path), f"ends in {Path(path).suffix}", "no suffix, .png or .svg: both are written")
+    return Path(path).with_suffix(".png"), Path(path).with_suffix(".svg")
+
+
+def check_figure(path: str | Path) -> None:
+    """Raise before the work what `save_figure` would raise after it.
+
+    Raises
+    ------
+    FileAccessError
+        Another suffix, or a folder where nothing can be written.
+    MissingPackageError
+        Matplotlib is not installed.
+    """
+    for target in figure_paths(path):
+        check_writable(target)
+    with _drawing_class():
+        pass
 
 
 def figure_bytes(figures: Figure | Sequence[Figure], kind: str, runs: Runs = ()) -> bytes:

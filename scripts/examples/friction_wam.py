@@ -37,7 +37,7 @@ def main(arguments: list[str] | None = None) -> None:
         write_log(files[-1], sensors.through(log, options.seed + i))
 
     result = identify_friction_files(files, arm=arm, subtract="all")
-    print("joint     Table 1  identified        3 sigma")
+    print("joint     Table 1  identified   99.73 % interval (Student's t)")
     for fit in result.fits:
         friction = arm.friction[fit.joint - 1]
         direction = friction.positive if fit.sign > 0 else friction.negative

@@ -32,6 +32,12 @@ def test_a_passive_refit_shows_its_cost_and_drives_no_more(lwr_dyn_command):
     assert "passive refit of joint_4, positive: F_c 1.5414" in lwr_dyn_command(*FAST, "--passive-refit")[1]
 
 
+def test_a_refit_of_an_arm_without_friction_is_refused(lwr_dyn_command):
+    code, out, err = lwr_dyn_command("simulate", "lwr4plus", "--passive-refit")
+    assert (code, out) == (2, "")
+    assert "--passive-refit: lwr4plus has no friction; allowed: with an arm whose friction is known" in err
+
+
 def test_without_friction(lwr_dyn_command):
     code, out, _ = lwr_dyn_command(*FAST, "--friction", "none")
     assert code == 0

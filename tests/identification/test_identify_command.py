@@ -1,6 +1,7 @@
 """`lwr-dyn identify` as a user types it."""
 
 import json
+import sys
 
 import numpy as np
 import pytest
@@ -50,6 +51,14 @@ def test_friction_as_json_and_as_a_plot(lwr_dyn_command, logs, tmp_path):
     assert b"<svg" in out_file.with_suffix(".svg").read_bytes()
 
 
+def test_without_matplotlib_a_plot_is_refused_before_anything_is_printed(lwr_dyn_command, logs, tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    code, out, err = lwr_dyn_command("identify", "friction", *logs, "--plot", tmp_path / "map")
+    assert (code, out) == (2, "")
+    assert "pip install 'lwr_dyn[plots]'" in err
+    assert err.count("\n") == 1
+
+
 def test_the_table_names_the_torques_taken_out(lwr_dyn_command, logs):
     code, out, _ = lwr_dyn_command("identify", "friction", *logs, "--robot", "wam7", "--robust")
     assert code == 0
@@ -86,6 +95,9 @@ def test_nothing_but_bad_files_prints_no_report(lwr_dyn_command, tmp_path):
         (("friction", "x.csv", "--model", "lugre"), "'lugre' is not one of"),
         (("friction", "x.csv", "--shortest", "0"), "cruise shortest: 0.0; allowed: a number above 0"),
         (("friction", "x.csv", "--plot", "none/map"), "none"),
+        (("friction", "x.csv", "--plot", "m.jpg"), "m.jpg: ends in .jpg; allowed: no suffix, .png or .svg"),
+        (("friction", "x.csv", "--subtract", "all"), "--subtract: would do nothing here; allowed: with --robot"),
+        (("friction", "x.csv", "--reading", "printed"), "--reading: would do nothing here; allowed: with --robot"),
         (("motion", "x.csv"), "Missing option '--robot'"),
         (("motion", "x.csv", "--robot", "wam7", "--held-out", "2"), "held out share: 2.0"),
     ],

@@ -72,7 +72,7 @@ def test_a_negative_moment_is_named_with_its_link_and_whether_noise_explains_it(
     assert unsure.negative[0].noise_can_explain
     assert not sure.negative[0].noise_can_explain
     assert (
-        "Izz_7 = -0.00088 +- 0.003 (3 sigma), never below 0 for any bodies (link 7); noise can" in body_lines(unsure)[0]
+        "Izz_7 = -0.00088 +- 0.003 (99.73 %), never below 0 for any bodies (link 7); noise can" in body_lines(unsure)[0]
     )
     assert "noise cannot explain it: look at geometry" in body_lines(sure)[0]
 
