@@ -6,8 +6,16 @@ import click
 import numpy as np
 
 from lwr_dyn.cli.options import load_robot, print_json, robot_options
-from lwr_dyn.control.gains import OMEGA_N, XI, second_order_gains
+from lwr_dyn.cli.sampled_text import stability_table
+from lwr_dyn.control.gains import OMEGA_N, XI, Gains, second_order_gains
+from lwr_dyn.control.inverse_dynamics import tuned_inverse_dynamics
+from lwr_dyn.control.linear_feedback import Linearised
+from lwr_dyn.control.pd_gravity import PDGravity, tuned_pd_gravity
+from lwr_dyn.control.pid import PID
+from lwr_dyn.control.sampled_loop import Sampling
+from lwr_dyn.control.sampled_stability import SampledStability, stability_in_box
 from lwr_dyn.control.worst_case_inertia import InertiaMaximum, worst_case_inertias
+from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind
 from lwr_dyn.tables import aligned
@@ -20,22 +28,37 @@ HEAD = ("joint", "b [kg m^2]", "Kp [N m/rad]", "Kd [N m s/rad]", "where (deg; * 
 @robot_options
 @click.option("--omega-n", default=OMEGA_N, show_default=True, help="Natural frequency, rad/s.")
 @click.option("--xi", default=XI, show_default=True, help="Damping ratio.")
+@click.option("--rate", default=1000.0, show_default=True, help="Samples a second at which the loop is judged.")
+@click.option("--delay", default=0, show_default=True, help="Delay of the torque, samples.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object.")
 def command(
-    robot: str, reading: str | None, tip: str | None, locks: tuple[str, ...], omega_n: float, xi: float, as_json: bool
+    robot: str,
+    reading: str | None,
+    tip: str | None,
+    locks: tuple[str, ...],
+    omega_n: float,
+    xi: float,
+    rate: float,
+    delay: int,
+    as_json: bool,
 ) -> None:
-    """Worst-case inertia of each joint over its limits, and Kp = omega_n^2 b, Kd = 2 xi omega_n b."""
+    """Worst-case inertia of each joint over its limits, Kp = omega_n^2 b and Kd = 2 xi omega_n b, and where sampling
+    makes the loop unstable."""
     second_order_gains([1.0], omega_n, xi)  # refuse bad options before the search
+    sampling = Sampling(rate, delay)
     arm = load_robot(robot, reading, tip, locks)
     maxima = worst_case_inertias(arm)
     gains = second_order_gains([w.value for w in maxima], omega_n, xi)
+    judged = sampled_loops(arm, gains, sampling)
     if as_json:
         records = [
             {"joint": arm.joint_names[w.joint], "b": w.value, "q": w.q, "free": list(w.free), "search": w.statement()}
             | {"Kp": gains.Kp[w.joint], "Kd": gains.Kd[w.joint]}
             for w in maxima
         ]
-        print_json({"robot": arm.name, "reading": arm.reading, "omega_n": omega_n, "xi": xi, "joints": records})
+        sampled = {name: found.to_json() for name, found in judged.items()}
+        about = {"robot": arm.name, "reading": arm.reading, "omega_n": omega_n, "xi": xi}
+        print_json({**about, "joints": records, "sampled": sampled})
         return
     click.echo(
         f"{arm.name}, reading {arm.reading}: max B_ii over the joint box, omega_n = {omega_n:g} rad/s, xi = {xi:g}"
@@ -53,6 +76,20 @@ def command(
     click.echo(aligned(rows, HEAD))
     for w in maxima:
         click.echo(f"{arm.joint_names[w.joint]}: {w.statement()}")
+    click.echo("\n" + stability_table(arm, judged).text())
+
+
+def sampled_loops(arm: Arm, gains: Gains, sampling: Sampling) -> dict[str, SampledStability]:
+    """The sampled loop of each controller with these gains, and with the gains of the arm's file, where it has any."""
+    dynamics, omega_n, xi = dynamics_of(arm), gains.omega_n, gains.xi
+    controllers: dict[str, Linearised] = {
+        "pd-gravity": PDGravity(dynamics, gains.Kp, gains.Kd),
+        "pid": PID(gains.Kp, gains.Kd, arm.effort, dynamics=dynamics, omega_n=omega_n),
+        "inverse-dynamics": tuned_inverse_dynamics(arm, dynamics, omega_n=omega_n, xi=xi),
+    }
+    if arm.gains is not None:
+        controllers["pd-gravity --own-gains"] = tuned_pd_gravity(arm, dynamics, own_gains=True)
+    return {name: stability_in_box(arm, dynamics, each, sampling) for name, each in controllers.items()}
 
 
 def places(arm: Arm, worst: InertiaMaximum) -> str:

@@ -4,15 +4,11 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.control.gains import UNSTABLE, damping_per_sample
-from lwr_dyn.control.pd_gravity import PDGravity
-from lwr_dyn.control.pid import PID
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind
 from lwr_dyn.model.run import Run
 from lwr_dyn.simulation.metrics import Metrics, metrics
 from lwr_dyn.simulation.record import ACTIVE_FRICTION
-from lwr_dyn.simulation.setup import Setup
 from lwr_dyn.tables import Heading, Table
 from lwr_dyn.viewer.replayed_runs import facts
 
@@ -33,7 +29,7 @@ def run_text(run: Run, arm: Arm) -> str:
         f"limits of position, speed and torque: {figures.limits}; {len(run.events)} events",
         f"energy: change {audit['energy_change']:.6g} J; work [J]: {channels}; residual {audit['residual']:.2g}",
     ]
-    return "\n".join([*lines, *sampling_note(run), *friction_lines(run, arm)])
+    return "\n".join([*lines, *friction_lines(run, arm)])
 
 
 def _title(run: Run, arm: Arm, figures: Metrics) -> str:
@@ -43,19 +39,6 @@ def _title(run: Run, arm: Arm, figures: Metrics) -> str:
     parts += [f"{name} {known[name]}" for name in ("task", "payload", "plant") if name in known]
     stops = f"; {figures.stops.sentence()}" if figures.stops.met else ""
     return ", ".join([*parts, f"{run.t[-1]:g} s", f"{run.t.size} samples"]) + stops
-
-
-def sampling_note(run: Run) -> list[str]:
-    """A note where the damping of the controller is too strong for the sampling of the simulated plant."""
-    setup: Setup = run.setup
-    controller, options = setup.controller, setup.options
-    if not isinstance(controller, PDGravity | PID) or options.continuous:
-        return []
-    damping = damping_per_sample(setup.plant.dynamics, controller.Kd, run.q, options.rate)
-    if damping <= UNSTABLE:
-        return []
-    fault = f"Kd is too strong for {options.rate:g} samples a second here, the loop chatters"
-    return [f"note: {fault}; a --rate above {options.rate * damping / UNSTABLE:.0f} would hold it"]
 
 
 def friction_lines(run: Run, arm: Arm) -> list[str]:

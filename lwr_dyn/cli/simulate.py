@@ -8,6 +8,7 @@ import click
 from lwr_dyn.cli.options import OneOf, load_robot, print_json, robot_options
 from lwr_dyn.cli.row_options import OptionRule, refuse_unused, row_options
 from lwr_dyn.cli.run_report import run_record, run_text
+from lwr_dyn.cli.sampled_text import judged_setup, stability_lines, stability_record
 from lwr_dyn.control.controller_file import faults_in
 from lwr_dyn.control.controllers import CONTROLLERS, make_controller
 from lwr_dyn.dynamics.engines import ENGINES, dynamics_of
@@ -19,7 +20,8 @@ from lwr_dyn.model.run import Run
 from lwr_dyn.simulation.arm_friction import FORMS, FrictionOption
 from lwr_dyn.simulation.plant import arm_with_payload, arm_with_scaled_inertia
 from lwr_dyn.simulation.sensors import Encoder
-from lwr_dyn.simulation.simulate import simulate
+from lwr_dyn.simulation.setup import Setup, prepare
+from lwr_dyn.simulation.simulate import run_setup
 from lwr_dyn.trajectory.references.tasks import REFERENCES
 
 
@@ -54,6 +56,7 @@ PLANT = [
 ]
 LOOP = [
     _option("--rate", "Samples a second.", float, 1000.0),
+    _option("--delay", "Delay from a command to its torque, samples.", int, 0),
     _option("--method", "Method of integration.", OneOf(["rk4", "dop853"]), "rk4"),
     _option("--substeps", "RK4 steps a sample.", int, 1),
     _option("--continuous", "The controller runs at every moment, not at samples."),
@@ -88,22 +91,15 @@ def command(robot: str, reading: str | None, tip: str | None, locks: tuple[str, 
     CONTROLLER_OPTIONS.refuse_unused(given["controller"])
     refuse_unused(RULES, given)
     out = given["out"]
-    if out is not None:
-        if not out.endswith(".npz"):
-            raise FileAccessError(out, "does not end in .npz", "a path that ends in .npz")
-        check_writable(out)
+    _check_target(out)
     arm = load_robot(robot, reading, tip, locks)
-    try:
-        run = _simulated(arm, robot, given)
-    except DivergenceError as fault:
-        if out is not None and isinstance(fault.run, Run):
-            fault.run.save(out)
-            click.echo(f"kept what was computed in {out}")
-        raise
-    if out is not None:
-        run.save(out)
+    setup = _setup(arm, robot, given)
+    judged = judged_setup(setup)
+    if not given["json"]:
+        click.echo("".join(f"{line}\n" for line in stability_lines(setup.plant.arm, judged)), nl=False, err=True)
+    run = _simulated(setup, given["controller"], out)
     if given["json"]:
-        print_json(run_record(run, arm))
+        print_json({**run_record(run, arm), "sampled_loop": stability_record(judged)})
         return
     click.echo(run_text(run, arm))
     if out is not None:
@@ -117,7 +113,7 @@ CONTROLLER_OPTIONS = row_options(CONTROLLERS, "controller", [*OWN, *OF_TASK])
 command.params += [TASK, *OF_TASK, CONTROLLER, *CONTROLLER_OPTIONS.click_options(), *PLANT, *LOOP]
 
 
-def _simulated(arm: Arm, robot: str, given: dict[str, Any]) -> Run:
+def _setup(arm: Arm, robot: str, given: dict[str, Any]) -> Setup:
     payload, name = given["payload"], given["controller"]
     model = arm_with_payload(arm, payload) if given["payload_known"] else arm
     dynamics = dynamics_of(model, given["engine"])
@@ -130,15 +126,10 @@ def _simulated(arm: Arm, robot: str, given: dict[str, Any]) -> Run:
     friction, note = _friction(plant, given["friction"], given["passive_refit"])
     encoder = _encoder(given["encoder_bits"], given["encoder_noise"], given["velocity_cutoff"])
     reference = REFERENCES.make(given["task"], arm, **TASK_OPTIONS.values(given["task"], given, arm))
-    bar = click.progressbar(length=100, label="simulating", file=sys.stderr, hidden=not sys.stderr.isatty())
-    with bar, faults_in(name):
-
-        def progress(share: float) -> None:
-            bar.update(max(0, int(100 * share) - bar.pos))
-
-        return simulate(
-            arm, controller, reference, plant=plant, payload=payload, encoder=encoder, progress=progress,
-            rate=given["rate"], method=given["method"], substeps=given["substeps"], continuous=given["continuous"],
+    with faults_in(name):
+        return prepare(
+            arm, controller, reference, plant=plant, payload=payload, encoder=encoder, rate=given["rate"],
+            method=given["method"], substeps=given["substeps"], continuous=given["continuous"], delay=given["delay"],
             engine=engine, saturate=not given["no_saturation"], position_limits=not given["no_stops"],
             seed=given["seed"], allow_unphysical=given["allow_unphysical"], friction=friction,
             meta={"task": given["task"], **_plant_note(given), **note},
@@ -152,6 +143,34 @@ def _plant_note(given: dict[str, Any]) -> dict[str, Any]:
     parts += [f"masses times {scale:g}"] if scale != 1.0 else []
     known = {"payload_known": True} if given["payload_known"] else {}
     return ({"plant": ", ".join(parts)} if parts else {}) | known
+
+
+def _check_target(out: str | None) -> None:
+    """Raise `FileAccessError` where no run file can be written."""
+    if out is not None:
+        if not out.endswith(".npz"):
+            raise FileAccessError(out, "does not end in .npz", "a path that ends in .npz")
+        check_writable(out)
+
+
+def _simulated(setup: Setup, controller: str, out: str | None) -> Run:
+    """The run, saved in `out`, with a bar on a terminal; `controller` is a name or a file."""
+    bar = click.progressbar(length=100, label="simulating", file=sys.stderr, hidden=not sys.stderr.isatty())
+
+    def progress(share: float) -> None:
+        bar.update(max(0, int(100 * share) - bar.pos))
+
+    try:
+        with bar, faults_in(controller):
+            run = run_setup(setup, progress)
+    except DivergenceError as fault:
+        if out is not None and isinstance(fault.run, Run):
+            fault.run.save(out)
+            click.echo(f"kept what was computed in {out}")
+        raise
+    if out is not None:
+        run.save(out)
+    return run
 
 
 def _friction(plant: Arm, form: str, refit: bool) -> tuple[FrictionOption, dict[str, Any]]:

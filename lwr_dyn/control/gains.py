@@ -1,4 +1,4 @@
-"""Gains of a second-order loop from its natural frequency and damping, and what sampling does to a damping."""
+"""Gains of a second-order loop from its natural frequency and damping ratio."""
 
 from dataclasses import dataclass
 from typing import Annotated
@@ -8,7 +8,6 @@ from numpy.typing import ArrayLike
 
 from lwr_dyn.arrays import Array, freeze_arrays, real_array
 from lwr_dyn.control.worst_case_inertia import worst_case_inertias
-from lwr_dyn.dynamics.protocol import Dynamics
 from lwr_dyn.errors import OptionError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.registry import Option
@@ -19,10 +18,6 @@ NaturalFrequency = Annotated[float, Option(float, "Natural frequency, rad/s.", u
 DampingRatio = Annotated[float, Option(float, "Damping ratio.", unless="own_gains")]
 LARGEST = 1e9
 """[rad/s] No joint moves faster; beyond it gains overflow."""
-UNSTABLE = 2.0
-"""dq_{k+1} = (1 - T lambda) dq_k for each eigenvalue lambda of B^-1 Kd: it grows where T lambda > 2."""
-PLACES = 200
-"""Largest number of configurations at which `damping_per_sample` is evaluated."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -77,27 +72,3 @@ def worst_case_gains(arm: Arm, omega_n: float = OMEGA_N, xi: float = XI, inertia
     second_order_gains([1.0], omega_n, xi)  # refuse bad options before the search
     b = [w.value for w in worst_case_inertias(arm)] if inertia is None else inertia
     return second_order_gains(b, omega_n, xi)
-
-
-def damping_per_sample(dynamics: Dynamics, Kd: Array, q: Array, rate: float) -> float:
-    """Stability of -Kd dq held over a sample T: the largest T lambda_max(B(q)^-1 Kd), unstable above `UNSTABLE`.
-
-    Gains of the worst-case inertia are the largest that a joint ever needs. Where the arm is light they are too large
-    for slow samples, and the loop chatters between its torque limits. A position gain lowers the threshold a little, so
-    a value just below it does not prove stability.
-
-    Parameters
-    ----------
-    dynamics : Dynamics
-        Of the arm that moves.
-    Kd : (n,) array
-        [N m s/rad]
-    q : (k, n) array
-        Configurations of a run [rad or m].
-    rate : float
-        Samples a second, 1/T [Hz].
-    """
-    rows = q[np.unique(np.linspace(0, len(q) - 1, min(PLACES, len(q))).astype(int))]
-    root = np.sqrt(Kd)
-    inverse = np.linalg.inv(dynamics.mass_matrix(rows))
-    return float(np.linalg.eigvalsh(root[:, None] * inverse * root).max()) / rate

@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.control.gains import OMEGA_N, XI, DampingRatio, NaturalFrequency, second_order_gains
+from lwr_dyn.control.linear_feedback import LinearFeedback
 from lwr_dyn.control.protocol import positive_gains
 from lwr_dyn.dynamics.protocol import Dynamics, ungated
 from lwr_dyn.model.arm import Arm
@@ -40,7 +41,7 @@ class InverseDynamics:
     LWR 4+ paper, "Centralized inverse dynamics controller"; Siciliano et al., eqs. 8.56 to 8.60.
     """
 
-    __slots__ = ("Kd", "Kp", "_gravity", "_torque", "feedforward", "gravity")
+    __slots__ = ("Kd", "Kp", "_dynamics", "_gravity", "_torque", "feedforward", "gravity")
 
     name = "inverse-dynamics"
 
@@ -50,7 +51,7 @@ class InverseDynamics:
         self.Kp = positive_gains("Kp", Kp, dynamics.n)
         self.Kd = positive_gains("Kd", Kd, dynamics.n)
         self.feedforward, self.gravity = feedforward, gravity
-        raw = ungated(dynamics)
+        self._dynamics, raw = dynamics, ungated(dynamics)
         self._torque: Callable[[Array, Array, Array], Array] = raw.inverse_dynamics
         self._gravity: Callable[[Array], Array] | None = None if gravity else raw.gravity_vector
 
@@ -73,6 +74,14 @@ class InverseDynamics:
             y += ddq_ref
         tau = self._torque(q, dq, y)
         return tau if self._gravity is None else tau - self._gravity(q)
+
+    def linear_feedback(self, q: Array) -> LinearFeedback:
+        """See `Linearised`: B Kp and B Kd.
+
+        The change of B with q, times the steady error that an unknown load leaves, is left out.
+        """
+        B = self._dynamics.mass_matrix(q)
+        return LinearFeedback(B * self.Kp, B * self.Kd, gravity=self._dynamics if self.gravity else None)
 
 
 def tuned_inverse_dynamics(

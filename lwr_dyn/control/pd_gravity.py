@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.control.gains import OMEGA_N, XI, DampingRatio, NaturalFrequency, worst_case_gains
+from lwr_dyn.control.linear_feedback import LinearFeedback, diagonal
 from lwr_dyn.control.protocol import VelocityError, damping_words, positive_gains
 from lwr_dyn.dynamics.protocol import Dynamics, ungated
 from lwr_dyn.errors import MissingDataError
@@ -41,7 +42,7 @@ class PDGravity:
     LWR 4+ paper, "Decentralized PID type joint controller"; Siciliano et al., eq. 8.51.
     """
 
-    __slots__ = ("Kd", "Kp", "_gravity", "gains", "velocity_error")
+    __slots__ = ("Kd", "Kp", "_dynamics", "_gravity", "gains", "velocity_error")
 
     name = "pd-gravity"
 
@@ -50,7 +51,7 @@ class PDGravity:
     ) -> None:
         self.Kp = positive_gains("Kp", Kp, dynamics.n)
         self.Kd = positive_gains("Kd", Kd, dynamics.n)
-        self.velocity_error, self.gains = velocity_error, gains
+        self.velocity_error, self.gains, self._dynamics = velocity_error, gains, dynamics
         self._gravity: Callable[[Array], Array] = ungated(dynamics).gravity_vector
 
     @property
@@ -68,6 +69,10 @@ class PDGravity:
         if self.velocity_error:
             dq = dq - dq_ref
         return self._gravity(q) + self.Kp * (q_ref - q) - self.Kd * dq
+
+    def linear_feedback(self, q: Array) -> LinearFeedback:
+        """See `Linearised`."""
+        return LinearFeedback(diagonal(self.Kp, len(q)), diagonal(self.Kd, len(q)), gravity=self._dynamics)
 
 
 def tuned_pd_gravity(

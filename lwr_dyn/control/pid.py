@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 
 from lwr_dyn.arrays import Array, read_only
 from lwr_dyn.control.gains import OMEGA_N, XI, DampingRatio, NaturalFrequency, worst_case_gains
+from lwr_dyn.control.linear_feedback import LinearFeedback, diagonal
 from lwr_dyn.control.protocol import VelocityError, damping_words, positive_gains, saturate
 from lwr_dyn.dynamics.protocol import Dynamics, ungated
 from lwr_dyn.errors import OptionError
@@ -60,7 +61,7 @@ class PID:
     Siciliano et al., section 8.3; Astrom, Hagglund, *PID Controllers*, section 3.5.
     """
 
-    __slots__ = ("Kd", "Ki", "Kp", "_effort", "_gravity", "_integral", "_rate", "_t", "tracking_time",
+    __slots__ = ("Kd", "Ki", "Kp", "_dynamics", "_effort", "_gravity", "_integral", "_rate", "_t", "tracking_time",
                  "velocity_error")  # fmt: skip
 
     name = "pid"
@@ -85,7 +86,7 @@ class PID:
         self.Ki = positive_gains("Ki", default_integral_gain(self.Kp, omega_n) if Ki is None else Ki, n)
         tracking = np.sqrt(self.Kd / self.Ki) if tracking_time is None else tracking_time
         self.tracking_time = positive_gains("tracking_time", tracking, n)
-        self.velocity_error = velocity_error
+        self.velocity_error, self._dynamics = velocity_error, dynamics
         self._gravity: Callable[[Array], Array] | None = None if dynamics is None else ungated(dynamics).gravity_vector
         self.reset()
 
@@ -137,6 +138,10 @@ class PID:
         tau, self._rate = self.torque_and_rate(self._integral, q, dq, q_ref, dq_ref, ddq_ref)
         self._t = t
         return tau
+
+    def linear_feedback(self, q: Array) -> LinearFeedback:
+        """See `Linearised`; no torque is at its limit."""
+        return LinearFeedback(diagonal(self.Kp, len(q)), diagonal(self.Kd, len(q)), self.Ki, self._dynamics)
 
 
 def tuned_pid(

@@ -3,7 +3,9 @@
 Both fill a `Log` and raise `Diverged` where the state can no longer be followed.
 """
 
+from collections import deque
 from collections.abc import Callable, Iterator
+from typing import Any
 
 import numpy as np
 
@@ -42,6 +44,19 @@ def joint_torque(tau: object, n: int, k: int) -> Array:
     return array
 
 
+def delayed(controller: Controller, samples: int) -> Controller:
+    """The controller with its commands late by `samples`; until the first arrives, it acts already."""
+    if samples == 0:
+        return controller
+    on_their_way = deque[Any]()
+
+    def late(t: float, q: Array, dq: Array, q_ref: Array, dq_ref: Array, ddq_ref: Array) -> Any:
+        on_their_way.append(np.array(controller(t, q, dq, q_ref, dq_ref, ddq_ref)))
+        return on_their_way.popleft() if len(on_their_way) > samples else on_their_way[0]
+
+    return late
+
+
 def _spans(steps: int, progress: Progress | None) -> Iterator[tuple[int, int]]:
     """The steps in pieces, with a report after each."""
     size = steps if progress is None else max(1, steps // REPORTS)
@@ -57,7 +72,8 @@ def run_sampled(setup: Setup, flow: Flow, log: Log, progress: Progress | None) -
 
     A step that the fast path rejects is computed again by `Flow`.
     """
-    plant, options, controller = setup.plant, setup.options, setup.controller
+    plant, options = setup.plant, setup.options
+    controller = delayed(setup.controller, options.delay)
     n, h, effort = plant.n, 1 / options.rate, plant.effort
     fast = FastStep(flow, h, options.substeps)
     friction, work = log.friction, log.friction_work

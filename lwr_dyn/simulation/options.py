@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 
 from lwr_dyn.arrays import Array, joint_array
 from lwr_dyn.control.protocol import Controller, WithMemory
+from lwr_dyn.control.sampled_loop import MOST_DELAY
 from lwr_dyn.errors import OptionError, ShapeError
 from lwr_dyn.model.run import Motion, Reference
 from lwr_dyn.simulation.integrators import Integrator, dop853, rk4
@@ -36,6 +37,7 @@ class SimulationOptions:
     position_limits: bool = True
     allow_unphysical: bool = False
     seed: int = 0
+    delay: int = 0  # samples from a command to its torque
 
     def __post_init__(self) -> None:
         for name in ("rate", "rtol"):
@@ -44,7 +46,7 @@ class SimulationOptions:
                 raise OptionError(name, value, "a number above 0")
         if self.method not in METHODS:
             raise OptionError("method", repr(self.method), ", ".join(METHODS))
-        for name, least, most in (("substeps", 1, MOST_SUBSTEPS), ("seed", 0, None)):
+        for name, least, most in (("substeps", 1, MOST_SUBSTEPS), ("seed", 0, None), ("delay", 0, MOST_DELAY)):
             value = getattr(self, name)
             if not (isinstance(value, int) and value >= least and (most is None or value <= most)):
                 end = "on" if most is None else f"to {most}"
@@ -90,8 +92,10 @@ def start_state(plant: Plant, motion: Motion, q0: ArrayLike | None, dq0: ArrayLi
     return np.array([q, dq])
 
 
-def check_continuous(controller: Controller, encoder: object) -> None:
-    """A continuous run needs a controller without hidden memory and the true state; raises `OptionError`."""
+def check_continuous(controller: Controller, encoder: object, delay: int = 0) -> None:
+    """A continuous run needs a controller without hidden memory, the true state, no delay; raises `OptionError`."""
+    if delay:
+        raise OptionError("delay", f"{delay} samples in a continuous run", "0, or a sampled run")
     if encoder is not None:
         raise OptionError("encoder", "given for a continuous run", "a sampled run: an encoder is read at instants")
     if hasattr(controller, "reset") and not isinstance(controller, WithMemory):

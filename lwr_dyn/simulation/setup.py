@@ -103,6 +103,7 @@ def prepare(
     position_limits: bool = True,
     allow_unphysical: bool = False,
     seed: int = 0,
+    delay: int = 0,
     duration: float | None = None,
     q0: ArrayLike | None = None,
     dq0: ArrayLike | None = None,
@@ -141,6 +142,8 @@ def prepare(
         Simulate inertias that no body can have.
     seed : int
         Of the encoder's noise.
+    delay : int
+        Samples from a command of the controller to its torque; until it arrives, the first command acts.
     duration : float, optional
         [s]; the reference's if not given.
     q0, dq0 : (n,) array_like, optional
@@ -156,7 +159,7 @@ def prepare(
         An arm that cannot be simulated, an engine that does not exist.
     """
     options = SimulationOptions(
-        rate, method, substeps, rtol, continuous, saturate, position_limits, allow_unphysical, seed
+        rate, method, substeps, rtol, continuous, saturate, position_limits, allow_unphysical, seed, delay
     )
     if not callable(controller):
         raise OptionError("controller", repr(controller), "a function f(t, q, dq, q_ref, dq_ref, ddq_ref) -> tau")
@@ -171,7 +174,7 @@ def prepare(
     chosen = chosen_friction(simulated, friction)
     simulated_plant = plant_of(simulated, engine, chosen, saturate, position_limits, allow_unphysical)
     if continuous:
-        check_continuous(controller, encoder)
+        check_continuous(controller, encoder, delay)
     times = options.times(reference.duration if duration is None else duration)
     motion = sampled_reference(reference, times, simulated_plant.n)
     start = read_only(start_state(simulated_plant, motion, q0, dq0))

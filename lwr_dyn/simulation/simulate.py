@@ -22,8 +22,8 @@ def simulate(
     ----------
     arm, controller, reference, **options
         See `lwr_dyn.simulation.setup.prepare`: rate, method, substeps, rtol, continuous, engine, plant, payload,
-        payload_com, payload_inertia, friction, encoder, saturate, position_limits, allow_unphysical, seed, duration,
-        q0, dq0, meta.
+        payload_com, payload_inertia, friction, encoder, saturate, position_limits, allow_unphysical, seed, delay,
+        duration, q0, dq0, meta.
     progress : callable, optional
         Called with the share that is done.
 

@@ -76,8 +76,8 @@ def test_a_diverging_run_names_the_time_and_keeps_its_samples(lwr_dyn_command, t
     code, out, err = lwr_dyn_command("simulate", "lwr4plus", *SHORT[:-1], "1", *options, "--out", str(target))
     assert code == 2
     assert "kept what was computed" in out
-    assert err.count("\n") == 1
-    assert "the simulation diverges at t = " in err
+    assert err.splitlines()[-1].startswith("lwr-dyn: the simulation diverges at t = ")
+    assert all(line.startswith("note: ") for line in err.splitlines()[:-1])
     assert "joint_" in err
     kept = Run.load(target)
     assert 1 < kept.t.size < 1001
@@ -129,27 +129,6 @@ def test_a_model_is_built_once_where_the_plant_is_the_controllers_model(options,
     assert code == 0
     assert json.loads(out)["meta"]["engine"] == "pinocchio"
     assert len(built) == models
-
-
-@pytest.mark.parametrize(
-    ("options", "rate"),
-    [
-        ((), None),
-        (("--plant-scale", "0.5"), 1859),
-        (("--plant-scale", "0.5", "--continuous"), None),
-        (("--plant-scale", "0.5", "--controller", "inverse-dynamics"), None),
-        (("--rate", "700"), 957),
-        (("--rate", "700", "--plant-scale", "2"), None),
-        (("--rate", "930"), 957),
-        (("--rate", "930", "--payload", "3"), None),
-    ],
-)
-def test_the_note_on_chatter_judges_the_simulated_plant(options, rate, lwr_dyn_command):
-    """Not the model of the controller: a lighter plant chatters where the model would not, a heavier one does not."""
-    code, out, _ = lwr_dyn_command("simulate", "lwr4plus", *SHORT, *options)
-    notes = [line for line in out.splitlines() if line.startswith("note: Kd is too strong")]
-    assert code == 0
-    assert [f"above {rate} would" in line for line in notes] == ([True] if rate else [])
 
 
 def test_a_payload_over_the_rated_one_is_warned_of_in_one_line(lwr_dyn_command):

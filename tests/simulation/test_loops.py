@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 
 import lwr_dyn
-from lwr_dyn.errors import ShapeError
+from lwr_dyn.errors import OptionError, ShapeError
 from lwr_dyn.simulation.audit import TOLERANCE, audit
 from lwr_dyn.simulation.loops import REPORTS, joint_torque
 from lwr_dyn.simulation.simulate import simulate
@@ -68,6 +68,19 @@ def test_the_arm_held_at_rest_stays_still():
     assert np.abs(run.q - MIDDLE).max() <= 1e-14  # g of one algorithm against another's: 1e-15 N m
     assert np.abs(run.dq).max() <= 1e-13
     assert audit(run).worst <= 1e-12
+
+
+@pytest.mark.parametrize("samples", [0, 1, 3])
+def test_commands_arrive_late_by_the_delay_and_the_first_acts_until_then(samples):
+    def ramp(t, q, *_):
+        return lwr_dynamics().gravity_vector(MIDDLE) + t
+
+    at_once, late = (simulate(lwr(), ramp, joint_waves(0.02), delay=d) for d in (0, samples))
+    arrived = np.maximum(np.arange(21) - samples, 0)
+    np.testing.assert_array_equal(late.tau_applied, at_once.tau_applied[arrived])
+    assert late.meta["options"]["delay"] == samples
+    with pytest.raises(OptionError, match="delay: 1 samples in a continuous run"):
+        simulate(lwr(), ramp, joint_waves(0.02), delay=1, continuous=True)
 
 
 @pytest.mark.parametrize("given", [[1, 2], (1.0, 2.0), np.array([1.0, 2.0], dtype=np.float32)])

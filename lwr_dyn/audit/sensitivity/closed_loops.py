@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -12,9 +12,10 @@ from lwr_dyn.audit.sensitivity.simulated_task import SimulatedTask
 from lwr_dyn.audit.sensitivity.statics import Statics
 from lwr_dyn.audit.study_tasks import ControllerChoice
 from lwr_dyn.control.controllers import make_controller
-from lwr_dyn.control.gains import UNSTABLE
-from lwr_dyn.control.inverse_dynamics import InverseDynamics
+from lwr_dyn.control.linear_feedback import Linearised
 from lwr_dyn.control.protocol import Controller
+from lwr_dyn.control.sampled_loop import Sampling
+from lwr_dyn.control.sampled_stability import stability_along
 from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.errors import LwrDynError
 from lwr_dyn.model.arm import Arm
@@ -23,9 +24,9 @@ from lwr_dyn.simulation.simulate import simulate
 
 Progress = Callable[[float], None]
 PLACES = 50
-"""Places along the reference at which the damping of a loop is computed."""
-SAFE = 1.25
-"""T lambda of the sampling that is chosen where the usual one would pass `UNSTABLE`."""
+"""Places along the reference at which the sampled loop is judged."""
+SAFE = 1.6
+"""Times the least rate that holds: the rate that is chosen where the usual one would not hold."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -89,8 +90,7 @@ def _run(
     plant: str,
     rate: float,
 ) -> ClosedLoopResult:
-    damping = loop_damping(arms[model], arms[plant], controller, study) / rate
-    used = rate if damping < UNSTABLE else rate * math.ceil(damping / SAFE)
+    used = _rate_that_holds(arms[plant], controller, study, rate)
     substeps = study.task.substeps
     try:
         run = simulate(arms[model], controller, study.reference, plant=arms[plant], rate=used, substeps=substeps)
@@ -99,11 +99,9 @@ def _run(
     return ClosedLoopResult(name, model, plant, metrics(run, arms[plant]), rate=used)
 
 
-def loop_damping(model: Arm, plant: Arm, controller: Controller, study: SimulatedTask) -> float:
-    """Largest |lambda(B_plant^-1 D)| along the reference [1/s]; D is Kd, or B_model Kd of inverse dynamics."""
+def _rate_that_holds(plant: Arm, controller: Controller, study: SimulatedTask, rate: float) -> float:
+    """The wanted rate [Hz], or a multiple of it `SAFE` above the least that holds along the reference, if any does."""
     reference = study.reference
     q = reference.sample(np.linspace(0.0, reference.duration, PLACES)).q
-    Kd = np.diag(np.asarray(controller.Kd))  # type: ignore[attr-defined] # both kinds of controller have it
-    D = dynamics_of(model).mass_matrix(q) @ Kd if isinstance(controller, InverseDynamics) else Kd
-    loop = np.linalg.solve(dynamics_of(plant).mass_matrix(q), np.broadcast_to(D, (len(q), *Kd.shape)))
-    return float(np.abs(np.linalg.eigvals(loop)).max())
+    found = stability_along(dynamics_of(plant), cast(Linearised, controller), Sampling(rate), q)
+    return rate if found.holds or found.least_rate is None else rate * math.ceil(SAFE * found.least_rate / rate)

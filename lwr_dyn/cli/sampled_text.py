@@ -1,0 +1,97 @@
+"""What sampling does to a loop, in words: a table for `gains`; for `simulate` lines on stderr before the run."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from lwr_dyn.control.linear_feedback import Linearised
+from lwr_dyn.control.sampled_loop import Sampling
+from lwr_dyn.control.sampled_stability import (
+    POSES,
+    SEED,
+    SampledStability,
+    pose_text,
+    rate_text,
+    stability_along,
+    stability_in_box,
+)
+from lwr_dyn.errors import OptionError
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.simulation.setup import Setup
+from lwr_dyn.tables import Heading, Table
+
+
+def sampling_text(sampling: Sampling) -> str:
+    """Rate and delay in words.
+
+    >>> sampling_text(Sampling(1000.0, 2))
+    '1000 Hz with a delay of 2 samples'
+    """
+    late = {0: "", 1: " with a delay of 1 sample"}.get(sampling.delay, f" with a delay of {sampling.delay} samples")
+    return f"{sampling.rate:g} Hz{late}"
+
+
+def unknown_text(found: SampledStability) -> str:
+    """Which limits of the box are assumed; empty where all are known."""
+    names = ", ".join(found.unknown_limits)
+    return f"limits of {names} unknown: +-180 deg (sliding: +-1 m) taken" if names else ""
+
+
+def stability_table(arm: Arm, results: Mapping[str, SampledStability]) -> Table:
+    """One row a controller: the unstable share of the joint box, the worst pose found, the least rate."""
+    first = next(iter(results.values()))
+    title = (
+        f"Sampled at {sampling_text(first.sampling)}: unstable at rest, of {POSES} poses drawn evenly from the joint"
+        f" box (seed {SEED}); linear, without friction and torque limits"
+    )
+    headings = (
+        "controller", "unstable", Heading("holds from", format=rate_text),
+        Heading("largest growth a sample", format=".4g"), "there",
+    )  # fmt: skip
+    rows = [
+        (name, found.share_text, found.least_rate, found.radius, pose_text(found.worst, arm))
+        for name, found in results.items()
+    ]
+    return Table(title, headings, rows, unknown_text(first))
+
+
+def judged_setup(setup: Setup) -> dict[str, SampledStability] | None:
+    """The sampled loop of a setup "in_box" and "along_reference"; None where the linear theory does not apply.
+
+    It does not for a continuous run, for a controller without a linear form, nor where the plant's mass matrix is
+    singular.
+    """
+    controller, options, plant = setup.controller, setup.options, setup.plant
+    if options.continuous or not isinstance(controller, Linearised):
+        return None
+    sampling = Sampling(options.rate, options.delay, None if setup.encoder is None else setup.encoder.cutoff_hz)
+    try:
+        return {
+            "in_box": stability_in_box(plant.arm, plant.dynamics, controller, sampling),
+            "along_reference": stability_along(plant.dynamics, controller, sampling, setup.motion.q),
+        }
+    except OptionError:
+        return None
+
+
+def stability_lines(arm: Arm, judged: Mapping[str, SampledStability] | None) -> list[str]:
+    """What to know before the run; nothing where the loop is stable everywhere, or not judged."""
+    if judged is None or all(found.holds for found in judged.values()):
+        return []
+    box, path = judged["in_box"], judged["along_reference"]
+    lines = [
+        f"note: sampled at {sampling_text(box.sampling)} this loop is unstable at rest in {box.share_text} of the joint"
+        f" box ({box.poses} poses), most at {pose_text(box.worst, arm)}, {box.radius:.3g}-fold a sample; it holds"
+        f" everywhere from {rate_text(box.least_rate)} on"
+    ]
+    if box.unknown_limits:
+        lines.append(f"note: {unknown_text(box)}")
+    if path.holds:
+        return [*lines, f"note: at the poses of this reference ({path.poses} of them) it is stable"]
+    worst = f"most at {pose_text(path.worst, arm)}, {path.radius:.3g}-fold a sample"
+    where = f"at {path.unstable} of {path.poses} poses of this reference it is unstable, {worst}"
+    return [*lines, f"note: {where}; it chatters there; from {rate_text(path.least_rate)} on it holds"]
+
+
+def stability_record(judged: Mapping[str, SampledStability] | None) -> dict[str, Any] | None:
+    """The same as JSON values."""
+    return None if judged is None else {name: found.to_json() for name, found in judged.items()}

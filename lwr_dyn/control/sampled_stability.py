@@ -1,0 +1,228 @@
+"""Where in the joint box, or along a motion, a sampled loop is unstable at rest: share, worst pose, least rate."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize
+
+from lwr_dyn.arrays import Array, freeze_arrays
+from lwr_dyn.control.linear_feedback import Linearised
+from lwr_dyn.control.sampled_loop import GROWS, RestingLoop, Sampling
+from lwr_dyn.dynamics.protocol import Dynamics
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.dh import JointKind
+
+POSES, SEED = 2000, 0
+"""Poses drawn evenly from the joint box."""
+PLACES = 200
+"""Largest number of poses of a motion that are judged."""
+STARTS = 2
+"""Worst poses, by radius and by damping each, from which the worst one is searched."""
+CANDIDATES = 256
+"""Worst poses, by radius and by damping each, at which the least rate is confirmed."""
+DIFFERENCE = 1e-5
+"""[rad or m] Step of the search's slopes."""
+SLOWEST, FASTEST = 1.0, 1e6
+"""[Hz] The least rate is searched between these."""
+
+
+def joint_box(arm: Arm) -> tuple[Array, Array, tuple[str, ...]]:
+    """Lower and upper position limits (n,) [rad or m], and the joints whose limits are unknown.
+
+    An unknown limit is taken as half a turn to both sides, or as 1 m for a sliding joint.
+    """
+    kinds = (link.kind for link in arm.chain.links)
+    reach = np.array([np.pi if kind is JointKind.REVOLUTE else 1.0 for kind in kinds])
+    unknown = ~(np.isfinite(arm.lower) & np.isfinite(arm.upper))
+    lower, upper = (np.where(unknown, side * reach, x) for side, x in ((-1.0, arm.lower), (1.0, arm.upper)))
+    return lower, upper, tuple(name for name, is_unknown in zip(arm.joint_names, unknown, strict=True) if is_unknown)
+
+
+Rows = NDArray[np.signedinteger[Any]]
+"""Indices of poses."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SampledStability:
+    """How many of `poses` are unstable at rest, and the worst pose that was found, there or by search from there."""
+
+    sampling: Sampling
+    poses: int
+    unstable: int
+    worst: Array
+    """(n,) [rad or m]"""
+    radius: float
+    """Spectral radius at the worst pose: a small deviation grows by it at each sample."""
+    least_rate: float | None
+    """[Hz] It holds at all of these poses and at the worst one from here on; None where no rate to `FASTEST` does."""
+    unknown_limits: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, "worst")
+
+    @property
+    def holds(self) -> bool:
+        """Whether no unstable pose was found."""
+        return self.unstable == 0 and self.radius <= GROWS
+
+    @property
+    def share(self) -> float:
+        """Share of the poses that are unstable."""
+        return self.unstable / self.poses
+
+    @property
+    def share_text(self) -> str:
+        """The share with its standard error; without unstable poses the bound that they leave at 95 % (3 / N).
+
+        >>> q = np.zeros(1)
+        >>> SampledStability(Sampling(), 2000, 459, q, 13.0, 6900.0).share_text
+        '22.9 +- 0.9 %'
+        >>> SampledStability(Sampling(), 2000, 0, q, 0.9, 700.0).share_text
+        'none (at 95 %: below 0.15 %)'
+        """
+        if self.unstable == 0:
+            return f"none (at 95 %: below {300 / self.poses:.2g} %)"
+        if self.unstable == self.poses:
+            return f"all (at 95 %: above {100 - 300 / self.poses:.4g} %)"
+        return f"{100 * self.share:.1f} +- {100 * self.standard_error:.1f} %"
+
+    @property
+    def standard_error(self) -> float:
+        """Of `share`, as that of the whole box: sqrt(p (1 - p) / N)."""
+        return float(np.sqrt(self.share * (1.0 - self.share) / self.poses))
+
+    def to_json(self) -> dict[str, Any]:
+        """The result as JSON values."""
+        return {
+            "rate": self.sampling.rate, "delay": self.sampling.delay, "velocity_cutoff_hz": self.sampling.cutoff_hz,
+            "poses": self.poses, "unstable": self.unstable, "share": self.share,
+            "standard_error": self.standard_error, "worst": self.worst, "radius": self.radius,
+            "least_rate": self.least_rate, "unknown_limits": list(self.unknown_limits), "holds": self.holds,
+        }  # fmt: skip
+
+
+def stability_in_box(
+    arm: Arm, dynamics: Dynamics, controller: Linearised, sampling: Sampling, poses: int = POSES, seed: int = SEED
+) -> SampledStability:
+    """The sampled loop at rest over the joint box of an arm.
+
+    Parameters
+    ----------
+    arm : Arm
+        Its limits are the box; see `joint_box` for unknown ones.
+    dynamics : Dynamics
+        Of the arm that moves, with its payload.
+    controller : Linearised
+    sampling : Sampling
+    poses, seed : int
+        Number of poses drawn evenly, and the seed of the drawing.
+
+    Raises
+    ------
+    OptionError
+        A plant whose mass matrix is singular.
+    """
+    lower, upper, unknown = joint_box(arm)
+    q = np.random.default_rng(seed).uniform(lower, upper, (poses, arm.n))
+    loop = RestingLoop.of(dynamics, controller, q)
+    radii, rates = loop.radius(sampling), loop.damping_rates()
+
+    def radius_near(x: Array) -> Array:
+        return RestingLoop.of(dynamics, controller, x).radius(sampling)
+
+    def damping_near(x: Array) -> Array:
+        return RestingLoop.of(dynamics, controller, x).damping_rates()
+
+    ends = [_climb(radius_near, q[i], lower, upper) for i in _largest(radii, STARTS)]
+    ends += [_climb(damping_near, q[i], lower, upper) for i in _largest(rates, STARTS)]
+    found = np.array([*ends, q[int(np.argmax(radii))]])
+    at_ends = RestingLoop.of(dynamics, controller, found)
+    end_radii = at_ends.radius(sampling)
+    worst = int(np.argmax(end_radii))
+    candidates = np.union1d(_largest(radii, CANDIDATES), _largest(rates, CANDIDATES))
+    least = _least_rate(at_ends, sampling)
+    if least is not None and (loop.at(candidates).radius(replace(sampling, rate=least)) > GROWS).any():
+        least = _least_rate(loop.at(candidates), sampling)
+    return SampledStability(
+        sampling, poses, int((radii > GROWS).sum()), found[worst], float(end_radii[worst]),
+        least, unknown,
+    )  # fmt: skip
+
+
+def stability_along(
+    dynamics: Dynamics, controller: Linearised, sampling: Sampling, q: Array, places: int = PLACES
+) -> SampledStability:
+    """The sampled loop at rest at up to `places` poses of a motion q (k, n); raises as `stability_in_box`."""
+    rows = q[np.unique(np.linspace(0, len(q) - 1, min(places, len(q))).astype(int))]
+    loop = RestingLoop.of(dynamics, controller, rows)
+    radii = loop.radius(sampling)
+    worst, unstable = int(np.argmax(radii)), int((radii > GROWS).sum())
+    return SampledStability(
+        sampling, len(rows), unstable, rows[worst], float(radii[worst]), _least_rate(loop, sampling)
+    )
+
+
+def _largest(values: Array, count: int) -> Rows:
+    return np.argsort(-values, kind="stable")[:count]
+
+
+def _climb(function: Any, start: Array, lower: Array, upper: Array) -> Array:
+    """A local maximum of log function(q (k, n)) inside the box, by L-BFGS-B with differences of one batch."""
+    n = start.size
+    offsets = DIFFERENCE * np.concatenate([np.zeros((1, n)), np.eye(n), -np.eye(n)])
+
+    def descent(x: Array) -> tuple[float, Array]:
+        values = -np.log(np.clip(function(x + offsets), 1e-300, 1e300))
+        return float(values[0]), (values[1 : n + 1] - values[n + 1 :]) / (2 * DIFFERENCE)
+
+    end = minimize(descent, start, jac=True, method="L-BFGS-B", bounds=list(zip(lower, upper, strict=True)))
+    return np.asarray(np.clip(end.x, lower, upper))
+
+
+def _least_rate(loop: RestingLoop, sampling: Sampling) -> float | None:
+    """The rate [Hz] from which on the loop holds at all its poses, to 1e-4 relative and rounded up; None above all."""
+
+    def unstable(part: RestingLoop, rate: float) -> Array:
+        radii = part.radius(replace(sampling, rate=rate))
+        return radii if (radii > GROWS).any() else radii[:0]
+
+    high = sampling.rate
+    while (radii := unstable(loop, high)).size:
+        loop = loop.at(_largest(radii, max(8, radii.size // 4)))  # the others hold sooner
+        high *= 2.0
+        if high > FASTEST:
+            return None
+    low = high / 2.0
+    while low >= SLOWEST and not unstable(loop, low).size:
+        high, low = low, low / 2.0
+    while high > low * (1 + 1e-4):
+        middle = float(np.sqrt(low * high))
+        low, high = (middle, high) if unstable(loop, middle).size else (low, middle)
+    return high
+
+
+def rate_text(rate: float | None) -> str:
+    """A least rate, rounded up to three digits.
+
+    >>> rate_text(6913.2), rate_text(754.9), rate_text(None)
+    ('6920 Hz', '755 Hz', 'no rate up to 1e+06 Hz')
+    """
+    if rate is None:
+        return f"no rate up to {FASTEST:.0e} Hz"
+    unit = 10.0 ** (np.floor(np.log10(rate)) - 2)
+    return f"{np.ceil(rate / unit - 1e-9) * unit:g} Hz"
+
+
+def pose_text(q: Sequence[float] | Array, arm: Arm) -> str:
+    """A pose in degrees, sliding joints in metres with their unit.
+
+    >>> import lwr_dyn
+    >>> pose_text(np.zeros(7), lwr_dyn.load("lwr4plus"))
+    '(0 0 0 0 0 0 0) deg'
+    """
+    turning = [link.kind is JointKind.REVOLUTE for link in arm.chain.links]
+    texts = [f"{round(np.degrees(x))}" if t else f"{x:.3g}m" for x, t in zip(q, turning, strict=True)]
+    return f"({' '.join(texts)}) deg"

@@ -1,0 +1,73 @@
+"""What `simulate` says of a sampled loop: before the run, of the simulated plant, nothing if it is stable."""
+
+import json
+
+import pytest
+
+from lwr_dyn.cli.sampled_text import sampling_text, stability_lines
+from lwr_dyn.control.sampled_loop import Sampling
+from tests.simulation.sample_runs import lwr
+
+HOLD = ("--task", "hold", "--from-deg", "0,30,0,-60,0,30,0", "--duration", "0.05")
+
+
+def notes(err):
+    return [line for line in err.splitlines() if line.startswith("note: ")]
+
+
+def test_before_the_run_the_box_and_the_reference_are_judged(lwr_dyn_command):
+    code, _, err = lwr_dyn_command("simulate", "lwr4plus", *HOLD)
+    first, second = err.splitlines()
+    assert code == 0
+    assert first.startswith("note: sampled at 1000 Hz this loop is unstable at rest in 22.9 +- 0.9 % of the joint box")
+    assert first.endswith("it holds everywhere from 6920 Hz on")
+    assert second == "note: at the poses of this reference (51 of them) it is stable"
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        ("--reading", "physical"),
+        ("--controller", "inverse-dynamics"),
+        ("--continuous",),
+        ("--rate", "7000"),
+    ],
+)
+def test_a_loop_that_is_stable_everywhere_or_not_judged_gets_no_line(options, lwr_dyn_command):
+    assert notes(lwr_dyn_command("simulate", "lwr4plus", *HOLD, *options)[2]) == []
+
+
+@pytest.mark.parametrize(
+    ("options", "rate"),
+    [
+        (("--plant-scale", "0.5"), 1860),
+        (("--plant-scale", "0.5", "--continuous"), None),
+        (("--plant-scale", "0.5", "--controller", "inverse-dynamics"), None),
+        (("--rate", "700"), 957),
+        (("--rate", "700", "--plant-scale", "2"), None),
+        (("--delay", "1"), 1930),
+        (("--rate", "930", "--payload", "3"), None),
+    ],
+)
+def test_the_reference_is_judged_on_the_simulated_plant(options, rate, lwr_dyn_command):
+    """Not on the controller's model: a lighter plant chatters where the model would not, a heavier one does not."""
+    code, _, err = lwr_dyn_command("simulate", "lwr4plus", *HOLD, *options)
+    unstable = [line for line in notes(err) if "poses of this reference it is unstable" in line]
+    assert code == 0
+    assert [f"from {rate} Hz on it holds" in line for line in unstable] == ([True] if rate else [])
+
+
+def test_the_record_of_a_run_has_it_too(lwr_dyn_command):
+    record = json.loads(lwr_dyn_command("simulate", "lwr4plus", *HOLD, "--delay", "1", "--json")[1])
+    judged = record["sampled_loop"]
+    assert record["meta"]["options"]["delay"] == 1
+    assert judged["in_box"]["share"] == pytest.approx(0.4995)
+    assert judged["along_reference"]["unstable"] == judged["along_reference"]["poses"] == 51
+    own = json.loads(lwr_dyn_command("simulate", "lwr4plus", *HOLD, "--continuous", "--json")[1])
+    assert own["sampled_loop"] is None
+
+
+def test_the_words_of_a_sampling():
+    assert sampling_text(Sampling(500.0)) == "500 Hz"
+    assert sampling_text(Sampling(500.0, 1)) == "500 Hz with a delay of 1 sample"
+    assert stability_lines(lwr(), None) == []

@@ -1,0 +1,170 @@
+"""The linear map of the sampled loop against the simulated, nonlinear loop, and against cases known by hand."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+
+import lwr_dyn
+from lwr_dyn.control.inverse_dynamics import InverseDynamics
+from lwr_dyn.control.linear_feedback import LinearFeedback
+from lwr_dyn.control.pd_gravity import PDGravity
+from lwr_dyn.control.pid import PID
+from lwr_dyn.control.sampled_loop import GROWS, RestingLoop, Sampling, held_step
+from lwr_dyn.errors import DivergenceError, OptionError
+from lwr_dyn.simulation.plant import arm_with_payload
+from lwr_dyn.simulation.sensors import Encoder
+from lwr_dyn.simulation.simulate import simulate
+from tests.simulation.sample_runs import WORST_CASE, StandStill, lwr, lwr_dynamics, one_joint
+
+UPRIGHT = np.array([0.3, 0.02, -0.5, -0.1, 0.8, 0.4, 0.0])
+BENT = np.array([0.3, 1.0, -0.5, -1.4, 0.8, 0.9, 0.0])
+KP, KD = 2500 * WORST_CASE, 100 * WORST_CASE
+
+
+def pd(dynamics=None):
+    return PDGravity(dynamics or lwr_dynamics(), KP, KD)
+
+
+def pid():
+    return PID(KP, KD, np.full(7, np.inf), 5 * 50 * KP, lwr_dynamics())
+
+
+def unit_masses():
+    return InverseDynamics(lwr_dynamics(), 2500, 100)
+
+
+def id_without_gravity():
+    return InverseDynamics(lwr_dynamics(), 1600, 80, gravity=False)
+
+
+def simulated_and_linear(controller, q, sampling, plant=None, encoder=None):
+    """Small deviations (k, 14) from rest, simulated, and by powers of the map, up to where they are no longer small."""
+    offset = 1e-9 * np.arange(1, 8)
+    try:
+        run = simulate(
+            lwr(), controller, StandStill(q, 0.3), q0=q + offset, rate=sampling.rate, delay=sampling.delay,
+            encoder=encoder, plant=plant, saturate=False, position_limits=False,
+        )  # fmt: skip
+    except DivergenceError as fault:
+        run = fault.run
+    loop = RestingLoop.of(lwr_dyn.dynamics_of(plant or lwr()), controller, q[None])
+    step, law = loop.step_matrices(sampling)[0], loop.feedback
+    z = np.zeros(len(step))
+    z[:7] = offset
+    if sampling.cutoff_hz:
+        z[14:21] = offset
+    if sampling.delay:  # the first command acts until it arrives
+        z[-7 * sampling.delay :] = np.tile(-law.position[0] @ offset, sampling.delay)
+    rows = []
+    for _ in run.t:
+        rows.append(z[:14])
+        z = step @ z
+    small = np.abs(run.dq).max(axis=1) < 1e-4
+    end = len(small) if small.all() else int(np.argmin(small))
+    return np.hstack([run.q - q, run.dq])[:end], np.array(rows)[:end], loop.radius(sampling)[0]
+
+
+@pytest.mark.parametrize(
+    ("make", "pose", "sampling", "unstable"),
+    [
+        (pd, UPRIGHT, Sampling(1000.0), True),
+        (pd, UPRIGHT, Sampling(8000.0), False),
+        (pd, BENT, Sampling(1000.0), False),
+        (pd, BENT, Sampling(1000.0, 3), True),
+        (pid, BENT, Sampling(500.0, 1), True),
+        (unit_masses, BENT, Sampling(1000.0, 14), True),
+    ],
+)
+def test_small_deviations_of_the_simulated_loop_follow_the_map(make, pose, sampling, unstable):
+    found, linear, radius = simulated_and_linear(make(), pose, sampling)
+    assert (radius > GROWS) is np.bool_(unstable)
+    assert len(found) > 3
+    assert (np.abs(found[-1]).max() > 10 * np.abs(found[0]).max()) is np.bool_(unstable)
+    np.testing.assert_allclose(found, linear, atol=1e-3 * np.abs(linear).max())
+
+
+def test_the_plants_payload_and_the_velocity_filter_are_in_the_map():
+    carrying, sampling = arm_with_payload(lwr(), 5.0), Sampling(300.0, 1, 100.0)
+    controller = pd(lwr_dyn.dynamics_of(carrying))
+    found, linear, radius = simulated_and_linear(controller, BENT, sampling, carrying, Encoder(0.0, 0.0, 100.0))
+    assert radius > 1.05
+    assert len(found) > 10
+    np.testing.assert_allclose(found, linear, atol=1e-3 * np.abs(linear).max())
+    unfiltered = simulated_and_linear(controller, BENT, Sampling(300.0, 1), carrying)[1]
+    rows = min(len(found), len(unfiltered))
+    assert np.abs(found[:rows] - unfiltered[:rows]).max() > 0.1 * np.abs(linear).max()
+
+
+@pytest.mark.parametrize("make", [pd, pid, id_without_gravity])
+def test_the_matrix_of_one_step_is_the_derivative_of_the_simulated_step(make):
+    """By central differences at rest, where the plant's gravity is held exactly."""
+    controller, h = make(), 1e-4
+    loop = RestingLoop.of(lwr_dynamics(), controller, BENT[None])
+    A, b = held_step(-loop.stiffness, 1e-3)
+    gravity = lwr_dynamics().gravity_vector(BENT)
+    law = loop.feedback
+
+    def after(x, v):
+        tau = gravity - law.position[0] @ x - law.velocity[0] @ v
+        run = simulate(lwr(), lambda *_: tau, StandStill(BENT, 1e-3), q0=BENT + x, dq0=v, substeps=8, saturate=False)
+        return np.concatenate([run.q[-1] - BENT, run.dq[-1]])
+
+    columns = [(after(*(h * e).reshape(2, 7)) - after(*(-h * e).reshape(2, 7))) / (2 * h) for e in np.eye(14)]
+    step = A[0] - b[0] @ loop.inverse_inertia[0] @ np.hstack([law.position[0], law.velocity[0]])
+    np.testing.assert_allclose(np.array(columns).T, step, atol=1e-6 * np.abs(step).max())
+    command = controller(0.0, BENT + h * np.eye(7)[3], h * np.eye(7)[1], BENT, *np.zeros((2, 7)))
+    back = make()(0.0, BENT - h * np.eye(7)[3], -h * np.eye(7)[1], BENT, *np.zeros((2, 7)))
+    expected = -(law.position[0][:, 3] + law.velocity[0][:, 1])  # less dg/dq where the controller adds g
+    np.testing.assert_allclose((command - back) / (2 * h), expected, rtol=1e-5, atol=1e-4)
+
+
+@pytest.mark.parametrize("T", [1e-3, 0.2])
+def test_the_held_step_is_the_matrix_exponential(T):
+    W = np.random.default_rng(1).normal(0, 60, (3, 4, 4))
+    A, b = held_step(W, T)
+    for k in range(3):
+        whole = np.zeros((12, 12))
+        whole[:4, 4:8], whole[4:8, :4], whole[4:8, 8:] = np.eye(4), W[k], np.eye(4)
+        whole = expm(whole * T)
+        assert np.abs(np.dstack([A[k] - whole[:8, :8]])).max() <= 1e-11 * np.abs(whole).max()
+        assert np.abs(b[k] - whole[:8, 8:]).max() <= 1e-11 * np.abs(whole).max()
+
+
+def test_at_all_poses_the_damping_alone_is_unstable_where_its_product_with_a_sample_passes_two():
+    q = np.random.default_rng(3).uniform(lwr().lower, lwr().upper, (300, 7))
+    loop = RestingLoop.of(lwr_dynamics(), PDGravity(lwr_dynamics(), 1e-9, KD), q)
+    unstable = loop.radius(Sampling(1000.0)) > GROWS
+    assert 0.1 < unstable.mean() < 0.4
+    np.testing.assert_array_equal(unstable, loop.damping_rates() / 1000.0 > 2.0)
+
+
+def test_a_slider_known_by_hand():
+    """m dv = -Kd v held: v' = (1 - T Kd / m) v. Late by one sample: z^2 - z + T Kd / m, unstable above 1."""
+    dynamics = SimpleNamespace(mass_matrix=lambda q: np.full((len(q), 1, 1), 2.0),
+                               gravity_vector=lambda q: 0.0 * q)  # fmt: skip
+    for plant in (dynamics, lwr_dyn.dynamics_of(one_joint(mass=2.0))):
+
+        def radius(Kd, delay, plant=plant):
+            law = LinearFeedback(np.zeros((1, 1, 1)), np.full((1, 1, 1), Kd))
+            loop = RestingLoop.of(plant, SimpleNamespace(linear_feedback=lambda q: law), np.zeros((1, 1)))
+            return loop.radius(Sampling(100.0, delay))[0]
+
+        assert radius(500.0, 0) == pytest.approx(1.5)  # |1 - 2.5|
+        assert radius(0.0, 0) == pytest.approx(1.0, abs=1e-7)
+        assert radius(0.0, 3) <= GROWS
+        assert radius(240.0, 1) == pytest.approx(np.sqrt(1.2))
+        assert radius(160.0, 1) <= GROWS
+
+
+@pytest.mark.parametrize("bad", [{"rate": 0.0}, {"rate": float("nan")}, {"delay": -1}, {"delay": 101}, {"delay": 1.5}])
+def test_bad_sampling_is_refused(bad):
+    with pytest.raises(OptionError, match="allowed"):
+        Sampling(**bad)
+
+
+def test_a_singular_mass_matrix_is_refused():
+    flat = SimpleNamespace(mass_matrix=lambda q: np.zeros((len(q), 2, 2)), gravity_vector=lambda q: 0.0 * q)
+    with pytest.raises(OptionError, match="mass matrix: singular"):
+        RestingLoop.of(flat, pd(), np.zeros((1, 2)))
