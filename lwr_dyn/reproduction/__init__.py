@@ -9,6 +9,7 @@ compare          one block of printed numbers against the recomputed ones
 basis            what a recomputed number rests on: computed, structural or repeated in print
 other_numbers    a case with other numbers of the same kind
 verdicts         all numbers of a paper with their verdicts
+figure_file      figures.json: what all figures show, written once
 ledger           errata with their proofs
 summary          counts of verdicts and errata as tables
 quantities       formulas that all papers share

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -13,6 +14,7 @@ from typing import Any
 from lwr_dyn.files import make_folder
 from lwr_dyn.model.run import Run
 from lwr_dyn.reproduction.case import PaperData, PaperFormula
+from lwr_dyn.reproduction.figure_file import written_figures
 from lwr_dyn.reproduction.ledger import Prove
 from lwr_dyn.reproduction.report.content import Section, Still
 from lwr_dyn.reproduction.results import read_results, results_of_tables, results_text
@@ -74,16 +76,40 @@ class Pictures:
     replayed: int = 0
     """How many runs, the first of `shown`, `replay.html` has."""
 
-    def write(self, folder: Path) -> None:
-        """Runs, figures and `replay.html`; raises `FileAccessError`."""
-        for _, file, run in self.simulated:
+    def write(self, folder: Path) -> Pictures:
+        """Write runs, `figures.json`, PNG, SVG and `replay.html`; raises `FileAccessError`.
+
+        Returns the pictures with the figures as `figures.json` has them, from which PNG and SVG are drawn too.
+        """
+        for file, run in self._run_files().items():
             run.save(make_folder(folder / "runs") / file)
-        for file, figures in self.figures.items():
+        places = {id(run): f"runs/{file}" for file, run in self._run_files().items()}
+        read = (
+            written_figures(folder, self.figures, [places[id(one.run)] for one in self.shown]) if self.figures else {}
+        )
+        for file, figures in read.items():
             save_figure(figures, make_folder(folder / "plots") / file, self.shown)
         first = self.shown[: self.replayed]
         if first:
             runs, arms, labels = ([getattr(one, name) for one in first] for name in ("run", "arm", "label"))
             write_replay(folder / "replay.html", runs, arms, labels=labels, title=self.title)
+        return replace(self, figures=read)
+
+    def _run_files(self) -> dict[str, Run]:
+        """File -> run: those that were simulated, and what figures show beside them."""
+        files = {file: run for _, file, run in self.simulated}
+        known = {id(run) for run in files.values()}
+        shown = {f"{_file_name(one.label)}.npz": one.run for one in self.shown if id(one.run) not in known}
+        return files | shown
+
+
+def _file_name(label: str) -> str:
+    """A label as the name of a file.
+
+    >>> _file_name("KRL program, corrected")
+    'krl_program_corrected'
+    """
+    return "_".join(re.findall("[a-z0-9-]+", label.lower()))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

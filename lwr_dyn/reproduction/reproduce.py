@@ -99,7 +99,7 @@ def _written(study: PaperStudy, place: Path, options: Mapping[str, Any], progres
     progress("models and checks")
     reports = models_and_checks(make_folder(place), study.name)
     result = study.study.load("run")(place, arm_from_paper(open_paper(study.name)), progress, **own)
-    result.pictures.write(place)
+    pictures = result.pictures.write(place)
     progress("verdicts and proofs")
     verdicts = with_bases(study, compare_numbers(study, slow=True, known=result.known))
     entries = ledger(study.data, study.proofs)
@@ -126,7 +126,7 @@ def _written(study: PaperStudy, place: Path, options: Mapping[str, Any], progres
         count_table({study.name: summary}),
         *([differing] if differing.rows else []),
     )
-    pictures = replace(result.pictures, sections=(*result.pictures.sections, *sections))
+    pictures = replace(pictures, sections=(*pictures.sections, *sections))
     done = Reproduction(holds, (*counted, *tables.tables), record, pictures=pictures)
     progress("report page")
     write_report(place / REPORT, paper_page(study, done, verdicts, entries, reports, place))

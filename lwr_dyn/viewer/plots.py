@@ -144,8 +144,10 @@ def _draw_figure(place: FigureBase, figure: Figure, runs: Runs) -> None:
     rows, columns = _grid(figure)
     axes: list[Axes] = list(place.subplots(rows, columns, sharex=figure.over_time, squeeze=False).flat)
     count = len(figure.panels)
-    for one, panel in zip(axes, figure.panels, strict=False):
+    for p, (one, panel) in enumerate(zip(axes, figure.panels, strict=False)):
         _draw_panel(one, figure, panel, runs)
+        for c, line in enumerate(line for line in one.lines if not str(line.get_label()).startswith("_")):
+            line.set_gid(f"{figure.id or 'figure'}-{p}-{c}")  # names the curve in SVG
     for one in axes[count:]:
         one.set_visible(False)
     for one in axes[max(0, count - columns) if figure.over_time else 0 : count]:

@@ -28,7 +28,7 @@ def test_expressions_of_the_kr30ha():
     texts = ["; ".join(e["printed"]) if isinstance(e["printed"], list) else e["printed"] for e in listed]
     assert [cell.printed for cell in block.cells] == texts
     assert [cell.row for cell in block.cells] == [e["name"] for e in listed]
-    assert set(block.errata) == {fault["erratum"] for e in listed for fault in e["slips"]}
+    assert set(block.errata) == {fault["erratum"] for e in listed for fault in e["errors"]}
 
 
 def test_points_of_the_kr30ha():

@@ -104,7 +104,7 @@ def test_the_folder_and_a_verdict_that_can_fail(tmp_path, monkeypatch):
     assert not outcome.holds
     assert outcome.text.count("DIFFERS") == 10
     names = {p.name for p in (tmp_path / "wam7").iterdir()}
-    assert names == {"replay.html", "plots", "runs"}
+    assert names == {"replay.html", "plots", "runs", "figures.json"}
     assert len(list((tmp_path / "wam7" / "plots").iterdir())) == 10
 
 

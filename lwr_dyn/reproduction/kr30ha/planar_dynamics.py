@@ -171,7 +171,7 @@ def comparisons(planar: EquationsOfMotion) -> tuple[Comparison, ...]:
         right = rights[row.get("of", row["name"])]
         if row.get("point_masses"):
             right = right.subs({"I1": 0, "I2": 0})
-        added = {erratum["erratum"]: _read(erratum["adds"], rights) for erratum in row["slips"]}
+        added = {erratum["erratum"]: _read(erratum["adds"], rights) for erratum in row["errors"]}
         out.append(Comparison(row["name"], row["where"], _read(row["printed"], rights), right, added))
     return tuple(out)
 

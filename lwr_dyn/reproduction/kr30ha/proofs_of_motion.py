@@ -31,7 +31,7 @@ def named_erratum(_: PaperData, erratum: str) -> Proof:
     without = [_explained(c, [e for e in c.added if e != erratum]) for c in touched]
     names = ", ".join(c.name for c in touched)
     return Proof(
-        f"printed = right + the slips named in {names}; leave this one out and they differ",
+        f"printed = right + the errors named in {names}; leave this one out and they differ",
         bool(touched) and all(with_it) and not any(without),
         {c.name: f"adds {'; '.join(map(str, c.added[erratum]))}" for c in touched},
     )

@@ -191,7 +191,7 @@ def largest_error_side(data: PaperData) -> Proof:
     return Proof(
         "the errors of joints 2 and 4 are larger on the negative side than the maxima that the text names",
         all(size > value for size, value in zip(sizes, named, strict=True)) and least[1] < -most[1] < 0,
-        {"joint 2": sizes[0], "joint 4": sizes[1], "told": str(named)},
+        {"joint 2": sizes[0], "joint 4": sizes[1], "named in the text": str(named)},
     )
 
 

@@ -18,8 +18,6 @@ from lwr_dyn.viewer.replayed_runs import replayed_runs
 
 EVERY = 10
 """Of the samples at 1 kHz one in ten is drawn where curves are given as numbers."""
-MAP_END = 0.4
-"""[rad/s] Up to here Table 1 was identified."""
 GAINS = "the gains are the manufacturer's, not the paper's"
 FRICTION = {"with friction": True, "without": False}
 REGISTER = 2
@@ -74,7 +72,7 @@ def _lspb() -> Figure:
 
 
 def _friction_maps(arm: Arm) -> Figure:
-    v = np.linspace(0.0, MAP_END, 81)[1:]
+    v = np.linspace(0.0, max(model.covered or 0.0 for model in arm.friction_models() if model), 81)[1:]
     speeds = np.concatenate([-v[::-1], [0.0], v])
     panels = []
     for model, joint in zip(arm.friction_models(), arm.joint_names, strict=True):
