@@ -1,7 +1,7 @@
 """The motor map dq_m = T dq of an arm: gears and cable differentials, where a motor may drive several joints.
 
-Power is equal on both sides, tau^T dq = tau_m^T dq_m, so torques follow from the transpose, tau = T^T tau_m. The class
-maps motors to joints and joints to motors.
+Power is equal on both sides, tau^T dq = tau_m^T dq_m, so torques follow from the transpose, tau = T^T tau_m. The other
+way takes the inverse of `matrix`, which is never singular.
 """
 
 from dataclasses import dataclass
@@ -59,17 +59,9 @@ class Transmission:
         """dq_m = T dq, (..., n) for joint velocities (..., n) [rad/s]; also position differences."""
         return joint_array("dq", dq, self.n) @ self.matrix.T
 
-    def joint_velocity(self, dq_m: ArrayLike) -> Array:
-        """dq = T^-1 dq_m, (..., n) for motor velocities (..., n) [rad/s]."""
-        return self._solve(self.matrix, joint_array("dq_m", dq_m, self.n))
-
     def joint_torque(self, tau_m: ArrayLike) -> Array:
         """Tau = T^T tau_m, (..., n) for motor torques (..., n) [N m]."""
         return joint_array("tau_m", tau_m, self.n) @ self.matrix
-
-    def motor_torque(self, tau: ArrayLike) -> Array:
-        """tau_m = T^-T tau, (..., n) for joint torques (..., n) [N m]."""
-        return self._solve(self.matrix.T, joint_array("tau", tau, self.n))
 
     def reflected_inertia(self, rotor_inertia: ArrayLike) -> Array:
         """T^T J_m T, (n, n) [kg m^2]: the rotors' part of the mass matrix.
@@ -98,7 +90,3 @@ class Transmission:
         A joint at rest gets friction too when the other joint of its pair moves. Raises `ShapeError`.
         """
         return friction_torque(motors, self.motor_velocity(dq)) @ self.matrix
-
-    @staticmethod
-    def _solve(matrix: Array, rows: Array) -> Array:
-        return np.asarray(np.linalg.solve(matrix, rows[..., None])[..., 0])

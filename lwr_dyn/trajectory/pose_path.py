@@ -68,9 +68,9 @@ class Slerp:
         return RotationSample(R, rate, np.zeros((len(s), 3)))
 
 
-def constant_orientation(R: ArrayLike) -> ConstantOrientation:
-    """One orientation R (3, 3) for the whole path; raises `ShapeError`, or `OptionError` when R is no rotation."""
-    return ConstantOrientation(rotation("R", R))
+def constant_orientation(R: ArrayLike, name: str = "R") -> ConstantOrientation:
+    """One orientation R (3, 3) for the whole path; raises as `rotation`, under the name given."""
+    return ConstantOrientation(rotation(name, R))
 
 
 def slerp(R_start: ArrayLike, R_end: ArrayLike, length: float) -> Slerp:

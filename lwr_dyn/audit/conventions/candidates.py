@@ -73,10 +73,6 @@ class Candidate:
             "fullness": self.log_inertia_volume,
         }  # fmt: skip
 
-    def leaves_open(self, link: int, choice: LinkChoice) -> bool:
-        """The criteria do not exclude a choice."""
-        return any(choice in equal for equal in self.remaining[link])
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Agreement:

@@ -12,7 +12,7 @@ from lwr_dyn.papers.schema import Column
 from lwr_dyn.registry import Option, Quantity
 from lwr_dyn.trajectory.motion_profile import positive_number
 from lwr_dyn.trajectory.path import Path, path_of
-from lwr_dyn.trajectory.pose_path import ConstantOrientation, TimedPosePath, rotation, timed_pose_path
+from lwr_dyn.trajectory.pose_path import TimedPosePath, constant_orientation, timed_pose_path
 from lwr_dyn.trajectory.references.arm_angles import ArmAngle
 from lwr_dyn.trajectory.references.pose_path_reference import PosePathReference, pose_path_reference
 from lwr_dyn.trajectory.references.tasks import Duration
@@ -98,7 +98,7 @@ def timed_ist(
     0.0979
     """
     positive_number("duration", duration)
-    orientation = ConstantOrientation(rotation("R_07", TOOL if R_07 is None else R_07))
+    orientation = constant_orientation(TOOL if R_07 is None else R_07, "R_07")
     path, profile = MOTION_PROFILES.load(timing)(ist_path(), duration, smoothness or SmoothTiming())
     return timed_pose_path(path, orientation, profile)
 

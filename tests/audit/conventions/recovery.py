@@ -79,7 +79,8 @@ def outcome(one: ScrambledTable, found: RankedReadings) -> str:
     if convention is truth.table.convention and same_bodies(one.table, best.bodies, one.bodies):
         return "recovered"
     left = any(
-        c.reading.table == truth.table and all(c.leaves_open(i, x) for i, x in enumerate(truth.links))
+        c.reading.table == truth.table
+        and all(any(x in equal for equal in c.remaining[i]) for i, x in enumerate(truth.links))
         for c in found.both or found.physical
     )
     if not left:
