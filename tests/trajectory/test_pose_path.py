@@ -65,7 +65,7 @@ def test_slerp_reaches_both_ends_the_short_way_and_stands_still_outside():
 
 
 def test_what_is_no_rotation_or_no_match_is_refused():
-    with pytest.raises(ShapeError, match="R: shape"):
+    with pytest.raises(ShapeError, match="R: an array of 4 x 4 numbers"):
         constant_orientation(np.eye(4))
     with pytest.raises(OptionError, match="differs from 1"):
         constant_orientation(1.1 * np.eye(3))
