@@ -26,6 +26,7 @@ class Quantity(Enum):
 
     ANGLE = "an angle"
     JOINT_POSITIONS = "joint positions"
+    POINT = "a point or a shift in space"
 
 
 @dataclass(frozen=True, slots=True)

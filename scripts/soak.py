@@ -80,6 +80,13 @@ def runs() -> tuple[str, bool]:
     return f"{count} runs of 14 s, audit residual {worst:.1e} J at most", worst <= 1e-9
 
 
+def ist_clear() -> tuple[str, bool]:
+    """The rule that `ist-clear` follows gives its shift and turn back."""
+    from ist_clear import line
+
+    return line()
+
+
 def coverage() -> tuple[str, bool]:
     """3-sigma intervals of the WAM's friction over 200 noise draws on one simulated set of logs."""
     from lwr_dyn.control.pd_gravity import PDGravity
@@ -223,6 +230,7 @@ LINES: dict[str, Line] = {
     "checks": checks,
     "poses": poses,
     "runs": runs,
+    "ist_clear": ist_clear,
     "coverage": coverage,
     "long_log": long_log,
     "lint": lint,

@@ -8,12 +8,12 @@
     about = "joint 1 there and back"
     where = "section 3"
     reference = { name = "hold", q = [0.0, 1.0] }           # a row of references, with its options
-    controllers = [{ name = "PD", controller = "pd-gravity", options = { own_gains = true } }]
+    controllers = [{ id = "PD", controller = "pd-gravity", options = { own_gains = true } }]
     substeps = 1                                           # RK4 steps a sample
     [[task.claim]]
-    text = "joint 2 has the highest errors"
+    text = "joint 2 has the highest errors"                # the controller's label is added
     where = "below Table 3"
-    controller = "PD"                                      # one of the names above
+    controller = "PD"                                      # one of the ids above
     joints = [2]                                           # counted from 1
     statistic = "max"                                      # of the joints' position errors
 """
@@ -31,9 +31,12 @@ STATISTICS = ("mean", "mean_abs", "max", "min", "rms")
 
 @dataclass(frozen=True, slots=True)
 class ControllerChoice:
-    """A controller of a task: its name in the task, its row of `lwr_dyn.control.controllers`, and options of that."""
+    """A controller of a task: its row of `lwr_dyn.control.controllers`, and options of that.
 
-    name: str
+    `id` is for claims of the same file; readers see the controller's own label.
+    """
+
+    id: str
     controller: str
     options: Mapping[str, Any] = field(default_factory=dict)
 
@@ -105,9 +108,9 @@ def _task(entry: Any, robot: str, file: str, path: str) -> StudyTask:
         raise PaperError(file, f"{path}.reference.name", repr(reference), "the name of a reference")
     listed = enumerate(fields.take("controllers", list))
     controllers = tuple(_controller(x, file, f"{path}.controllers[{i}]") for i, x in listed)
-    names = [c.name for c in controllers]
+    ids = [c.id for c in controllers]
     claimed = enumerate(fields.take("claim", list, default=[]))
-    claims = tuple(_claim(x, names, file, f"{path}.claim[{i}]") for i, x in claimed)
+    claims = tuple(_claim(x, ids, file, f"{path}.claim[{i}]") for i, x in claimed)
     substeps = fields.take("substeps", int, default=1)
     fields.refuse_unknown()
     return StudyTask(
@@ -117,10 +120,10 @@ def _task(entry: Any, robot: str, file: str, path: str) -> StudyTask:
 
 def _controller(entry: Any, file: str, path: str) -> ControllerChoice:
     fields = Fields(entry, file, path)
-    name, controller = fields.take("name", str), fields.take("controller", str)
+    own_id, controller = fields.take("id", str), fields.take("controller", str)
     options = fields.take("options", dict, default={})
     fields.refuse_unknown()
-    return ControllerChoice(name, controller, options)
+    return ControllerChoice(own_id, controller, options)
 
 
 def _claim(entry: Any, controllers: list[str], file: str, path: str) -> PublishedClaim:

@@ -109,7 +109,7 @@ def _flag_name(option: Option) -> str:
 
 
 def _click_option(flag: Flag, registry: Registry[Any]) -> click.Option:
-    kinds = {Quantity.ANGLE: float, Quantity.JOINT_POSITIONS: NUMBERS}
+    kinds = {Quantity.ANGLE: float, Quantity.JOINT_POSITIONS: NUMBERS, Quantity.POINT: NUMBERS}
     kind = OneOf(flag.kind.names) if isinstance(flag.kind, Registry) else kinds.get(flag.kind, flag.kind)
     settings: dict[str, Any] = {"is_flag": True} if flag.kind is bool else {"type": kind}
     return click.Option([f"--{flag.name}"], help=_help(flag, registry), **settings)

@@ -132,7 +132,7 @@ def _setup(arm: Arm, robot: str, given: dict[str, Any]) -> Setup:
             method=given["method"], substeps=given["substeps"], continuous=given["continuous"], delay=given["delay"],
             engine=engine, saturate=not given["no_saturation"], position_limits=not given["no_stops"],
             seed=given["seed"], allow_unphysical=given["allow_unphysical"], friction=friction,
-            meta={"task": given["task"], **_plant_note(given), **note},
+            meta={"task": getattr(reference, "about", {}).get("task", given["task"]), **_plant_note(given), **note},
         )  # fmt: skip
 
 

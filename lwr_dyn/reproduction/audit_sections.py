@@ -10,7 +10,7 @@ from lwr_dyn.audit.conventions.ranking import rank_readings
 from lwr_dyn.audit.conventions.ranking_text import ranking_text
 from lwr_dyn.audit.lint.rules import lint, sheets_of_robot
 from lwr_dyn.audit.sensitivity.analysis import sensitivity
-from lwr_dyn.audit.sensitivity.result_tables import error_table, gains_table, survival
+from lwr_dyn.audit.sensitivity.result_tables import error_table, errors_text, gains_table, notes, survival
 from lwr_dyn.papers.assembly import arm_from_paper
 from lwr_dyn.papers.catalog import open_paper, readings
 from lwr_dyn.reproduction.paper_study import PaperStudy
@@ -45,13 +45,9 @@ def _conventions(lines: Sequence[str]) -> Audit:
 def sensitivity_section(paper: str) -> Audit:
     """The paper's task under all readings: the controller's model is one of them, the plant another."""
     result = sensitivity({name: arm_from_paper(open_paper(paper, name)) for name in readings(paper)})
-    task = result.study.task
-    names = [choice.name for choice in task.controllers]
+    names = list(result.study.labels.values())
     tables = (*(error_table(result, name) for name in names), gains_table(result), survival(result))
-    text = (
-        f"{task.about}; {len(result.runs)} runs at {result.rate:g} Hz or more: RMS error of the tip [mm] (largest error"
-        " of a joint [mrad]); rows: the controller's model, columns: the plant"
-    )
+    text = "\n".join([f"{result.study.task.about}; {errors_text(result)}", *notes(result)])
     record = {
         "rms_mm": {name: result.tip_rms_mm(name) for name in names},
         "conclusions": {c.text: c.verdict() for c in result.conclusions},

@@ -31,20 +31,20 @@ MOTION_PROFILES: Registry[Callable[[Path, float, SmoothTiming], TimedPath]] = Re
     {
         "constant": Row(
             "lwr_dyn.trajectory.timings:constant",
-            "constant speed over the whole path: the speed jumps at both ends, its direction at the corners",
+            "constant speed over the whole path: the speed jumps at both ends, its direction at corners",
         ),
         "quintic": Row(
             "lwr_dyn.trajectory.timings:quintic_per_segment",
-            "a quintic from rest to rest on each of the seven segments, in times proportional to their lengths",
+            "a quintic from rest to rest on each segment of the path, in times proportional to their lengths",
         ),
         "smooth": Row(
             "lwr_dyn.trajectory.timings:smooth",
-            "double-S, stops at the three corners, the S passed at speed with its three bends eased",
+            "double-S, stops at corners, bends (where only the curvature jumps) eased and passed at speed",
             facts={"smoothness": True},
         ),
         "smooth-blended": Row(
             "lwr_dyn.trajectory.timings:smooth_blended",
-            "double-S, the two right-angled corners blended and passed at speed, a stop where T turns back",
+            "double-S, corners blended and passed at speed, a stop only where the path turns back",
             facts={"smoothness": True},
         ),
     },

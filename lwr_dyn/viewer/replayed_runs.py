@@ -11,6 +11,7 @@ from lwr_dyn.errors import OptionError, ShapeError
 from lwr_dyn.kinematics import forward
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
+from lwr_dyn.simulation.stop_contacts import stop_contacts
 
 RUN_COLOURS = ("#e8590c", "#1c7ed6", "#2b8a3e", "#9c36b5", "#c2255c", "#0c8599")
 """One per run; the first three are distinguishable with a colour deficiency."""
@@ -26,6 +27,11 @@ class ReplayedRun:
     colour: str
     pose: Array  # (k, 4, 4) [m], actual
     pose_ref: Array  # (k, 4, 4) [m], desired
+
+    @property
+    def caption(self) -> str:
+        """The label for a figure: with the stops that joints met, as they are part of what is drawn."""
+        return "; ".join(text for text in (self.label, stop_contacts(self.run, self.arm).sentence()) if text)
 
     @property
     def tip_error(self) -> Array:

@@ -13,7 +13,7 @@ name = "wave"
 about = "joint 1 there and back"
 where = "section 3"
 reference = { name = "lspb", start = [0.0], travel = 1.0, duration = 2.0, blend = 0.5 }
-controllers = [{ name = "PD", controller = "pd-gravity", options = { own_gains = true } }]
+controllers = [{ id = "PD", controller = "pd-gravity", options = { own_gains = true } }]
 [[task.claim]]
 text = "joint 2 has the highest errors"
 where = "below Table 3"
@@ -36,7 +36,7 @@ def test_a_task_holds_the_values_of_its_file():
     (task,) = parse_tasks(TASK, "mine.toml")
     assert (task.reference, task.options["blend"], task.substeps) == ("lspb", 0.5, 1)
     (choice,), (claim,) = task.controllers, task.claims
-    assert (choice.name, choice.controller, choice.options) == ("PD", "pd-gravity", {"own_gains": True})
+    assert (choice.id, choice.controller, choice.options) == ("PD", "pd-gravity", {"own_gains": True})
     assert (claim.joints, claim.statistic) == ((1,), "max")
 
 
@@ -47,7 +47,7 @@ def test_a_task_holds_the_values_of_its_file():
         ('about = "joint 1', 'abuot = "joint 1', r"task\[0\].about", "text"),
         ('where = "section 3"', 'where = "section 3"\nwhy = "x"', r"task\[0\].why", "name, about, where"),
         ('name = "lspb", ', "", r"task\[0\].reference.name", "the name of a reference"),
-        ("options = {", "gains = {", r"task\[0\].controllers\[0\].gains", "name, controller, options"),
+        ("options = {", "gains = {", r"task\[0\].controllers\[0\].gains", "id, controller, options"),
         ('controller = "PD"', 'controller = "PID"', r"task\[0\].claim\[0\].controller", "one of PD"),
         ("joints = [2]", "joints = [0]", r"task\[0\].claim\[0\].joints", "counted from 1"),
         ('statistic = "max"', 'statistic = "most"', r"task\[0\].claim\[0\].statistic", "mean_abs"),

@@ -103,5 +103,5 @@ def sensitivity(
     runs = tuple(closed_loops(arms, study, statics, rate, progress))
     return Sensitivity(
         names=tuple(arms), joints=first[1].joint_names, study=study, rate=rate, poses=poses, statics=statics,
-        runs=runs, conclusions=conclusions(study.task, runs, statics),
+        runs=runs, conclusions=conclusions(study, runs, statics),
     )  # fmt: skip

@@ -3,17 +3,14 @@
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, cast
+from typing import cast
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
-from lwr_dyn.audit.sensitivity.simulated_task import SimulatedTask
+from lwr_dyn.audit.sensitivity.simulated_task import SimulatedTask, controller_of
 from lwr_dyn.audit.sensitivity.statics import Statics
-from lwr_dyn.audit.study_tasks import ControllerChoice
-from lwr_dyn.control.controllers import make_controller
 from lwr_dyn.control.linear_feedback import Linearised
-from lwr_dyn.control.protocol import Controller
+from lwr_dyn.control.protocol import Controller, label_of
 from lwr_dyn.control.sampled_loop import Sampling
 from lwr_dyn.control.sampled_stability import stability_along
 from lwr_dyn.dynamics.engines import dynamics_of
@@ -31,7 +28,7 @@ SAFE = 1.6
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ClosedLoopResult:
-    """One closed-loop run: the controller, its model, the simulated plant, and the result."""
+    """One closed-loop run: the controller's label, its model, the simulated plant, and the result."""
 
     controller: str
     model: str
@@ -68,17 +65,12 @@ def closed_loops(
     total, done = len(choices) * len(arms) ** 2, 0
     for choice in choices:
         for model in arms:
-            controller = _controller(arms[model], choice, statics[model].b)
+            controller = controller_of(arms[model], choice, statics[model].b)
             for plant in arms:
-                yield _run(arms, study, choice.name, controller, model, plant, rate)
+                yield _run(arms, study, label_of(controller), controller, model, plant, rate)
                 done += 1
                 if progress is not None:
                     progress(done / total)
-
-
-def _controller(arm: Arm, choice: ControllerChoice, b: Array) -> Controller:
-    known: dict[str, Any] = {"inertia": b} if choice.controller == "pd-gravity" else {}
-    return make_controller(choice.controller, arm, **choice.options, **known)
 
 
 def _run(

@@ -8,7 +8,7 @@ import click
 import numpy as np
 
 from lwr_dyn.audit.sensitivity.analysis import POSES, Sensitivity, sensitivity
-from lwr_dyn.audit.sensitivity.result_tables import notes, result_tables
+from lwr_dyn.audit.sensitivity.result_tables import errors_text, notes, result_tables
 from lwr_dyn.cli.options import print_json
 from lwr_dyn.errors import OptionError
 from lwr_dyn.files import ends_in
@@ -59,13 +59,8 @@ def _arms(robots: tuple[str, ...]) -> dict[str, Arm]:
 
 def _text(result: Sensitivity) -> str:
     gravity, gains, *errors, survivors = (table.text() for table in result_tables(result))
-    about = (
-        f"{len(result.runs)} runs of {result.study.reference.duration:g} s at {result.rate:g} samples a second: RMS"
-        " error of the tip [mm] (largest error of a joint [mrad (mm)]); rows: the controller's model, columns: the"
-        " plant"
-    )
     head = f"{', '.join(result.names)}: {result.study.task.about}"
-    return "\n\n".join([head, gravity, gains, "\n".join([about, *errors, *notes(result)]), survivors])
+    return "\n\n".join([head, gravity, gains, "\n".join([errors_text(result), *errors, *notes(result)]), survivors])
 
 
 def _record(result: Sensitivity) -> dict[str, Any]:
@@ -76,7 +71,7 @@ def _record(result: Sensitivity) -> dict[str, Any]:
         for name, s in result.statics.items()
     }
     runs = [
-        {"law": r.controller, "believed": r.model, "real": r.plant, "rate": r.rate, "fault": r.fault}
+        {"controller": r.controller, "model": r.model, "plant": r.plant, "rate": r.rate, "fault": r.fault}
         | {"metrics": None if r.metrics is None else r.metrics.to_json()}
         for r in result.runs
     ]

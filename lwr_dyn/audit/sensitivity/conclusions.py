@@ -8,8 +8,9 @@ from functools import partial
 import numpy as np
 
 from lwr_dyn.audit.sensitivity.closed_loops import ClosedLoopResult
+from lwr_dyn.audit.sensitivity.simulated_task import SimulatedTask
 from lwr_dyn.audit.sensitivity.statics import Statics
-from lwr_dyn.audit.study_tasks import PublishedClaim, StudyTask
+from lwr_dyn.audit.study_tasks import PublishedClaim
 from lwr_dyn.simulation.metrics import Metrics
 
 Runs = Mapping[str, ClosedLoopResult]
@@ -57,30 +58,32 @@ def _pair(model: str, plant: str = "") -> str:
 
 
 def conclusions(
-    task: StudyTask, runs: Sequence[ClosedLoopResult], statics: Mapping[str, Statics]
+    study: SimulatedTask, runs: Sequence[ClosedLoopResult], statics: Mapping[str, Statics]
 ) -> tuple[Conclusion, ...]:
     """The propositions about a task, each judged for every pair."""
     pairs: dict[tuple[str, str], dict[str, ClosedLoopResult]] = {}
     for run in runs:
         pairs.setdefault((run.model, run.plant), {})[run.controller] = run
-    judged = [Conclusion(text, {(*key,): rule(r) for key, r in pairs.items()}) for text, rule in _rules(task, runs)]
+    judged = [Conclusion(text, {(*key,): rule(r) for key, r in pairs.items()}) for text, rule in _rules(study, runs)]
     return (*judged, *_gains(statics))
 
 
-def _rules(task: StudyTask, runs: Sequence[ClosedLoopResult]) -> Iterator[tuple[str, Rule]]:
+def _rules(study: SimulatedTask, runs: Sequence[ClosedLoopResult]) -> Iterator[tuple[str, Rule]]:
     """Propositions that can be judged: none about limits where the arm has no known ones."""
     known = [run.metrics for run in runs if run.metrics is not None]
+    task, labels = study.task, study.labels
     for pd, other in itertools.product(task.controllers, task.controllers):
         if (pd.controller, other.controller) == ("pd-gravity", "inverse-dynamics"):
-            yield f"{other.name} tracks better than {pd.name} (RMS of the tip)", partial(_better, other.name, pd.name)
-    for choice in task.controllers:
-        name = choice.name
+            better, worse = labels[other.id], labels[pd.id]
+            yield f"{better} tracks better than {worse} (RMS of the tip)", partial(_better, better, worse)
+    for name in labels.values():
         if any(np.isfinite(m.torque_use).any() for m in known):
             yield f"torques keep to their limits under {name}", partial(_judge, name, _within_torques)
         if any(np.isfinite(m.speed_use).any() for m in known):
             yield f"speeds keep to their limits under {name}", partial(_judge, name, _within_speeds)
     for claim in task.claims:
-        yield claim.text, partial(_judge, claim.controller, partial(_are_largest, claim))
+        name = labels[claim.controller]
+        yield f"{claim.text} under {name}", partial(_judge, name, partial(_are_largest, claim))
 
 
 def _better(controller: str, other: str, runs: Runs) -> bool | None:

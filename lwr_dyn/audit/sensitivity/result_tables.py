@@ -5,16 +5,20 @@ import math
 import numpy as np
 
 from lwr_dyn.audit.sensitivity.analysis import OMEGA_N, XI, Sensitivity
+from lwr_dyn.audit.sensitivity.closed_loops import ClosedLoopResult
+from lwr_dyn.simulation.metrics import RIGID
 from lwr_dyn.tables import Heading, Table
 
+FASTER, STOPPED = "*", "!"
+"""Marks of an error: of a loop that is sampled faster, and of a run in which a joint met its stop."""
 TINY = 1e-12
 """Below this a torque or inertia is rounding."""
 
 
 def result_tables(result: Sensitivity) -> list[Table]:
     """All tables, in the order in which they are read."""
-    names = [choice.name for choice in result.study.task.controllers]
-    return [gravity_table(result), gains_table(result), *(error_table(result, n) for n in names), survival(result)]
+    errors = (error_table(result, name) for name in result.study.labels.values())
+    return [gravity_table(result), gains_table(result), *errors, survival(result)]
 
 
 def gravity_table(result: Sensitivity) -> Table:
@@ -42,9 +46,9 @@ def gains_table(result: Sensitivity) -> Table:
 
 
 def error_table(result: Sensitivity, controller: str) -> Table:
-    """Errors under one controller: a row per model, a column per plant; * where the loop is sampled faster."""
+    """Errors under one controller: a row per model, a column per plant, with the marks that `notes` explains."""
     tips, worst = result.tip_rms_mm(controller), result.worst_mrad(controller)
-    raised = {(r.model, r.plant) for r in result.runs if r.controller == controller and r.rate > result.rate}
+    runs = {(r.model, r.plant): r for r in result.runs if r.controller == controller}
     least, largest = float(np.nanmin(tips)), float(np.nanmax(tips)) or 1.0
 
     def shade(cell: tuple[float, float, str]) -> float:
@@ -52,10 +56,23 @@ def error_table(result: Sensitivity, controller: str) -> Table:
 
     rows = []
     for i, model in enumerate(result.names):
-        marks = ["*" if (model, plant) in raised else "" for plant in result.names]
+        marks = [_marks(runs[model, plant], result.rate) for plant in result.names]
         rows.append((model, *zip(tips[i], worst[i], marks, strict=True)))
     plants = (Heading(f"on {name}", format=_errors, shade=shade) for name in result.names)
     return Table("", (controller, *plants), rows)
+
+
+def errors_text(result: Sensitivity) -> str:
+    """What the tables of errors hold, in one sentence."""
+    runs, duration = len(result.runs), result.study.reference.duration
+    return (
+        f"{runs} runs of {duration:g} s at {result.rate:g} samples a second or more: RMS error of the tip ({RIGID})"
+        " [mm] (largest error of a joint [mrad (mm)]); rows: the controller's model, columns: the plant"
+    )
+
+
+def _marks(run: ClosedLoopResult, rate: float) -> str:
+    return (FASTER if run.rate > rate else "") + (STOPPED if run.metrics and run.metrics.stops.met else "")
 
 
 def _errors(cell: tuple[float, float, str]) -> str:
@@ -79,13 +96,15 @@ def _number(value: float | str) -> str:
 
 
 def notes(result: Sensitivity) -> list[str]:
-    """What stands below the tables of errors: loops that are sampled faster, simulations that failed."""
+    """What stands below the tables of errors: loops sampled faster, joints on their stops, simulations that failed."""
     raised = sorted({r.rate for r in result.runs if r.rate > result.rate})
     lines = []
     if raised:
         rates = " or ".join(f"{r:g}" for r in raised)
         lines.append(
-            f"* at {result.rate:g} samples a second this loop chatters: the damping is too strong for the lighter"
-            f" plant; simulated at {rates}, as good as continuous"
+            f"{FASTER} at {result.rate:g} samples a second this loop chatters: the damping is too strong for the"
+            f" lighter plant; simulated at {rates}, as good as continuous"
         )
+    met = [(r, r.metrics.stops.sentence()) for r in result.runs if r.metrics and r.metrics.stops.met]
+    lines += [f"{STOPPED} {r.controller}, {r.model} on {r.plant}: {stops}" for r, stops in met]
     return lines + [f"no run of {r.controller}, {r.model} on {r.plant}: {r.fault}" for r in result.runs if r.fault]

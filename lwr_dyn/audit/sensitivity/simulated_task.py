@@ -1,13 +1,16 @@
-"""A study task with the joint reference that an arm follows in it."""
+"""A study task with the joint reference that an arm follows in it, and its controllers by their labels."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.audit.study_tasks import ControllerChoice, StudyTask, study_tasks
+from lwr_dyn.control.controllers import make_controller
+from lwr_dyn.control.protocol import Controller, label_of
 from lwr_dyn.errors import OptionError, UnknownNameError
 from lwr_dyn.kinematics.inverse import inverse_kinematics
 from lwr_dyn.model.arm import Arm
@@ -28,7 +31,7 @@ JOINT_MOVE = StudyTask(
     reference="joint-move",
     options={},
     controllers=(
-        ControllerChoice("PD + gravity", "pd-gravity"),
+        ControllerChoice("PD", "pd-gravity"),
         ControllerChoice("inverse dynamics", "inverse-dynamics"),
     ),
 )
@@ -36,10 +39,14 @@ JOINT_MOVE = StudyTask(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SimulatedTask:
-    """A task and the reference of its joints; the claims of a paper stay with the paper's own robot."""
+    """A task, the reference of its joints, and the labels of its controllers by their ids.
+
+    The claims of a paper stay with the paper's own robot.
+    """
 
     task: StudyTask
     reference: Reference
+    labels: Mapping[str, str]
 
 
 def simulated_task(arm: Arm, name: str | None = None) -> SimulatedTask:
@@ -59,19 +66,23 @@ def simulated_task(arm: Arm, name: str | None = None) -> SimulatedTask:
     task = tasks[name or own]
     registry = OWN_REFERENCES if task.reference in OWN_REFERENCES.rows else REFERENCES
     reference = registry.make(task.reference, arm, **task.options)
-    controllers = {c.name: _with_known_gains(c, arm) for c in task.controllers}
-    own_claims = task.claims if task.robot == arm.name else ()
-    claims = tuple(replace(claim, controller=controllers[claim.controller].name) for claim in own_claims)
-    return SimulatedTask(replace(task, claims=claims, controllers=tuple(controllers.values())), reference)
+    controllers = tuple(_with_known_gains(choice, arm) for choice in task.controllers)
+    claims = task.claims if task.robot == arm.name else ()
+    labels = {choice.id: label_of(controller_of(arm, choice, np.ones(arm.n))) for choice in controllers}
+    return SimulatedTask(replace(task, claims=claims, controllers=controllers), reference, labels)
+
+
+def controller_of(arm: Arm, choice: ControllerChoice, b: Array) -> Controller:
+    """The controller of a choice for an arm whose largest inertias `b` (n,) [kg m^2] are known."""
+    known: dict[str, Any] = {"inertia": b} if choice.controller == "pd-gravity" else {}
+    return make_controller(choice.controller, arm, **choice.options, **known)
 
 
 def _with_known_gains(choice: ControllerChoice, arm: Arm) -> ControllerChoice:
-    """The gains of the arm's file only where it has some, as the name then states."""
-    if not choice.options.get("own_gains"):
+    """The gains of the arm's file only where it has some."""
+    if arm.gains is not None:
         return choice
-    if arm.gains is None:
-        return replace(choice, options={k: v for k, v in choice.options.items() if k != "own_gains"})
-    return replace(choice, name=f"{choice.name}, the maker's gains")
+    return replace(choice, options={k: v for k, v in choice.options.items() if k != "own_gains"})
 
 
 def lspb_travel(arm: Arm, start: ArrayLike, travel: float, duration: float, blend: float) -> Reference:

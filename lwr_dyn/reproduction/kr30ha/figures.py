@@ -19,18 +19,18 @@ from lwr_dyn.reproduction.report.run_figures import torque_figure
 from lwr_dyn.viewer.figures import Curve, Figure, Panel, Series
 from lwr_dyn.viewer.replayed_runs import replayed_runs
 
-MOVEMENT = "inverse dynamics"
 TOUCH = 1e-6
 """[m] Ends of arcs this near to each other are one corner of the outline."""
 
 
 def pictures(arm: Arm, right: Sequence[RightPoint], movement: Run, program: Run) -> Pictures:
     """Both views of the envelope, axes and torques of the movement; frames (Figure 5) and elbow up (Figure 6)."""
-    shown = replayed_runs([movement, program], arm, [MOVEMENT, "KRL program, corrected"])
+    label = str(movement.meta["controller"]["label"])
+    shown = replayed_runs([movement, program], arm, [label, "KRL program, corrected"])
     curves = tuple(Curve(name, Series(0, "q", j, 180.0 / np.pi)) for j, name in enumerate(arm.joint_names))
     panels = (Panel("", "axis", "deg", curves),)
     return Pictures(
-        simulated=((MOVEMENT, "mastering_p1_p2_mastering.npz", movement),),
+        simulated=((label, "mastering_p1_p2_mastering.npz", movement),),
         shown=shown,
         figures={
             "envelope": envelope_figures(arm, {p.name: p.wrist_mm / 1e3 for p in right}),

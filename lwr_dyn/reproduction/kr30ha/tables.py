@@ -145,7 +145,8 @@ def cycle_table(cycle: Cycle, arm: Arm) -> Table:
         rows.append((point.name, _listed(a), np.abs(a - b).max(), point.missed_mm))
     return Table(
         f"Mastering, Point 1, Point 2, mastering in {cycle.reference.duration:.2f} s, at most {SPEED_SHARE:.0%} of"
-        f" rated speed, {RISE} s to come to it (both assumed), inverse dynamics, estimated masses",
+        f" rated speed, {RISE} s to come to it (both assumed), {cycle.run.meta['controller']['label']}, estimated"
+        " masses",
         (
             "at", "g(q), A1 to A6 [N m]", Heading("road A - road B", format=".1e"),
             Heading("run misses by", "mm", ".1e"),

@@ -17,15 +17,13 @@ from lwr_dyn.viewer.replayed_runs import ReplayedRun, replayed_runs
 PD, INVERSE, DROOP = 0, 1, 2
 """Places of the runs that are shown: both controllers on the arm as modelled, and what Table VIII seems to be of."""
 REPLAYED = ("pd-gravity", "inverse-dynamics")
-AS_TABLE_VIII = "inverse dynamics, g and feed-forward left out"
 ASSUMED = "timing, tool orientation and arm angle are not printed: assumed here"
 
 
 def pictures(arm: Arm, simulated: Sequence[ControllerRun], table_viii: Run) -> Pictures:
     """Figures 4, 6, 7, 9 and 10, torques, Figure 2 as a still; both controllers on the arm as modelled are replayed."""
     replayed = [run for run in simulated if run.plant == "as modelled" and run.controller in REPLAYED]
-    labels = [*(run.controller for run in replayed), AS_TABLE_VIII]
-    shown = replayed_runs([*(run.run for run in replayed), table_viii], arm, labels)
+    shown = replayed_runs([*(run.run for run in replayed), table_viii], arm)
     return Pictures(
         simulated=tuple((run.name, run.file, run.run) for run in simulated),
         shown=shown,

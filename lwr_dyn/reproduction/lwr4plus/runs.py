@@ -8,7 +8,7 @@ from lwr_dyn.control.controllers import make_controller
 from lwr_dyn.control.worst_case_inertia import worst_case_inertias
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Reference, Run
-from lwr_dyn.simulation.metrics import Metrics, metrics
+from lwr_dyn.simulation.metrics import RIGID, Metrics, metrics
 from lwr_dyn.simulation.plant import arm_with_payload, arm_with_scaled_inertia
 from lwr_dyn.simulation.simulate import simulate
 from lwr_dyn.tables import Heading, Table
@@ -19,7 +19,7 @@ PLANTS = ("as modelled", "10 % heavier", "3 kg at the flange")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ControllerRun:
-    """One controller on one plant."""
+    """One controller, by its name in the registry, on one plant."""
 
     controller: str
     plant: str
@@ -29,7 +29,12 @@ class ControllerRun:
     @property
     def name(self) -> str:
         """For tables and pages."""
-        return f"{self.controller}, {self.plant}"
+        return f"{self.label}, {self.plant}"
+
+    @property
+    def label(self) -> str:
+        """The controller and its variant."""
+        return str(self.run.meta["controller"]["label"])
 
     @property
     def file(self) -> str:
@@ -40,6 +45,7 @@ class ControllerRun:
         """As JSON values."""
         return {
             "controller": self.controller,
+            "label": self.label,
             "plant": self.plant,
             "audit": self.run.meta["audit"],
         } | self.metrics.to_json()
@@ -74,11 +80,10 @@ def ranking_table(runs: Sequence[ControllerRun]) -> Table:
     for plant in PLANTS:
         for place, run in enumerate(ranking(runs, plant), start=1):
             m, audit = run.metrics, run.run.meta["audit"]
-            kept = "kept" if m.within_limits else "NOT kept"
             use = max(m.torque_use), max(m.speed_use)
-            rows.append((plant, place, run.controller, m.tip_rms_mm, m.tip_max_mm, *use, kept, audit["residual"]))
+            rows.append((plant, place, run.label, m.tip_rms_mm, m.tip_max_mm, *use, m.limits, audit["residual"]))
     errors = [Heading(name, "mm", ".4g") for name in ("tip RMS", "tip max")]
     shares = [Heading(name, format=".0%") for name in ("torque", "speed")]
-    title = "Controllers on IST, ranked by RMS error of the tip; their model is the arm as modelled"
+    title = f"Controllers on IST, ranked by RMS error of the tip ({RIGID}); their model is the arm as modelled"
     audits = Heading("audit", "J", ".1e")
     return Table(title, ("plant", "place", "controller", *errors, *shares, "limits", audits), rows)

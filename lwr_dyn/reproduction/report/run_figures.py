@@ -32,7 +32,7 @@ def error_figure(
         arm = runs[i].arm
         units = [f"mrad{per}" if link.kind is JointKind.REVOLUTE else f"mm{per}" for link in arm.chain.links]
         curves = tuple(Curve(name, Series(i, quantity, j, 1e3)) for j, name in enumerate(arm.joint_names))
-        panels.append(Panel(runs[i].label, quantity, ", ".join(dict.fromkeys(units)), curves))
+        panels.append(Panel(runs[i].caption, quantity, ", ".join(dict.fromkeys(units)), curves))
     title = f"{quantity.capitalize()}s of the joints"
     return Figure(quantity.replace(" ", "-"), title, "", "time", "s", tuple(panels), over_time=True)
 
@@ -44,7 +44,7 @@ def torque_figure(runs: Sequence[ReplayedRun], chosen: Sequence[int] | None = No
     panels = []
     for j, joint in enumerate(arm.joints()):
         limit, unit = joint.limits.effort, "N m" if joint.kind is JointKind.REVOLUTE else "N"
-        curves = tuple(Curve(runs[i].label, Series(i, "torque", j)) for i in places if runs[i].arm.n > j)
+        curves = tuple(Curve(runs[i].caption, Series(i, "torque", j)) for i in places if runs[i].arm.n > j)
         levels = () if limit is None else (Level("limit", limit), Level("limit", -limit))
         note = "limit not known" if limit is None else f"limit {limit:g} {unit}"
         panels.append(Panel(joint.name, "torque", unit, curves, levels, note))
@@ -74,7 +74,7 @@ def path_figure(runs: Sequence[ReplayedRun], chosen: Sequence[int] | None = None
     a, b = _PLANES[drawn]
     first = {runs[i].run.q_ref.tobytes(): i for i in reversed(places)}
     references = tuple(_reference(runs[i], i, a, b) for i in sorted(first.values(), key=places.index))
-    paths = tuple(Curve(runs[i].label, Series(i, _FLANGE[b]), Series(i, _FLANGE[a])) for i in places)
+    paths = tuple(Curve(runs[i].caption, Series(i, _FLANGE[b]), Series(i, _FLANGE[a])) for i in places)
     panel = Panel("", drawn[1], "m", (*references, *paths))
     return Figure("path", "Path of the flange", "", drawn[0], "m", (panel,), equal_aspect=True)
 

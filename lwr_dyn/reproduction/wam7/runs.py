@@ -24,7 +24,7 @@ from lwr_dyn.trajectory.references.joint_moves import JointReference, lspb_move
 TASK = study_tasks()["lspb"]
 START, TRAVEL, DURATION, BLEND = (TASK.options[key] for key in ("start", "travel", "duration", "blend"))
 """[rad], [rad], [s], [s]; the cruise is at 0.5/6 rad/s."""
-PD: dict[str, Any] = {"own_gains": True, "velocity_error": True}
+PD = TASK.controllers[0].options
 """tau = Kp (q_ref - q) + Kd (dq_ref - dq) + g with the manufacturer's gains, eq. (1) of the paper."""
 SETTLED = 3.5
 """[s] from which a cruise counts as steady: the slowest loop, joint 4 down, has forgotten its start to 1e-3 by then."""

@@ -18,7 +18,13 @@ def run(*arguments):
 def test_tables(capsys):
     assert run("kr30ha", *QUICK) == 0
     out = capsys.readouterr().out
-    for words in ("gravity torques at 20 poses", "8 runs of 4 s at 250", "inverse dynamics  on kuka", "what survives"):
+    for words in (
+        "gravity torques at 20 poses",
+        "8 runs of 4 s at 250",
+        "inverse dynamics with feed-forward  on kuka",
+        "tip (rigid links and joints)",
+        "what survives",
+    ):
         assert words in out, words
     assert "speeds keep to their limits" in out
     assert "torques keep" not in out  # the maker names no torque limits
@@ -29,6 +35,9 @@ def test_json(capsys):
     record = json.loads(capsys.readouterr().out)
     assert record["readings"] == ["kuka", "printed"]
     assert len(record["runs"]) == 8
+    assert {run["controller"] for run in record["runs"]} == {
+        "PD + gravity, damping on dq", "inverse dynamics with feed-forward",
+    }  # fmt: skip
     assert record["conclusions"][0]["holds"][0]["case"] == ["kuka", "kuka"]
 
 
