@@ -137,7 +137,9 @@ def _erratum(table: Any, file: str, index: int) -> Erratum:
     for j, entry in enumerate(fields.take("patch", list, default=[])):
         patch = Fields(entry, file, f"erratum[{index}].patch[{j}]")
         kind = patch.take_one_of("kind", KINDS, default="")
-        patches.append(Patch(patch.take("at", str), patch.take("printed", object), patch.take("read", object), kind))
+        fitted_to = tuple(str(at) for at in patch.take("fitted_to", list, default=[]))
+        values = patch.take("printed", object), patch.take("read", object)
+        patches.append(Patch(patch.take("at", str), *values, kind, fitted_to))
         patch.refuse_unknown()
     fields.refuse_unknown()
     return Erratum(**texts, status=status, patches=tuple(patches), severity=severity)

@@ -163,6 +163,8 @@ class Patch:
     read: Any
     kind: str = ""
     """The kind of the value read, where it differs from the column's ("fitted")."""
+    fitted_to: tuple[str, ...] = ()
+    """The printed results that a fitted value was chosen to reproduce: they are no evidence for it."""
 
 
 @dataclass(frozen=True, slots=True)

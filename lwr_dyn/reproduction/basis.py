@@ -3,13 +3,14 @@
 computed      it moves, and not as one number alone does: the formula works
 structural    a 0 or +-1, or an entry such as cos(q1), that stays whatever the numbers are
 repeated      compared with print, not computed: it is one number of the data in this or another unit, or an earlier
-              result once more, or a count or a place that does not move with the numbers
+              result once more, or a count or a place that does not move with the numbers, or what an erratum that it
+              takes was fitted to
 
 Zeros and right angles are the form of the arm and stay. An entry with letters also gets other letters, and right
 angles turned by half a turn: "-sin(q1)" has its sign from a printed angle and counts as computed.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import pi
 
@@ -73,8 +74,8 @@ def bases(study: PaperStudy, numbers: Sequence[ComparedNumber]) -> dict[str, str
         formula = study.formulas.get(number.block.compute)
         if number.verdict in (ASSUMED, NOT) or formula is None:
             continue
-        if formula.basis:
-            found[number.cell.path] = formula.basis
+        if stated := formula.basis or (REPEATED if number.cell.path in _fitted(study, number.applied) else ""):
+            found[number.cell.path] = stated
             continue
         applied = frozenset(number.applied)
         if applied not in worlds:
@@ -85,6 +86,11 @@ def bases(study: PaperStudy, numbers: Sequence[ComparedNumber]) -> dict[str, str
         values = trials[key][number.cell.path]
         found[number.cell.path] = _basis(number, values, worlds[applied], seen)
     return found
+
+
+def _fitted(study: PaperStudy, applied: Collection[str]) -> set[str]:
+    """The cells that values of these errata were fitted to."""
+    return {at for e in study.data.errata if e.id in applied for patch in e.patches for at in patch.fitted_to}
 
 
 def _trials(study: PaperStudy, world: _World, number: ComparedNumber) -> dict[str, list[Value]]:

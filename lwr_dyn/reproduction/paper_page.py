@@ -38,7 +38,7 @@ LARGEST_WRITTEN = 1e9
 REPORT = "report.html"
 BASIS_NOTES = {
     STRUCTURAL: "stays whatever the numbers of the paper are",
-    REPEATED: "compared with what is printed elsewhere, not computed",
+    REPEATED: "compared, not computed: printed elsewhere too, or fitted to",
 }
 """Class of a number -> what its cell adds."""
 _KINDS = {".npz": "run", ".urdf": "model", ".xml": "model", ".srdf": "model", ".png": "plot", ".svg": "plot"}

@@ -87,6 +87,7 @@ def test_what_stays_is_0_or_1_or_an_entry_with_an_angle(found):
         ("lwr4plus", "text_vii.maximum[0]", REPEATED),
         ("lwr4plus", "text_vii_joints.joint[0]", REPEATED),
         ("lwr4plus", "table_iv.b[0]", COMPUTED),
+        ("lwr4plus", "table_iv.b[4]", REPEATED),  # c5z was fitted to it
         ("lwr4plus", "centralized_gains.Kp[6]", REPEATED),
         ("lwr4plus", "limits.effort[0]", REPEATED),
         ("lwr4", "matrices.A3[2][3]", REPEATED),

@@ -163,6 +163,7 @@ FORMULAS = (
         joints_of_largest_maximum, joints_of_largest_average, joints_of_largest_velocity, basis=REPEATED,
     )
     | formulas(semicircle_centres, ist_length, ist_speed, basis=COMPUTED)  # Table V stands in trajectory.references.ist
-    | formulas(inertia_at_printed_q, ist_margin, slow=True, basis=COMPUTED)  # searched
+    | formulas(inertia_at_printed_q, slow=True, basis=REPEATED)  # the numbers of Table IV once more
+    | formulas(ist_margin, slow=True, basis=COMPUTED)  # searched
     | formulas(table_vii, table_viii, slow=True)  # under assumed conditions
 )  # fmt: skip
