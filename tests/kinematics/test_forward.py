@@ -45,7 +45,7 @@ def test_velocity_product_is_the_rate_of_the_jacobian_times_dq(arm, seed):
 def test_batches_broadcast_and_wrong_shapes_are_named():
     chain = lwr_dyn.load("lwr4plus").chain
     assert jacobian(chain, np.zeros((2, 5, 7))).shape == (2, 5, 6, 7)
-    with pytest.raises(ShapeError, match="q: shape"):
+    with pytest.raises(ShapeError, match="q: 6 numbers; allowed: 7 numbers"):
         jacobian(chain, np.zeros(6))
 
 

@@ -125,7 +125,7 @@ def test_another_tool_orientation_is_taken():
         ({"duration": -14.0, "timing": "constant"}, OptionError, "duration"),
         ({"duration": 5.0}, OptionError, r"duration: 5 s; allowed: at least 6\.549\d+ s with 4 stops"),
         ({"R_07": np.diag([1.0, 1.0, -1.0])}, OptionError, "R_07: left-handed"),
-        ({"R_07": np.eye(4)}, ShapeError, "shape"),
+        ({"R_07": np.eye(4)}, ShapeError, "an array of 4 x 4 numbers"),
         ({"smoothness": SmoothTiming(ease=0.2)}, OptionError, "blend"),
         ({"smoothness": SmoothTiming(jerk=-1.0)}, OptionError, "jerk"),
     ],

@@ -115,7 +115,7 @@ def test_rates_alone_cannot_time_an_arm_that_stands():
 
 
 def test_wrong_shapes_are_refused():
-    with pytest.raises(ShapeError, match=r"start: shape \(6,\)"):
+    with pytest.raises(ShapeError, match=r"start: 6 numbers; allowed: 7 numbers"):
         lspb_move(ARM, START[:6], START, duration=7.0, blend=1.0)
     with pytest.raises(ShapeError, match=r"velocity: shape \(3,\); allowed: one number, or \(7,\)"):
         lspb_move(ARM, START, moved(1), duration=7.0, velocity=[0.1] * 3)
