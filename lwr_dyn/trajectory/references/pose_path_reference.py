@@ -1,7 +1,7 @@
 """A reference for the joints from a timed pose path, the arm's inverse kinematics and an arm angle."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from lwr_dyn.arrays import Array, real_array
 from lwr_dyn.errors import OutOfReachError, PathLimitError, SingularArmError
+from lwr_dyn.kinematics.branches import TURN, joint_ranges
 from lwr_dyn.kinematics.path_following import follow
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Motion
@@ -33,6 +34,8 @@ class PosePathReference:
     arm_angle: ArmAngle
     nearest_limit: LimitMargin
     about: Mapping[str, Any] = field(default_factory=dict)
+    turns: "_WholeTurns | None" = None
+    """Where a joint goes beyond half a turn from the middle of its range; None where none does."""
     name: ClassVar[str] = "TaskReference"
     """In run files."""
 
@@ -48,11 +51,35 @@ class PosePathReference:
 
     def sample(self, t: ArrayLike) -> Motion:
         """The motion at times t (k,) [s]; before 0 and after `duration` it stands still; raises `ShapeError`."""
-        return _motion(self.arm, self.poses, self.arm_angle, np.atleast_1d(real_array("t", t)))
+        motion = _motion(self.arm, self.poses, self.arm_angle, np.atleast_1d(real_array("t", t)))
+        return motion if self.turns is None else replace(motion, q=self.turns.added(motion.t, motion.q))
 
     def trace(self, places: int = TIMES) -> Array:
         """Points (places, 3) [m] of the path in the base frame, evenly spaced."""
         return self.poses.path.at(np.linspace(0.0, self.poses.length, places)).p
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _WholeTurns:
+    """Positions q (k, n) [rad] without jumps at times t (k,) [s]: they say which whole turn a joint is in."""
+
+    t: Array
+    q: Array
+
+    @classmethod
+    def of(cls, arm: Arm, t: Array, q: Array) -> "_WholeTurns | None":
+        """From positions that may jump by whole turns; None where none does."""
+        through = np.unwrap(q, axis=0)
+        if (through == q).all():
+            return None
+        ranges, middle = joint_ranges(arm), (through.min(axis=0) + through.max(axis=0)) / 2.0
+        jumps = (through != q).any(axis=0) & np.isfinite(ranges.half)
+        return cls(t, through + np.where(jumps, TURN * np.round((ranges.middle - middle) / TURN), 0.0))
+
+    def added(self, t: Array, q: Array) -> Array:
+        """Positions q (m, n) of the closed form at times t (m,), each in its whole turn."""
+        near = np.column_stack([np.interp(t, self.t, column) for column in self.q.T])
+        return np.asarray(q + TURN * np.round((near - q) / TURN))
 
 
 def pose_path_reference(
@@ -90,6 +117,8 @@ def pose_path_reference(
     curve, how = choose_arm_angle(arm, poses, arm_angle)
     t = np.union1d(np.linspace(0.0, poses.duration, TIMES), poses.profile.knots)
     q = _placed_motion(arm, poses, curve, t).q
+    turns = _WholeTurns.of(arm, t, q)
+    q = q if turns is None else turns.q
     outside = largest_violation(arm, q)
     if limits and outside is not None:
         when = float(t[outside.row])
@@ -101,7 +130,7 @@ def pose_path_reference(
         "arm_angle": {"value": how, "branch": curve.branch.label, "kind": "assumed"},
         "margin": _margin_record(nearest, outside is None),
     }
-    return PosePathReference(arm, poses, curve, nearest, record)
+    return PosePathReference(arm, poses, curve, nearest, record, turns)
 
 
 def _margin_record(nearest: LimitMargin, kept: bool) -> dict[str, Any] | None:

@@ -1,6 +1,7 @@
 """A path as a reference for the joints: the flange follows it, q, dq, ddq are consistent, errors name the place."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -204,6 +205,34 @@ def test_a_given_curve_out_of_reach_or_through_a_singularity_is_refused_with_its
         pose_path_reference(
             ARM, timed_pose_path(over, constant_orientation(np.eye(3)), quintic(over.length, 2.0)), own, limits=False
         )
+
+
+def range_of_joint_7(upper):
+    return replace(ARM, limits=(*ARM.limits[:6], replace(ARM.limits[6], lower=-upper, upper=upper)))
+
+
+def turning_flange(arm):
+    """A path on which the flange turns about joint 7 by 0.6 rad, past half a turn, and an arm angle for it."""
+    start, end = (lwr_dyn.forward_kinematics(arm, [0.3, 0.6, 0.2, -1.2, 0.3, 0.7, x]) for x in (2.9, 3.5))
+    path = path_of([line(start[:3, 3], start[:3, 3] + [0.0, 0.02, 0.0])])
+    poses = timed_pose_path(path, slerp(start[:3, :3], end[:3, :3], path.length), quintic(path.length, 2.0))
+    solution = lwr_dyn.inverse_kinematics(arm, start).solutions[0]
+    branch = Branch(*(1 if sign == "+" else -1 for sign in solution.branch))
+    return poses, FixedArmAngle(solution.arm_angle, branch)
+
+
+def test_a_joint_whose_range_is_wider_than_a_turn_does_not_jump_and_one_that_is_not_leaves_it():
+    arm = range_of_joint_7(6.0)
+    poses, angle = turning_flange(arm)
+    reference = pose_path_reference(arm, poses, angle)
+    motion = reference.sample(np.linspace(-0.5, 2.5, 801))
+    assert np.abs(np.diff(motion.q, axis=0)).max() < 0.1
+    assert np.ptp(motion.q[:, 6]) > 0.5
+    assert np.abs(motion.q[:, 6]).max() > np.pi
+    inside = reference.sample(np.linspace(0, 2, 101))
+    np.testing.assert_allclose(lwr_dyn.forward_kinematics(arm, inside.q), poses.at(inside.t).T, atol=POSE)
+    with pytest.raises(PathLimitError, match="joint_7"):
+        pose_path_reference(range_of_joint_7(np.pi), poses, angle)
 
 
 @pytest.mark.parametrize("arm_angle", [None, 0.0])
