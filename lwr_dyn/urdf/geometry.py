@@ -1,9 +1,12 @@
 """Default shapes of an arm without a drawing: cylinders along its joints.
 
 A limb is a cylinder from a joint to the next joint at another place. A joint across its limb is a housing with an axle,
-a joint along its limb a ring; the base is a pedestal, the flange a disc. The dynamics uses none of these numbers.
+a joint along its limb a ring. What slides has a rod that stays in its guide, or runs on a rail. The base stands on a
+column or a plate, the flange is a disc. The dynamics uses none of these numbers.
 """
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,6 +18,8 @@ from lwr_dyn.model.spatial import Pose, axis_to_z
 
 _SAME_PLACE = 1e-6
 """Joint origins nearer than this [m] are at the same place."""
+_ALIGNED = 0.2
+"""Sine of the angle up to which a limb counts as along an axis: an elbow with an offset leaves the axis a little."""
 _DIGITS = 6
 """Decimals of a drawn length [m]."""
 
@@ -44,20 +49,28 @@ def _in_micrometres(shape: Primitive) -> Primitive:
     return replace(shape, pose=pose, radius=round(shape.radius, _DIGITS), length=round(shape.length, _DIGITS))
 
 
+def floor_height(arm: Arm) -> float:
+    """Height of the floor in the base frame [m]: the lowest point of what is drawn for the base."""
+    return min((_lowest(shape.pose, shape) for shape in primitives(arm) if shape.link == "base"), default=0.0)
+
+
 def _derived(arm: Arm) -> list[Primitive]:
     radii, joints = link_radii(arm), arm.joints()
     ends = [*(joint.origin.position for joint in joints[1:]), arm.flange().position]
-    shapes = _base(arm, radii[0])
+    names = ["base", *(link.link for link in arm.chain.links)]
+    rails = _on_rails(joints)
+    shapes: list[Primitive] = []
     for i, (joint, end) in enumerate(zip(joints, ends, strict=True)):
-        link, radius = arm.chain.links[i].link, radii[i]
-        if i > 0 and joint.kind is JointKind.REVOLUTE:
-            shapes += _collar(link, end, radius) if _along_its_limb(joint, end) else _hinge(link, radius)
-        limb = _limb(link, np.zeros(3), end, 0.86 * radius, "orange")
+        if joint.kind is JointKind.PRISMATIC:
+            shapes += _slide(joint, names[i], names[i + 1], radii[i], rails[i])
+        else:
+            shapes += _turn(joint, names[i + 1], end, radii[i], first=i == 0)
+        limb = _limb(names[i + 1], np.zeros(3), end, 0.86 * radii[i], "orange")
         if limb is not None:
             shapes.append(limb)
     disc = 0.12 * radii[-1]
-    shapes.append(Primitive("flange", _at(0.0, 0.0, -disc / 2), 0.7 * radii[-1], disc, "dark"))
-    return shapes
+    flange = Primitive("flange", _at(0.0, 0.0, -disc / 2), 0.7 * radii[-1], disc, "dark")
+    return [*_base(arm, radii[0], shapes), *shapes, flange]
 
 
 def _as_listed(cylinder: DrawnCylinder) -> Primitive:
@@ -72,7 +85,42 @@ def _along_its_limb(joint: Joint, end: Array) -> bool:
     if np.linalg.norm(end) < _SAME_PLACE:
         span, axis = joint.origin.position, joint.origin.rotation[:, 2]
     length = float(np.linalg.norm(span))
-    return length >= _SAME_PLACE and float(np.linalg.norm(np.cross(axis, span))) < 1e-3 * length
+    return length >= _SAME_PLACE and float(np.linalg.norm(np.cross(axis, span))) < _ALIGNED * length
+
+
+def _turn(joint: Joint, link: str, end: Array, radius: float, first: bool) -> list[Primitive]:
+    """A hinge, a ring, or at a bend without a hinge a housing that closes it."""
+    if not first and not _along_its_limb(joint, end):
+        return _hinge(link, radius)
+    before = joint.origin.rotation.T @ joint.origin.position
+    lengths = float(np.linalg.norm(before)) * float(np.linalg.norm(end))
+    bent = float(np.linalg.norm(np.cross(before, end))) > _ALIGNED * lengths > 0.0
+    housing = [Primitive(link, Pose.identity(), radius, 2.0 * radius, "grey")] if bent else []
+    return housing + ([] if first else _collar(link, end, radius))
+
+
+def _on_rails(joints: Sequence[Joint]) -> list[bool]:
+    """Whether a sliding joint runs on a rail of the link before: where its direction is fixed and not downward."""
+    out, turned, axes = [], np.eye(3), list[Array]()
+    for joint in joints:
+        turned = turned @ joint.origin.rotation
+        axis = turned[:, 2]
+        fixed = all(float(np.linalg.norm(np.cross(axis, other))) < 1e-3 for other in axes)
+        out.append(fixed and axis[2] > -0.5)
+        axes += [axis] if joint.kind is JointKind.REVOLUTE else []
+    return out
+
+
+def _slide(joint: Joint, before: str, link: str, radius: float, on_rail: bool) -> list[Primitive]:
+    """Carriage and rail, or guide and rod; either is as long as the travel, so no gap opens."""
+    low, up = (0.0 if joint.limits.lower is None else joint.limits.lower), joint.limits.upper
+    up = low + 4.0 * radius if up is None else up
+    long, middle = up - low, _at(0.0, 0.0, (low + up) / 2)
+    bar = joint.origin @ middle if on_rail else middle.inverse()
+    rod = [Primitive(before if on_rail else link, bar, 0.5 * radius, long, "grey")] if long > _SAME_PLACE else []
+    if on_rail:
+        return [*rod, Primitive(link, Pose.identity(), radius, 1.4 * radius, "dark")]
+    return [Primitive(before, joint.origin, radius, 1.6 * radius, "dark"), *rod]
 
 
 def _hinge(link: str, radius: float) -> list[Primitive]:
@@ -101,17 +149,42 @@ def link_radii(arm: Arm) -> tuple[float, ...]:
     return tuple(reach * (0.045 + 0.03 * b / reach) for b in beyond)
 
 
-def _base(arm: Arm, radius: float) -> list[Primitive]:
-    """The pedestal, and a limb from the base to the first joint if that is at another place."""
-    shapes = []
-    height = arm.drawing.pedestal
-    if height > 0.0:
-        foot = 0.12 * height
-        shapes.append(Primitive("base", _at(0.0, 0.0, foot / 2 - height), 1.6 * radius, foot, "dark"))
+def _base(arm: Arm, radius: float, links: Sequence[Primitive]) -> list[Primitive]:
+    """Column and plate, and a limb to the first joint if that is at another place.
+
+    The column is as high as the file's pedestal, or else just high enough for what turns about the base's origin.
+    """
+    given = arm.drawing.pedestal
+    height = given if given > 0.0 else 1.15 * _below_base(arm, radius, links)
+    foot = 0.12 * given if given > 0.0 else 0.3 * radius
+    if height <= 0.0:
+        shapes = [Primitive("base", _at(0.0, 0.0, foot / 2), 1.6 * radius, foot, "dark")]
+    else:
+        height = max(height, 2.0 * foot)
         column = height - foot
-        shapes.append(Primitive("base", _at(0.0, 0.0, -column / 2), 1.05 * radius, column, "grey"))
+        shapes = [
+            Primitive("base", _at(0.0, 0.0, foot / 2 - height), 1.6 * radius, foot, "dark"),
+            Primitive("base", _at(0.0, 0.0, -column / 2), 1.05 * radius, column, "grey"),
+        ]
     limb = _limb("base", np.zeros(3), arm.joints()[0].origin.position, radius, "grey")
     return shapes if limb is None else [*shapes, limb]
+
+
+def _below_base(arm: Arm, radius: float, links: Sequence[Primitive]) -> float:
+    """How far the shapes of the links at the base's origin reach below it at q = 0 [m]."""
+    here, frames = Pose.identity(), {"base": Pose.identity()}
+    for link, joint in zip(arm.chain.links, arm.joints(), strict=True):
+        here = here @ joint.origin
+        frames[link.link] = here
+    near = {name for name, frame in frames.items() if float(np.linalg.norm(frame.position)) < 2.0 * radius}
+    low = [_lowest(frames[shape.link] @ shape.pose, shape) for shape in links if shape.link in near]
+    return max(0.0, -min(low, default=0.0))
+
+
+def _lowest(pose: Pose, shape: Primitive) -> float:
+    """Lowest point of a cylinder at a pose in the base [m]."""
+    upright = min(abs(float(pose.rotation[2, 2])), 1.0)
+    return float(pose.position[2]) - upright * shape.length / 2 - math.sqrt(1.0 - upright**2) * shape.radius
 
 
 def _at(x: float, y: float, z: float) -> Pose:

@@ -15,6 +15,7 @@ from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
 from lwr_dyn.simulation.metrics import RIGID
 from lwr_dyn.simulation.stop_contacts import stop_contacts
+from lwr_dyn.urdf.geometry import floor_height
 from lwr_dyn.viewer import scene
 from lwr_dyn.viewer.page_parts import (
     PLAYER,
@@ -121,7 +122,7 @@ def run_record(shown: ReplayedRun, stride: int = 1) -> dict[str, Any]:
         ],
         "flange": scene.column_major(arm.flange()),
         "native": [scene.column_major(link.after) for link in arm.chain.links],
-        "floor": -arm.drawing.pedestal,
+        "floor": floor_height(arm),
         "samples": [int(keep.size), int(run.t.size)],
         "t": pack_int32(run.t[keep]),
         "q": pack_int32(run.q[keep]),
