@@ -7,6 +7,7 @@ spatial       Pose, rotations, inertia tensors
 vectors       Vector, Matrix3 of any scalar, for the recursion
 transmission  the motor map dq_m = T dq
 file_layout   what a URDF file holds beyond the arm, so that it can be written again
+written_link  the links of a URDF file one by one
 feasibility   whether a body can have its inertia
 friction      friction per direction, set-valued or smoothed at rest
 run           Motion, Reference, Run: records of movement

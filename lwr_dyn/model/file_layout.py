@@ -1,4 +1,4 @@
-"""What a URDF file holds beyond the arm in it: its own links, frames and axes, shapes, unlimited joints, motors.
+"""What a URDF file holds beyond the arm in it: its own links, frames and axes, shapes, motors, each link by itself.
 
 An arm that was read from a URDF carries it, so that the file can be written again. The dynamics uses none of it.
 """
@@ -6,12 +6,13 @@ An arm that was read from a URDF carries it, so that the file can be written aga
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from lwr_dyn.model.chain import Chain
 from lwr_dyn.model.spatial import Pose
+from lwr_dyn.model.written_link import WrittenLink
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,6 +58,8 @@ class FileLayout:
     inertials: Mapping[str, str]
     """The `<inertial>` of the root and of links fixed to it, which the arm leaves out because they do not move."""
     materials: tuple[str, ...]
+    written: Mapping[str, tuple[WrittenLink, ...]] = field(default_factory=dict)
+    """Link of the chain -> the links of the file that move with it, itself first; "" -> those at rest."""
 
     def unlimited(self) -> frozenset[str]:
         """The joints that turn without end."""

@@ -84,7 +84,8 @@ def axis_to_z(axis: Array) -> Array:
     >>> axis_to_z(np.array([0.0, 0.0, 1.0])).tolist() == np.eye(3).tolist()
     True
     """
-    z = axis / np.linalg.norm(axis)
+    z = axis / np.abs(axis).max()  # the square of a very long or short axis is not a float
+    z = z / np.linalg.norm(z)
     start = np.eye(3)[int(np.argmin(np.abs(z)))]
     x = start - z * (start @ z)
     x = x / np.linalg.norm(x)

@@ -7,7 +7,7 @@ and the arm no dynamics.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -18,6 +18,7 @@ from lwr_dyn.errors import UrdfError
 from lwr_dyn.model.arm import Arm, JointLimits, Source
 from lwr_dyn.model.chain import Body, Chain, ChainLink
 from lwr_dyn.model.spatial import Pose
+from lwr_dyn.model.written_link import WrittenLink, heavy, welded
 from lwr_dyn.papers.assembly import STANDARD_GRAVITY
 from lwr_dyn.urdf.elements import PLACEHOLDERS
 from lwr_dyn.urdf.parse import UrdfFile, parse_urdf, placeholder_name
@@ -72,20 +73,24 @@ def read_urdf(path: str | Path, tip: str | None = None, lock: Mapping[str, float
     tree = build_tree(urdf, lock or {})
     base, *groups = _groups(tree, tree.path_to(tree.only_end() if tip is None else tip))
     names = [_free_name(group.link, urdf.links) for group in groups]
-    bodies = _bodies(urdf, groups)
+    written = [
+        tuple(WrittenLink(part, _body(urdf.links[part], pose)) for part, pose in group.parts) for group in groups
+    ]
+    bodies = _bodies(written)
     links = []
     for before, group, name, body in zip([base, *groups], groups, names, bodies, strict=False):
         joint, turn = group.joint, axis_pose(group.joint)
         pose = before.exit @ origin_pose(joint.origin) @ turn
         rotor = urdf.rotors.get(joint.name)
         links.append(ChainLink(joint.name, name, KINDS[joint.type], pose, turn.inverse(), body, rotor))
+    layout = layout_of(tree, [(x.joint, x.link) for x in (base, *groups)], links, groups[-1].exit)
     gravity = np.array(STANDARD_GRAVITY if urdf.gravity is None else urdf.gravity)
     return Arm(
         name=urdf.name, reading=READING, title=f"read from {urdf.file}",
         chain=Chain(links=tuple(links), flange=groups[-1].exit, gravity=gravity),
         limits=tuple(_limits(urdf, group.joint) for group in groups),
-        sources=_sources(urdf, [base, *groups], names), digest=urdf.digest,
-        layout=layout_of(tree, [(x.joint, x.link) for x in (base, *groups)], links, groups[-1].exit),
+        sources=_sources(urdf, [base, *groups], written, names), digest=urdf.digest,
+        layout=replace(layout, written=_by_carrier(tree, names, written)),
     )  # fmt: skip
 
 
@@ -125,32 +130,34 @@ def _check_moving(urdf: UrdfFile, joint: Any) -> None:
     if joint.mimic is not None:
         allowed = f"locked on the chain: --lock {joint.name}=VALUE"
         raise UrdfError(urdf.file, where, f"mimics {joint.mimic.joint!r}", allowed)
-    if not np.linalg.norm(joint.axis) > 0.0:
+    if not np.abs(joint.axis).max() > 0.0:
         raise UrdfError(urdf.file, f"{where} <axis> xyz", "0 0 0", "a direction")
 
 
-def _bodies(urdf: UrdfFile, groups: Sequence[_Group]) -> list[Body | None]:
-    """One body per group, from the outermost inward."""
+def _by_carrier(
+    tree: Tree, names: Sequence[str], written: Sequence[tuple[WrittenLink, ...]]
+) -> dict[str, tuple[WrittenLink, ...]]:
+    """The links of the file by the link of the chain that carries them; those at rest under ""."""
+    resting = tuple(WrittenLink(x, _body(tree.urdf.links[x], pose)) for x, pose in tree.fixed_to(tree.root))
+    return {"": resting, **dict(zip(names, written, strict=True))}
+
+
+def _bodies(written: Sequence[tuple[WrittenLink, ...]]) -> list[Body | None]:
+    """One body for the links that move together, from the outermost inward."""
     out: list[Body | None] = []
-    for group in reversed(groups):
-        body = None
-        for name, pose in group.parts:
-            inertial = urdf.links[name].inertial
-            if inertial is not None and (name == group.link or not _weightless(inertial)):
-                part = _body(inertial).seen_from(pose)
-                body = part if body is None else body + part
+    for links in reversed(written):
+        body = welded(links)
         outside = any(x is not None and x.mass > 0.0 for x in out)
         out.append(Body.massless() if body is None and outside else body)
     return out[::-1]
 
 
-def _weightless(inertial: Any) -> bool:
-    """Zeros, as on a frame: they say nothing about the link that the frame is welded to."""
-    return inertial.mass == 0.0 and not np.any(inertial.inertia)
-
-
-def _body(inertial: Any) -> Body:
-    return Body(inertial.mass, np.zeros(3), inertial.inertia).seen_from(origin_pose(inertial.origin))
+def _body(link: Any, pose: Pose) -> Body | None:
+    """The body of a parsed link at a pose."""
+    if link.inertial is None:
+        return None
+    at_com = Body(link.inertial.mass, np.zeros(3), link.inertial.inertia)
+    return at_com.seen_from(origin_pose(link.inertial.origin)).seen_from(pose)
 
 
 def _limits(urdf: UrdfFile, joint: Any) -> JointLimits:
@@ -172,7 +179,9 @@ def _limits(urdf: UrdfFile, joint: Any) -> JointLimits:
     return JointLimits(**values)
 
 
-def _sources(urdf: UrdfFile, groups: Sequence[_Group], names: Sequence[str]) -> dict[str, tuple[Source, ...]]:
+def _sources(
+    urdf: UrdfFile, groups: Sequence[_Group], written: Sequence[tuple[WrittenLink, ...]], names: Sequence[str]
+) -> dict[str, tuple[Source, ...]]:
     """Quantity of the arm -> the elements of the file that it is computed from."""
 
     def cell(path: str, conversion: str) -> Source:
@@ -182,7 +191,7 @@ def _sources(urdf: UrdfFile, groups: Sequence[_Group], names: Sequence[str]) -> 
         return tuple(cell(f"joint[@name='{j}']/origin", "origins and locked joints multiplied") for j in joints)
 
     out = {"flange": origins(groups[-1].through)}
-    for before, group, name in zip(groups, groups[1:], names, strict=False):
+    for before, group, links, name in zip(groups, groups[1:], written, names, strict=False):
         joint = group.joint.name
         at = f"joint[@name='{joint}']"
         out[f"{joint}.before"] = origins((*before.through, joint))
@@ -193,8 +202,7 @@ def _sources(urdf: UrdfFile, groups: Sequence[_Group], names: Sequence[str]) -> 
             out[f"{joint}.{quantity}"] = (cell(f"{at}/dynamics/@{tag}", "as written"),)
         for tag in ("gear_ratio", "rotor_inertia"):
             out[f"{joint}.{tag}"] = (cell(f"transmission[joint/@name='{joint}']/actuator/drake:{tag}", "as written"),)
-        given = [(part, urdf.links[part].inertial) for part, _ in group.parts]
-        fixed = [x for x, inertial in given if inertial is not None and (x == group.link or not _weightless(inertial))]
+        fixed = [part for part, _ in heavy(links)]
         how = "as written" if fixed == [group.link] else f"welded to {group.link}"
         massless = (cell(f"link[@name='{group.link}']", "no <inertial>: massless, by the format"),)
         for tag in ("mass", "com", "inertia"):
