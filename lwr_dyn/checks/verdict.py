@@ -37,11 +37,19 @@ class CheckReport:
     reading: str
     verdicts: tuple[Verdict, ...]
     notes: tuple[str, ...] = ()
+    not_judged: tuple[str, ...] = ()
+    """What no verdict is about, and why."""
 
     @property
     def holds(self) -> bool:
         """Every verdict holds."""
         return all(v.holds for v in self.verdicts)
+
+    def summary(self) -> str:
+        """How many hold, how many fail, and how many things were not judged."""
+        failed = sum(not v.holds for v in self.verdicts)
+        left = f", {len(self.not_judged)} not judged" if self.not_judged else ""
+        return f"{len(self.verdicts) - failed} hold, {failed} fail{left}"
 
     def table(self) -> Table:
         """The verdicts under the robot's name."""

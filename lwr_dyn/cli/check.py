@@ -24,12 +24,20 @@ def command(robot: str, reading: str | None, tip: str | None, locks: tuple[str, 
 
 def _print_json(report: CheckReport) -> None:
     record = {"robot": report.robot, "reading": report.reading, "holds": report.holds}
-    print_json({**record, "verdicts": report.table().record(), "notes": list(report.notes)})
+    print_json(
+        {
+            **record,
+            "verdicts": report.table().record(),
+            "not_judged": list(report.not_judged),
+            "notes": list(report.notes),
+        }
+    )
 
 
 def _print_table(report: CheckReport) -> None:
     click.echo(report.table().text())
+    for line in report.not_judged:
+        click.echo(f"not judged: {line}")
     for note in report.notes:
         click.echo(f"note: {note}")
-    failed = sum(not v.holds for v in report.verdicts)
-    click.echo(f"{len(report.verdicts) - failed} hold, {failed} fail")
+    click.echo(report.summary())
