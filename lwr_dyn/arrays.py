@@ -64,6 +64,17 @@ def _size(array: Array) -> str:
     return f"an array of {' x '.join(map(str, array.shape))} numbers"
 
 
+def number_of(text: str) -> float:
+    """The number that a text writes; raises `ValueError` for Python's `1_0` and for digits of other scripts too.
+
+    >>> number_of("1e-3")
+    0.001
+    """
+    if "_" in text or not text.isascii():
+        raise ValueError(text)
+    return float(text)
+
+
 def real_array(name: str, value: ArrayLike) -> Array:
     """A finite float64 array of any shape; raises `ShapeError` for text, ragged lists, NaN or infinity."""
     try:

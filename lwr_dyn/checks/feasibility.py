@@ -81,13 +81,13 @@ def missing_mass(arm: Arm) -> list[Verdict]:
 def not_judged(arm: Arm) -> list[str]:
     """The links whose inertia no verdict is about, and why."""
     if all(link.body is None for link in arm.chain.links):
-        return ["masses and inertias: none given, so no dynamics"]
+        return ["masses and inertias are not given: no dynamics"]
     out = []
     for link, body in zip(arm.chain.links, arm.bodies(), strict=True):
         if body is None:
             out.append(f"{link.link}: no <inertial>")
         elif is_weightless(body):
-            out.append(f"{link.link}: massless; the links beyond it have mass")
+            out.append(f"{link.link}: massless, by zeros or by no <inertial>")
     if _length(arm) == 0.0:
         out.append("radius of gyration of links whose centre of mass is on their joint: the chain has no length")
     return out

@@ -30,7 +30,7 @@ STEP = 1e-30
 SECONDS, RTOL = 2.0, 1e-12
 DRIFT = 1e-8
 """[J] A swing exchanges tens of joules, of which DOP853 at rtol 1e-12 loses about 1e-10."""
-EVALUATIONS = 100_000
+EVALUATIONS = 50_000
 """Of forward dynamics in one swing, some seconds of computing: light links on stiff ratios would take minutes."""
 SLIDE = 2.0
 """[m] Half width of the range from which positions of a sliding joint are drawn: a mobile base may go a kilometre, and

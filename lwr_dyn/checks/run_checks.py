@@ -75,7 +75,7 @@ def check_arm(arm: Arm, paper: Paper | None = None, states: int = STATES, seed: 
     left = not_judged(arm)
     if road_a is None:
         verdicts += missing_mass(arm)
-        left.append("B, C, g, forward dynamics and free swing: not every link that moves has mass at it or beyond it")
+        left += ["B, C, g, forward dynamics and free swing"] if missing_mass(arm) else []
     else:
         road_b = newton_euler_dynamics(arm.chain)
         verdicts += mass_matrix_identities(road_a, x)

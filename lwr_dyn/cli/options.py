@@ -6,7 +6,7 @@ from typing import Any, TypeVar
 import click
 import numpy as np
 
-from lwr_dyn.arrays import Array, joint_array
+from lwr_dyn.arrays import Array, joint_array, number_of
 from lwr_dyn.errors import OptionError, did_you_mean
 from lwr_dyn.front import load_with_paper
 from lwr_dyn.model.arm import Arm
@@ -39,7 +39,7 @@ class Numbers(click.ParamType):  # type: ignore[type-arg] # generic only since c
         if isinstance(value, tuple):
             return value
         try:
-            return tuple(float(x) for x in str(value).split(","))
+            return tuple(number_of(x) for x in str(value).split(","))
         except ValueError:
             self.fail(
                 f"{value!r} is not a list of numbers; allowed: numbers separated by commas, such as -90,0", param, ctx
@@ -57,7 +57,7 @@ class NamedAxes(click.ParamType):  # type: ignore[type-arg] # generic only since
             return value
         try:
             pairs = [part.split("=") for part in str(value).split(",")]
-            return {name.strip(): float(number) for name, number in pairs}
+            return {name.strip(): number_of(number) for name, number in pairs}
         except ValueError:
             self.fail(
                 f"{value!r} is not a list of axes; allowed: NAME=DEG separated by commas, A1=10,A2=-90", param, ctx
@@ -94,7 +94,7 @@ def load_robot_and_paper(
 def _lock(text: str) -> tuple[str, float]:
     joint, _, value = text.partition("=")
     try:
-        return joint, float(value)
+        return joint, number_of(value)
     except ValueError:
         raise OptionError("--lock", repr(text), "JOINT=VALUE, such as finger=0.02") from None
 

@@ -6,5 +6,5 @@ model_files   model_files: all files of an arm, with the rotors' SRDF
 mjcf          mjcf_text: MuJoCo's format
 geometry      primitives: default shapes of an arm without a drawing
 reader        read_urdf: a foreign URDF as an Arm
-parse, tree, carried, elements, xml_text    parts of reader and writer
+parse, foreign_xml, tree, carried, elements, xml_text    parts of reader and writer
 """

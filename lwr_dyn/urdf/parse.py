@@ -15,10 +15,12 @@ from typing import Any
 
 import numpy as np
 
+from lwr_dyn.arrays import number_of
 from lwr_dyn.errors import UrdfError
 from lwr_dyn.files import read_bytes
 from lwr_dyn.model.chain import Rotor
 from lwr_dyn.urdf.carried import CarriedXml, carried_xml
+from lwr_dyn.urdf.foreign_xml import parse_xml
 from lwr_dyn.urdf.xml_text import GRAVITY, REFLECTED, UNKNOWN_LIMITS, WRITTEN_BY, comment
 
 _WIDTHS = {"xyz": 3, "rpy": 3}
@@ -61,10 +63,7 @@ def parse_urdf(path: str | Path) -> UrdfFile:
 
     content = read_bytes(path, "a readable .urdf file")
     file = Path(path).name
-    try:
-        root = ElementTree.fromstring(content)
-    except (ElementTree.ParseError, ValueError, LookupError) as fault:
-        raise UrdfError(file, "XML", str(fault), "a well-formed URDF") from None
+    root = parse_xml(content, file)
     _check(root, file)
     lines = _own_header(content.decode("utf-8", errors="replace"))
     rotors = _rotors(root, _named(lines, REFLECTED), file)
@@ -172,7 +171,7 @@ def _numbers(elements: list[ElementTree.Element], where: str, file: str) -> None
 
 def _float(word: str) -> float:
     try:
-        return float(word)
+        return number_of(word)
     except ValueError:
         return math.nan
 

@@ -129,10 +129,13 @@ def test_what_is_missing_is_named(name, tip, lock, words):
 
 
 UNPHYSICAL = {
-    "icub head": (Foreign("icub_description/robots/icub.urdf", "imu_frame"), {"neck_1", "neck_2", "head"}),
+    "icub head": (
+        Foreign("icub_description/robots/icub.urdf", "imu_frame"),
+        {"neck_1", "neck_2", "head", "torso", "l_wrist_1", "r_wrist_1"},
+    ),
     "icub leg": (
         Foreign("icub_description/robots/icub.urdf", "r_foot_dh_frame"),
-        {"r_hip_1", "r_hip_2", "r_upper_leg", "r_lower_leg", "r_ankle_1"},
+        {"r_hip_1", "r_hip_2", "r_upper_leg", "r_lower_leg", "r_ankle_1", "r_ankle_2"},
     ),
     "romeo arm": (
         Foreign("romeo_description/urdf/romeo_small.urdf", "r_gripper"),

@@ -24,7 +24,7 @@ BAD = {
     "gain not positive": (("gains", "lwr4plus", "--omega-n", "-1"), "omega_n: -1.0; allowed: a number above 0"),
     "no masses": (("gains", "lwr4"), "masses and inertias not given"),
     "new without .toml": (("new", "arm", "arm.yaml"), "ends in '.yaml'; allowed: a path that ends in .toml"),
-    "new in no folder": (("new", "arm", "none/arm.toml"), "no such file or directory"),
+    "new in no folder": (("new", "arm", "none/arm.toml"), "none/arm.toml: no directory none"),
     "new with odd joints": (("new", "arm", "arm.toml", "--joints", "RX"), "joints: 'RX'; allowed: R or P per joint"),
     "new in another convention": (
         ("new", "arm", "arm.toml", "--convention", "x"),

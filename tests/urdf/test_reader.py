@@ -225,7 +225,7 @@ ONE = robot(joint("j", "a", "b"), a="", b=LINK)
 TWO = robot(joint("j", "a", "b"), joint("k", "a", "c"), a="", b=LINK, c=LINK)
 BROKEN = {
     "not XML": ("<robot", "XML"),
-    "undeclared namespace": ('<robot name="r"><drake:x/></robot>', "XML"),
+    "undeclared namespace, no link": ('<robot name="r"><drake:x/></robot>', "0 links without a parent"),
     "another root": ('<sdf name="r"/>', "<robot>"),
     "no name": (ONE.replace(' name="r"', ""), "robot: no name"),
     "empty": ('<robot name="r"/>', "one root"),

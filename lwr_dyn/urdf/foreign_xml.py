@@ -1,0 +1,67 @@
+"""XML of foreign files: undeclared prefixes are read as the engines read them; a xacro is named.
+
+Engines parse a URDF without namespaces (urdfdom and Drake with tinyxml2), so files with `<drake:gear_ratio>` or
+`<gazebo xlink:href="...">` and no declaration of the prefix are about. A strict parser refuses them.
+"""
+
+import re
+from xml.etree import ElementTree
+from xml.parsers.expat import errors
+
+from lwr_dyn.errors import UrdfError
+
+DRAKE = "http://drake.mit.edu"
+"""Drake's namespace, which an undeclared prefix `drake` stands for."""
+_UNBOUND = errors.codes[errors.XML_ERROR_UNBOUND_PREFIX]
+_PREFIX = re.compile(rb"[<\s/]([A-Za-z_][\w.-]*):[A-Za-z_]")
+_DECLARED = re.compile(rb"xmlns:([A-Za-z_][\w.-]*)\s*=")
+_ROOT = re.compile(rb"<!--.*?-->|(<robot\b[^>]*>)", re.DOTALL)
+_XACRO = "xacro"
+
+
+def parse_xml(content: bytes, file: str) -> ElementTree.Element:
+    """The root element of a URDF.
+
+    Raises
+    ------
+    UrdfError
+        Broken XML; a file of xacro macros, with the command that expands it.
+    """
+    try:
+        root = _tree(content)
+    except (ElementTree.ParseError, ValueError, LookupError) as fault:
+        if file.lower().endswith(".xacro"):
+            raise _is_macro(file, "its ending") from None
+        raise UrdfError(file, "XML", str(fault), "a well-formed URDF") from None
+    for element in root.iter():
+        space, _, tag = str(element.tag).rpartition("}")
+        if _XACRO in space.lower() and space:
+            raise _is_macro(file, f"<xacro:{tag}>")
+    return root
+
+
+def _is_macro(file: str, mark: str) -> UrdfError:
+    plain = file.lower().removesuffix(".xacro").removesuffix(".urdf")
+    expanded = f"{file[: len(plain)]}{'' if file.lower().endswith('.xacro') else '_expanded'}.urdf"
+    return UrdfError(file, mark, "a file of xacro macros", f"the URDF that it expands to: xacro {file} > {expanded}")
+
+
+def _tree(content: bytes) -> ElementTree.Element:
+    try:
+        return ElementTree.fromstring(content)
+    except ElementTree.ParseError as fault:
+        if fault.code != _UNBOUND:
+            raise
+    return ElementTree.fromstring(_with_declarations(content))
+
+
+def _with_declarations(content: bytes) -> bytes:
+    """The text with its undeclared prefixes declared in <robot>, on the same line, so that lines keep their numbers."""
+    start = next((found for found in _ROOT.finditer(content) if found[1]), None)
+    if start is None:
+        return content
+    known = {*_DECLARED.findall(start[1]), b"xml", b"xmlns"}
+    unknown = sorted({*_PREFIX.findall(content)} - known)
+    spaces = [b' xmlns:%s="%s"' % (x, DRAKE.encode() if x == b"drake" else b"undeclared:" + x) for x in unknown]
+    at = start.start(1) + len(b"<robot")
+    return content[:at] + b"".join(spaces) + content[at:]
