@@ -81,7 +81,7 @@ def runs() -> tuple[str, bool]:
 
 
 def ist_clear() -> tuple[str, bool]:
-    """The rule that `ist-clear` follows gives its shift and turn back."""
+    """The shift of `ist-clear` is the best of its grid."""
     from ist_clear import line
 
     return line()

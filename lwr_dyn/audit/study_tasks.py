@@ -16,6 +16,8 @@
     controller = "PD"                                      # one of the ids above
     joints = [2]                                           # counted from 1
     statistic = "max"                                      # of the joints' position errors
+
+A task with `like = "wave"` takes what it does not give itself from that task of the file.
 """
 
 from collections.abc import Mapping
@@ -66,10 +68,17 @@ class StudyTask:
     controllers: tuple[ControllerChoice, ...]
     claims: tuple[PublishedClaim, ...] = ()
     substeps: int = 1
+    like: str = ""
+    """The task that this one repeats on another motion; empty for a task as its paper sets it."""
+
+
+def printed_task(robot: str) -> str | None:
+    """The name of the first task of a robot that is as its paper sets it, like no other; None if there is none."""
+    return next((task.name for task in study_tasks().values() if task.robot == robot and not task.like), None)
 
 
 def study_tasks() -> dict[str, StudyTask]:
-    """All tasks by name, robot by robot; the first of a robot is the one its paper is known for.
+    """All tasks by name, robot by robot; the first of a robot is the one on which its controllers are compared.
 
     >>> study_tasks()["lspb"].robot
     'wam7'
@@ -94,9 +103,20 @@ def parse_tasks(text: str, file: str) -> tuple[StudyTask, ...]:
     """
     top = Fields(parse_toml(text, file), file, "")
     robot = top.take("robot", str)
-    tasks = tuple(_task(x, robot, file, f"task[{i}]") for i, x in enumerate(top.take("task", list)))
+    entries = top.take("task", list)
+    tasks = tuple(_task(_filled(x, entries, file, i), robot, file, f"task[{i}]") for i, x in enumerate(entries))
     top.refuse_unknown()
     return tasks
+
+
+def _filled(entry: Any, entries: list[Any], file: str, i: int) -> Any:
+    """A task with what it takes from the task that it is like."""
+    if not isinstance(entry, dict) or "like" not in entry:
+        return entry
+    others = {x.get("name"): x for x in entries if isinstance(x, dict) and "like" not in x}
+    if entry["like"] not in others:
+        raise PaperError(file, f"task[{i}].like", repr(entry["like"]), f"one of {', '.join(map(str, others))}")
+    return {**others[entry["like"]], **entry}
 
 
 def _task(entry: Any, robot: str, file: str, path: str) -> StudyTask:
@@ -111,11 +131,12 @@ def _task(entry: Any, robot: str, file: str, path: str) -> StudyTask:
     ids = [c.id for c in controllers]
     claimed = enumerate(fields.take("claim", list, default=[]))
     claims = tuple(_claim(x, ids, file, f"{path}.claim[{i}]") for i, x in claimed)
-    substeps = fields.take("substeps", int, default=1)
+    substeps, like = fields.take("substeps", int, default=1), fields.take("like", str, default="")
     fields.refuse_unknown()
     return StudyTask(
-        robot, **texts, reference=reference, options=options, controllers=controllers, claims=claims, substeps=substeps
-    )
+        robot, **texts, reference=reference, options=options, controllers=controllers, claims=claims,
+        substeps=substeps, like=like,
+    )  # fmt: skip
 
 
 def _controller(entry: Any, file: str, path: str) -> ControllerChoice:

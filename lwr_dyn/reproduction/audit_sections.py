@@ -11,6 +11,7 @@ from lwr_dyn.audit.conventions.ranking_text import ranking_text
 from lwr_dyn.audit.lint.rules import lint, sheets_of_robot
 from lwr_dyn.audit.sensitivity.analysis import sensitivity
 from lwr_dyn.audit.sensitivity.result_tables import error_table, errors_text, gains_table, notes, survival
+from lwr_dyn.audit.study_tasks import printed_task
 from lwr_dyn.papers.assembly import arm_from_paper
 from lwr_dyn.papers.catalog import open_paper, readings
 from lwr_dyn.reproduction.paper_study import PaperStudy
@@ -44,7 +45,8 @@ def _conventions(lines: Sequence[str]) -> Audit:
 
 def sensitivity_section(paper: str) -> Audit:
     """The paper's task under all readings: the controller's model is one of them, the plant another."""
-    result = sensitivity({name: arm_from_paper(open_paper(paper, name)) for name in readings(paper)})
+    task = printed_task(paper)
+    result = sensitivity({name: arm_from_paper(open_paper(paper, name)) for name in readings(paper)}, task)
     names = list(result.study.labels.values())
     tables = (*(error_table(result, name) for name in names), gains_table(result), survival(result))
     text = "\n".join([f"{result.study.task.about}; {errors_text(result)}", *notes(result)])

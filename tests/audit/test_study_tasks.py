@@ -3,7 +3,7 @@
 import pytest
 
 import lwr_dyn
-from lwr_dyn.audit.study_tasks import parse_tasks, study_tasks
+from lwr_dyn.audit.study_tasks import parse_tasks, printed_task, study_tasks
 from lwr_dyn.errors import PaperError
 
 TASK = """
@@ -25,7 +25,8 @@ statistic = "max"
 
 def test_every_task_is_one_of_a_robot_with_that_file():
     tasks = study_tasks()
-    assert {"ist", "lspb", "two-points"} <= set(tasks)
+    assert {"ist-clear", "ist", "lspb", "two-points"} <= set(tasks)
+    assert [printed_task(robot) for robot in ("lwr4plus", "wam7", "lwr4")] == ["ist", "lspb", None]
     assert {task.robot for task in tasks.values()} <= set(lwr_dyn.robots())
     for task in tasks.values():
         joints = lwr_dyn.load(task.robot).n
@@ -38,6 +39,17 @@ def test_a_task_holds_the_values_of_its_file():
     (choice,), (claim,) = task.controllers, task.claims
     assert (choice.id, choice.controller, choice.options) == ("PD", "pd-gravity", {"own_gains": True})
     assert (claim.joints, claim.statistic) == ((1,), "max")
+
+
+def test_a_task_like_another_takes_what_it_does_not_give_itself():
+    twin = (
+        '[[task]]\nname = "twin"\nlike = "wave"\nabout = "on another path"\nreference = { name = "hold", q = [0.0] }\n'
+    )
+    wave, same = parse_tasks(TASK + twin, "mine.toml")
+    assert (same.reference, same.like, wave.like) == ("hold", "wave", "")
+    assert (same.controllers, same.claims, same.where) == (wave.controllers, wave.claims, wave.where)
+    with pytest.raises(PaperError, match=r"task\[1\].like.*'waves'.*one of wave"):
+        parse_tasks(TASK + twin.replace('"wave"', '"waves"'), "mine.toml")
 
 
 @pytest.mark.parametrize(

@@ -18,7 +18,7 @@ from lwr_dyn.model.arm import Arm
 
 @click.command("sensitivity")
 @click.argument("robots", nargs=-1, required=True, metavar="ROBOT|FILE...")
-@click.option("--task", help="ist, lspb, two-points or joint-move; what the first robot's paper sets if not given.")
+@click.option("--task", help="ist-clear, ist, lspb, two-points, joint-move; by default the first robot's first.")
 @click.option("--rate", type=float, default=1000.0, show_default=True, help="Samples a second of the simulations.")
 @click.option("--poses", type=int, default=POSES, show_default=True, help="Where gravity torques are compared.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object.")

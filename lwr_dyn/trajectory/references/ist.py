@@ -2,13 +2,11 @@
 
 On IST as printed, joint 6 of the LWR 4+ starts 1.2 degrees from its limit. With 3 kg at the flange that a controller
 does not know, it comes to rest on its stop, which then takes part in the error that is measured. `ist-clear` is for
-comparisons of controllers: the letters, still upright, are shifted by `CLEAR_SHIFT`, and the tool alone is turned by
-`CLEAR_TURN`; every joint then keeps 23.1 degrees to its limits and uses at most 20 % of its speed (IST: 29 %).
+comparisons of controllers: the same letters, tool, duration and timings, shifted by `CLEAR_SHIFT`. Every joint then
+keeps 50.9 degrees to its limits and uses at most 18 % of its speed (IST: 29 %).
 
-A shift alone gives at most 13.5 degrees on the grid of `scripts/ist_clear.py`, at 43 % of the speed. That pose was
-found by trial, and the search there gives it back: shifts on a grid of 0.1 m (0.15 m in z), turns in steps of 30
-degrees; taken is the smallest turn at which a shift keeps 20 degrees (15, and 5 for what a wrong model adds), and there
-the shift with the largest margin. Finer shifts nearby gain 1.3 degrees and cost 31 % of the speed.
+The shift is the one with the largest margin on a grid of 0.1 m over the workspace; `scripts/ist_clear.py` searches it
+again. The arm is symmetric about the plane x = 0 of frame 0: the mirror image of the letters does as well.
 """
 
 import math
@@ -19,14 +17,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from lwr_dyn.arrays import fixed_array
-from lwr_dyn.errors import OptionError
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.spatial import rot_x
 from lwr_dyn.papers.schema import Column
 from lwr_dyn.registry import Option, Quantity
 from lwr_dyn.trajectory.motion_profile import positive_number
 from lwr_dyn.trajectory.path import Path, path_of
-from lwr_dyn.trajectory.pose_path import ConstantOrientation, TimedPosePath, constant_orientation, timed_pose_path
+from lwr_dyn.trajectory.pose_path import TimedPosePath, constant_orientation, timed_pose_path
 from lwr_dyn.trajectory.references.arm_angles import ArmAngle
 from lwr_dyn.trajectory.references.pose_path_reference import PosePathReference, pose_path_reference
 from lwr_dyn.trajectory.references.tasks import Duration
@@ -57,10 +53,8 @@ TOOL = ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.0, -1.0, 0.0))
 """R_07, estimated (the paper gives no orientation): of the six axis directions only the tool along +y of frame 0
 keeps the whole path inside the joint limits."""
 NO_SHIFT = (0.0, 0.0, 0.0)
-CLEAR_SHIFT = (0.4, -0.1, -0.15)
+CLEAR_SHIFT = (0.7, 0.6, -0.3)
 """[m] in frame 0, of `ist-clear`."""
-CLEAR_TURN = math.radians(60.0)
-"""Turn of the tool about the x axis of frame 0, of `ist-clear`."""
 
 
 def ist_path(shift: ArrayLike = NO_SHIFT) -> Path:
@@ -93,7 +87,6 @@ def timed_ist(
     R_07: ArrayLike | None = None,
     smoothness: SmoothTiming | None = None,
     shift: ArrayLike = NO_SHIFT,
-    tool_turn: float = 0.0,
 ) -> TimedPosePath:
     """The IST path with one of the timings; the paper does not say which one it used.
 
@@ -108,26 +101,20 @@ def timed_ist(
     smoothness : SmoothTiming, optional
         Bounds and roundings of the smooth timings.
     shift : (3,) array_like
-        [m] Moves the letters, which stay upright, in frame 0.
-    tool_turn : float
-        [rad] Turns the tool, not the letters: R_07 becomes R_x(tool_turn) R_07, about the x axis of frame 0.
+        [m] Moves the letters in frame 0.
 
     Raises
     ------
     UnknownNameError
         An unknown timing.
     ShapeError, OptionError
-        A duration that is not positive or too short for the bounds, R_07 not a rotation, a shift or turn that is not
-        finite.
+        A duration that is not positive or too short for the bounds, R_07 not a rotation, a shift that is not finite.
 
     >>> timed_ist("constant").profile.peaks().speed.__round__(4)
     0.0979
     """
     positive_number("duration", duration)
-    if not math.isfinite(tool_turn):
-        raise OptionError("tool_turn", tool_turn, "a finite angle")
-    unturned = constant_orientation(TOOL if R_07 is None else R_07, "R_07")
-    orientation = ConstantOrientation(rot_x(tool_turn) @ unturned.R)
+    orientation = constant_orientation(TOOL if R_07 is None else R_07, "R_07")
     path, profile = MOTION_PROFILES.load(timing)(ist_path(shift), duration, smoothness or SmoothTiming())
     return timed_pose_path(path, orientation, profile)
 
@@ -143,7 +130,6 @@ def ist_reference(
     smoothness: SmoothTiming | None = None,
     limits: bool = True,
     shift: Annotated[ArrayLike, Option(Quantity.POINT, "Moves the letters, m in frame 0.")] = NO_SHIFT,
-    tool_turn: Annotated[float, Option(Quantity.ANGLE, "Turns the tool about x of frame 0.")] = 0.0,
 ) -> PosePathReference:
     """The IST path as a reference for the joints; its `about` says what is printed, assumed and estimated.
 
@@ -151,7 +137,7 @@ def ist_reference(
     ----------
     arm : Arm
         A seven-joint S-R-S arm.
-    timing, duration, R_07, smoothness, shift, tool_turn
+    timing, duration, R_07, smoothness, shift
         As `timed_ist`.
     arm_angle, limits
         As `pose_path_reference`; the largest-margin curve if no arm angle is given.
@@ -163,9 +149,9 @@ def ist_reference(
     PathLimitError
         The path leaves the reach or the limits of the arm; says when, where, which joint and by how much.
     """
-    poses = timed_ist(timing, duration, R_07, smoothness, shift, tool_turn)
+    poses = timed_ist(timing, duration, R_07, smoothness, shift)
     about: dict[str, Any] = {
-        "task": _task(shift, tool_turn),
+        "task": _task(shift),
         "points": {"where": POINTS.where, "kind": POINTS.kind, "note": POINTS.note},
         "duration": {"value": poses.duration, "kind": "printed" if duration == DURATION else "assumed"},
         "timing": {
@@ -176,22 +162,22 @@ def ist_reference(
         },
         "R_07": {
             "value": poses.orientation.at(np.zeros(1)).R[0].tolist(),
-            "kind": "estimated" if R_07 is None and not tool_turn else "assumed",
+            "kind": "estimated" if R_07 is None else "assumed",
             "note": "the paper gives no tool orientation",
         },
     }
     if about["task"] != "ist":
-        moved = {"shift": np.asarray(shift, dtype=float).tolist(), "tool_turn": tool_turn, "kind": "assumed"}
-        about["moved"] = moved | {"note": "shift in m, tool turned about x of frame 0 in rad; not the paper's place"}
+        shifted = {"value": np.asarray(shift, dtype=float).tolist(), "kind": "assumed"}
+        about["shift"] = shifted | {"note": "[m] in frame 0; the paper's letters are not shifted"}
     if "smoothness" in MOTION_PROFILES[timing].facts:
         about["smoothness"] = asdict(smoothness or SmoothTiming()) | {"kind": "assumed"}
     return pose_path_reference(arm, poses, arm_angle, about, limits)
 
 
-def _task(shift: ArrayLike, tool_turn: float) -> str:
-    if not np.any(shift) and not tool_turn:
+def _task(shift: ArrayLike) -> str:
+    if not np.any(shift):
         return "ist"
-    return "ist-clear" if np.array_equal(shift, CLEAR_SHIFT) and tool_turn == CLEAR_TURN else "ist, moved"
+    return "ist-clear" if np.array_equal(shift, CLEAR_SHIFT) else "ist, moved"
 
 
 def ist_clear_reference(
@@ -206,6 +192,6 @@ def ist_clear_reference(
 
     >>> from lwr_dyn.front import load
     >>> round(math.degrees(ist_clear_reference(load("lwr4plus")).margin), 1)
-    23.1
+    50.9
     """
-    return ist_reference(arm, timing, duration, None, arm_angle, shift=CLEAR_SHIFT, tool_turn=CLEAR_TURN)
+    return ist_reference(arm, timing, duration, None, arm_angle, shift=CLEAR_SHIFT)

@@ -14,7 +14,7 @@ REFERENCES: Registry[Callable[..., Reference]] = Registry(
         "ist": Row("lwr_dyn.trajectory.references.ist:ist_reference", "the letters IST of the LWR 4+ paper"),
         "ist-clear": Row(
             "lwr_dyn.trajectory.references.ist:ist_clear_reference",
-            "IST where every joint of the LWR 4+ keeps 23 deg to its limits",
+            "IST where every joint of the LWR 4+ keeps 50 deg to its limits",
         ),
         "point-to-point": Row(
             "lwr_dyn.trajectory.references.joint_moves:one_move", "a move of the joints from rest to rest, a quintic"

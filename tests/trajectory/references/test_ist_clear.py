@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.errors import LwrDynError, OptionError, PathLimitError, ShapeError
+from lwr_dyn.errors import LwrDynError, PathLimitError, ShapeError
 from lwr_dyn.simulation.metrics import metrics
 from lwr_dyn.simulation.plant import arm_with_payload
-from lwr_dyn.trajectory.references.ist import CLEAR_SHIFT, CLEAR_TURN, POINTS, TOOL, ist_clear_reference, ist_reference
+from lwr_dyn.trajectory.references.ist import CLEAR_SHIFT, POINTS, TOOL, ist_clear_reference, ist_reference
 
 ARM = lwr_dyn.load("lwr4plus")
 TIMES = np.linspace(0.0, 14.0, 1401)
@@ -23,34 +23,31 @@ def margin_and_speed(reference):
     return math.degrees(margin), float((np.abs(motion.dq).max(axis=0) / ARM.velocity).max())
 
 
-def test_every_joint_keeps_23_degrees_and_a_fifth_of_its_speed():
+def test_every_joint_keeps_50_degrees_and_a_fifth_of_its_speed():
     margin, speed = margin_and_speed(ist_clear_reference(ARM))
-    assert (round(margin, 1), round(speed, 2)) == (23.1, 0.20)
+    assert (round(margin, 1), round(speed, 2)) == (50.9, 0.18)
     margin, speed = margin_and_speed(ist_reference(ARM))
     assert (round(margin, 1), round(speed, 2)) == (1.2, 0.29)
 
 
-def test_the_letters_stay_upright_and_the_tool_alone_turns():
-    poses, printed = ist_clear_reference(ARM).poses, ist_reference(ARM).poses
-    T, there = poses.at(TIMES).T, printed.at(TIMES).T
-    np.testing.assert_allclose(T[:, :3, 3] - there[:, :3, 3], np.broadcast_to(CLEAR_SHIFT, (len(TIMES), 3)), atol=1e-12)
+def test_the_letters_and_the_tool_are_those_of_ist():
+    T, there = (reference.poses.at(TIMES).T for reference in (ist_clear_reference(ARM), ist_reference(ARM)))
+    np.testing.assert_allclose(T[:, :3, 3] - there[:, :3, 3], np.tile(CLEAR_SHIFT, (len(TIMES), 1)), atol=1e-12)
     np.testing.assert_allclose(T[0, :3, 3], POINTS.si()[0] + CLEAR_SHIFT, atol=1e-12)
-    x = np.array(TOOL).T @ T[0, :3, :3]  # the turn, in axes of the tool: its x is that of frame 0
-    assert math.degrees(math.acos((np.trace(x) - 1) / 2)) == pytest.approx(60.0)
-    np.testing.assert_allclose(T[0, :3, 0], [1, 0, 0], atol=1e-12)
+    np.testing.assert_array_equal(T[:, :3, :3], np.broadcast_to(TOOL, (len(TIMES), 3, 3)))
 
 
-@pytest.mark.parametrize(
-    ("shift", "turn"),
-    [((0.3, -0.1, -0.15), 60), ((0.5, -0.1, -0.15), 60), ((0.4, 0.0, -0.15), 60), ((0.4, -0.2, -0.15), 60),
-     ((0.4, -0.1, 0.0), 60), ((0.4, -0.1, -0.3), 60), (CLEAR_SHIFT, 30), (CLEAR_SHIFT, 90), (CLEAR_SHIFT, 0)],
-)  # fmt: skip
-def test_its_neighbours_come_nearer_to_a_limit_or_are_out_of_reach(shift, turn):
+NEIGHBOURS = [tuple(np.add(CLEAR_SHIFT, step * axis).round(9)) for axis in np.eye(3) for step in (-0.1, 0.1)]
+
+
+@pytest.mark.parametrize("shift", [*NEIGHBOURS, (0.4, -0.1, -0.15), (0.05, 0.12, 0.12)])
+def test_other_shifts_come_nearer_to_a_limit_or_are_out_of_reach(shift):
+    """The last is the best that was known before; all of the grid: scripts/ist_clear.py."""
     try:
-        margin, _ = margin_and_speed(ist_reference(ARM, shift=shift, tool_turn=math.radians(turn)))
+        margin, _ = margin_and_speed(ist_reference(ARM, shift=shift))
     except LwrDynError:
         return
-    assert margin < 18.0
+    assert margin < 50.0
 
 
 def test_3_kg_that_no_controller_knows_bring_no_joint_to_its_stop():
@@ -62,20 +59,19 @@ def test_3_kg_that_no_controller_knows_bring_no_joint_to_its_stop():
     }
     assert figures["ist"].stops.sentence() == "joint_6 on its stop for 1.4 s"
     assert figures["ist-clear"].within_limits
-    assert np.degrees(figures["ist-clear"].limit_margin).min() > 15.0
+    assert np.degrees(figures["ist-clear"].limit_margin).min() > 45.0
 
 
-def test_a_run_names_the_pose(lwr_dyn_command):
+def test_a_run_names_the_shift(lwr_dyn_command):
     def about(*options):
         code, out, _ = lwr_dyn_command("simulate", "lwr4plus", *options, "--json")
         assert code == 0
         record = json.loads(out)["meta"]
-        return record["note"]["task"], record["reference"]["about"].get("moved", {}).get("shift")
+        return record["note"]["task"], record["reference"]["about"].get("shift", {}).get("value")
 
-    moved = ("--task", "ist", "--shift", "0.4,-0.1,-0.15", "--tool-turn-deg")
-    assert about("--task", "ist-clear") == about(*moved, "60") == ("ist-clear", list(CLEAR_SHIFT))
-    assert about(*moved, "70") == ("ist, moved", list(CLEAR_SHIFT))
-    assert math.degrees(CLEAR_TURN) == pytest.approx(60.0)
+    assert about("--task", "ist-clear") == about("--task", "ist", "--shift", "0.7,0.6,-0.3")
+    assert about("--task", "ist-clear") == ("ist-clear", list(CLEAR_SHIFT))
+    assert about("--task", "ist", "--shift", "0.7,0.5,-0.3") == ("ist, moved", [0.7, 0.5, -0.3])
 
 
 @pytest.mark.parametrize(
@@ -84,7 +80,6 @@ def test_a_run_names_the_pose(lwr_dyn_command):
         ({"shift": (1.0, 2.0)}, ShapeError, "shift: 2 numbers; allowed: 3 numbers"),
         ({"shift": (0.1, float("nan"), 0.0)}, ShapeError, "shift: nan"),
         ({"shift": (2.0, 0.0, 0.0)}, PathLimitError, "1.3 m out of reach"),
-        ({"tool_turn": float("inf")}, OptionError, "tool_turn: inf; allowed: a finite angle"),
     ],
 )
 def test_what_cannot_be_is_refused(options, error, says):
