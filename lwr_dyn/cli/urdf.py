@@ -19,6 +19,7 @@ def command(robot: str, reading: str | None, tip: str | None, locks: tuple[str, 
     if out is None:
         click.echo(urdf_text(arm), nl=False)
         return
+    from lwr_dyn.urdf.mjcf import weightless_links
     from lwr_dyn.urdf.model_files import model_files
 
     target = Path(out)
@@ -29,3 +30,6 @@ def command(robot: str, reading: str | None, tip: str | None, locks: tuple[str, 
     write_folder(target.parent, files)
     for name in files:
         click.echo(f"wrote {target.parent / name}")
+    bare = weightless_links(arm)
+    if bare:
+        click.echo(f"no {target.stem}.xml: MuJoCo refuses a moving link of mass 0, as {', '.join(bare)}")

@@ -7,6 +7,7 @@ and have density 0, so `base` and `flange` weigh nothing. Each joint has a motor
 from dataclasses import replace
 from xml.sax.saxutils import quoteattr
 
+from lwr_dyn.errors import MissingDataError
 from lwr_dyn.model.arm import Arm, Joint
 from lwr_dyn.model.chain import Body
 from lwr_dyn.model.dh import JointKind
@@ -18,8 +19,13 @@ _TYPES = {JointKind.REVOLUTE: "hinge", JointKind.PRISMATIC: "slide"}
 
 
 def mjcf_text(arm: Arm) -> str:
-    """The arm as MJCF text; raises `MissingDataError` for an arm without inertias, which MuJoCo refuses."""
+    """The arm as MJCF text; raises `MissingDataError` for a moving link without mass, which MuJoCo refuses."""
     arm.require_dynamics()
+    bare = weightless_links(arm)
+    if bare:
+        raise MissingDataError(
+            arm.name, f"masses of {', '.join(bare)}", "MuJoCo, which refuses a moving link of mass 0"
+        )
     shapes = primitives(arm)
     lines = [
         '<?xml version="1.0" encoding="utf-8"?>',
@@ -48,6 +54,11 @@ def mjcf_text(arm: Arm) -> str:
     lines += [f"{'  ' * depth}</body>" for depth in range(innermost, 1, -1)]
     motors = ["  <actuator>", *(_motor(joint) for _, joint, _ in rows), "  </actuator>"]
     return "\n".join([*lines, "  </worldbody>", *motors, "</mujoco>"]) + "\n"
+
+
+def weightless_links(arm: Arm) -> tuple[str, ...]:
+    """The moving links of mass 0."""
+    return tuple(x.link for x in arm.chain.links if x.body is not None and x.body.mass == 0.0)
 
 
 def _header(arm: Arm) -> list[str]:

@@ -4,7 +4,7 @@ from xml.sax.saxutils import quoteattr
 
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.papers.catalog import readings, robots
-from lwr_dyn.urdf.mjcf import mjcf_text
+from lwr_dyn.urdf.mjcf import mjcf_text, weightless_links
 from lwr_dyn.urdf.provenance import provenance_text
 from lwr_dyn.urdf.writer import urdf_text
 from lwr_dyn.urdf.xml_text import comment, number
@@ -22,7 +22,7 @@ def model_stem(arm: Arm) -> str:
 
 
 def model_files(arm: Arm, stem: str | None = None) -> dict[str, str]:
-    """File name -> text: `.urdf`, `.provenance.json`, with rotors `.srdf`, with inertias `.xml` (MJCF).
+    """File name -> text: `.urdf`, `.provenance.json`, with rotors `.srdf`, with masses of all links `.xml` (MJCF).
 
     Names begin with `stem`, or with `model_stem(arm)`.
 
@@ -34,7 +34,7 @@ def model_files(arm: Arm, stem: str | None = None) -> dict[str, str]:
     out = {f"{stem}.urdf": urdf_text(arm), f"{stem}.provenance.json": provenance_text(arm)}
     if any(link.rotor is not None for link in arm.chain.links):
         out[f"{stem}.srdf"] = srdf_text(arm)
-    if arm.chain.bodies is not None:
+    if arm.chain.bodies is not None and not weightless_links(arm):
         out[f"{stem}.xml"] = mjcf_text(arm)
     return out
 

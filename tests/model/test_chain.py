@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from lwr_dyn.errors import OptionError
 from lwr_dyn.model.chain import Body, first_links, link_frames, lock_joint, with_bodies, with_payload
-from tests.arms import random_arm
+from tests.arms import random_arm, random_body, random_pose
 
 ROUNDING = 1e-12
 """Relative to the largest entry: a dozen products of numbers near one."""
@@ -91,3 +91,17 @@ def test_bodies_are_exchanged_link_by_link():
     bodies = [Body.massless()] * chain.n
     assert with_bodies(chain, bodies).bodies == tuple(bodies)
     assert (Body.massless() + Body.massless()).mass == 0.0
+
+
+def test_a_turned_or_joined_body_has_an_exactly_symmetric_tensor():
+    rng = np.random.default_rng(6)
+    for _ in range(20):
+        one, two = random_body(rng), random_body(rng)
+        for body in (one.seen_from(random_pose(rng)), one.seen_from(random_pose(rng)) + two):
+            assert np.array_equal(body.inertia_com, body.inertia_com.T)
+
+
+def test_a_body_of_zeros_leaves_the_other_as_it_is():
+    body = random_body(np.random.default_rng(7))
+    for joined in (body + Body.massless(), Body.massless() + body):
+        assert joined is body

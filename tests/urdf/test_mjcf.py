@@ -1,13 +1,18 @@
 """The MJCF: shapes weigh nothing however it is compiled, and each joint has one motor."""
 
 import xml.etree.ElementTree as ElementTree
+from dataclasses import replace
 
 import mujoco
 import pytest
+from click.testing import CliRunner
 
 import lwr_dyn
+from lwr_dyn.cli.urdf import command
 from lwr_dyn.errors import MissingDataError
+from lwr_dyn.model.chain import Body
 from lwr_dyn.urdf.mjcf import mjcf_text
+from lwr_dyn.urdf.model_files import model_files
 
 
 def test_shapes_weigh_nothing_in_another_model_either():
@@ -28,3 +33,17 @@ def test_a_motor_gives_what_the_joint_can_bear():
 def test_an_arm_without_masses_has_no_mjcf():
     with pytest.raises(MissingDataError):
         mjcf_text(lwr_dyn.load("lwr4"))
+
+
+def test_a_moving_link_of_mass_0_is_named_and_no_file_is_written(tmp_path):
+    arm = lwr_dyn.load("lwr4plus")
+    first = replace(arm.chain.links[0], body=Body.massless())
+    bare = arm.with_chain(replace(arm.chain, links=(first, *arm.chain.links[1:])))
+    with pytest.raises(MissingDataError, match="masses of link_1 not given; needed for MuJoCo"):
+        mjcf_text(bare)
+    assert "x.xml" not in model_files(bare, "x")
+    source, out = tmp_path / "bare.urdf", tmp_path / "x.urdf"
+    source.write_text(lwr_dyn.urdf_text(bare), encoding="utf-8")
+    result = CliRunner().invoke(command, [str(source), "--out", str(out)])
+    assert result.exit_code == 0
+    assert "no x.xml: MuJoCo refuses a moving link of mass 0, as link_1" in result.output

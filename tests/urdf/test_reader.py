@@ -99,6 +99,19 @@ def robot(*joints, **links):
     return "".join(['<robot name="r">', *described, *joints, "</robot>"])
 
 
+def test_zeros_on_a_welded_frame_say_nothing_about_the_link_that_carries_it(tmp_path):
+    zeros = '<inertial><mass value="0"/><inertia ixx="0" iyy="0" izz="0"/></inertial>'
+    tool = joint("t", "b", "tool", "fixed", "")
+    bare, framed = (
+        read_urdf(written(tmp_path, robot(joint("j", "a", "b"), tool, a="", b=inside, tool=zeros))).chain.links[0].body
+        for inside in ("", LINK)
+    )
+    assert bare is None
+    alone = read_urdf(written(tmp_path, robot(joint("j", "a", "b"), a="", b=LINK))).chain.links[0].body
+    assert (framed.mass, list(framed.com)) == (alone.mass, list(alone.com))
+    assert np.array_equal(framed.inertia_com, alone.inertia_com)
+
+
 def test_an_axis_has_a_direction_and_no_length(tmp_path):
     text = robot(joint("j", "a", "b", axis="1 2 -2"), a="", b=LINK)
     one, two = (read_urdf(written(tmp_path, t)) for t in (text, text.replace("1 2 -2", "10 20 -20")))
