@@ -110,6 +110,8 @@ def _verdict(arm: Arm, result: InverseResult, angle: float | None) -> str:
 def _print_branches(arm: Arm, pose: Array, result: InverseResult) -> None:
     turning = np.array([link.kind is JointKind.REVOLUTE for link in arm.chain.links])
     how = "all branches" if result.complete or result.turns_left_out else "found numerically, not complete"
+    if result.arm_angle_intervals:
+        how += ", each at one arm angle"
     if result.turns_left_out:
         how += f"; {result.turns_left_out} copies whole turns apart, inside the limits too, are not listed"
     units = "deg" if turning.all() else "deg (m for sliding joints)"

@@ -10,8 +10,8 @@ from lwr_dyn.identification.possible_bodies import CONFIGURATIONS, BodyVerdict
 from lwr_dyn.tables import aligned
 
 NOISE_MODEL = (
-    "the errors are those of white noise: filtered or correlated noise, and friction that the model lacks, make the "
-    "true ones larger"
+    "the errors are those of white noise: filtered or correlated noise, friction that the model lacks, and "
+    "accelerations that jump inside a smoothing window (--window) make the true ones larger"
 )
 MEANING = {
     IDENTIFIED: f"|value| above {SIGMAS:g} sigma (Student's t of 99.73 %)",
