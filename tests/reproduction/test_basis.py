@@ -5,7 +5,7 @@ from collections import Counter
 import pytest
 
 from lwr_dyn.reproduction.basis import bases, with_bases
-from lwr_dyn.reproduction.case import COMPUTED, REPEATED, STRUCTURAL, ComparedExpression
+from lwr_dyn.reproduction.case import COMPUTED, REPEATED, STRUCTURAL, ComparedExpression, PaperFormula
 from lwr_dyn.reproduction.compare import ASSUMED, REPRODUCED, recomputed
 from lwr_dyn.reproduction.other_numbers import numbers_of, with_other_cells, with_other_numbers
 from lwr_dyn.reproduction.paper_study import paper_study
@@ -130,3 +130,12 @@ def test_all_numbers_are_replaced_but_the_form_of_the_arm():
 def test_a_formula_that_hands_its_input_back_is_not_computed():
     own = [n for n in usual_judgement("wam7").numbers if n.block.name == "armature"]
     assert set(bases(paper_study("wam7"), own).values()) == {REPEATED}
+
+
+def test_a_formula_that_reads_its_own_cell_would_be_found():
+    case = paper_study("wam7").data.case()
+    own = {"motion": PaperFormula(lambda case, _: {"travel": case.numbers("motion", "travel"), "velocity": [0.0]})}
+    before, after = (
+        recomputed(own, c, "motion")["results.motion.travel[0]"] for c in (case, with_other_cells(case, "motion"))
+    )
+    assert before != after
