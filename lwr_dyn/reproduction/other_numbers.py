@@ -43,7 +43,7 @@ def with_other_cells(case: PaperCase, block: str) -> PaperCase:
 
 def with_other_letters(case: PaperCase, turned: bool) -> PaperCase:
     """The case with another letter for each symbol of the DH table; `turned`: its right angles by half a turn."""
-    dh = dict(case.tables["dh"])
+    dh = dict(case.tables.get("dh", {}))
     for name in ("alpha", "theta_offset"):
         if turned and name in dh:
             dh[name] = {**dh[name], "values": [x - 180 if x > 0 else x + 180 if x else 0 for x in dh[name]["values"]]}
@@ -55,7 +55,7 @@ def with_other_letters(case: PaperCase, turned: bool) -> PaperCase:
 
 def letters_of(case: PaperCase) -> list[str]:
     """The symbols of the DH table, in the order of the file."""
-    columns = (column for column in case.tables["dh"].values() if isinstance(column, Mapping))
+    columns = (column for column in case.tables.get("dh", {}).values() if isinstance(column, Mapping))
     return [letter for column in columns for letter in column.get("symbols", ())]
 
 

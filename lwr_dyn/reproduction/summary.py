@@ -30,7 +30,8 @@ COUNTED: Mapping[str, tuple[str, ...]] = {
 """Heading -> place in the record of counts."""
 COUNT_NOTE = f"""\
 computed: from other numbers; of them reproduced as printed, or after an erratum; differs: of all kinds
-structural: 0, +-1 and entries that stay whatever the numbers are; repeated: one number in print twice, a count, a place
+structural: 0, +-1 and entries that stay whatever the numbers are
+repeated: one number in print twice, a count, a place, or what an erratum was fitted to: compared, not computed
 assumed: recomputed under conditions that are not printed; {NEARNESS}"""
 
 
