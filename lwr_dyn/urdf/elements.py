@@ -75,13 +75,14 @@ class SourcedText:
 
 
 def _floats(text: str) -> tuple[float, ...]:
-    """The numbers of an attribute; empty if it is not made of numbers."""
+    """The numbers of an attribute; empty if it is not made of finite numbers."""
     if not _NUMBERS.fullmatch(text):
         return ()
     try:
-        return tuple(map(float, text.split()))
+        found = tuple(map(float, text.split()))
     except ValueError:
         return ()
+    return found if all(map(math.isfinite, found)) else ()
 
 
 def compact(element: ElementTree.Element) -> str:

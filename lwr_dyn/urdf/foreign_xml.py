@@ -17,6 +17,8 @@ _PREFIX = re.compile(rb"[<\s/]([A-Za-z_][\w.-]*):[A-Za-z_]")
 _DECLARED = re.compile(rb"xmlns:([A-Za-z_][\w.-]*)\s*=")
 _ROOT = re.compile(rb"<!--.*?-->|(<robot\b[^>]*>)", re.DOTALL)
 _XACRO = "xacro"
+_DEEPEST = 100
+"""Levels of nested elements: far above any URDF, far below what Python's recursion bears."""
 
 
 def parse_xml(content: bytes, file: str) -> ElementTree.Element:
@@ -25,7 +27,7 @@ def parse_xml(content: bytes, file: str) -> ElementTree.Element:
     Raises
     ------
     UrdfError
-        Broken XML; a file of xacro macros, with the command that expands it.
+        Broken XML; elements nested too deep; a file of xacro macros, with the command that expands it.
     """
     try:
         root = _tree(content)
@@ -33,11 +35,20 @@ def parse_xml(content: bytes, file: str) -> ElementTree.Element:
         if file.lower().endswith(".xacro"):
             raise _is_macro(file, "its ending") from None
         raise UrdfError(file, "XML", str(fault), "a well-formed URDF") from None
+    if _depth(root) > _DEEPEST:
+        raise UrdfError(file, "XML", f"elements nested {_depth(root)} deep", f"at most {_DEEPEST} levels")
     for element in root.iter():
         space, _, tag = str(element.tag).rpartition("}")
         if _XACRO in space.lower() and space:
             raise _is_macro(file, f"<xacro:{tag}>")
     return root
+
+
+def _depth(root: ElementTree.Element) -> int:
+    level, depth = [root], 0
+    while level:
+        level, depth = [child for element in level for child in element], depth + 1
+    return depth
 
 
 def _is_macro(file: str, mark: str) -> UrdfError:

@@ -15,7 +15,7 @@ def test_a_frame_weighs_nothing():
 
 
 def test_a_copy_is_the_element_indented_and_its_numbers_are_listed():
-    xml = '<visual name="1e"><origin xyz="1 2  3"/><text> a &lt; b /&gt;</text></visual>'
+    xml = '<visual name="1e"><origin xyz="1 2  3" rpy="1e999 0 0"/><text> a &lt; b /&gt;</text></visual>'
     out = SourcedText()
     out.copied(2, compact(ElementTree.fromstring(xml)), "/v")
     assert compact(ElementTree.fromstring("\n".join(out.text))) == compact(ElementTree.fromstring(xml))

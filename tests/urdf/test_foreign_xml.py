@@ -32,6 +32,13 @@ def test_a_prefix_declared_further_in_is_not_enough_for_the_rest():
     assert len(parse_xml(text.encode(), "arm.urdf")) == 5
 
 
+@pytest.mark.parametrize("tag", ["gazebo", "transmission", "visual"])
+def test_elements_nested_without_end_are_refused(tag):
+    text = f"<robot name='r'><{tag}>{'<x>' * 3000}{'</x>' * 3000}</{tag}></robot>"
+    with pytest.raises(UrdfError, match="nested 3002 deep; allowed: at most 100 levels"):
+        parse_xml(text.encode(), "arm.urdf")
+
+
 @pytest.mark.parametrize("text", ["<robot name='r'><a:b/>", "<a:b/>", "<!-- <robot> --><a:b/>", "<robot x:='1'/>"])
 def test_other_faults_of_the_xml_stay_faults(text):
     with pytest.raises(UrdfError, match="a well-formed URDF"):
