@@ -43,7 +43,9 @@ def with_other_cells(case: PaperCase, block: str) -> PaperCase:
 
 def with_other_letters(case: PaperCase, turned: bool) -> PaperCase:
     """The case with another letter for each symbol of the DH table; `turned`: its right angles by half a turn."""
-    dh = dict(case.tables.get("dh", {}))
+    if "dh" not in case.tables:
+        return case
+    dh = dict(case.tables["dh"])
     for name in ("alpha", "theta_offset"):
         if turned and name in dh:
             dh[name] = {**dh[name], "values": [x - 180 if x > 0 else x + 180 if x else 0 for x in dh[name]["values"]]}
