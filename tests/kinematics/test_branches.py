@@ -87,5 +87,5 @@ def test_the_command_says_how_many_are_left_out(tmp_path):
     urdf.write_text(text, encoding="utf-8")
     done = CliRunner().invoke(command, [str(urdf), "--xyz", "-0.05,-0.45,0.55", "--rpy-deg", "-90,0,0"])
     assert done.exit_code == 0, done.stderr
-    assert "all branches; " in done.stdout
+    assert "all branches, each at one arm angle; " in done.stdout
     assert "copies whole turns apart, inside the limits too, are not listed" in done.stdout
