@@ -161,7 +161,7 @@ def controller(name: str, arm: Arm, *, engine: str | Dynamics = "pinocchio", **o
 
 
 def reference(name: str, arm: Arm, **options: Any) -> Reference:
-    """A reference for the joints by name: "ist", "point-to-point", "lspb", "hold", or one that a package adds.
+    """A reference for the joints by name: "ist", "ist-clear", "point-to-point", "lspb", "hold", or an added one.
 
     Options are those of its factory in `lwr_dyn.trajectory.references`, positions in rad (m for sliding joints), such
     as q, duration [s] of "hold". Raises `UnknownNameError`, `OptionError` for an option that is unknown or missing, and

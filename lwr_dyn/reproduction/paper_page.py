@@ -30,6 +30,7 @@ from lwr_dyn.reproduction.summary import NEARNESS
 from lwr_dyn.reproduction.verdicts import Verdicts
 from lwr_dyn.simulation.audit import TOLERANCE
 from lwr_dyn.simulation.setup import versions
+from lwr_dyn.simulation.stop_contacts import stop_contacts
 
 MORE = 2
 """Digits of ours beyond the last printed one."""
@@ -156,11 +157,13 @@ def _checks(reports: Sequence[CheckReport]) -> tuple[Check, ...]:
 
 
 def _audit(name: str, run: Run) -> Check:
-    """The energy audit of a run: the largest difference of energy and work over it."""
+    """The energy audit of a run: the largest difference of energy and work over it; and the stops that joints met."""
     audit = run.meta["audit"]
     work = ", ".join(f"{channel} {value:.4g} J" for channel, value in audit["channels"].items())
     closes = audit["residual"] <= TOLERANCE
-    return Check(name, f"{audit['residual']:.1e} J", f"at most {TOLERANCE:.0e} J", closes, work)
+    stops = stop_contacts(run, run.setup.plant.arm).sentence()
+    note = "; ".join(text for text in (work, stops) if text)
+    return Check(name, f"{audit['residual']:.1e} J", f"at most {TOLERANCE:.0e} J", closes, note)
 
 
 def _files(place: Path) -> tuple[FileFact, ...]:

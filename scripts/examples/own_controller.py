@@ -31,7 +31,8 @@ def main(arguments: list[str] | None = None) -> None:
     make_folder(options.out.parent)
     run.save(options.out)
     errors = metrics(run, arm)
-    print(f"tip error at most {errors.tip_max_mm:.4f} mm, energy audit {run.meta['audit']['residual']:.1e} J")
+    tip = f"tip error ({errors.caveat}) at most {errors.tip_max_mm:.4f} mm"
+    print(f"{tip}, energy audit {run.meta['audit']['residual']:.1e} J")
     print(f"wrote {options.out}; see it:  lwr-dyn replay {options.out} --html {options.out.with_suffix('.html')}")
 
 

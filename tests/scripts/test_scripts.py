@@ -14,7 +14,7 @@ EXAMPLES = {
     "own_arm.py": ([], "torque that holds it"),
     "friction_wam.py": (["--speeds", "0.1", "0.18", "0.25"], "wrote 3 logs and out"),
     "stick_slip.py": (["--out", "out/figures"], "99% of break-away for 1 s: moves by 0 m"),
-    "own_controller.py": ([], "tip error at most 0.00"),
+    "own_controller.py": ([], "tip error (rigid links and joints) at most 0.00"),
     "compare_controllers.py": ([], "3 kg payload    1. PID + gravity, damping on dq "),
     "swing.py": (["--seconds", "0.5"], "upright at rest: an equilibrium to the printed digits"),
     "krl_two_points.py": ([], "check: nothing to say"),

@@ -27,6 +27,7 @@ from lwr_dyn.reproduction.lwr4plus import TIMINGS
 from lwr_dyn.reproduction.results import printed_tables
 from lwr_dyn.simulation.metrics import metrics
 from lwr_dyn.simulation.simulate import simulate
+from lwr_dyn.simulation.stop_contacts import stop_contacts
 from lwr_dyn.tables import Heading, Table
 from lwr_dyn.trajectory.references.arm_angles import FixedArmAngle
 from lwr_dyn.trajectory.references.ist import ist_reference, timed_ist
@@ -87,6 +88,16 @@ class ErrorTable:
         """RMS of the misses over all cells: how near these conditions come."""
         return float(np.sqrt(np.mean([cell.miss**2 for cell in self.cells])))
 
+    @property
+    def stops(self) -> str:
+        """Joints that met their stops in the run, in words; empty if none did."""
+        return stop_contacts(self.run, self.reference.arm).sentence()
+
+    @property
+    def where(self) -> str:
+        """The arm angle, and the stops that joints met."""
+        return "; ".join(text for text in (self.arm_angle, self.stops) if text)
+
     def counts(self) -> dict[str, int]:
         """Cells reproduced, near and not near."""
         words = [cell.verdict.split(",")[0] for cell in self.cells]
@@ -95,6 +106,7 @@ class ErrorTable:
     def record(self) -> dict[str, Any]:
         """As JSON values."""
         conditions = {"timing": self.timing, "arm_angle": self.arm_angle, "distance": self.distance}
+        conditions["stops"] = self.stops
         return conditions | {"margin": self.reference.margin, "cells": [cell.record() for cell in self.cells]}
 
 
@@ -199,7 +211,7 @@ def condition_tables(tables: Sequence[ErrorTable]) -> tuple[Table, Table]:
     conditions = Table(
         f"{TITLES[nearest.name]}: position errors, printed in mm, read as mrad",
         ("timing (assumed)", "arm angle", miss, "reproduced", f"near ({NEAR:.0%})", "not near"),
-        [(t.timing, t.arm_angle, t.distance, *t.counts().values()) for t in ranked],
+        [(t.timing, t.where, t.distance, *t.counts().values()) for t in ranked],
         f"nearest: {nearest.timing} timing, arm angle: {nearest.arm_angle}",
     )
     numbers = (Heading("recomputed", format=".3g"), Heading("of row range", format="+.0%"))
