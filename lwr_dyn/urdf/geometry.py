@@ -20,6 +20,8 @@ _SAME_PLACE = 1e-6
 """Joint origins nearer than this [m] are at the same place."""
 _ALIGNED = 0.2
 """Sine of the angle up to which a limb counts as along an axis: an elbow with an offset leaves the axis a little."""
+_TRAVEL = 40.0
+"""Longest travel that is drawn, to each side, in radii: some files give a mobile base 1000 km."""
 _DIGITS = 6
 """Decimals of a drawn length [m]."""
 
@@ -112,9 +114,10 @@ def _on_rails(joints: Sequence[Joint]) -> list[bool]:
 
 
 def _slide(joint: Joint, before: str, link: str, radius: float, on_rail: bool) -> list[Primitive]:
-    """Carriage and rail, or guide and rod; either is as long as the travel, so no gap opens."""
+    """Carriage and rail, or guide and rod; either is as long as the travel, so no gap opens (up to `_TRAVEL`)."""
     low, up = (0.0 if joint.limits.lower is None else joint.limits.lower), joint.limits.upper
     up = low + 4.0 * radius if up is None else up
+    low, up = max(low, -_TRAVEL * radius), min(up, _TRAVEL * radius)
     long, middle = up - low, _at(0.0, 0.0, (low + up) / 2)
     bar = joint.origin @ middle if on_rail else middle.inverse()
     rod = [Primitive(before if on_rail else link, bar, 0.5 * radius, long, "grey")] if long > _SAME_PLACE else []

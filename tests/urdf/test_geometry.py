@@ -116,3 +116,8 @@ def test_drawn_lengths_have_no_digits_of_rounding():
     for robot in lwr_dyn.robots():
         for shape in primitives(lwr_dyn.load(robot)):
             assert max(len(repr(x)) for x in (shape.radius, shape.length)) <= 8
+
+
+def test_a_travel_without_end_is_not_drawn_to_its_end(own_arm):
+    endless = replace(own_arm, limits=tuple(replace(x, lower=-1e6, upper=1e6) for x in own_arm.limits))
+    assert max(shape.length for shape in primitives(endless)) < 10.0
