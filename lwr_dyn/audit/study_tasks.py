@@ -17,7 +17,8 @@
     joints = [2]                                           # counted from 1
     statistic = "max"                                      # of the joints' position errors
 
-A task with `like = "wave"` takes what it does not give itself from that task of the file.
+A task with `like = "wave"` takes what it does not give itself from that task of the file; not the claims, which are
+about the paper's own motion.
 """
 
 from collections.abc import Mapping
@@ -113,10 +114,11 @@ def _filled(entry: Any, entries: list[Any], file: str, i: int) -> Any:
     """A task with what it takes from the task that it is like."""
     if not isinstance(entry, dict) or "like" not in entry:
         return entry
-    others = {x.get("name"): x for x in entries if isinstance(x, dict) and "like" not in x}
+    others: dict[Any, dict[str, Any]] = {x.get("name"): x for x in entries if isinstance(x, dict) and "like" not in x}
     if entry["like"] not in others:
         raise PaperError(file, f"task[{i}].like", repr(entry["like"]), f"one of {', '.join(map(str, others))}")
-    return {**others[entry["like"]], **entry}
+    taken = {key: value for key, value in others[entry["like"]].items() if key != "claim"}
+    return {**taken, **entry}
 
 
 def _task(entry: Any, robot: str, file: str, path: str) -> StudyTask:

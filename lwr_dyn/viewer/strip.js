@@ -59,7 +59,8 @@ class Strip {
     pen.fillStyle = this.ink("--soft");
     pen.strokeStyle = this.ink("--line");
     pen.textBaseline = "middle";
-    pen.fillText(`tip error [mm], ${this.runs[0].record.tip_model}`, left, 6);
+    const models = new Set(this.runs.map((run) => run.record.tip_model));
+    pen.fillText(["tip error [mm]", ...models].join(", "), left, 6);
     pen.textAlign = "right";
     [0, 0.5, 1].forEach((part) => {
       const y = this.y(part * this.largest);

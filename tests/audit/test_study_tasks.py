@@ -47,7 +47,7 @@ def test_a_task_like_another_takes_what_it_does_not_give_itself():
     )
     wave, same = parse_tasks(TASK + twin, "mine.toml")
     assert (same.reference, same.like, wave.like) == ("hold", "wave", "")
-    assert (same.controllers, same.claims, same.where) == (wave.controllers, wave.claims, wave.where)
+    assert (same.controllers, same.where, same.claims) == (wave.controllers, wave.where, ())
     with pytest.raises(PaperError, match=r"task\[1\].like.*'waves'.*one of wave"):
         parse_tasks(TASK + twin.replace('"wave"', '"waves"'), "mine.toml")
 
