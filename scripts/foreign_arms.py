@@ -1,8 +1,8 @@
 """`lwr-dyn check` on every URDF of the installed packages: what holds, fails, is refused, crashes or takes too long.
 
-Each file runs in a process of its own with a limit of 30 s of CPU time (a busy machine stretches wall time). A tree gets the options that its own refusal asks for: the
-tip behind the most moving joints, and branches locked at 0 or the middle of their range. Files of the same content
-count once. Exit 1 for a traceback or a file over the limit.
+Each file runs in a process of its own with a limit of 30 s of CPU time (a busy machine stretches wall time). A tree
+gets the options that its own refusal asks for: the tip behind the most moving joints, and branches locked at 0 or the
+middle of their range. Files of the same content count once. Exit 1 for a traceback or a file over the limit.
 """
 
 from __future__ import annotations
@@ -10,6 +10,8 @@ from __future__ import annotations
 import argparse
 import hashlib
 import json
+import os
+import queue
 import re
 import signal
 import subprocess
@@ -26,26 +28,48 @@ from lwr_dyn.urdf.tree import build_tree, position_limits
 
 LIMIT = 30.0
 """[s] Longest CPU time for one file."""
-_STUCK = 20.0
-"""Wall time over CPU time at which a process that waits is stopped."""
 _MOVING = re.compile(rb"type\s*=\s*[\"'](revolute|continuous|prismatic|planar|floating)[\"']")
-_COMMAND = """
-import resource, sys, time
-limit, *arguments = sys.argv[1:]
-resource.setrlimit(resource.RLIMIT_CPU, (int(float(limit)), int(float(limit)) + 5))
+_WORKER = """
+import json, os, resource, sys, tempfile
+import lwr_dyn.checks.run_checks, lwr_dyn.cli.check, lwr_dyn.urdf.reader, yourdfpy
 from lwr_dyn.cli.main import main
-try:
-    main(arguments)
-except SystemExit as end:
-    sys.exit(end.code)
-except BaseException as fault:
-    print(f"Traceback: {type(fault).__name__}: {fault}", file=sys.stderr)
-    sys.exit(3)
-finally:
-    print(time.process_time(), file=sys.stderr)
+
+def child(arguments, limit, files):
+    resource.setrlimit(resource.RLIMIT_CPU, (limit, limit + 5))
+    for number, file in zip((1, 2), files):
+        os.dup2(file.fileno(), number)
+    code = 3
+    try:
+        main(arguments)
+    except SystemExit as end:
+        code = end.code or 0
+    except BaseException as fault:
+        print(f"Traceback: {type(fault).__name__}: {fault}", file=sys.stderr)
+    sys.stdout.flush(), sys.stderr.flush()
+    os._exit(code)
+
+for line in sys.stdin:
+    limit, *arguments = json.loads(line)
+    with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
+        pid = os.fork() or child(arguments, limit, (out, err))
+        _, status, usage = os.wait4(pid, 0)
+        out.seek(0), err.seek(0)
+        texts = [file.read().decode() for file in (out, err)]
+    record = [os.waitstatus_to_exitcode(status), *texts, usage.ru_utime + usage.ru_stime]
+    print(json.dumps(record), flush=True)
 """
 _ROUNDS = 5
 """Runs of one file: as it is, with a tip, with locks, with more locks (mimics)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Done:
+    """A finished run: exit code, stdout, stderr, CPU time [s]."""
+
+    code: int
+    out: str
+    err: str
+    seconds: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,41 +98,46 @@ def has_moving_joint(path: Path) -> bool:
     return _MOVING.search(path.read_bytes()) is not None
 
 
-def check_file(path: Path, limit: float = LIMIT) -> Outcome:
+class Worker:
+    """A process that has imported everything, and forks for each command."""
+
+    def __init__(self) -> None:
+        environment = os.environ | {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+        pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL}
+        self.process = subprocess.Popen([sys.executable, "-c", _WORKER], text=True, env=environment, **pipes)
+
+    def run(self, arguments: Sequence[str], limit: float) -> Done:
+        """One run of `lwr-dyn`, with a limit of CPU time [s]."""
+        print(json.dumps([int(limit), *arguments]), file=self.process.stdin, flush=True)
+        return Done(*json.loads(self.process.stdout.readline()))
+
+    def close(self) -> None:
+        """End the process."""
+        self.process.communicate()
+
+
+def check_file(path: Path, worker: Worker, limit: float = LIMIT) -> Outcome:
     """The outcome of one file, with the options that its refusals ask for."""
     options: tuple[str, ...] = ()
     for _ in range(_ROUNDS):
-        done, seconds = _run(("check", str(path), "--json", *options), limit)
-        if done is None:
-            return Outcome(path, "over the limit", f"more than {limit:g} s", options, limit)
-        added = _asked_for(path, done.stderr) if done.returncode == 2 else ()
+        done = worker.run(("check", str(path), "--json", *options), limit)
+        added = _asked_for(path, done.err) if done.code == 2 else ()
         if not added:
             break
         options += added
-    return Outcome(path, *_judged(path, done), options, seconds)
+    return Outcome(path, *_judged(path, done), options, done.seconds)
 
 
-def _run(arguments: Sequence[str], limit: float) -> tuple[subprocess.CompletedProcess[str] | None, float]:
-    """A run of `lwr-dyn` and its CPU time [s]; None instead of a run that was stopped at the limit."""
-    command = [sys.executable, "-c", _COMMAND, str(limit), *arguments]
-    try:
-        done = subprocess.run(command, capture_output=True, text=True, timeout=_STUCK * limit)
-    except subprocess.TimeoutExpired:
-        return None, limit
-    if done.returncode == -signal.SIGXCPU:
-        return None, limit
-    *lines, seconds = done.stderr.splitlines() or ["nan"]
-    return subprocess.CompletedProcess(command, done.returncode, done.stdout, "\n".join(lines)), float(seconds)
-
-
-def _judged(path: Path, done: subprocess.CompletedProcess[str]) -> tuple[str, str]:
+def _judged(path: Path, done: Done) -> tuple[str, str]:
     """Kind and gist of a finished run."""
-    lines = done.stderr.strip().splitlines()
-    if done.returncode == 2 and len(lines) == 1 and lines[0].startswith("lwr-dyn: "):
+    lines = done.err.strip().splitlines()
+    if done.code == -signal.SIGXCPU:
+        return "over the limit", f"more than {done.seconds:.0f} s"
+    if done.code == 2 and len(lines) == 1 and lines[0].startswith("lwr-dyn: "):
         return "refused", lines[0].removeprefix(f"lwr-dyn: {path.name}: ")
-    if done.returncode not in (0, 1) or any("Traceback" in line for line in lines):
-        return "crashed", lines[-1] if lines else f"exit code {done.returncode}"
-    record = json.loads(done.stdout)
+    if done.code not in (0, 1) or any("Traceback" in line for line in lines):
+        return "crashed", lines[-1] if lines else f"exit code {done.code}"
+    record = json.loads(done.out)
     failed = [verdict["name"] for verdict in record["verdicts"] if not verdict["holds"]]
     return ("fails", ", ".join(failed)) if failed else ("holds", f"{len(record['verdicts'])} checks")
 
@@ -135,12 +164,22 @@ def _inside(joint: object) -> float:
 
 def survey(paths: Sequence[Path], processes: int, limit: float = LIMIT) -> list[Outcome]:
     """The outcome of every file; each is printed on stderr when it is there."""
+    workers: queue.Queue[Worker] = queue.Queue()
+    for _ in range(processes):
+        workers.put(Worker())
+
+    def outcome(path: Path) -> Outcome:
+        worker = workers.get()
+        result = check_file(path, worker, limit)
+        workers.put(worker)
+        print(_line(result), file=sys.stderr, flush=True)
+        return result
+
     with ThreadPoolExecutor(processes) as pool:
-        outcomes = []
-        for outcome in pool.map(lambda path: check_file(path, limit), paths):
-            print(_line(outcome), file=sys.stderr, flush=True)
-            outcomes.append(outcome)
-        return outcomes
+        outcomes = list(pool.map(outcome, paths))
+    for _ in range(processes):
+        workers.get().close()
+    return outcomes
 
 
 def table(outcomes: Sequence[Outcome]) -> str:

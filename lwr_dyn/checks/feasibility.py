@@ -11,6 +11,7 @@ import numpy as np
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.checks.verdict import Verdict
+from lwr_dyn.dynamics.regressor import INERTIAL
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import Body
 from lwr_dyn.model.feasibility import ROUNDING, is_physical
@@ -31,7 +32,7 @@ def feasibility_verdicts(arm: Arm) -> list[Verdict]:
     verdicts: list[Verdict] = []
     for index, (body, end) in enumerate(zip(arm.bodies(), ends, strict=True)):
         for link in _written(arm, index, body):
-            if link.body is not None and not is_weightless(link.body):
+            if link.body is not None and not link.body.unknown and not is_weightless(link.body):
                 verdicts += _of_body(link.link, link.body, end, THICKNESS * total)
     return verdicts
 
@@ -83,9 +84,13 @@ def not_judged(arm: Arm) -> list[str]:
     if all(link.body is None for link in arm.chain.links):
         return ["masses and inertias are not given: no dynamics"]
     out = []
-    for link, body in zip(arm.chain.links, arm.bodies(), strict=True):
+    for link in arm.chain.links:
+        body = link.body
         if body is None:
             out.append(f"{link.link}: no <inertial>")
+        elif body.unknown:
+            names = ", ".join(INERTIAL[k] for k in body.unknown)
+            out.append(f"{link.link}: inertia known in part; no torque depends on {names} about its frame's origin")
         elif is_weightless(body):
             out.append(f"{link.link}: massless, by zeros or by no <inertial>")
     if _length(arm) == 0.0:

@@ -17,6 +17,7 @@ from lwr_dyn.dynamics.protocol import Dynamics, mechanical_energy
 from lwr_dyn.errors import ShapeError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind
+from lwr_dyn.model.vectors import Vector
 
 SPEED, ACCELERATION = 2.0, 10.0
 """Half-widths of the random joint speeds and accelerations [rad/s, rad/s^2]."""
@@ -25,6 +26,9 @@ EXACT = 1e-12
 FLOOR = 1e-3
 """Smallest scale of a comparison of g or C, as a share of the arm's largest torque (or B times speed): some arms have
 no gravity torque or no Coriolis terms, only roundings of zero."""
+LEVER = 1e-2
+"""The same as a share of the whole mass on the whole length: the recursion carries each force along the links, and
+where its moment cancels (a wheel that turns about its own centre), the rounding of the force stays."""
 STEP = 1e-30
 """Complex step: there is no subtraction, so it may be as small as floats allow."""
 SECONDS, RTOL = 2.0, 1e-12
@@ -132,13 +136,29 @@ def gravity_identity(dynamics: Dynamics, recursion: Recursion, states: States) -
 
 
 def torque_floor(recursion: Recursion, states: States) -> float:
-    """`FLOOR` of the largest torque of these states [N m]."""
-    return FLOOR * float(np.abs(recursion.inverse_dynamics(states.q, states.dq, states.ddq)).max())
+    """`FLOOR` of the largest torque of these states, or `LEVER` of the weight at the arm's whole length [N m]."""
+    largest = float(np.abs(recursion.inverse_dynamics(states.q, states.dq, states.ddq)).max())
+    mass, length = _size(recursion)
+    weight = mass * _norm(recursion.gravity)
+    return max(FLOOR * largest, LEVER * weight * length)
 
 
 def coriolis_floor(recursion: Recursion, states: States) -> float:
-    """`FLOOR` of the largest B times the largest speed [N m s/rad]."""
-    return FLOOR * float(np.abs(recursion.mass_matrix(states.q)).max() * np.abs(states.dq).max())
+    """`FLOOR` of the largest B, or `LEVER` of the mass at the arm's whole length, times the speed [N m s/rad]."""
+    mass, length = _size(recursion)
+    largest = float(np.abs(recursion.mass_matrix(states.q)).max())
+    return max(FLOOR * largest, LEVER * mass * length**2) * float(np.abs(states.dq).max())
+
+
+def _size(recursion: Recursion) -> tuple[float, float]:
+    """Mass [kg] and length [m] of a chain: joint to joint, and the farthest centre of mass."""
+    length = sum(_norm(link.shift_before) + _norm(link.shift) for link in recursion.links)
+    beyond = max(_norm(link.com) for link in recursion.links)
+    return float(sum(link.mass for link in recursion.links)), length + beyond
+
+
+def _norm(vector: Vector) -> float:
+    return float(np.linalg.norm([vector.x, vector.y, vector.z]))
 
 
 def mass_matrix_rate(recursion: Recursion, q: Array, dq: Array) -> Array:

@@ -9,6 +9,7 @@ import numpy as np
 from lwr_dyn.arrays import Array
 from lwr_dyn.codegen.parameters import chosen_inputs, friction_parameters
 from lwr_dyn.dynamics.recursion import Rotors
+from lwr_dyn.dynamics.unknown_inertia import chain_with_dynamics
 from lwr_dyn.errors import MissingDataError, OptionError, UnknownNameError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import Chain
@@ -172,4 +173,4 @@ def kernel_spec(
         raise MissingDataError(arm.name, "friction", "kernels with friction='arm'")
     constants = friction_parameters(arm) if friction == "arm" else None
     name = f"{arm.name} ({arm.reading})"
-    return KernelSpec(name, arm.require_dynamics(), constants, chosen, rotors, str(dtype))  # type: ignore[arg-type]
+    return KernelSpec(name, chain_with_dynamics(arm), constants, chosen, rotors, str(dtype))  # type: ignore[arg-type]

@@ -17,6 +17,7 @@ import numpy as np
 from lwr_dyn.arrays import Array
 from lwr_dyn.control.inertia_maxima import JointInertia, with_joint_values
 from lwr_dyn.dynamics.newton_euler import Recursion
+from lwr_dyn.dynamics.unknown_inertia import chain_with_dynamics
 from lwr_dyn.errors import MissingDataError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind
@@ -94,7 +95,7 @@ def worst_case_inertias(arm: Arm) -> tuple[InertiaMaximum, ...]:
 
 def _first_joint(arm: Arm, fixed: Mapping[int, float]) -> JointInertia:
     """The inertia at joint 0 over the joint box."""
-    recursion = Recursion.of(arm.require_dynamics())
+    recursion = Recursion.of(chain_with_dynamics(arm))
     lower, upper = arm.lower.copy(), arm.upper.copy()
     for j, link in enumerate(arm.chain.links):
         if not np.isfinite([lower[j], upper[j]]).all():

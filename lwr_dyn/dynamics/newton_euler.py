@@ -12,6 +12,7 @@ import numpy as np
 
 from lwr_dyn.dynamics.gate import Gated
 from lwr_dyn.dynamics.recursion import LinkConstants, Rotors, inverse_dynamics, link_constants, potential_energy
+from lwr_dyn.dynamics.unknown_inertia import chain_with_dynamics
 from lwr_dyn.model.chain import Chain
 from lwr_dyn.model.vectors import ZERO, Scalar, Vector
 
@@ -94,4 +95,4 @@ def newton_euler_dynamics(chain: Chain, rotors: Rotors = "armature") -> Gated[Re
 
 def newton_euler_of_arm(arm: Any, rotors: Rotors) -> Gated[Recursion]:
     """The engine "newton-euler"; raises `MissingDataError` for an arm without inertias."""
-    return newton_euler_dynamics(arm.require_dynamics(), rotors)
+    return newton_euler_dynamics(chain_with_dynamics(arm), rotors)

@@ -9,6 +9,7 @@ import pinocchio as pin
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.dynamics.gate import Gated
+from lwr_dyn.dynamics.unknown_inertia import chain_with_dynamics
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind
 from lwr_dyn.urdf.writer import urdf_text
@@ -68,7 +69,7 @@ class PinocchioCalls:
 
 def pinocchio_dynamics(arm: Arm, rotors: str = "armature") -> Gated[PinocchioCalls]:
     """The engine "pinocchio", whose rotors are "armature"; raises `MissingDataError` for an arm without inertias."""
-    arm.require_dynamics()
+    chain = chain_with_dynamics(arm)
     # B_11 of a sliding first joint is the mass of the arm, whatever q is
-    slow = ("mass_matrix",) if arm.chain.links[0].kind is JointKind.PRISMATIC else ()
+    slow = ("mass_matrix",) if chain.links[0].kind is JointKind.PRISMATIC else ()
     return Gated("pinocchio", arm.n, PinocchioCalls(pinocchio_model(arm)), slow=slow)

@@ -27,6 +27,8 @@ class Body:
     mass: float  # [kg]
     com: Array  # (3,) [m]
     inertia_com: Array  # (3, 3) [kg m^2], about the centre of mass
+    unknown: tuple[int, ...] = ()
+    """Which of (m, m c, Ixx, Ixy, Ixz, Iyy, Iyz, Izz about the origin) the source leaves open, 0-based: zeros here."""
 
     def __post_init__(self) -> None:
         freeze_arrays(self, "com", "inertia_com")
@@ -43,19 +45,21 @@ class Body:
     def seen_from(self, pose: Pose) -> Body:
         """The same body in the frame in which `pose` is given."""
         r = pose.rotation
-        return Body(self.mass, r @ self.com + pose.position, symmetric_part(r @ self.inertia_com @ r.T))
+        unknown = self.unknown and (self.unknown if pose.is_identity() else tuple(range(10)))
+        return Body(self.mass, r @ self.com + pose.position, symmetric_part(r @ self.inertia_com @ r.T), unknown)
 
     def __add__(self, other: Body) -> Body:
         """Two bodies in the same frame, rigidly joined."""
         for one, weightless in ((self, other), (other, self)):
-            if weightless.mass == 0.0 and not weightless.inertia_com.any():
+            if weightless.mass == 0.0 and not weightless.inertia_com.any() and not weightless.unknown:
                 return one
+        unknown = tuple(sorted({*self.unknown, *other.unknown}))
         mass = self.mass + other.mass
         if mass == 0.0:
-            return Body(0.0, np.zeros(3), self.inertia_com + other.inertia_com)
+            return Body(0.0, np.zeros(3), self.inertia_com + other.inertia_com, unknown)
         com = (self.mass * self.com + other.mass * other.com) / mass
         tensor = self.inertia_com + steiner(self.mass, self.com - com)
-        return Body(mass, com, tensor + other.inertia_com + steiner(other.mass, other.com - com))
+        return Body(mass, com, tensor + other.inertia_com + steiner(other.mass, other.com - com), unknown)
 
 
 @dataclass(frozen=True, slots=True)

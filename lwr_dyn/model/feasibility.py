@@ -13,7 +13,8 @@ def is_physical(body: Body) -> bool:
     """Whether a distribution of mass can have this body's inertia.
 
     The mass is not negative, the tensor about the centre of mass is symmetric, its principal moments I1 <= I2 <= I3 are
-    not negative, and I1 + I2 >= I3 (the second moments of mass are not negative). Zero mass needs zero inertia.
+    not negative, and I1 + I2 >= I3 (the second moments of mass are not negative). Zero mass needs zero inertia. A body
+    of which a part is unknown is not judged.
 
     >>> is_physical(Body(1.0, np.zeros(3), np.diag([1.0, 1.0, 2.0])))
     True
@@ -21,6 +22,8 @@ def is_physical(body: Body) -> bool:
     False
     """
     tensor = body.inertia_com
+    if body.unknown:
+        return True
     if not (np.isfinite(body.mass) and np.isfinite(body.com).all() and np.isfinite(tensor).all()):
         return False
     if body.mass <= 0.0:

@@ -37,4 +37,4 @@ def heavy(links: Sequence[WrittenLink]) -> list[tuple[str, Body]]:
 
 def is_weightless(body: Body) -> bool:
     """Whether the inertial is one of zeros, as on a frame."""
-    return body.mass == 0.0 and not body.inertia_com.any()
+    return body.mass == 0.0 and not body.inertia_com.any() and not body.unknown

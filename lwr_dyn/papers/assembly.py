@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from lwr_dyn.model.chain import Body, Chain, ChainLink
 from lwr_dyn.model.dh import DHRow
 from lwr_dyn.model.spatial import Pose, from_rpy, steiner
 from lwr_dyn.papers.actuation import Part, actuation_parts, friction_per_direction, gains_of, rotor_of, transmission_of
-from lwr_dyn.papers.schema import Column, Paper
+from lwr_dyn.papers.schema import UNKNOWN, Column, Paper
 from lwr_dyn.papers.units import to_si
 
 STANDARD_GRAVITY = (0.0, 0.0, -9.81)
@@ -63,7 +64,18 @@ def _links(paper: Paper) -> tuple[ChainLink, ...]:
 def _body(paper: Paper, i: int) -> Body | None:
     if "inertial.mass" not in paper.columns:
         return None
-    mass, com, tensor = (paper.columns[f"inertial.{name}"].si()[i] for name in ("mass", "com", "inertia"))
+    given = [np.asarray(paper.columns[f"inertial.{name}"].si()[i]) for name in ("mass", "com", "inertia")]
+    if not any(np.isnan(x).any() for x in given):
+        return _body_of(paper, i, *given)
+    fills = np.random.default_rng(0).uniform(0.5, 2.0, 3)
+    filled = [_body_of(paper, i, *(np.where(np.isnan(x), fill, x) for x in given)) for fill in (0.0, *fills)]
+    parameters = np.array([[x.mass, *(x.mass * x.com), *x.inertia_origin()[np.triu_indices(3)]] for x in filled])
+    scale = np.abs(parameters).max(axis=0)
+    open_ones = np.ptp(parameters, axis=0) > 1e-12 * scale  # rounding of Steiner's terms
+    return replace(filled[0], unknown=tuple(int(k) for k in np.flatnonzero(open_ones)))
+
+
+def _body_of(paper: Paper, i: int, mass: Array, com: Array, tensor: Array) -> Body:
     if paper.inertia_products[i] == "integral":
         tensor = np.where(np.eye(3, dtype=bool), tensor, -tensor)
     if paper.inertia_about == "origin":
@@ -142,6 +154,13 @@ def _sources(paper: Paper) -> dict[str, tuple[Source, ...]]:
     return out
 
 
+def _said(value: Any) -> Any:
+    """A cell with the word for what is unknown."""
+    if isinstance(value, tuple):
+        return tuple(_said(x) for x in value)
+    return UNKNOWN if isinstance(value, float) and np.isnan(value) else value
+
+
 def _source(paper: Paper, column: Column, row: int, conversion: str) -> Source:
     """A row of a column; the patch of an erratum may give its cell another kind."""
     errata = column.errata.get(row, ())
@@ -149,6 +168,6 @@ def _source(paper: Paper, column: Column, row: int, conversion: str) -> Source:
     kinds = [p.kind for p in patches if p.kind and p.at.startswith(f"{column.name}.values[{row}]")]
     cell = f"{column.name}.values[{row}]" if len(column.values) > 1 else f"{column.name}.values"
     return Source(
-        cell=cell, where=column.where, kind=[column.kind, *kinds][-1], value=column.values[row], unit=column.unit[row],
-        conversion=conversion, errata=errata,
+        cell=cell, where=column.where, kind=[column.kind, *kinds][-1], value=_said(column.values[row]),
+        unit=column.unit[row], conversion=conversion, errata=errata,
     )  # fmt: skip

@@ -1,11 +1,12 @@
 """Reads the columns of a data file: one row per joint, finite numbers, units of the right quantity, a source."""
 
 import math
+from functools import partial
 from typing import Any
 
 from lwr_dyn.errors import PaperError
 from lwr_dyn.papers.fields import Fields
-from lwr_dyn.papers.schema import KINDS, PER_JOINT, TABLES, Column, ColumnRule
+from lwr_dyn.papers.schema import KINDS, PER_JOINT, TABLES, UNKNOWN, Column, ColumnRule
 from lwr_dyn.papers.units import UNITS, units_of
 
 LARGEST = 1e30
@@ -55,9 +56,19 @@ def _column(
             raise PaperError(file, f"{name}.unit", repr(u), ", ".join(units_of(*rule.quantities)))
     label = f"{name}.values"
     shape = tuple(n if size == PER_JOINT else size for size in rule.row)
-    cells = tuple(_row(r, shape, file, f"{label}[{i}]" if rule.per_joint else label) for i, r in enumerate(rows))
+    read = partial(_row_or_unknown if rule.may_be_unknown else _row, shape=shape, file=file)
+    cells = tuple(read(r, field=f"{label}[{i}]" if rule.per_joint else label) for i, r in enumerate(rows))
     errata = {row: tuple(ids) for row, ids in touched.items() if row < count}
     return Column(name, cells, tuple(units), where, kind, note, symbols, errata)
+
+
+def _row_or_unknown(row: Any, shape: tuple[int, ...], file: str, field: str) -> Any:
+    """`_row` where the word "unknown" stands for a number, a row or all rows: NaN each."""
+    if row == UNKNOWN:
+        return tuple(_row_or_unknown(row, shape[1:], file, field) for _ in range(shape[0])) if shape else math.nan
+    if shape and isinstance(row, list) and len(row) == shape[0]:
+        return tuple(_row_or_unknown(cell, shape[1:], file, f"{field}[{i}]") for i, cell in enumerate(row))
+    return _row(row, shape, file, field)
 
 
 def _row(row: Any, shape: tuple[int, ...], file: str, field: str) -> Any:

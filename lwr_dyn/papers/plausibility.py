@@ -1,5 +1,6 @@
 """Plausibility of a data file's numbers: signs, order, units that suit the kind of joint, symmetry."""
 
+import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -11,16 +12,17 @@ from lwr_dyn.papers.units import UNITS
 
 _OF_THE_JOINT = ("limits.", "friction.", "gains.")
 """Tables whose units differ between revolute and prismatic joints."""
-_LINEAR = {"length", "velocity", "force", "damping", "stiffness", "integral gain"}
+_LINEAR = {"length", "velocity", "force", "damping", "stiffness", "integral gain", "mass"}
 _RATINGS = ("ratings.mass", "ratings.reach", "ratings.envelope_volume")
 _ABOVE_ZERO = (
-    "inertial.mass", "limits.velocity", "limits.effort", "rotors.gear_ratio", "drawing.radius", "transmission.ratio",
+    "limits.velocity", "limits.effort", "drawing.radius", "transmission.ratio",
     "transmission.stage", "gains.kp", "gains.effort", "friction.covered", *_RATINGS,
     *(f"friction.{side}_stribeck_velocity" for side in SIDES),
 )  # fmt: skip
 _AT_LEAST_ZERO = (
-    "rotors.inertia", "rotors.armature", "friction.viscous", "friction.coulomb", "drawing.pedestal", "gains.ki",
-    "gains.kd", "base.mass", *(f"friction.{side}_{name}" for side in SIDES for name in ("coulomb", "static")),
+    "inertial.mass", "rotors.inertia", "rotors.armature", "friction.viscous", "friction.coulomb", "drawing.pedestal",
+    "gains.ki", "gains.kd", "base.mass",
+    *(f"friction.{side}_{name}" for side in SIDES for name in ("coulomb", "static")),
 )  # fmt: skip
 LARGEST_GRAVITY = 1e3
 """[m/s^2] Above the Sun's surface gravity a value is an error in the file, and its simulation would not end."""
@@ -49,7 +51,7 @@ def _gravity(columns: Mapping[str, Column], file: str) -> None:
 
 
 def _units(columns: Mapping[str, Column], joints: Sequence[str], kinds: Sequence[JointKind], file: str) -> None:
-    for name in (x for x in columns if x.startswith(_OF_THE_JOINT) or x == "poses.mastering"):
+    for name in (x for x in columns if x.startswith(_OF_THE_JOINT) or x in ("poses.mastering", "rotors.armature")):
         for i, unit in enumerate(columns[name].unit):
             if (UNITS[unit][0] in _LINEAR) != (kinds[i] is JointKind.PRISMATIC):
                 allowed = f"a unit of a {kinds[i].value} joint"
@@ -86,7 +88,7 @@ def _limits(columns: Mapping[str, Column], file: str) -> None:
 def _symmetry(columns: Mapping[str, Column], file: str) -> None:
     for i, tensor in enumerate(columns["inertial.inertia"].values if "inertial.inertia" in columns else ()):
         for r, c in ((0, 1), (0, 2), (1, 2)):
-            if tensor[r][c] != tensor[c][r]:
+            if tensor[r][c] != tensor[c][r] and not math.isnan(tensor[r][c] + tensor[c][r]):
                 field = f"inertial.inertia.values[{i}][{r}][{c}]"
                 raise PaperError(file, field, f"{tensor[r][c]} against {tensor[c][r]}", "a symmetric tensor")
 
@@ -96,6 +98,9 @@ def _rotors(columns: Mapping[str, Column], file: str) -> None:
     signs = columns.get("transmission.signs")
     if signs is not None and np.linalg.matrix_rank(signs.si()) < len(signs.values):
         raise PaperError(file, "transmission.signs", "a singular matrix", "as many independent motors as joints")
+    for i, ratio in enumerate(columns["rotors.gear_ratio"].values if "rotors.gear_ratio" in columns else ()):
+        if ratio == 0.0:
+            raise PaperError(file, f"rotors.gear_ratio.values[{i}]", "0", "a number other than 0; below 0, it reverses")
     given = {name for name in ("gear_ratio", "inertia", "armature") if f"rotors.{name}" in columns}
     if given not in (set(), {"gear_ratio", "inertia"}, {"armature"}):
         raise PaperError(file, "rotors", " and ".join(sorted(given)), "gear_ratio and inertia, or armature alone")

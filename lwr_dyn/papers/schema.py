@@ -20,6 +20,8 @@ SEVERITIES = ("model", "result", "text")
 """What an erratum changes: the model or controller, a printed result only, or text only."""
 RESULTS = "results."
 """Start of the path of a patch to a paper's printed results, which `lwr_dyn.reproduction` applies."""
+UNKNOWN = "unknown"
+"""In place of a mass, a centre of mass or an inertia, or of one number in them, that the source does not give."""
 PER_JOINT = 0
 """In the shape of a row: one entry per joint."""
 SIDES = ("positive", "negative")
@@ -34,6 +36,8 @@ class ColumnRule:
     quantities: tuple[str, ...]
     per_joint: bool = True
     required: bool = False
+    may_be_unknown: bool = False
+    """Whether a row, or a number in it, may be the word "unknown", which is read as NaN."""
 
 
 _DAMPING, _FORCE, _SPEED = (
@@ -82,14 +86,14 @@ TABLES: dict[str, dict[str, ColumnRule]] = {
         "envelope_volume": ColumnRule((), ("volume",), per_joint=False),
     },
     "inertial": {
-        "mass": ColumnRule((), ("mass",), required=True),
-        "com": ColumnRule((3,), ("length",), required=True),
-        "inertia": ColumnRule((3, 3), ("inertia",), required=True),
+        "mass": ColumnRule((), ("mass",), required=True, may_be_unknown=True),
+        "com": ColumnRule((3,), ("length",), required=True, may_be_unknown=True),
+        "inertia": ColumnRule((3, 3), ("inertia",), required=True, may_be_unknown=True),
     },
     "rotors": {
         "gear_ratio": ColumnRule((), ("number",)),
         "inertia": ColumnRule((), ("inertia",)),
-        "armature": ColumnRule((), ("inertia",)),
+        "armature": ColumnRule((), ("inertia", "mass")),
     },
     "transmission": {
         "ratio": ColumnRule((), ("number",), required=True),

@@ -12,7 +12,7 @@ from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.dynamics.protocol import Dynamics, UngatedDynamics, ungated
 from lwr_dyn.errors import NotPhysicalError, OptionError, RatingWarning, ShapeError
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.chain import Body, with_bodies, with_payload
+from lwr_dyn.model.chain import with_bodies, with_payload
 from lwr_dyn.model.feasibility import unphysical_links
 from lwr_dyn.simulation.arm_friction import ArmFriction, Mask
 
@@ -100,5 +100,8 @@ def arm_with_scaled_inertia(arm: Arm, factor: float) -> Arm:
     """The arm with every mass and inertia multiplied by `factor`; raises `OptionError` unless it is above 0."""
     if not (np.isfinite(factor) and factor > 0.0):
         raise OptionError("mass factor", factor, "a number above 0")
-    bodies = [Body(factor * b.mass, b.com, factor * b.inertia_com) for b in arm.require_dynamics().bodies or ()]
+    bodies = [
+        replace(b, mass=factor * b.mass, inertia_com=factor * b.inertia_com)
+        for b in arm.require_dynamics().bodies or ()
+    ]
     return replace(arm, chain=with_bodies(arm.chain, bodies))

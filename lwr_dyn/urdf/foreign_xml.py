@@ -16,6 +16,8 @@ _UNBOUND = errors.codes[errors.XML_ERROR_UNBOUND_PREFIX]
 _PREFIX = re.compile(rb"[<\s/]([A-Za-z_][\w.-]*):[A-Za-z_]")
 _DECLARED = re.compile(rb"xmlns:([A-Za-z_][\w.-]*)\s*=")
 _ROOT = re.compile(rb"<!--.*?-->|(<robot\b[^>]*>)", re.DOTALL)
+_AROUND = b" \t\r\n\0"
+"""Before and after the document, where the engines pass over it."""
 _XACRO = "xacro"
 _DEEPEST = 100
 """Levels of nested elements: far above any URDF, far below what Python's recursion bears."""
@@ -30,7 +32,7 @@ def parse_xml(content: bytes, file: str) -> ElementTree.Element:
         Broken XML; elements nested too deep; a file of xacro macros, with the command that expands it.
     """
     try:
-        root = _tree(content)
+        root = _tree(content.strip(_AROUND))
     except (ElementTree.ParseError, ValueError, LookupError) as fault:
         if file.lower().endswith(".xacro"):
             raise _is_macro(file, "its ending") from None

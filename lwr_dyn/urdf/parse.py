@@ -27,6 +27,8 @@ _WIDTHS = {"xyz": 3, "rpy": 3}
 _SCALARS = ("value", "ixx", "ixy", "ixz", "iyy", "iyz", "izz", "damping", "friction", "multiplier", "offset")
 _LIMITS = ("lower", "upper", "effort", "velocity")
 _NEEDED = {"link": ("inertial",), "joint": ("parent", "child", "origin", "axis", "limit", "dynamics", "mimic")}
+WORLD = ': write <link name="world"/>, which Drake adds unwritten'
+"""Added to the message on a joint whose parent is not there."""
 _ROTOR = ("gear_ratio", "rotor_inertia")
 _DRAKE = ("{https://drake.mit.edu/}", "{http://drake.mit.edu}", "{https://drake.mit.edu}", "{http://drake.mit.edu/}")
 
@@ -129,7 +131,8 @@ def _joint(joint: ElementTree.Element, links: set[str], file: str) -> None:
         end = joint.find(tag)
         name = "nothing" if end is None else end.get("link")
         if name not in links:
-            raise UrdfError(file, f"{where} <{tag}>", repr(name), "the name of a link of the file")
+            allowed = "the name of a link of the file" + (WORLD if name == "world" else "")
+            raise UrdfError(file, f"{where} <{tag}>", repr(name), allowed)
     _numbers(list(joint), where, file)
 
 
@@ -165,7 +168,8 @@ def _numbers(elements: list[ElementTree.Element], where: str, file: str) -> None
             numbers = [_float(word) for word in text.split()]
             bounded = [v for v in numbers if not (name in _LIMITS and math.isinf(v))]
             if len(numbers) != width or not all(math.isfinite(v) for v in bounded):
-                allowed = "a finite number" if width == 1 else f"{width} finite numbers"
+                allowed = "a finite number" if width == 1 else f"{width} finite numbers, separated by spaces"
+                allowed += "; expand its ${...} and $(...) with xacro" if "$" in text else ""
                 raise UrdfError(file, f"{where} <{element.tag}> {name}", repr(text), allowed)
 
 

@@ -9,6 +9,7 @@ from lwr_dyn.model.feasibility import unphysical_links
 from lwr_dyn.model.file_layout import fitting
 
 WRITTEN_BY = "written by lwr_dyn"
+PARTLY_KNOWN = "inertia given in part, the unknown part written as 0: "
 UNKNOWN_LIMITS = "unknown, written as stand-ins: "
 ESTIMATED = "estimated, not measured: "
 GRAVITY = "gravity in the base frame [m/s^2], which a URDF cannot hold: "
@@ -58,6 +59,7 @@ def header(arm: Arm) -> list[str]:
         f"{GRAVITY}{numbers(arm.chain.gravity)}",
         "inertials: about the centre of mass, axes of the link frame; every number's source is in the .provenance.json",
         f"inertias that no body can have: {', '.join(unphysical_links(arm.chain)) or 'none'}",
+        *(f"{PARTLY_KNOWN}{x.link}" for x in arm.chain.links if x.body is not None and x.body.unknown),
         *(f"{ESTIMATED}{line}" for line in estimates(arm)),
         "rotor inertia: not part of the links' inertials; see the .srdf, the drake: tags and the MJCF .xml",
         f"{UNKNOWN_LIMITS}{', '.join(unknown) or 'nothing'}",

@@ -64,7 +64,7 @@ def test_a_motor_map_is_signs_times_ratio_over_stage(tmp_path):
 
 
 def test_gains_and_reflected_rotors(tmp_path):
-    arm = loaded(tmp_path, GAINS + "[rotors]\n" + column("armature", [0.1, 0.2], "kg m^2"))
+    arm = loaded(tmp_path, GAINS + "[rotors]\n" + column("armature", [0.1, 0.2], ("kg m^2", "kg")))
     assert (arm.gains.Kp.tolist(), arm.gains.Kd.tolist(), arm.gains.Ki, arm.gains.effort) == (
         [5, 6],
         [1, 2],
@@ -122,7 +122,7 @@ def test_gains_and_reflected_rotors(tmp_path):
             "rotors: gear_ratio; allowed: gear_ratio and inertia, or arm",
         ),
         (
-            "[rotors]\n" + column("inertia", [1, 1], "kg m^2") + column("armature", [1, 1], "kg m^2"),
+            "[rotors]\n" + column("inertia", [1, 1], "kg m^2") + column("armature", [1, 1], ("kg m^2", "kg")),
             "rotors: armature and inertia; allowed: gear_ratio and inertia, or armature alone",
         ),
         (GAINS.replace("kd", "kv"), "gains.kd: missing"),

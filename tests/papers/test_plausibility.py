@@ -31,7 +31,7 @@ def check(**tables):
 
 PAIR = {"friction__positive_coulomb": (1, 1), "friction__positive_viscous": (1, 1)}
 BAD = {
-    "no mass": ({"inertial__mass": (1.0, 0.0)}, "inertial.mass.values[1]: 0.0; allowed: a number above 0"),
+    "negative mass": ({"inertial__mass": (1.0, -1.0)}, "inertial.mass.values[1]: -1.0; allowed: a number of at least"),
     "negative": ({"friction__coulomb": (-1.0, 0.0)}, "friction.coulomb.values[0]: -1.0; allowed: a number of at least"),
     "sign": ({"dh__sign": (1.0, 0.5)}, "dh.sign.values[1]: 0.5; allowed: 1 or -1"),
     "limits crossed": (
