@@ -42,9 +42,10 @@ class Estimate:
         return self.standard_errors * student_factor(self.dof)
 
     def states(self, own: Array) -> tuple[str, ...]:
-        """Which parameters are told from 0; `own` (p,) are the values of a model, 0 where it has none.
+        """Which parameters differ from 0 by more than their interval, and why the others do not.
 
-        `NOT_EXCITED`: the interval is wider than the model's own value, so that could not be told from 0 either.
+        `own` (p,) are the values of a model, 0 where it has none. `NOT_EXCITED`: the interval is wider than the model's
+        own value too.
         """
         half = self.half_widths
         rows = [np.isnan(half), np.abs(self.values) > half, (own != 0.0) & (np.abs(own) <= half)]

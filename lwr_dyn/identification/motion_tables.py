@@ -15,7 +15,7 @@ NOISE_MODEL = (
 )
 MEANING = {
     IDENTIFIED: f"|value| above {SIGMAS:g} sigma (Student's t of 99.73 %)",
-    NOT_EXCITED: f"nor is the model's own value above {SIGMAS:g} sigma: this motion cannot tell it from 0",
+    NOT_EXCITED: f"nor is the model's own value above {SIGMAS:g} sigma: this motion cannot separate it from 0",
     ZERO: f"within {SIGMAS:g} sigma of 0, and the model's own value is not, or is 0",
     NO_ERROR: "as many equations as parameters",
 }
