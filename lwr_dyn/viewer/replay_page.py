@@ -116,7 +116,7 @@ def run_record(shown: ReplayedRun, stride: int = 1) -> dict[str, Any]:
         "colour": shown.colour,
         "tip_model": RIGID,
         "stops": stop_contacts(run, arm).sentence(),
-        "facts": [[name, value] for name, value in facts(run).items()],
+        "facts": [[name, value] for name, value in facts(run).items() if value != shown.label],
         "joints": [
             {"name": j.name, "kind": j.kind.value, "origin": scene.column_major(j.origin)} for j in arm.joints()
         ],
