@@ -32,7 +32,7 @@ COMMANDS: Registry[click.Command] = Registry(
             extra="batch",
         ),
         "replay": Row("lwr_dyn.cli.replay:command", "Show runs in the browser: one file without network, or live."),
-        "simulate": Row("lwr_dyn.cli.simulate:command", "A task under a controller: run file, metrics, energy audit."),
+        "simulate": Row("lwr_dyn.cli.simulate:command", "A task under a controller: run file, metrics, audit."),
         "identify": Row(
             "lwr_dyn.identification.command:command",
             "Friction, or friction and inertia, from logs of an arm that moved.",

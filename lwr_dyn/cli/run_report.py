@@ -1,4 +1,4 @@
-"""A run as a table for people and a record for programs: errors joint by joint, limits, energy audit, friction."""
+"""A run as a table for people and a record for programs: errors joint by joint, limits, audit, friction."""
 
 from typing import Any
 
@@ -7,8 +7,9 @@ import numpy as np
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind
 from lwr_dyn.model.run import Run
+from lwr_dyn.simulation.audit import audit_lines
+from lwr_dyn.simulation.events import ACTIVE_FRICTION
 from lwr_dyn.simulation.metrics import Metrics, metrics
-from lwr_dyn.simulation.record import ACTIVE_FRICTION
 from lwr_dyn.tables import Heading, Table
 from lwr_dyn.viewer.replayed_runs import facts
 
@@ -21,13 +22,12 @@ def run_record(run: Run, arm: Arm) -> dict[str, Any]:
 
 def run_text(run: Run, arm: Arm) -> str:
     """Errors, limits, audit and notes as text."""
-    figures, audit = metrics(run, arm), run.meta["audit"]
-    channels = ", ".join(f"{name} {value:.6g}" for name, value in audit["channels"].items())
+    figures = metrics(run, arm)
     lines = [
         error_table(arm, figures, _title(run, arm, figures)).text(),
         f"tip error ({figures.caveat}): largest {figures.tip_max_mm:.6g} mm, RMS {figures.tip_rms_mm:.6g} mm",
         f"limits of position, speed and torque: {figures.limits}; {len(run.events)} events",
-        f"energy: change {audit['energy_change']:.6g} J; work [J]: {channels}; residual {audit['residual']:.2g}",
+        *audit_lines(run.audit),
     ]
     return "\n".join([*lines, *friction_lines(run, arm)])
 

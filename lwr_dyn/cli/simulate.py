@@ -1,4 +1,4 @@
-"""`lwr-dyn simulate`: a robot, a task and a controller become a run file with its metrics and energy audit."""
+"""`lwr-dyn simulate`: a robot, a task and a controller become a run file with its metrics and audit."""
 
 import sys
 from typing import Any
@@ -86,7 +86,7 @@ RULES = (
 @click.command("simulate")
 @robot_options
 def command(robot: str, reading: str | None, tip: str | None, locks: tuple[str, ...], **given: Any) -> None:
-    """Simulate ROBOT under a controller on a task; print errors, torques against limits, and the energy audit."""
+    """Simulate ROBOT under a controller on a task; print errors, torques against limits, and the audit."""
     TASK_OPTIONS.refuse_unused(given["task"])
     CONTROLLER_OPTIONS.refuse_unused(given["controller"])
     refuse_unused(RULES, given)

@@ -18,6 +18,7 @@ def kernel_engine(arm: Arm, rotors: str = "armature") -> Gated[SimpleNamespace]:
     """The engine "kernels": its kernels are compiled when first used. Errors are those of `batch_dynamics`."""
     batch = batch_dynamics(arm, rotors=rotors)
     single = SimpleNamespace(**{function: partial(_single_state, batch, function) for function in FUNCTIONS})
+    single.rotors = rotors
     single.mechanical_energy = partial(_mechanical_energy, batch)
     batched = SimpleNamespace(**{function: partial(_rows, getattr(batch, function)) for function in FUNCTIONS})
     return Gated("kernels", arm.n, single, batched)

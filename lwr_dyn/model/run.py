@@ -84,6 +84,12 @@ class Run:
         """Number of joints."""
         return int(self.q.shape[1])
 
+    @property
+    def audit(self) -> Mapping[str, Any]:
+        """The audit of energy and inverse dynamics that `simulate` recorded; empty for a run without one."""
+        audit: Mapping[str, Any] = self.meta.get("audit", {})
+        return audit
+
     def save(self, path: str | Path) -> None:
         """Write as .npz without pickle; raises `FileAccessError`."""
         arrays = {name: getattr(self, name) for name in _ARRAYS}

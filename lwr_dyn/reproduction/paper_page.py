@@ -28,7 +28,7 @@ from lwr_dyn.reproduction.report.content import (
 )
 from lwr_dyn.reproduction.summary import NEARNESS
 from lwr_dyn.reproduction.verdicts import Verdicts
-from lwr_dyn.simulation.audit import TOLERANCE
+from lwr_dyn.simulation.audit import inverse_dynamics_words
 from lwr_dyn.simulation.setup import versions
 from lwr_dyn.simulation.stop_contacts import stop_contacts
 
@@ -68,7 +68,7 @@ def paper_page(
         figures=tuple(figure for figures in pictures.figures.values() for figure in figures if figure.id),
         replay=Replay(pictures.shown, pictures.stills) if pictures.shown or pictures.stills else None,
         checks=_checks(reports),
-        audit=tuple(_audit(name, run) for name, _, run in pictures.simulated),
+        audit=tuple(check for name, _, run in pictures.simulated for check in _audit(name, run)),
         sections=(Section("text", "As text", result.text), *pictures.sections),
         files=_files(place),
         versions=(("Python", platform.python_version()), *versions().items()),
@@ -156,14 +156,18 @@ def _checks(reports: Sequence[CheckReport]) -> tuple[Check, ...]:
     )
 
 
-def _audit(name: str, run: Run) -> Check:
-    """The energy audit of a run: the largest difference of energy and work over it; and the stops that joints met."""
-    audit = run.meta["audit"]
+def _audit(name: str, run: Run) -> tuple[Check, ...]:
+    """The audit of a run: energy against work, with the stops that joints met; motion against torques."""
+    audit, road = run.audit, run.audit["inverse_dynamics"]
     work = ", ".join(f"{channel} {value:.4g} J" for channel, value in audit["channels"].items())
-    closes = audit["residual"] <= TOLERANCE
     stops = stop_contacts(run, run.setup.plant.arm).sentence()
     note = "; ".join(text for text in (work, stops) if text)
-    return Check(name, f"{audit['residual']:.1e} J", f"at most {TOLERANCE:.0e} J", closes, note)
+    limit = f"at most {audit['tolerance']:.0e} J"
+    energy = Check(name, f"{audit['residual']:.1e} J", limit, audit["residual"] <= audit["tolerance"], note)
+    if road is None:
+        return (energy,)
+    value, allowed = f"{road['residual']:.1e} N m", f"at most {road['tolerance']:.1e} N m"
+    return energy, Check(f"{name}, inverse dynamics", value, allowed, road["closed"], inverse_dynamics_words(audit))
 
 
 def _files(place: Path) -> tuple[FileFact, ...]:

@@ -1,4 +1,4 @@
-"""Closed loops in time: plant, friction, stops, sensors, integrators, the energy audit, and figures of merit.
+"""Closed loops in time: plant, friction, stops, sensors, integrators, the audit, and figures of merit.
 
 simulate      simulate = run_setup(prepare(...)): the closed loop as a Run
 setup         Setup, prepare: a simulation whose options are all checked
@@ -14,7 +14,8 @@ boxed_lcp     boxed_lcp: the complementarity problem behind all three
 events        what may end a contact mode, and when
 integrators   RK4 and DOP853
 record        Log, run_of: from the loop to the Run
-audit         audit: the change of energy against the work of the channels
+audit         audit: the change of energy against the work of the channels, and the verdicts in words
+other_road    other_road: the motion against the torques by the engine that did not compute it
 metrics       metrics: errors, and torques and speeds against their limits
 swing         free_swing: the arm without torque
 """

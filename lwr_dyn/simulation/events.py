@@ -11,6 +11,8 @@ from lwr_dyn.simulation.arm_friction import Mask
 from lwr_dyn.simulation.contact import ContactMode
 from lwr_dyn.simulation.integrators import Integrator, Rates
 
+ACTIVE_FRICTION = "friction feeds energy in"
+"""Kind of the event that warns of it; the motion goes on smoothly."""
 TURN = 2 * np.pi
 """[rad or m] a step: a joint that makes a whole turn between two samples cannot be followed."""
 TIME = 1e-15

@@ -12,12 +12,9 @@ from lwr_dyn.errors import DivergenceError
 from lwr_dyn.model.dh import JointKind
 from lwr_dyn.model.run import Event, Motion, Run
 from lwr_dyn.simulation.audit import audit
-from lwr_dyn.simulation.events import TURN
+from lwr_dyn.simulation.events import ACTIVE_FRICTION, TURN
 from lwr_dyn.simulation.flow import Flow
 from lwr_dyn.simulation.setup import Setup
-
-ACTIVE_FRICTION = "friction feeds energy in"
-"""Kind of the event that warns of it."""
 
 
 @dataclass(slots=True, eq=False)
@@ -64,7 +61,7 @@ class Log:
 
 
 def run_of(setup: Setup, log: Log, flow: Flow, meta: Mapping[str, Any]) -> Run:
-    """The run as far as it was computed; its meta is `meta`, the record of the setup, with the energy audit."""
+    """The run as far as it was computed; its meta is `meta`, the record of the setup, with the audit."""
     done = slice(0, log.done)
     q, dq = log.states[done, 0], log.states[done, 1]
     reference = log.reference

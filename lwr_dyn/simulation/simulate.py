@@ -1,4 +1,4 @@
-"""`simulate`: an arm, a controller and a reference become a `Run` that records its setup and its energy audit."""
+"""`simulate`: an arm, a controller and a reference become a `Run` that records its setup and its audit."""
 
 from typing import Any
 
@@ -46,7 +46,7 @@ def run_setup(setup: Setup, progress: Progress | None = None) -> Run:
     Returns
     -------
     Run
-        Samples from 0 to the duration. `run.setup` is the setup; `run.meta` its record, with the energy audit under
+        Samples from 0 to the duration. `run.setup` is the setup; `run.meta` its record, with the audit under
         "audit" and how often the accelerations were computed under "evaluations". An event "friction feeds energy in"
         warns of friction that drives.
 

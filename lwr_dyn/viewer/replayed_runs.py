@@ -11,6 +11,7 @@ from lwr_dyn.errors import OptionError, ShapeError
 from lwr_dyn.kinematics import forward
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
+from lwr_dyn.simulation.audit import audit_words
 from lwr_dyn.simulation.stop_contacts import stop_contacts
 
 RUN_COLOURS = ("#e8590c", "#1c7ed6", "#2b8a3e", "#9c36b5", "#c2255c", "#0c8599")
@@ -101,12 +102,13 @@ def _labels(runs: Sequence[Run]) -> list[str]:
 
 
 def facts(run: Run) -> dict[str, str]:
-    """Facts about a run for a page or a line, if known: robot, reading, controller, task, payload, plant."""
+    """Facts about a run for a page or a line, if known: robot, reading, controller, task, payload, plant, audit."""
     meta, note = run.meta, run.meta.get("note") or {}
     values = {"robot": meta.get("robot"), "reading": meta.get("reading"), "controller": _controller(meta)}
     values["task"] = note.get("task", meta.get("task"))
     values["payload"] = _payload(meta.get("payload"), bool(note.get("payload_known")))
     values["plant"] = note.get("plant", meta.get("plant"))
+    values["audit"] = audit_words(run.audit)
     return {key: value for key, value in values.items() if isinstance(value, str) and value}
 
 

@@ -9,8 +9,8 @@ import lwr_dyn
 from lwr_dyn.errors import OptionError, ShapeError
 from lwr_dyn.model.friction import Direction, JointFriction, symmetric
 from lwr_dyn.simulation.arm_friction import chosen_friction
+from lwr_dyn.simulation.events import ACTIVE_FRICTION
 from lwr_dyn.simulation.fast_step import FastStep
-from lwr_dyn.simulation.record import ACTIVE_FRICTION
 from lwr_dyn.simulation.simulate import simulate
 from lwr_dyn.simulation.swing import no_torque
 from tests.simulation.sample_runs import Still, controllers, joint_waves, lwr, one_joint, with_limits

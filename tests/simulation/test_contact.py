@@ -107,7 +107,7 @@ def test_a_slider_meets_its_stop_rests_and_leaves_on_time(method, side):
     assert (run.dq[resting] == 0.0).all()
     assert run.q[-1, 0] == pytest.approx(side * (0.3 - 0.5 * (1.0 - release.t) ** 2), abs=1e-12)
     assert run.work["stop"][-1] == pytest.approx(-stop.value, abs=1e-12)
-    assert audit(run).worst <= 1e-12
+    assert audit(run).worst_energy <= 1e-12
 
 
 def test_a_release_between_samples_is_found_when_the_controller_is_continuous():
@@ -145,7 +145,7 @@ def test_two_joints_at_once():
     run = simulate(plant_arm, keep_speed, Still(np.zeros(2), 0.3), dq0=speed, position_limits=True)
     assert {event.joint for event in run.events if event.kind == "stop"} == {0, 1}
     assert (run.q <= 0.05).all()
-    assert audit(run).worst <= 1e-9
+    assert audit(run).worst_energy <= 1e-9
 
 
 def test_a_start_at_a_limit_with_outward_speed_is_an_impact_at_once():

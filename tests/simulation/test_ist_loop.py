@@ -19,7 +19,7 @@ def reference():
 @pytest.mark.parametrize("name", controllers())
 def test_limits_are_kept_and_energy_balances(name):
     run = simulate(lwr(), controllers()[name], reference())
-    assert audit(run, lwr_dynamics("newton-euler")).worst <= TOLERANCE
+    assert audit(run, lwr_dynamics("newton-euler")).worst_energy <= TOLERANCE
     assert metrics(run, lwr()).within_limits
     assert run.events == ()
 

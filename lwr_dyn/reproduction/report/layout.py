@@ -51,7 +51,12 @@ def parts_of(page: Page) -> list[Part]:
         ("errata", "Errata", "Errata", _errata(page)),
         *((anchor("section", s.id), s.title, s.title, section_html(s)) for s in page.sections),
         ("checks", "Cross-checks", "Cross-checks", [checks_html(page.checks)] if page.checks else []),
-        ("audit", "Energy audit", "Energy audit", [checks_html(page.audit)] if page.audit else []),
+        (
+            "audit",
+            "Audit",
+            "Audit of the runs: energy and inverse dynamics",
+            [checks_html(page.audit)] if page.audit else [],
+        ),
         ("files", "Files", "Files and versions", _files(page)),
     ]
     return [("summary", "Summary", "Summary", _summary(page)), *(part for part in parts if part[-1])]
