@@ -6,8 +6,6 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.audit.sensitivity.simulated_task import JOINT_MOVE, controller_of
-from lwr_dyn.audit.study_tasks import study_tasks
 from lwr_dyn.control.controllers import CONTROLLERS, make_controller
 from lwr_dyn.control.protocol import describe, label_of
 from lwr_dyn.registry import options_of
@@ -36,9 +34,11 @@ def variants():
 
 def study_controllers():
     """Every controller of the package's studies, on one arm."""
-    for task in (*study_tasks().values(), JOINT_MOVE):
+    simulated_task = pytest.importorskip("lwr_dyn.audit.sensitivity.simulated_task", reason="audit is optional")
+    study_tasks = pytest.importorskip("lwr_dyn.audit.study_tasks").study_tasks
+    for task in (*study_tasks().values(), simulated_task.JOINT_MOVE):
         for choice in task.controllers:
-            yield controller_of(ARM, choice, B)
+            yield simulated_task.controller_of(ARM, choice, B)
 
 
 @pytest.mark.parametrize("source", [variants, study_controllers])
