@@ -79,17 +79,19 @@ def stability_lines(arm: Arm, judged: Mapping[str, SampledStability] | None) -> 
         return []
     box, path = judged["in_box"], judged["along_reference"]
     lines = [
-        f"note: sampled at {sampling_text(box.sampling)} this loop is unstable at rest in {box.share_text} of the joint"
-        f" box ({box.poses} poses), most at {pose_text(box.worst, arm)}, {box.radius:.3g}-fold a sample; it holds"
-        f" everywhere from {rate_text(box.least_rate)} on"
+        f"note: sampled at {sampling_text(box.sampling)}, this loop is unstable at rest in {box.share_text} of the"
+        f" joint box ({box.poses} poses); {_worst(arm, box)}; from {rate_text(box.least_rate)} on it holds in all of them"
     ]
     if box.unknown_limits:
         lines.append(f"note: {unknown_text(box)}")
     if path.holds:
         return [*lines, f"note: at the poses of this reference ({path.poses} of them) it is stable"]
-    worst = f"most at {pose_text(path.worst, arm)}, {path.radius:.3g}-fold a sample"
-    where = f"at {path.unstable} of {path.poses} poses of this reference it is unstable, {worst}"
-    return [*lines, f"note: {where}; it chatters there; from {rate_text(path.least_rate)} on it holds"]
+    where = f"at {path.unstable} of {path.poses} poses of this reference it is unstable and chatters"
+    return [*lines, f"note: {where}; {_worst(arm, path)}; from {rate_text(path.least_rate)} on it holds there"]
+
+
+def _worst(arm: Arm, found: SampledStability) -> str:
+    return f"worst found at {pose_text(found.worst, arm)}, where a deviation grows {found.radius:.3g}-fold a sample"
 
 
 def stability_record(judged: Mapping[str, SampledStability] | None) -> dict[str, Any] | None:

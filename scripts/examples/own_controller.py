@@ -9,6 +9,7 @@ import numpy as np
 
 import lwr_dyn
 from lwr_dyn.files import make_folder
+from lwr_dyn.simulation.audit import audit_words
 from lwr_dyn.simulation.metrics import metrics
 
 
@@ -32,7 +33,7 @@ def main(arguments: list[str] | None = None) -> None:
     run.save(options.out)
     errors = metrics(run, arm)
     tip = f"tip error ({errors.caveat}) at most {errors.tip_max_mm:.4f} mm"
-    print(f"{tip}, energy audit {run.meta['audit']['residual']:.1e} J")
+    print(f"{tip}, audit {audit_words(run.audit)}")
     print(f"wrote {options.out}; see it:  lwr-dyn replay {options.out} --html {options.out.with_suffix('.html')}")
 
 
