@@ -78,9 +78,10 @@ def stability_lines(arm: Arm, judged: Mapping[str, SampledStability] | None) -> 
     if judged is None or all(found.holds for found in judged.values()):
         return []
     box, path = judged["in_box"], judged["along_reference"]
+    share = f"{box.share_text} of the joint box ({box.poses} poses)"
     lines = [
-        f"note: sampled at {sampling_text(box.sampling)}, this loop is unstable at rest in {box.share_text} of the"
-        f" joint box ({box.poses} poses); {_worst(arm, box)}; from {rate_text(box.least_rate)} on it holds in all of them"
+        f"note: sampled at {sampling_text(box.sampling)}, this loop is unstable at rest in {share}; {_worst(arm, box)};"
+        f" from {rate_text(box.least_rate)} on it holds in all of them"
     ]
     if box.unknown_limits:
         lines.append(f"note: {unknown_text(box)}")

@@ -86,12 +86,12 @@ def inverse_dynamics_words(record: Mapping[str, Any]) -> str:
 
 
 def audit_words(record: Mapping[str, Any]) -> str:
-    """An audit's record in short: verdict, residuals of energy and inverse dynamics; empty without a verdict."""
+    """An audit's record in short: closed to what, or the residuals that are too large; empty without a verdict."""
     if "closed" not in record:
         return ""
-    road = record["inverse_dynamics"]
-    motion = "not judged" if road is None else f"{road['residual']:.1e} N m"
-    return f"{_verdict(record['closed'])}: energy {record['residual']:.1e} J, inverse dynamics {motion}"
+    road, name = record["inverse_dynamics"], "tolerance" if record["closed"] else "residual"
+    motion = "inverse dynamics not judged" if road is None else f"{road[name]:.0e} N m"
+    return f"{_verdict(record['closed'])}, {name} {record[name]:.0e} J, {motion}"
 
 
 def _verdict(closed: bool) -> str:

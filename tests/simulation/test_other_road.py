@@ -9,7 +9,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.control.controllers import make_controller
-from lwr_dyn.simulation.audit import TOLERANCE, audit, audit_lines
+from lwr_dyn.simulation.audit import TOLERANCE, audit, audit_lines, audit_words
 from lwr_dyn.simulation.other_road import other_engine, other_road, uneventful
 from lwr_dyn.simulation.plant import plant_of
 from lwr_dyn.simulation.simulate import simulate
@@ -189,3 +189,9 @@ def test_the_record_has_value_tolerance_and_verdict():
     energy, road = audit_lines(sound().audit)
     assert energy.endswith("J: closed to 1e-09 J")
     assert road.startswith("inverse dynamics by newton-euler at 200 of 500 samples: residual ")
+
+
+def test_an_audit_in_short():
+    assert audit_words(sound().audit) == "closed, tolerance 1e-09 J, 4e-08 N m"
+    assert audit_words(audit(replace(sound(), t=2 * sound().t)).to_json()).startswith("NOT closed, residual ")
+    assert audit_words({"residual": 1e-12}) == audit_words({}) == ""
