@@ -153,6 +153,16 @@ class OutsideLimitsError(LwrDynError, ValueError):
         self.arm, self.at, self.joint, self.excess, self.why = arm, at, joint, excess, why
 
 
+class SingularMassError(FaultError, ArithmeticError):
+    """Accelerations are not determined: `joint` (from 1) moves no inertia, so the mass matrix has no inverse."""
+
+    def __init__(self, joint: int) -> None:
+        super().__init__(
+            "forward dynamics", f"joint {joint} moves no inertia", "mass or a rotor at or beyond each joint"
+        )
+        self.joint = joint
+
+
 class SingularArmError(LwrDynError, ArithmeticError):
     """Joint rates are not determined: the arm is singular at row `index` of a path; `why` names the alignment."""
 

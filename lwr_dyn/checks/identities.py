@@ -13,8 +13,8 @@ from scipy.integrate import DOP853
 from lwr_dyn.arrays import Array
 from lwr_dyn.checks.verdict import Verdict
 from lwr_dyn.dynamics.newton_euler import Recursion
-from lwr_dyn.dynamics.protocol import Dynamics, mechanical_energy
-from lwr_dyn.errors import ShapeError
+from lwr_dyn.dynamics.protocol import Dynamics, mechanical_energy, singular_joint
+from lwr_dyn.errors import ShapeError, SingularMassError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind
 from lwr_dyn.model.vectors import Vector
@@ -96,24 +96,6 @@ def mass_matrix_identities(dynamics: Dynamics, states: States) -> list[Verdict]:
         Verdict("B smallest eigenvalue", smallest, 0.0, "kg m^2", "above"),
         Verdict("B column i = NE(q, 0, e_i) - g", relative(B, np.swapaxes(columns, -1, -2)), EXACT, "relative"),
     ]
-
-
-def singular_joint(B: Array) -> int | None:
-    """The joint (0-based) at which a mass matrix of the batch (k, n, n) has no inverse; None where all have one.
-
-    Each matrix is scaled to a diagonal of ones, so that a light finger on a heavy base is no fault: its smallest
-    eigenvalue is then at most `n` roundings, or an entry of the diagonal is not above 0, or one is not finite.
-    """
-    diagonal = np.diagonal(B, axis1=-2, axis2=-1)
-    bad = ~((diagonal > 0.0) & np.isfinite(B).all(axis=-1))
-    if bad.any():
-        return int(np.argmax(bad.any(axis=0)))
-    size = np.sqrt(diagonal)
-    values, vectors = np.linalg.eigh(B / (size[..., :, None] * size[..., None, :]))
-    worst = int(np.argmin(values[:, 0]))
-    if values[worst, 0] > B.shape[-1] * np.finfo(np.float64).eps:
-        return None
-    return int(np.argmax(np.abs(vectors[worst, :, 0])))
 
 
 def velocity_identities(dynamics: Dynamics, recursion: Recursion, states: States) -> list[Verdict]:
@@ -201,7 +183,7 @@ def _swing(dynamics: Dynamics, q: Array, dq: Array, seconds: float) -> tuple[flo
         while solver.status == "running" and solver.nfev < EVALUATIONS:
             solver.step()
             states.append(solver.y)
-    except ShapeError:  # a state that is not finite
+    except (ShapeError, SingularMassError):  # a state that is not finite
         return float("nan"), float(solver.t)
     if solver.status == "failed":
         return float("nan"), float(solver.t)

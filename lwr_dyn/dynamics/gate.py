@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from lwr_dyn.arrays import Array, joint_array, same_batch
-from lwr_dyn.dynamics.protocol import Dynamics
+from lwr_dyn.dynamics.protocol import Dynamics, singular_joint
+from lwr_dyn.errors import SingularMassError
 
 Ungated = TypeVar("Ungated", covariant=True)
 Call = Callable[..., Any]
@@ -61,11 +62,28 @@ class Gated(Generic[Ungated]):
         for function, (arguments, axes) in FUNCTIONS.items():
             single: Call = getattr(ungated, function)
             each = _one_by_one(single) if batched is None else getattr(batched, function)
+            if function == "forward_dynamics":
+                each = self._determined(each)
             gated = _checked(each, arguments, n, axes)
             if batched is None and axes and function not in slow:  # a result without axes is no array
                 gated = _FAST[len(arguments)](single, gated, (n,), function == "mass_matrix")
             gated.__name__, gated.__doc__ = function, getattr(Dynamics, function).__doc__
             setattr(self, function, gated)
+
+    def _determined(self, forward: Call) -> Call:
+        """Forward dynamics that raises `SingularMassError` where the accelerations are not determined."""
+
+        def determined(q: Array, dq: Array, tau: Array) -> Any:
+            try:
+                ddq = forward(q, dq, tau)
+            except np.linalg.LinAlgError:
+                ddq = np.array(np.nan)
+            joint = None if np.isfinite(ddq).all() else singular_joint(self.mass_matrix(q).reshape(-1, self.n, self.n))
+            if joint is not None:
+                raise SingularMassError(joint + 1)
+            return ddq
+
+        return determined
 
     def __repr__(self) -> str:
         return f"<engine {self.name}, {self.n} joints>"

@@ -84,3 +84,21 @@ def mechanical_energy(dynamics: Dynamics, q: Array, dq: Array) -> Array:
         return np.array([single(x, v) for x, v in zip(q, dq, strict=True)])
     B = dynamics.mass_matrix(q)
     return np.asarray(np.einsum("ki,kij,kj->k", dq, B, dq) / 2 + dynamics.potential_energy(q))
+
+
+def singular_joint(B: Array) -> int | None:
+    """The joint (0-based) at which a mass matrix of the batch (k, n, n) has no inverse; None where all have one.
+
+    Each matrix is scaled to a diagonal of ones, so that a light finger on a heavy base is no fault: its smallest
+    eigenvalue is then at most `n` roundings, or an entry of the diagonal is not above 0, or one is not finite.
+    """
+    diagonal = np.diagonal(B, axis1=-2, axis2=-1)
+    bad = ~((diagonal > 0.0) & np.isfinite(B).all(axis=-1))
+    if bad.any():
+        return int(np.argmax(bad.any(axis=0)))
+    size = np.sqrt(diagonal)
+    values, vectors = np.linalg.eigh(B / (size[..., :, None] * size[..., None, :]))
+    worst = int(np.argmin(values[:, 0]))
+    if values[worst, 0] > B.shape[-1] * np.finfo(np.float64).eps:
+        return None
+    return int(np.argmax(np.abs(vectors[worst, :, 0])))

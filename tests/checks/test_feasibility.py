@@ -7,9 +7,11 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.checks.feasibility import at_rest, feasibility_verdicts, missing_mass, not_judged
-from lwr_dyn.checks.identities import EVALUATIONS, box_note, random_states, sampled_box, singular_joint, swing_verdict
+from lwr_dyn.checks.identities import EVALUATIONS, box_note, random_states, sampled_box, swing_verdict
 from lwr_dyn.checks.run_checks import check_arm
 from lwr_dyn.dynamics.newton_euler import newton_euler_dynamics
+from lwr_dyn.dynamics.protocol import singular_joint
+from lwr_dyn.errors import SingularMassError
 from lwr_dyn.model.chain import with_payload
 
 RANGE = 'lower="-1" upper="1"'
@@ -132,6 +134,14 @@ def test_a_light_finger_on_a_heavy_base_is_no_singular_mass_matrix():
     assert singular_joint(B) is None
     assert singular_joint(np.array([[[2.0, 2.0], [2.0, 2.0]]])) in (0, 1)
     assert singular_joint(np.array([[[2.0, 0.0], [0.0, np.nan]]])) == 1
+
+
+@pytest.mark.parametrize("engine", ["pinocchio", "newton-euler"])
+def test_forward_dynamics_names_the_joint_that_moves_no_inertia(tmp_path, engine):
+    dynamics = lwr_dyn.dynamics_of(lwr_dyn.load(written(tmp_path, "zeros at the end")), engine)
+    for q in (np.zeros(2), np.zeros((3, 2)), [0.0, 0.0]):
+        with pytest.raises(SingularMassError, match="joint 2 moves no inertia"):
+            dynamics.forward_dynamics(q, np.zeros(2), np.ones(2))
 
 
 def test_a_swing_that_would_take_minutes_ends_and_says_when(tmp_path):
