@@ -198,6 +198,18 @@ def kernels() -> tuple[str, bool]:
     return words, max(max(differences.values()) for differences in worst.values()) <= EXACT
 
 
+def foreign_arms() -> tuple[str, bool]:
+    """`check` on every URDF of the installed packages: no traceback, none over 30 s (a line each: foreign_arms.py)."""
+    from collections import Counter
+
+    from foreign_arms import BAD_KINDS, has_moving_joint, installed_urdfs, survey
+
+    outcomes = survey([path for path in installed_urdfs(sys.path[1:]) if has_moving_joint(path)], processes=2)
+    kinds = Counter(outcome.kind for outcome in outcomes)
+    words = ", ".join(f"{count} {kind}" for kind, count in kinds.most_common())
+    return f"{words}; longest {max(x.seconds for x in outcomes):.1f} s", not BAD_KINDS & set(kinds)
+
+
 def data_mutants() -> tuple[str, bool]:
     """Every numeric cell of every data file changed in four ways, one at a time; survivors: scripts/data_mutants.py."""
     from data_mutants import surveyed
@@ -240,6 +252,7 @@ LINES: dict[str, Line] = {
     "krl_large": krl_large,
     "recovery": recovery,
     "kernels": kernels,
+    "foreign_arms": foreign_arms,
     "data_mutants": data_mutants,
     "parity": parity,
     "core": core,

@@ -201,6 +201,8 @@ def _drake(actuator: ElementTree.Element, tag: str, where: str, file: str) -> fl
         return None
     text = elements[0].get("value", "")
     value = _float(text)
-    if not (math.isfinite(value) and value >= 0.0):
-        raise UrdfError(file, f"{where} <drake:{tag}> value", repr(text), "a finite number of at least 0")
+    reverses = tag == "gear_ratio"  # below 0 the rotor turns the other way round
+    if not (math.isfinite(value) and (reverses or value >= 0.0)):
+        allowed = "a finite number" if reverses else "a finite number of at least 0"
+        raise UrdfError(file, f"{where} <drake:{tag}> value", repr(text), allowed)
     return value

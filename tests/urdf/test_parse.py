@@ -70,7 +70,12 @@ def test_gravity_and_unknown_limits_are_read_from_our_own_header_only(tmp_path):
         ('iyy="1"', "", "link 'b' <inertia> iyy: missing; allowed: a number"),
         ('child link="b"', 'child link="z"', "joint 'j' <child>: 'z'; allowed: the name of a link of the file"),
         ('<link name="a"/>', '<link name="a"/><link name="a"/>', "link a: used twice; allowed: a name of its own"),
-        ("</robot>", DRAKE.replace("50", "-1"), "<drake:gear_ratio> value: '-1'; allowed: a finite number of at least"),
+        ("</robot>", DRAKE.replace("50", "inf"), "<drake:gear_ratio> value: 'inf'; allowed: a finite number"),
+        (
+            "</robot>",
+            DRAKE.replace("gear_ratio", "rotor_inertia").replace("50", "-1"),
+            "<drake:rotor_inertia> value: '-1'; allowed: a finite number of at least 0",
+        ),
     ],
 )
 def test_a_fault_names_its_element(tmp_path, old, new, message):

@@ -18,7 +18,7 @@ from lwr_dyn.model.chain import Chain, ChainLink
 from lwr_dyn.model.dh import Convention, DHRow, JointKind
 from lwr_dyn.model.spatial import Pose
 from lwr_dyn.papers.assembly import arm_from_paper
-from lwr_dyn.papers.schema import Paper
+from lwr_dyn.papers.schema import UNKNOWN, Paper
 from lwr_dyn.papers.units import to_si
 
 BLANK = "-"
@@ -127,12 +127,12 @@ def printed_rows(paper: Paper) -> tuple[DHRow, ...]:
 
 
 def _cells(column: Mapping[str, Any], shape: tuple[int, ...]) -> Array:
-    """A column as printed [SI], (n, *shape), NaN where a row is blank."""
+    """A column as printed [SI], (n, *shape), NaN where a row is blank or known in part."""
     rows, unit = column["values"], column["unit"]
     units = unit if isinstance(unit, list) else [unit] * len(rows)
     out = np.full((len(rows), *shape), np.nan)
     for i, (row, u) in enumerate(zip(rows, units, strict=True)):
-        if row != BLANK:
+        if row != BLANK and UNKNOWN not in np.array(row, dtype=object).ravel():
             out[i] = np.vectorize(lambda x, u=u: to_si(float(x), u), otypes=[float])(np.array(row, dtype=float))
     return out
 
@@ -143,7 +143,9 @@ def finest_digit(table: Mapping[str, Any]) -> float:
     >>> finest_digit({"values": [0.25, 0.1234], "unit": "m"})
     0.0001
     """
-    cells = [x for row in table["values"] if row != BLANK for x in np.ravel(np.array(row, dtype=object))]
+    cells = [
+        x for row in table["values"] if row != BLANK for x in np.ravel(np.array(row, dtype=object)) if x != UNKNOWN
+    ]
     exponents = [Decimal(repr(x)).normalize().as_tuple().exponent for x in cells]
     finest = min([e for e in exponents if isinstance(e, int)], default=0)
     unit = table["unit"][0] if isinstance(table["unit"], list) else table["unit"]

@@ -1,0 +1,40 @@
+"""A seeded share of the public arms through `check`: no traceback, none over the limit; outcomes are told apart."""
+
+import random
+import signal
+from pathlib import Path
+from types import SimpleNamespace
+
+import pinocchio as pin
+import pytest
+
+from scripts.foreign_arms import Done, check_file, has_moving_joint, installed_urdfs, survey, table
+
+PUBLIC = Path(pin.__file__).parents[4] / "share" / "example-robot-data"
+SHARE = 6
+ENDS = {
+    "refused": Done(2, "", "lwr-dyn: arm.urdf: tree: two roots; allowed: one root\n", 0.1),
+    "crashed": Done(3, "", "Traceback: ValueError: x\n", 0.1),
+    "over the limit": Done(-signal.SIGXCPU, "", "", 30.1),
+    "fails": Done(1, '{"verdicts": [{"name": "B symmetric", "holds": false}]}', "", 0.1),
+    "holds": Done(0, '{"verdicts": []}', "", 0.1),
+}
+
+
+def test_a_seeded_share_of_the_public_arms_ends_with_a_verdict_or_one_line(capsys):
+    arms = [path for path in installed_urdfs([PUBLIC]) if has_moving_joint(path)]
+    outcomes = survey(random.Random(20261122).sample(arms, SHARE), processes=1)
+    assert {outcome.kind for outcome in outcomes} <= {"holds", "fails", "refused"}
+    assert max(outcome.seconds for outcome in outcomes) < 30.0
+    assert len(table(outcomes).splitlines()) > SHARE
+    assert len(capsys.readouterr().err.splitlines()) == SHARE
+
+
+@pytest.mark.parametrize("kind", ENDS)
+def test_outcomes_are_told_apart(kind, tmp_path):
+    path = tmp_path / "arm.urdf"
+    path.write_text("<robot", encoding="utf-8")
+    worker = SimpleNamespace(run=lambda arguments, limit: ENDS[kind])
+    outcome = check_file(path, worker)
+    assert outcome.kind == kind
+    assert "lwr-dyn" not in outcome.gist
