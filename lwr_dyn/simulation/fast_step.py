@@ -9,7 +9,7 @@ import numpy as np
 from lwr_dyn.arrays import Array
 from lwr_dyn.simulation.contact import ContactMode
 from lwr_dyn.simulation.events import HOLDING, TURN
-from lwr_dyn.simulation.flow import Flow
+from lwr_dyn.simulation.flow import Flow, held_by_stop
 from lwr_dyn.simulation.integrators import HeldStep, held_rk4
 
 
@@ -30,7 +30,7 @@ class FastStep:
         self._directional = plant.friction.directional
         self._mode: ContactMode | None = None
         self._step: HeldStep = lambda now, tau, after: 0.0
-        self.friction, self.work = np.zeros(n), 0.0
+        self.friction, self.work, self.on_stop = np.zeros(n), 0.0, np.zeros(n, dtype=bool)
 
     def take(self, now: Array, tau: Array, after: Array) -> bool:
         """The step from `now` into `after`, states (2, n) = (q, dq); False where it is refused: `after` is invalid."""
@@ -42,13 +42,18 @@ class FastStep:
                 return False
             if mode.all_at_rest:
                 after[:], self.work = now, 0.0
+                flow.stop_seconds += self._h * self.on_stop
                 return True
         self.work = self._step(now, tau, after)
         flow.evaluations += 4 * self._substeps
         # one comparison finds a limit that is passed, a speed that cannot be followed, and NaN
         np.less_equal(after, self._ceiling, out=self._below)
         np.greater_equal(after, self._floor, out=self._above)
-        return self._inside.tobytes() == self._all_inside and (self._plain or self._keeps(mode, tau, after))
+        if self._inside.tobytes() != self._all_inside or not (self._plain or self._keeps(mode, tau, after)):
+            return False
+        if mode.any_at_rest:
+            flow.stop_seconds += self._h * self.on_stop
+        return True
 
     def _adopt(self, mode: ContactMode) -> None:
         self._mode, self._accelerate = mode, mode.accelerator()
@@ -66,7 +71,8 @@ class FastStep:
         net = tau - friction
         holding = mode.holding_torque(q, dq, net, self._accelerate(q, dq, net))
         self._flow.evaluations += 1
-        self.friction = friction + mode.friction_part(holding)
+        by_friction = mode.friction_part(holding)
+        self.friction, self.on_stop = friction + by_friction, held_by_stop(holding, by_friction)
         return bool(((holding <= self._high) & (holding >= self._low)).all())
 
     def _keeps(self, mode: ContactMode, tau: Array, after: Array) -> bool:
@@ -77,7 +83,7 @@ class FastStep:
             return False
         if not mode.any_at_rest:
             return True
-        friction = self.friction
+        friction, on_stop = self.friction, self.on_stop
         stays = self._stays_at_rest(mode, after, tau)
-        self.friction = friction
+        self.friction, self.on_stop = friction, on_stop
         return stays

@@ -13,7 +13,7 @@ from lwr_dyn.model.run import Event
 from lwr_dyn.simulation.arm_friction import Mask
 from lwr_dyn.simulation.boxed_lcp import Sides
 from lwr_dyn.simulation.contact import ContactMode, contact_mode, impact, resolve_stick_slip
-from lwr_dyn.simulation.events import EventFunction, Interval, earliest, followable, possible_events
+from lwr_dyn.simulation.events import HOLDING, EventFunction, Interval, earliest, followable, possible_events
 from lwr_dyn.simulation.integrators import Integrator, Rates
 from lwr_dyn.simulation.plant import Plant
 
@@ -29,7 +29,7 @@ SPEED_ROUNDING = 1e-14
 
 @dataclass(slots=True, eq=False)
 class Flow:
-    """Advances a plant; it keeps the contact mode, the events, and the work of the stops [J]."""
+    """Advances a plant; it keeps the contact mode, the events, and what the stops did: work [J] and time [s]."""
 
     plant: Plant
     integrate: Integrator
@@ -38,13 +38,19 @@ class Flow:
     events: list[Event] = field(default_factory=list)
     friction: Array = field(init=False)  # tau_friction (n,) where the last interval began [N m]
     mode: ContactMode = field(init=False)  # set by `begin`
+    on_stop: Mask = field(init=False)  # joints that their stops held where the last interval began, (n,)
+    stop_seconds: Array = field(init=False)  # time in which they did, interval by interval (n,) [s]
     _begun: bool = field(init=False, default=False)
+
+    def __post_init__(self) -> None:
+        self.stop_seconds = np.zeros(self.plant.n)
 
     def advance(self, drive: Drive, t: float, y: Array, h: float) -> Array:
         """y(t + h), with every event in between."""
         end, n = t + h, self.plant.n
         barred, forced = np.zeros((2, n), dtype=bool)
         y = self.begin(drive, t, y)
+        self.stop_seconds += h * self.on_stop
         for _ in range(MOST_EVENTS):
             interval = Interval(self.integrate, self._rates(drive), t, end - t, y)
             after = interval.later(end - t)
@@ -69,6 +75,7 @@ class Flow:
     def begin(self, drive: Drive, t: float, y: Array) -> Array:
         """The state at the start of an interval, impacts done; its contact mode and its friction torque are kept."""
         n = self.plant.n
+        self.on_stop = np.zeros(n, dtype=bool)
         if not np.isfinite(y).all():
             return y
         y = self._meet_stops(t, y)
@@ -77,7 +84,8 @@ class Flow:
         self.friction = self.mode.friction_torque(dq)
         if self.mode.any_at_rest:
             holding = self._holding_torque(q, dq, tau - self.friction)
-            self.friction = self.friction + self.mode.friction_part(holding)
+            by_friction = self.mode.friction_part(holding)
+            self.friction, self.on_stop = self.friction + by_friction, held_by_stop(holding, by_friction)
         return y
 
     def _torque(self, drive: Drive, t: float, y: Array) -> Array:
@@ -159,6 +167,11 @@ class Flow:
             dq[plant.friction.directional & (rate < 0.0) & (sides * dq <= -TIE * rate)] = 0.0
             dq[event.joint] = 0.0
         return y
+
+
+def held_by_stop(holding: Array, by_friction: Array) -> Mask:
+    """Joints whose holding torque (n,) [N m] friction alone does not give."""
+    return np.asarray(np.abs(holding - by_friction) > HOLDING)
 
 
 def _change(t: float, joint: int, old: int, new: int, at_stop: bool) -> Event:

@@ -74,7 +74,8 @@ def run_of(setup: Setup, log: Log, flow: Flow, meta: Mapping[str, Any]) -> Run:
         energy=mechanical_energy(setup.plant.dynamics, q, dq), work=log.work(),
         events=tuple(sorted(events, key=lambda event: event.t)), meta=meta, setup=setup,
     )  # fmt: skip
-    return replace(run, meta={**meta, "evaluations": flow.evaluations, "audit": audit(run).to_json()})
+    counted = {"evaluations": flow.evaluations, "at_stop_s": flow.stop_seconds.tolist()}
+    return replace(run, meta={**meta, **counted, "audit": audit(run).to_json()})
 
 
 def active_friction(t: Array, dq: Array, tau_friction: Array) -> list[Event]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lwr_dyn.arrays import Array, freeze_arrays
+from lwr_dyn.arrays import Array, fixed_array, freeze_arrays
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
 
@@ -43,12 +43,19 @@ class StopContacts:
 
 
 def stop_contacts(run: Run, arm: Arm) -> StopContacts:
-    """The stops that joints met in a run, by the limits of `arm`.
+    """The stops that joints met in a run.
 
-    The simulation gives a joint at its stop the limit itself, to the last bit: two such samples one after the other
-    are time at the stop. Runs without stops (`position_limits=False`) pass the limits and meet none.
+    The simulation counts the samples in which a stop holds a joint with a torque: a joint that stands at its limit by
+    itself, or that friction alone holds there, does not lean on it. In a run file without that count, two samples at a
+    limit of `arm`, to the last bit, one after the other, are time at the stop.
     """
-    at_limit = (run.q == arm.lower) | (run.q == arm.upper)
-    seconds = np.diff(run.t) @ (at_limit[:-1] & at_limit[1:])
     struck = [event.joint for event in run.events if event.kind == "stop"]
-    return StopContacts(arm.joint_names, seconds, tuple(struck.count(j) for j in range(run.n)))
+    return StopContacts(arm.joint_names, _seconds(run, arm), tuple(struck.count(j) for j in range(run.n)))
+
+
+def _seconds(run: Run, arm: Arm) -> Array:
+    counted = run.meta.get("at_stop_s")
+    if counted is not None:
+        return fixed_array("at_stop_s", counted, (run.n,))
+    at_limit = (run.q == arm.lower) | (run.q == arm.upper)
+    return np.asarray(np.diff(run.t) @ (at_limit[:-1] & at_limit[1:]))

@@ -8,10 +8,12 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.cli.run_report import run_record, run_text
+from lwr_dyn.errors import ShapeError
 from lwr_dyn.model.run import Event
 from lwr_dyn.simulation.metrics import RIGID, metrics
 from lwr_dyn.simulation.plant import arm_with_payload
 from lwr_dyn.simulation.stop_contacts import stop_contacts
+from lwr_dyn.trajectory.references.joint_moves import lspb_move
 from lwr_dyn.viewer.replay_page import page_data
 from lwr_dyn.viewer.replayed_runs import replayed_runs
 from tests.simulation.sample_runs import lwr
@@ -71,8 +73,30 @@ def test_an_impact_without_rest_is_said_too(leaning):
     assert (contacts.met, contacts.impacts[2], contacts.sentence()) == (True, 2, "joint_3 met its stop")
 
 
-def test_a_joint_that_starts_at_its_limit_and_leaves_has_met_no_stop(leaning):
-    run, arm = leaning(position_limits=False), lwr()
-    q = run.q.copy()
-    q[0, 0] = arm.upper[0]
-    assert not stop_contacts(replace(run, q=q), arm).met
+def test_a_joint_at_its_limit_that_nothing_presses_against_it_has_met_no_stop():
+    """The WAM's task starts with joint 2 at its limit, held there by friction until the motion draws it away."""
+    arm = lwr_dyn.load("wam7")
+    start = np.array([0.0, -2.0, 0.0, 1.6, 0.0, 0.0, 0.0])
+    assert start[1] == arm.lower[1]
+    move = lspb_move(arm, start, start + 0.5, duration=7.0, blend=1.0)
+
+    def contacts(payload):
+        controller = lwr_dyn.controller("pd-gravity", arm, own_gains=True)
+        run = lwr_dyn.simulate(arm, controller, move, substeps=2, duration=0.2, payload=payload)
+        assert (run.q[:50, 1] == arm.lower[1]).all()
+        return stop_contacts(run, arm)
+
+    assert not contacts(0.0).met
+    assert contacts(3.0).sentence() == "joint_2 on its stop for 0.2 s"
+
+
+def test_a_run_file_without_the_count_is_judged_by_its_positions(leaning):
+    run, arm = leaning(), lwr()
+    counted = stop_contacts(run, arm)
+    older = replace(run, meta={key: value for key, value in run.meta.items() if key != "at_stop_s"})
+    np.testing.assert_allclose(stop_contacts(older, arm).seconds, counted.seconds, atol=1.001e-3)
+    q = leaning(position_limits=False).q.copy()
+    q[0, 0] = arm.upper[0]  # it starts at a limit and leaves
+    assert stop_contacts(replace(older, q=q, events=()), arm).sentence() == ""
+    with pytest.raises(ShapeError, match="at_stop_s"):
+        stop_contacts(replace(run, meta={"at_stop_s": [1.0]}), arm)
