@@ -207,6 +207,6 @@ def _within(angle: float, low: float, up: float) -> bool:
 
 
 def _same_place(arc: EnvelopeArc, other: EnvelopeArc) -> bool:
-    """Whether two pieces of one circle, cut at each other's ends, are the same piece."""
+    """Whether two pieces of one circle are the same; both are cut where an end lies, as another arc begins there."""
     middle, there = ((each.start + each.end) / 2.0 for each in (arc, other))
     return arc.same_circle(other) and math.dist(arc.point(middle), other.point(there)) < BESIDE

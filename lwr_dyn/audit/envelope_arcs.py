@@ -58,7 +58,7 @@ class EnvelopeArc:
 
 
 def pieces(arc: EnvelopeArc, others: Sequence[EnvelopeArc]) -> list[EnvelopeArc]:
-    """The arc cut where it meets the circles of the others and the axis r = 0, and at the ends of others beside it."""
+    """The arc cut where it meets the circles of the others and the axis r = 0."""
     low, high = min(arc.start, arc.end), max(arc.start, arc.end)
     cuts = {low, high}
     for angle in [*_on_axis(arc), *(phi for other in others if other != arc for phi in _meetings(arc, other))]:
@@ -76,9 +76,7 @@ def _on_axis(arc: EnvelopeArc) -> list[float]:
 
 
 def _meetings(arc: EnvelopeArc, other: EnvelopeArc) -> list[float]:
-    """phi on `arc` where its circle meets the circle of `other`; the ends of `other` where both are one circle."""
-    if arc.same_circle(other):
-        return [other.start, other.end]
+    """phi on `arc` where its circle meets the circle of `other`; none where both are one circle."""
     dr, dz = other.centre[0] - arc.centre[0], other.centre[1] - arc.centre[1]
     apart = math.hypot(dr, dz)
     if apart < MEET or apart > arc.radius + other.radius + MEET or apart < abs(arc.radius - other.radius) - MEET:

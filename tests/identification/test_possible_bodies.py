@@ -9,7 +9,12 @@ from lwr_dyn.dynamics.regressor import INERTIAL, JOINT, body_parameters, chain_p
 from lwr_dyn.identification.least_squares import IDENTIFIED, NO_ERROR, NOT_EXCITED, ZERO, Estimate
 from lwr_dyn.identification.motion_fit import chain_base
 from lwr_dyn.identification.motion_tables import body_lines
-from lwr_dyn.identification.possible_bodies import judge_bodies, mass_matrix_columns, never_negative
+from lwr_dyn.identification.possible_bodies import (
+    _pseudo_inertia_weights,
+    judge_bodies,
+    mass_matrix_columns,
+    never_negative,
+)
 from lwr_dyn.model.chain import Body
 
 BOTH = pytest.mark.parametrize("robot", ["lwr4plus", "wam7"])
@@ -47,6 +52,18 @@ def least_of_a_point_mass(factors):
     if value(start) < -1e-9:
         return value(start)
     return minimize(value, start, method="Nelder-Mead", options={"xatol": 1e-7, "fatol": 1e-12}).fun
+
+
+def test_factors_as_weights_of_the_pseudo_inertia():
+    """Of a cloud of point masses: the sum of factors and parameters is the trace of weights and pseudo-inertia."""
+    rng = np.random.default_rng(3)
+    places, masses, factors = rng.normal(size=(6, 3)), rng.uniform(1, 2, 6), rng.normal(size=10)
+    points = np.column_stack([places, np.ones(6)])
+    pseudo_inertia = np.einsum("k,ki,kj->ij", masses, points, points)
+    total = sum(body_parameters(Body(m, place, np.zeros((3, 3)))) for m, place in zip(masses, places, strict=True))
+    weights = _pseudo_inertia_weights(factors)
+    assert np.trace(weights @ pseudo_inertia) == pytest.approx(factors @ total)
+    assert (weights == weights.T).all()
 
 
 @BOTH
