@@ -44,9 +44,9 @@ class ErrorFigures:
 class Metrics:
     """Position errors in mrad (mm for a sliding joint), velocity errors in mrad/s, the tip's in mm.
 
-    The errors of the tip are those of an arm with rigid links and joints: its real tip errs by more. A use is a peak
-    over its limit, NaN where the limit is unknown. Where a joint met its stop, the figures are not the controller's
-    alone; `caveat` says both in words.
+    The errors of the tip are those of an arm with rigid links and joints: what elastic joints add is not in them. A use
+    is a peak over its limit, NaN where the limit is unknown. Where a joint met its stop, the figures are not the
+    controller's alone; `caveat` says both in words.
     """
 
     position_mrad: ErrorFigures
