@@ -169,7 +169,8 @@ class _Intervals:
                 end = self.options.integrator()(rates, 0.0, start, 1.0).reshape(2, k, n)
                 ddq, B, net = self.motion(self.q, self.dq, 0.0)
         except (ShapeError, np.linalg.LinAlgError):
-            return np.full((2, k, n), np.nan)[0], np.full((k, n), np.nan)
+            unknown = np.full((k, n), np.nan)
+            return unknown, unknown
         free = B * ~self.rest[:, :, None] * ~self.rest[:, None, :]
         moving = np.einsum("kij,kj->ki", free, self.after_dq - end[1]) / self.h
         holding = np.where(self.at_limit, 0.0, net - np.einsum("kij,kj->ki", B, ddq))  # less the recorded friction
