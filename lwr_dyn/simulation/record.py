@@ -74,7 +74,7 @@ def run_of(setup: Setup, log: Log, flow: Flow, meta: Mapping[str, Any]) -> Run:
         energy=mechanical_energy(setup.plant.dynamics, q, dq), work=log.work(),
         events=tuple(sorted(events, key=lambda event: event.t)), meta=meta, setup=setup,
     )  # fmt: skip
-    counted = {"evaluations": flow.evaluations, "at_stop_s": flow.stop_seconds.tolist()}
+    counted = {"evaluations": flow.evaluations, "at_stop_s": flow.stop_seconds.round(9).tolist()}
     return replace(run, meta={**meta, **counted, "audit": audit(run).to_json()})
 
 
