@@ -73,26 +73,45 @@ def judged_setup(setup: Setup) -> dict[str, SampledStability] | None:
         return None
 
 
+def not_judged_lines(setup: Setup) -> list[str]:
+    """That nothing is known of the sampled loop of a controller without a linear form, such as one from a file."""
+    if setup.options.continuous or isinstance(setup.controller, Linearised):
+        return []
+    return ["note: whether sampling makes this loop unstable is not judged: the controller has no linear_feedback(q)"]
+
+
 def stability_lines(arm: Arm, judged: Mapping[str, SampledStability] | None) -> list[str]:
     """What to know before the run; nothing where the loop is stable everywhere, or not judged."""
     if judged is None or all(found.holds for found in judged.values()):
         return []
     box, path = judged["in_box"], judged["along_reference"]
-    share = f"{box.share_text} of the joint box ({box.poses} poses)"
+    share = f"{box.unstable} of {box.poses} poses of the joint box"
+    if 0 < box.unstable < box.poses:
+        share = f"{box.share_text} of the joint box ({box.poses} poses)"
     lines = [
         f"note: sampled at {sampling_text(box.sampling)}, this loop is unstable at rest in {share}; {_worst(arm, box)};"
-        f" from {rate_text(box.least_rate)} on it holds in all of them"
+        f" {_from_rate(box)} in all of them"
     ]
     if box.unknown_limits:
         lines.append(f"note: {unknown_text(box)}")
     if path.holds:
         return [*lines, f"note: at the poses of this reference ({path.poses} of them) it is stable"]
-    where = f"at {path.unstable} of {path.poses} poses of this reference it is unstable and chatters"
-    return [*lines, f"note: {where}; {_worst(arm, path)}; from {rate_text(path.least_rate)} on it holds there"]
+    where = f"at {path.unstable} of {path.poses} poses of this reference it is unstable"
+    return [*lines, f"note: {where}; {_worst(arm, path)}; {_from_rate(path)} there"]
 
 
 def _worst(arm: Arm, found: SampledStability) -> str:
-    return f"worst found at {pose_text(found.worst, arm)}, where a deviation grows {found.radius:.3g}-fold a sample"
+    return f"worst found at {pose_text(found.worst, arm)}, where a deviation grows {_growth(found.radius)} a sample"
+
+
+def _from_rate(found: SampledStability) -> str:
+    if found.least_rate is None:
+        return f"{rate_text(None)} makes it hold"
+    return f"from {rate_text(found.least_rate)} on it holds"
+
+
+def _growth(radius: float) -> str:
+    return f"{radius:.3g}-fold" if radius >= 1.1 else f"by {100 * (radius - 1):.2g} %"
 
 
 def stability_record(judged: Mapping[str, SampledStability] | None) -> dict[str, Any] | None:

@@ -8,7 +8,7 @@ import click
 from lwr_dyn.cli.options import OneOf, load_robot, print_json, robot_options
 from lwr_dyn.cli.row_options import OptionRule, refuse_unused, row_options
 from lwr_dyn.cli.run_report import run_record, run_text
-from lwr_dyn.cli.sampled_text import judged_setup, stability_lines, stability_record
+from lwr_dyn.cli.sampled_text import judged_setup, not_judged_lines, stability_lines, stability_record
 from lwr_dyn.control.controller_file import faults_in
 from lwr_dyn.control.controllers import CONTROLLERS, make_controller
 from lwr_dyn.dynamics.engines import ENGINES, dynamics_of
@@ -96,7 +96,8 @@ def command(robot: str, reading: str | None, tip: str | None, locks: tuple[str, 
     setup = _setup(arm, robot, given)
     judged = judged_setup(setup)
     if not given["json"]:
-        click.echo("".join(f"{line}\n" for line in stability_lines(setup.plant.arm, judged)), nl=False, err=True)
+        lines = [*not_judged_lines(setup), *stability_lines(setup.plant.arm, judged)]
+        click.echo("".join(f"{line}\n" for line in lines), nl=False, err=True)
     run = _simulated(setup, given["controller"], out)
     if given["json"]:
         print_json({**run_record(run, arm), "sampled_loop": stability_record(judged)})

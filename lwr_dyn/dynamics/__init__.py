@@ -7,4 +7,5 @@ pinocchio_engine  road A; the only module that imports Pinocchio
 newton_euler      road B: B, C, g and U from the recursion
 recursion         the Newton-Euler recursion, for numbers and symbols
 regressor         torques as a linear function of the inertial parameters
+unknown_inertia   parameters that a source leaves open: refused where a torque depends on them
 """

@@ -17,5 +17,6 @@ record        Log, run_of: from the loop to the Run
 audit         audit: the change of energy against the work of the channels, and the verdicts in words
 other_road    other_road: the motion against the torques by the engine that did not compute it
 metrics       metrics: errors, and torques and speeds against their limits
+stop_contacts StopContacts: joints that met their position stops, and for how long they leaned on them
 swing         free_swing: the arm without torque
 """

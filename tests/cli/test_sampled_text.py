@@ -71,3 +71,20 @@ def test_the_words_of_a_sampling():
     assert sampling_text(Sampling(500.0)) == "500 Hz"
     assert sampling_text(Sampling(500.0, 1)) == "500 Hz with a delay of 1 sample"
     assert stability_lines(lwr(), None) == []
+
+
+def test_gains_that_hold_at_no_rate_and_slow_growth_are_said(lwr_dyn_command):
+    hold = ("--task", "hold", "--from-deg", "0,30,0,-60,0,30,0", "--duration", "0.01")
+    box, path = notes(lwr_dyn_command("simulate", "lwr4plus", *hold, "--omega-n", "1", "--payload", "20")[2])
+    assert box.endswith("; no rate up to 1e+06 Hz makes it hold in all of them")
+    assert path.endswith("where a deviation grows by 0.33 % a sample; no rate up to 1e+06 Hz makes it hold there")
+
+
+def test_a_controller_without_a_linear_form_is_named_as_not_judged(lwr_dyn_command, tmp_path):
+    mine = str(tmp_path / "mine.py")
+    assert lwr_dyn_command("new", "controller", mine)[0] == 0
+    err = lwr_dyn_command("simulate", "lwr4plus", *HOLD, "--controller", mine)[2]
+    assert notes(err) == [
+        "note: whether sampling makes this loop unstable is not judged: the controller has no linear_feedback(q)"
+    ]
+    assert notes(lwr_dyn_command("simulate", "lwr4plus", *HOLD, "--controller", mine, "--continuous")[2]) == []
