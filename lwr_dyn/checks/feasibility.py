@@ -31,9 +31,11 @@ def feasibility_verdicts(arm: Arm) -> list[Verdict]:
     total = sum(float(np.linalg.norm(p)) for p in (*(j.origin.position for j in joints), flange.position))
     verdicts: list[Verdict] = []
     for index, (body, end) in enumerate(zip(arm.bodies(), ends, strict=True)):
-        for link in _written(arm, index, body):
-            if link.body is not None and not link.body.unknown and not is_weightless(link.body):
-                verdicts += _of_body(link.link, link.body, end, THICKNESS * total)
+        bodies = [(x.link, x.body) for x in _written(arm, index, body) if x.body is not None and not x.body.unknown]
+        heavy = [(name, part) for name, part in bodies if not is_weightless(part)]
+        points = [np.zeros(3), end, *(part.com for _, part in heavy)]
+        for name, part in heavy:
+            verdicts += _of_body(name, part, points, THICKNESS * total)
     return verdicts
 
 
@@ -52,8 +54,8 @@ def _same(a: Body, b: Body) -> bool:
     return a.mass == b.mass and np.array_equal(a.com, b.com) and np.array_equal(a.inertia_com, b.inertia_com)
 
 
-def _of_body(name: str, body: Body, end: Array, thickness: float) -> Iterable[Verdict]:
-    """The verdicts on one body whose link goes from the origin to `end`."""
+def _of_body(name: str, body: Body, points: Sequence[Array], thickness: float) -> Iterable[Verdict]:
+    """The verdicts on one body: `points` are its joints and the centres of the links that are welded to it."""
     first, second, third = principal_moments(body.inertia_com).tolist()
     if body.mass <= 0.0:
         return [Verdict(f"{name}: mass of a link with a tensor", body.mass, 0.0, "kg", "above")]
@@ -64,7 +66,7 @@ def _of_body(name: str, body: Body, end: Array, thickness: float) -> Iterable[Ve
         Verdict(f"{name}: smallest principal moment", first, 0.0, "kg m^2", "above"),
         Verdict(f"{name}: triangle inequality, I3 over I1 + I2, less 1", triangle, ROUNDING, "relative"),
     ]
-    reach = max(float(np.linalg.norm(body.com - p)) for p in (np.zeros(3), end)) + thickness
+    reach = max(float(np.linalg.norm(body.com - p)) for p in points) + thickness
     if reach > 0.0:
         gyration = float(np.sqrt(max(third, 0.0) / body.mass))
         verdicts.append(Verdict(f"{name}: radius of gyration over the link's reach", gyration / reach, 1.0, "ratio"))
