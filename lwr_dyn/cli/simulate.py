@@ -96,15 +96,19 @@ def command(robot: str, reading: str | None, tip: str | None, locks: tuple[str, 
     setup = _setup(arm, robot, given)
     judged = judged_setup(setup)
     if not given["json"]:
-        lines = [*not_judged_lines(setup), *stability_lines(setup.plant.arm, judged)]
-        click.echo("".join(f"{line}\n" for line in lines), nl=False, err=True)
+        _note(stability_lines(setup.plant.arm, judged))
     run = _simulated(setup, given["controller"], out)
     if given["json"]:
         print_json({**run_record(run, arm), "sampled_loop": stability_record(judged)})
         return
+    _note(not_judged_lines(setup))  # after the run: a file that fails gives its one line of error alone
     click.echo(run_text(run, arm))
     if out is not None:
         click.echo(f"wrote {out}; see it:  lwr-dyn replay {out} --html {out.removesuffix('.npz')}.html")
+
+
+def _note(lines: list[str]) -> None:
+    click.echo("".join(f"{line}\n" for line in lines), nl=False, err=True)
 
 
 OWN = [*command.params, TASK, CONTROLLER, *PLANT, *LOOP]
