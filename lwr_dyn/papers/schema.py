@@ -20,8 +20,7 @@ SEVERITIES = ("model", "result", "text")
 """What an erratum changes: the model or controller, a printed result only, or text only."""
 RESULTS = "results."
 """Start of the path of a patch to a paper's printed results, which `lwr_dyn.reproduction` applies."""
-UNKNOWN = "unknown"
-"""In place of a mass, a centre of mass or an inertia, or of one number in them, that the source does not give."""
+UNKNOWN = "unknown"  # in place of a mass, a centre of mass or an inertia, or of one number in them
 PER_JOINT = 0
 """In the shape of a row: one entry per joint."""
 SIDES = ("positive", "negative")
