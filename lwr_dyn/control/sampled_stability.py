@@ -225,4 +225,4 @@ def pose_text(q: Sequence[float] | Array, arm: Arm) -> str:
     """
     turning = [link.kind is JointKind.REVOLUTE for link in arm.chain.links]
     texts = [f"{round(np.degrees(x))}" if t else f"{x:.3g}m" for x, t in zip(q, turning, strict=True)]
-    return f"({' '.join(texts)}) deg"
+    return f"({' '.join(texts)}){' deg' if any(turning) else ''}"

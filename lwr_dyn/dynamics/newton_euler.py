@@ -57,7 +57,7 @@ class Recursion:
     def mass_matrix(self, q: Any) -> Any:
         """B(q): all columns in one batch of unit accelerations."""
         columns = self._torque(ZERO, q[..., None, :], None, np.eye(len(self.links)))
-        return np.swapaxes(columns, -1, -2)
+        return _matrix(columns, q)
 
     def forward_dynamics(self, q: Any, dq: Any, tau: Any) -> Any:
         """ddq = B^-1 (tau - C dq - g), for numbers."""
@@ -70,11 +70,17 @@ class Recursion:
         q_row = q[..., None, :]
         both = self.velocity_torque(q_row, dq[..., None, :] + unit)
         columns = (both - self.velocity_torque(q, dq)[..., None, :] - self.velocity_torque(q_row, unit)) / 2
-        return np.swapaxes(columns, -1, -2)
+        return _matrix(columns, q)
 
     def potential_energy(self, q: Any) -> Any:
         """U(q)."""
         return potential_energy(self.links, self.gravity, [q[..., i] for i in range(len(self.links))])
+
+
+def _matrix(columns: Any, q: Any) -> Any:
+    """Columns as matrices (..., n, n), one for each q: of a single point mass on its axis no entry depends on q."""
+    shape = (*q.shape, q.shape[-1])
+    return np.swapaxes(columns if columns.shape == shape else np.broadcast_to(columns, shape), -1, -2)
 
 
 def _joined(scalars: Sequence[Scalar]) -> Any:

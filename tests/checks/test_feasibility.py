@@ -57,6 +57,7 @@ FILES = {
         joint("revolute", "b", "c", "0 1 0", "0.2 0 0.3", 'lower="-999999" upper="999999"'),
     ),
     "axes of any length": (link("base"), link("a", 1), link("b", 1), *(x.replace("1 0 0", "1e200 0 0") for x in TWO)),
+    "one point mass on its axis": (link("base"), link("a", 1, (0, 0, 0), "0 0 0"), joint("revolute", "base", "a")),
     "short axes": (link("base"), link("a", 1), link("b", 1), *(x.replace("1 0 0", "0 1e-160 0") for x in TWO)),
 }
 FAILS = {
@@ -66,6 +67,7 @@ FAILS = {
     "welded mass without inertia": ["tool: largest principal moment of a link with mass"],
     "no inertial at the end": ["b: mass that moves with the link and beyond it"],
     "zeros at the end": ["B smallest eigenvalue"],
+    "one point mass on its axis": ["a: largest principal moment of a link with mass", "B smallest eigenvalue"],
 }
 NOT_JUDGED = {
     "no inertial at the end": ["b: no <inertial>", "B, C, g, forward dynamics and free swing"],
@@ -73,6 +75,9 @@ NOT_JUDGED = {
     "zeros at the end": [
         "b: massless, by zeros or by no <inertial>",
         "forward dynamics and free swing: B has no inverse; to_b moves b and what is beyond it without inertia",
+    ],
+    "one point mass on its axis": [
+        "forward dynamics and free swing: B has no inverse; to_a moves a and what is beyond it without inertia",
     ],
     "none at all": ["masses and inertias are not given: no dynamics"],
     "mobile base": ["a: massless, by zeros or by no <inertial>"],
