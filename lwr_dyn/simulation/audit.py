@@ -35,8 +35,7 @@ class Audit:
     @property
     def worst_energy(self) -> float:
         """The largest of the gaps of the energy [J]."""
-        gaps = (self.residual, self.actuator_gap, self.energy_gap)
-        return float(np.max([gap for gap in gaps if gap is not None]))
+        return _largest(self.residual, self.actuator_gap, self.energy_gap)
 
     @property
     def worst(self) -> float:
@@ -61,11 +60,12 @@ class Audit:
 def audit_lines(record: Mapping[str, Any]) -> list[str]:
     """The energy and the inverse dynamics of an audit's record, each with its verdict, in one line each."""
     channels = ", ".join(f"{name} {value:.6g}" for name, value in record["channels"].items())
-    closed = record["residual"] <= record["tolerance"]
+    worst = _worst_energy(record)
+    closed = worst <= record["tolerance"]
     energy = f"energy: change {record['energy_change']:.6g} J; work [J]: {channels}; residual"
     hint = "" if closed else "; smaller steps (rate, substeps) leave less"
     verdict = f"{_verdict(closed)} to {record['tolerance']:.0e} J{hint}"
-    return [f"{energy} {record['residual']:.2g} J: {verdict}", inverse_dynamics_line(record)]
+    return [f"{energy} {worst:.2g} J: {verdict}", inverse_dynamics_line(record)]
 
 
 def inverse_dynamics_line(record: Mapping[str, Any]) -> str:
@@ -91,7 +91,18 @@ def audit_words(record: Mapping[str, Any]) -> str:
         return ""
     road, name = record["inverse_dynamics"], "tolerance" if record["closed"] else "residual"
     motion = "inverse dynamics not judged" if road is None else f"{road[name]:.0e} N m"
-    return f"{_verdict(record['closed'])}, {name} {record[name]:.0e} J, {motion}"
+    energy = record["tolerance"] if record["closed"] else _worst_energy(record)
+    return f"{_verdict(record['closed'])}, {name} {energy:.0e} J, {motion}"
+
+
+def _worst_energy(record: Mapping[str, Any]) -> float:
+    """As `Audit.worst_energy`, of an audit's record."""
+    return _largest(record["residual"], record["actuator_gap"], record["energy_gap"])
+
+
+def _largest(residual: float, *gaps: float | None) -> float:
+    """The residual or a larger gap, of those that were computed; NaN where one is."""
+    return float(np.max([residual, *(gap for gap in gaps if gap is not None)]))
 
 
 def _verdict(closed: bool) -> str:

@@ -12,7 +12,7 @@ from lwr_dyn.control.inverse_dynamics import InverseDynamics
 from lwr_dyn.dynamics.protocol import mechanical_energy
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.simulation import fast_step
-from lwr_dyn.simulation.audit import audit
+from lwr_dyn.simulation.audit import audit, audit_lines, audit_words
 from lwr_dyn.simulation.plant import arm_with_payload, arm_with_scaled_inertia
 from lwr_dyn.simulation.simulate import simulate
 from tests.simulation.sample_runs import MIDDLE, Sinusoids, joint_waves, lwr, lwr_dynamics, with_limits
@@ -167,6 +167,17 @@ def test_a_falsified_column(column):
     bent = np.array(getattr(run, column))
     bent[500:, 3] += 1e-3
     assert audit(replace(run, **{column: bent}), lwr_dynamics("newton-euler")).worst_energy > 10 * GAP
+
+
+def test_the_words_give_the_largest_gap_not_the_first():
+    run = sound()
+    bent = np.array(run.tau_applied)
+    bent[-100:, 3] += 1e-3
+    found = audit(replace(run, tau_applied=bent))
+    assert found.residual < 1e-9 < found.actuator_gap
+    energy = audit_lines(found.to_json())[0]
+    assert f"residual {found.actuator_gap:.2g} J: NOT closed" in energy
+    assert f"NOT closed, residual {found.actuator_gap:.0e} J" in audit_words(found.to_json())
 
 
 def test_nan_does_not_close():

@@ -33,7 +33,7 @@ def verdict(c: CruiseError) -> str:
     if c.stable:
         return "agrees" if c.holds else "DIFFERS"
     swing = f"{1e3 * c.least:.2f} to {1e3 * c.most:.2f} mrad, {c.slowest:.3f} to {c.fastest:.3f} rad/s"
-    return f"no steady cruise (net damping {c.net_damping:.2f}): {swing}, {c.sticks} stops"
+    return f"no steady cruise (net damping {c.net_damping:.2f}): {swing}, at rest {c.sticks} times"
 
 
 def findings(cruises: Sequence[CruiseError]) -> str:
