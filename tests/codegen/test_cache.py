@@ -20,11 +20,10 @@ from lwr_dyn.model.friction import symmetric
 ARM = lwr_dyn.load("lwr4plus")
 Q = np.full((3, 7), 0.3)
 ONE = """
-import sys, time, numpy as np, lwr_dyn
+import sys, numpy as np, lwr_dyn
 batch = lwr_dyn.batch_dynamics(lwr_dyn.load("lwr4plus"))
-start = time.perf_counter()
 g = batch.gravity_vector(np.full((3, 7), 0.3))
-print(time.perf_counter() - start, "numba" in sys.modules, "casadi" in sys.modules, g[0, 1])
+print("numba" in sys.modules, "casadi" in sys.modules, g[0, 1])
 """
 
 
@@ -47,18 +46,16 @@ def in_a_new_process(wait=True):
         return process
     out, err = process.communicate()
     assert process.returncode == 0, err
-    seconds, numba, casadi, value = out.split()
-    return float(seconds), numba == "True", casadi == "True", float(value)
+    numba, casadi, value = out.split()
+    return numba == "True", casadi == "True", float(value)
 
 
 def test_the_second_process_loads_the_kernel_of_the_first(folder):
     first = in_a_new_process()
     second = in_a_new_process()
-    assert first[0] < 5.0
-    assert second[0] < 0.3
-    assert first[1:3] == (True, True)
-    assert second[1:3] == (False, False)  # neither compiler is even imported
-    assert first[3] == second[3]
+    assert first[:2] == (True, True)
+    assert second[:2] == (False, False)  # neither compiler is even imported
+    assert first[2] == second[2]
     assert os.stat(folder).st_mode & 0o777 == 0o700
 
 
@@ -101,7 +98,7 @@ def test_two_processes_at_once_and_a_killed_one(folder):
     answers = [process.communicate()[0].split()[-1] for process in several[1:]]
     several[0].communicate()
     assert len(set(answers)) == 1
-    assert in_a_new_process()[0] < 0.3
+    assert in_a_new_process()[:2] == (False, False)
     assert len(list(folder.glob("*.kernel"))) == 1
 
 

@@ -171,7 +171,7 @@ def test_bad_input_is_named(kr30):
     compiled = compile_equations(kr30.equations)
     with pytest.raises(OptionError, match="none for m2; allowed: a number for each"):
         compiled.at({k: v for k, v in kr30.values.items() if k != "m2"})
-    with pytest.raises(ShapeError, match=r"q: shape \(3,\)"):
+    with pytest.raises(ShapeError, match="q: 3 numbers; allowed: 2 numbers, one per joint"):
         compiled.at(kr30.values).mass_matrix([0, 0, 0])
 
 
