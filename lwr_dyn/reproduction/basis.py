@@ -35,7 +35,7 @@ UNITS = np.array([sign * factor for sign in (1, -1) for factor in (1.0, 1e3, 1e-
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _World:
+class _Variants:
     """A case as it is, with other numbers, and with other letters; its numbers in the first ones, and its letters."""
 
     numbers: tuple[PaperCase, ...]
@@ -45,7 +45,7 @@ class _World:
     names: frozenset[tuple[str, ...]]
 
     @classmethod
-    def of(cls, case: PaperCase) -> "_World":
+    def of(cls, case: PaperCase) -> "_Variants":
         """Of a case, with errata applied."""
         numbers = (case, *(with_other_numbers(case, draw) for draw in range(DRAWS)))
         letters = (case, *(with_other_letters(case, turned) for turned in (False, True)))
@@ -68,7 +68,7 @@ def bases(study: PaperStudy, numbers: Sequence[ComparedNumber]) -> dict[str, str
     """
     found: dict[str, str] = {}
     seen: set[tuple[float, ...]] = set()
-    worlds: dict[frozenset[str], _World] = {}
+    variants: dict[frozenset[str], _Variants] = {}
     trials: dict[tuple[str, frozenset[str]], Mapping[str, list[Value]]] = {}
     for number in sorted(numbers, key=lambda n: n.block.derived):  # what is printed comes first
         formula = study.formulas.get(number.block.compute)
@@ -78,13 +78,13 @@ def bases(study: PaperStudy, numbers: Sequence[ComparedNumber]) -> dict[str, str
             found[number.cell.path] = stated
             continue
         applied = frozenset(number.applied)
-        if applied not in worlds:
-            worlds[applied] = _World.of(study.data.case(*applied, from_known_maxima=True))
+        if applied not in variants:
+            variants[applied] = _Variants.of(study.data.case(*applied, from_known_maxima=True))
         key = number.block.name, applied
         if key not in trials:
-            trials[key] = _trials(study, worlds[applied], number)
+            trials[key] = _trials(study, variants[applied], number)
         values = trials[key][number.cell.path]
-        found[number.cell.path] = _basis(number, values, worlds[applied], seen)
+        found[number.cell.path] = _basis(number, values, variants[applied], seen)
     return found
 
 
@@ -93,33 +93,33 @@ def _fitted(study: PaperStudy, applied: Collection[str]) -> set[str]:
     return {at for e in study.data.errata if e.id in applied for patch in e.patches for at in patch.fitted_to}
 
 
-def _trials(study: PaperStudy, world: _World, number: ComparedNumber) -> dict[str, list[Value]]:
+def _trials(study: PaperStudy, cases: _Variants, number: ComparedNumber) -> dict[str, list[Value]]:
     """Path of each cell of a block -> its value in each case."""
     symbolic = isinstance(number.value, ComparedExpression)
     columns = [
-        recomputed(study.formulas, case, number.block.name) for case in (world.letters if symbolic else world.numbers)
+        recomputed(study.formulas, case, number.block.name) for case in (cases.letters if symbolic else cases.numbers)
     ]
     return {cell.path: [values.get(cell.path, ("", None))[1] for values in columns] for cell in number.block.cells}
 
 
-def _basis(number: ComparedNumber, values: Sequence[Value], world: _World, seen: set[tuple[float, ...]]) -> str:
+def _basis(number: ComparedNumber, values: Sequence[Value], cases: _Variants, seen: set[tuple[float, ...]]) -> str:
     if isinstance(values[0], ComparedExpression):
-        return _of_expression([x.text if isinstance(x, ComparedExpression) else "" for x in values], world)
+        return _of_expression([x.text if isinstance(x, ComparedExpression) else "" for x in values], cases)
     if any(x is None or isinstance(x, ComparedExpression) for x in values):
         return COMPUTED  # with other numbers there is no solution
     trial = np.array(values, dtype=np.float64)
     still = STILL * float(last_digit(number.cell.printed))
     if np.ptp(trial) <= still:
         return STRUCTURAL if min(abs(trial[0] - x) for x in (0.0, 1.0, -1.0)) <= still else REPEATED
-    alike = np.abs(trial[:, None, None] - world.data[:, :, None] * UNITS) <= SAME * np.abs(trial)[:, None, None]
+    alike = np.abs(trial[:, None, None] - cases.data[:, :, None] * UNITS) <= SAME * np.abs(trial)[:, None, None]
     key = tuple(float(f"{x:.9g}") for x in trial)
     again = key in seen
     seen.add(key)
     return REPEATED if again or bool(alike.all(axis=0).any()) else COMPUTED
 
 
-def _of_expression(texts: Sequence[str], world: _World) -> str:
-    if tuple(texts) in world.names:
+def _of_expression(texts: Sequence[str], cases: _Variants) -> str:
+    if tuple(texts) in cases.names:
         return REPEATED
     if texts[0] == texts[1] and (texts[0] in ("0", "1", "-1") or texts[0] == texts[2]):
         return STRUCTURAL
