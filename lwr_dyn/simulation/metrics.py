@@ -69,14 +69,21 @@ class Metrics:
 
     @property
     def _inside(self) -> bool:
-        uses = np.concatenate([self.torque_use, self.speed_use])
-        cut = bool((self.saturated_s > 0.0).any())
-        return bool((uses[~np.isnan(uses)] <= 1.0).all() and (self.limit_margin >= 0.0).all() and not cut)
+        return not self._exceeded()
+
+    def _exceeded(self) -> list[str]:
+        """The limits that were not kept, in words: whose, and of what."""
+        cut = (self.torque_use > 1.0) | (self.saturated_s > 0.0)  # NaN, an unknown limit, is not above 1
+        beyond = {"position": ~(self.limit_margin >= 0.0), "speed": self.speed_use > 1.0, "torque": cut}
+        found = {
+            what: [j for j, bad in zip(self.stops.joints, each, strict=True) if bad] for what, each in beyond.items()
+        }
+        return [f"{what} of {', '.join(joints)}" for what, joints in found.items() if joints]
 
     @property
     def limits(self) -> str:
-        """Whether the limits were kept, in words: "kept", "NOT kept", or kept only by a stop."""
-        kept = "kept" if self._inside else "NOT kept"
+        """Whether the limits were kept, in words: kept, NOT kept with what and whose, or kept only by a stop."""
+        kept = "kept" if self._inside else f"NOT kept ({'; '.join(self._exceeded())})"
         if not self.stops.met:
             return kept
         return f"{kept}{' only by a stop' if self._inside else ''}: {self.stops.sentence()}"
