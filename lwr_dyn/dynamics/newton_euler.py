@@ -78,9 +78,13 @@ class Recursion:
 
 
 def _matrix(columns: Any, q: Any) -> Any:
-    """Columns as matrices (..., n, n), one for each q: of a single point mass on its axis no entry depends on q."""
-    shape = (*q.shape, q.shape[-1])
-    return np.swapaxes(columns if columns.shape == shape else np.broadcast_to(columns, shape), -1, -2)
+    """Columns as matrices (..., n, n), one for each q and each chain of a batch.
+
+    Of a single point mass on its axis no entry depends on q.
+    """
+    n = q.shape[-1]
+    batch = np.broadcast_shapes(columns.shape[:-2], q.shape[:-1])
+    return np.swapaxes(columns if columns.shape[:-2] == batch else np.broadcast_to(columns, (*batch, n, n)), -1, -2)
 
 
 def _joined(scalars: Sequence[Scalar]) -> Any:
