@@ -1,26 +1,20 @@
-"""Reading a URDF: our own comes back as it was, a foreign one as the format says, a broken one as one line."""
+"""Reading a URDF: our own comes back as it was, a foreign one as the format says."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
 
 import lwr_dyn
 from lwr_dyn.dynamics.newton_euler import newton_euler_dynamics
-from lwr_dyn.errors import FileAccessError, LwrDynError, MissingDataError, UnknownNameError, UrdfError
+from lwr_dyn.errors import MissingDataError, UrdfError
 from lwr_dyn.model.chain import Body, lock_joint
 from lwr_dyn.model.dh import JointKind
 from lwr_dyn.urdf.reader import read_urdf
 from lwr_dyn.urdf.writer import urdf_text
-from tests.arms import arms, random_arm
+from tests.arms import random_arm
 from tests.tolerances import EXACT, METRES
-
-
-def written(tmp_path, text, name="arm.urdf"):
-    path = tmp_path / name
-    path.write_text(text, encoding="utf-8")
-    return path
+from tests.urdf.small_files import LIMIT, LINK, joint, robot, written
 
 
 def close(a, b, scale=0.0):
@@ -77,26 +71,6 @@ def test_a_stand_in_is_unknown_only_under_our_own_header(tmp_path):
     assert read_urdf(written(tmp_path, edited)).limits[0].upper == 1.5
     foreign = text.replace("written by lwr_dyn", "written by somebody")
     assert read_urdf(written(tmp_path, foreign)).limits[0].effort == 1e9
-
-
-LINK = (
-    '<inertial><origin xyz="0.1 0 0.2" rpy="0.3 -0.2 0.1"/><mass value="2"/>'
-    '<inertia ixx="0.02" iyy="0.03" izz="0.04"/></inertial>'
-)
-LIMIT = '<limit lower="-2" upper="2" effort="9" velocity="3"/>'
-
-
-def joint(name, parent, child, kind="revolute", inside=LIMIT, axis="0 0 1"):
-    return (
-        f'<joint name="{name}" type="{kind}"><origin xyz="0.1 -0.2 0.3" rpy="0.4 0.5 -0.6"/><parent link="{parent}"/>'
-        f'<child link="{child}"/><axis xyz="{axis}"/>{inside}</joint>'
-    )
-
-
-def robot(*joints, **links):
-    """A URDF with the links given by name, each with what stands in it."""
-    described = [f'<link name="{name}">{inside}</link>' for name, inside in links.items()]
-    return "".join(['<robot name="r">', *described, *joints, "</robot>"])
 
 
 def test_zeros_on_a_welded_frame_say_nothing_about_the_link_that_carries_it(tmp_path):
@@ -232,90 +206,3 @@ def test_unknown_shapes_and_missing_meshes_do_not_matter(tmp_path, caplog):
     )
     assert read_urdf(written(tmp_path, robot(joint("j", "a", "b"), a=shapes, b=LINK + shapes))).n == 1
     assert not caplog.records
-
-
-ONE = robot(joint("j", "a", "b"), a="", b=LINK)
-TWO = robot(joint("j", "a", "b"), joint("k", "a", "c"), a="", b=LINK, c=LINK)
-BROKEN = {
-    "not XML": ("<robot", "XML"),
-    "undeclared namespace, no link": ('<robot name="r"><drake:x/></robot>', "0 links without a parent"),
-    "another root": ('<sdf name="r"/>', "<robot>"),
-    "no name": (ONE.replace(' name="r"', ""), "robot: no name"),
-    "empty": ('<robot name="r"/>', "one root"),
-    "only a link": (robot(a=LINK), "no moving joint"),
-    "link twice": (ONE.replace("</robot>", '<link name="a"/></robot>'), "link a: used twice"),
-    "joint twice": (TWO.replace('name="k"', 'name="j"'), "joint j: used twice"),
-    "link without a name": (ONE.replace('<link name="a">', "<link>"), "link 1: no name"),
-    "parent not there": (ONE.replace('parent link="a"', 'parent link="z"'), "'z'"),
-    "no child": (ONE.replace('<child link="b"/>', ""), "<child>: 'nothing'"),
-    "no type": (ONE.replace(' type="revolute"', ""), "no type"),
-    "floating": (ONE.replace("revolute", "floating"), "type floating"),
-    "unknown type": (ONE.replace("revolute", "ball"), "type ball"),
-    "no axis": (ONE.replace('axis xyz="0 0 1"', 'axis xyz="0 0 0"'), "<axis>"),
-    "two numbers": (ONE.replace("0.1 -0.2 0.3", "0.1 -0.2"), "3 finite numbers"),
-    "nan": (ONE.replace("0.4 0.5", "nan 0.5"), "3 finite numbers"),
-    "word": (ONE.replace('mass value="2"', 'mass value="two"'), "'two'"),
-    "infinite mass": (ONE.replace('mass value="2"', 'mass value="inf"'), "finite number"),
-    "negative mass": (ONE.replace('mass value="2"', 'mass value="-2"'), "at least 0"),
-    "no mass": (ONE.replace('<mass value="2"/>', ""), "<mass> value: missing"),
-    "no moment": (ONE.replace('iyy="0.03"', ""), "iyy: missing"),
-    "limits crossed": (ONE.replace('lower="-2"', 'lower="3"'), "lower <= upper"),
-    "negative effort": (ONE.replace('effort="9"', 'effort="-9"'), "at least 0"),
-    "mimic": (ONE.replace("</joint>", '<mimic joint="x"/></joint>'), "mimics 'x'"),
-    "two ends": (TWO, "b, c"),
-    "two roots": (robot(joint("j", "a", "b"), a="", b=LINK, c=""), "2 links without a parent: a, c"),
-    "two parents": (robot(joint("j", "a", "c"), joint("k", "b", "c"), a="", b="", c=""), "carried by j and k"),
-    "loop": (robot(joint("j", "a", "b"), joint("k", "b", "a"), c="", a="", b=""), "loop through a, b"),
-    "rotor": (
-        ONE.replace('name="r"', 'name="r" xmlns:drake="https://drake.mit.edu/"').replace(
-            "</robot>",
-            '<transmission><joint name="j"/><actuator><drake:gear_ratio value="x"/></actuator></transmission></robot>',
-        ),
-        "gear_ratio",
-    ),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("case", BROKEN)
-def test_a_broken_file_is_one_line(tmp_path, case, caplog):
-    text, words = BROKEN[case]
-    with pytest.raises(UrdfError) as caught:
-        read_urdf(written(tmp_path, text))
-    message = str(caught.value)
-    assert message.startswith("arm.urdf: ")
-    assert words in message
-    assert "allowed" in message
-    assert "\n" not in message
-    assert not caplog.records
-
-
-def test_wrong_tips_and_locks_are_refused_with_the_known_names(tmp_path):
-    path = written(tmp_path, TWO)
-    with pytest.raises(UnknownNameError, match="known: a, b, c"):
-        read_urdf(path, tip="z")
-    with pytest.raises(UnknownNameError, match="known: j, k"):
-        read_urdf(path, tip="b", lock={"z": 0.0})
-    for value in (3.0, float("nan")):
-        with pytest.raises(UrdfError, match=r"from -2.0 to 2.0"):
-            read_urdf(path, tip="b", lock={"k": value})
-    with pytest.raises(UrdfError, match="no moving joint"):
-        read_urdf(path, tip="a")
-
-
-def test_files_that_cannot_be_read(tmp_path):
-    with pytest.raises(FileAccessError, match="no such file"):
-        read_urdf(tmp_path / "none.urdf")
-    with pytest.raises(FileAccessError, match="directory"):
-        read_urdf(tmp_path)
-    binary = tmp_path / "binary.urdf"
-    binary.write_bytes(b"\xff\xfe\x00\x01")
-    with pytest.raises(UrdfError):
-        read_urdf(binary)
-
-
-@given(arms)
-def test_half_a_file_never_breaks_the_reader(tmp_path_factory, arm):
-    text = urdf_text(arm)
-    path = written(tmp_path_factory.getbasetemp(), text[: int(len(text) * 0.6)])
-    with pytest.raises(LwrDynError):
-        read_urdf(path)

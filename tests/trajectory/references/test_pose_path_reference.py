@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.errors import OptionError, PathLimitError, ShapeError, SingularArmError
+from lwr_dyn.errors import OptionError, PathLimitError, ShapeError
 from lwr_dyn.kinematics.branches import Branch
 from lwr_dyn.model.spatial import rot_x
 from lwr_dyn.trajectory.motion_profile import quintic
 from lwr_dyn.trajectory.path import path_of
-from lwr_dyn.trajectory.pose_path import constant_orientation, slerp, timed_pose_path
+from lwr_dyn.trajectory.pose_path import slerp, timed_pose_path
 from lwr_dyn.trajectory.references.arm_angles import FixedArmAngle
 from lwr_dyn.trajectory.references.ist import TOOL, ist_reference, timed_ist
 from lwr_dyn.trajectory.references.pose_path_reference import pose_path_reference
@@ -194,19 +194,6 @@ def test_a_branch_of_ones_own_is_kept():
     np.testing.assert_allclose(other.sample(np.linspace(0, 14, 50)).q[:, 3], -q[:, 3])
 
 
-def test_a_given_curve_out_of_reach_or_through_a_singularity_is_refused_with_its_place():
-    far = path_of([line((0.3, 0.3, 0.5), (0.3, 2.3, 0.5))])
-    own = FixedArmAngle(0.0, Branch(1, 1, 1))
-    with pytest.raises(PathLimitError, match=r"at t = 2 s, point .* 1\.\d+ m out of reach"):
-        pose_path_reference(ARM, timed_pose_path(far, constant_orientation(np.eye(3)), quintic(far.length, 2.0)), own)
-    # the tool points away from the elbow's line as the arm passes upright: the wrist stands on the axis of joint 1
-    over = path_of([line((-0.2, 0.0, 0.7), (0.2, 0.0, 0.7))])
-    with pytest.raises(SingularArmError, match=r"at t = 1 s, point \(0, 0, 0\.7\) m"):
-        pose_path_reference(
-            ARM, timed_pose_path(over, constant_orientation(np.eye(3)), quintic(over.length, 2.0)), own, limits=False
-        )
-
-
 def range_of_joint_7(upper):
     return replace(ARM, limits=(*ARM.limits[:6], replace(ARM.limits[6], lower=-upper, upper=upper)))
 
@@ -233,15 +220,6 @@ def test_a_joint_whose_range_is_wider_than_a_turn_does_not_jump_and_one_that_is_
     np.testing.assert_allclose(lwr_dyn.forward_kinematics(arm, inside.q), poses.at(inside.t).T, atol=POSE)
     with pytest.raises(PathLimitError, match="joint_7"):
         pose_path_reference(range_of_joint_7(np.pi), poses, angle)
-
-
-@pytest.mark.parametrize("arm_angle", [None, 0.0])
-def test_a_path_out_of_reach_is_refused_with_its_place(arm_angle):
-    path = path_of([line((0.3, 0.3, 0.5), (0.3, 2.3, 0.5))])
-    poses = timed_pose_path(path, constant_orientation(np.eye(3)), quintic(path.length, 2.0))
-    message = r"at t = 2 s, point \(0\.3, 2\.3, 0\.5\) m: the wrist is 1\.\d+ m out of reach"
-    with pytest.raises(PathLimitError, match=message):
-        pose_path_reference(ARM, poses, arm_angle)
 
 
 def test_bad_arm_angles_arms_and_times_are_refused():

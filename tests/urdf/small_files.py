@@ -1,0 +1,26 @@
+"""URDF files written by tests: a robot with one or two joints, link by link."""
+
+LINK = (
+    '<inertial><origin xyz="0.1 0 0.2" rpy="0.3 -0.2 0.1"/><mass value="2"/>'
+    '<inertia ixx="0.02" iyy="0.03" izz="0.04"/></inertial>'
+)
+LIMIT = '<limit lower="-2" upper="2" effort="9" velocity="3"/>'
+
+
+def joint(name, parent, child, kind="revolute", inside=LIMIT, axis="0 0 1"):
+    return (
+        f'<joint name="{name}" type="{kind}"><origin xyz="0.1 -0.2 0.3" rpy="0.4 0.5 -0.6"/><parent link="{parent}"/>'
+        f'<child link="{child}"/><axis xyz="{axis}"/>{inside}</joint>'
+    )
+
+
+def robot(*joints, **links):
+    """A URDF with the links given by name, each with what stands in it."""
+    described = [f'<link name="{name}">{inside}</link>' for name, inside in links.items()]
+    return "".join(['<robot name="r">', *described, *joints, "</robot>"])
+
+
+def written(tmp_path, text, name="arm.urdf"):
+    path = tmp_path / name
+    path.write_text(text, encoding="utf-8")
+    return path
