@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
-from lwr_dyn.errors import FileAccessError, OptionError, UnknownNameError
-from lwr_dyn.files import ends_in
+from lwr_dyn.errors import OptionError
 from lwr_dyn.registry import Registry, Row
 
 if TYPE_CHECKING:
@@ -22,7 +20,6 @@ if TYPE_CHECKING:
     from lwr_dyn.krl.kuka_units import KukaUnits
     from lwr_dyn.model.arm import Arm
     from lwr_dyn.model.run import Reference, Run
-    from lwr_dyn.papers.schema import Paper
 
 FUNCTIONS: Registry[Callable[..., Any]] = Registry(
     "function",
@@ -86,34 +83,9 @@ def load(
     >>> load("lwr4plus").n, load("lwr4plus", lock={"joint_3": 0.0}).n
     (7, 6)
     """
+    from lwr_dyn.loading import load_with_paper
+
     return load_with_paper(robot, reading, tip=tip, lock=lock)[0]
-
-
-def load_with_paper(
-    robot: str | Path, reading: str | None = None, *, tip: str | None = None, lock: Mapping[str, float] | None = None
-) -> tuple[Arm, Paper | None]:
-    """As `load`, with the paper that the arm comes from; None for a `.urdf`."""
-    name = str(robot)
-    if "\0" in name:
-        raise FileAccessError(repr(name), "a null character", "a robot's name or a path")
-    options = ({"tip": tip} if tip else {}) | ({"lock": dict(lock)} if lock else {})
-    if ends_in(name, ".urdf", ".xacro"):
-        from lwr_dyn.urdf.reader import read_urdf
-
-        if reading is not None:
-            raise UnknownNameError("reading of a URDF", reading, ())
-        arm = read_urdf(name, tip=tip, lock=lock)
-        return replace(arm, file=str(Path(name).resolve()), loaded_with=options), None
-    if tip is not None:
-        raise OptionError("tip", f"given for {name}", "only with a .urdf file")
-    from lwr_dyn.papers import assembly, catalog
-
-    paper = catalog.open_paper(name, reading)
-    arm = assembly.arm_from_paper(paper)
-    for joint, value in (lock or {}).items():
-        arm = arm.with_locked_joint(joint, value)
-    file = str(Path(name).resolve()) if ends_in(name, ".toml") else ""
-    return replace(arm, file=file, loaded_with=options), paper
 
 
 def urdf_text(arm: Arm) -> str:
@@ -230,6 +202,7 @@ def replay(runs: Run | Sequence[Run], path: str | Path, **options: Any) -> None:
 
     The arms are those that the runs name. Raises `FileAccessError`, `UnknownNameError` (a run of an unknown robot).
     """
+    from lwr_dyn.loading import arm_of
     from lwr_dyn.model.run import Run
     from lwr_dyn.viewer.replay_page import write_replay
 
@@ -237,14 +210,3 @@ def replay(runs: Run | Sequence[Run], path: str | Path, **options: Any) -> None:
         raise OptionError("runs", repr(runs), "a run or a list of runs, as simulate or Run.load give them")
     several = [runs] if isinstance(runs, Run) else list(runs)
     write_replay(path, several, [arm_of(run) for run in several], **options)
-
-
-def arm_of(run: Run) -> Arm:
-    """The arm of a run, from the run's record; raises as `load`, and `OptionError` when the run names none."""
-    robot, reading = run.meta.get("file") or run.meta.get("robot"), run.meta.get("reading")
-    if not isinstance(robot, str):
-        raise OptionError("run", "does not say of which robot it is", "a run made by simulate")
-    arm = load(robot, None if ends_in(robot, ".urdf") else reading, **run.meta.get("loaded_with", {}))
-    if arm.file and run.meta.get("digest") not in (arm.digest, None):
-        raise FileAccessError(arm.file, "has changed since the run was made", "the file as it was then")
-    return arm

@@ -8,7 +8,7 @@ import numpy as np
 
 from lwr_dyn.arrays import Array, joint_array, number_of
 from lwr_dyn.errors import OptionError, did_you_mean
-from lwr_dyn.front import load_with_paper
+from lwr_dyn.loading import load_with_paper
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind
 from lwr_dyn.papers.schema import Paper

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import click
 
-from lwr_dyn import front
+from lwr_dyn import loading
 from lwr_dyn.errors import FileAccessError, OptionError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
@@ -67,7 +67,7 @@ def command(
 
 def _arm_of(run: Run, path: Path) -> Arm:
     try:
-        return front.arm_of(run)
+        return loading.arm_of(run)
     except OptionError:
         fault, allowed = "does not say of which robot it is", "a run file of lwr-dyn simulate"
         raise FileAccessError(str(path), fault, allowed) from None

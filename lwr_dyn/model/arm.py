@@ -16,6 +16,7 @@ from lwr_dyn.arrays import Array
 from lwr_dyn.errors import MissingDataError, OptionError, UnknownNameError
 from lwr_dyn.model.chain import Body, Chain, lock_joint
 from lwr_dyn.model.dh import JointKind
+from lwr_dyn.model.drawing import Drawing
 from lwr_dyn.model.file_layout import FileLayout
 from lwr_dyn.model.friction import JointFriction, symmetric
 from lwr_dyn.model.spatial import Pose
@@ -53,27 +54,6 @@ class JointLimits:
         if self.viscous is None and self.coulomb is None:
             return None
         return symmetric(self.coulomb or 0.0, self.viscous or 0.0)
-
-
-@dataclass(frozen=True, slots=True)
-class DrawnCylinder:
-    """A cylinder drawn for a link, in its URDF frame (in a `Paper`: the frame of its DH row): ends, radius [m]."""
-
-    link: str
-    start: tuple[float, float, float]
-    end: tuple[float, float, float]
-    radius: float
-    colour: str
-
-
-@dataclass(frozen=True, slots=True)
-class Drawing:
-    """How the arm is drawn; the dynamics uses none of these numbers."""
-
-    pedestal: float = 0.0
-    radius: tuple[float, ...] = ()
-    cylinders: tuple[DrawnCylinder, ...] = ()
-    """The file's own shapes; if empty, shapes are derived from the joints."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,7 +108,7 @@ class Arm:
     title: str
     chain: Chain
     limits: tuple[JointLimits, ...]
-    drawing: Drawing = Drawing()
+    drawing: Drawing = Drawing()  # noqa: RUF009 # read-only
     ratings: Ratings = Ratings()
     mastering: tuple[float, ...] = ()
     """Joint positions of the maker's mastering pose [rad or m]; empty when not given."""

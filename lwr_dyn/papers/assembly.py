@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.model.arm import Arm, Drawing, DrawnCylinder, JointLimits, Ratings, Source
+from lwr_dyn.model.arm import Arm, JointLimits, Ratings, Source
 from lwr_dyn.model.chain import Body, Chain, ChainLink
 from lwr_dyn.model.dh import DHRow
+from lwr_dyn.model.drawing import Drawing, DrawnCylinder
 from lwr_dyn.model.spatial import Pose, from_rpy, steiner
 from lwr_dyn.papers.actuation import Part, actuation_parts, friction_per_direction, gains_of, rotor_of, transmission_of
 from lwr_dyn.papers.schema import UNKNOWN, Column, Paper

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.model.arm import DrawnCylinder
 from lwr_dyn.model.dh import Convention, JointKind
+from lwr_dyn.model.drawing import DrawnCylinder
 from lwr_dyn.papers.units import to_si
 
 SCHEMA = 1

@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 
 from lwr_dyn.errors import PaperError
-from lwr_dyn.model.arm import DrawnCylinder
 from lwr_dyn.model.chain import Body
+from lwr_dyn.model.drawing import DrawnCylinder
 from lwr_dyn.model.spatial import axis_to_z
 from lwr_dyn.papers.fields import Fields
 from lwr_dyn.papers.schema import KINDS, Solids

@@ -8,8 +8,8 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.errors import PaperError, RatingWarning
-from lwr_dyn.model.arm import DrawnCylinder
 from lwr_dyn.model.chain import with_payload
+from lwr_dyn.model.drawing import DrawnCylinder
 from lwr_dyn.model.spatial import principal_moments
 from lwr_dyn.papers.catalog import open_paper
 from lwr_dyn.papers.reader import parse_paper

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 
 import lwr_dyn
-from lwr_dyn.model.arm import Drawing
 from lwr_dyn.model.chain import joint_motion
+from lwr_dyn.model.drawing import Drawing
 from lwr_dyn.model.spatial import Pose
 from lwr_dyn.papers.catalog import template
 from lwr_dyn.urdf.geometry import COLOURS, floor_height, primitives
