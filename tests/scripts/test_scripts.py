@@ -1,5 +1,6 @@
 """Every worked example runs as a user runs it, prints what it promises, and writes to `out/` only."""
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -53,6 +54,14 @@ def test_data_mutants(tmp_path):
 @pytest.mark.parametrize("script", ["benchmark.py", "soak.py"])
 def test_a_long_script_lists_its_parts(script, tmp_path):
     assert "usage: " in run(SCRIPTS / script, ["--help"], tmp_path)
+
+
+def test_every_line_of_soak_loads_and_says_what_it_counts(tmp_path):
+    code = "import soak\nfor name in soak.LINES: assert soak.line_of(name).__doc__.endswith('.'), name\nprint('all')"
+    path = os.pathsep.join([str(SCRIPTS), str(SCRIPTS.parent)])
+    command = [sys.executable, "-c", code]
+    done = subprocess.run(command, cwd=tmp_path, env=os.environ | {"PYTHONPATH": path}, capture_output=True, text=True)
+    assert done.stdout == "all\n", done.stderr
 
 
 def test_no_example_is_left_out_and_none_is_long():

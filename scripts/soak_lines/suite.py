@@ -1,0 +1,36 @@
+"""Counts that pytest makes, in full."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def properties() -> tuple[str, bool]:
+    """Every hypothesis property, 2000 examples each."""
+    environment = os.environ | {"LWR_DYN_HYPOTHESIS": "soak"}
+    command = [sys.executable, "-m", "pytest", "-q", "-m", "hypothesis", "tests"]
+    done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True)
+    return done.stdout.strip().splitlines()[-1], done.returncode == 0
+
+
+def krl() -> tuple[str, bool]:
+    """100 000 mutated KRL programs end in a diagnosis or a program."""
+    environment = os.environ | {"LWR_DYN_KRL_FUZZ": "100000"}
+    command = [sys.executable, "-m", "pytest", "-q", "tests/krl/test_fuzz.py"]
+    done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True)
+    return done.stdout.strip().splitlines()[-1], done.returncode == 0
+
+
+def core() -> tuple[str, bool]:
+    """All tests of the core in an environment of its own, from a built wheel, the optional packages deleted."""
+    from tests.custody.core_alone import EVERYTHING, FOLDERS, installed_core, run_tests
+
+    with tempfile.TemporaryDirectory() as folder:
+        process = run_tests(installed_core(Path(folder), EVERYTHING), Path(folder), FOLDERS)
+    return process.stdout.strip().splitlines()[-1], process.returncode == 0

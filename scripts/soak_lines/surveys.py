@@ -1,0 +1,30 @@
+"""Every foreign arm, and every number of every paper."""
+
+from __future__ import annotations
+
+import sys
+
+
+def foreign_arms() -> tuple[str, bool]:
+    """`check` on every URDF of the installed packages: no traceback, none over 30 s (a line each: foreign_arms.py)."""
+    from collections import Counter
+
+    from foreign_arms import BAD_KINDS, has_moving_joint, installed_urdfs, survey
+
+    outcomes = survey([path for path in installed_urdfs(sys.path[1:]) if has_moving_joint(path)], processes=2)
+    kinds = Counter(outcome.kind for outcome in outcomes)
+    words = ", ".join(f"{count} {kind}" for kind, count in kinds.most_common())
+    return f"{words}; longest {max(x.seconds for x in outcomes):.1f} s", not BAD_KINDS & set(kinds)
+
+
+def data_mutants() -> tuple[str, bool]:
+    """Every numeric cell of every data file changed in four ways, one at a time; survivors: scripts/data_mutants.py."""
+    from data_mutants import surveyed
+
+    from lwr_dyn.reproduction.study import studies
+    from tests.reproduction.mutants import mutants
+
+    surveys = {paper: surveyed(paper, list(mutants(paper)), 2) for paper in studies()}
+    missed = sum(len(one.missed) for one in surveys.values())
+    words = ", ".join(f"{paper} {one.share:.1%} of {len(one.fates)} seen" for paper, one in surveys.items())
+    return f"{words}; moved a number by more than its last digit unseen: {missed}", missed == 0
