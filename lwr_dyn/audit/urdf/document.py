@@ -1,0 +1,150 @@
+"""A URDF as written: links, joints and their places, which links a joint moves; faults of reading are findings."""
+
+import hashlib
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from lwr_dyn.audit.urdf.elements import JointElement, LinkElement, joint_of, link_of
+from lwr_dyn.audit.urdf.finding import UrdfFinding
+from lwr_dyn.audit.urdf.xacro_places import expand_with_places
+from lwr_dyn.audit.urdf.xml_tree import Place, XmlElement, XmlFaultError, read_tree
+from lwr_dyn.errors import FileAccessError
+from lwr_dyn.files import ends_in, read_bytes
+
+LARGEST_FILE = 50_000_000
+"""Bytes of a file."""
+NEEDED = "a readable .urdf or .xacro file"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class UrdfDocument:
+    """The contents of a file. It is compared and hashed by identity, so results for it can be cached."""
+
+    file: str
+    """Its name as given."""
+    path: Path
+    digest: str
+    """SHA-256 of the text; of a xacro, of what it expands to."""
+    root: XmlElement | None
+    """None where the file is no XML."""
+    links: tuple[LinkElement, ...]
+    joints: tuple[JointElement, ...]
+    faults: tuple[UrdfFinding, ...]
+    """Faults of reading."""
+    moved: frozenset[str]
+    """Links with a moving joint between the root and them."""
+    by_name: Mapping[str, LinkElement]
+    into: Mapping[str, JointElement]
+    """Child link -> the first joint that carries it."""
+    out_of: Mapping[str, tuple[JointElement, ...]]
+    """Parent link -> the joints that start there."""
+
+    def link(self, name: str) -> LinkElement | None:
+        """The first link of this name."""
+        return self.by_name.get(name)
+
+    def joint_into(self, name: str) -> JointElement | None:
+        """The joint that carries a link."""
+        return self.into.get(name)
+
+    def joints_from(self, name: str) -> tuple[JointElement, ...]:
+        """The joints that start at a link."""
+        return self.out_of.get(name, ())
+
+    @property
+    def roots(self) -> tuple[str, ...]:
+        """Links that no joint carries."""
+        return tuple(name for name in self.by_name if name not in self.into)
+
+    @property
+    def root_link(self) -> str | None:
+        """The one root of the tree; None where there is not exactly one."""
+        return self.roots[0] if len(self.roots) == 1 else None
+
+    @property
+    def moved_links(self) -> tuple[LinkElement, ...]:
+        """The links that move, in the file's order."""
+        return tuple(link for link in self.links if link.name in self.moved)
+
+
+def read_document(path: str | Path) -> UrdfDocument:
+    """A URDF or xacro file as a document; text that is no URDF makes a document with a finding and no links.
+
+    Raises
+    ------
+    FileAccessError
+        The file cannot be read, or is larger than 50 MB.
+    MissingPackageError
+        A xacro file, and xacro is not installed.
+    UrdfError
+        A xacro file that xacro refuses.
+    """
+    file, place = str(path), Path(path)
+    if "\0" in file:
+        raise FileAccessError(repr(file), "a null character", NEEDED)
+    if place.exists() and not place.is_file():
+        raise FileAccessError(file, "not a regular file", NEEDED)
+    is_xacro = ends_in(file, ".xacro")
+    content = expand_with_places(place).encode() if is_xacro else read_bytes(place, NEEDED, LARGEST_FILE)
+    return document_of(content, file, carried=is_xacro)
+
+
+def document_of(content: bytes | str, file: str, carried: bool = False) -> UrdfDocument:
+    """A URDF text as a document; `carried` as in `read_tree`."""
+    content = content.encode() if isinstance(content, str) else content
+    root, faults = None, []
+    try:
+        root = read_tree(content, file, carried)
+    except XmlFaultError as fault:
+        faults = [_not_xml(content, fault)]
+    elements = [] if root is None or root.tag != "robot" else root.children
+    links = tuple(link_of(x) for x in elements if x.tag == "link")
+    joints = tuple(joint_of(x) for x in elements if x.tag == "joint")
+    into: dict[str, JointElement] = {}
+    out_of: dict[str, tuple[JointElement, ...]] = {}
+    for joint in joints:
+        into.setdefault(joint.child, joint)
+        out_of[joint.parent] = (*out_of.get(joint.parent, ()), joint)
+    by_name = {link.name: link for link in reversed(links)}
+    by_name = {link.name: by_name[link.name] for link in links}
+    return UrdfDocument(
+        file, Path(file), hashlib.sha256(content).hexdigest(), root, links, joints, tuple(faults),
+        _moved(by_name, into, out_of), by_name, into, out_of,
+    )  # fmt: skip
+
+
+def _moved(
+    links: Iterable[str], into: Mapping[str, JointElement], out_of: Mapping[str, tuple[JointElement, ...]]
+) -> frozenset[str]:
+    """Links beyond a moving joint; of a loop, all that hangs on one of its moving joints."""
+    starts = [name for name in links if name not in into]
+    fixed, moved = set(starts), set[str]()
+    open_ends = [(name, False) for name in starts]
+    open_ends += [(joint.child, True) for joint in into.values() if joint.moves]
+    while open_ends:
+        name, moving = open_ends.pop()
+        for joint in out_of.get(name, ()):
+            moves = moving or joint.moves
+            reached = moved if moves else fixed
+            if joint.child not in reached and joint.child not in moved:
+                reached.add(joint.child)
+                open_ends.append((joint.child, moves))
+        if moving:
+            moved.add(name)
+    return frozenset(moved)
+
+
+def _not_xml(content: bytes, fault: XmlFaultError) -> UrdfFinding:
+    """The finding of a text that is no XML, or no UTF-8."""
+    why = "no program can read the file"
+    try:
+        content.decode("utf-8")
+    except UnicodeDecodeError as bad:
+        before = content[: bad.start]
+        line = before.count(b"\n") + 1
+        column = len(before[before.rfind(b"\n") + 1 :].decode("utf-8")) + 1
+        what = f"byte 0x{content[bad.start]:02x} is not UTF-8"
+        place = Place(fault.place.file, line, column)
+        return UrdfFinding(what, why, place, "", "save the file as UTF-8", code="xml-encoding")
+    return UrdfFinding(f"not XML: {fault.said}", why, fault.place, "", code="xml-syntax")
