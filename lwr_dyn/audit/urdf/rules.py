@@ -26,6 +26,19 @@ RULES: Registry[UrdfRule] = Registry(
     {
         # schema
         "root-tag": rule("schema_rules:root_tag", "error", "the outermost element is not <robot>"),
+        # shapes
+        "mesh-unreadable": rule("shape_rules:mesh_unreadable", "warning", "a mesh file that cannot be read"),
+        "shapes-differ": rule("shape_rules:shapes_differ", "warning", "visual and collision in different units"),
+        "bodies-apart": rule("shape_rules:bodies_apart", "warning", "bodies that do not meet at their joint"),
+        "joint-off-bodies": rule("shape_rules:joint_off_bodies", "warning", "a joint outside both its bodies"),
+        # mass, centre, inertia against the shapes
+        "density": rule("inertia_shape_rules:density", "warning", "mass over volume that no arm has"),
+        "centre-outside": rule("inertia_shape_rules:centre", "warning", "a centre of mass outside the shapes"),
+        "inertia-spread": rule("inertia_shape_rules:spread", "warning", "an inertia too wide or narrow for the shapes"),
+        "inertia-bound": rule("inertia_shape_rules:bound", "warning", "an inertia that no mass in the shapes has"),
+        "inertia-slip": rule("inertia_shape_rules:slip", "warning", "an inertia that one slip explains"),
+        # statics
+        "effort-weight": rule("static_rules:effort_against_weight", "warning", "effort against the weight to hold"),
     },
 )
 """In the order of their findings: schema, tree, joints, inertials, shapes, statics."""

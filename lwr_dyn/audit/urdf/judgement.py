@@ -1,0 +1,125 @@
+"""Each link's inertial held against the hull of its own shapes, with the slip that explains what is odd.
+
+One judgement serves all rules of mass, centre and inertia, so that one fault is named once.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+
+from lwr_dyn.arrays import Array
+from lwr_dyn.audit.urdf.bodies import Body, bodies_of
+from lwr_dyn.audit.urdf.document import UrdfDocument
+from lwr_dyn.audit.urdf.elements import InertialElement
+from lwr_dyn.audit.urdf.hulls import Hull
+from lwr_dyn.audit.urdf.measures import MassPoint, bound_ratio, log_distance, off_centre, outside, spread_ratios
+from lwr_dyn.audit.urdf.tree_poses import link_poses
+from lwr_dyn.audit.urdf.undoings import Undoing, as_written, centre_undoings, tensor_undoings
+
+USUAL_DENSITY = 800.0
+"""[kg/m^3] Where a file's own median does not lie between 100 and 5 000."""
+_LIGHT = 0.05
+"""[kg] Links below this do not count for the median: dummies and frames."""
+NAMED = 1.2
+"""A slip is named that shortens the distance of the logarithms by this; 0.6 to 1.2 is met on 11 of 163 good links."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Judgement:
+    """A link with mass and hull, and what the hull says of them.
+
+    Parameters
+    ----------
+    density : float [kg/m^3]
+        Mass over the volume of the hull.
+    usual : float [kg/m^3]
+        Median of the file's links.
+    ratios : (3,) array
+        Eigenvalues of H^-1 S.
+    bound : float
+        Variance over its hard bound.
+    outside, off : float
+        Of the centre: over the diameter, and in standard deviations.
+    tensor_slip, centre_slip : Undoing or None
+        The slip whose undoing explains the tensor or the centre.
+    cut : float
+        By how much the slip of the tensor shortens the distance.
+    """
+
+    body: Body
+    inertial: InertialElement
+    hull: Hull
+    point: MassPoint
+    density: float
+    usual: float
+    ratios: Array
+    bound: float
+    outside: float
+    off: float
+    tensor_slip: Undoing | None = None
+    cut: float = 0.0
+    centre_slip: Undoing | None = None
+
+
+@lru_cache(maxsize=4)
+def judgements(document: UrdfDocument) -> tuple[Judgement, ...]:
+    """The judgement of every link that has a mass above 0, a readable inertial and a hull."""
+    found = [_measured(body) for body in bodies_of(document).values()]
+    heavy = [x for x in found if x is not None]
+    usual = _usual_density(heavy)
+    explained = [_explained(replace(x, usual=usual), document) for x in heavy]
+    return tuple(_base_frame(explained))
+
+
+def _measured(body: Body) -> Judgement | None:
+    inertial, hull = body.link.inertial, body.hull
+    point = as_written(inertial) if inertial is not None else None
+    if inertial is None or hull is None or point is None:
+        return None
+    return Judgement(
+        body, inertial, hull, point, point.mass / hull.volume, USUAL_DENSITY, spread_ratios(point, hull),
+        bound_ratio(point, hull), outside(point.com, hull), off_centre(point.com, hull),
+    )  # fmt: skip
+
+
+def _usual_density(found: Iterable[Judgement]) -> float:
+    densities = [x.density for x in found if x.point.mass > _LIGHT]
+    median = float(np.median(densities)) if densities else USUAL_DENSITY
+    return median if 100.0 < median < 5000.0 else USUAL_DENSITY
+
+
+def _explained(found: Judgement, document: UrdfDocument) -> Judgement:
+    slip, cut = _tensor_slip(found)
+    return replace(found, tensor_slip=slip, cut=cut, centre_slip=_centre_slip(found, document))
+
+
+def _tensor_slip(found: Judgement) -> tuple[Undoing | None, float]:
+    """The undoing that shortens the distance most, and by how much, its prior taken off."""
+    before = log_distance(found.ratios)
+    best, cut = None, 0.0
+    for undoing in tensor_undoings(found.inertial):
+        gain = before - log_distance(spread_ratios(undoing.point, found.hull)) - undoing.prior
+        if gain > cut:
+            best, cut = undoing, gain
+    return best, cut
+
+
+def _centre_slip(found: Judgement, document: UrdfDocument) -> Undoing | None:
+    """The undoing that brings the centre back into the hull and nearest to its centroid."""
+    best, nearest = None, found.off - NAMED
+    for undoing in centre_undoings(found.inertial, *_frames(found.body.link.name, document)):
+        off = off_centre(undoing.point.com, found.hull) + undoing.prior
+        if off < nearest and outside(undoing.point.com, found.hull) < 0.0:
+            best, nearest = undoing, off
+    return best
+
+
+def _frames(name: str, document: UrdfDocument) -> tuple[Array | None, Array | None]:
+    joint, poses = document.joint_into(name), link_poses(document)
+    return (joint.origin.pose if joint else None), (poses[name][0] if name in poses else None)
+
+
+def _base_frame(found: list[Judgement]) -> list[Judgement]:
+    return found

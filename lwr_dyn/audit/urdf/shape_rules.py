@@ -1,0 +1,96 @@
+"""Rules of the shapes: files that cannot be read, units that differ, bodies that do not meet at their joint."""
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from lwr_dyn.arrays import Array
+from lwr_dyn.audit.urdf.bodies import DIFFERS, bodies_of
+from lwr_dyn.audit.urdf.document import UrdfDocument
+from lwr_dyn.audit.urdf.elements import JointElement
+from lwr_dyn.audit.urdf.finding import UrdfFinding
+from lwr_dyn.audit.urdf.hulls import Hull, depth, gap
+
+APART = 0.06
+"""Gap between neighbours, and distance of a joint from both, over the larger diameter: good arms 0.008 and 0.041."""
+
+
+def mesh_unreadable(document: UrdfDocument) -> Iterable[UrdfFinding]:
+    """A mesh file is there and cannot be read as what its ending says.
+
+    STL, OBJ and DAE are read. Programs that load the file show nothing in its place or stop; export the mesh again.
+    """
+    for body in bodies_of(document).values():
+        for shape, reason in body.unread:
+            what = f"the mesh {shape.mesh} cannot be read"
+            place = shape.geometry_place
+            yield UrdfFinding(what, reason, place, body.link.subject, "export it again", link=body.link.name)
+
+
+def shapes_differ(document: UrdfDocument) -> Iterable[UrdfFinding]:
+    """Visual and collision shapes of a link differ 8-fold in volume or more: one is in another unit.
+
+    Collision shapes are simplified, but good arms stay within a factor of 3. A DAE states its unit in the file
+    (`<unit meter="0.001"/>`), an STL has none, so a scale is written in the URDF.
+    """
+    for body in bodies_of(document).values():
+        if not 1.0 / DIFFERS < body.ratio < DIFFERS and body.visual and body.collision:
+            wide = body.visual.diameter / body.collision.diameter
+            what = f"its visual shapes have {body.ratio:.3g} times the volume of its collision shapes"
+            why = f"diameters {body.visual.diameter:.3g} m and {body.collision.diameter:.3g} m, {wide:.3g} times"
+            first = body.link.shapes[0]
+            yield UrdfFinding(
+                what, why, first.geometry_place, body.link.subject, "both in metres (scale)", "likely",
+                "visual and collision shapes in different units", link=body.link.name,
+            )  # fmt: skip
+
+
+def bodies_apart(document: UrdfDocument) -> Iterable[UrdfFinding]:
+    """At q = 0 the bodies on both sides of a joint do not meet.
+
+    Good arms have at most 0.008 diameters between the hulls of neighbours (one 0.046). A gap of more than 0.06 points
+    to the origin of the joint or of a shape: in mm, with a sign or an axis exchanged.
+    """
+    for joint, parent, child, pose in _neighbours(document):
+        apart = gap(parent, child, pose) / max(parent.diameter, child.diameter)
+        if apart > APART:
+            what = f"its bodies {joint.parent} and {joint.child} lie {apart:.2g} diameters apart"
+            why = "at q = 0; bodies that a joint holds together meet there"
+            yield _at_origin(joint, what, why)
+
+
+def joint_off_bodies(document: UrdfDocument) -> Iterable[UrdfFinding]:
+    """The origin of a joint lies outside both bodies that it holds together.
+
+    On good arms it lies at most 0.041 diameters outside. More than 0.06 outside both points to the origin of the
+    joint or of a shape.
+    """
+    for joint, parent, child, pose in _neighbours(document):
+        off = min(depth(parent, pose[:3, 3]) / parent.diameter, depth(child, np.zeros(3)) / child.diameter)
+        if off > APART:
+            what = f"its origin lies {off:.2g} diameters outside both {joint.parent} and {joint.child}"
+            yield _at_origin(joint, what, "a joint's axis goes through the bodies that it holds")
+
+
+def _at_origin(joint: JointElement, what: str, why: str) -> UrdfFinding:
+    return UrdfFinding(what, why, joint.origin.place, joint.subject, "", "likely", link=joint.child)
+
+
+def _neighbours(document: UrdfDocument) -> Iterable[tuple[JointElement, Hull, Hull, Array]]:
+    """The turning or sliding joints with a hull on both sides, and the child's pose in the parent at q = 0."""
+    bodies = bodies_of(document)
+    for joint in document.joints:
+        parent, child, pose = bodies.get(joint.parent), bodies.get(joint.child), joint.origin.pose
+        if joint.moves and pose is not None and parent and child and parent.hull and child.hull:
+            yield joint, parent.hull, child.hull, pose
+
+
+def remarks(document: UrdfDocument) -> Iterable[str]:
+    """What cannot be judged because links have no shapes."""
+    bodies = bodies_of(document)
+    heavy = [x for x in bodies.values() if x.link.name in document.moved and x.link.inertial is not None]
+    unseen = [x.link.name for x in heavy if x.hull is None]
+    if heavy and len(unseen) == len(heavy):
+        yield "no shapes: a third of the faults cannot be seen (mass, centre and inertia against the body)"
+    elif unseen:
+        yield f"no shapes with a volume: {', '.join(unseen)}; there a third of the faults cannot be seen"
