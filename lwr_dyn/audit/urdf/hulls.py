@@ -6,7 +6,7 @@ of the mass is H itself.
 """
 
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
@@ -114,6 +114,15 @@ def gap(one: Hull, other: Hull, pose: Array) -> float:
     pose : (4, 4) array
         Of the other hull's frame in the frame of the first.
     """
+    if depth(one, pose[:3, 3]) <= 0.0 and depth(other, np.zeros(3)) <= 0.0:  # the joint lies inside both
+        return 0.0
+    return _gap(one, other, pose.tobytes())
+
+
+@lru_cache(maxsize=4096)
+def _gap(one: Hull, other: Hull, pose_bytes: bytes) -> float:
+    """`gap`, kept for the neighbours that two files have in common."""
+    pose: Array = np.frombuffer(pose_bytes).reshape(4, 4)
     moved = other.vertices @ pose[:3, :3].T + pose[:3, 3]
     between = moved.mean(axis=0) - one.vertices.mean(axis=0)
     length = float(np.linalg.norm(between))

@@ -4,9 +4,10 @@ from collections.abc import Iterable
 
 from lwr_dyn.audit.urdf.document import UrdfDocument
 from lwr_dyn.audit.urdf.finding import FindingSeverity, Sureness, UrdfFinding
-from lwr_dyn.audit.urdf.judgement import NAMED, Judgement, judgements
-from lwr_dyn.audit.urdf.mass_slips import SHAPES, mass_slip
+from lwr_dyn.audit.urdf.judgement import NAMED, NOTED, Judgement, judgements
+from lwr_dyn.audit.urdf.mass_slips import SHAPES, MassSlip, mass_slip
 from lwr_dyn.audit.urdf.undoings import Undoing
+from lwr_dyn.audit.urdf.xml_tree import Place
 
 WIDEST, WIDE = 18.0, 4.5
 """Largest eigenvalue of H^-1 S that is impossible, and that no good arm but UR3 and UR3e (5.1) reaches."""
@@ -18,7 +19,6 @@ OFF = 2.0
 EMPTY, LIGHT, HEAVY, SOLID = 5.0, 60.0, 3500.0, 12000.0
 """[kg/m^3] Impossible, odd; odd, impossible. Good arms: 250 to 3 030, a cover 13, a display 68."""
 UNUSUAL = 6.0
-_NOTED = 0.6
 
 
 def spread(document: UrdfDocument) -> Iterable[UrdfFinding]:
@@ -74,7 +74,7 @@ def slip(document: UrdfDocument) -> Iterable[UrdfFinding]:
     """
     for found in judgements(document):
         quiet = _spread_severity(found) is None and found.bound <= BOUND_WARNING
-        if found.tensor_slip and found.cut > _NOTED and quiet and not _shape_is_off(found):
+        if found.tensor_slip and found.cut > NOTED and quiet and not _shape_is_off(found):
             severity: FindingSeverity = "warning" if found.cut > NAMED else "note"
             sure: Sureness = "likely" if found.cut > NAMED else "possible"
             yield UrdfFinding(
@@ -89,16 +89,19 @@ def _figures(found: Judgement) -> str:
 
 def _of_tensor(found: Judgement, what: str, why: str, severity: FindingSeverity) -> UrdfFinding:
     """A finding of the tensor; led by the slip that explains it, if one does."""
-    named = found.tensor_slip if found.cut > NAMED else None
-    slip = mass_slip(found)
-    if slip is not None and slip.about == "mass":
-        named = Undoing(slip.cause, slip.says, found.point, slip.instead)
-    if named is not None:
-        what, why = named.says, f"{what}; {why}"
-    return UrdfFinding(
-        what, why, found.inertial.tensor_place, found.body.link.subject, named.instead if named else "", "likely",
-        named.cause if named else "", severity, found.body.link.name,
-    )  # fmt: skip
+    named: MassSlip | Undoing | None = mass_slip(found) or (found.tensor_slip if found.cut > NAMED else None)
+    return _named(found, what, why, severity, named, found.inertial.tensor_place)
+
+
+def _named(
+    found: Judgement, what: str, why: str, severity: FindingSeverity, slip: MassSlip | Undoing | None, place: Place
+) -> UrdfFinding:
+    """A finding of a link, led by the slip that explains it."""
+    if slip is not None:
+        what, why = slip.says, f"{what}: {why}"
+    instead, cause = (slip.instead, slip.cause) if slip is not None else ("", "")
+    link = found.body.link
+    return UrdfFinding(what, why, place, link.subject, instead, "likely", cause, severity, link.name)
 
 
 def density(document: UrdfDocument) -> Iterable[UrdfFinding]:
@@ -118,13 +121,9 @@ def density(document: UrdfDocument) -> Iterable[UrdfFinding]:
         what = f"mass over volume is {rho:.3g} kg/m^3"
         why = f"mass {found.point.mass:.4g} kg, hull {found.hull.volume:.3g} m^3; the file's usual is {found.usual:.0f}"
         place = found.inertial.mass_place
-        if named is not None:
-            what, why = named.says, f"{what}: {why}"
-            place = found.body.link.shapes[0].geometry_place if named.about == SHAPES else place
-        yield UrdfFinding(
-            what, why, place, found.body.link.subject, named.instead if named else "", "likely",
-            named.cause if named else "", severity, found.body.link.name,
-        )  # fmt: skip
+        if named is not None and named.about == SHAPES:
+            place = found.body.link.shapes[0].geometry_place
+        yield _named(found, what, why, severity, named, place)
 
 
 def _shape_is_off(found: Judgement) -> bool:
@@ -145,11 +144,4 @@ def centre(document: UrdfDocument) -> Iterable[UrdfFinding]:
         lies = "outside the hull of its shapes" if found.outside > 0.0 else "far from the middle of its shapes"
         what = f"the centre of mass lies {lies}"
         why = f"{max(found.outside, 0.0):.2g} diameters outside, {found.off:.2g} standard deviations off the middle"
-        named = found.centre_slip
-        if named is not None:
-            what, why = named.says, f"{what}: {why}"
-        place = found.inertial.origin.place
-        yield UrdfFinding(
-            what, why, place, found.body.link.subject, named.instead if named else "", "likely",
-            named.cause if named else "", severity, found.body.link.name,
-        )  # fmt: skip
+        yield _named(found, what, why, severity, found.centre_slip, found.inertial.origin.place)

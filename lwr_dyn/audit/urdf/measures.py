@@ -28,19 +28,27 @@ def mass_covariance(inertia: Array, mass: float) -> Array:
     >>> mass_covariance(np.diag([2.0, 3.0, 4.0]), 1.0).diagonal().tolist()
     [2.5, 1.5, 0.5]
     """
-    return np.asarray((np.trace(inertia) / 2.0 * np.eye(3) - inertia) / mass)
+    half = np.trace(inertia, axis1=-2, axis2=-1)[..., None, None] / 2.0
+    return np.asarray((half * np.eye(3) - inertia) / mass)
 
 
-def spread_ratios(body: MassPoint, hull: Hull) -> Array:
-    """The eigenvalues of H^-1 S, smallest first: (3,) array; below 0 for an inertia that no body has."""
-    root = np.linalg.cholesky(hull.covariance)
-    half = np.linalg.solve(root, mass_covariance(body.inertia, body.mass))
-    return np.linalg.eigvalsh(np.linalg.solve(root, half.T))
+def spread_ratios(inertia: Array, mass: float, hull: Hull) -> Array:
+    """The eigenvalues of H^-1 S, smallest first: (..., 3) array; below 0 for an inertia that no body has.
+
+    Parameters
+    ----------
+    inertia : (..., 3, 3) array [kg m^2]
+        About the centre of mass.
+    mass : float [kg]
+    hull : Hull
+    """
+    whiten = np.linalg.inv(np.linalg.cholesky(hull.covariance))
+    return np.asarray(np.linalg.eigvalsh(whiten @ mass_covariance(inertia, mass) @ whiten.T), dtype=float)
 
 
-def log_distance(ratios: Array) -> float:
-    """Length of the logarithms of `spread_ratios`; ratios of 0 or less count as 1e-4."""
-    return float(np.linalg.norm(np.log(np.maximum(ratios, 1e-4))))
+def log_distance(ratios: Array) -> Array:
+    """Length of the logarithms of `spread_ratios`, (...); ratios of 0 or less count as 1e-4."""
+    return np.asarray(np.linalg.norm(np.log(np.maximum(ratios, 1e-4)), axis=-1))
 
 
 def bound_ratio(body: MassPoint, hull: Hull) -> float:

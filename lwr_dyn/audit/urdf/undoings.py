@@ -8,41 +8,58 @@ from dataclasses import dataclass
 from itertools import permutations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.audit.urdf.elements import InertialElement, OriginElement
-from lwr_dyn.audit.urdf.finding import inertia_text, number_text, vector_text
+from lwr_dyn.audit.urdf.finding import inertia_text, vector_text
 from lwr_dyn.audit.urdf.measures import MassPoint
 
 _NAMES = ("ixx", "iyy", "izz")
 _AXES = "xyz"
 _ANGLES = ("roll", "pitch", "yaw")
 _PRODUCTS = ((0, 1), (0, 2), (1, 2))
+_ABOUT_JOINT = "inertia about the link frame instead of the centre of mass"
+_ROUNDED = 1.001
+"""A triangle inequality that rounded numbers break by less than this is kept."""
+_FAR = 3.0
+"""[m] A centre further than this from its link is in mm, one beyond a tenth of it may be in cm."""
+IN_BASE = "centres of mass in the base frame"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Undoing:
-    """A link as it would be without one slip.
+    """An inertial as it would be without one slip.
 
     Parameters
     ----------
     cause : str
-        Names the slip for the whole file: "inertia about the joint instead of the centre of mass".
+        Names the slip for the whole file: "inertia about the link frame instead of the centre of mass".
     says : str
         One clause: "iyy and izz look exchanged".
-    point : MassPoint
-        Mass, centre and inertia with the slip undone.
-    instead : str
-        The element to write.
+    com, rpy : (3,) arrays [m, rad]
+    tensor : (3, 3) array [kg m^2]
+        As it is to be written: about the centre of mass, in the axes of rpy.
+    element : str
+        Which element is to be written anew: inertia or origin.
     prior : float
-        How much more the undoing must explain than the most usual slip does, in the same logarithmic measure.
+        How much more this undoing must explain than the most usual one, in the same measure.
     """
 
     cause: str
     says: str
-    point: MassPoint
-    instead: str
+    com: Array
+    rpy: Array
+    tensor: Array
+    element: str
     prior: float = 0.0
+
+    @property
+    def instead(self) -> str:
+        """The element to write."""
+        if self.element == "inertia":
+            return inertia_text(self.tensor)
+        return f'<origin xyz="{vector_text(self.com)}" rpy="{vector_text(self.rpy)}"/>'
 
 
 def as_written(inertial: InertialElement) -> MassPoint | None:
@@ -53,28 +70,37 @@ def as_written(inertial: InertialElement) -> MassPoint | None:
     return MassPoint(mass, com, inertia)
 
 
-def is_possible(inertia: Array) -> bool:
-    """Whether a body can have this inertia: positive, and no moment above the sum of the other two (to 1 in 1000)."""
+def tensor_undoings(inertial: InertialElement) -> list[Undoing]:
+    """The inertial with each slip of its tensor undone, physical or not."""
+    point, tensor, origin = as_written(inertial), inertial.tensor, inertial.origin
+    rotation, rpy = origin.rotation, origin.rpy
+    if point is None or tensor is None or rotation is None or rpy is None:
+        return []
+    com = point.com
+    out = [
+        Undoing(cause, says, com, rpy, mended, "inertia", prior)
+        for tried in (_swaps, _row_orders, _products, _powers)
+        for cause, says, mended, prior in tried(tensor)
+    ]
+    out += [Undoing(cause, says, com, turned, tensor, "origin", prior) for cause, says, turned, prior in _turned(rpy)]
+    about = rotation.T @ (point.inertia - point.mass * (com @ com * np.eye(3) - np.outer(com, com))) @ rotation
+    return [
+        *out,
+        Undoing(_ABOUT_JOINT, f"{_ABOUT_JOINT[:7]} looks taken {_ABOUT_JOINT[8:]}", com, rpy, about, "inertia"),
+    ]
+
+
+def inertias(undoings: list[Undoing], point: OriginElement) -> Array:
+    """The inertias about the centre of mass in the axes of the link: (k, 3, 3) array."""
+    turned = [OriginElement(point.place, None, u.com, u.rpy).rotation for u in undoings]
+    rotations = np.array(turned)
+    return np.asarray(rotations @ np.array([u.tensor for u in undoings]) @ rotations.swapaxes(1, 2))
+
+
+def possible(inertia: Array) -> NDArray[np.bool_]:
+    """Whether a body can have an inertia, (..., 3, 3): positive, the largest moment within the sum of the others."""
     values = np.linalg.eigvalsh(inertia)
-    return bool(values[0] > 0.0 and values[2] <= 1.001 * (values[0] + values[1]))
-
-
-def tensor_undoings(inertial: InertialElement) -> Iterator[Undoing]:
-    """The inertia with each slip of the tensor undone; those that no body can have are left out."""
-    point, tensor, rotation = as_written(inertial), inertial.tensor, inertial.origin.rotation
-    if point is None or tensor is None or rotation is None:
-        return
-    for tried in (_swaps, _row_orders, _products, _powers):
-        for cause, says, mended, prior in tried(tensor):
-            inertia = rotation @ mended @ rotation.T
-            if is_possible(inertia):
-                yield Undoing(cause, says, MassPoint(point.mass, point.com, inertia), inertia_text(mended), prior)
-    for cause, says, turned, prior in _turned(inertial.origin):
-        mended_rotation = turned.rotation
-        if mended_rotation is not None and is_possible(tensor) and turned.rpy is not None:
-            inertia = mended_rotation @ tensor @ mended_rotation.T
-            yield Undoing(cause, says, MassPoint(point.mass, point.com, inertia), _origin(point.com, turned.rpy), prior)
-    yield from _about_joint(point, rotation)
+    return np.asarray((values[..., 0] > 0.0) & (values[..., 2] <= _ROUNDED * (values[..., 0] + values[..., 1])))
 
 
 def _swaps(tensor: Array) -> Iterator[tuple[str, str, Array, float]]:
@@ -134,61 +160,41 @@ def _powers(tensor: Array) -> Iterator[tuple[str, str, Array, float]]:
             yield cause, f"the tensor looks 10^{power} too {word}", tensor * factor, 0.0
 
 
-def _turned(origin: OriginElement) -> Iterator[tuple[str, str, OriginElement, float]]:
-    rpy = origin.rpy
-    if rpy is None:
-        return
-
-    def turned(angles: Array) -> OriginElement:
-        return OriginElement(origin.place, origin.element, origin.xyz, angles)
-
+def _turned(rpy: Array) -> Iterator[tuple[str, str, Array, float]]:
     if np.abs(rpy).max() > 2.0 * np.pi:
-        yield "rpy in degrees", "rpy of the inertial looks given in degrees", turned(np.deg2rad(rpy)), 0.0
+        yield "rpy in degrees", "rpy of the inertial looks given in degrees", np.deg2rad(rpy), 0.0
     elif np.abs(rpy).max() > 0.0:
-        yield "rpy without effect", "rpy of the inertial turns the tensor away from the body", turned(0.0 * rpy), 0.1
-        yield "rpy with the opposite sign", "rpy of the inertial looks to have the opposite sign", turned(-rpy), 0.2
+        yield "rpy without effect", "rpy of the inertial turns the tensor away from the body", 0.0 * rpy, 0.1
+        yield "rpy with the opposite sign", "rpy of the inertial looks to have the opposite sign", -rpy, 0.2
     for axis in range(3):
         for quarter in (90.0, -90.0):
             angles = rpy + np.deg2rad(quarter) * (np.arange(3) == axis)
             says = f"{_ANGLES[axis]} of the inertial looks {-quarter:+.0f} degrees off"
-            yield "rpy a quarter turn off", says, turned(angles), 0.2
+            yield "rpy a quarter turn off", says, angles, 0.2
 
 
-def _about_joint(point: MassPoint, rotation: Array) -> Iterator[Undoing]:
-    arm = point.com
-    inertia = point.inertia - point.mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
-    if is_possible(inertia):
-        yield Undoing(
-            "inertia about the link frame instead of the centre of mass",
-            "the tensor looks taken about the origin of the link, not about the centre of mass",
-            MassPoint(point.mass, point.com, inertia), inertia_text(rotation.T @ inertia @ rotation),
-        )  # fmt: skip
-
-
-def _origin(com: Array, rpy: Array) -> str:
-    return f'<origin xyz="{vector_text(com)}" rpy="{vector_text(rpy)}"/>'
-
-
-def centre_undoings(inertial: InertialElement, in_parent: Array | None, in_base: Array | None) -> Iterator[Undoing]:
-    """The centre of mass with each slip undone.
+def centre_undoings(inertial: InertialElement, in_parent: Array | None, in_base: Array | None) -> list[Undoing]:
+    """The inertial with each slip of the centre of mass undone.
 
     Parameters
     ----------
     in_parent, in_base : (4, 4) array, optional
         Pose of the link in its parent and in the root at q = 0.
     """
-    point, rpy = as_written(inertial), inertial.origin.rpy
-    if point is None or rpy is None or not point.com.any():
-        return
-    com = point.com
-    for cause, says, moved, prior in (*_scaled(com), *_frames(com, in_parent, in_base), *_reordered(com)):
-        yield Undoing(cause, says, MassPoint(point.mass, moved, point.inertia), _origin(moved, rpy), prior)
+    com, rpy, tensor = inertial.com, inertial.origin.rpy, inertial.tensor
+    if com is None or rpy is None or tensor is None or not com.any():
+        return []
+    tried = (*_frames(com, in_parent, in_base), *_scaled(com), *_reordered(com))
+    return [Undoing(cause, says, moved, rpy, tensor, "origin", prior) for cause, says, moved, prior in tried]
 
 
 def _scaled(com: Array) -> Iterator[tuple[str, str, Array, float]]:
-    yield "centres of mass in mm", "the centre of mass looks given in mm", com / 1000.0, 0.0
-    yield "centres of mass in cm", "the centre of mass looks given in cm", com / 100.0, 0.2
-    yield "centres of mass 10 times too far", "the centre of mass looks 10 times too far", com / 10.0, 0.2
+    far = float(np.linalg.norm(com))
+    if far > _FAR:
+        yield "centres of mass in mm", "the centre of mass looks given in mm", com / 1000.0, 0.0
+    if far > _FAR / 10.0:
+        yield "centres of mass in cm", "the centre of mass looks given in cm", com / 100.0, 0.2
+        yield "centres of mass 10 times too far", "the centre of mass looks 10 times too far", com / 10.0, 0.2
 
 
 def _frames(com: Array, in_parent: Array | None, in_base: Array | None) -> Iterator[tuple[str, str, Array, float]]:
@@ -197,7 +203,7 @@ def _frames(com: Array, in_parent: Array | None, in_base: Array | None) -> Itera
         if pose is not None and not np.allclose(pose, np.eye(4)):
             moved = pose[:3, :3].T @ (com - pose[:3, 3])
             says = f"the centre of mass looks given in the {name} frame"
-            yield f"centres of mass in the {name} frame", says, moved, prior
+            yield IN_BASE if name == "base" else f"centres of mass in the {name} frame", says, moved, prior
 
 
 def _reordered(com: Array) -> Iterator[tuple[str, str, Array, float]]:
@@ -208,10 +214,3 @@ def _reordered(com: Array) -> Iterator[tuple[str, str, Array, float]]:
             yield cause, says, com * flip, 0.0
     for order in list(permutations(range(3)))[1:]:
         yield "axes of centres of mass", "x, y, z of the centre of mass look permuted", com[list(order)], 0.2
-
-
-def mass_undoings(mass: float) -> Iterator[tuple[str, str, float, str]]:
-    """The mass with each slip of its unit undone: cause, clause, mass [kg], the element to write."""
-    for unit, size in (("g", 1e-3), ("lb", 0.45359237), ("10 kg", 10.0), ("0.1 kg", 0.1), ("t", 1000.0)):
-        mended = mass * size
-        yield f"masses in {unit}", f"the mass looks given in {unit}", mended, f'<mass value="{number_text(mended)}"/>'
