@@ -17,6 +17,7 @@ COMMANDS: Registry[click.Command] = Registry(
         "list": Row("lwr_dyn.cli.list_:command", "Robots, readings and where their numbers come from."),
         "new": Row("lwr_dyn.cli.new:command", "Write a commented file to start from: arm, controller."),
         "urdf": Row("lwr_dyn.cli.urdf:command", "Write a robot as URDF with its sidecars."),
+        "dh": Row("lwr_dyn.export.command:command", "Any arm as a DH table, standard or modified; as a data file."),
         "check": Row(
             "lwr_dyn.cli.check:command",
             "Check a robot's model: each check with value, tolerance and verdict.",

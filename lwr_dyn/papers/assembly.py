@@ -29,7 +29,7 @@ def arm_from_paper(paper: Paper) -> Arm:
     """
     columns = paper.columns
     gravity = columns["base.gravity"].si()[0] if "base.gravity" in columns else np.array(STANDARD_GRAVITY)
-    chain = Chain(links=_links(paper), flange=_flange(paper), gravity=gravity)
+    chain = Chain(links=_links(paper), flange=_pose(paper, "flange"), gravity=gravity)
     return Arm(
         name=paper.name, reading=paper.reading.name, title=paper.title, chain=chain, limits=_limits(paper),
         drawing=_drawing(paper, chain), ratings=Ratings(*(paper.cell(name) for name in _RATINGS)),
@@ -45,16 +45,17 @@ def _si(paper: Paper, name: str, default: float) -> Array:
 
 def dh_rows(paper: Paper) -> tuple[DHRow, ...]:
     """The DH table in SI units."""
-    names = ("dh.alpha", "dh.a", "dh.d", "dh.theta_offset")
-    alpha, a, d, theta = (_si(paper, name, 0.0) for name in names)
+    names = ("dh.alpha", "dh.a", "dh.d", "dh.theta_offset", "dh.beta")
+    alpha, a, d, theta, beta = (_si(paper, name, 0.0) for name in names)
     sign = _si(paper, "dh.sign", 1.0)
-    return tuple(DHRow(alpha[i], a[i], d[i], theta[i], int(sign[i])) for i in range(paper.n))
+    return tuple(DHRow(alpha[i], a[i], d[i], theta[i], int(sign[i]), beta[i]) for i in range(paper.n))
 
 
 def _links(paper: Paper) -> tuple[ChainLink, ...]:
     links = []
     for i, row in enumerate(dh_rows(paper)):
         before, after = row.fixed_poses(paper.convention)
+        before = _pose(paper, "base") @ before if i == 0 else before
         link = f"link_{i + 1}"
         links.append(
             ChainLink(paper.joints[i], link, paper.kinds[i], before, after, _body(paper, i), rotor_of(paper, i))
@@ -84,9 +85,9 @@ def _body_of(paper: Paper, i: int, mass: Array, com: Array, tensor: Array) -> Bo
     return Body(float(mass), com, tensor)
 
 
-def _flange(paper: Paper) -> Pose:
-    zero = np.zeros((1, 3))
-    xyz, rpy = (paper.columns[name].si() if name in paper.columns else zero for name in ("flange.xyz", "flange.rpy"))
+def _pose(paper: Paper, table: str) -> Pose:
+    zero, names = np.zeros((1, 3)), (f"{table}.xyz", f"{table}.rpy")
+    xyz, rpy = (paper.columns[name].si() if name in paper.columns else zero for name in names)
     return Pose(from_rpy(rpy[0]), xyz[0])
 
 
@@ -95,7 +96,8 @@ def _limits(paper: Paper) -> tuple[JointLimits, ...]:
     others = ("limits.velocity", "limits.effort", "friction.viscous", "friction.coulomb")
     unknown: Sequence[None] = [None] * paper.n
     columns = [column or unknown for column in (*positions, *(paper.numbers(name) for name in others))]
-    return tuple(JointLimits(*row) for row in zip(*columns, strict=True))
+    rows = zip(*columns, strict=True)
+    return tuple(JointLimits(*(None if x is None or np.isnan(x) else x for x in row)) for row in rows)
 
 
 def _from_printed_zero(paper: Paper, name: str) -> Sequence[float]:
@@ -136,8 +138,9 @@ def _sources(paper: Paper) -> dict[str, tuple[Source, ...]]:
     about = "to the centre of mass (Steiner)" if paper.inertia_about == "origin" else "about the centre of mass"
     for i, joint in enumerate(paper.joints):
         link = f"link_{i + 1}"
-        row = [(f"dh.{name}", i, "DH row to pose") for name in ("alpha", "a", "d", "theta_offset", "sign")]
-        out[f"{joint}.dh"] = cells(*row)
+        names = ("alpha", "a", "d", "theta_offset", "sign", "beta")
+        placed = [(f"base.{name}", 0, "frame 0 in the base") for name in ("xyz", "rpy") if i == 0]
+        out[f"{joint}.dh"] = cells(*((f"dh.{name}", i, "DH row to pose") for name in names), *placed)
         for side in ("lower", "upper"):
             out[f"{joint}.{side}"] = cells((f"limits.{side}", i, moved), ("limits.zero", i, moved))
         for name in ("velocity", "effort"):

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from lwr_dyn.arrays import Array
+from lwr_dyn.errors import OptionError
 from lwr_dyn.model.dh import Convention, JointKind
 from lwr_dyn.model.drawing import DrawnCylinder
 from lwr_dyn.papers.units import to_si
@@ -20,7 +21,7 @@ SEVERITIES = ("model", "result", "text")
 """What an erratum changes: the model or controller, a printed result only, or text only."""
 RESULTS = "results."
 """Start of the path of a patch to a paper's printed results, which `lwr_dyn.reproduction` applies."""
-UNKNOWN = "unknown"  # in place of a mass, a centre of mass or an inertia, or of one number in them
+UNKNOWN = "unknown"  # in place of a mass, a centre of mass or an inertia, or of one number in them; of a limit, a rotor
 PER_JOINT = 0
 """In the shape of a row: one entry per joint."""
 SIDES = ("positive", "negative")
@@ -51,12 +52,15 @@ TABLES: dict[str, dict[str, ColumnRule]] = {
     "base": {
         "gravity": ColumnRule((3,), ("acceleration",), per_joint=False),
         "mass": ColumnRule((), ("mass",), per_joint=False),
+        "xyz": ColumnRule((3,), ("length",), per_joint=False),
+        "rpy": ColumnRule((3,), ("angle",), per_joint=False),
     },
     "dh": {
         "alpha": ColumnRule((), ("angle",), required=True),
         "a": ColumnRule((), ("length",), required=True),
         "d": ColumnRule((), ("length",), required=True),
         "theta_offset": ColumnRule((), ("angle",)),
+        "beta": ColumnRule((), ("angle",)),
         "sign": ColumnRule((), ("number",)),
     },
     "frames": {"origin": ColumnRule((3,), ("length",))},
@@ -66,10 +70,10 @@ TABLES: dict[str, dict[str, ColumnRule]] = {
     },
     "limits": {
         "zero": ColumnRule((), ("angle", "length")),
-        "lower": ColumnRule((), ("angle", "length")),
-        "upper": ColumnRule((), ("angle", "length")),
-        "velocity": ColumnRule((), ("angular velocity", "velocity")),
-        "effort": ColumnRule((), ("torque", "force")),
+        "lower": ColumnRule((), ("angle", "length"), may_be_unknown=True),
+        "upper": ColumnRule((), ("angle", "length"), may_be_unknown=True),
+        "velocity": ColumnRule((), ("angular velocity", "velocity"), may_be_unknown=True),
+        "effort": ColumnRule((), ("torque", "force"), may_be_unknown=True),
     },
     "poses": {
         "mastering": ColumnRule((), ("angle", "length")),
@@ -90,9 +94,9 @@ TABLES: dict[str, dict[str, ColumnRule]] = {
         "inertia": ColumnRule((3, 3), ("inertia",), required=True, may_be_unknown=True),
     },
     "rotors": {
-        "gear_ratio": ColumnRule((), ("number",)),
-        "inertia": ColumnRule((), ("inertia",)),
-        "armature": ColumnRule((), ("inertia", "mass")),
+        "gear_ratio": ColumnRule((), ("number",), may_be_unknown=True),
+        "inertia": ColumnRule((), ("inertia",), may_be_unknown=True),
+        "armature": ColumnRule((), ("inertia", "mass"), may_be_unknown=True),
     },
     "transmission": {
         "ratio": ColumnRule((), ("number",), required=True),
@@ -106,8 +110,8 @@ TABLES: dict[str, dict[str, ColumnRule]] = {
         "effort": ColumnRule((), _FORCE),
     },
     "friction": {
-        "viscous": ColumnRule((), _DAMPING),
-        "coulomb": ColumnRule((), _FORCE),
+        "viscous": ColumnRule((), _DAMPING, may_be_unknown=True),
+        "coulomb": ColumnRule((), _FORCE, may_be_unknown=True),
         **{f"{s}_{name}": ColumnRule((), quantities) for s in SIDES for name, quantities in FRICTION_OF_A_SIDE.items()},
         "offset": ColumnRule((), _FORCE),
         "covered": ColumnRule((), _SPEED),
@@ -116,7 +120,8 @@ TABLES: dict[str, dict[str, ColumnRule]] = {
 }
 """Table -> column -> rule. `limits.zero` is the DH coordinate at which the printed coordinate reads zero.
 
-`rotors` gives gear ratio and inertia of the rotor, or `armature`, its inertia reflected to the joint. The motor map is
+`base.xyz` and `base.rpy` place DH frame 0 in the base. `rotors` gives gear ratio and inertia of the rotor, or
+`armature`, its inertia reflected to the joint. The motor map is
 dq_m = T dq with T_ij = signs_ij ratio_j / stage_j. `friction` is one pair for both directions, or columns per direction
 that hold up to the speed `covered`. `poses` is a second description of the kinematics, all in the base: joint positions
 of the mastering pose, its wrist centre, the flange's position at zero, the flange's orientation in both, and each
@@ -239,12 +244,19 @@ class Paper:
         return (self.default_reading, *(name for name in self.readings if name != self.default_reading))
 
     def cell(self, column: str, row: int = 0) -> float | None:
-        """One number of a column in SI units; None where the file has no such column."""
-        return float(self.columns[column].si()[row]) if column in self.columns else None
+        """One number of a column in SI units; None where the file has no such column, or says that it is unknown."""
+        value = float(self.columns[column].si()[row]) if column in self.columns else np.nan
+        return None if np.isnan(value) else value
 
     def numbers(self, column: str) -> tuple[float, ...]:
         """The numbers of a column in SI units; empty where the file has no such column."""
         return tuple(self.columns[column].si().tolist()) if column in self.columns else ()
+
+    def require_plain_dh(self, needed_for: str) -> None:
+        """Raise `OptionError` where the file goes beyond a DH table, as one that was written from a URDF may."""
+        for name in ("base.xyz", "base.rpy", "dh.beta"):
+            if name in self.columns:
+                raise OptionError(f"{needed_for} of {self.file}", name, "a DH table without it")
 
     def __repr__(self) -> str:
         return f"Paper({self.name!r}, reading={self.reading.name!r}, file={self.file!r})"

@@ -26,6 +26,7 @@ class SymbolicRoute:
 
 def dh_matrices(paper: Paper) -> tuple[sp.Matrix, ...]:
     """A_1 ... A_n of a paper's DH table: joint variables q1 ... qn, non-zero lengths as the paper names them."""
+    paper.require_plain_dh("DH matrices")
     out = []
     for i in range(paper.n):
         q = sp.Symbol(f"q{i + 1}")

@@ -2,6 +2,7 @@
 
 from xml.sax.saxutils import quoteattr
 
+from lwr_dyn.errors import MissingDataError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.papers.catalog import readings, robots
 from lwr_dyn.urdf.mjcf import mjcf_text, weightless_links
@@ -40,7 +41,12 @@ def model_files(arm: Arm, stem: str | None = None) -> dict[str, str]:
 
 
 def srdf_text(arm: Arm) -> str:
-    """The arm's known rotors as the `rotor_params` of an SRDF, which `pinocchio.loadRotorParameters` reads."""
+    """The arm's known rotors as the `rotor_params` of an SRDF, which `pinocchio.loadRotorParameters` reads.
+
+    Raises `MissingDataError` for an arm without any.
+    """
+    if all(link.rotor is None for link in arm.chain.links):
+        raise MissingDataError(arm.name, "rotors", "an SRDF")
     lines = [
         '<?xml version="1.0" encoding="utf-8"?>',
         "<!--",

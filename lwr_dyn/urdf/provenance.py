@@ -63,11 +63,12 @@ def quantity_sources(arm: Arm, quantity: str) -> tuple[Source, ...]:
         sources = _of_columns(arm.sources.get(f"{joint}.armature", ()), columns)
         return tuple(replace(source, conversion="to SI") for source in sources)
     if part in ("before", "after"):
-        standard = all(_is_half_turn_or_identity(link.before) for link in arm.chain.links)
-        columns = ("alpha", "a", "d", "theta_offset")
-        split = 0 if standard else 2
+        inner = arm.chain.links[1:] or arm.chain.links  # the base's own pose stands before joint 1
+        standard = all(_is_half_turn_or_identity(link.before) for link in inner)
+        columns = ("base.xyz", "base.rpy", "dh.alpha", "dh.beta", "dh.a", "dh.d", "dh.theta_offset")
+        split = 2 if standard else 5
         mine = columns[:split] if part == "before" else columns[split:]
-        return _of_columns(arm.sources.get(f"{joint}.dh", ()), tuple(f"dh.{name}" for name in (*mine, "sign")))
+        return _of_columns(arm.sources.get(f"{joint}.dh", ()), (*mine, "dh.sign"))
     return ()
 
 

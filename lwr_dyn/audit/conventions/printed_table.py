@@ -117,6 +117,7 @@ def printed_table(paper: Paper) -> PrintedTable:
 
 def printed_rows(paper: Paper) -> tuple[DHRow, ...]:
     """The DH table as printed, without the errata of any reading."""
+    paper.require_plain_dh("conventions")
     n, table = paper.n, paper.printed["dh"]
     names = ("alpha", "a", "d", "theta_offset")
     alpha, a, d, theta = (_cells(table[x], ()) if x in table else np.zeros(n) for x in names)
