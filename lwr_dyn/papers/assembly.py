@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from lwr_dyn.arrays import Array
+from lwr_dyn.errors import OptionError
 from lwr_dyn.model.arm import Arm, JointLimits, Ratings, Source
 from lwr_dyn.model.chain import Body, Chain, ChainLink
 from lwr_dyn.model.dh import DHRow
@@ -49,6 +50,12 @@ def dh_rows(paper: Paper) -> tuple[DHRow, ...]:
     alpha, a, d, theta, beta = (_si(paper, name, 0.0) for name in names)
     sign = _si(paper, "dh.sign", 1.0)
     return tuple(DHRow(alpha[i], a[i], d[i], theta[i], int(sign[i]), beta[i]) for i in range(paper.n))
+
+
+def require_plain_dh(paper: Paper, needed_for: str) -> None:
+    """Raise `OptionError` where the file goes beyond a DH table, as one that was written from a URDF may."""
+    for name in (x for x in ("base.xyz", "base.rpy", "dh.beta") if x in paper.columns):
+        raise OptionError(f"{needed_for} of {paper.file}", name, "a DH table without it")
 
 
 def _links(paper: Paper) -> tuple[ChainLink, ...]:

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.errors import OptionError
 from lwr_dyn.model.dh import Convention, JointKind
 from lwr_dyn.model.drawing import DrawnCylinder
 from lwr_dyn.papers.units import to_si
@@ -40,11 +39,8 @@ class ColumnRule:
     """Whether a row, or a number in it, may be the word "unknown", which is read as NaN."""
 
 
-_DAMPING, _FORCE, _SPEED = (
-    ("angular damping", "damping"),
-    ("torque", "force"),
-    ("angular velocity", "velocity"),
-)
+_DAMPING, _FORCE, _SPEED = ("angular damping", "damping"), ("torque", "force"), ("angular velocity", "velocity")
+_POSE = {"xyz": ColumnRule((3,), ("length",), per_joint=False), "rpy": ColumnRule((3,), ("angle",), per_joint=False)}
 FRICTION_OF_A_SIDE = {"coulomb": _FORCE, "viscous": _DAMPING, "static": _FORCE, "stribeck_velocity": _SPEED}
 """Column of one direction ("positive_coulomb") -> quantities."""
 
@@ -52,8 +48,7 @@ TABLES: dict[str, dict[str, ColumnRule]] = {
     "base": {
         "gravity": ColumnRule((3,), ("acceleration",), per_joint=False),
         "mass": ColumnRule((), ("mass",), per_joint=False),
-        "xyz": ColumnRule((3,), ("length",), per_joint=False),
-        "rpy": ColumnRule((3,), ("angle",), per_joint=False),
+        **_POSE,
     },
     "dh": {
         "alpha": ColumnRule((), ("angle",), required=True),
@@ -64,10 +59,7 @@ TABLES: dict[str, dict[str, ColumnRule]] = {
         "sign": ColumnRule((), ("number",)),
     },
     "frames": {"origin": ColumnRule((3,), ("length",))},
-    "flange": {
-        "xyz": ColumnRule((3,), ("length",), per_joint=False),
-        "rpy": ColumnRule((3,), ("angle",), per_joint=False),
-    },
+    "flange": _POSE,
     "limits": {
         "zero": ColumnRule((), ("angle", "length")),
         "lower": ColumnRule((), ("angle", "length"), may_be_unknown=True),
@@ -121,11 +113,11 @@ TABLES: dict[str, dict[str, ColumnRule]] = {
 """Table -> column -> rule. `limits.zero` is the DH coordinate at which the printed coordinate reads zero.
 
 `base.xyz` and `base.rpy` place DH frame 0 in the base. `rotors` gives gear ratio and inertia of the rotor, or
-`armature`, its inertia reflected to the joint. The motor map is
-dq_m = T dq with T_ij = signs_ij ratio_j / stage_j. `friction` is one pair for both directions, or columns per direction
-that hold up to the speed `covered`. `poses` is a second description of the kinematics, all in the base: joint positions
-of the mastering pose, its wrist centre, the flange's position at zero, the flange's orientation in both, and each
-joint's axis at zero. `ratings` are data sheet values of the whole arm (`mass` includes the base).
+`armature`, its inertia reflected to the joint. The motor map is dq_m = T dq with T_ij = signs_ij ratio_j / stage_j.
+`friction` is one pair for both directions, or columns per direction that hold up to the speed `covered`. `poses` is a
+second description of the kinematics, all in the base: joint positions of the mastering pose, its wrist centre, the
+flange's position at zero, the flange's orientation in both, and each joint's axis at zero. `ratings` are data sheet
+values of the whole arm (`mass` includes the base).
 """
 
 
@@ -251,12 +243,6 @@ class Paper:
     def numbers(self, column: str) -> tuple[float, ...]:
         """The numbers of a column in SI units; empty where the file has no such column."""
         return tuple(self.columns[column].si().tolist()) if column in self.columns else ()
-
-    def require_plain_dh(self, needed_for: str) -> None:
-        """Raise `OptionError` where the file goes beyond a DH table, as one that was written from a URDF may."""
-        for name in ("base.xyz", "base.rpy", "dh.beta"):
-            if name in self.columns:
-                raise OptionError(f"{needed_for} of {self.file}", name, "a DH table without it")
 
     def __repr__(self) -> str:
         return f"Paper({self.name!r}, reading={self.reading.name!r}, file={self.file!r})"

@@ -12,6 +12,7 @@ import sympy as sp
 
 from lwr_dyn.model.dh import Convention, JointKind
 from lwr_dyn.model.spatial import SNAP
+from lwr_dyn.papers.assembly import require_plain_dh
 from lwr_dyn.papers.schema import Column, Paper
 
 
@@ -26,7 +27,7 @@ class SymbolicRoute:
 
 def dh_matrices(paper: Paper) -> tuple[sp.Matrix, ...]:
     """A_1 ... A_n of a paper's DH table: joint variables q1 ... qn, non-zero lengths as the paper names them."""
-    paper.require_plain_dh("DH matrices")
+    require_plain_dh(paper, "DH matrices")
     out = []
     for i in range(paper.n):
         q = sp.Symbol(f"q{i + 1}")

@@ -17,7 +17,7 @@ from lwr_dyn.errors import MissingDataError
 from lwr_dyn.model.chain import Chain, ChainLink
 from lwr_dyn.model.dh import Convention, DHRow, JointKind
 from lwr_dyn.model.spatial import Pose
-from lwr_dyn.papers.assembly import arm_from_paper
+from lwr_dyn.papers.assembly import arm_from_paper, require_plain_dh
 from lwr_dyn.papers.schema import UNKNOWN, Paper
 from lwr_dyn.papers.units import to_si
 
@@ -117,7 +117,7 @@ def printed_table(paper: Paper) -> PrintedTable:
 
 def printed_rows(paper: Paper) -> tuple[DHRow, ...]:
     """The DH table as printed, without the errata of any reading."""
-    paper.require_plain_dh("conventions")
+    require_plain_dh(paper, "conventions")
     n, table = paper.n, paper.printed["dh"]
     names = ("alpha", "a", "d", "theta_offset")
     alpha, a, d, theta = (_cells(table[x], ()) if x in table else np.zeros(n) for x in names)
