@@ -58,7 +58,8 @@ def bound(document: UrdfDocument) -> Iterable[UrdfFinding]:
     reaches. Good arms stay below 1 of that bound. Error above 2, warning above 1.1.
     """
     for found in judgements(document):
-        if found.bound > BOUND_WARNING and _spread_severity(found) is None and not _shape_is_off(found):
+        quiet = _spread_severity(found) is None and not _is_off_centre(found)  # else said there
+        if found.bound > BOUND_WARNING and quiet and not _shape_is_off(found):
             what = f"its inertia needs {found.bound:.2g} times the variance that its shape allows"
             why = "along a principal axis, with half the mass at either end of the body"
             yield _of_tensor(found, what, why, "error" if found.bound > BOUND_ERROR else "warning")
@@ -138,10 +139,14 @@ def centre(document: UrdfDocument) -> Iterable[UrdfFinding]:
     centroid. Error more than 0.3 diameters outside; warning more than 0.02, or more than 2 standard deviations off.
     """
     for found in judgements(document):
-        if not (found.outside > OUTSIDE_WARNING or found.off > OFF) or _shape_is_off(found):
+        if not _is_off_centre(found) or _shape_is_off(found):
             continue
         severity: FindingSeverity = "error" if found.outside > OUTSIDE_ERROR else "warning"
         lies = "outside the hull of its shapes" if found.outside > 0.0 else "far from the middle of its shapes"
         what = f"the centre of mass lies {lies}"
         why = f"{max(found.outside, 0.0):.2g} diameters outside, {found.off:.2g} standard deviations off the middle"
         yield _named(found, what, why, severity, found.centre_slip, found.inertial.origin.place)
+
+
+def _is_off_centre(found: Judgement) -> bool:
+    return found.outside > OUTSIDE_WARNING or found.off > OFF

@@ -1,0 +1,48 @@
+import numpy as np
+import pytest
+
+from lwr_dyn.audit.urdf import shape_rules as rules
+from tests.audit.urdf.box_arm import ORIGINS, BoxArm
+
+ARM = BoxArm()
+RULES = (rules.mesh_unreadable, rules.shapes_differ, rules.bodies_apart, rules.joint_off_bodies)
+
+
+@pytest.mark.parametrize("rule", RULES)
+def test_silent_on_a_good_arm(rule):
+    assert list(rule(ARM.document())) == []
+
+
+def test_a_mesh_that_cannot_be_read(tmp_path):
+    (tmp_path / "bad.stl").write_bytes(b"solid x\nnothing")
+    mesh = '<visual><geometry><mesh filename="bad.stl"/></geometry></visual>'
+    document = ARM.with_link(1, shapes=mesh).document(str(tmp_path / "arm.urdf"))
+    found = list(rules.mesh_unreadable(document))
+    assert [(f.subject, f.why) for f in found] == [("link l1", "without points")]
+
+
+def test_visual_and_collision_in_different_units():
+    box = ARM.boxes[1]
+    small = box.changed(size=tuple(0.001 * v for v in box.size)).box("collision")
+    found = list(rules.shapes_differ(ARM.with_link(1, shapes=box.box() + small).document()))
+    assert [f.subject for f in found] == ["link l1"]
+    half = box.changed(size=tuple(0.6 * v for v in box.size)).box("collision")
+    assert list(rules.shapes_differ(ARM.with_link(1, shapes=box.box() + half).document())) == []
+
+
+def test_bodies_apart_and_a_joint_off_both():
+    origins = (*ORIGINS[:1], tuple(np.array(ORIGINS[1]) * -1.0), ORIGINS[2])
+    document = BoxArm(origins=origins).document()
+    assert [f.subject for f in rules.bodies_apart(document)] == ["joint j2"]
+    assert [f.subject for f in rules.joint_off_bodies(document)] == []
+    thousand = BoxArm(origins=(*ORIGINS[:2], tuple(1000.0 * v for v in ORIGINS[2]))).document()
+    assert [f.subject for f in rules.bodies_apart(thousand)] == ["joint j3"]
+
+
+def test_remarks_on_links_without_shapes():
+    bare = ARM
+    for k in range(4):
+        bare = bare.with_link(k, shapes="<visual/>")
+    assert list(rules.remarks(ARM.document())) == []
+    assert "l2" in next(iter(rules.remarks(ARM.with_link(2, shapes="<visual/>").document())))
+    assert next(iter(rules.remarks(bare.document()))).startswith("no shapes: a third")

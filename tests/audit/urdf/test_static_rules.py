@@ -1,0 +1,34 @@
+import numpy as np
+import pytest
+
+from lwr_dyn.audit.urdf.static_rules import effort_against_weight, largest_weight
+from lwr_dyn.audit.urdf.tree_poses import link_poses
+from tests.audit.urdf.box_arm import CENTRES, BoxArm
+from tests.tolerances import EXACT
+
+ARM = BoxArm()
+
+
+def test_the_weight_of_the_last_link():
+    document = ARM.document()
+    joint = document.joint_into("l3")
+    weight = largest_weight(document, joint, link_poses(document))
+    assert weight == pytest.approx(9.81 * ARM.boxes[3].mass * CENTRES[3][2], rel=EXACT)
+
+
+def test_the_weight_behind_the_first_joint_turns_with_the_mounting():
+    document = ARM.document()
+    weight = largest_weight(document, document.joint_into("l1"), link_poses(document))
+    assert weight > 9.81 * ARM.boxes[2].mass * 0.2  # with its axis level
+
+
+@pytest.mark.parametrize("effort", [0.02, 1e6])
+def test_efforts_that_are_too_small_or_too_large(effort):
+    found = list(effort_against_weight(BoxArm(effort=effort).document()))
+    assert [f.subject for f in found] == ["joint j1", "joint j2", "joint j3"]
+
+
+def test_silent_on_a_good_arm_and_where_there_is_no_effort():
+    assert list(effort_against_weight(ARM.document())) == []
+    assert list(effort_against_weight(BoxArm(effort=0.0).document())) == []
+    assert list(effort_against_weight(BoxArm(effort=np.nan).document())) == []
