@@ -57,7 +57,13 @@ def readings(robot: str) -> tuple[str, ...]:
 
 
 def load(
-    robot: str | Path, reading: str | None = None, *, tip: str | None = None, lock: Mapping[str, float] | None = None
+    robot: str | Path,
+    reading: str | None = None,
+    *,
+    tip: str | None = None,
+    lock: Mapping[str, float] | None = None,
+    mount: Any = None,
+    tool: Any = None,
 ) -> Arm:
     """A robot by name, from a user's own `.toml` or from a `.urdf`.
 
@@ -70,6 +76,13 @@ def load(
         Last link of the chain, for a `.urdf` whose tree branches.
     lock : mapping, optional
         Joint name -> value [rad or m] at which it is held.
+    mount : "floor", "wall", "ceiling", mapping, path of a .toml file or (4, 4) array_like, optional
+        The base in the world, whose z is up: fields `on` (one of the names), `xyz` [m], and `rpy` [rad] or `rpy_deg`,
+        which turn the base there. Poses of the arm are then in the world.
+    tool : mapping, path of a .toml file or (4, 4) array_like, optional
+        What is fixed to the flange: the tool centre point in the flange by `xyz`, `rpy` or `rpy_deg`; `mass` [kg]; its
+        `com` [m] in the flange; `inertia` about `com` in axes of the flange [kg m^2] (3 or 6 numbers, or a matrix).
+        Poses of the arm, payloads and the URDF's tip are then those of the tool centre point.
 
     Raises
     ------
@@ -77,15 +90,17 @@ def load(
         No robot, reading, tip or joint of that name.
     FileAccessError, PaperError, UrdfError
         The file cannot be read, or is not what it should be.
-    OptionError
-        A tip for a robot that is no `.urdf`, a lock outside the joint's limits.
+    OptionError, ShapeError
+        A tip for a robot that is no `.urdf`, a lock outside the joint's limits, a mount or tool that cannot be.
 
     >>> load("lwr4plus").n, load("lwr4plus", lock={"joint_3": 0.0}).n
     (7, 6)
+    >>> forward_kinematics(load("lwr4plus", mount="ceiling", tool={"xyz": [0, 0, 0.1]}), [0] * 7)[2, 3].round(3)
+    np.float64(-0.968)
     """
     from lwr_dyn.loading import load_with_paper
 
-    return load_with_paper(robot, reading, tip=tip, lock=lock)[0]
+    return load_with_paper(robot, reading, tip=tip, lock=lock, mount=mount, tool=tool)[0]
 
 
 def urdf_text(arm: Arm) -> str:

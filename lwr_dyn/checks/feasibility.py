@@ -26,7 +26,7 @@ link. LWR links are at 0.4 to 0.65 of the resulting bound, tensors ten times too
 
 def feasibility_verdicts(arm: Arm) -> list[Verdict]:
     """The verdicts on every link with an inertial, one by one."""
-    joints, flange = arm.joints(), arm.flange()
+    joints, flange = arm.uninstalled().joints(), arm.flange()
     ends = [*(j.origin.position for j in joints[1:]), flange.position]
     total = sum(float(np.linalg.norm(p)) for p in (*(j.origin.position for j in joints), flange.position))
     verdicts: list[Verdict] = []
@@ -42,7 +42,7 @@ def feasibility_verdicts(arm: Arm) -> list[Verdict]:
 def _written(arm: Arm, index: int, body: Body | None) -> Sequence[WrittenLink]:
     """The links of the file that move with a link of the chain, in its URDF frame; the link itself where there are
     none, or where the arm's body is no longer theirs (a payload, another mass)."""
-    own, layout = arm.chain.links[index], fitting(arm.layout, arm.chain)
+    own, layout = arm.chain.links[index], fitting(arm.layout, arm.uninstalled().chain)
     parts = layout.written.get(own.link, ()) if layout is not None else ()
     whole = welded(parts) if parts else None
     if whole is None or own.body is None or not _same(whole, own.body):
@@ -101,12 +101,13 @@ def not_judged(arm: Arm) -> list[str]:
 
 
 def _length(arm: Arm) -> float:
-    return max(float(np.linalg.norm(x.position)) for x in (*(j.origin for j in arm.joints()), arm.flange()))
+    poses = (*(joint.origin for joint in arm.uninstalled().joints()), arm.flange())
+    return max(float(np.linalg.norm(pose.position)) for pose in poses)
 
 
 def at_rest(arm: Arm) -> list[str]:
     """Notes on links that do not move, whose inertials no body can have: they enter no verdict."""
-    layout = fitting(arm.layout, arm.chain)
+    layout = fitting(arm.layout, arm.uninstalled().chain)
     links = layout.written.get("", ()) if layout is not None else ()
     return [
         f"{x.link} does not move with this arm; no body can have its inertial"

@@ -10,6 +10,7 @@ from lwr_dyn.files import ends_in
 from lwr_dyn.front import FUNCTIONS, forward_kinematics, kuka_units
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind
+from lwr_dyn.model.installation import names_of_ends
 from lwr_dyn.model.spatial import to_rpy
 from lwr_dyn.papers.catalog import open_paper
 
@@ -19,7 +20,7 @@ from lwr_dyn.papers.catalog import open_paper
 @click.option("--q", "q_si", type=NUMBERS, help="Joint positions, rad (m for sliding joints).")
 @click.option("--q-deg", "q_deg", type=NUMBERS, help="Joint positions, deg (m for sliding joints).")
 @click.option("--axes-deg", type=NAMED_AXES, help="Joint positions by name, A1=0,A2=-90 in deg; 0 if not named.")
-@click.option("--point", type=NUMBERS, default=(0.0, 0.0, 0.0), help="A point in the flange frame, x,y,z in m.")
+@click.option("--point", type=NUMBERS, default=(0.0, 0.0, 0.0), help="A point in the flange or tool frame, x,y,z in m.")
 @click.option("--symbolic", is_flag=True, help="Print A_1 ... A_n in symbols and the position by two routes.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object.")
 def command(
@@ -50,14 +51,15 @@ def command(
         record |= {"rpy": to_rpy(pose[:3, :3]), "point": list(point), "point_in_base": at, "outside": outside}
         print_json(record | {"kuka": kuka.record(q) if kuka else None})
         return
-    click.echo(f"{arm.name}, reading {arm.reading}: flange in base, metres")
+    first, last = names_of_ends(arm.installation)
+    click.echo(f"{arm.name}, reading {arm.reading}: {last} in {first}, metres")
     for row in pose:
         click.echo("  " + " ".join(f"{round(x, 8) + 0.0:12.8f}" for x in row))
     rpy = " ".join(f"{round(x, 6) + 0.0:.6f}" for x in np.degrees(to_rpy(pose[:3, :3])))
     click.echo(f"position  {_triple(pose[:3, 3])} m")
     click.echo(f"rpy       {rpy} deg")
     if any(point):
-        click.echo(f"point     {_triple(at)} m  (flange {', '.join(f'{x:g}' for x in point)})")
+        click.echo(f"point     {_triple(at)} m  ({last} {', '.join(f'{x:g}' for x in point)})")
     if kuka:
         click.echo(f"KUKA      {kuka.line(q)}  (mm, deg)")
     for line in filter(None, (*outside, kuka and kuka.note(pose))):

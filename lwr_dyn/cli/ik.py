@@ -21,7 +21,7 @@ from lwr_dyn.tables import aligned
 
 @click.command("ik")
 @robot_options
-@click.option("--xyz", type=NUMBERS, help="Position of the flange in the base, x,y,z in m.")
+@click.option("--xyz", type=NUMBERS, help="Position of the flange (or tool) in the base (or world), x,y,z in m.")
 @click.option("--rpy", "rpy_si", type=NUMBERS, help="Roll, pitch, yaw: R = Rz(yaw) Ry(pitch) Rx(roll), rad.")
 @click.option("--rpy-deg", type=NUMBERS, help="The same in deg.")
 @click.option("--xyz-mm", type=NUMBERS, help="Position in KUKA's units, X,Y,Z in mm.")

@@ -67,9 +67,18 @@ class NamedAxes(click.ParamType):  # type: ignore[type-arg] # generic only since
 NUMBERS, NAMED_AXES = Numbers(), NamedAxes()
 
 
+_INSTALLATION = "lwr_dyn.installation"
+"""Where click's context keeps mount and tool."""
+
+
 def robot_options(command: F) -> F:
-    """ROBOT, --reading, and for a .urdf --tip and --lock."""
+    """ROBOT, --reading, --lock, --mount, --tool, and for a .urdf --tip.
+
+    `load_robot` finds mount and tool in click's context, so that no command takes them as arguments.
+    """
     for option in (
+        _installation("tool", "KEY=NUMBERS|FILE.toml", "On the flange: xyz, rpy_deg, mass, com, inertia; m, kg."),
+        _installation("mount", "PLACE|KEY=NUMBERS|FILE.toml", "Base on floor, wall or ceiling; xyz in m, rpy_deg."),
         click.option("--lock", "locks", multiple=True, metavar="JOINT=VALUE", help="Hold a joint, rad or m."),
         click.option("--tip", help="Last link of the chain (of a .urdf)."),
         click.option("--reading", help="How to read the tables; the paper's default if not given."),
@@ -88,7 +97,39 @@ def load_robot_and_paper(
     robot: str, reading: str | None, tip: str | None, locks: tuple[str, ...]
 ) -> tuple[Arm, Paper | None]:
     """The arm that the options name and its paper (None for a `.urdf`); raises as `lwr_dyn.load`."""
-    return load_with_paper(robot, reading, tip=tip, lock=dict(_lock(text) for text in locks))
+    context = click.get_current_context(silent=True)
+    installation = {} if context is None else context.meta.get(_INSTALLATION, {})
+    return load_with_paper(robot, reading, tip=tip, lock=dict(_lock(text) for text in locks), **installation)
+
+
+def _installation(what: str, metavar: str, text: str) -> Callable[[F], F]:
+    """--mount or --tool, which can be given several times: `--mount ceiling --mount xyz=0,0,2.5`."""
+
+    def keep(context: click.Context, _: click.Parameter, texts: tuple[str, ...]) -> None:
+        if texts:
+            context.meta.setdefault(_INSTALLATION, {})[what] = _described(f"--{what}", texts)
+
+    return click.option(f"--{what}", multiple=True, metavar=metavar, help=text, callback=keep, expose_value=False)
+
+
+def _described(option: str, texts: tuple[str, ...]) -> str | dict[str, Any]:
+    """A place or a file by its name, or the fields that are given one by one."""
+    if len(texts) == 1 and "=" not in texts[0]:
+        return texts[0]
+    fields: dict[str, Any] = {}
+    for key, mark, value in (text.partition("=") for text in texts):
+        if (not mark and option == "--tool") or (key if mark else "on") in fields:
+            raise OptionError(option, repr(key), "each KEY=NUMBERS once, or one file")
+        fields[key if mark else "on"] = _plain_numbers(f"{option} {key}", value) if mark else key
+    return fields
+
+
+def _plain_numbers(name: str, text: str) -> float | list[float]:
+    try:
+        numbers = [number_of(x) for x in text.split(",")]
+    except ValueError:
+        raise OptionError(name, repr(text), "numbers separated by commas, such as 0,0,0.15") from None
+    return numbers if "," in text else numbers[0]
 
 
 def _lock(text: str) -> tuple[str, float]:

@@ -36,7 +36,7 @@ def _title(run: Run, arm: Arm, figures: Metrics) -> str:
     """The first line: what was simulated, and the stops that joints met."""
     known = facts(run)
     parts = [f"{arm.name}, reading {arm.reading}: {known['controller']}"]
-    parts += [f"{name} {known[name]}" for name in ("task", "payload", "plant") if name in known]
+    parts += [f"{name} {known[name]}" for name in ("mount", "tool", "task", "payload", "plant") if name in known]
     stops = f"; {figures.stops.sentence()}" if figures.stops.met else ""
     return ", ".join([*parts, f"{run.t[-1]:g} s", f"{run.t.size} samples"]) + stops
 

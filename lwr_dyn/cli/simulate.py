@@ -49,7 +49,7 @@ CONTROLLER = _option("--controller", "A name, or a file of your own.", NameOrFil
 PLANT = [
     _option("--plant-reading", "Simulate another reading than the controller's.", str),
     _option("--plant-scale", "Factor on all masses of the plant.", float, 1.0),
-    _option("--payload", "Point mass at the flange, kg.", float, 0.0),
+    _option("--payload", "Point mass at the flange, or at the tool centre point, kg.", float, 0.0),
     _option("--payload-known", "Build the controller's model with the payload."),
     _option("--friction", "Friction of the plant.", OneOf(FORMS), FORMS[0]),
     _option("--passive-refit", "Use the nearest friction that feeds no energy in."),

@@ -30,8 +30,8 @@ def pinocchio_model(arm: Arm) -> PinocchioModel:
 
 
 def flange_poses(model: PinocchioModel, q: Array) -> Array:
-    """Pose of the URDF's flange in its base by Pinocchio, (k, 4, 4), for q (k, n); needs no inertias."""
-    data, flange = model.createData(), model.getFrameId("flange", pin.FrameType.BODY)
+    """Pose of the URDF's last link in its first by Pinocchio, (k, 4, 4), for q (k, n); needs no inertias."""
+    data, flange = model.createData(), model.nframes - 1
     poses = []
     for state in q:
         pin.forwardKinematics(model, data, np.ascontiguousarray(state))

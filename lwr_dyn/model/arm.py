@@ -14,11 +14,12 @@ import numpy as np
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.errors import MissingDataError, OptionError, UnknownNameError
-from lwr_dyn.model.chain import Body, Chain, lock_joint
+from lwr_dyn.model.chain import Body, Chain, lock_joint, with_payload
 from lwr_dyn.model.dh import JointKind
 from lwr_dyn.model.drawing import Drawing
 from lwr_dyn.model.file_layout import FileLayout
 from lwr_dyn.model.friction import JointFriction, symmetric
+from lwr_dyn.model.installation import Installation, Tool
 from lwr_dyn.model.spatial import Pose
 from lwr_dyn.model.transmission import Transmission
 
@@ -120,7 +121,7 @@ class Arm:
     file: str = ""
     """Path of a user's own file, empty for a robot that comes with the package."""
     loaded_with: Mapping[str, Any] = field(default_factory=dict)
-    """The tip and the locked joints it was loaded with, as JSON values."""
+    """The tip, locked joints, mount and tool it was loaded with, as JSON values."""
     friction: tuple[JointFriction | None, ...] = ()
     """Friction per joint and direction, empty if the source gives at most a pair in `limits`; see `friction_models`."""
     transmission: Transmission | None = None
@@ -129,6 +130,8 @@ class Arm:
     """The gains of the arm's own joint controller; None if not given."""
     layout: FileLayout | None = None
     """The rest of the URDF file that it was read from."""
+    installation: Installation | None = None
+    """Its mount and tool; None for an arm that stands on its base and ends at its flange."""
 
     def __repr__(self) -> str:
         return f"Arm({self.name!r}, reading={self.reading!r}, n={self.n})"
@@ -144,7 +147,7 @@ class Arm:
         return tuple(link.joint for link in self.chain.links)
 
     def joints(self) -> tuple[Joint, ...]:
-        """The joints in URDF frames."""
+        """The joints in URDF frames; a mount is part of the first origin."""
         out, after = [], Pose.identity()
         for link, limits in zip(self.chain.links, self.limits, strict=True):
             armature = None if link.rotor is None else link.rotor.armature
@@ -162,7 +165,7 @@ class Arm:
         return tuple(model or limits.friction for model, limits in zip(given, self.limits, strict=True))
 
     def flange(self) -> Pose:
-        """The flange in the URDF frame of the last link."""
+        """The flange, or the centre point of the tool, in the URDF frame of the last link."""
         return self.chain.links[-1].after @ self.chain.flange
 
     @property
@@ -196,6 +199,17 @@ class Arm:
         sources = {name: cells for name, cells in self.sources.items() if name.split(".")[0] not in changed}
         return replace(self, chain=chain, sources=sources)
 
+    def installed(self, mount: Pose | None, tool: Tool) -> Arm:
+        """The arm on a mount and with a tool, whose mass becomes part of the last link; no mount leaves the base."""
+        load = with_payload(self.chain, tool.mass, tool.com, tool.inertia_com) if tool.mass else self.chain
+        there = Installation.of(load, mount, tool)
+        return replace(self.with_chain(load), chain=there.put_on(load), installation=there)
+
+    def uninstalled(self) -> Arm:
+        """The arm from its base to its flange, as its source has it; the mass of a tool stays part of the last link."""
+        there = self.installation
+        return self if there is None else replace(self, chain=there.taken_off(self.chain), installation=None)
+
     def with_locked_joint(self, joint: str, value: float) -> Arm:
         """The arm with one joint fixed at `value` [rad or m], so n - 1 joints.
 
@@ -209,6 +223,9 @@ class Arm:
             raise OptionError(f"lock of {joint}", value, f"{self.lower[index]:g} to {self.upper[index]:g}")
         if self.n == 1:
             raise OptionError(f"lock of {joint}", "the last joint", "at least one joint that moves")
+        if self.installation is not None:
+            mount, tool = self.installation.mount, replace(self.installation.tool, mass=0.0)
+            return self.uninstalled().with_locked_joint(joint, value).installed(mount, tool)
         fixed = {self.chain.links[index].link, joint} | ({self.chain.links[index - 1].link} if index else set())
         sources = {name: cells for name, cells in self.sources.items() if name.split(".")[0] not in fixed}
         chain = lock_joint(self.chain, index, value)

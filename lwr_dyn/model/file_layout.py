@@ -58,6 +58,8 @@ class FileLayout:
     inertials: Mapping[str, str]
     """The `<inertial>` of the root and of links fixed to it, which the arm leaves out because they do not move."""
     materials: tuple[str, ...]
+    tip: str = ""
+    """The link of the flange."""
     written: Mapping[str, tuple[WrittenLink, ...]] = field(default_factory=dict)
     """Link of the chain -> the links of the file that move with it, itself first; "" -> those at rest."""
 

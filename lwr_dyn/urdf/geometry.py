@@ -15,6 +15,7 @@ from lwr_dyn.arrays import Array
 from lwr_dyn.model.arm import Arm, Joint
 from lwr_dyn.model.dh import JointKind
 from lwr_dyn.model.drawing import DrawnCylinder
+from lwr_dyn.model.installation import ends_of
 from lwr_dyn.model.spatial import Pose, axis_to_z
 
 _SAME_PLACE = 1e-6
@@ -43,7 +44,12 @@ class Primitive:
 def primitives(arm: Arm) -> tuple[Primitive, ...]:
     """The shapes of all links, base and flange included; the file's own cylinders if it lists any."""
     cylinders = arm.drawing.cylinders
-    return tuple(map(_in_micrometres, map(_as_listed, cylinders) if cylinders else _derived(arm)))
+    shapes = list(map(_as_listed, cylinders) if cylinders else _derived(arm.uninstalled()))
+    if arm.installation is not None:
+        end = arm.installation.tool.frame.position
+        tool = _limb("flange", np.zeros(3), end, 0.3 * link_radii(arm.uninstalled())[-1], "dark")
+        shapes += [] if tool is None else [tool]
+    return tuple(map(_in_micrometres, shapes))
 
 
 def _in_micrometres(shape: Primitive) -> Primitive:
@@ -53,8 +59,15 @@ def _in_micrometres(shape: Primitive) -> Primitive:
 
 
 def floor_height(arm: Arm) -> float:
-    """Height of the floor in the base frame [m]: the lowest point of what is drawn for the base."""
-    return min((_lowest(shape.pose, shape) for shape in primitives(arm) if shape.link == "base"), default=0.0)
+    """Height of the floor in the first frame of the chain [m]: the lowest point of what is drawn for the base.
+
+    Where the base is not upright the floor is that of the world, and with no height given below the arm's reach.
+    """
+    mount, _ = ends_of(arm.installation)
+    if mount.rotation[2, 2] < 0.9:
+        spans = [*(joint.origin.position for joint in arm.joints()[1:]), arm.flange().position]
+        return 0.0 if mount.position[2] > 0.0 else float(mount.position[2] - np.linalg.norm(spans, axis=1).sum())
+    return min((_lowest(mount @ shape.pose, shape) for shape in primitives(arm) if shape.link == "base"), default=0.0)
 
 
 def _derived(arm: Arm) -> list[Primitive]:

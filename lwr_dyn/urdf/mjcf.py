@@ -11,6 +11,7 @@ from lwr_dyn.errors import MissingDataError
 from lwr_dyn.model.arm import Arm, Joint
 from lwr_dyn.model.chain import Body
 from lwr_dyn.model.dh import JointKind
+from lwr_dyn.model.installation import ends_of
 from lwr_dyn.model.spatial import Pose
 from lwr_dyn.urdf.geometry import COLOURS, Primitive, primitives
 from lwr_dyn.urdf.xml_text import comment, header, number, numbers
@@ -21,12 +22,12 @@ _TYPES = {JointKind.REVOLUTE: "hinge", JointKind.PRISMATIC: "slide"}
 def mjcf_text(arm: Arm) -> str:
     """The arm as MJCF text; raises `MissingDataError` for a moving link without mass, which MuJoCo refuses."""
     arm.require_dynamics()
-    bare = weightless_links(arm)
-    if bare:
+    weightless, shapes = weightless_links(arm), primitives(arm)
+    if weightless:
         raise MissingDataError(
-            arm.name, f"masses of {', '.join(bare)}", "MuJoCo, which refuses a moving link of mass 0"
+            arm.name, f"masses of {', '.join(weightless)}", "MuJoCo, which refuses a moving link of mass 0"
         )
-    shapes = primitives(arm)
+    there, bare = arm.installation, arm.uninstalled()
     lines = [
         '<?xml version="1.0" encoding="utf-8"?>',
         *_header(replace(arm, layout=None)),
@@ -41,16 +42,19 @@ def mjcf_text(arm: Arm) -> str:
         "  <asset>",
     ]
     lines += [f'    <material name="{name}" rgba="{numbers(rgba)}"/>' for name, rgba in COLOURS.items()]
-    lines += ["  </asset>", "  <worldbody>", '    <body name="base">', *_geoms(shapes, "base", 3)]
-    rows = list(zip(arm.chain.links, arm.joints(), arm.bodies(), strict=True))
+    base = "" if there is None else f" {_pose(ends_of(there)[0])}"
+    lines += ["  </asset>", "  <worldbody>", f'    <body name="base"{base}>', *_geoms(shapes, "base", 3)]
+    rows = list(zip(bare.chain.links, bare.joints(), bare.bodies(), strict=True))
     for depth, (link, joint, body) in enumerate(rows, start=3):
         pad = "  " * depth
         lines.append(f"{pad}<body name={quoteattr(link.link)} {_pose(joint.origin)}>")
         lines += [_inertial(body, depth + 1)] if body is not None else []
         lines += [_joint(joint, depth + 1), *_geoms(shapes, link.link, depth + 1)]
     innermost = 3 + len(rows)
-    lines.append(f'{"  " * innermost}<body name="flange" {_pose(arm.flange())}>')
+    lines.append(f'{"  " * innermost}<body name="flange" {_pose(bare.flange())}>')
     lines += _geoms(shapes, "flange", innermost + 1)
+    if there is not None:
+        lines.append(f'{"  " * (innermost + 1)}<site name="tool" {_pose(there.tool.frame)}/>')
     lines += [f"{'  ' * depth}</body>" for depth in range(innermost, 1, -1)]
     motors = ["  <actuator>", *(_motor(joint) for _, joint, _ in rows), "  </actuator>"]
     return "\n".join([*lines, "  </worldbody>", *motors, "</mujoco>"]) + "\n"

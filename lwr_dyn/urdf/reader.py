@@ -71,7 +71,8 @@ def read_urdf(path: str | Path, tip: str | None = None, lock: Mapping[str, float
     """
     urdf = parse_urdf(path)
     tree = build_tree(urdf, lock or {})
-    base, *groups = _groups(tree, tree.path_to(tree.only_end() if tip is None else tip))
+    tip = tree.only_end() if tip is None else tip
+    base, *groups = _groups(tree, tree.path_to(tip))
     names = [_free_name(group.link, urdf.links) for group in groups]
     written = [
         tuple(WrittenLink(part, _body(urdf.links[part], pose)) for part, pose in group.parts) for group in groups
@@ -83,7 +84,7 @@ def read_urdf(path: str | Path, tip: str | None = None, lock: Mapping[str, float
         pose = before.exit @ origin_pose(joint.origin) @ turn
         rotor = urdf.rotors.get(joint.name)
         links.append(ChainLink(joint.name, name, KINDS[joint.type], pose, turn.inverse(), body, rotor))
-    layout = layout_of(tree, [(x.joint, x.link) for x in (base, *groups)], links, groups[-1].exit)
+    layout = layout_of(tree, [(x.joint, x.link) for x in (base, *groups)], links, groups[-1].exit, tip)
     gravity = np.array(STANDARD_GRAVITY if urdf.gravity is None else urdf.gravity)
     return Arm(
         name=urdf.name, reading=READING, title=f"read from {urdf.file}",

@@ -89,7 +89,9 @@ class Tree:
             raise UrdfError(self.urdf.file, where, "moving off the chain and not locked", locks)
 
 
-def layout_of(tree: Tree, groups: Sequence[tuple[Any, str]], links: Sequence[ChainLink], flange: Pose) -> FileLayout:
+def layout_of(
+    tree: Tree, groups: Sequence[tuple[Any, str]], links: Sequence[ChainLink], flange: Pose, tip: str
+) -> FileLayout:
     """The layout of the chain: `groups` are the root's and then each moving joint with the link that it moves."""
     carried, root = tree.urdf.carried, groups[0][1]
     fixed = tuple(_fixed_links(tree, link) for _, link in groups)
@@ -103,6 +105,7 @@ def layout_of(tree: Tree, groups: Sequence[tuple[Any, str]], links: Sequence[Cha
         shapes={name: carried.shapes[name] for name in kept},
         inertials={name: carried.inertials[name] for name in resting if name in carried.inertials},
         materials=carried.materials,
+        tip=tip,
     )
 
 

@@ -12,7 +12,7 @@ it, with or without the zeros; for Gazebo give `base` a mass of your own.
 An arm from a foreign URDF is written in the file's own links, frames and axes: `continuous` joints, tip and tool
 frames, transmissions and shapes stay (mesh files by name, so a relative name holds only beside the original). Masses of
 links that are fixed to a moving link are joined with it. Of a branched file only the chain and what is fixed to it is
-written.
+written. An arm that is mounted has one link more, the root `world`, and one with a tool the link `tool` at its end.
 """
 
 from xml.sax.saxutils import quoteattr
@@ -20,6 +20,8 @@ from xml.sax.saxutils import quoteattr
 from lwr_dyn.model.arm import Arm, Joint
 from lwr_dyn.model.chain import Body, ChainLink
 from lwr_dyn.model.file_layout import fitting
+from lwr_dyn.model.installation import Installation
+from lwr_dyn.model.spatial import Pose
 from lwr_dyn.urdf.carried import write_as_in_file
 from lwr_dyn.urdf.elements import (
     CHOICE,
@@ -52,22 +54,44 @@ def urdf_with_sources(arm: Arm) -> SourcedText:
     for line in header(arm):
         out.line(0, line)
     out.line(0, f'<robot name={quoteattr(arm.name)} xmlns:drake="{DRAKE}">')
-    layout = fitting(arm.layout, arm.chain)
+    bare, there = arm.uninstalled(), arm.installation
+    layout = fitting(bare.layout, bare.chain)
     if layout is None:
-        _write_as_modelled(out, arm)
+        _write_as_modelled(out, bare, primitives(arm))
     else:
-        write_as_in_file(out, arm, layout)
+        write_as_in_file(out, bare, layout)
+    if there is not None:
+        _write_installation(out, there, *(ENDS if layout is None else (layout.root, layout.tip)))
     out.line(0, "</robot>")
     return out
 
 
-def _write_as_modelled(out: SourcedText, arm: Arm) -> None:
+def _write_installation(out: SourcedText, there: Installation, base: str, flange: str) -> None:
+    """Link `world` with the base fixed to it, link `tool` fixed to the flange; the last moving link has its mass."""
+    world, mount, tool, holder = (_free_name(out, x) for x in ("world", "mount", "tool", "tool_joint"))
+    if there.mount is not None:
+        out.line(1, f"<link name={quoteattr(world)}/>")
+        _fixed_joint(out, mount, world, base, there.mount, ("mount",))
+    if not there.tool.frame.is_identity():
+        out.line(1, f"<link name={quoteattr(tool)}>")
+        write_weightless(out, f"/robot/link[@name='{tool}']/inertial")
+        out.line(1, "</link>")
+        _fixed_joint(out, holder, flange, tool, there.tool.frame, ("tool",))
+
+
+def _free_name(out: SourcedText, name: str) -> str:
+    """The name, with underscores where the text has it already."""
+    while any(f"name={quoteattr(name)}" in line for line in out.text):
+        name += "_"
+    return name
+
+
+def _write_as_modelled(out: SourcedText, arm: Arm, shapes: tuple[Primitive, ...]) -> None:
     """Links base, the arm's own, flange, with z as joint axis and drawn shapes."""
     for name, rgba in COLOURS.items():
         out.line(1, f'<material name="{name}">')
         out.numbers(2, "color", f"/robot/material[@name='{name}']", rgba=Attribute(rgba, word=DRAWN))
         out.line(1, "</material>")
-    shapes = primitives(arm)
     _link(out, "base", shapes)
     parent, placed = "base", _placed_by(arm)
     turned = any(not link.after.is_identity() for link in arm.chain.links)
@@ -78,10 +102,14 @@ def _write_as_modelled(out: SourcedText, arm: Arm) -> None:
         parent = link.link
     _link(out, "flange", shapes)
     fixed = "flange_joint" + "_" * (arm.joint_names.count("flange_joint"))
-    out.line(1, f'<joint name="{fixed}" type="fixed">')
-    write_origin(out, f"/robot/joint[@name='{fixed}']", arm.flange(), placed[-1])
+    _fixed_joint(out, fixed, parent, "flange", arm.flange(), placed[-1])
+
+
+def _fixed_joint(out: SourcedText, name: str, parent: str, child: str, origin: Pose, placed: tuple[str, ...]) -> None:
+    out.line(1, f'<joint name="{name}" type="fixed">')
+    write_origin(out, f"/robot/joint[@name='{name}']", origin, placed)
     out.line(2, f"<parent link={quoteattr(parent)}/>")
-    out.line(2, '<child link="flange"/>')
+    out.line(2, f"<child link={quoteattr(child)}/>")
     out.line(1, "</joint>")
 
 

@@ -20,8 +20,7 @@ ONE_SIDED = (
     'it is under "friction" in the sidecar'
 )
 """The header line of an arm whose friction is left out."""
-
-
+INSTALLED = "link world: the base is mounted, gravity is in world; link tool: its mass is in the last moving link"
 DRAWN_HERE, AS_IN_FILE = "drawn by lwr_dyn, not from the source", "as in the source, meshes by name"
 
 
@@ -50,20 +49,21 @@ def comment(text: str) -> str:
 
 def header(arm: Arm) -> list[str]:
     """The comment at the top of a file: robot, reading, source, and which numbers are estimated, unknown or drawn."""
-    unknown = [f"{name} {x}" for name, x in unknown_limits(arm)]
+    unknown, bare = [f"{name} {x}" for name, x in unknown_limits(arm)], arm.uninstalled()
     lines = [
         f"{arm.title}; robot {arm.name}, reading {arm.reading}",
         f"{WRITTEN_BY}; do not edit: change the data file and write again",
         f"errata applied: {', '.join(arm.errata) or 'none'}",
         f"source file sha256: {arm.digest or 'none'}",
         f"{GRAVITY}{numbers(arm.chain.gravity)}",
+        *([] if arm.installation is None else [INSTALLED]),
         "inertials: about the centre of mass, axes of the link frame; every number's source is in the .provenance.json",
         f"inertias that no body can have: {', '.join(unphysical_links(arm.chain)) or 'none'}",
         *(f"{PARTLY_KNOWN}{x.link}" for x in arm.chain.links if x.body is not None and x.body.unknown),
         *(f"{ESTIMATED}{line}" for line in estimates(arm)),
         "rotor inertia: not part of the links' inertials; see the .srdf, the drake: tags and the MJCF .xml",
         f"{UNKNOWN_LIMITS}{', '.join(unknown) or 'nothing'}",
-        f"visual and collision shapes: {DRAWN_HERE if fitting(arm.layout, arm.chain) is None else AS_IN_FILE}",
+        f"visual and collision shapes: {DRAWN_HERE if fitting(bare.layout, bare.chain) is None else AS_IN_FILE}",
     ]
     reflected = [link.joint for link in arm.chain.links if link.rotor is not None and link.rotor.reflected]
     if reflected:
@@ -89,7 +89,7 @@ def estimates(arm: Arm) -> list[str]:
 
 def unknown_limits(arm: Arm) -> list[tuple[str, str]]:
     """(joint, limit) pairs that a URDF requires and the source does not give; an unlimited joint requires no range."""
-    layout, names = fitting(arm.layout, arm.chain), ("lower", "upper", "velocity", "effort")
+    layout, names = fitting(arm.layout, arm.uninstalled().chain), ("lower", "upper", "velocity", "effort")
     unlimited = frozenset() if layout is None else layout.unlimited()
     out = []
     for joint in arm.joints():

@@ -12,6 +12,7 @@ from typing import Any
 from lwr_dyn.errors import OptionError
 from lwr_dyn.files import write_file
 from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.installation import ends_of
 from lwr_dyn.model.run import Run
 from lwr_dyn.simulation.metrics import RIGID
 from lwr_dyn.simulation.stop_contacts import stop_contacts
@@ -121,6 +122,7 @@ def run_record(shown: ReplayedRun, stride: int = 1) -> dict[str, Any]:
             {"name": j.name, "kind": j.kind.value, "origin": scene.column_major(j.origin)} for j in arm.joints()
         ],
         "flange": scene.column_major(arm.flange()),
+        "base": scene.column_major(ends_of(arm.installation)[0]),
         "native": [scene.column_major(link.after) for link in arm.chain.links],
         "floor": floor_height(arm),
         "samples": [int(keep.size), int(run.t.size)],

@@ -1,5 +1,6 @@
 """`ReplayedRun`: a run with its arm, label and colour; every picture of this package starts from it."""
 
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -102,11 +103,15 @@ def _labels(runs: Sequence[Run]) -> list[str]:
 
 
 def facts(run: Run) -> dict[str, str]:
-    """Facts about a run for a page or a line, if known: robot, reading, controller, task, payload, plant, audit."""
+    """Facts about a run for a page or a line, if known: robot, reading, mount, tool, controller, task, ... audit."""
     meta, note = run.meta, run.meta.get("note") or {}
-    values = {"robot": meta.get("robot"), "reading": meta.get("reading"), "controller": _controller(meta)}
+    values = {"robot": meta.get("robot"), "reading": meta.get("reading")}
+    installed = meta.get("loaded_with")
+    installed = installed if isinstance(installed, Mapping) else {}
+    values |= {what: _fields(installed.get(what)) for what in ("mount", "tool")} | {"controller": _controller(meta)}
     values["task"] = note.get("task", meta.get("task"))
-    values["payload"] = _payload(meta.get("payload"), bool(note.get("payload_known")))
+    carrier = "tool centre point" if "tool" in installed else "flange"
+    values["payload"] = _payload(meta.get("payload"), bool(note.get("payload_known")), carrier)
     values["plant"] = note.get("plant", meta.get("plant"))
     values["audit"] = audit_words(run.audit)
     return {key: value for key, value in values.items() if isinstance(value, str) and value}
@@ -118,10 +123,17 @@ def _controller(meta: Mapping[str, Any]) -> Any:
     return controller.get("label", controller.get("name")) if isinstance(controller, Mapping) else controller
 
 
-def _payload(load: Any, known: bool) -> str | None:
+def _fields(table: Any) -> str | None:
+    """A mount or a tool in words: its fields as they were given."""
+    if not isinstance(table, Mapping):
+        return None
+    return ", ".join(f"{key} {value if isinstance(value, str) else json.dumps(value)}" for key, value in table.items())
+
+
+def _payload(load: Any, known: bool, carrier: str) -> str | None:
     """A load in words: its mass, where it is fixed, and whether the controller knows of it."""
     if not isinstance(load, Mapping):
         return None
     com = load.get("com", (0.0, 0.0, 0.0))
-    place = f"({', '.join(f'{x:g}' for x in com)}) m from the flange" if any(com) else "the flange"
+    place = f"({', '.join(f'{x:g}' for x in com)}) m from the {carrier}" if any(com) else f"the {carrier}"
     return f"{load.get('mass', 0.0):g} kg at {place}{', known to the controller' if known else ''}"

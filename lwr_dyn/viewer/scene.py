@@ -6,6 +6,7 @@ origin times the joint's motion, which the player sets.
 """
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ import numpy as np
 from lwr_dyn.arrays import Array
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import joint_motion
+from lwr_dyn.model.installation import ends_of
 from lwr_dyn.model.spatial import Pose, rot_x
 from lwr_dyn.urdf.geometry import COLOURS, Primitive, primitives
 from lwr_dyn.viewer.replayed_runs import ReplayedRun
@@ -31,14 +33,16 @@ def run_path(run: int) -> str:
 
 
 def link_path(run: int, link: int) -> str:
-    """Path of link `link`: 0 is the base, n + 1 the flange of an arm with n joints."""
+    """Path of link `link`: 0 is the first frame of the chain, n + 1 the last one of an arm with n joints."""
     return "/".join([run_path(run), *(f"link_{i}" for i in range(link + 1))])
 
 
 def arm_commands(shown: ReplayedRun, run: int) -> Iterator[Command]:
     """The shapes of an arm, then its links at the first sample of the run."""
     links = ["base", *(link.link for link in shown.arm.chain.links), "flange"]
+    ends = dict(zip(("base", "flange"), ends_of(shown.arm.installation), strict=True))
     for k, shape in enumerate(primitives(shown.arm)):
+        shape = replace(shape, pose=ends[shape.link] @ shape.pose) if shape.link in ends else shape
         yield cylinder(f"{link_path(run, links.index(shape.link))}/shape_{k}", shape, shown.colour)
     yield from pose_commands(shown.arm, shown.run.q[0], run)
 

@@ -41,7 +41,7 @@ class Stage {
     parts.triads = [chain[0], ...record.native.map((_, k) => chain[k + 1])].map((path, k) => {
       const at = path.concat("frame");
       this.viewer.set_object(at, triad(0.13, 0.004, String(k)));
-      if (k > 0) this.viewer.set_transform(at, record.native[k - 1]);
+      this.viewer.set_transform(at, k > 0 ? record.native[k - 1] : record.base);
       return at;
     });
     parts.traceTube?.until(-1);
