@@ -34,6 +34,8 @@ class UrdfDocument:
     """Faults of reading."""
     moved: frozenset[str]
     """Links with a moving joint between the root and them."""
+    driven: frozenset[str]
+    """Links that a moving joint carries itself; the other moved ones are fixed to these."""
     by_name: Mapping[str, LinkElement]
     into: Mapping[str, JointElement]
     """Child link -> the first joint that carries it."""
@@ -110,7 +112,7 @@ def document_of(content: bytes | str, file: str, carried: bool = False) -> UrdfD
     by_name = {link.name: by_name[link.name] for link in links}
     return UrdfDocument(
         file, Path(file), hashlib.sha256(content).hexdigest(), root, links, joints, tuple(faults),
-        _moved(by_name, into, out_of), by_name, into, out_of,
+        _moved(by_name, into, out_of), frozenset(j.child for j in into.values() if j.moves), by_name, into, out_of,
     )  # fmt: skip
 
 

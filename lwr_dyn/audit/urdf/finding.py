@@ -2,11 +2,12 @@
 
 from dataclasses import dataclass
 from typing import Any, Literal
+from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.audit.urdf.xml_tree import Place
+from lwr_dyn.audit.urdf.xml_tree import Place, XmlElement
 
 FindingSeverity = Literal["error", "warning", "note"]
 """An error is impossible for a body or a joint, a warning most likely wrong, a note worth a look."""
@@ -84,6 +85,12 @@ def number_text(value: float) -> str:
 def vector_text(values: Array) -> str:
     """Numbers separated by spaces, as an attribute holds them."""
     return " ".join(number_text(float(v)) for v in values)
+
+
+def tag_text(element: XmlElement, **changed: str) -> str:
+    """The opening tag of an element with some attributes changed or added."""
+    cells = {**element.attributes, **changed}
+    return f"<{' '.join([element.tag, *(f'{name}={quoteattr(text)}' for name, text in cells.items())])}/>"
 
 
 def inertia_text(tensor: Array) -> str:

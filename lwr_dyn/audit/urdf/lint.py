@@ -87,10 +87,13 @@ def _found(document: UrdfDocument) -> list[UrdfFinding]:
 
 
 def _severity(finding: UrdfFinding, code: str, document: UrdfDocument) -> FindingSeverity:
-    """That of the finding or of its rule; a note where it judges a link that nothing moves."""
-    if finding.link and finding.link not in document.moved:
-        return "note"
-    return finding.severity or severity_of(code)
+    """That of the finding or of its rule; of a link fixed to a moved one a level lower, of one that rests a note."""
+    severity = finding.severity or severity_of(code)
+    if not finding.link or finding.link in document.driven:
+        return severity
+    if finding.link in document.moved and severity == "error":
+        return "warning"
+    return "note"
 
 
 def _ignored_places(root: XmlElement | None) -> Iterable[tuple[Place, frozenset[str]]]:
