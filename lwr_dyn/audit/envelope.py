@@ -23,7 +23,7 @@ import numpy as np
 from lwr_dyn.arrays import Array
 from lwr_dyn.audit.envelope_arcs import EnvelopeArc, pieces
 from lwr_dyn.errors import MissingDataError
-from lwr_dyn.kinematics.arm_geometry import WristArmGeometry, require_wrist_arm
+from lwr_dyn.kinematics.six_joint_geometry import SixJointGeometry, require_wrist_arm
 from lwr_dyn.model.arm import Arm
 
 BESIDE = 1e-7
@@ -111,7 +111,7 @@ def _reach(outline: tuple[EnvelopeArc, ...], lateral: float, without: float) -> 
 class _Section:
     """Joints 2 and 3 with their limits, and the position of the arm's plane in (r, z)."""
 
-    geometry: WristArmGeometry
+    geometry: SixJointGeometry
     lower: Array
     upper: Array
     up: float

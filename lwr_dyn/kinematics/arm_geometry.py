@@ -1,13 +1,9 @@
-"""The geometry of the arms that have a closed form of inverse kinematics, read off their axes at q = 0.
+"""The geometry of arms with a closed form of inverse kinematics, read off their axes at q = 0: S-R-S arms.
 
 S-R-S arm (spherical, roll, spherical): axes 1, 2, 3 meet at the shoulder S, axes 5, 6, 7 at the wrist W, neighbours
 among them perpendicular; joint 4 is the elbow, whose axis is perpendicular to the plane of S and W.
 
     R_flange = R_shoulder(q1, q2, q3) Rot(w4, q4) R_wrist(q5, q6, q7) R_home
-
-Six joints with a spherical wrist: axis 2 is perpendicular to axis 1, axis 3 parallel to axis 2, and axes 4, 5, 6 meet
-in the wrist centre W, neighbours among them perpendicular. In the arm's plane at q1 = 0, e = w2 x w1 (ahead),
-n = w2 (across) and w1 (along axis 1) are a right-handed triad.
 
 Shoulder, elbow and wrist may be offset, the flange may be anywhere, and zero and direction of each joint are free.
 """
@@ -30,7 +26,6 @@ MEETING = 1e-9
 """[m, or sine] Axes this near to each other meet; directions this near to a right angle are perpendicular."""
 
 SRS_ARM = "a seven-joint arm with a spherical shoulder, an elbow and a spherical wrist"
-WRIST_ARM = "a six-joint arm with axis 2 perpendicular to 1, 3 parallel to 2, a spherical wrist"
 Geometry = TypeVar("Geometry")
 
 
@@ -84,45 +79,6 @@ class SrsGeometry:
         return replace(self, reference=read_only(direction / length))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class WristArmGeometry:
-    """Constants of a six-joint arm with spherical wrist at q = 0: lengths [m], angles [rad].
-
-    In the arm's plane a point is (along w1, along e); a positive turn about n takes the first towards the second.
-    """
-
-    frame: Array
-    """(3, 3), columns e, n, w1 in the base."""
-    origin: Array
-    """(3,) A point of axis 1 in the base [m]."""
-    lateral: float
-    """Offset of W from the plane of axis 1, along n [m]."""
-    shoulder: Array
-    """(2,) Axis 2 in the arm's plane, from `origin`."""
-    upper: Array
-    """(2,) From axis 2 to axis 3."""
-    fore: Array
-    """(2,) From axis 3 to W."""
-    elbow_sign: int
-    """+1 when axis 3 points as axis 2 does, else -1."""
-    front: int
-    """+1 when W is on the side of e at q = 0, -1 on the other: ahead of axis 1 in the sense of `Branch`."""
-    wrist_in_flange: Array
-    home_rotation: Array
-    ball: Ball
-
-    @property
-    def lengths(self) -> tuple[float, float]:
-        """Upper arm and forearm, both in the arm's plane [m]."""
-        return float(np.hypot(*self.upper)), float(np.hypot(*self.fore))
-
-    @property
-    def straight(self) -> float:
-        """q3 at which axis 2, axis 3 and W lie in line, -pi to pi [rad]."""
-        (a, b), (c, d) = self.upper, self.fore
-        return float(-self.elbow_sign * np.arctan2(a * d - b * c, a * c + b * d))
-
-
 @lru_cache(maxsize=32)
 def srs_geometry(chain: Chain) -> SrsGeometry | None:
     """The constants of the arm, or None when the chain is not S-R-S."""
@@ -153,61 +109,24 @@ def srs_geometry(chain: Chain) -> SrsGeometry | None:
     )
 
 
-@lru_cache(maxsize=32)
-def wrist_arm_geometry(chain: Chain) -> WristArmGeometry | None:
-    """The constants of the arm, or None when the chain is not a six-joint arm with spherical wrist."""
-    if chain.n != 6 or any(link.kind is not JointKind.REVOLUTE for link in chain.links):
-        return None
-    axes = joint_axes(chain, np.zeros(6))
-    z, p, flange = axes.z, axes.p, axes.flange
-    wrist, ball = meeting_point(z[3:], p[3:]), ball_of(z[3:])
-    parallel = float(z[1] @ z[2])
-    if wrist is None or ball is None or abs(z[0] @ z[1]) > MEETING or 1.0 - abs(parallel) > MEETING:
-        return None
-    frame = np.column_stack([np.cross(z[1], z[0]), z[1], z[0]])
-    e, n, w1 = frame.T
-    upper, fore = p[2] - p[1], wrist - p[2]
-    plane = np.stack([w1, e])
-    if min(np.hypot(*(plane @ upper)), np.hypot(*(plane @ fore))) < MEETING:
-        return None
-    origin = p[0]
-    return WristArmGeometry(
-        frame=read_only(frame),
-        origin=read_only(origin),
-        lateral=float(n @ (wrist - origin)),
-        shoulder=read_only(plane @ (p[1] - origin)),
-        upper=read_only(plane @ upper),
-        fore=read_only(plane @ fore),
-        elbow_sign=1 if parallel > 0.0 else -1,
-        front=1 if e @ (wrist - origin) >= 0.0 else -1,
-        wrist_in_flange=read_only(flange[:3, :3].T @ (wrist - flange[:3, 3])),
-        home_rotation=read_only(flange[:3, :3]),
-        ball=ball,
-    )
-
-
 def require_srs(arm: Arm, reference: ArrayLike | None = None) -> SrsGeometry:
     """As `srs_geometry`, with another `reference` of the arm angle; raises `OptionError` when the arm is not S-R-S."""
-    return _required(arm, srs_geometry(arm.chain), SRS_ARM).with_reference(reference)
+    return required(arm, srs_geometry(arm.chain), SRS_ARM).with_reference(reference)
 
 
-def require_wrist_arm(arm: Arm) -> WristArmGeometry:
-    """As `wrist_arm_geometry`; raises `OptionError` when the arm is another one."""
-    return _required(arm, wrist_arm_geometry(arm.chain), WRIST_ARM)
-
-
-def _required(arm: Arm, geometry: Geometry | None, allowed: str) -> Geometry:
+def required(arm: Arm, geometry: Geometry | None, allowed: str) -> Geometry:
+    """The geometry; raises `OptionError` when it is None."""
     if geometry is None:
         raise OptionError("arm", arm.name, allowed)
     return geometry
 
 
-def meeting_point(z: Array, p: Array) -> Array | None:
-    """The point where three lines meet, or None."""
+def meeting_point(z: Array, p: Array, tolerance: float = MEETING) -> Array | None:
+    """The point where lines meet to a tolerance [m], or None."""
     across = np.eye(3) - z[:, :, None] * z[:, None, :]
-    point = np.linalg.lstsq(across.reshape(9, 3), np.einsum("nij,nj->ni", across, p).reshape(9), rcond=None)[0]
+    point = np.linalg.lstsq(across.reshape(-1, 3), np.einsum("nij,nj->ni", across, p).reshape(-1), rcond=None)[0]
     away = np.einsum("nij,nj->ni", across, point - p)
-    return point if np.linalg.norm(away, axis=1).max() < MEETING else None
+    return point if np.linalg.norm(away, axis=1).max() < tolerance else None
 
 
 def ball_of(z: Array) -> Ball | None:

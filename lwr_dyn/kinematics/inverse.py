@@ -16,6 +16,7 @@ IK_SOLVERS: Registry[IkSolver[Any]] = Registry(
     {
         "srs": Row("lwr_dyn.kinematics.srs_solver:SOLVER", "S-R-S arms with an arm angle, in closed form"),
         "spherical-wrist": Row("lwr_dyn.kinematics.spherical_wrist:SOLVER", "six joints, in closed form"),
+        "three-parallel": Row("lwr_dyn.kinematics.three_parallel:SOLVER", "six joints, in closed form"),
         "numeric": Row("lwr_dyn.kinematics.numeric:SOLVER", "any arm, by damped least squares from many starts"),
     },
 )

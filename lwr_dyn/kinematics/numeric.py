@@ -8,13 +8,14 @@ robots). All starts run at once. Every solution is verified, but there may be mo
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.errors import OptionError
 from lwr_dyn.kinematics.branches import joint_ranges, wrap
 from lwr_dyn.kinematics.forward import jacobian_at, joint_axes
-from lwr_dyn.kinematics.solution import IkSolver, InverseResult, PoseProblem, make_solution, ranked_result
+from lwr_dyn.kinematics.solution import IkSolver, InverseResult, PoseProblem, make_solutions, ranked_result
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import Chain
 from lwr_dyn.model.dh import JointKind
@@ -28,6 +29,8 @@ _REGULAR = 1e-13
 """Least damping as a share of the trace of J J^T: the sum is regular by a thousand times what a solution by elimination
 rounds, also where J has lost rank (a stretched arm, fewer than six joints, held joints)."""
 _DAMPING, _EASE, _STIFFEN, _WEAKEST = 1e-2, 0.2, 4.0, 1e-20
+_NEARLY = 1e-6
+"""Damping of starts near a solution: full steps."""
 _OPEN_RANGE = {JointKind.REVOLUTE: np.pi, JointKind.PRISMATIC: 1.0}
 """Half width of the starts' range where a limit is not known [rad, m]."""
 
@@ -50,7 +53,8 @@ def search(chain: Chain, lower: Array, upper: Array, T: Array, starts: int, seed
     nearest = int(np.argmin(residual))
     tip = joint_axes(chain, ends[nearest : nearest + 1]).flange[0, :3, 3]
     good = ends[residual <= SOLVED]
-    return Search(_distinct(good, kinds), float(np.linalg.norm(tip - T[:3, 3])))
+    turning = np.array([kind is JointKind.REVOLUTE for kind in kinds])
+    return Search(good[distinct(good, turning)], float(np.linalg.norm(tip - T[:3, 3])))
 
 
 def _starts(kinds: list[JointKind], lower: Array, upper: Array, starts: int, seed: int) -> Array:
@@ -64,21 +68,31 @@ def _starts(kinds: list[JointKind], lower: Array, upper: Array, starts: int, see
     return q
 
 
-def _descend(chain: Chain, lower: Array, upper: Array, T: Array, q: Array) -> tuple[Array, Array]:
-    damping = np.full(len(q), _DAMPING)
+def _descend(
+    chain: Chain, lower: Array, upper: Array, T: Array, q: Array, damping: float = _DAMPING
+) -> tuple[Array, Array]:
+    """The ends of starts q (k, n) and their residuals (k,)."""
+    ends, residuals, rows = q.copy(), np.empty(len(q)), np.arange(len(q))
+    damped = np.full(len(q), damping)
     error, jacobian, residual = _pose_error(chain, T, q)
     for _ in range(STEPS):
-        if (residual <= SOLVED / 100.0).all():
-            break
-        trial = np.clip(q + _step(jacobian, error, damping, q, lower, upper), lower, upper)
+        trial = np.clip(q + _step(jacobian, error, damped, q, lower, upper), lower, upper)
         new_error, new_jacobian, new_residual = _pose_error(chain, T, trial)
         nearer = np.einsum("ki,ki->k", new_error, new_error) < np.einsum("ki,ki->k", error, error)
+        # a solution that rounding lets come no nearer is one too
+        done = np.where(nearer, new_residual <= SOLVED / 100.0, residual <= SOLVED)
         q = np.where(nearer[:, None], trial, q)
         error = np.where(nearer[:, None], new_error, error)
         jacobian = np.where(nearer[:, None, None], new_jacobian, jacobian)
         residual = np.where(nearer, new_residual, residual)
-        damping = np.where(nearer, np.maximum(damping * _EASE, _WEAKEST), np.minimum(damping * _STIFFEN, 1e6))
-    return q, residual
+        damped = np.where(nearer, np.maximum(damped * _EASE, _WEAKEST), np.minimum(damped * _STIFFEN, 1e6))
+        ends[rows], residuals[rows] = q, residual
+        on = ~done
+        if not on.any():
+            break
+        rows, q, residual, damped = rows[on], q[on], residual[on], damped[on]
+        error, jacobian = error[on], jacobian[on]
+    return ends, residuals
 
 
 def _pose_error(chain: Chain, T: Array, q: Array) -> tuple[Array, Array, Array]:
@@ -107,15 +121,22 @@ def _step(jacobian: Array, error: Array, damping: Array, q: Array, lower: Array,
     return step
 
 
-def _distinct(q: Array, kinds: list[JointKind]) -> Array:
-    """One of each group of equal solutions; whole turns of revolute joints do not count."""
-    turning = np.array([kind is JointKind.REVOLUTE for kind in kinds])
-    kept: list[Array] = []
-    for row in q:
-        gaps = (np.where(turning, wrap(row - other), row - other) for other in kept)
-        if all(np.abs(gap).max() > APART for gap in gaps):
-            kept.append(row)
-    return np.array(kept).reshape(-1, len(kinds))
+def distinct(q: Array, turning: Array) -> list[int]:
+    """Indices of one of each group of equal rows of q (k, n); whole turns of turning joints (n,) do not count."""
+    kept: list[int] = []
+    for i, row in enumerate(q):
+        gaps = row - q[kept]
+        if (np.abs(np.where(turning, wrap(gaps), gaps)).max(axis=1) > APART).all():
+            kept.append(i)
+    return kept
+
+
+def polished(chain: Chain, T: Array, q: Array) -> tuple[Array, NDArray[np.intp]]:
+    """The ends of starts q (k, n) of turning joints, without limits, and which of them are distinct solutions."""
+    anywhere = np.full(chain.n, np.inf)
+    ends, residual = _descend(chain, -anywhere, anywhere, T, q, _NEARLY)
+    good = np.flatnonzero(residual <= SOLVED)
+    return ends, good[distinct(ends[good], np.ones(chain.n, dtype=bool))]
 
 
 def solve_pose(problem: PoseProblem, chain: Chain) -> InverseResult:
@@ -129,7 +150,7 @@ def solve_pose(problem: PoseProblem, chain: Chain) -> InverseResult:
     for lower, upper in ranges:
         ends = search(chain, lower, upper, problem.pose, problem.starts, problem.seed)
         if len(ends.q):
-            solutions = [make_solution(problem, q) for q in _within_a_turn(arm, ends.q)]
+            solutions = make_solutions(problem, _within_a_turn(arm, ends.q))
             return ranked_result(problem, solutions, complete=False)
     return InverseResult("out of reach", (), (), False, distance=ends.distance)
 

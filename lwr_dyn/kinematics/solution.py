@@ -6,9 +6,10 @@ from typing import Generic, Literal, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.spatial import cKDTree
 
 from lwr_dyn.arrays import Array, read_only
-from lwr_dyn.kinematics.branches import TOUCH, wrap
+from lwr_dyn.kinematics.branches import TOUCH
 from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import Chain
@@ -98,20 +99,26 @@ class IkSolver(Generic[Geometry]):
     """Whether it uses `arm_angle` and `reference`."""
 
 
-def make_solution(problem: PoseProblem, q: Array) -> Solution:
-    """q (n,) with its margin and residual; the solver adds branch and arm angle."""
-    arm = problem.arm
+def make_solutions(
+    problem: PoseProblem, q: Array, branches: Sequence[str] = (), singular: Sequence[tuple[str, ...]] = ()
+) -> list[Solution]:
+    """q (k, n) with their margins and residuals, and with branches and singularities where they are known."""
+    arm, q = problem.arm, read_only(q)
     margins = np.minimum(arm.upper - q, q - arm.lower)
-    tightest = int(np.argmin(margins))
-    return Solution(
-        q=read_only(q),
-        branch="",
-        arm_angle=None,
-        margin=float(margins[tightest]),
-        joint=arm.joint_names[tightest],
-        inside_limits=bool(margins[tightest] >= -TOUCH),
-        residual=float(np.abs(forward_kinematics(arm.chain, q) - problem.pose).max()),
-    )
+    tightest = margins.argmin(axis=1)
+    residuals = np.abs(forward_kinematics(arm.chain, q) - problem.pose).max(axis=(1, 2)).tolist()
+    return [
+        Solution(row, branch, None, margin, arm.joint_names[joint], margin >= -TOUCH, residual, names)
+        for row, branch, margin, joint, residual, names in zip(
+            q,
+            branches or [""] * len(q),
+            margins.min(axis=1).tolist(),
+            tightest.tolist(),
+            residuals,
+            singular or [()] * len(q),
+            strict=True,
+        )
+    ]
 
 
 def ranked_result(
@@ -131,17 +138,13 @@ def ranked_result(
 
 
 def _each_once(arm: Arm, solutions: Sequence[Solution]) -> list[Solution]:
-    """Without those that another one equals; whole turns count where a joint has limits."""
+    """Without those that an earlier one equals; whole turns count where a joint has limits."""
     endless = ~(np.isfinite(arm.lower) & np.isfinite(arm.upper))
     endless &= [link.kind is JointKind.REVOLUTE for link in arm.chain.links]
-    kept: list[Solution] = []
-    rows = np.empty((len(solutions), arm.n))
-    for solution in solutions:
-        gaps = solution.q - rows[: len(kept)]
-        if (np.abs(np.where(endless, wrap(gaps), gaps)).max(axis=1) > SAME).all():
-            rows[len(kept)] = solution.q
-            kept.append(solution)
-    return kept
+    q = np.array([solution.q for solution in solutions])
+    places = np.hstack([q[:, ~endless], np.cos(q[:, endless]), np.sin(q[:, endless])])
+    again = {later for _, later in cKDTree(places).query_pairs(SAME, p=np.inf)}
+    return [solution for i, solution in enumerate(solutions) if i not in again]
 
 
 def joint_distance(solution: Solution, q: Array) -> float:

@@ -14,7 +14,7 @@ from lwr_dyn.arrays import Array
 from lwr_dyn.errors import OptionError
 from lwr_dyn.kinematics.arm_geometry import SRS_ARM, SrsGeometry, srs_geometry
 from lwr_dyn.kinematics.branches import BRANCHES, joint_ranges, whole_turns, wrap
-from lwr_dyn.kinematics.solution import IkSolver, InverseResult, PoseProblem, make_solution, ranked_result
+from lwr_dyn.kinematics.solution import IkSolver, InverseResult, PoseProblem, make_solutions, ranked_result
 from lwr_dyn.kinematics.srs import arm_triangle, closed_form
 from lwr_dyn.kinematics.srs_margins import MarginProblem, intervals_at_level, margin_problem, margins
 
@@ -99,11 +99,10 @@ def solve_pose(problem: PoseProblem, geometry: SrsGeometry) -> InverseResult:
     angles = best_angles(margin).psi if psi is None else np.full(len(BRANCHES), float(psi))
     q = closed_form(geometry, ranges, T, angles, signs)
     copies = [whole_turns(arm, row) for row in q]
-    solutions = [
-        replace(make_solution(problem, row), branch=branch.label, arm_angle=float(angle))
-        for each, branch, angle in zip(copies, BRANCHES, angles, strict=True)
-        for row in each.q
-    ]
+    labels = [branch.label for branch, each in zip(BRANCHES, copies, strict=True) for _ in each.q]
+    psi_of = dict(zip((branch.label for branch in BRANCHES), angles.tolist(), strict=True))
+    found = make_solutions(problem, np.concatenate([each.q for each in copies]), labels)
+    solutions = [replace(solution, arm_angle=psi_of[solution.branch]) for solution in found]
     left_out = sum(each.left_out for each in copies)
     result = ranked_result(problem, solutions, complete=True, turns_left_out=left_out)
     return replace(result, arm_angle_intervals={branch.label: intervals.of(b) for b, branch in enumerate(BRANCHES)})

@@ -7,7 +7,8 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.errors import OptionError, ShapeError
-from lwr_dyn.kinematics.arm_geometry import require_srs, require_wrist_arm, srs_geometry, wrist_arm_geometry
+from lwr_dyn.kinematics.arm_geometry import require_srs, srs_geometry
+from lwr_dyn.kinematics.six_joint_geometry import require_wrist_arm, wrist_arm_geometry
 from tests.arms import random_arm
 from tests.kinematics.srs_arms import random_srs_arm
 

@@ -1,0 +1,105 @@
+"""The eight branches of six-joint arms with a closed form, and the solutions of one pose made of them.
+
+An arm whose numbers are rounded or calibrated is solved on the nearest exact geometry, and each branch is polished on
+the arm itself (Levenberg-Marquardt). Nothing proves that no branch is missing then.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import product
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lwr_dyn.arrays import Array
+from lwr_dyn.kinematics.branches import BRANCHES, JointRanges, joint_ranges, whole_turns, wrap
+from lwr_dyn.kinematics.forward import forward_kinematics
+from lwr_dyn.kinematics.numeric import SOLVED, polished
+from lwr_dyn.kinematics.six_joint_geometry import SixJointGeometry
+from lwr_dyn.kinematics.solution import InverseResult, PoseProblem, make_solutions, ranked_result
+from lwr_dyn.model.spatial import turn_about
+
+NEAR_SINGULAR = 1e-5
+"""[m] (shoulder) and [rad] (elbow, wrist): a solution nearer than this to a singularity is marked with it."""
+SINGULARITIES = ("shoulder", "elbow", "wrist")
+ROUNDED = 1e-8
+"""[m] An arm with axes as exact as `MEETING` may be out of reach by this much of a pose that it reaches."""
+UNSURE = 0.05
+"""[m, rad] Nearer than this to a singularity or to its reach, a snapped arm may have other branches than the exact."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SixJointBranches:
+    """For k poses and the eight `BRANCHES`: q, excess over the reach, distances from the singularities."""
+
+    q: Array
+    """(k, 8, 6) [rad], each joint within half a turn of the middle of its range; NaN where out of reach."""
+    reach_excess: Array
+    """(k, 8) by how much W is out of reach on that branch [m], 0 within."""
+    clearance: Array
+    """(k, 8, 3) distance to the shoulder singularity [m], the elbow's and the wrist's [rad]."""
+
+    @classmethod
+    def of(
+        cls,
+        ranges: JointRanges,
+        shape: tuple[int, ...],
+        q: Sequence[Array],
+        excess: Array,
+        clearance: Sequence[Array],
+        slack: float,
+    ) -> Self:
+        """From joints, excess and clearances that broadcast to `shape` (k, 2, 2, 2); excess up to `slack` is none."""
+        stacked = np.stack([np.broadcast_to(x, shape) for x in q], axis=-1).reshape(-1, 8, 6)
+        away = np.stack([np.broadcast_to(x, shape) for x in clearance], axis=-1).reshape(-1, 8, 3)
+        missing = np.broadcast_to(np.where(excess > slack, excess, 0.0), shape).reshape(-1, 8)
+        stacked = ranges.middle + wrap(stacked - ranges.middle)
+        return cls(np.where((missing > 0.0)[..., None], np.nan, stacked), missing, away)
+
+    @property
+    def reachable(self) -> NDArray[np.bool_]:
+        """(k, 8)."""
+        within: NDArray[np.bool_] = self.reach_excess == 0.0
+        return within
+
+
+ClosedForm = Callable[[SixJointGeometry, JointRanges, Array, float], SixJointBranches]
+
+
+def solve_pose(closed_form: ClosedForm, problem: PoseProblem, geometry: SixJointGeometry) -> InverseResult:
+    """Every solution of one flange pose with all its copies of `whole_turns`; ungated."""
+    arm, ranges = problem.arm, joint_ranges(problem.arm)
+    branches = closed_form(geometry, ranges, problem.pose[None], ROUNDED)
+    near = branches.clearance[0] < NEAR_SINGULAR
+    found = branches
+    if geometry.snapped and (np.maximum(branches.clearance, branches.reach_excess[..., None]) < UNSURE).any():
+        found = closed_form(geometry, ranges, problem.pose @ _NEARBY, ROUNDED)
+    q, which = found.q[found.reachable], np.nonzero(found.reachable)[1]
+    if len(q) and np.abs(forward_kinematics(arm.chain, q) - problem.pose).max() > SOLVED:
+        q, kept = polished(arm.chain, problem.pose, q)
+        q, which = ranges.middle + wrap(q[kept] - ranges.middle), which[kept]
+    if not len(q):
+        return InverseResult("out of reach", (), (), not geometry.snapped, distance=float(branches.reach_excess.min()))
+    copies = [whole_turns(arm, row) for row in q]
+    names = [tuple(s for s, x in zip(SINGULARITIES, row, strict=True) if x) for row in near]
+    rows = np.repeat(which, [len(each.q) for each in copies]).tolist()
+    labels = [branch.label for branch in BRANCHES]
+    solutions = make_solutions(
+        problem, np.concatenate([each.q for each in copies]), [labels[b] for b in rows], [names[b] for b in rows]
+    )
+    left_out = sum(each.left_out for each in copies)
+    return ranked_result(problem, solutions, complete=not geometry.snapped, turns_left_out=left_out)
+
+
+def _nearby() -> Array:
+    """Poses (13, 4, 4) in the flange frame: none, and 10 mm and 20 mrad to and fro along and about each axis."""
+    poses = np.tile(np.eye(4), (13, 1, 1))
+    for i, (axis, sign) in enumerate(product(range(3), (-1.0, 1.0))):
+        poses[1 + i, axis, 3] = 0.01 * sign
+        poses[7 + i, :3, :3] = turn_about(np.eye(3)[axis], np.array([0.02 * sign]))[0]
+    return poses
+
+
+_NEARBY = _nearby()
+"""Where a snapped arm is nearly singular its branches start from these poses too: some may be out of reach, or meet."""
