@@ -4,9 +4,11 @@ forward          poses, joint axes, geometric Jacobian and its rate; the gate fo
 inverse          `inverse_kinematics` of one pose, and the registry of its solvers
 solution         the problem, the solvers' interface, `InverseResult`
 srs_solver       S-R-S arms: all branches at their best arm angle, or at a given one
-spherical_wrist  six joints with a spherical wrist: all branches, whole turns, singularities
+six_joint_branches six joints with a closed form: branches, whole turns, singularities; rounded and calibrated arms
+spherical_wrist  the closed form with a spherical wrist
+three_parallel   the closed form with three parallel axes (Universal Robots)
 numeric          any arm: damped least squares from many starts
-srs, srs_margins, branches, arm_geometry
+srs, srs_margins, branches, arm_geometry, six_joint_geometry
                  closed form, joint-limit margins over the arm angle, and the geometry they start from
 arm_angle        a smooth arm angle along a path that maximises the joint-limit margin
 arm_angle_search the largest margin that a continuous arm angle can keep

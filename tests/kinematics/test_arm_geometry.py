@@ -1,14 +1,11 @@
 """Which arms have a closed form, and the constants that follow from their axes."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 import lwr_dyn
 from lwr_dyn.errors import OptionError, ShapeError
 from lwr_dyn.kinematics.arm_geometry import require_srs, srs_geometry
-from lwr_dyn.kinematics.six_joint_geometry import require_wrist_arm, wrist_arm_geometry
 from tests.arms import random_arm
 from tests.kinematics.srs_arms import random_srs_arm
 
@@ -33,17 +30,6 @@ def test_arms_that_are_not_s_r_s_are_refused():
         require_srs(LWR, [0, 0, 0])
     with pytest.raises(ShapeError):
         require_srs(LWR, [0, 0])
-
-
-def test_arms_without_a_spherical_wrist_are_refused_by_name():
-    kr30 = lwr_dyn.load("kr30ha")
-    with pytest.raises(OptionError, match="lwr4plus"):
-        require_wrist_arm(lwr_dyn.load("lwr4plus"))
-    bent = replace(kr30.chain.links[3], after=kr30.chain.links[0].after)
-    other = kr30.with_chain(replace(kr30.chain, links=(*kr30.chain.links[:3], bent, *kr30.chain.links[4:])))
-    assert wrist_arm_geometry(other.chain) is None
-    with pytest.raises(OptionError, match="only for an S-R-S arm"):
-        lwr_dyn.inverse_kinematics(kr30, np.eye(4), arm_angle=0.1)
 
 
 def test_lengths_of_the_wam_are_the_hypotenuses_over_the_elbow_offset():
