@@ -60,7 +60,9 @@ class Body:
 
 @lru_cache(maxsize=4)
 def bodies_of(document: UrdfDocument) -> Mapping[str, Body]:
-    """The body of each link by name."""
+    """The body of each link by name; without shapes where they are drawings of this package."""
+    if document.is_drawn_here:
+        return {link.name: Body(link, None, None, None, ()) for link in document.links if link.name}
     return {link.name: _body(link, document.path) for link in document.links if link.name}
 
 

@@ -11,6 +11,7 @@ from lwr_dyn.audit.urdf.xacro_places import expand_with_places
 from lwr_dyn.audit.urdf.xml_tree import Place, XmlElement, XmlFaultError, read_tree
 from lwr_dyn.errors import FileAccessError
 from lwr_dyn.files import ends_in, read_bytes
+from lwr_dyn.urdf.xml_text import DRAWN_HERE, WRITTEN_BY
 
 LARGEST_FILE = 50_000_000
 """Bytes of a file."""
@@ -24,6 +25,8 @@ class UrdfDocument:
     file: str
     """Its name as given."""
     path: Path
+    header: str
+    """The text before `<robot>`."""
     digest: str
     """SHA-256 of the text; of a xacro, of what it expands to."""
     root: XmlElement | None
@@ -63,6 +66,11 @@ class UrdfDocument:
     def root_link(self) -> str | None:
         """The one root of the tree; None where there is not exactly one."""
         return self.roots[0] if len(self.roots) == 1 else None
+
+    @property
+    def is_drawn_here(self) -> bool:
+        """Whether this package wrote the file and drew its shapes: they say nothing about the bodies."""
+        return WRITTEN_BY in self.header and DRAWN_HERE in self.header
 
     @property
     def moved_links(self) -> tuple[LinkElement, ...]:
@@ -111,7 +119,8 @@ def document_of(content: bytes | str, file: str, carried: bool = False) -> UrdfD
     by_name = {link.name: link for link in reversed(links)}
     by_name = {link.name: by_name[link.name] for link in links}
     return UrdfDocument(
-        file, Path(file), hashlib.sha256(content).hexdigest(), root, links, joints, tuple(faults),
+        file, Path(file), content.partition(b"<robot")[0].decode("utf-8", "replace"),
+        hashlib.sha256(content).hexdigest(), root, links, joints, tuple(faults),
         _moved(by_name, into, out_of), frozenset(j.child for j in into.values() if j.moves), by_name, into, out_of,
     )  # fmt: skip
 

@@ -9,6 +9,8 @@ import numpy as np
 from lwr_dyn.audit.urdf.document import UrdfDocument, read_document
 from lwr_dyn.audit.urdf.finding import SEVERITIES, FindingSeverity, UrdfFinding
 from lwr_dyn.audit.urdf.rules import RULES, codes, severity_of
+from lwr_dyn.audit.urdf.shape_rules import remarks
+from lwr_dyn.audit.urdf.welded import has_mass
 from lwr_dyn.audit.urdf.xml_tree import Place, XmlElement
 from lwr_dyn.errors import UnknownNameError
 
@@ -69,7 +71,12 @@ def lint_document(document: UrdfDocument, ignore: Collection[str] = ()) -> LintR
     kept = [f for f in found if f.code not in ignore and not {f.code, ALL} & places.get(f.place, frozenset())]
     kept.sort(key=lambda f: SEVERITIES.index(f.level))
     return LintReport(
-        document.file, tuple(kept), (), len(document.links), len(document.moved_links), len(found) - len(kept)
+        document.file,
+        tuple(kept),
+        tuple(_remarks(document)),
+        len(document.links),
+        len(document.moved_links),
+        len(found) - len(kept),
     )
 
 
@@ -84,6 +91,14 @@ def _found(document: UrdfDocument) -> list[UrdfFinding]:
                 named = replace(finding, code=code, severity=_severity(finding, code, document))
                 found.setdefault((code, finding.place, finding.subject, finding.what), named)
     return list(found.values())
+
+
+def _remarks(document: UrdfDocument) -> Iterable[str]:
+    """What could not be judged."""
+    if document.links and not has_mass(document):
+        yield "no link has mass: kinematics only, nothing about mass and inertia is judged"
+    elif document.links:
+        yield from remarks(document)
 
 
 def _severity(finding: UrdfFinding, code: str, document: UrdfDocument) -> FindingSeverity:

@@ -10,6 +10,7 @@ from lwr_dyn.audit.urdf.document import UrdfDocument
 from lwr_dyn.audit.urdf.elements import JointElement
 from lwr_dyn.audit.urdf.finding import UrdfFinding
 from lwr_dyn.audit.urdf.hulls import Hull, depth, gap
+from lwr_dyn.urdf.xml_text import DRAWN_HERE
 
 APART = 0.06
 """Gap between neighbours, and distance of a joint from both, over the larger diameter: good arms 0.008 and 0.041."""
@@ -87,6 +88,9 @@ def _neighbours(document: UrdfDocument) -> Iterable[tuple[JointElement, Hull, Hu
 
 def remarks(document: UrdfDocument) -> Iterable[str]:
     """What cannot be judged because links have no shapes."""
+    if document.is_drawn_here:
+        yield f"shapes {DRAWN_HERE}: mass, centre and inertia are not held against them"
+        return
     bodies = bodies_of(document)
     heavy = [x for x in bodies.values() if x.link.name in document.moved and x.link.inertial is not None]
     unseen = [x.link.name for x in heavy if x.hull is None]

@@ -12,6 +12,10 @@ from lwr_dyn.audit.urdf.tree_poses import link_poses
 
 WEAK, STRONG = 0.6, 2500.0
 """Effort over the largest weight moment: good arms 0.8 to 1 312."""
+UNKNOWN = 1e6
+"""Effort [N m, N] from which it stands for "unknown"."""
+OFF_AXIS = 0.01
+"""Distance [m] of the weight from the axis that is counted at least: a balanced last link holds no weight."""
 _GRAVITY = 9.81
 _TURNING = ("revolute", "continuous")
 
@@ -21,12 +25,15 @@ def effort_against_weight(document: UrdfDocument) -> Iterable[UrdfFinding]:
 
     The largest moment of the weight over 12 positions of the joints and any mounting, m g times the distance of the
     centre of the moved links from the axis. Good arms: effort 0.8 to 1 312 times that. Warning below 0.6 (the joint
-    may still hold the arm as it is mounted), above 2 500.
+    may still hold the arm as it is mounted), above 2 500 (at least 1 cm from the axis); 1e6 and more stand for unknown.
     """
     poses = link_poses(document)
     for joint in document.joints:
         moment = largest_weight(document, joint, poses) if joint.effort and joint.effort > 0.0 else 0.0
-        if joint.effort is None or moment <= 0.0 or WEAK <= joint.effort / moment <= STRONG:
+        if joint.effort is None or moment <= 0.0 or joint.effort >= UNKNOWN:
+            continue
+        least = OFF_AXIS * _GRAVITY * sum(_behind(document, joint.child, poses)[0])
+        if joint.effort >= WEAK * moment and joint.effort <= STRONG * max(moment, least):
             continue
         unit = "N m" if joint.type in _TURNING else "N"
         ratio = joint.effort / moment
