@@ -15,8 +15,8 @@ from lwr_dyn.audit.urdf.hulls import Hull, directions, solid_hull
 from lwr_dyn.audit.urdf.mesh_paths import mesh_path
 from lwr_dyn.audit.urdf.meshes import MeshPointsError, mesh_points
 
-DIFFERS = 8.0
-"""Volumes of visual and collision further apart than this are in different units."""
+DIFFERS, WIDER = 8.0, 2.0
+"""Volumes and diameters of visual and collision that are further apart than this are in different units."""
 _PLAUSIBLE = 800.0
 """[kg/m^3] Middle of the density of arms' hulls: where the two roles differ, the nearer one is judged."""
 _SIDES = 64
@@ -41,7 +41,7 @@ class Body:
     ----------
     visual, collision : Hull or None
     hull : Hull or None
-        Of both together; of the more plausible one where the two differ `DIFFERS`-fold.
+        Of both together; of the more plausible one where their units differ.
     unread : tuple of (ShapeElement, str)
         Mesh files that are there and cannot be read, with the reason.
     """
@@ -56,6 +56,12 @@ class Body:
     def ratio(self) -> float:
         """Volume of the visual hull over that of the collision hull; 1 where one is missing."""
         return self.visual.volume / self.collision.volume if self.visual and self.collision else 1.0
+
+    @property
+    def units_differ(self) -> bool:
+        """Whether the two differ as two units do: in volume and in diameter."""
+        wide = self.visual.diameter / self.collision.diameter if self.visual and self.collision else 1.0
+        return not 1.0 / DIFFERS < self.ratio < DIFFERS and not 1.0 / WIDER < wide < WIDER
 
 
 @lru_cache(maxsize=4)
@@ -78,8 +84,7 @@ def _body(link: LinkElement, path: Path) -> Body:
     both = tuple(dict.fromkeys(pieces["visual"] + pieces["collision"]))
     body = Body(link, visual, collision, None, tuple(unread))
     mass = link.inertial.mass if link.inertial else None
-    alike = 1.0 / DIFFERS < body.ratio < DIFFERS
-    hull = _hull(both) if alike else _nearer(body, mass or 1.0)
+    hull = _nearer(body, mass or 1.0) if body.units_differ else _hull(both)
     return Body(link, visual, collision, hull, tuple(unread))
 
 

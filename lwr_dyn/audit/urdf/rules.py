@@ -82,6 +82,7 @@ RULES: Registry[UrdfRule] = Registry(
         "inertia-slip": rule("inertia_shape_rules:slip", "warning", "an inertia that one slip explains"),
         # statics
         "effort-weight": rule("static_rules:effort_against_weight", "warning", "effort against the weight to hold"),
+        "effort-unlike": rule("static_rules:unlike_others", "warning", "an effort far from all others"),
     },
 )
 """In the order of their findings: schema, tree, joints, inertials, shapes, statics."""

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.audit.urdf.bodies import DIFFERS, bodies_of
+from lwr_dyn.audit.urdf.bodies import bodies_of
 from lwr_dyn.audit.urdf.document import UrdfDocument
 from lwr_dyn.audit.urdf.elements import JointElement
 from lwr_dyn.audit.urdf.finding import UrdfFinding
@@ -29,13 +29,13 @@ def mesh_unreadable(document: UrdfDocument) -> Iterable[UrdfFinding]:
 
 
 def shapes_differ(document: UrdfDocument) -> Iterable[UrdfFinding]:
-    """Visual and collision shapes of a link differ 8-fold in volume or more: one is in another unit.
+    """Visual and collision shapes of a link differ 8-fold in volume and 2-fold in diameter: one is in another unit.
 
-    Collision shapes are simplified, but good arms stay within a factor of 3. A DAE states its unit in the file
-    (`<unit meter="0.001"/>`), an STL has none, so a scale is written in the URDF.
+    Collision shapes are simplified, but on good arms rarely by more than a factor of 3 in volume. A DAE states its unit
+    in the file (`<unit meter="0.001"/>`); an STL has none, so a scale is written in the URDF.
     """
     for body in bodies_of(document).values():
-        if not 1.0 / DIFFERS < body.ratio < DIFFERS and body.visual and body.collision:
+        if body.units_differ and body.visual and body.collision:
             wide = body.visual.diameter / body.collision.diameter
             what = f"its visual shapes have {body.ratio:.3g} times the volume of its collision shapes"
             why = f"diameters {body.visual.diameter:.3g} m and {body.collision.diameter:.3g} m, {wide:.3g} times"
