@@ -39,7 +39,10 @@ COMMANDS: Registry[click.Command] = Registry(
             "Friction, or friction and inertia, from logs of an arm that moved.",
             extra="plots",
         ),
-        "lint": Row("lwr_dyn.audit.lint.command:command", "Faults in tables of numbers that show without a model."),
+        "lint": Row(
+            "lwr_dyn.audit.lint.command:command",
+            "Faults in URDFs and tables, with place and reason.",
+        ),
         "krl": Row(
             "lwr_dyn.krl.command:command", "KUKA programs: write, check and run them on a robot's model.", extra="krl"
         ),

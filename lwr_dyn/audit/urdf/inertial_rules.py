@@ -15,7 +15,8 @@ ROUNDING = 1e-9
 """Smallest principal moment, relative to the largest, that rounding explains."""
 CLEAR = 0.01
 """Excess over the triangle inequality, relative to the largest moment, that no rounding of digits explains."""
-_STANDARD_MASSES = (1.0, 0.1, 0.01, 0.001, 10.0)
+COARSE = 0.1
+"""Excess, relative to the largest moment, that is worth a warning where the written digits could explain it."""
 
 
 def _inertials(document: UrdfDocument) -> Iterator[tuple[LinkElement, InertialElement]]:
@@ -139,14 +140,15 @@ def tensors_triangle(document: UrdfDocument) -> Iterator[UrdfFinding]:
             continue
         moments = _moments(tensor)
         excess = float(moments[2] - moments[0] - moments[1])
-        slack = 3.0 * _written_error(inertial) + ROUNDING * float(moments[2])
-        if moments[0] <= -ROUNDING * moments[2] or excess <= slack:
+        largest, slack = float(moments[2]), 3.0 * _written_error(inertial)
+        if moments[0] <= -ROUNDING * largest or excess <= ROUNDING * largest:
             continue
+        doubtful: FindingSeverity = "warning" if excess > COARSE * largest else "note"
         yield UrdfFinding(
             f"principal moments {vector_text(moments)} kg m^2 break the triangle inequality",
             f"{number_text(moments[2])} > {number_text(moments[0])} + {number_text(moments[1])}",
             inertial.tensor_place, link.subject,
-            severity=None if excess > CLEAR * moments[2] + slack else "note", link=link.name,
+            severity=None if excess > CLEAR * largest + slack else doubtful, link=link.name,
         )  # fmt: skip
 
 

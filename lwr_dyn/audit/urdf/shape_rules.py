@@ -92,7 +92,7 @@ def remarks(document: UrdfDocument) -> Iterable[str]:
         yield f"shapes {DRAWN_HERE}: mass, centre and inertia are not held against them"
         return
     bodies = bodies_of(document)
-    heavy = [x for x in bodies.values() if x.link.name in document.moved and x.link.inertial is not None]
+    heavy = [x for x in bodies.values() if x.link.name in document.moved and x.link.inertial and x.link.inertial.mass]
     unseen = [x.link.name for x in heavy if x.hull is None]
     if heavy and len(unseen) == len(heavy):
         yield "no shapes: a third of the faults cannot be seen (mass, centre and inertia against the body)"

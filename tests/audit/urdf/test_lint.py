@@ -26,7 +26,7 @@ def arm(inertial: str = "", before_link: str = "", top: str = "") -> str:
     )
 
 
-IMPOSSIBLE = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="3"/></inertial>'
+IMPOSSIBLE = '<inertial><mass value="1"/><inertia ixx="0.10" iyy="0.10" izz="0.30"/></inertial>'
 
 
 def judged(text: str, ignore: tuple[str, ...] = ()):

@@ -1,0 +1,61 @@
+"""A report as text: groups of findings with their places, what could not be judged, a summary."""
+
+from collections.abc import Iterator, Sequence
+
+from lwr_dyn.audit.urdf.finding import SEVERITIES, UrdfFinding
+from lwr_dyn.audit.urdf.grouping import FindingGroup, grouped
+from lwr_dyn.audit.urdf.lint import LintReport
+
+SHOWN = 5
+"""Findings of a group that are printed without `--all`; of a group of notes one."""
+
+
+def report_text(report: LintReport, everything: bool = False) -> str:
+    """The findings of a file, grouped by cause, and what was not judged.
+
+    Parameters
+    ----------
+    report : LintReport
+    everything : bool
+        All findings of each group.
+    """
+    lines = [line for group in grouped(report.findings) for line in _group(group, everything)]
+    lines += [f"{report.file}: {remark}" for remark in report.remarks]
+    return "\n".join([*lines, summary([report])])
+
+
+def _group(group: FindingGroup, everything: bool) -> Iterator[str]:
+    count = len({f.subject for f in group.findings})
+    many = f" ({len(group.findings)} places, {count} links or joints)" if len(group.findings) > 1 else ""
+    yield f"{group.severity}: {group.cause}{many} [{', '.join(group.codes)}]"
+    shown = len(group.findings) if everything else SHOWN if group.severity != "note" else 1
+    for finding in group.findings[:shown]:
+        yield from _finding(finding, group.severity)
+    if len(group.findings) > shown:
+        yield f"  and {len(group.findings) - shown} more (--all)"
+    if group.following:
+        codes = ", ".join(dict.fromkeys(f.code for f in group.following))
+        yield f"  {len(group.following)} more findings most likely follow from it: {codes}"
+        for finding in group.following if everything else ():
+            yield from _finding(finding, group.severity)
+
+
+def _finding(finding: UrdfFinding, around: str) -> Iterator[str]:
+    level = "" if finding.level == around else f"{finding.level}: "
+    sure = "" if finding.sure == "certain" else f" ({finding.sure})"
+    subject = f"{finding.subject}: " if finding.subject else ""
+    yield f"  {finding.place}: {level}{subject}{finding.what}{sure}"
+    if finding.why:
+        yield f"      {finding.why}"
+    if finding.instead:
+        yield f"      instead: {finding.instead}"
+
+
+def summary(reports: Sequence[LintReport]) -> str:
+    """Counts over some files."""
+    counts = [f"{n} {name}{'' if n == 1 else 's'}" for name in SEVERITIES if (n := sum(r.count(name) for r in reports))]
+    ignored = sum(report.ignored for report in reports)
+    links, moved = sum(report.links for report in reports), sum(report.moved for report in reports)
+    where = reports[0].file if len(reports) == 1 else f"{len(reports)} files"
+    found = ", ".join(counts) or "no findings"
+    return f"{where}: {links} links, {moved} of them moved: {found}" + (f"; {ignored} ignored" if ignored else "")
