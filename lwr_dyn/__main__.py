@@ -1,5 +1,25 @@
-"""`python -m lwr_dyn` is `lwr-dyn`."""
+"""`lwr-dyn`, also as `python -m lwr_dyn`: Ctrl-C ends it with one line, even before the first import is done."""
 
-from lwr_dyn.cli.main import main
+import os
+import signal
+from typing import Any
 
-main()
+
+def _stop(*_: Any) -> None:
+    os.write(2, b"lwr-dyn: stopped\n")
+    os._exit(130)
+
+
+def main() -> None:
+    """Run the command; while modules are loaded nothing is half written, so that the process may end at once."""
+    signal.signal(signal.SIGINT, _stop)
+    from lwr_dyn.cli import main as command
+
+    try:
+        command.main()
+    finally:
+        signal.signal(signal.SIGINT, _stop)
+
+
+if __name__ == "__main__":
+    main()

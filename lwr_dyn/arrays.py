@@ -80,7 +80,7 @@ def real_array(name: str, value: ArrayLike) -> Array:
     try:
         raw = np.asarray(value)
         array = np.asarray(raw.real if raw.dtype.kind == "c" else raw, dtype=np.float64)
-    except (TypeError, ValueError) as fault:
+    except (TypeError, ValueError, OverflowError) as fault:
         raise ShapeError(name, "not an array of numbers", "real numbers") from fault
     if raw.dtype.kind == "c":
         raise ShapeError(name, "complex numbers", "real numbers")

@@ -1,16 +1,19 @@
 """Reads files with one clear error; writes files under a temporary name and renames them: none is ever incomplete."""
 
 import os
+import stat
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 
 from lwr_dyn.errors import FileAccessError
 
+LARGEST = 64_000_000
+"""[bytes] The longest file that is read as a whole: a table, a model, a program. Logs and runs have their own."""
 _WRITABLE = "a file in an existing, writable directory"
 
 
-def read_text(path: str | Path, needed: str, encoding: str = "utf-8", largest: int | None = None) -> str:
+def read_text(path: str | Path, needed: str, encoding: str = "utf-8", largest: int = LARGEST) -> str:
     """A file as text; raises `FileAccessError` as `read_bytes` and when it is not UTF-8."""
     try:
         return read_bytes(path, needed, largest).decode(encoding)
@@ -18,15 +21,29 @@ def read_text(path: str | Path, needed: str, encoding: str = "utf-8", largest: i
         raise FileAccessError(str(path), "not UTF-8 text", needed) from None
 
 
-def read_bytes(path: str | Path, needed: str, largest: int | None = None) -> bytes:
+def read_bytes(path: str | Path, needed: str, largest: int = LARGEST) -> bytes:
     """The content of a file; raises `FileAccessError` when it cannot be read or has more than `largest` bytes."""
+    check_readable(path, needed, largest)
     try:
-        size = Path(path).stat().st_size
-        if largest is None or size <= largest:
-            return Path(path).read_bytes()
+        return Path(path).read_bytes()
     except OSError as fault:
         raise FileAccessError(str(path), reason_of(fault), needed) from None
-    raise FileAccessError(str(path), f"{size} bytes", f"at most {largest} bytes")
+
+
+def check_readable(path: str | Path, needed: str, largest: int | None = None) -> None:
+    """Raise `FileAccessError` for what is no regular file (a pipe may never end), is not there, or is too long."""
+    try:
+        found = os.stat(path)
+    except OSError as fault:
+        raise FileAccessError(str(path), reason_of(fault), needed) from None
+    except ValueError:
+        raise FileAccessError(repr(str(path)), "a null character", needed) from None
+    if stat.S_ISDIR(found.st_mode):
+        raise FileAccessError(str(path), "is a directory", needed)
+    if not stat.S_ISREG(found.st_mode):
+        raise FileAccessError(str(path), "a pipe or a device", f"a regular file: {needed}")
+    if largest is not None and found.st_size > largest:
+        raise FileAccessError(str(path), f"{found.st_size} bytes", f"at most {largest} bytes")
 
 
 def ends_in(path: object, *endings: str) -> bool:
@@ -49,18 +66,21 @@ def write_file(path: str | Path, data: str | bytes) -> None:
 
 
 def write_files(files: Mapping[Path, str | bytes]) -> None:
-    """Write several files, all under temporary names before the first is renamed; raises `FileAccessError`."""
+    """Write several files, all under temporary names before the first is renamed; raises `FileAccessError`.
+
+    A link stays a link: the file that it names is written.
+    """
     staged: list[tuple[str, Path]] = []
     target = Path()
     for path in files:
         check_writable(path)
     try:
-        for target, data in files.items():
+        for target, data in ((Path(os.path.realpath(path)), data) for path, data in files.items()):
             handle, temporary = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
             staged.append((temporary, target))
             with os.fdopen(handle, "wb") as stream:
                 stream.write(data.encode("utf-8") if isinstance(data, str) else data)
-            os.chmod(temporary, 0o666 & ~_umask())
+            os.chmod(temporary, target.stat().st_mode & 0o777 if target.exists() else 0o666 & ~_umask())
         while staged:
             temporary, target = staged[0]
             os.replace(temporary, target)
@@ -80,11 +100,19 @@ def _umask() -> int:
 
 def check_writable(path: str | Path) -> None:
     """Raise `FileAccessError` now, before long work, when a file could not be written there later."""
-    target = Path(path)
-    if target.is_dir():
-        raise FileAccessError(str(path), "is a directory", _WRITABLE)
+    try:
+        target = Path(os.path.realpath(path))
+        kind = target.stat().st_mode if target.exists() else stat.S_IFREG
+    except OSError as fault:
+        raise FileAccessError(str(path), reason_of(fault), _WRITABLE) from None
+    except ValueError:
+        raise FileAccessError(repr(str(path)), "a null character", _WRITABLE) from None
+    if target.is_symlink():
+        raise FileAccessError(str(path), "a link that leads to itself", _WRITABLE)
+    if not stat.S_ISREG(kind):
+        raise FileAccessError(str(path), "is a directory" if target.is_dir() else "a pipe or a device", _WRITABLE)
     if not target.parent.is_dir():
-        raise FileAccessError(str(path), f"no directory {target.parent}", _WRITABLE)
+        raise FileAccessError(str(path), f"no directory {Path(path).parent}", _WRITABLE)
     if not os.access(target.parent, os.W_OK | os.X_OK):
         raise FileAccessError(str(path), f"no right to write in {target.parent}", _WRITABLE)
 

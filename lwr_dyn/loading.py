@@ -143,7 +143,11 @@ def arm_of(run: Run) -> Arm:
     robot, reading = run.meta.get("file") or run.meta.get("robot"), run.meta.get("reading")
     if not isinstance(robot, str):
         raise OptionError("run", "does not say of which robot it is", "a run made by simulate")
-    arm, _ = load_with_paper(robot, None if ends_in(robot, ".urdf") else reading, **run.meta.get("loaded_with", {}))
+    try:
+        options = run.meta.get("loaded_with") or {}
+        arm, _ = load_with_paper(robot, None if ends_in(robot, ".urdf") else reading, **options)
+    except (TypeError, AttributeError):  # a record that another hand has changed
+        raise OptionError("run", "loaded with options that do not exist", "a run made by simulate") from None
     if arm.file and run.meta.get("digest") not in (arm.digest, None):
         raise FileAccessError(arm.file, "has changed since the run was made", "the file as it was then")
     return arm

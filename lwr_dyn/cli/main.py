@@ -1,5 +1,6 @@
 """`lwr-dyn`: the subcommands, and how errors become one line and an exit code."""
 
+import io
 import sys
 import warnings
 from collections.abc import Callable
@@ -7,7 +8,9 @@ from typing import Any
 
 import click
 
+from lwr_dyn.cli.interrupt import interruptible
 from lwr_dyn.errors import LwrDynError, RatingWarning, UnknownNameError
+from lwr_dyn.files import reason_of
 from lwr_dyn.registry import Registry, Row
 from lwr_dyn.version import VERSION
 
@@ -101,29 +104,38 @@ def group() -> None:
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """Run the command: exit code 0 done, 1 a check fails, 2 bad input with one line on stderr."""
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("always", RatingWarning)
-            warnings.showwarning = _warner()
+    """Run the command: exit code 0 done, 1 a check fails, 2 bad input, 130 stopped, with one line on stderr."""
+    for stream in (sys.stdout, sys.stderr):  # a name that the terminal cannot show is written as \\u7a7a
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
+    with warnings.catch_warnings(), interruptible() as interrupts:
+        warnings.simplefilter("always", RatingWarning)
+        warnings.showwarning = _warner()
+        try:
             code = group.main(args=arguments, prog_name="lwr-dyn", standalone_mode=False)
-    except LwrDynError as error:
-        code = print_error(str(error), error.exit_code)
-    except click.exceptions.NoArgsIsHelpError as error:
-        click.echo(error.ctx.get_help() if error.ctx else "", err=True)
-        code = 2
-    except click.ClickException as error:
-        code = print_error(error.format_message(), 2)
-    except (KeyboardInterrupt, click.Abort):
-        code = print_error("stopped", 130)
-    except SystemExit as stop:
-        # click ends with 1 when a pipe is closed, but 1 means "the check fails" here
-        code = PIPE_CLOSED if type(sys.stdout).__name__.endswith("PacifyFlushWrapper") else stop.code
-    except OSError as error:
-        code = print_error(
-            f"stdout: {(error.strerror or str(error)).lower()}; allowed: an output that can be written", 2
-        )
+        except BaseException as error:
+            code = _code_of(error, bool(interrupts))
     sys.exit(code if isinstance(code, int) else 0)
+
+
+def _code_of(error: BaseException, interrupted: bool) -> object:
+    """The exit code of an error, printed in one line; raises it again when it is a fault of this package."""
+    if isinstance(error, LwrDynError):
+        return print_error(str(error), error.exit_code)
+    if isinstance(error, click.exceptions.NoArgsIsHelpError):
+        click.echo(error.ctx.get_help() if error.ctx else "", err=True)
+        return 2
+    if isinstance(error, click.ClickException):
+        return print_error(error.format_message(), 2)
+    if isinstance(error, SystemExit):
+        # click ends with 1 when a pipe is closed, but 1 means "the check fails" here
+        return PIPE_CLOSED if type(sys.stdout).__name__.endswith("PacifyFlushWrapper") else error.code
+    if interrupted or isinstance(error, KeyboardInterrupt | click.Abort):  # a library may make another error of Ctrl-C
+        return print_error("stopped", 130)
+    if isinstance(error, OSError):
+        where, kind = ("stdout", "an output") if error.filename is None else (error.filename, "a file")
+        return print_error(f"{where}: {reason_of(error)}; allowed: {kind} that can be read or written", 2)
+    raise error
 
 
 def _warner() -> Callable[..., None]:

@@ -1,13 +1,19 @@
-"""Compiled kernels on disk: one file each, written whole or not at all, its digest checked before it is run.
+"""Compiled kernels on disk: one file each, written whole or not at all, its keyed digest checked before it is run.
 
-Two processes that compile the same kernel write the same file, each under a temporary name and then renamed; a killed
-process leaves at most a temporary file, which is deleted later. A damaged file is built again.
+Machine code is run only from a folder and a file that belong to this user and that no other can write, and only when it
+was signed with this user's key (`key`, mode 0600, in the user's own cache folder): what came from elsewhere is built
+again. Two processes that compile the same kernel write the same file, each under a temporary name and then renamed; a
+killed process leaves at most a temporary file, which is deleted later. A damaged file is built again.
 """
 
-import hashlib
+import errno
+import hmac
 import json
 import os
+import secrets
+import stat
 import sys
+import tempfile
 import time
 import warnings
 from pathlib import Path
@@ -16,7 +22,7 @@ from typing import Any
 from lwr_dyn.errors import FileAccessError
 from lwr_dyn.files import write_file
 
-_MARK = b"lwr_dyn kernel 1\n"
+_MARK = b"lwr_dyn kernel 2\n"
 _LEFT_OVER = 3600.0
 """[s] An unfinished file older than this belongs to a killed process."""
 _warned: set[str] = set()
@@ -35,8 +41,11 @@ class CacheWarning(UserWarning):
 
 def cache_folder() -> Path:
     """The folder of kernels: LWR_DYN_CACHE, or lwr_dyn in the user's cache folder (XDG_CACHE_HOME, ~/.cache ...)."""
-    if chosen := os.environ.get("LWR_DYN_CACHE"):
-        return Path(chosen)
+    chosen = os.environ.get("LWR_DYN_CACHE")
+    return Path(chosen) if chosen else _user_folder()
+
+
+def _user_folder() -> Path:
     if sys.platform == "win32":
         base = os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local"
     elif sys.platform == "darwin":
@@ -47,17 +56,18 @@ def cache_folder() -> Path:
 
 
 def read_cache(key: str) -> tuple[dict[str, Any], bytes] | None:
-    """Record and code of the kernel of that key; None without one, or with a damaged one."""
+    """Record and code of the kernel of that key; None without one, or with a damaged or a foreign one."""
     try:
-        content = (cache_folder() / f"{key}.kernel").read_bytes()
-    except OSError:
+        _refuse_foreign(cache_folder())
+        content = _own_bytes(cache_folder() / f"{key}.kernel")
+        digest, rest = content[len(_MARK) : len(_MARK) + 65], content[len(_MARK) + 65 :]
+        if not content.startswith(_MARK) or not hmac.compare_digest(digest, _digest(rest)):
+            return None
+        text, _, code = rest.partition(b"\n")
+        record = json.loads(text)
+    except (OSError, FileAccessError, ValueError, RecursionError):
         return None
-    digest, rest = content[len(_MARK) : len(_MARK) + 65], content[len(_MARK) + 65 :]
-    if not content.startswith(_MARK) or digest != _digest(rest):
-        return None
-    text, _, code = rest.partition(b"\n")
-    record: dict[str, Any] = json.loads(text)
-    return record, code
+    return (record, code) if isinstance(record, dict) else None
 
 
 def write_cache(key: str, record: dict[str, Any], code: bytes) -> None:
@@ -66,6 +76,7 @@ def write_cache(key: str, record: dict[str, Any], code: bytes) -> None:
     rest = json.dumps(record).encode() + b"\n" + code
     try:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        _refuse_foreign(folder)
         write_file(folder / f"{key}.kernel", _MARK + _digest(rest) + rest)
         _sweep(folder)
     except (OSError, FileAccessError) as fault:
@@ -76,7 +87,48 @@ def write_cache(key: str, record: dict[str, Any], code: bytes) -> None:
 
 
 def _digest(content: bytes) -> bytes:
-    return hashlib.sha256(content).hexdigest().encode() + b"\n"
+    return hmac.digest(_user_key(), content, "sha256").hex().encode() + b"\n"
+
+
+def _user_key() -> bytes:
+    """This user's secret of 32 bytes, made when it is not there; raises `OSError` or `FileAccessError`."""
+    path = _user_folder() / "key"
+    if not path.exists():
+        path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+        handle, made = tempfile.mkstemp(dir=path.parent, prefix=".key.")  # mode 0600
+        with os.fdopen(handle, "wb") as stream:
+            stream.write(secrets.token_bytes(32))
+        try:
+            os.link(made, path)  # of two processes the first one's stays
+        except FileExistsError:
+            pass
+        finally:
+            os.unlink(made)
+    secret = _own_bytes(path, 0o077)
+    if len(secret) != 32:
+        raise FileAccessError(str(path), f"{len(secret)} bytes", "32 secret bytes: delete it, and it is made again")
+    return secret
+
+
+def _own_bytes(path: Path, refused: int = 0o022) -> bytes:
+    """The content of a regular file of this user without those rights of others; raises `OSError` otherwise."""
+    with open(os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0)), "rb") as stream:
+        found = os.fstat(stream.fileno())
+        if not stat.S_ISREG(found.st_mode):
+            raise OSError(errno.EINVAL, "not a regular file", str(path))
+        _refuse_others(found, path, refused)
+        return stream.read()
+
+
+def _refuse_foreign(folder: Path) -> None:
+    _refuse_others(os.stat(folder), folder, 0o022)
+
+
+def _refuse_others(found: os.stat_result, path: Path, refused: int) -> None:
+    """Raise `PermissionError` for what another user owns, or has one of the refused rights to."""
+    if hasattr(os, "getuid") and (found.st_uid != os.getuid() or found.st_mode & refused):
+        rights = f"owner {found.st_uid}, mode {found.st_mode & 0o777:03o}"
+        raise PermissionError(errno.EPERM, f"{path.name} is open to others: {rights}", str(path))
 
 
 def _sweep(folder: Path) -> None:

@@ -14,13 +14,17 @@ import numpy as np
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.errors import FileAccessError, MissingPackageError
-from lwr_dyn.files import reason_of, write_file
+from lwr_dyn.files import check_readable, reason_of, write_file
 from lwr_dyn.identification.log_checks import check_arm, check_log
 from lwr_dyn.identification.log_columns import SI, LogError, check_kinds, layout_of
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
 
 SUFFIXES = (".csv", ".parquet")
+LARGEST = 2_000_000_000
+"""[bytes] The longest CSV file, and the largest table of numbers that is taken from a Parquet file."""
+LONGEST_HEAD = 1_000_000
+"""Characters of the line of column names."""
 _AT = re.compile(r"at row (\d+)")
 _BAD_TEXT = re.compile(r"convert string '([^']*)'.* at row (\d+), column (\d+)")
 
@@ -130,11 +134,12 @@ def read_head(path: Path) -> FileHeader:
     """The names of the columns; raises `FileAccessError`, `LogError`, `MissingPackageError` (pyarrow for Parquet)."""
     if path.suffix not in SUFFIXES:
         raise FileAccessError(str(path), f"ends in {path.suffix or 'nothing'!r}", "a log that ends in .csv or .parquet")
+    check_readable(path, "a log (.csv or .parquet)", LARGEST)
     try:
         if path.suffix == ".parquet":
             return FileHeader(tuple(_parquet_file(path).schema_arrow.names), 0)
         with open(path, encoding="utf-8-sig") as stream:
-            for count, line in enumerate(stream, 1):
+            for count, line in enumerate(iter(lambda: stream.readline(LONGEST_HEAD), ""), 1):
                 if line.strip() and not line.startswith("#"):
                     return FileHeader(tuple(name.strip().strip('"') for name in line.split(",")), count)
     except FileAccessError:
@@ -181,28 +186,45 @@ def _bad_row(path: Path, head: FileHeader, message: str) -> LogError:
 
 def _read_parquet(path: Path, head: FileHeader, wanted: Sequence[int]) -> Array:
     file = _parquet_file(path)
-    out = np.empty((file.metadata.num_rows, len(wanted)))
-    names = [head.names[i] for i in wanted]
+    names, rows = [head.names[i] for i in wanted], file.metadata.num_rows
+    if not 0 <= rows * len(wanted) * 8 <= LARGEST:
+        raise LogError(str(path), "rows", f"{rows}", f"at most {LARGEST} bytes of numbers")
+    out = np.empty((rows, len(wanted)))
     row = 0
-    for batch in file.iter_batches(columns=names):
-        for j, name in enumerate(names):
-            cells = batch.column(batch.schema.get_field_index(name))
-            try:
-                out[row : row + len(cells), j] = cells.to_numpy(zero_copy_only=False)
-            except (TypeError, ValueError):
-                raise LogError(str(path), f"column {name}", f"of type {cells.type}", "numbers") from None
-        row += batch.num_rows
+    try:
+        for batch in file.iter_batches(columns=names):
+            if row + batch.num_rows > rows:
+                raise _not_whole(path)
+            for j, name in enumerate(names):
+                cells = batch.column(batch.schema.get_field_index(name))
+                out[row : row + len(cells), j] = _numbers(path, name, cells)
+            row += batch.num_rows
+    except (LogError, FileAccessError):
+        raise
+    except Exception:  # the decoder meets damaged bytes: its exceptions are of many kinds
+        raise _not_whole(path) from None
     if not row:
         raise LogError(str(path), "rows", "none", "rows of numbers")
-    return out
+    return out[:row]
+
+
+def _numbers(path: Path, name: str, cells: Any) -> Array:
+    try:
+        return np.asarray(cells.to_numpy(zero_copy_only=False), dtype=np.float64)
+    except (TypeError, ValueError):
+        raise LogError(str(path), f"column {name}", f"of type {cells.type}", "numbers") from None
 
 
 def _parquet_file(path: Path) -> Any:
-    arrow, parquet = _pyarrow()
+    parquet = _pyarrow()[1]
     try:
         return parquet.ParquetFile(path)
-    except arrow.ArrowInvalid:
-        raise FileAccessError(str(path), "not a whole Parquet file", "a log (.csv or .parquet)") from None
+    except Exception:  # ArrowInvalid, ArrowNotImplementedError, OSError: a damaged file
+        raise _not_whole(path) from None
+
+
+def _not_whole(path: Path) -> FileAccessError:
+    return FileAccessError(str(path), "not a whole Parquet file", "a log (.csv or .parquet)")
 
 
 def _pyarrow() -> tuple[Any, Any]:

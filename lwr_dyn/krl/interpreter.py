@@ -93,6 +93,8 @@ class Interpreter:
                 self.enter(self.program.routines[0], None)
             while self.stack:
                 self._step(None)
+            if self.motions.timeline.duration > self.machine.seconds:
+                self._end_at_bound(f"{self.machine.seconds:g} s of simulated time")
         except RunEndedError as end:
             if end.diagnostic is not None:
                 self.log.diagnostics.append(end.diagnostic)
@@ -139,8 +141,11 @@ class Interpreter:
         )
         for reached, what in bounds:
             if reached:
-                hint = "an endless loop is cut; the bound is an option"
-                self.log.end_run("note", "bound", f"stopped here after {what}", hint)
+                self._end_at_bound(what)
+
+    def _end_at_bound(self, what: str) -> None:
+        hint = "an endless loop is cut; the bound is an option"
+        self.log.end_run("note", "bound", f"stopped here after {what}", hint)
 
     def enter(self, routine: Routine, x: e.FunctionCall | None) -> None:
         """Begin a routine with the arguments of a call; OUT parameters are the caller's own variables."""

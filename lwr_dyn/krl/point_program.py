@@ -1,7 +1,6 @@
 """A list of points -> a `.src` and `.dat` as a KUKA controller expects them, with Status and Turn from the model."""
 
 import re
-import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,7 +22,7 @@ from lwr_dyn.krl.source import SourceFile, SourceLine, lines_of
 from lwr_dyn.krl.targets import RobotState, axes_of_point
 from lwr_dyn.krl.values import POSE_NAMES, StructValue, pose_matrix
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.papers.fields import Fields, choice
+from lwr_dyn.papers.fields import Fields, choice, parse_toml
 
 KINDS = ("PTP", "LIN")
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,23}")
@@ -58,11 +57,7 @@ class PointProgram:
 def read_point_program(path: str | Path, arm: Arm) -> PointProgram:
     """Read a task file (TOML); raises `FileAccessError`, or `PaperError` for a field that is missing or wrong."""
     text = read_text(path, "a task file (TOML) for krl write")
-    try:
-        table = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as fault:
-        raise PaperError(str(path), "TOML", str(fault), "a task file for krl write") from None
-    return point_program_of(table, arm, str(path))
+    return point_program_of(parse_toml(text, str(path)), arm, str(path))
 
 
 def point_program_of(table: Mapping[str, Any], arm: Arm, file: str = "task") -> PointProgram:

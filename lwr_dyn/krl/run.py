@@ -64,7 +64,7 @@ class ProgramRun:
     @property
     def cycle_time(self) -> float:
         """[s]"""
-        return self.timeline.duration
+        return float(self.motion.t[-1])
 
     @property
     def peak_speeds(self) -> Array:
@@ -163,7 +163,7 @@ def run_program(
     if not timeline.items:
         raise ProgramError(end, "no-motion", "the program moves nothing", "a program with a PTP, LIN or CIRC")
     try:
-        motion = timeline.sample(_times(timeline))
+        motion = timeline.sample(_times(timeline, data.seconds))
     except ExecutionError as fault:
         raise ProgramError(end, fault.code, fault.message, fault.hint) from None
     model = dynamics_of(arm)
@@ -180,11 +180,11 @@ def _refuse_errors(diagnostics: Sequence[Diagnostic]) -> None:
         raise ProgramError(str(error.position), error.code, error.message, error.hint)
 
 
-def _times(timeline: Timeline) -> Array:
-    """The interpolation cycle, and each time at which a motion begins or ends."""
-    count = int(np.ceil(timeline.duration / INTERPOLATION))
-    cycle = np.minimum(np.arange(count + 1) * INTERPOLATION, timeline.duration)
-    marks = [x for item in timeline.items for x in (item.begin, item.end)]
+def _times(timeline: Timeline, longest: float) -> Array:
+    """The interpolation cycle, and each time at which a motion begins or ends, up to `longest` [s]."""
+    end = min(timeline.duration, longest)
+    cycle = np.minimum(np.arange(int(np.ceil(end / INTERPOLATION)) + 1) * INTERPOLATION, end)
+    marks = [x for item in timeline.items for x in (item.begin, item.end) if x <= end]
     times = np.unique(np.concatenate([cycle, marks]))
     # times that are equal up to rounding count once
     return np.asarray(times[np.concatenate([[True], np.diff(times) > 1e-9])])

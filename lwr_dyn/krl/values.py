@@ -15,6 +15,8 @@ from lwr_dyn.krl.kuka_pose import KukaPose, pose_of_matrix
 from lwr_dyn.krl.types import AXES, CARTESIAN, LARGEST, Type
 
 AXIS_NAMES = ("A1", "A2", "A3", "A4", "A5", "A6")
+FARTHEST = 1e9
+"""[mm, deg] A coordinate beyond this is no place, and its square need not be a float."""
 POSE_NAMES = ("X", "Y", "Z", "A", "B", "C")
 
 
@@ -124,14 +126,18 @@ def is_pose(value: StructValue) -> bool:
 
 
 def pose_matrix(value: Value | None, what: str) -> Array:
-    """The pose (4, 4) [m] of X, Y, Z, A, B, C; raises `ExecutionError` where one of them is missing."""
+    """The pose (4, 4) [m] of X, Y, Z, A, B, C; raises `ExecutionError` where one is missing or beyond all places."""
     if not isinstance(value, StructValue) or not is_pose(value):
         raise ExecutionError("type", f"{what} is {value_text(value)}", "a FRAME, POS or E6POS")
     numbers = [value.parts.get(name) for name in POSE_NAMES]
     missing = [name for name, x in zip(POSE_NAMES, numbers, strict=True) if not isinstance(x, int | float)]
     if missing:
         raise ExecutionError("no-value", f"{what} has no {', '.join(missing)}", "a pose needs X, Y, Z, A, B, C")
-    return KukaPose(*(float(x) for x in numbers)).matrix()  # type: ignore[arg-type]
+    pose = [float(x) for x in numbers]  # type: ignore[arg-type]
+    for name, x in zip(POSE_NAMES, pose, strict=True):
+        if not abs(x) <= FARTHEST:
+            raise ExecutionError("number-range", f"{name} {x:g} of {what}", f"at most {FARTHEST:g} mm or deg")
+    return KukaPose(*pose).matrix()  # type: ignore[arg-type]
 
 
 def pose_value(T: Array, type_name: str = "FRAME", rest: Mapping[str, Value] | None = None) -> StructValue:

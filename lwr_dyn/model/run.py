@@ -9,9 +9,10 @@ from typing import Any, Protocol, Self
 
 import numpy as np
 
-from lwr_dyn.arrays import Array, fixed_array, freeze_arrays, read_only, real_array
+from lwr_dyn.arrays import Array, freeze_arrays, read_only, real_array
 from lwr_dyn.errors import FileAccessError
-from lwr_dyn.files import write_file
+from lwr_dyn.files import check_readable, write_file
+from lwr_dyn.model.run_file import LARGEST, check_headers, checked_record
 
 RUN_SCHEMA = 1
 _ARRAYS = ("t", "q", "dq", "q_ref", "dq_ref", "tau_command", "tau_applied", "tau_friction", "energy")
@@ -105,33 +106,22 @@ class Run:
     def load(cls, path: str | Path) -> Self:
         """Read a run file; raises `FileAccessError` if it is missing, truncated, no run file or of another schema."""
         allowed = "a run file (.npz) of lwr-dyn simulate"
+        check_readable(path, allowed, LARGEST)
         try:
+            check_headers(Path(path), _ARRAYS)
             with open(path, "rb") as stream, np.load(stream, allow_pickle=False) as stored:
                 arrays = {name: stored[name] for name in stored.files}
             record = json.loads(arrays.pop("record").tobytes())
             if record["schema"] != RUN_SCHEMA:
                 raise FileAccessError(str(path), f"run file of schema {record['schema']}", f"schema {RUN_SCHEMA}")
-            events = tuple(Event(float(t), str(kind), joint, value) for t, kind, joint, value in record["events"])
-            meta = dict(record["meta"])
+            events, meta = checked_record(record, arrays["q"].shape[1])
             run = cls(
                 **{name: real_array(name, arrays[name]) for name in _ARRAYS},
                 work={name.removeprefix("work_"): x for name, x in arrays.items() if name.startswith("work_")},
-                events=events, meta=meta,
+                events=tuple(Event(*event) for event in events), meta=meta,
             )  # fmt: skip
-            run._check_shapes()
-        except FileNotFoundError:
-            raise FileAccessError(str(path), "no such file", allowed) from None
         except FileAccessError:
             raise
         except Exception:
             raise FileAccessError(str(path), "not a whole run file", allowed) from None
         return run
-
-    def _check_shapes(self) -> None:
-        """Raise `ShapeError` unless all arrays are over the same times and joints."""
-        k, n = self.q.shape
-        shapes = {"t": (k,), "energy": (k,)} | {name: (k, n) for name in _ARRAYS if name not in ("t", "energy")}
-        for name, shape in shapes.items():
-            fixed_array(name, getattr(self, name), shape)
-        for name, work in self.work.items():
-            fixed_array(f"work of {name}", work, (k,))

@@ -1,7 +1,7 @@
 """A TOML table read field by field: a field that is missing, of another type or unknown raises `PaperError`."""
 
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from lwr_dyn.errors import PaperError
@@ -46,12 +46,23 @@ class Fields:
             raise PaperError(self._file, self._name(key), "unknown field", ", ".join(self._read))
 
 
-def parse_toml(text: str, file: str) -> dict[str, Any]:
-    """A TOML text as tables; raises `PaperError` for broken TOML."""
+def parse_toml(text: str, file: str, parse_float: Callable[[str], Any] = float) -> dict[str, Any]:
+    """A TOML text as tables; raises `PaperError` for broken TOML and for integers beyond TOML's 64 bits."""
     try:
-        return tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, RecursionError) as fault:
-        raise PaperError(file, "TOML", str(fault), "valid TOML 1.0") from None
+        tables = tomllib.loads(text, parse_float=parse_float)
+        _check_integers(tables)
+    except (ValueError, RecursionError) as fault:
+        reason = str(fault) if isinstance(fault, tomllib.TOMLDecodeError | RecursionError) else "an integer too long"
+        raise PaperError(file, "TOML", reason, "valid TOML 1.0, with integers of 64 bits") from None
+    return tables
+
+
+def _check_integers(value: Any) -> None:
+    """Raise `ValueError` for an integer of more than 64 bits: Python reads it, floats and messages cannot hold it."""
+    if isinstance(value, int) and not -(2**63) <= value < 2**63:
+        raise ValueError
+    for part in value.values() if isinstance(value, dict) else value if isinstance(value, list) else ():
+        _check_integers(part)
 
 
 def choice(value: Any, allowed: Sequence[str], file: str, field: str) -> str:

@@ -73,7 +73,9 @@ def parse_urdf(path: str | Path) -> UrdfFile:
     _keep(root, ("link", "joint"))
     for element in root:
         _keep(element, _NEEDED[element.tag])
-    parsed = yourdfpy.URDF.load(BytesIO(ElementTree.tostring(root)), build_scene_graph=False, load_meshes=False)
+    bare = ElementTree.tostring(root, encoding="utf-8")
+    _refuse_unreadable(bare, file)
+    parsed = yourdfpy.URDF.load(BytesIO(bare), build_scene_graph=False, load_meshes=False)
     gravity = [_float(v) for x in lines if x.startswith(GRAVITY) for v in x.removeprefix(GRAVITY).split()]
     return UrdfFile(
         file=file, name=root.attrib["name"], digest=hashlib.sha256(content).hexdigest(),
@@ -82,6 +84,16 @@ def parse_urdf(path: str | Path) -> UrdfFile:
         gravity=tuple(gravity) if len(gravity) == 3 and np.isfinite(gravity).all() else None,
         carried=carried,
     )  # fmt: skip
+
+
+def _refuse_unreadable(bare: bytes, file: str) -> None:
+    """Raise `UrdfError` for XML that yourdfpy's parser refuses: yourdfpy would guess at it, with another result."""
+    from lxml import etree
+
+    try:
+        etree.fromstring(bare)
+    except etree.XMLSyntaxError as fault:
+        raise UrdfError(file, "XML", str(fault.msg), "a well-formed URDF") from None
 
 
 def _named(lines: list[str], opening: str) -> frozenset[str]:

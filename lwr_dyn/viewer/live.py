@@ -2,14 +2,14 @@
 
 Plain meshcat calls ``app.listen(port)``, which listens on all interfaces. Here its server gets a socket that is already
 bound, and it answers only requests to this machine's own name. ``/`` is the replay page, connected to the server;
-``/static/`` is meshcat's own page with the same arms; `zmq_url` accepts drawings from any ``meshcat.Visualizer``.
+``/static/`` is meshcat's own page with the same arms. meshcat's ZeroMQ socket, which any program of this machine could
+draw in, is bound inside this process, so that no port of it is open.
 """
 
 from __future__ import annotations
 
 import asyncio
 import errno
-import json
 import socket
 import threading
 import warnings
@@ -20,7 +20,6 @@ import tornado.httpserver
 import tornado.ioloop
 import tornado.web
 import umsgpack  # type: ignore[import-untyped]
-import zmq
 from numpy.typing import ArrayLike
 
 from lwr_dyn.arrays import joint_array
@@ -51,7 +50,6 @@ class LiveReplay:
     def __init__(self, page: str, shown: Sequence[ReplayedRun], sockets: Sequence[socket.socket]) -> None:
         self.port = int(sockets[0].getsockname()[1])
         self.url = f"http://{LOOPBACK}:{self.port}/"
-        self.zmq_url = ""
         self._shown, self._page, self._sockets = shown, page, sockets
         self._ready, self._fault = threading.Event(), list[Exception]()
         self._thread = threading.Thread(target=self._work, name="meshcat", daemon=True)
@@ -89,7 +87,6 @@ class LiveReplay:
         app = _LoopbackApplication(self._page, self._sockets)
         try:
             self._bridge = _Bridge(app)
-            self.zmq_url = self._bridge.zmq_url
             for i, one in enumerate(self._shown):
                 self._draw(scene.arm_commands(one, i))
             self._loop.add_callback(self._ready.set)
@@ -194,19 +191,19 @@ class _PageOrSocket(WebSocketHandler):  # type: ignore[misc]
         self.bridge.send_scene(self)
 
     def on_message(self, message: str | bytes) -> None:
-        self.bridge.send_image(json.loads(message)["data"])
+        """Pages send nothing that is asked for; what comes is not looked at."""
 
     def on_close(self) -> None:
         self.bridge.websocket_pool.discard(self)
 
 
 class _Bridge(ZMQWebSocketBridge):  # type: ignore[misc]
-    """meshcat's bridge on our application; its ZeroMQ socket uses a free loopback port."""
+    """meshcat's bridge on our application, without a ZeroMQ port."""
 
     def __init__(self, app: _LoopbackApplication) -> None:
         self._loopback_app = app
-        super().__init__(zmq_url=f"tcp://{LOOPBACK}:*", host=LOOPBACK, port=int(app._sockets[0].getsockname()[1]))
-        self.zmq_url = self.zmq_socket.getsockopt(zmq.LAST_ENDPOINT).decode()
+        port = int(app._sockets[0].getsockname()[1])
+        super().__init__(zmq_url=f"inproc://lwr_dyn_{port}", host=LOOPBACK, port=port)
 
     def make_app(self) -> _LoopbackApplication:
         """Our application instead of meshcat's."""

@@ -103,7 +103,17 @@ def _labels(runs: Sequence[Run]) -> list[str]:
 
 
 def facts(run: Run) -> dict[str, str]:
-    """Facts about a run for a page or a line, if known: robot, reading, mount, tool, controller, task, ... audit."""
+    """Facts about a run for a page or a line, if known: robot, reading, mount, tool, controller, task, ... audit.
+
+    Raises `OptionError` for a record that is not as `simulate` writes it.
+    """
+    try:
+        return _facts(run)
+    except (AttributeError, KeyError, TypeError, ValueError):
+        raise OptionError("run", "a record of another form", "a run made by simulate") from None
+
+
+def _facts(run: Run) -> dict[str, str]:
     meta, note = run.meta, run.meta.get("note") or {}
     values = {"robot": meta.get("robot"), "reading": meta.get("reading")}
     installed = meta.get("loaded_with")

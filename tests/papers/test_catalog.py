@@ -29,8 +29,8 @@ def parsed(monkeypatch):
     """The names of the data files that are parsed, in order."""
     names, loads = [], tomllib.loads
 
-    def counted(text):
-        tables = loads(text)
+    def counted(text, **options):
+        tables = loads(text, **options)
         names.append(tables["name"])
         return tables
 

@@ -87,11 +87,11 @@ def names_in(node: ast.expr) -> Iterator[str]:
 
 
 def value_of(node: ast.expr | None, names: Mapping[str, float], degrees: bool = False) -> float:
-    """The value of a formula; NaN for a division by zero or the root of a negative number."""
+    """The value of a formula; NaN for a division by zero, the root of a negative number or an unknown name."""
     try:
         value = _value(node, names, degrees)
         return value if isinstance(value, float | int) and math.isfinite(value) else math.nan
-    except (ArithmeticError, ValueError, TypeError, RecursionError):
+    except (ArithmeticError, ValueError, TypeError, RecursionError, KeyError):
         return math.nan
 
 

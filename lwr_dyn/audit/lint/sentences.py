@@ -6,13 +6,13 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from lwr_dyn.audit.lint.arithmetic import FUNCTIONS, parsed, value_of
+from lwr_dyn.audit.lint.arithmetic import FUNCTIONS, LONGEST, parsed, value_of
 from lwr_dyn.audit.lint.fault_search import scale_or_sign
 from lwr_dyn.audit.lint.sheet import Finding, Sheet
 from lwr_dyn.audit.printed_number import PrintedNumber, printed_number
 
-_NUM = r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
-_TOKEN = rf"(?:{_NUM}|\b(?:{'|'.join(sorted(FUNCTIONS, key=len, reverse=True))})(?=\s*\()|[-+*/^(),]|\bx\b|\bdeg\b|\s)"
+_NUM = r"(?>\d+\.?\d*|\.\d+)(?>[eE][+-]?\d+)?"
+_TOKEN = rf"(?>{_NUM}|\b(?:{'|'.join(sorted(FUNCTIONS, key=len, reverse=True))})(?=\s*\()|[-+*/^(),]|\bx\b|\bdeg\b|\s)"
 _LEFT = re.compile(rf"(?<![\w.]){_TOKEN}+$")
 _RIGHT = re.compile(rf"\s*([-+]?{_NUM})((?:\s+or\s+[-+]?{_NUM})*)\s*([^\s\d].{{0,3}})?")
 _INNER = re.compile(rf"(?<![\w.]){_NUM}")
@@ -47,7 +47,8 @@ def equalities(text: str) -> Iterator[Equality]:
     [('350 + 820', '1170')]
     """
     for sign in re.finditer(r"(?<![=<>!])=(?!=)", text):
-        before = _LEFT.search(text[: sign.start()].rstrip())
+        begin = max(0, sign.start() - 2 * LONGEST)  # a longer left side is no formula, and costs no time
+        before = _LEFT.search(text[begin : sign.start()].rstrip())
         after = _RIGHT.match(text[sign.end() :])
         if before is None or after is None:
             continue

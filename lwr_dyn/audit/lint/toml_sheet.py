@@ -6,7 +6,6 @@ matrices; a table with `values` is a column with its `unit`. Declarations stand 
 """
 
 import re
-import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -15,6 +14,8 @@ from lwr_dyn.audit.lint.list_columns import cell_text, columns_of
 from lwr_dyn.audit.lint.roles import words_of
 from lwr_dyn.audit.lint.sheet import Declared, Sentence, Sheet, SheetColumn, SheetMatrix, SheetTable, TableError
 from lwr_dyn.audit.printed_number import printed_number
+from lwr_dyn.errors import PaperError
+from lwr_dyn.papers.fields import parse_toml
 
 LISTS = ("formula", "ratio", "symmetric")
 DECLARED = (*LISTS, "total", "role", "joints", "unit")
@@ -60,9 +61,9 @@ def sheet_of_toml(text: str, file: str, joints: str = "") -> Sheet:
     ('292.4', '290.8')
     """
     try:
-        raw = tomllib.loads(text, parse_float=NumberText)
-    except (tomllib.TOMLDecodeError, RecursionError, ValueError) as fault:
-        raise TableError(file, "TOML", str(fault), "valid TOML 1.0") from None
+        raw = parse_toml(text, file, parse_float=NumberText)
+    except PaperError as fault:
+        raise TableError(file, "TOML", str(fault.found), fault.allowed) from None
     parts = SheetParts(file)
     _walk(raw, "", parts, joints or _joints(raw))
     _masses(raw, parts)
@@ -156,8 +157,8 @@ def _sentences(raw: Mapping[str, Any], path: str, parts: SheetParts) -> None:
 
 def _unit(raw: Mapping[str, Any]) -> str:
     unit = raw.get("unit", "")
-    units = set(unit) if isinstance(unit, list) else {unit}
-    return str(units.pop()) if len(units) == 1 else ""
+    units = set(map(str, unit)) if isinstance(unit, list) else {str(unit)}
+    return units.pop() if len(units) == 1 else ""
 
 
 def _unit_of_table(raw: Mapping[str, Any], key: str, value: Any) -> str:

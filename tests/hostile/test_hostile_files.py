@@ -1,0 +1,113 @@
+"""Paths that are hostile: pipes, devices, null characters, names that are too long, links."""
+
+import os
+import stat
+
+import numpy as np
+import pytest
+
+import lwr_dyn
+from lwr_dyn.audit.lint.rules import sheet_of_file
+from lwr_dyn.errors import FileAccessError, LwrDynError
+from lwr_dyn.files import LARGEST, check_readable, check_writable, read_bytes, write_file
+from lwr_dyn.identification.logs import read_log
+from lwr_dyn.krl.point_program import read_point_program
+from lwr_dyn.krl.program import load_program
+from lwr_dyn.model.run import Run
+
+READERS = {
+    ".toml": (lwr_dyn.load, sheet_of_file, lambda path: read_point_program(path, lwr_dyn.load("kr30ha"))),
+    ".urdf": (lwr_dyn.load,),
+    ".csv": (read_log, sheet_of_file),
+    ".parquet": (read_log,),
+    ".npz": (Run.load,),
+    ".src": (load_program,),
+}
+
+
+@pytest.mark.parametrize("ending", READERS)
+def test_a_pipe_that_no_one_writes_is_refused_at_once(ending, tmp_path):
+    pipe = tmp_path / f"x{ending}"
+    os.mkfifo(pipe)
+    for read in READERS[ending]:
+        with pytest.raises(FileAccessError, match=r"x\.\w+: a pipe or a device; allowed: a regular file"):
+            read(pipe)
+
+
+@pytest.mark.parametrize("device", ["/dev/zero", "/dev/full", "/dev/null", "/dev/stdin"])
+def test_a_device_is_refused_at_once(device, tmp_path):
+    with pytest.raises(FileAccessError, match=r"a pipe or a device|no such"):
+        read_bytes(device, "a file")
+    for ending, readers in READERS.items():
+        link = tmp_path / f"x{ending}"
+        link.symlink_to(device)
+        for read in readers:
+            with pytest.raises(FileAccessError):
+                read(link)
+
+
+@pytest.mark.parametrize("ending", READERS)
+def test_a_null_character_and_a_long_name_are_one_error(ending):
+    for name in (f"a\0b{ending}", "n" * 300 + ending):
+        for read in READERS[ending]:
+            with pytest.raises(LwrDynError):
+                read(name)
+        with pytest.raises(FileAccessError):
+            write_file(name, b"")
+
+
+@pytest.mark.parametrize("ending", [".toml", ".urdf", ".src", ".npz"])
+def test_a_file_beyond_the_stated_size_is_not_read(ending, tmp_path):
+    path = tmp_path / f"x{ending}"
+    with open(path, "wb") as stream:
+        stream.truncate(3_000_000_000)  # takes no room on the disk
+    for read in READERS[ending]:
+        with pytest.raises(FileAccessError, match=r"3000000000 bytes; allowed: at most \d+ bytes"):
+            read(path)
+    check_readable(path, "a file")
+    assert LARGEST < 100_000_000
+
+
+def test_what_is_no_regular_file_is_not_replaced(tmp_path):
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    link = tmp_path / "null"
+    link.symlink_to("/dev/null")
+    for path in (pipe, link, "/dev/null", "/dev/full"):
+        for write in (check_writable, lambda x: write_file(x, "text")):
+            with pytest.raises(FileAccessError, match="a pipe or a device; allowed: a file in an existing"):
+                write(path)
+    assert stat.S_ISFIFO(pipe.lstat().st_mode)
+    assert link.is_symlink()
+
+
+def test_a_link_stays_a_link_and_its_file_keeps_its_rights(tmp_path):
+    (tmp_path / "there").mkdir()
+    file, link = tmp_path / "there" / "file", tmp_path / "link"
+    file.write_text("old")
+    file.chmod(0o640)
+    link.symlink_to(file)
+    write_file(link, "new")
+    assert (link.is_symlink(), file.read_text(), stat.S_IMODE(file.stat().st_mode)) == (True, "new", 0o640)
+    dangling = tmp_path / "dangling"
+    dangling.symlink_to(tmp_path / "there" / "made")
+    write_file(dangling, "made")
+    assert dangling.is_symlink()
+    assert (tmp_path / "there" / "made").read_text() == "made"
+    assert sorted(x.name for x in tmp_path.rglob("*")) == ["dangling", "file", "link", "made", "there"]
+    loop = tmp_path / "loop"
+    loop.symlink_to(loop)
+    with pytest.raises(FileAccessError):
+        write_file(loop, "x")
+
+
+def test_the_command_names_the_file_that_it_cannot_write(lwr_dyn_command, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    name = "n" * 300
+    for arguments in (("urdf", "lwr4", "--out", name), ("simulate", "lwr4plus", "--out", f"{name}.npz")):
+        code, out, err = lwr_dyn_command(*arguments)
+        assert (code, out) == (2, "")
+        assert err.startswith(f"lwr-dyn: {name}")
+        assert "stdout" not in err
+        assert err.count("\n") == 1
+    np.testing.assert_equal(list(tmp_path.iterdir()), [])

@@ -1,0 +1,51 @@
+"""KRL programs with numbers beyond all bounds."""
+
+import pytest
+
+import lwr_dyn
+from lwr_dyn.krl.controller import MachineData
+from lwr_dyn.krl.program import parse_program
+from lwr_dyn.krl.run import check_program, run_program
+
+HOME = "PTP {A1 0, A2 -90, A3 90, A4 0, A5 30, A6 0}"
+HEAD = ["DEF a( )", "BAS(#VEL_PTP, 100)", "$VEL.CP = 0.3", HOME]
+SLOW = (["WAIT SEC 5E4"], ["WAIT SEC 5E4", "WAIT SEC 1"], ["$VEL.CP = 1E-5", "LIN_REL {X 9}"])
+
+
+@pytest.fixture(scope="module")
+def arm():
+    return lwr_dyn.load("kr30ha")
+
+
+def program(*lines):
+    return parse_program("\n".join([*HEAD, *lines, "END", ""]), name="a")
+
+
+@pytest.mark.parametrize("lines", SLOW)
+def test_a_run_is_cut_at_its_longest_time(arm, lines):
+    run = run_program(program(*lines), arm, MachineData(seconds=10.0))
+    assert run.cycle_time == run.motion.t[-1] == 10.0
+    assert len(run.motion.t) < 1000
+    assert [d.message for d in run.diagnostics if d.code == "bound"] == ["stopped here after 10 s of simulated time"]
+
+
+def test_a_run_that_ends_in_time_is_not_cut(arm):
+    run = run_program(program("WAIT SEC 2"), arm, MachineData(seconds=10.0))
+    assert run.cycle_time == run.timeline.duration
+    assert not [d for d in run.diagnostics if d.code == "bound"]
+
+
+@pytest.mark.parametrize("far", ["1E300", "-1E300", "1E154", "1.7E308"])
+@pytest.mark.parametrize("axis", "XYZ")
+def test_a_point_out_of_all_bounds_is_diagnosed(arm, far, axis):
+    near = {"X": "1200", "Y": "10", "Z": "1300", "A": "0", "B": "90", "C": "0"}
+    place, end = (f"{{{', '.join(f'{x} {v}' for x, v in p.items())}}}" for p in (near | {axis: far}, near))
+    moves = [
+        f"CIRC {place}, {end}",
+        f"CIRC {end}, {place}",
+        f"LIN {place}",
+        f"PTP {place}",
+        f"LIN_REL {{{axis} {far}}}",
+    ]
+    for line in moves:
+        assert any(d.severity == "error" for d in check_program(program(line), arm)), line
