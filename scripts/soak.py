@@ -26,6 +26,7 @@ LINES = {
     "krl": "suite:krl",
     "krl_large": "large_programs:krl_large",
     "lint": "audit:lint",
+    "linter": "linter:linter",
     "long_log": "identification:long_log",
     "parity": "checks:parity",
     "poses": "poses:poses",
