@@ -64,8 +64,9 @@ def load(
     lock: Mapping[str, float] | None = None,
     mount: Any = None,
     tool: Any = None,
+    xacro_args: Mapping[str, str] | None = None,
 ) -> Arm:
-    """A robot by name, from a user's own `.toml` or from a `.urdf`.
+    """A robot by name, from a user's own `.toml`, or from a `.urdf` or `.xacro`.
 
     Parameters
     ----------
@@ -73,7 +74,8 @@ def load(
     reading : str, optional
         One of `readings(robot)`; the paper's default if not given.
     tip : str, optional
-        Last link of the chain, for a `.urdf` whose tree branches.
+        Last link of the chain, for a `.urdf`; if not given that of the one obvious arm. `notes` of the arm say which
+        was taken and where joints beside the chain are held.
     lock : mapping, optional
         Joint name -> value [rad or m] at which it is held.
     mount : "floor", "wall", "ceiling", mapping, path of a .toml file or (4, 4) array_like, optional
@@ -83,13 +85,18 @@ def load(
         What is fixed to the flange: the tool centre point in the flange by `xyz`, `rpy` or `rpy_deg`; `mass` [kg]; its
         `com` [m] in the flange; `inertia` about `com` in axes of the flange [kg m^2] (3 or 6 numbers, or a matrix).
         Poses of the arm, payloads and the URDF's tip are then those of the tool centre point.
+    xacro_args : mapping, optional
+        Arguments of a `.xacro` file, which the package `xacro` expands. That runs the Python expressions of the file:
+        load only a xacro that you trust.
 
     Raises
     ------
     UnknownNameError
         No robot, reading, tip or joint of that name.
     FileAccessError, PaperError, UrdfError
-        The file cannot be read, or is not what it should be.
+        The file cannot be read, or is not what it should be, or holds several arms and no tip is given.
+    MissingPackageError
+        A `.xacro` without the extra `urdf`.
     OptionError, ShapeError
         A tip for a robot that is no `.urdf`, a lock outside the joint's limits, a mount or tool that cannot be.
 
@@ -100,7 +107,7 @@ def load(
     """
     from lwr_dyn.loading import load_with_paper
 
-    return load_with_paper(robot, reading, tip=tip, lock=lock, mount=mount, tool=tool)[0]
+    return load_with_paper(robot, reading, tip=tip, lock=lock, mount=mount, tool=tool, xacro_args=xacro_args)[0]
 
 
 def urdf_text(arm: Arm) -> str:

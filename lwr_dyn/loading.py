@@ -35,19 +35,23 @@ def load_with_paper(
     lock: Mapping[str, float] | None = None,
     mount: Any = None,
     tool: Any = None,
+    xacro_args: Mapping[str, str] | None = None,
 ) -> tuple[Arm, Paper | None]:
     """As `lwr_dyn.load`, with the paper that the arm comes from; None for a `.urdf`."""
     name = str(robot)
     if "\0" in name:
         raise FileAccessError(repr(name), "a null character", "a robot's name or a path")
-    options: dict[str, Any] = ({"tip": tip} if tip else {}) | ({"lock": dict(lock)} if lock else {})
+    options: dict[str, Any] = {"tip": tip, "lock": dict(lock or {}), "xacro_args": dict(xacro_args or {})}
+    options = {key: value for key, value in options.items() if value}
+    if xacro_args and not ends_in(name, ".xacro"):
+        raise OptionError("xacro_args", f"given for {name}", "only with a .xacro file")
     given = {key: _description(key, value) for key, value in (("mount", mount), ("tool", tool)) if value is not None}
     if ends_in(name, ".urdf", ".xacro"):
         from lwr_dyn.urdf.reader import read_urdf
 
         if reading is not None:
             raise UnknownNameError("reading of a URDF", reading, ())
-        arm, paper = read_urdf(name, tip=tip, lock=lock), None
+        arm, paper = read_urdf(name, tip, lock, xacro_args), None
     elif tip is not None:
         raise OptionError("tip", f"given for {name}", "only with a .urdf file")
     else:
@@ -145,7 +149,8 @@ def arm_of(run: Run) -> Arm:
         raise OptionError("run", "does not say of which robot it is", "a run made by simulate")
     try:
         options = run.meta.get("loaded_with") or {}
-        arm, _ = load_with_paper(robot, None if ends_in(robot, ".urdf") else reading, **options)
+        reading = None if ends_in(robot, ".urdf", ".xacro") else reading
+        arm, _ = load_with_paper(robot, reading, **options)
     except (TypeError, AttributeError):  # a record that another hand has changed
         raise OptionError("run", "loaded with options that do not exist", "a run made by simulate") from None
     if arm.file and run.meta.get("digest") not in (arm.digest, None):

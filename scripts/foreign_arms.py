@@ -1,8 +1,8 @@
 """`lwr-dyn check` on every URDF of the installed packages: what holds, fails, is refused, crashes or takes too long.
 
 Each file runs in a process of its own with a limit of 30 s of CPU time (a busy machine stretches wall time). A tree
-gets the options that its own refusal asks for: the tip behind the most moving joints, and branches locked at 0 or the
-middle of their range. Files of the same content count once. Exit 1 for a traceback or a file over the limit.
+gets the options that its own refusal asks for: the first tip that it lists, and joints locked at 0 or the middle of
+their range. Files of the same content count once. Exit 1 for a traceback or a file over the limit.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from pathlib import Path
 
 from lwr_dyn.errors import LwrDynError
 from lwr_dyn.urdf.parse import parse_urdf
-from lwr_dyn.urdf.tree import build_tree, position_limits
+from lwr_dyn.urdf.tree import position_limits
 
 LIMIT = 30.0
 """[s] Longest CPU time for one file."""
@@ -146,13 +146,12 @@ def _judged(path: Path, done: Done) -> tuple[str, str]:
 
 def _asked_for(path: Path, message: str) -> tuple[str, ...]:
     """The options that a refusal asks for: a tip, or locks of branches."""
+    tip = re.search(r"--tip:? (\S+?),? (?:\(\d|or )", message)
+    if tip:
+        return ("--tip", tip[1])
     locks = re.findall(r"--lock (\S+)=VALUE", message)
     try:
         urdf = parse_urdf(path)
-        if "--tip" in message:
-            tree = build_tree(urdf, {})
-            depth = {x: sum(not tree.is_fixed(j) for j in tree.path_to(x)) for x in urdf.links if not tree.out_of[x]}
-            return ("--tip", max(depth, key=lambda link: depth[link]))
     except LwrDynError:
         return ()
     return tuple(word for name in locks for word in ("--lock", f"{name}={_inside(urdf.joints[name])!r}"))
@@ -188,6 +187,7 @@ def table(outcomes: Sequence[Outcome]) -> str:
     """Counts by outcome, then one line a file."""
     counts = Counter(outcome.kind for outcome in outcomes)
     lines = [f"{kind}: {count}" for kind, count in counts.most_common()]
+    lines.append(f"read without options: {sum(x.kind != 'refused' and not x.options for x in outcomes)}")
     return "\n".join(lines + [_line(outcome) for outcome in sorted(outcomes, key=lambda x: (x.kind, x.gist))])
 
 

@@ -92,7 +92,7 @@ def check_arm(arm: Arm, paper: Paper | None = None, states: int = STATES, seed: 
             )
             left.append(f"forward dynamics and free swing: B has no inverse; {moved}")
         notes.append(_rotor_note(arm, road_b, x))
-    notes = [note for note in (*notes, *at_rest(arm)) if note]
+    notes = [note for note in (*arm.notes, *notes, *at_rest(arm)) if note]
     return CheckReport(arm.name, arm.reading, tuple(verdicts), tuple(notes), tuple(left))
 
 

@@ -67,20 +67,21 @@ class NamedAxes(click.ParamType):  # type: ignore[type-arg] # generic only since
 NUMBERS, NAMED_AXES = Numbers(), NamedAxes()
 
 
-_INSTALLATION = "lwr_dyn.installation"
-"""Where click's context keeps mount and tool."""
+_LOADING = "lwr_dyn.loading"
+"""Where click's context keeps options of loading."""
 
 
 def robot_options(command: F) -> F:
-    """ROBOT, --reading, --lock, --mount, --tool, and for a .urdf --tip.
+    """ROBOT, --reading, --lock, --mount, --tool, for a .urdf --tip, for a .xacro --xacro-arg.
 
-    `load_robot` finds mount and tool in click's context, so that no command takes them as arguments.
+    `load_robot` finds mount, tool and xacro's arguments in click's context, so that no command takes them itself.
     """
     for option in (
-        _installation("tool", "KEY=NUMBERS|FILE.toml", "On the flange: xyz, rpy_deg, mass, com, inertia; m, kg."),
-        _installation("mount", "PLACE|KEY=NUMBERS|FILE.toml", "Base on floor, wall or ceiling; xyz in m, rpy_deg."),
+        _kept("xacro_args", "--xacro-arg", "NAME:=VALUE", "Argument of a .xacro.", _xacro_args),
+        _kept("tool", "--tool", "KEY=NUMBERS|FILE.toml", "On the flange: xyz, rpy_deg, mass, com, inertia; m, kg."),
+        _kept("mount", "--mount", "PLACE|KEY=NUMBERS|FILE.toml", "Base on floor, wall, ceiling; xyz in m, rpy_deg."),
         click.option("--lock", "locks", multiple=True, metavar="JOINT=VALUE", help="Hold a joint, rad or m."),
-        click.option("--tip", help="Last link of the chain (of a .urdf)."),
+        click.option("--tip", help="Last link of the chain (of a .urdf); that of the obvious arm if not given."),
         click.option("--reading", help="How to read the tables; the paper's default if not given."),
         click.argument("robot"),
     ):
@@ -89,8 +90,11 @@ def robot_options(command: F) -> F:
 
 
 def load_robot(robot: str, reading: str | None, tip: str | None, locks: tuple[str, ...]) -> Arm:
-    """The arm that the options name; raises as `lwr_dyn.load`."""
-    return load_robot_and_paper(robot, reading, tip, locks)[0]
+    """The arm that the options name, with its notes on stderr; raises as `lwr_dyn.load`."""
+    arm, _ = load_robot_and_paper(robot, reading, tip, locks)
+    for note in arm.notes:
+        click.echo(f"note: {note}", err=True)
+    return arm
 
 
 def load_robot_and_paper(
@@ -98,18 +102,26 @@ def load_robot_and_paper(
 ) -> tuple[Arm, Paper | None]:
     """The arm that the options name and its paper (None for a `.urdf`); raises as `lwr_dyn.load`."""
     context = click.get_current_context(silent=True)
-    installation = {} if context is None else context.meta.get(_INSTALLATION, {})
-    return load_with_paper(robot, reading, tip=tip, lock=dict(_lock(text) for text in locks), **installation)
+    kept = {} if context is None else context.meta.get(_LOADING, {})
+    return load_with_paper(robot, reading, tip=tip, lock=dict(_lock(text) for text in locks), **kept)
 
 
-def _installation(what: str, metavar: str, text: str) -> Callable[[F], F]:
-    """--mount or --tool, which can be given several times: `--mount ceiling --mount xyz=0,0,2.5`."""
+def _kept(argument: str, option: str, metavar: str, text: str, read: Callable[..., Any] | None = None) -> Any:
+    """An option of loading that can be given several times: `--mount ceiling --mount xyz=0,0,2.5`."""
 
     def keep(context: click.Context, _: click.Parameter, texts: tuple[str, ...]) -> None:
         if texts:
-            context.meta.setdefault(_INSTALLATION, {})[what] = _described(f"--{what}", texts)
+            context.meta.setdefault(_LOADING, {})[argument] = (read or _described)(option, texts)
 
-    return click.option(f"--{what}", multiple=True, metavar=metavar, help=text, callback=keep, expose_value=False)
+    return click.option(option, argument, multiple=True, metavar=metavar, help=text, callback=keep, expose_value=False)
+
+
+def _xacro_args(option: str, texts: tuple[str, ...]) -> dict[str, str]:
+    pairs = [text.partition(":=") for text in texts]
+    for name, mark, value in pairs:
+        if not (name and mark):
+            raise OptionError(option, repr(name + value), "NAME:=VALUE, such as ur_type:=ur10e")
+    return {name: value for name, _, value in pairs}
 
 
 def _described(option: str, texts: tuple[str, ...]) -> str | dict[str, Any]:

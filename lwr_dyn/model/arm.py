@@ -132,6 +132,8 @@ class Arm:
     """The rest of the URDF file that it was read from."""
     installation: Installation | None = None
     """Its mount and tool; None for an arm that stands on its base and ends at its flange."""
+    notes: tuple[str, ...] = ()
+    """What was chosen when it was loaded: the tip, joints that are held."""
 
     def __repr__(self) -> str:
         return f"Arm({self.name!r}, reading={self.reading!r}, n={self.n})"

@@ -34,15 +34,14 @@ def parse_xml(content: bytes, file: str) -> ElementTree.Element:
     try:
         root = _tree(content.strip(_AROUND))
     except (ElementTree.ParseError, ValueError, LookupError) as fault:
-        if file.lower().endswith(".xacro"):
-            raise _is_macro(file, "its ending") from None
         raise UrdfError(file, "XML", str(fault), "a well-formed URDF") from None
     if _depth(root) > _DEEPEST:
         raise UrdfError(file, "XML", f"elements nested {_depth(root)} deep", f"at most {_DEEPEST} levels")
     for element in root.iter():
         space, _, tag = str(element.tag).rpartition("}")
         if _XACRO in space.lower() and space:
-            raise _is_macro(file, f"<xacro:{tag}>")
+            allowed = f"the URDF that it expands to, or a name that ends in .xacro: xacro {file} > expanded.urdf"
+            raise UrdfError(file, f"<xacro:{tag}>", "a file of xacro macros", allowed)
     return root
 
 
@@ -51,12 +50,6 @@ def _depth(root: ElementTree.Element) -> int:
     while level:
         level, depth = [child for element in level for child in element], depth + 1
     return depth
-
-
-def _is_macro(file: str, mark: str) -> UrdfError:
-    plain = file.lower().removesuffix(".xacro").removesuffix(".urdf")
-    expanded = f"{file[: len(plain)]}{'' if file.lower().endswith('.xacro') else '_expanded'}.urdf"
-    return UrdfError(file, mark, "a file of xacro macros", f"the URDF that it expands to: xacro {file} > {expanded}")
 
 
 def _tree(content: bytes) -> ElementTree.Element:

@@ -17,10 +17,11 @@ import numpy as np
 
 from lwr_dyn.arrays import number_of
 from lwr_dyn.errors import UrdfError
-from lwr_dyn.files import read_bytes
+from lwr_dyn.files import ends_in, read_bytes
 from lwr_dyn.model.chain import Rotor
 from lwr_dyn.urdf.carried import CarriedXml, carried_xml
 from lwr_dyn.urdf.foreign_xml import parse_xml
+from lwr_dyn.urdf.xacro_file import expand_xacro
 from lwr_dyn.urdf.xml_text import GRAVITY, REFLECTED, UNKNOWN_LIMITS, WRITTEN_BY, comment
 
 _WIDTHS = {"xyz": 3, "rpy": 3}
@@ -51,20 +52,23 @@ class UrdfFile:
     """Shapes, materials and motors, which no computation uses."""
 
 
-def parse_urdf(path: str | Path) -> UrdfFile:
-    """Parse a URDF file.
+def parse_urdf(path: str | Path, xacro_args: Mapping[str, str] | None = None) -> UrdfFile:
+    """Parse a URDF file, or what a `.xacro` file expands to with these arguments.
 
     Raises
     ------
-    FileAccessError
-        The file cannot be read.
+    FileAccessError, MissingPackageError
+        The file cannot be read; it is a `.xacro` and xacro is not installed.
     UrdfError
-        Broken XML, a missing name or attribute, a malformed number, a name used twice.
+        What xacro refuses, broken XML, a missing name or attribute, a malformed number, a name used twice.
     """
     import yourdfpy
 
-    content = read_bytes(path, "a readable .urdf file")
     file = Path(path).name
+    if ends_in(file, ".xacro"):
+        content = expand_xacro(path, xacro_args or {}).encode()
+    else:
+        content = read_bytes(path, "a readable .urdf file")
     root = parse_xml(content, file)
     _check(root, file)
     lines = _own_header(content.decode("utf-8", errors="replace"))

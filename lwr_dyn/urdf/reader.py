@@ -21,6 +21,7 @@ from lwr_dyn.model.spatial import Pose
 from lwr_dyn.model.written_link import WrittenLink, heavy, welded
 from lwr_dyn.papers.assembly import STANDARD_GRAVITY
 from lwr_dyn.urdf.elements import PLACEHOLDERS
+from lwr_dyn.urdf.obvious_arm import obvious_tip, with_held_joints
 from lwr_dyn.urdf.parse import UrdfFile, parse_urdf, placeholder_name
 from lwr_dyn.urdf.tree import KINDS, Tree, axis_pose, build_tree, layout_of, origin_pose, position_limits
 
@@ -43,35 +44,44 @@ class _Group:
     """The fixed joints on the path to the next joint or the tip."""
 
 
-def read_urdf(path: str | Path, tip: str | None = None, lock: Mapping[str, float] | None = None) -> Arm:
+def read_urdf(
+    path: str | Path,
+    tip: str | None = None,
+    lock: Mapping[str, float] | None = None,
+    xacro_args: Mapping[str, str] | None = None,
+) -> Arm:
     """The serial arm in a URDF file.
 
     Parameters
     ----------
     path : path
     tip : str, optional
-        The link that is the flange; needed when the tree ends in several links.
+        The link that is the flange; `obvious_tip` if not given.
     lock : mapping of joint name to value, optional
         Joints fixed at a value [rad or m]; a mimic joint follows the locked joint that it mimics.
+    xacro_args : mapping, optional
+        Arguments of a `.xacro` file.
 
     Returns
     -------
     Arm
-        Joints and links keep the file's names; gravity is -9.81 m/s^2 along z of the root link.
+        Joints and links keep the file's names; joints beside the chain are held, `notes` says at what; gravity is
+        -9.81 m/s^2 along z of the root link.
 
     Raises
     ------
-    FileAccessError
-        The file cannot be read.
+    FileAccessError, MissingPackageError
+        The file cannot be read; it is a `.xacro` and xacro is not installed.
     UrdfError
-        Not a URDF, not a tree, a joint of the chain that is not revolute, continuous, prismatic or fixed, a moving
-        joint beside the chain that is not locked, several ends and no tip, a lock outside the joint's limits.
+        Not a URDF, not a tree, a joint of the chain that is not revolute, continuous, prismatic or fixed or that
+        follows another one, several arms and no tip, a lock outside the joint's limits.
     UnknownNameError
         No link named `tip`, no moving joint of a locked name.
     """
-    urdf = parse_urdf(path)
+    urdf = parse_urdf(path, xacro_args)
     tree = build_tree(urdf, lock or {})
-    tip = tree.only_end() if tip is None else tip
+    given, tip = tip, obvious_tip(tree) if tip is None else tip
+    tree, held = with_held_joints(tree, tip)
     base, *groups = _groups(tree, tree.path_to(tip))
     names = [_free_name(group.link, urdf.links) for group in groups]
     written = [
@@ -91,8 +101,16 @@ def read_urdf(path: str | Path, tip: str | None = None, lock: Mapping[str, float
         chain=Chain(links=tuple(links), flange=groups[-1].exit, gravity=gravity),
         limits=tuple(_limits(urdf, group.joint) for group in groups),
         sources=_sources(urdf, [base, *groups], written, names), digest=urdf.digest,
-        layout=replace(layout, written=_by_carrier(tree, names, written)),
+        layout=replace(layout, written=_by_carrier(tree, names, written)), notes=_notes(tree, given, tip, held),
     )  # fmt: skip
+
+
+def _notes(tree: Tree, given: str | None, tip: str, held: Mapping[str, float]) -> tuple[str, ...]:
+    """What was chosen without being asked for: the tip, and the joints that are held."""
+    chosen = given is None and [link for link, joints in tree.out_of.items() if not joints] != [tip]
+    values = ", ".join(f"{name} at {value:g}" for name, value in held.items())
+    lines = [f"the arm ends at {tip}; another end: --tip LINK"] if chosen else []
+    return (*lines, f"held: {values}; other values: --lock JOINT=VALUE") if held else tuple(lines)
 
 
 def _free_name(link: str, taken: Mapping[str, Any]) -> str:
@@ -109,8 +127,9 @@ def _groups(tree: Tree, path: Sequence[Any]) -> list[_Group]:
     for joint in moving:
         _check_moving(tree.urdf, joint)
     if not moving:
-        raise UrdfError(tree.urdf.file, "chain", "no moving joint between root and tip", "another tip, or fewer locks")
-    tree.require_locked_branches(path)
+        free = "".join(f", and {joint.name} of type {joint.type} is held" for joint in path if joint.type != "fixed")
+        found = f"no moving joint between root and tip{free}"
+        raise UrdfError(tree.urdf.file, "chain", found, "another tip, or fewer locks")
     starts = [-1, *(k for k, joint in enumerate(path) if joint in moving), len(path)]
     out = []
     for start, end in pairwise(starts):
@@ -125,12 +144,13 @@ def _groups(tree: Tree, path: Sequence[Any]) -> list[_Group]:
 
 
 def _check_moving(urdf: UrdfFile, joint: Any) -> None:
-    where = f"joint {joint.name!r}"
+    where, end = f"joint {joint.name!r}", f"a chain that ends before it: --tip {joint.parent}"
     if joint.type not in KINDS:
-        raise UrdfError(urdf.file, where, f"type {joint.type}", "revolute, continuous, prismatic or fixed on the chain")
+        found = f"type {joint.type}, in a chain of joints with one coordinate each"
+        raise UrdfError(urdf.file, where, found, f"{end}, or a file with revolute, continuous, prismatic, fixed joints")
     if joint.mimic is not None:
-        allowed = f"locked on the chain: --lock {joint.name}=VALUE"
-        raise UrdfError(urdf.file, where, f"mimics {joint.mimic.joint!r}", allowed)
+        found = f"follows {joint.mimic.joint!r} (mimic), in a chain of joints that move by themselves"
+        raise UrdfError(urdf.file, where, found, f"{end}, or held: --lock {joint.name}=VALUE")
     if not np.abs(joint.axis).max() > 0.0:
         raise UrdfError(urdf.file, f"{where} <axis> xyz", "0 0 0", "a direction")
 

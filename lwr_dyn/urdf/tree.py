@@ -21,8 +21,6 @@ KINDS = {
     "prismatic": JointKind.PRISMATIC,
 }
 """URDF joint types with one degree of freedom."""
-_LISTED = 12
-"""Largest number of links that one message lists."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,7 +42,7 @@ class Tree:
     def fixed_pose(self, joint: Any) -> Pose:
         """The pose of the child of a fixed or locked joint in its parent."""
         pose = origin_pose(joint.origin)
-        if joint.name not in self.locked:
+        if not self.locked.get(joint.name):
             return pose
         turn = axis_pose(joint)
         return pose @ turn @ joint_motion(KINDS[joint.type], self.locked[joint.name]) @ turn.inverse()
@@ -59,34 +57,12 @@ class Tree:
             tip = path[-1].parent
         return path[::-1]
 
-    def only_end(self) -> str:
-        """The last link of the tree; raises `UrdfError` when there are several."""
-        ends = [link for link in self.urdf.links if not self.out_of[link]]
-        if len(ends) > 1:
-            moved = [x for x in ends if not all(self.is_fixed(joint) for joint in self.path_to(x))] or ends
-            some = ", ".join(moved[:_LISTED]) + (" ..." if len(moved) > _LISTED else "")
-            raise UrdfError(
-                self.urdf.file, "tip", f"the tree ends in {len(ends)} links", f"a tip (--tip), such as {some}"
-            )
-        return ends[0]
-
     def fixed_to(self, link: str) -> list[tuple[str, Pose]]:
         """`link` and all links fixed to it, each with its pose in `link`."""
         parts = [(link, Pose.identity())]
         for here, pose in parts:
             parts += [(j.child, pose @ self.fixed_pose(j)) for j in self.out_of[here] if self.is_fixed(j)]
         return parts
-
-    def require_locked_branches(self, path: Sequence[Any]) -> None:
-        """Raise `UrdfError` when an unlocked joint beside the path moves with the path; names all of them."""
-        on_path = {joint.name for joint in path}
-        moving = {joint.name for joint in path if not self.is_fixed(joint)}
-        free = [x for x in self.urdf.joints.values() if x.name not in on_path and not self.is_fixed(x)]
-        branches = [x.name for x in free if moving & {joint.name for joint in self.path_to(x.parent)}]
-        if branches:
-            locks = " ".join(f"--lock {name}=VALUE" for name in branches)
-            where = f"joint {', '.join(branches)}"
-            raise UrdfError(self.urdf.file, where, "moving off the chain and not locked", locks)
 
 
 def layout_of(
@@ -166,6 +142,12 @@ def _locked(urdf: UrdfFile, lock: Mapping[str, float]) -> dict[str, float]:
         if not (math.isfinite(value) and low <= value <= up):
             raise UrdfError(urdf.file, f"lock of joint {name!r}", repr(value), f"a number from {low} to {up}")
         locked[name] = float(value)
+    return with_mimics(urdf, locked)
+
+
+def with_mimics(urdf: UrdfFile, held: Mapping[str, float]) -> dict[str, float]:
+    """Held joints with those that mimic one of them."""
+    locked, moving = dict(held), [name for name, joint in urdf.joints.items() if joint.type in KINDS]
     mimics = [urdf.joints[name] for name in moving if urdf.joints[name].mimic is not None and name not in locked]
     while True:
         follow = [j for j in mimics if j.name not in locked and j.mimic.joint in locked]

@@ -115,17 +115,19 @@ def test_locked_fingers_count():
 
 
 @pytest.mark.parametrize(
-    ("name", "tip", "lock", "words"),
-    [
-        ("panda", None, {}, "panda_hand_tcp, panda_leftfinger, panda_rightfinger"),
-        ("panda", "panda_hand_tcp", {}, "--lock panda_finger_joint1=VALUE --lock panda_finger_joint2=VALUE"),
-        ("panda", "panda_hand_tcp", {"panda_finger_joint1": 0.5}, "from 0.0 to 0.04"),
-        ("ur5", None, {}, "ee_link, tool0"),
-    ],
+    ("name", "n", "tip", "held"),
+    [("panda", 7, "panda_hand_tcp", "panda_finger_joint1 at 0, panda_finger_joint2 at 0"), ("ur5", 6, "tool0", "")],
 )
-def test_what_is_missing_is_named(name, tip, lock, words):
-    with pytest.raises(UrdfError, match=words):
-        lwr_dyn.load(ARMS[name].path, tip=tip, lock=lock)
+def test_the_obvious_arm_is_taken_and_said(name, n, tip, held):
+    arm = lwr_dyn.load(ARMS[name].path)
+    assert (arm.n, arm.layout.tip) == (n, tip)
+    assert arm.notes[0] == f"the arm ends at {tip}; another end: --tip LINK"
+    assert arm.notes[1:] == ((f"held: {held}; other values: --lock JOINT=VALUE",) if held else ())
+
+
+def test_a_lock_outside_the_limits_is_named():
+    with pytest.raises(UrdfError, match=r"from 0\.0 to 0\.04"):
+        lwr_dyn.load(ARMS["panda"].path, lock={"panda_finger_joint1": 0.5})
 
 
 UNPHYSICAL = {

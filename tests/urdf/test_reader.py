@@ -7,7 +7,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.dynamics.newton_euler import newton_euler_dynamics
-from lwr_dyn.errors import MissingDataError, UrdfError
+from lwr_dyn.errors import MissingDataError
 from lwr_dyn.model.chain import Body, lock_joint
 from lwr_dyn.model.dh import JointKind
 from lwr_dyn.urdf.reader import read_urdf
@@ -125,13 +125,16 @@ def test_a_lock_in_the_chain_is_the_locked_chain(tmp_path):
         assert same_dynamics(locked, expected)
 
 
-def test_a_moving_branch_must_be_locked_and_then_counts(tmp_path):
+def test_a_moving_branch_is_held_at_a_lock_or_at_0_and_counts(tmp_path):
     text = robot(joint("j", "a", "b"), joint("tool", "b", "t", "fixed", ""), joint("finger", "b", "f", "prismatic"),
                  joint("nail", "f", "n"), a="", b=LINK, t="", f=LINK, n=LINK)  # fmt: skip
     path = written(tmp_path, text)
-    with pytest.raises(UrdfError, match=r"finger.*off the chain.*--lock finger=VALUE --lock nail=VALUE"):
-        read_urdf(path, tip="t")
-    assert read_urdf(path, tip="t", lock={"finger": 0.5, "nail": 0.0}).chain.links[0].body.mass == 6.0
+    held = read_urdf(path, tip="t")
+    assert held.notes == ("held: finger at 0, nail at 0; other values: --lock JOINT=VALUE",)
+    assert same_dynamics(held, read_urdf(path, tip="t", lock={"finger": 0.0, "nail": 0.0}))
+    locked = read_urdf(path, tip="t", lock={"finger": 0.5, "nail": 0.0})
+    assert (locked.notes, locked.chain.links[0].body.mass) == ((), 6.0)
+    assert not same_dynamics(held, locked)
 
 
 def test_what_hangs_on_the_root_is_left_out(tmp_path):

@@ -54,20 +54,6 @@ def test_a_locked_joint_is_a_fixed_pose_and_its_mimics_follow(tree):
     assert [name for name, _ in tree().fixed_to("arm")] == ["arm", "tool"]
 
 
-def test_branches_that_move_with_the_path_must_be_locked(tree):
-    hand = tree()
-    with pytest.raises(UrdfError, match=r"joint left, right: moving off .*: --lock left=VALUE --lock right=VALUE"):
-        hand.require_locked_branches(hand.path_to("tool"))
-    locked = tree(left=0.0)
-    locked.require_locked_branches(locked.path_to("tool"))
-
-
-def test_the_only_end_or_the_ends_that_move(tree):
-    assert tree((HAND[0],), "base arm").only_end() == "arm"
-    with pytest.raises(UrdfError, match=r"ends in 3 links; allowed: a tip \(--tip\), such as thumb, finger, tool"):
-        tree().only_end()
-
-
 @pytest.mark.parametrize(
     ("joints", "links", "message"),
     [
