@@ -22,7 +22,7 @@ from lwr_dyn.checks.identities import (
     torque_floor,
     velocity_identities,
 )
-from lwr_dyn.checks.verdict import CheckReport, Verdict
+from lwr_dyn.checks.verdict import CheckReport, FileVerdict, Verdict
 from lwr_dyn.dynamics.gate import Gated
 from lwr_dyn.dynamics.newton_euler import Recursion, newton_euler_dynamics
 from lwr_dyn.dynamics.pinocchio_engine import flange_poses, pinocchio_dynamics, pinocchio_model
@@ -40,6 +40,11 @@ CHECKS: Registry[Callable[[Arm, Paper], Iterable[Verdict]]] = Registry(
     {"data-sheet": Row("lwr_dyn.audit.datasheet:datasheet_verdicts", "poses, ranges, reach, envelope and mass")},
 )
 """Checks of optional packages by name; each row is a function of the arm and its paper."""
+FILE_CHECKS: Registry[Callable[[str], FileVerdict]] = Registry(
+    "file_check",
+    {"as-written": Row("lwr_dyn.audit.urdf.report_text:file_verdict", "each link, joint and shape of a URDF")},
+)
+"""Checks of a `.urdf` or `.xacro` before it is read as a chain; each row is a function of the path."""
 STATES = 1000
 SEED = 20240607
 METRES = 1e-12

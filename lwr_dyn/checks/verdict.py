@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal, NamedTuple
 
 from lwr_dyn.tables import Heading, Table
 
@@ -27,6 +27,14 @@ class Verdict:
         False
         """
         return self.value <= self.tolerance if self.bound == "at most" else self.value > self.tolerance
+
+
+class FileVerdict(NamedTuple):
+    """What is found in a robot's file as it is written: as text, as records, and whether it holds."""
+
+    text: str
+    records: list[Any]
+    holds: bool
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,37 +1,65 @@
-"""`lwr-dyn check`: every check of one robot's model; exit 1 when one fails."""
+"""`lwr-dyn check`: every check of one robot's model and file; exit 1 when one fails."""
 
 import sys
+from typing import Any
 
 import click
 
-from lwr_dyn.checks.run_checks import check_arm
-from lwr_dyn.checks.verdict import CheckReport
+from lwr_dyn.checks.run_checks import FILE_CHECKS, check_arm
+from lwr_dyn.checks.verdict import CheckReport, FileVerdict
 from lwr_dyn.cli.options import load_robot_and_paper, print_json, robot_options
+from lwr_dyn.errors import UrdfError
+from lwr_dyn.files import ends_in
 
 
 @click.command("check")
 @robot_options
 @click.option("--json", "as_json", is_flag=True, help="One JSON object.")
 def command(robot: str, reading: str | None, tip: str | None, locks: tuple[str, ...], as_json: bool) -> None:
-    """Check a model: identities of the equations of motion, agreement of engines, feasibility; exit 1 if one fails."""
-    report = check_arm(*load_robot_and_paper(robot, reading, tip, locks))
+    """Check a model: identities of the equations of motion, agreement of engines, feasibility; exit 1 if one fails.
+
+    Of a .urdf or .xacro first each link, joint and shape as written (`lwr-dyn lint`), of any tree.
+    """
+    loaded, fault = None, None
+    try:
+        loaded = load_robot_and_paper(robot, reading, tip, locks)
+    except UrdfError as refused:
+        fault = refused
+    written, left = _as_written(robot)
+    if not as_json and (written or left):
+        click.echo("\n".join([*(part.text for part in written), *left]))
+    if fault is not None:
+        if tip is not None or locks or not (written and _wants_a_chain(fault)):
+            raise fault
+        left.append(f"laws and roads skipped: {fault}")
+    report = None if loaded is None else check_arm(*loaded)
+    holds = all(part.holds for part in written) and (report is None or report.holds)
     if as_json:
-        _print_json(report)
+        print_json(_record(report, robot, written, left) | {"holds": holds})
     else:
-        _print_table(report)
-    sys.exit(0 if report.holds else 1)
+        click.echo(left[-1]) if report is None else _print_table(report)
+    sys.exit(0 if holds else 1)
 
 
-def _print_json(report: CheckReport) -> None:
-    record = {"robot": report.robot, "reading": report.reading, "holds": report.holds}
-    print_json(
-        {
-            **record,
-            "verdicts": report.table().record(),
-            "not_judged": list(report.not_judged),
-            "notes": list(report.notes),
-        }
-    )
+def _as_written(robot: str) -> tuple[list[FileVerdict], list[str]]:
+    """What the checks of the file find, and a line for each that is not installed."""
+    names = FILE_CHECKS.names if ends_in(robot, ".urdf", ".xacro") else ()
+    found = [FILE_CHECKS.load(name)(robot) for name in names if FILE_CHECKS[name].is_installed]
+    rows = [FILE_CHECKS[name] for name in names if not FILE_CHECKS[name].is_installed]
+    return found, [f"note: {row.about} not judged as written: {row.module} is not installed" for row in rows]
+
+
+def _wants_a_chain(fault: UrdfError) -> bool:
+    """Whether the file is a tree in which no chain is chosen, or whose chain moves as no arm does."""
+    return fault.element in ("tip", "chain") or (fault.element.startswith("joint ") and "<" not in fault.element)
+
+
+def _record(report: CheckReport | None, robot: str, written: list[FileVerdict], left: list[str]) -> dict[str, Any]:
+    record: dict[str, Any] = {"robot": robot, "reading": None, "verdicts": [], "not_judged": [], "notes": left}
+    if report is not None:
+        record |= {"robot": report.robot, "reading": report.reading, "verdicts": report.table().record()}
+        record |= {"not_judged": list(report.not_judged), "notes": [*left, *report.notes]}
+    return record | ({"findings": [x for part in written for x in part.records]} if written else {})
 
 
 def _print_table(report: CheckReport) -> None:

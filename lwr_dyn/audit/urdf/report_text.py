@@ -4,7 +4,8 @@ from collections.abc import Iterator, Sequence
 
 from lwr_dyn.audit.urdf.finding import SEVERITIES, UrdfFinding
 from lwr_dyn.audit.urdf.grouping import FindingGroup, grouped
-from lwr_dyn.audit.urdf.lint import LintReport
+from lwr_dyn.audit.urdf.lint import LintReport, lint_file
+from lwr_dyn.checks.verdict import FileVerdict
 
 SHOWN = 5
 """Findings of a group that are printed without `--all`; of a group of notes one."""
@@ -22,6 +23,12 @@ def report_text(report: LintReport, everything: bool = False) -> str:
     lines = [line for group in grouped(report.findings) for line in _group(group, everything)]
     lines += [f"{report.file}: {remark}" for remark in report.remarks]
     return "\n".join([*lines, summary([report])])
+
+
+def file_verdict(path: str) -> FileVerdict:
+    """A file's report, as `lwr-dyn check` prints it before its own checks; raises as `lint_file`."""
+    report = lint_file(path)
+    return FileVerdict(report_text(report), [finding.record() for finding in report.findings], report.holds())
 
 
 def _group(group: FindingGroup, everything: bool) -> Iterator[str]:
