@@ -13,7 +13,7 @@ LARGEST = 2_000_000_000
 PER_TIME = ("t", "energy")
 """Arrays with one number a time; the others have one a joint."""
 _META: Mapping[str, type] = {
-    "robot": str, "reading": str, "file": str, "digest": str, "plant": str, "task": str,
+    "robot": str, "reading": str, "file": str, "digest": str, "plant": dict, "task": str,
     "note": dict, "loaded_with": dict, "audit": dict, "payload": dict,
 }  # fmt: skip
 """Entries of the record that other modules read, if they are there."""
