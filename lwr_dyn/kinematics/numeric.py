@@ -29,7 +29,7 @@ _REGULAR = 1e-13
 """Least damping as a share of the trace of J J^T: the sum is regular by a thousand times what a solution by elimination
 rounds, also where J has lost rank (a stretched arm, fewer than six joints, held joints)."""
 _DAMPING, _EASE, _STIFFEN, _WEAKEST = 1e-2, 0.2, 4.0, 1e-20
-_NEARLY = 1e-6
+_NEARLY = 1e-9
 """Damping of starts near a solution: full steps."""
 _OPEN_RANGE = {JointKind.REVOLUTE: np.pi, JointKind.PRISMATIC: 1.0}
 """Half width of the starts' range where a limit is not known [rad, m]."""

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lwr_dyn.arrays import Array
+from lwr_dyn.kinematics import numeric
 from lwr_dyn.kinematics.branches import BRANCHES, JointRanges, joint_ranges, whole_turns, wrap
 from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.kinematics.numeric import SOLVED, polished
@@ -79,6 +80,8 @@ def solve_pose(closed_form: ClosedForm, problem: PoseProblem, geometry: SixJoint
     if len(q) and np.abs(forward_kinematics(arm.chain, q) - problem.pose).max() > SOLVED:
         q, kept = polished(arm.chain, problem.pose, q)
         q, which = ranges.middle + wrap(q[kept] - ranges.middle), which[kept]
+    if not len(q) and geometry.snapped and branches.reach_excess.min() < UNSURE:
+        return numeric.solve_pose(problem, arm.chain)
     if not len(q):
         return InverseResult("out of reach", (), (), not geometry.snapped, distance=float(branches.reach_excess.min()))
     copies = [whole_turns(arm, row) for row in q]
@@ -93,11 +96,13 @@ def solve_pose(closed_form: ClosedForm, problem: PoseProblem, geometry: SixJoint
 
 
 def _nearby() -> Array:
-    """Poses (13, 4, 4) in the flange frame: none, and 10 mm and 20 mrad to and fro along and about each axis."""
-    poses = np.tile(np.eye(4), (13, 1, 1))
-    for i, (axis, sign) in enumerate(product(range(3), (-1.0, 1.0))):
-        poses[1 + i, axis, 3] = 0.01 * sign
-        poses[7 + i, :3, :3] = turn_about(np.eye(3)[axis], np.array([0.02 * sign]))[0]
+    """Poses (25, 4, 4) in the flange frame: itself, and 10 mm along and 20 mrad about the corners of an icosahedron."""
+    golden, poses = (1.0 + 5.0**0.5) / 2.0, np.tile(np.eye(4), (25, 1, 1))
+    corners = [np.roll([0.0, a, b * golden], turn) for turn, a, b in product(range(3), (-1.0, 1.0), (-1.0, 1.0))]
+    directions = np.array(corners) / np.hypot(1.0, golden)
+    poses[1:13, :3, 3] = 0.01 * directions
+    for pose, direction in zip(poses[13:], directions, strict=True):
+        pose[:3, :3] = turn_about(direction, np.array([0.02]))[0]
     return poses
 
 

@@ -105,15 +105,15 @@ def make_solutions(
     """q (k, n) with their margins and residuals, and with branches and singularities where they are known."""
     arm, q = problem.arm, read_only(q)
     margins = np.minimum(arm.upper - q, q - arm.lower)
-    tightest = margins.argmin(axis=1)
+    names = np.array(arm.joint_names)[margins.argmin(axis=1)].tolist()
     residuals = np.abs(forward_kinematics(arm.chain, q) - problem.pose).max(axis=(1, 2)).tolist()
     return [
-        Solution(row, branch, None, margin, arm.joint_names[joint], margin >= -TOUCH, residual, names)
-        for row, branch, margin, joint, residual, names in zip(
+        Solution(row, branch, None, margin, joint, margin >= -TOUCH, residual, near)
+        for row, branch, margin, joint, residual, near in zip(
             q,
             branches or [""] * len(q),
             margins.min(axis=1).tolist(),
-            tightest.tolist(),
+            names,
             residuals,
             singular or [()] * len(q),
             strict=True,
