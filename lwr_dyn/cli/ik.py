@@ -18,6 +18,8 @@ from lwr_dyn.model.dh import JointKind
 from lwr_dyn.model.spatial import from_rpy
 from lwr_dyn.tables import aligned
 
+ANGLES = ("--rpy", "--rpy-deg", "--abc-deg")
+
 
 @click.command("ik")
 @robot_options
@@ -28,7 +30,7 @@ from lwr_dyn.tables import aligned
 @click.option("--abc-deg", type=NUMBERS, help="A,B,C: R = Rz(A) Ry(B) Rx(C), deg.")
 @click.option("--status", type=int, help="Only solutions with this Status S (KUKA).")
 @click.option("--turn", type=int, help="Only solutions with this Turn T (KUKA).")
-@click.option("--from-deg", type=NUMBERS, help="Only the solution with the least axis travel from here, deg.")
+@click.option("--from-deg", type=NUMBERS, help="Only the solution with the least joint travel from here, deg.")
 @click.option("--arm-angle-deg", type=float, help="Arm angle of an S-R-S arm; the safest on each branch if not given.")
 @click.option("--solver", type=OneOf(IK_SOLVERS.names), help="The first that recognises the arm if not given.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object.")
@@ -41,11 +43,17 @@ def command(
     as_json: bool,
     **given: Any,
 ) -> None:
-    """Joint positions for a pose of the flange, every branch; exit 1 when out of reach or outside the limits."""
+    """Joint positions for a pose of the flange, every branch; exit 1 when out of reach or outside the limits.
+
+    Without an orientation: one solution for the position, near --from-deg, of mostly endlessly many.
+    """
     arm = load_robot(robot, reading, tip, locks)
-    pose = _pose(arm, given)
+    pose, turned = _pose(arm, given)
     angle = None if arm_angle_deg is None else float(np.radians(arm_angle_deg))
-    result = inverse_kinematics(arm, pose, arm_angle=angle, solver=given["solver"])
+    options: dict[str, Any] = {"arm_angle": angle, "solver": given["solver"]}
+    if not turned:
+        options |= {"position_only": True, "q0": _start(arm, given)}
+    result = inverse_kinematics(arm, pose, **options)
     kept = _selected(arm, result.solutions, given)
     result = replace(result, solutions=kept, outside=result.outside if kept == result.solutions else ())
     if as_json:
@@ -59,25 +67,36 @@ def command(
 
 def _selected(arm: Arm, solutions: tuple[Solution, ...], given: dict[str, Any]) -> tuple[Solution, ...]:
     """The solutions with the Status and Turn that are given, and of these the one nearest to --from-deg."""
-    s, t, start = given["status"], given["turn"], given["from_deg"]
+    s, t, start = given["status"], given["turn"], _start(arm, given)
     if s is not None or t is not None:
         solutions = FUNCTIONS.load("kuka_units")(arm).selected(solutions, s, t)
     if start is None or not solutions:
         return solutions
-    return (nearest_solution(solutions, np.radians(fixed_array("--from-deg", start, (arm.n,)))),)
+    return (nearest_solution(solutions, start),)
 
 
-def _pose(arm: Arm, given: dict[str, Any]) -> Array:
+def _start(arm: Arm, given: dict[str, Any]) -> Array | None:
+    """[rad]"""
+    typed = given["from_deg"]
+    return None if typed is None else np.radians(fixed_array("--from-deg", typed, (arm.n,)))
+
+
+def _pose(arm: Arm, given: dict[str, Any]) -> tuple[Array, bool]:
+    """The pose, and whether its orientation is given."""
     place = _one_of(given, "--xyz", "--xyz-mm")
-    angles_option = _one_of(given, "--rpy", "--rpy-deg", "--abc-deg")
     pose = np.eye(4)
     pose[:3, 3] = fixed_array(place, given[_key(place)], (3,)) / (1e3 if place == "--xyz-mm" else 1.0)
+    if all(given[_key(option)] is None for option in ANGLES):
+        if given["status"] is not None or given["turn"] is not None:
+            raise OptionError("--status, --turn", "given without an orientation", "with " + " or ".join(ANGLES))
+        return pose, False
+    angles_option = _one_of(given, *ANGLES)
     angles = fixed_array(angles_option, given[_key(angles_option)], (3,))
     if angles_option == "--abc-deg":
         pose[:3, :3] = FUNCTIONS.load("kuka_units")(arm).rotation(angles.tolist())
     else:
         pose[:3, :3] = from_rpy(angles if angles_option == "--rpy" else np.radians(angles))
-    return pose
+    return pose, True
 
 
 def _one_of(given: dict[str, Any], *options: str) -> str:
@@ -96,6 +115,9 @@ def _key(option: str) -> str:
 def _verdict(arm: Arm, result: InverseResult, angle: float | None) -> str:
     """One line: what fails, where, by how much."""
     sure = "" if result.complete else " (numeric search, not proven)"
+    if result.turn is not None:
+        off = f"the nearest found is off by {np.degrees(result.turn):.4g} deg"
+        return f"{arm.name}: the position is within reach, the orientation is not: {off}{sure}"
     if result.status == "out of reach":
         return f"{arm.name}: out of reach by {result.distance:.6g} m{sure}"
     where = "any" if angle is None else "this"
@@ -109,7 +131,7 @@ def _verdict(arm: Arm, result: InverseResult, angle: float | None) -> str:
 
 def _print_branches(arm: Arm, pose: Array, result: InverseResult) -> None:
     turning = np.array([link.kind is JointKind.REVOLUTE for link in arm.chain.links])
-    how = "all branches" if result.complete or result.turns_left_out else "found numerically, not complete"
+    how = "all branches" if result.complete or result.turns_left_out else _how_found(result)
     if result.arm_angle_intervals:
         how += ", each at one arm angle"
     if result.turns_left_out:
@@ -131,12 +153,22 @@ def _print_branches(arm: Arm, pose: Array, result: InverseResult) -> None:
         )
     label = "S, T" if kuka else "arm angle"
     click.echo(aligned(rows, ("branch", label, " ".join(f"{n:>9}" for n in arm.joint_names), "margin", "at", "", "")))
+    if "wrist" in result.singular:
+        click.echo("note: singular wrist: such a solution is one of a family whose joints move and leave the flange")
     note = kuka.note(pose) if kuka else None
     if note is not None:
         click.echo(f"note: {note}")
     for branch, intervals in result.arm_angle_intervals.items():
         text = ", ".join(f"{np.degrees(a):.4f} to {np.degrees(b):.4f}" for a, b in intervals)
         click.echo(f"arm angle inside limits, {branch}: {text or 'none'}")
+
+
+def _how_found(result: InverseResult) -> str:
+    if result.position_only:
+        return "one of mostly endlessly many solutions for the position"
+    if (*result.solutions, *result.outside)[0].branch:
+        return "branches of the nearest exact geometry, polished on the arm; not proven complete"
+    return "found numerically, not complete"
 
 
 def _arm_angle(solution: Solution) -> str:
@@ -162,6 +194,8 @@ def _record(arm: Arm, pose: Array, result: InverseResult) -> dict[str, Any]:
         "joint": result.joint,
         "excess": result.excess,
         "distance": result.distance,
+        "turn_missed": result.turn,
+        "position_only": result.position_only,
         "singular": list(result.singular),
         "kuka": kuka.pose_record(pose) if kuka else None,
         "solutions": [_row(arm, s) for s in result.solutions],

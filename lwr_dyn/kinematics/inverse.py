@@ -2,11 +2,13 @@
 
 from typing import Any
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from lwr_dyn.arrays import fixed_array
 from lwr_dyn.errors import OptionError
 from lwr_dyn.kinematics.forward import pose_array
+from lwr_dyn.kinematics.numeric import solve_position
 from lwr_dyn.kinematics.solution import IkSolver, InverseResult, PoseProblem
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.registry import Registry, Row
@@ -33,17 +35,19 @@ def inverse_kinematics(
     starts: int = 64,
     seed: int = 0,
     solver: str | None = None,
+    position_only: bool = False,
+    q0: ArrayLike | None = None,
 ) -> InverseResult:
-    """Joint positions whose flange pose is T.
+    """Joint positions whose flange pose is T, or with `position_only` one whose flange is there, in any orientation.
 
     Parameters
     ----------
     arm : Arm
-        An S-R-S arm and a six-joint arm with spherical wrist are solved in closed form, any other by a numeric
-        search. In closed form all solutions inside the limits are listed, whole turns of a joint apart too, of an
-        S-R-S arm at one arm angle a branch.
+        An S-R-S arm and a six-joint arm with a spherical wrist or three parallel axes (rounded and calibrated ones
+        too) are solved in closed form, any other by a numeric search. In closed form all solutions inside the limits
+        are listed, whole turns of a joint apart too, of an S-R-S arm at one arm angle a branch.
     T : (4, 4) array_like
-        Pose of the flange in the base [m].
+        Pose of the flange in the base [m]; with `position_only` its position (3,) will do.
     arm_angle : float, optional
         [rad], see `srs` for its zero; the one with the largest margin on each branch if not given.
     limits : bool
@@ -54,6 +58,10 @@ def inverse_kinematics(
         Of the numeric search.
     solver : str, optional
         One of `IK_SOLVERS`; the first that recognises the arm if not given.
+    position_only : bool
+        One solution, near `q0`, of mostly endlessly many.
+    q0 : (n,) array_like, optional
+        Where the search of a position starts [rad or m]; the middle of the ranges if not given.
 
     Returns
     -------
@@ -74,6 +82,12 @@ def inverse_kinematics(
     >>> result.status, len(result.solutions), result.complete
     ('solved', 8, True)
     """
+    if position_only and (arm_angle is not None or reference is not None or solver not in (None, "numeric")):
+        raise OptionError("arm_angle, reference, solver", "given for a position only", 'none, or solver="numeric"')
+    if position_only:
+        pose, start = np.eye(4), None if q0 is None else fixed_array("q0", q0, (arm.n,))
+        pose[:3, 3] = fixed_array("T", T, (3,)) if np.ndim(T) == 1 else fixed_array("T", T, (4, 4))[:3, 3]
+        return solve_position(PoseProblem(arm, pose, limits, starts=starts, seed=seed, q0=start), arm.chain)
     pose = pose_array("T", fixed_array("T", T, (4, 4)))
     chosen, geometry = _solver_of(arm, solver)
     if not chosen.has_arm_angle and (arm_angle is not None or reference is not None):

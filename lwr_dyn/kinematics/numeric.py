@@ -5,7 +5,7 @@ that does not bring the pose nearer is rejected and damped more (Levenberg 1944,
 robots). All starts run at once. Every solution is verified, but there may be more solutions.
 """
 
-from dataclasses import dataclass
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,38 +23,28 @@ from lwr_dyn.model.dh import JointKind
 SOLVED = 1e-11
 """Largest entry of FK(q) - T that counts as solved [m and dimensionless]."""
 STEPS = 150
+WITHIN = 1e-6
+"""[m] A position missed by less is within reach."""
 APART = 1e-4
 """[rad or m] Solutions nearer than this in every joint count as one."""
 _REGULAR = 1e-13
 """Least damping as a share of the trace of J J^T: the sum is regular by a thousand times what a solution by elimination
 rounds, also where J has lost rank (a stretched arm, fewer than six joints, held joints)."""
-_DAMPING, _EASE, _STIFFEN, _WEAKEST = 1e-2, 0.2, 4.0, 1e-20
+_DAMPING, _EASE, _STIFFEN, _WEAKEST, _STIFFEST = 1e-2, 0.2, 4.0, 1e-20, 1e6
+_FAINT = 1e-5
+"""[m/rad] Weight of the orientation beside a position that comes first."""
 _NEARLY = 1e-9
 """Damping of starts near a solution: full steps."""
 _OPEN_RANGE = {JointKind.REVOLUTE: np.pi, JointKind.PRISMATIC: 1.0}
 """Half width of the starts' range where a limit is not known [rad, m]."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Search:
-    """Result of the starts."""
-
-    q: Array
-    """(m, n) distinct solutions."""
-    distance: float
-    """Position error of the end with the smallest pose error [m]."""
-
-
-def search(chain: Chain, lower: Array, upper: Array, T: Array, starts: int, seed: int) -> Search:
-    """Joint positions within lower and upper (n,) whose flange pose is T (4, 4); ungated."""
+def search(chain: Chain, lower: Array, upper: Array, T: Array, starts: int, seed: int) -> Array:
+    """Distinct joint positions (m, n) within lower and upper (n,) whose flange pose is T (4, 4); ungated."""
     kinds = [link.kind for link in chain.links]
-    q = _starts(kinds, lower, upper, starts, seed)
-    ends, residual = _descend(chain, lower, upper, T, q)
-    nearest = int(np.argmin(residual))
-    tip = joint_axes(chain, ends[nearest : nearest + 1]).flange[0, :3, 3]
+    ends, residual = _descend(chain, lower, upper, T, _starts(kinds, lower, upper, starts, seed))
     good = ends[residual <= SOLVED]
-    turning = np.array([kind is JointKind.REVOLUTE for kind in kinds])
-    return Search(good[distinct(good, turning)], float(np.linalg.norm(tip - T[:3, 3])))
+    return good[distinct(good, np.array([kind is JointKind.REVOLUTE for kind in kinds]))]
 
 
 def _starts(kinds: list[JointKind], lower: Array, upper: Array, starts: int, seed: int) -> Array:
@@ -69,23 +59,29 @@ def _starts(kinds: list[JointKind], lower: Array, upper: Array, starts: int, see
 
 
 def _descend(
-    chain: Chain, lower: Array, upper: Array, T: Array, q: Array, damping: float = _DAMPING
+    chain: Chain,
+    lower: Array,
+    upper: Array,
+    T: Array,
+    q: Array,
+    damping: float = _DAMPING,
+    turn_weight: float = 1.0,
 ) -> tuple[Array, Array]:
-    """The ends of starts q (k, n) and their residuals (k,)."""
+    """The ends of starts q (k, n) and their residuals (k,); an orientation of weight 0 does not count."""
     ends, residuals, rows = q.copy(), np.empty(len(q)), np.arange(len(q))
     damped = np.full(len(q), damping)
-    error, jacobian, residual = _pose_error(chain, T, q)
+    error, jacobian, residual = _pose_error(chain, T, q, turn_weight)
     for _ in range(STEPS):
         trial = np.clip(q + _step(jacobian, error, damped, q, lower, upper), lower, upper)
-        new_error, new_jacobian, new_residual = _pose_error(chain, T, trial)
+        new_error, new_jacobian, new_residual = _pose_error(chain, T, trial, turn_weight)
         nearer = np.einsum("ki,ki->k", new_error, new_error) < np.einsum("ki,ki->k", error, error)
         # a solution that rounding lets come no nearer is one too
-        done = np.where(nearer, new_residual <= SOLVED / 100.0, residual <= SOLVED)
+        done = np.where(nearer, new_residual <= SOLVED / 100.0, (residual <= SOLVED) | (damped >= _STIFFEST))
         q = np.where(nearer[:, None], trial, q)
         error = np.where(nearer[:, None], new_error, error)
         jacobian = np.where(nearer[:, None, None], new_jacobian, jacobian)
         residual = np.where(nearer, new_residual, residual)
-        damped = np.where(nearer, np.maximum(damped * _EASE, _WEAKEST), np.minimum(damped * _STIFFEN, 1e6))
+        damped = np.where(nearer, np.maximum(damped * _EASE, _WEAKEST), np.minimum(damped * _STIFFEN, _STIFFEST))
         ends[rows], residuals[rows] = q, residual
         on = ~done
         if not on.any():
@@ -95,13 +91,14 @@ def _descend(
     return ends, residuals
 
 
-def _pose_error(chain: Chain, T: Array, q: Array) -> tuple[Array, Array, Array]:
-    """Pose error (k, 6) from the flange to T, the Jacobian (k, 6, n), and the largest entry of FK(q) - T (k,)."""
+def _pose_error(chain: Chain, T: Array, q: Array, turn_weight: float) -> tuple[Array, Array, Array]:
+    """Pose error (k, 6) from the flange to T, the Jacobian (k, 6, n), both weighted, and the residual (k,)."""
     axes = joint_axes(chain, q)
-    flange = axes.flange
+    flange, weights = axes.flange, np.repeat([1.0, turn_weight], 3)
     turn = Rotation.from_matrix(T[:3, :3] @ np.swapaxes(flange[:, :3, :3], 1, 2)).as_rotvec()
-    error = np.concatenate([T[:3, 3] - flange[:, :3, 3], turn], axis=1)
-    return error, jacobian_at(axes, flange[:, :3, 3]), np.abs(flange - T).max(axis=(1, 2))
+    error = np.concatenate([T[:3, 3] - flange[:, :3, 3], turn], axis=1) * weights
+    gap = np.abs(flange - T)[:, :, 0 if turn_weight else 3 :]
+    return error, jacobian_at(axes, flange[:, :3, 3]) * weights[:, None], gap.max(axis=(1, 2))
 
 
 def _step(jacobian: Array, error: Array, damping: Array, q: Array, lower: Array, upper: Array) -> Array:
@@ -141,18 +138,49 @@ def polished(chain: Chain, T: Array, q: Array) -> tuple[Array, NDArray[np.intp]]
 
 def solve_pose(problem: PoseProblem, chain: Chain) -> InverseResult:
     """Solutions of one flange pose inside the limits, or where there are none, outside; raises `OptionError`."""
+    for lower, upper in _ranges(problem):
+        q = search(chain, lower, upper, problem.pose, problem.starts, problem.seed)
+        if len(q):
+            return ranked_result(problem, make_solutions(problem, _within_a_turn(problem.arm, q)), complete=False)
+    return _missed(problem, chain)
+
+
+def _ranges(problem: PoseProblem) -> list[tuple[Array, Array]]:
     if problem.starts < 1:
         raise OptionError("starts", problem.starts, "an integer >= 1")
-    arm, anywhere = problem.arm, np.full(chain.n, np.inf)
-    ranges = [(-anywhere, anywhere)]
-    if problem.limits:
-        ranges.insert(0, (arm.lower, arm.upper))
-    for lower, upper in ranges:
-        ends = search(chain, lower, upper, problem.pose, problem.starts, problem.seed)
-        if len(ends.q):
-            solutions = make_solutions(problem, _within_a_turn(arm, ends.q))
-            return ranked_result(problem, solutions, complete=False)
-    return InverseResult("out of reach", (), (), False, distance=ends.distance)
+    anywhere = np.full(problem.arm.n, np.inf)
+    return [*[(problem.arm.lower, problem.arm.upper)] * problem.limits, (-anywhere, anywhere)]
+
+
+def _missed(problem: PoseProblem, chain: Chain) -> InverseResult:
+    """By how much the position is out of reach, or if it is not, by how much the orientation is missed."""
+    (lower, upper), T, kinds = _ranges(problem)[-1], problem.pose, [link.kind for link in chain.links]
+    starts = _starts(kinds, lower, upper, problem.starts, problem.seed)
+    ends, _ = _descend(chain, lower, upper, T, starts, turn_weight=_FAINT)
+    flange = joint_axes(chain, ends).flange
+    distance = np.sqrt(((flange[:, :3, 3] - T[:3, 3]) ** 2).sum(axis=1))
+    turn = np.atleast_1d(Rotation.from_matrix(T[:3, :3] @ np.swapaxes(flange[:, :3, :3], 1, 2)).magnitude())
+    best = int(np.argmin(np.hypot(distance, _FAINT * turn)))
+    if distance[best] > WITHIN:
+        return InverseResult("out of reach", (), (), False, distance=float(distance[best]))
+    return InverseResult("out of reach", (), (), False, distance=0.0, turn=float(turn[best]))
+
+
+def solve_position(problem: PoseProblem, chain: Chain) -> InverseResult:
+    """One solution of the position of a pose: where `problem.q0` leads to, else the nearest that a search finds."""
+    arm, T, kinds = problem.arm, problem.pose, [link.kind for link in chain.links]
+    for lower, upper in _ranges(problem):
+        starts = _starts(kinds, lower, upper, problem.starts, problem.seed)
+        first = np.minimum(np.maximum(starts[0] if problem.q0 is None else problem.q0, lower), upper)
+        for begin in (first[None], starts[:8], starts):
+            ends, residual = _descend(chain, lower, upper, T, begin, turn_weight=0.0)
+            if (residual <= SOLVED).any():
+                q = _within_a_turn(arm, ends[residual <= SOLVED])
+                q = q[[np.abs(q - first).sum(axis=1).argmin()]]
+                reached = np.block([[joint_axes(chain, q[0]).flange[:3, :3], T[:3, 3:]], [T[3]]])
+                found = make_solutions(replace(problem, pose=reached), q)
+                return replace(ranked_result(problem, found, complete=False), position_only=True)
+    return replace(_missed(problem, chain), turn=None)
 
 
 def _within_a_turn(arm: Arm, q: Array) -> Array:

@@ -33,6 +33,8 @@ class PoseProblem:
     reference: ArrayLike | None = None
     starts: int = 64
     seed: int = 0
+    q0: Array | None = None
+    """(n,) Where a search of a position starts [rad or m]; the middle of the ranges if not given."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -73,11 +75,15 @@ class InverseResult:
     excess: float | None = None
     """By how much it is outside [rad or m]."""
     distance: float | None = None
-    """Out of reach: by how much [m] (numeric: the smallest position error)."""
+    """Out of reach: by how much [m] (numeric: the smallest position error found); 0 where `turn` is given."""
+    turn: float | None = None
+    """Out of reach with the position within reach: by how much the nearest orientation found is off [rad]."""
     arm_angle_intervals: Mapping[str, tuple[tuple[float, float], ...]] = field(default_factory=dict)
     """Branch -> intervals of the arm angle [rad] inside the limits; an end above pi wraps."""
     turns_left_out: int = 0
     """Copies of the solutions, whole turns of joints apart and inside the limits, that are too many to be listed."""
+    position_only: bool = False
+    """Only the position counts: one solution of mostly endlessly many."""
 
     @property
     def singular(self) -> tuple[str, ...]:

@@ -62,7 +62,9 @@ def test_outside_limits_exits_1_and_names_the_joint():
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--xyz", "0,0,1"], "neither given"),
+        (["--rpy", "0,0,1"], "neither given"),
+        (["--xyz", "0,0,1", "--turn", "2"], "given without an orientation"),
+        (["--xyz", "0,0,1", "--arm-angle-deg", "2"], "for a position only"),
         (["--xyz", "0,0,1", "--rpy", "0,0,0", "--rpy-deg", "0,0,0"], "both given"),
         (["--xyz", "0,0", "--rpy", "0,0,0"], "--xyz"),
         (["--xyz", "0,0,nan", "--rpy", "0,0,0"], "--xyz"),
@@ -73,6 +75,51 @@ def test_bad_input_is_an_error_of_this_package(arguments, message):
     done = run(*arguments)
     assert isinstance(done.exception, lwr_dyn.errors.LwrDynError)
     assert message in str(done.exception)
+
+
+def test_without_an_orientation_one_solution_near_a_start_is_given():
+    done = run("--xyz", "-0.05,-0.45,0.55")
+    assert done.exit_code == 0
+    assert "one of mostly endlessly many solutions for the position" in done.stdout
+    start = "10,-60,20,80,-30,40,50"
+    result = json.loads(run("--xyz", "-0.05,-0.45,0.55", "--from-deg", start, "--json").stdout)
+    (solution,) = result["solutions"]
+    T = lwr_dyn.forward_kinematics(lwr_dyn.load("lwr4plus"), solution["q"])
+    assert np.abs(T[:3, 3] - [-0.05, -0.45, 0.55]).max() < 1e-11
+    assert result["position_only"]
+    far = run("--xyz", "0,0,2")
+    assert (far.exit_code, far.stderr) == (
+        1,
+        "lwr-dyn: lwr4plus: out of reach by 1.132 m (numeric search, not proven)\n",
+    )
+
+
+def test_an_orientation_that_cannot_be_met_is_not_called_out_of_reach():
+    arguments = [
+        "lwr4plus",
+        "--lock",
+        "joint_3=0",
+        "--lock",
+        "joint_5=0",
+        "--xyz",
+        "-0.05,-0.45,0.55",
+        "--rpy",
+        "1,0.3,0",
+    ]
+    done = CliRunner().invoke(command, arguments)
+    assert done.exit_code == 1
+    assert "the position is within reach, the orientation is not: the nearest found is off by" in done.stderr
+    turn = json.loads(CliRunner().invoke(command, [*arguments, "--json"]).stdout)["turn_missed"]
+    assert 0.01 < turn < np.pi
+
+
+def test_a_singular_wrist_is_said_to_stand_for_a_family():
+    done = CliRunner().invoke(command, ["kr30ha", "--xyz-mm", "1840,0,1000", "--abc-deg", "0,90,0"])
+    assert "note: singular wrist" not in done.stdout
+    T = lwr_dyn.forward_kinematics(lwr_dyn.load("kr30ha"), np.radians([0, -90, 90, 20, 0, 0]))
+    place, aligned = ",".join(map(str, T[:3, 3])), ["kr30ha", "--rpy-deg", "20,90,0"]
+    done = CliRunner().invoke(command, [*aligned, "--xyz", place])
+    assert "note: singular wrist: such a solution is one of a family" in done.stdout
 
 
 KUKA = ["kr30ha", "--xyz-mm", "91,-1139,1392"]

@@ -68,7 +68,7 @@ def against_search(arm, T, starts=300, seed=1, apart=1e-4):
     Whole turns do not count; solutions are matched to `apart` [rad].
     """
     anywhere = np.full(6, np.inf)
-    searched = search(arm.chain, -anywhere, anywhere, T, starts, seed).q
+    searched = search(arm.chain, -anywhere, anywhere, T, starts, seed)
     found = np.array([s.q for s in inverse_kinematics(arm, T, limits=False).solutions]).reshape(-1, 6)
     if len(found):
         found = found[np.unique(np.round(np.hstack([np.cos(found), np.sin(found)]), 4), axis=0, return_index=True)[1]]

@@ -111,6 +111,14 @@ def test_bad_options_are_refused():
         inverse_kinematics(SIX, np.eye(4), arm_angle=0.0)
     with pytest.raises(OptionError, match="starts"):
         inverse_kinematics(SIX, np.eye(4), starts=0)
+    with pytest.raises(OptionError, match="position only"):
+        inverse_kinematics(LWR, [0.1, 0.2, 0.3], position_only=True, arm_angle=0.0)
+    with pytest.raises(OptionError, match="position only"):
+        inverse_kinematics(LWR, [0.1, 0.2, 0.3], position_only=True, solver="srs")
+    with pytest.raises(ShapeError, match="q0"):
+        inverse_kinematics(LWR, [0.1, 0.2, 0.3], position_only=True, q0=[0.0])
+    with pytest.raises(ShapeError):
+        inverse_kinematics(LWR, [0.1, 0.2, 0.3])
 
 
 def test_typed_rotations_are_taken_as_the_nearest():

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
+from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.kinematics.inverse import inverse_kinematics
 from lwr_dyn.kinematics.numeric import _step
 from lwr_dyn.model.chain import lock_joint
@@ -81,11 +82,38 @@ def test_numeric_search_distinguishes_reach_from_limits():
     assert result.excess >= 2.3 - np.radians(120) - 1e-9
 
 
-def test_an_arm_of_four_joints_out_of_reach_is_an_answer_not_a_singular_matrix(tmp_path):
+def test_an_arm_of_four_joints_meets_a_position_and_says_how_far_the_orientation_is_off(tmp_path):
     file = tmp_path / "arm.toml"
     file.write_text(template(str(file), "arm", joints="RRPR", convention="modified"))
     arm, T = lwr_dyn.load(file), np.eye(4)
     T[:3, 3] = 0.3, 0.1, 0.3
     result = inverse_kinematics(arm, T)
-    assert (result.status, result.complete) == ("out of reach", False)
-    assert result.distance > 0.1
+    assert (result.status, result.complete, result.distance) == ("out of reach", False, 0.0)
+    found = inverse_kinematics(arm, T[:3, 3], position_only=True).solutions[0]
+    R = forward_kinematics(arm.chain, found.q)[:3, :3]
+    assert 0.1 < result.turn <= np.arccos((np.trace(R) - 1.0) / 2.0) + 1e-9
+
+
+@pytest.mark.parametrize("robot", ["kr30ha", "lwr4plus", "wam7"])
+def test_a_position_alone_is_reached_from_a_start_inside_the_limits(robot):
+    arm, rng = lwr_dyn.load(robot), np.random.default_rng(6)
+    for q in rng.uniform(arm.lower, arm.upper, (8, arm.n)):
+        position = pose(arm, q)[:3, 3]
+        result = inverse_kinematics(arm, position, position_only=True)
+        (solution,) = result.solutions
+        assert (result.status, result.position_only, result.complete) == ("solved", True, False)
+        assert np.abs(pose(arm, solution.q)[:3, 3] - position).max() <= NUMERIC
+        assert solution.residual <= NUMERIC
+        assert solution.inside_limits
+        near = np.clip(q + 0.01, arm.lower, arm.upper)
+        moved = inverse_kinematics(arm, pose(arm, q), position_only=True, q0=near).solutions[0].q
+        assert np.abs(moved - near).max() < 0.3
+
+
+def test_a_position_outside_limits_or_out_of_reach_is_told_apart():
+    bent = pose(SIX, [0.3, 0.7, -2.6, 0.4, 0.0, 0.1])[:3, 3]
+    result = inverse_kinematics(SIX, bent, position_only=True)
+    assert (result.status, result.position_only) == ("outside limits", True)
+    result = inverse_kinematics(SIX, [3.0, 0.0, 0.0], position_only=True)
+    assert (result.status, result.turn) == ("out of reach", None)
+    assert result.distance > 2.0
