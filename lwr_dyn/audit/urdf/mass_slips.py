@@ -17,6 +17,8 @@ _LENGTH_UNITS = (("mm", 1e-3), ("km", 1e3), ("cm", 1e-2), ("inches", 0.0254))
 _FIT = 1.4
 """Largest length of the remaining logarithms of density and spread."""
 _GAIN = 1.2
+_BOTH = 0.2
+"""Least logarithm that volume and inertia must each tell before they are believed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +34,7 @@ class MassSlip:
 def mass_slip(found: Judgement) -> MassSlip | None:
     """The unit of mass or shapes that explains density and spread together; None where none does."""
     density = float(np.log(found.density / found.usual))
-    spread = float(np.log(np.maximum(found.ratios, 1e-12)).mean())
+    spread = found.spread
     if abs(density) < _GAIN:
         return None
     tried = [(np.hypot(density + np.log(f), spread - np.log(f)), MASS, name, f) for name, f in _MASS_UNITS]
@@ -56,3 +58,13 @@ def _of_shapes(found: Judgement, name: str, factor: float) -> MassSlip:
     if shape.kind == "mesh" and shape.scale is not None:
         instead = f'<mesh filename="{shape.mesh}" scale="{vector_text(shape.scale * factor)}"/>'
     return MassSlip(SHAPES, f"shapes in {name}", f"the shapes look given in {name}", instead)
+
+
+def misfit(found: Judgement) -> float:
+    """Logarithm of the factor by which the mass is too large for volume and inertia alike; 0 where the two disagree.
+
+    Both are taken against the file's medians.
+    """
+    density = float(np.log(found.density / found.usual))
+    spread = found.usual_spread - found.spread
+    return (density + spread) / 2.0 if min(density, spread) > _BOTH else 0.0

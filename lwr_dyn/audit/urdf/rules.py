@@ -74,9 +74,13 @@ RULES: Registry[UrdfRule] = Registry(
         "shapes-differ": rule("shape_rules:shapes_differ", "warning", "visual and collision in different units"),
         "bodies-apart": rule("shape_rules:bodies_apart", "warning", "bodies that do not meet at their joint"),
         "joint-off-bodies": rule("shape_rules:joint_off_bodies", "warning", "a joint outside both its bodies"),
+        "joint-origin": rule("shape_rules:origins_doubted", "warning", "an origin that another sign or order mends"),
+        "joint-axis": rule("shape_rules:axes_doubted", "warning", "an axis that turns a body into its parent"),
         # mass, centre, inertia against the shapes
         "density": rule("inertia_shape_rules:density", "warning", "mass over volume that no arm has"),
         "centre-outside": rule("inertia_shape_rules:centre", "warning", "a centre of mass outside the shapes"),
+        "centre-slip": rule("inertia_shape_rules:centre_slip", "warning", "a centre that one slip explains"),
+        "mass-slip": rule("inertia_shape_rules:mass_fit", "warning", "a mass that fits neither volume nor inertia"),
         "inertia-spread": rule("inertia_shape_rules:spread", "warning", "an inertia too wide or narrow for the shapes"),
         "inertia-bound": rule("inertia_shape_rules:bound", "warning", "an inertia that no mass in the shapes has"),
         "inertia-slip": rule("inertia_shape_rules:slip", "warning", "an inertia that one slip explains"),

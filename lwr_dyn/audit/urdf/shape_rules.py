@@ -8,12 +8,14 @@ from lwr_dyn.arrays import Array
 from lwr_dyn.audit.urdf.bodies import bodies_of
 from lwr_dyn.audit.urdf.document import UrdfDocument
 from lwr_dyn.audit.urdf.elements import JointElement
-from lwr_dyn.audit.urdf.finding import UrdfFinding
+from lwr_dyn.audit.urdf.finding import UrdfFinding, vector_text
 from lwr_dyn.audit.urdf.hulls import Hull, depth, gap
+from lwr_dyn.audit.urdf.joint_slips import JointSlip, axis_slip, origin_slip
 from lwr_dyn.urdf.xml_text import DRAWN_HERE
 
 APART = 0.06
 """Gap between neighbours, and distance of a joint from both, over the larger diameter: good arms 0.008 and 0.041."""
+NEARER, FREER, _NAMED = 0.42, 0.3, 0.1
 
 
 def mesh_unreadable(document: UrdfDocument) -> Iterable[UrdfFinding]:
@@ -49,15 +51,16 @@ def shapes_differ(document: UrdfDocument) -> Iterable[UrdfFinding]:
 def bodies_apart(document: UrdfDocument) -> Iterable[UrdfFinding]:
     """At q = 0 the bodies on both sides of a joint do not meet.
 
-    Good arms have at most 0.008 diameters between the hulls of neighbours (one 0.046). A gap of more than 0.06 points
-    to the origin of the joint or of a shape: in mm, with a sign or an axis exchanged.
+    Good arms have at most 0.010 diameters between the hulls of neighbours (one 0.046). A gap of more than 0.06 points
+    to the origin of the joint or of a shape: in mm, with a sign or an axis exchanged. A sign or order that brings the
+    joint 0.1 diameters of the parent nearer to it is named, with the text to write.
     """
     for joint, parent, child, pose in _neighbours(document):
         apart = gap(parent, child, pose) / max(parent.diameter, child.diameter)
         if apart > APART:
             what = f"its bodies {joint.parent} and {joint.child} lie {apart:.2g} diameters apart"
             why = "at q = 0; bodies that a joint holds together meet there"
-            yield _at_origin(joint, what, why)
+            yield _at_origin(joint, what, why, origin_slip(parent, child, pose))
 
 
 def joint_off_bodies(document: UrdfDocument) -> Iterable[UrdfFinding]:
@@ -67,14 +70,53 @@ def joint_off_bodies(document: UrdfDocument) -> Iterable[UrdfFinding]:
     joint or of a shape.
     """
     for joint, parent, child, pose in _neighbours(document):
-        off = min(depth(parent, pose[:3, 3]) / parent.diameter, depth(child, np.zeros(3)) / child.diameter)
+        off = _off_both(parent, child, pose)
         if off > APART:
             what = f"its origin lies {off:.2g} diameters outside both {joint.parent} and {joint.child}"
-            yield _at_origin(joint, what, "a joint's axis goes through the bodies that it holds")
+            why = "a joint's axis goes through the bodies that it holds"
+            yield _at_origin(joint, what, why, origin_slip(parent, child, pose))
 
 
-def _at_origin(joint: JointElement, what: str, why: str) -> UrdfFinding:
-    return UrdfFinding(what, why, joint.origin.place, joint.subject, "", "likely", link=joint.child)
+def _off_both(parent: Hull, child: Hull, pose: Array) -> float:
+    return min(depth(parent, pose[:3, 3]) / parent.diameter, depth(child, np.zeros(3)) / child.diameter)
+
+
+def origins_doubted(document: UrdfDocument) -> Iterable[UrdfFinding]:
+    """The origin of a joint with another sign, or its numbers in another order, lies much nearer to the parent.
+
+    Tried are the three signs and five orders at which the bodies still meet. On 147 good joints the best of them comes
+    at most 0.34 diameters of the parent nearer. Warning above 0.42, with the text to write.
+    """
+    for joint, parent, child, pose in _neighbours(document):
+        apart = gap(parent, child, pose) / max(parent.diameter, child.diameter)
+        slip = origin_slip(parent, child, pose) if apart <= APART and _off_both(parent, child, pose) <= APART else None
+        if slip is not None and slip.cut > NEARER:
+            yield _at_origin(joint, "its origin lies far from its parent", "at q = 0", slip)
+
+
+def axes_doubted(document: UrdfDocument) -> Iterable[UrdfFinding]:
+    """A turn about the axis takes much of the child into its parent, a turn about another axis of the frame does not.
+
+    Measured is the share of points of the child's hull inside the parent's hull over the range of the joint. Within
+    its range it changes by less than 0.1 on 95 of 100 good joints, and about another axis by at most 0.29 less (one
+    0.42, a gripper's neighbour). Warning from 0.3 less on, with the axis to write.
+    """
+    for joint, parent, child, pose in _neighbours(document):
+        slip = axis_slip(joint, parent, child, pose)
+        if slip is not None and slip.cut > FREER:
+            what = f"the axis turns {joint.child} into {joint.parent}: {slip.says}"
+            why = f"{slip.cut:.2g} of the child's hull less would go into the parent's"
+            instead = f'<axis xyz="{vector_text(slip.values)}"/>'
+            yield UrdfFinding(what, why, joint.place_of("axis"), joint.subject, instead, "possible", link=joint.child)
+
+
+def _at_origin(joint: JointElement, what: str, why: str, slip: JointSlip | None) -> UrdfFinding:
+    instead = ""
+    if slip is not None and slip.cut > _NAMED and joint.origin.rpy is not None:
+        what = f"{slip.says}: {what}"
+        why = f"{why}; with it put right the joint lies {slip.cut:.2g} diameters of {joint.parent} nearer to that"
+        instead = f'<origin xyz="{vector_text(slip.values)}" rpy="{vector_text(joint.origin.rpy)}"/>'
+    return UrdfFinding(what, why, joint.origin.place, joint.subject, instead, "likely", link=joint.child)
 
 
 def _neighbours(document: UrdfDocument) -> Iterable[tuple[JointElement, Hull, Hull, Array]]:

@@ -8,7 +8,7 @@ from lwr_dyn.arrays import Array
 from lwr_dyn.audit.urdf.document import UrdfDocument
 from lwr_dyn.audit.urdf.elements import JointElement
 from lwr_dyn.audit.urdf.finding import UrdfFinding
-from lwr_dyn.audit.urdf.tree_poses import link_poses
+from lwr_dyn.audit.urdf.tree_poses import TURNING, link_poses
 
 WEAK, STRONG = 0.6, 2500.0
 """Effort over the largest weight moment: good arms 0.8 to 1 312."""
@@ -18,7 +18,6 @@ UNKNOWN = 1e6
 _GRAVITY, _ARM = 9.81, 0.05
 """[m/s^2], [m]."""
 _FEWEST = 2
-TURNING = ("revolute", "continuous")
 
 
 def effort_against_weight(document: UrdfDocument) -> Iterable[UrdfFinding]:

@@ -10,7 +10,7 @@ from lwr_dyn.audit.urdf.elements import JointElement
 
 POSES = 12
 """Positions of the joints: all at 0, then drawn from their limits."""
-_TURNING, _SLIDING = ("revolute", "continuous"), ("prismatic",)
+TURNING, SLIDING = ("revolute", "continuous"), ("prismatic",)
 _WIDEST = 2.0 * np.pi
 
 
@@ -39,20 +39,26 @@ def motion(joint: JointElement, draws: Array) -> Array:
     if joint.axis is None or not length > 0.0:
         return out
     axis, q = joint.axis / length, _positions(joint, draws)
-    if joint.type in _SLIDING:
+    if joint.type in SLIDING:
         out[:, :3, 3] = q[:, None] * axis
-    elif joint.type in _TURNING:
-        cross = np.array([[0.0, -axis[2], axis[1]], [axis[2], 0.0, -axis[0]], [-axis[1], axis[0], 0.0]])
-        sine, cosine = np.sin(q)[:, None, None], np.cos(q)[:, None, None]
-        out[:, :3, :3] = np.eye(3) + sine * cross + (1.0 - cosine) * (cross @ cross)
+    elif joint.type in TURNING:
+        out[:, :3, :3] = turned(axis, q)
     return out
+
+
+def turned(axis: Array, q: Array) -> Array:
+    """Rotations about an axis, not zero, by angles (k,) [rad]: (k, 3, 3) array."""
+    x, y, z = axis / np.linalg.norm(axis)
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    sine, cosine = np.sin(q)[:, None, None], np.cos(q)[:, None, None]
+    return np.asarray(np.eye(3) + sine * cross + (1.0 - cosine) * (cross @ cross))
 
 
 def _positions(joint: JointElement, draws: Array) -> Array:
     low, high = joint.lower, joint.upper
     if joint.type == "continuous" or low is None or high is None or not low < high:
-        low, high = (-np.pi, np.pi) if joint.type in _TURNING else (0.0, 0.0)
-    if joint.type in _TURNING:
+        low, high = (-np.pi, np.pi) if joint.type in TURNING else (0.0, 0.0)
+    if joint.type in TURNING:
         low, high = max(low, -_WIDEST), min(high, _WIDEST)
     out = low + draws * (high - low)
     out[0] = 0.0

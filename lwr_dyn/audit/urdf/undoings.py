@@ -43,7 +43,7 @@ class Undoing:
     element : str
         Which element is to be written anew: inertia or origin.
     prior : float
-        How much more this undoing must explain than the most usual one, in the same measure.
+        How much more this undoing must explain than an exchange of moments, by what it does on good arms.
     """
 
     cause: str
@@ -139,16 +139,16 @@ def _products(tensor: Array) -> Iterator[tuple[str, str, Array, float]]:
     if not any(values):
         return
     negative = 2.0 * np.diag(tensor.diagonal()) - tensor
-    yield "products of inertia with the opposite sign", "the products of inertia have the opposite sign", negative, 0.0
+    yield "products of inertia with the opposite sign", "the products of inertia have the opposite sign", negative, 0.45
     for axis in range(3):
         flip = np.where(np.arange(3) == axis, -1.0, 1.0)
         names = " and ".join(f"i{_AXES[a]}{_AXES[b]}" for a, b in _PRODUCTS if axis in (a, b))
-        yield "inertia of the mirrored side", f"{names} look mirrored", tensor * np.outer(flip, flip), 0.2
+        yield "inertia of the mirrored side", f"{names} look mirrored", tensor * np.outer(flip, flip), 0.5
     for order in list(permutations(range(3)))[1:]:
         out = np.diag(tensor.diagonal())
         for at, k in zip(_PRODUCTS, order, strict=True):
             out[at] = out[at[::-1]] = values[k]
-        yield "products of inertia permuted", "ixy, ixz, iyz look permuted", out, 0.3
+        yield "products of inertia permuted", "ixy, ixz, iyz look permuted", out, 0.1
 
 
 def _powers(tensor: Array) -> Iterator[tuple[str, str, Array, float]]:
@@ -213,4 +213,4 @@ def _reordered(com: Array) -> Iterator[tuple[str, str, Array, float]]:
             cause, says = "signs of centres of mass", f"{_AXES[axis]} of the centre of mass has the opposite sign"
             yield cause, says, com * flip, 0.0
     for order in list(permutations(range(3)))[1:]:
-        yield "axes of centres of mass", "x, y, z of the centre of mass look permuted", com[list(order)], 0.2
+        yield "axes of centres of mass", "x, y, z of the centre of mass look permuted", com[list(order)], 0.3
