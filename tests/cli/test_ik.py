@@ -3,6 +3,7 @@ import json
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from scipy.spatial.transform import Rotation
 
 import lwr_dyn
 from lwr_dyn.cli.ik import command
@@ -116,9 +117,9 @@ def test_an_orientation_that_cannot_be_met_is_not_called_out_of_reach():
 def test_a_singular_wrist_is_said_to_stand_for_a_family():
     done = CliRunner().invoke(command, ["kr30ha", "--xyz-mm", "1840,0,1000", "--abc-deg", "0,90,0"])
     assert "note: singular wrist" not in done.stdout
-    T = lwr_dyn.forward_kinematics(lwr_dyn.load("kr30ha"), np.radians([0, -90, 90, 20, 0, 0]))
-    place, aligned = ",".join(map(str, T[:3, 3])), ["kr30ha", "--rpy-deg", "20,90,0"]
-    done = CliRunner().invoke(command, [*aligned, "--xyz", place])
+    T = lwr_dyn.forward_kinematics(lwr_dyn.load("kr30ha"), np.radians([20, -60, 80, 30, 0, 10]))
+    place, rpy = (",".join(map(repr, x.tolist())) for x in (T[:3, 3], Rotation.from_matrix(T[:3, :3]).as_euler("xyz")))
+    done = CliRunner().invoke(command, ["kr30ha", "--xyz", place, "--rpy", rpy])
     assert "note: singular wrist: such a solution is one of a family" in done.stdout
 
 
