@@ -29,6 +29,7 @@ LINES = {
     "lint": "audit:lint",
     "linter": "linter:linter",
     "long_log": "identification:long_log",
+    "mutants": "mutants:mutants",
     "parity": "checks:parity",
     "poses": "poses:poses",
     "properties": "suite:properties",
