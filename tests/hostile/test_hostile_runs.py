@@ -65,6 +65,13 @@ def test_arrays_of_another_kind_are_refused(kind, arrays, tmp_path):
         Run.load(saved(arrays | {"q": np.zeros(arrays["q"].shape).astype(kind)}, tmp_path / "x.npz"))
 
 
+def test_what_simulate_writes_is_read_and_drawn(lwr_dyn_command, tmp_path):
+    path = str(tmp_path / "x.npz")
+    task = ("--task", "hold", "--from-deg", "0,0,0,0,0,0,0", "--duration", "0.01", "--payload", "1")
+    assert lwr_dyn_command("simulate", "lwr4plus", *task, "--out", path)[0] == 0
+    assert "1 kg at the flange" in replayed(path)
+
+
 EVENTS = [
     [[float("nan"), "stop", 1, None]], [[1e999, "stop", 1, None]], [["1", "stop", 1, None]], [[1.0, 5, 1, None]],
     [[1.0, "stop", 7, None]], [[1.0, "stop", -1, None]], [[1.0, "stop", True, None]], [[1.0, "stop", 1.5, None]],
