@@ -26,6 +26,7 @@ class Quantity(Enum):
 
     ANGLE = "an angle"
     JOINT_POSITIONS = "joint positions"
+    ANGLES = "roll, pitch, yaw"
     POINT = "a point or a shift in space"
 
 

@@ -8,6 +8,7 @@ import click
 import numpy as np
 from click.core import ParameterSource
 
+from lwr_dyn.arrays import fixed_array
 from lwr_dyn.cli.options import NUMBERS, OneOf, from_degrees
 from lwr_dyn.errors import LwrDynError, OptionError
 from lwr_dyn.model.arm import Arm
@@ -42,6 +43,8 @@ class Flag:
             return not self.rows[row].default
         if self.kind is Quantity.ANGLE:
             return float(np.radians(value))
+        if self.kind is Quantity.ANGLES:
+            return np.radians(fixed_array(f"--{self.name}", value, (3,)))
         return from_degrees(arm, value, f"--{self.name}") if self.kind is Quantity.JOINT_POSITIONS else value
 
 
@@ -103,13 +106,13 @@ def _options_of(registry: Registry[Any], row: str) -> Collection[Option]:
 
 def _flag_name(option: Option) -> str:
     name = option.keyword.replace("_", "-")
-    if option.kind in (Quantity.ANGLE, Quantity.JOINT_POSITIONS):
+    if option.kind in (Quantity.ANGLE, Quantity.ANGLES, Quantity.JOINT_POSITIONS):
         return f"{name}-deg"
     return f"no-{name}" if option.kind is bool and option.default else name
 
 
 def _click_option(flag: Flag, registry: Registry[Any]) -> click.Option:
-    kinds = {Quantity.ANGLE: float, Quantity.JOINT_POSITIONS: NUMBERS, Quantity.POINT: NUMBERS}
+    kinds = {quantity: float if quantity is Quantity.ANGLE else NUMBERS for quantity in Quantity}
     kind = OneOf(flag.kind.names) if isinstance(flag.kind, Registry) else kinds.get(flag.kind, flag.kind)
     settings: dict[str, Any] = {"is_flag": True} if flag.kind is bool else {"type": kind}
     return click.Option([f"--{flag.name}"], help=_help(flag, registry), **settings)
@@ -129,6 +132,8 @@ def _by_value(flag: Flag, name: str) -> dict[str, str]:
     rows: dict[str, list[str]] = {}
     for row, option in flag.rows.items():
         value = getattr(option, name)
+        if name == "default" and option.kind is Quantity.ANGLE and isinstance(value, float):
+            value = round(float(np.degrees(value)), 9)
         if value is not None and value is not REQUIRED:
             rows.setdefault(str(value), []).append(row)
     return {value: ", ".join(names) for value, names in rows.items()}

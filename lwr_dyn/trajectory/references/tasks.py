@@ -23,6 +23,10 @@ REFERENCES: Registry[Callable[..., Reference]] = Registry(
             "lwr_dyn.trajectory.references.joint_moves:timed_lspb_move",
             "a move of the joints with a trapezoid of speed",
         ),
+        "line": Row("lwr_dyn.cartesian.tasks:line_reference", "a straight line of the tip, of any arm"),
+        "waypoints": Row(
+            "lwr_dyn.cartesian.tasks:waypoints_reference", "the waypoints of a file, in space or of the joints"
+        ),
         "hold": Row("lwr_dyn.trajectory.references.joint_moves:hold", "standing still"),
     },
 )
