@@ -17,6 +17,7 @@ COMMANDS = (
     (("check", "kr30ha"), 0, "data-sheet not checked: lwr_dyn.audit.datasheet is not installed"),
     (("gains", "lwr4plus"), 0, "joint_7"),
     (("urdf", "kr30ha", "--out", "x.urdf"), 0, "x.urdf"),
+    (("check", "x.urdf"), 0, "not judged as written: lwr_dyn.audit.urdf.report_text is not installed"),
     (("fk", "lwr4", "--q-deg", "0,90,90,-90,0,90,0"), 0, "position"),
     (("ik", "lwr4plus", "--xyz", "-0.05,-0.45,0.55", "--rpy-deg", "-90,0,0"), 0, "arm angle inside limits"),
     (("fk", "kr30ha", "--axes-deg", "A2=-90,A3=90"), 0, "position  1.34"),

@@ -2,14 +2,14 @@
 
 import hashlib
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from lwr_dyn.audit.urdf.elements import JointElement, LinkElement, joint_of, link_of
 from lwr_dyn.audit.urdf.finding import UrdfFinding
 from lwr_dyn.audit.urdf.xacro_places import expand_with_places
 from lwr_dyn.audit.urdf.xml_tree import Place, XmlElement, XmlFaultError, read_tree
-from lwr_dyn.errors import FileAccessError
+from lwr_dyn.errors import FileAccessError, UrdfError
 from lwr_dyn.files import ends_in, read_bytes
 from lwr_dyn.urdf.xml_text import DRAWN_HERE, WRITTEN_BY
 
@@ -87,8 +87,6 @@ def read_document(path: str | Path) -> UrdfDocument:
         The file cannot be read, or is larger than 50 MB.
     MissingPackageError
         A xacro file, and xacro is not installed.
-    UrdfError
-        A xacro file that xacro refuses.
     """
     file, place = str(path), Path(path)
     if "\0" in file:
@@ -96,8 +94,14 @@ def read_document(path: str | Path) -> UrdfDocument:
     if place.exists() and not place.is_file():
         raise FileAccessError(file, "not a regular file", NEEDED)
     is_xacro = ends_in(file, ".xacro")
-    content = expand_with_places(place).encode() if is_xacro else read_bytes(place, NEEDED, LARGEST_FILE)
-    return document_of(content, file, carried=is_xacro)
+    if not is_xacro:
+        return document_of(read_bytes(place, NEEDED, LARGEST_FILE), file)
+    try:
+        return document_of(expand_with_places(place).encode(), file, carried=True)
+    except UrdfError as refused:
+        what = f"xacro refuses the file: {refused.found}"
+        fault = UrdfFinding(what, "it expands to no URDF", Place(file, 1, 1), "", code="xacro-refused")
+        return replace(document_of("<robot/>", file), root=None, faults=(fault,))
 
 
 def document_of(content: bytes | str, file: str, carried: bool = False) -> UrdfDocument:

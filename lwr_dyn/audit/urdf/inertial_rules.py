@@ -57,7 +57,7 @@ def inertials_missing(document: UrdfDocument) -> Iterator[UrdfFinding]:
 
 
 def masses_negative(document: UrdfDocument) -> Iterator[UrdfFinding]:
-    """A mass below 0, which no body has."""
+    """A mass below 0, which no body has: every torque and energy with it has the wrong sign."""
     for link, inertial in _inertials(document):
         if inertial.mass is not None and inertial.mass < 0.0:
             text = f'<mass value="{number_text(-inertial.mass)}"/>, if only the sign is wrong'
@@ -78,12 +78,12 @@ def masses_zero(document: UrdfDocument) -> Iterator[UrdfFinding]:
 
 
 def _written_error(inertial: InertialElement) -> float:
-    """How far each moment may be from what was meant: half a unit of its last digit, the largest of the three [kg
+    """How far moments may be from what was meant: half a unit of its last digit, the three together [kg
     m^2].
     """
     element = inertial.element.child("inertia")
     cells = [] if element is None else [element.attributes.get(name, "0") for name in ("ixx", "iyy", "izz")]
-    return max(map(half_digit, cells), default=0.0)
+    return sum(map(half_digit, cells))
 
 
 def half_digit(text: str) -> float:
@@ -140,7 +140,7 @@ def tensors_triangle(document: UrdfDocument) -> Iterator[UrdfFinding]:
             continue
         moments = _moments(tensor)
         excess = float(moments[2] - moments[0] - moments[1])
-        largest, slack = float(moments[2]), 3.0 * _written_error(inertial)
+        largest, slack = float(moments[2]), _written_error(inertial)
         if moments[0] <= -ROUNDING * largest or excess <= ROUNDING * largest:
             continue
         doubtful: FindingSeverity = "warning" if excess > COARSE * largest else "note"

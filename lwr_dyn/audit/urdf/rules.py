@@ -12,7 +12,11 @@ from lwr_dyn.registry import Registry, Row
 
 UrdfRule = Callable[[UrdfDocument], Iterable[UrdfFinding]]
 _HERE = "lwr_dyn.audit.urdf."
-READING = {"xml-syntax": "text that is no XML", "xml-encoding": "text that is no UTF-8"}
+READING = {
+    "xml-syntax": "text that is no XML",
+    "xml-encoding": "text that is no UTF-8",
+    "xacro-refused": "macros that xacro does not expand",
+}
 """Codes of reading itself, before any rule can run."""
 
 

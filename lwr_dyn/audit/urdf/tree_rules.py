@@ -60,7 +60,9 @@ def loops(document: UrdfDocument) -> Iterator[UrdfFinding]:
     lost = [link for link in document.by_name.values() if link.name not in reached]
     if lost:
         names = ", ".join(link.name for link in lost[:6]) + (", ..." if len(lost) > 6 else "")
-        yield UrdfFinding(f"a loop through {names}", "no root reaches them", lost[0].place, lost[0].subject)
+        carrier = document.joint_into(lost[0].name)
+        place = lost[0].place if carrier is None else carrier.place
+        yield UrdfFinding(f"a loop through {names}", "no root reaches them", place, lost[0].subject)
 
 
 def unknown_mimics(document: UrdfDocument) -> Iterator[UrdfFinding]:

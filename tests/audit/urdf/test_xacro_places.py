@@ -1,0 +1,74 @@
+import os
+
+import pytest
+
+from lwr_dyn.audit.urdf.document import read_document
+from lwr_dyn.audit.urdf.lint import lint_file
+from lwr_dyn.audit.urdf.xml_tree import Place
+from lwr_dyn.urdf.xacro_file import expand_xacro
+
+pytest.importorskip("xacro")
+
+MACRO = """<?xml version="1.0"?>
+<robot xmlns:xacro="http://www.ros.org/wiki/xacro">
+  <xacro:macro name="arm" params="prefix mass:=2">
+    <link name="${prefix}one">
+      <inertial>
+        <mass value="${mass}"/>
+        <!-- ä --><inertia ixx="0.10" iyy="0.10" izz="${0.15 * 2}"
+                 ixy="0" ixz="0" iyz="0"/>
+      </inertial>
+    </link>
+    <joint name="${prefix}turn" type="continuous"><parent link="base"/><child link="${prefix}one"/></joint>
+  </xacro:macro>
+</robot>
+"""
+MAIN = """<robot name="two" xmlns:xacro="http://www.ros.org/wiki/xacro">
+  <xacro:arg name="heavy" default="3"/>
+  <xacro:include filename="$(find my_pkg)/urdf/arm_macro.xacro"/>
+  <xacro:include filename="none.xacro" optional="true"/>
+  <link name="base"/>
+  <xacro:arm prefix="left_" mass="$(arg heavy)"/>
+  <xacro:arm prefix="right_"/>
+</robot>
+"""
+
+
+@pytest.fixture
+def xacro_file(tmp_path, monkeypatch):
+    folder = tmp_path / "my_pkg" / "urdf"
+    folder.mkdir(parents=True)
+    (folder / "arm_macro.xacro").write_text(MACRO, encoding="utf-8")
+    (folder / "two.urdf.xacro").write_text(MAIN, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    return "my_pkg/urdf/two.urdf.xacro"
+
+
+def test_findings_point_into_the_macro(xacro_file):
+    found = [f for f in lint_file(xacro_file).findings if f.code == "inertia-triangle"]
+    assert [f.subject for f in found] == ["link left_one", "link right_one"]
+    assert {f.place for f in found} == {Place(os.path.join("my_pkg", "urdf", "arm_macro.xacro"), 7, 19)}
+
+
+def test_every_element_carries_a_place_of_a_file_that_is_there(xacro_file):
+    document = read_document(xacro_file)
+    assert document.link("left_one").inertial.mass == 3.0
+    assert {link.place.file for link in document.links} == {
+        os.path.join("my_pkg", "urdf", name) for name in ("arm_macro.xacro", "two.urdf.xacro")
+    }
+    assert document.link("base").place.line == 5
+
+
+def test_the_plain_expansion_has_no_places(xacro_file):
+    assert "at.=" not in expand_xacro(xacro_file, {"heavy": "4"})
+    assert 'value="4"' in expand_xacro(xacro_file, {"heavy": "4"})
+
+
+@pytest.mark.parametrize("text", ["<robot><a></robot>", MAIN.replace("xacro:arm ", "xacro:leg "), MAIN.replace(
+    "my_pkg", "no_pkg"), MAIN.replace("none.xacro\" optional=\"true", "none.xacro")])  # fmt: skip
+def test_what_xacro_refuses_is_one_finding(xacro_file, text):
+    with open(xacro_file, "w", encoding="utf-8") as stream:
+        stream.write(text)
+    report = lint_file(xacro_file)
+    assert [f.code for f in report.findings] == ["xacro-refused"]
+    assert "\n" not in report.findings[0].message
