@@ -77,7 +77,7 @@ def robot_options(command: F) -> F:
     `load_robot` finds mount, tool and xacro's arguments in click's context, so that no command takes them itself.
     """
     for option in (
-        _kept("xacro_args", "--xacro-arg", "NAME:=VALUE", "Argument of a .xacro.", _xacro_args),
+        _kept("xacro_args", "--xacro-arg", "NAME:=VALUE", "Argument of a .xacro."),
         _kept("tool", "--tool", "KEY=NUMBERS|FILE.toml", "On the flange: xyz, rpy_deg, mass, com, inertia; m, kg."),
         _kept("mount", "--mount", "PLACE|KEY=NUMBERS|FILE.toml", "Base on floor, wall, ceiling; xyz in m, rpy_deg."),
         click.option("--lock", "locks", multiple=True, metavar="JOINT=VALUE", help="Hold a joint, rad or m."),
@@ -106,42 +106,13 @@ def load_robot_and_paper(
     return load_with_paper(robot, reading, tip=tip, lock=dict(_lock(text) for text in locks), **kept)
 
 
-def _kept(argument: str, option: str, metavar: str, text: str, read: Callable[..., Any] | None = None) -> Any:
-    """An option of loading that can be given several times: `--mount ceiling --mount xyz=0,0,2.5`."""
+def _kept(argument: str, option: str, metavar: str, text: str) -> Any:
+    """An option of loading that can be given several times, kept as texts: `--mount ceiling --mount xyz=0,0,2.5`."""
 
     def keep(context: click.Context, _: click.Parameter, texts: tuple[str, ...]) -> None:
-        if texts:
-            context.meta.setdefault(_LOADING, {})[argument] = (read or _described)(option, texts)
+        context.meta.setdefault(_LOADING, {})[argument] = texts or None
 
     return click.option(option, argument, multiple=True, metavar=metavar, help=text, callback=keep, expose_value=False)
-
-
-def _xacro_args(option: str, texts: tuple[str, ...]) -> dict[str, str]:
-    pairs = [text.partition(":=") for text in texts]
-    for name, mark, value in pairs:
-        if not (name and mark):
-            raise OptionError(option, repr(name + value), "NAME:=VALUE, such as ur_type:=ur10e")
-    return {name: value for name, _, value in pairs}
-
-
-def _described(option: str, texts: tuple[str, ...]) -> str | dict[str, Any]:
-    """A place or a file by its name, or the fields that are given one by one."""
-    if len(texts) == 1 and "=" not in texts[0]:
-        return texts[0]
-    fields: dict[str, Any] = {}
-    for key, mark, value in (text.partition("=") for text in texts):
-        if (not mark and option == "--tool") or (key if mark else "on") in fields:
-            raise OptionError(option, repr(key), "each KEY=NUMBERS once, or one file")
-        fields[key if mark else "on"] = _plain_numbers(f"{option} {key}", value) if mark else key
-    return fields
-
-
-def _plain_numbers(name: str, text: str) -> float | list[float]:
-    try:
-        numbers = [number_of(x) for x in text.split(",")]
-    except ValueError:
-        raise OptionError(name, repr(text), "numbers separated by commas, such as 0,0,0.15") from None
-    return numbers if "," in text else numbers[0]
 
 
 def _lock(text: str) -> tuple[str, float]:

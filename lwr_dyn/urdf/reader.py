@@ -6,7 +6,7 @@ link without `<inertial>` is massless, as the format defines, if a link further 
 and the arm no dynamics.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
@@ -20,13 +20,26 @@ from lwr_dyn.model.chain import Body, Chain, ChainLink
 from lwr_dyn.model.spatial import Pose
 from lwr_dyn.model.written_link import WrittenLink, heavy, welded
 from lwr_dyn.papers.assembly import STANDARD_GRAVITY
+from lwr_dyn.registry import Registry, Row
 from lwr_dyn.urdf.elements import PLACEHOLDERS
-from lwr_dyn.urdf.obvious_arm import obvious_tip, with_held_joints
 from lwr_dyn.urdf.parse import UrdfFile, parse_urdf, placeholder_name
-from lwr_dyn.urdf.tree import KINDS, Tree, axis_pose, build_tree, layout_of, origin_pose, position_limits
+from lwr_dyn.urdf.tree import (
+    KINDS,
+    Tree,
+    axis_pose,
+    build_tree,
+    layout_of,
+    origin_pose,
+    position_limits,
+    with_held_joints,
+)
 
 READING = "urdf"
 """The reading of an arm that comes from a URDF."""
+TIPS: Registry[Callable[[Tree], str]] = Registry(
+    "tip", {"obvious-arm": Row("lwr_dyn.any_arm.obvious_arm:obvious_tip", "of the one arm in a tree of several ends")}
+)
+"""The choice of a tip where several links are ends and none is given."""
 _OWN_LINKS = ("base", "flange")
 """Link names that our writer uses; a moving link of that name gets an underscore."""
 
@@ -56,7 +69,7 @@ def read_urdf(
     ----------
     path : path
     tip : str, optional
-        The link that is the flange; `obvious_tip` if not given.
+        The link that is the flange; if not given the only end, or that of the one obvious arm.
     lock : mapping of joint name to value, optional
         Joints fixed at a value [rad or m]; a mimic joint follows the locked joint that it mimics.
     xacro_args : mapping, optional
@@ -80,7 +93,8 @@ def read_urdf(
     """
     urdf = parse_urdf(path, xacro_args)
     tree = build_tree(urdf, lock or {})
-    given, tip = tip, obvious_tip(tree) if tip is None else tip
+    ends = [link for link, joints in tree.out_of.items() if not joints]
+    given, tip = tip, tip or (ends[0] if len(ends) == 1 else TIPS.load("obvious-arm")(tree))
     tree, held = with_held_joints(tree, tip)
     base, *groups = _groups(tree, tree.path_to(tip))
     names = [_free_name(group.link, urdf.links) for group in groups]
@@ -101,15 +115,15 @@ def read_urdf(
         chain=Chain(links=tuple(links), flange=groups[-1].exit, gravity=gravity),
         limits=tuple(_limits(urdf, group.joint) for group in groups),
         sources=_sources(urdf, [base, *groups], written, names), digest=urdf.digest,
-        layout=replace(layout, written=_by_carrier(tree, names, written)), notes=_notes(tree, given, tip, held),
+        layout=replace(layout, written=_by_carrier(tree, names, written)),
+        notes=_notes([] if given else ends, tip, held),
     )  # fmt: skip
 
 
-def _notes(tree: Tree, given: str | None, tip: str, held: Mapping[str, float]) -> tuple[str, ...]:
-    """What was chosen without being asked for: the tip, and the joints that are held."""
-    chosen = given is None and [link for link, joints in tree.out_of.items() if not joints] != [tip]
+def _notes(ends: Sequence[str], tip: str, held: Mapping[str, float]) -> tuple[str, ...]:
+    """What was chosen without being asked for: the tip among several ends, and the joints that are held."""
+    lines = [f"the arm ends at {tip}; another end: --tip LINK"] if ends not in ([], [tip]) else []
     values = ", ".join(f"{name} at {value:g}" for name, value in held.items())
-    lines = [f"the arm ends at {tip}; another end: --tip LINK"] if chosen else []
     return (*lines, f"held: {values}; other values: --lock JOINT=VALUE") if held else tuple(lines)
 
 

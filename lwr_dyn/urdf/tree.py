@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -21,6 +21,8 @@ KINDS = {
     "prismatic": JointKind.PRISMATIC,
 }
 """URDF joint types with one degree of freedom."""
+BASES = ("floating", "planar")
+"""Types of joints that are held where they are the base of a chain."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -177,3 +179,27 @@ def origin_pose(matrix: Array | None) -> Pose:
     rotation = matrix[:3, :3]
     whole = np.round(rotation)
     return Pose(np.where(np.abs(rotation - whole) <= SNAP, whole, rotation), matrix[:3, 3])
+
+
+def with_held_joints(tree: Tree, tip: str) -> tuple[Tree, Mapping[str, float]]:
+    """The tree with a free base and what branches off the chain held at 0 or the limit next to it; and these values.
+
+    Raises `UrdfError` for a joint off the chain that a joint of the chain moves by `mimic`.
+    """
+    path = tree.path_to(tip)
+    first = next((k for k, joint in enumerate(path) if not tree.is_fixed(joint) and joint.type not in BASES), len(path))
+    held = {joint.name: 0.0 for joint in path[:first] if joint.type in BASES}
+    moved, on_path = {x.name for x in path[first:] if not tree.is_fixed(x)}, {x.name for x in path}
+    free = [x for x in tree.urdf.joints.values() if x.name not in on_path and not tree.is_fixed(x)]
+    follows = {x.name for x in free if x.mimic is not None and x.mimic.joint in moved}
+    beside = [x for x in free if x.name in follows or moved & {y.name for y in tree.path_to(x.parent)}]
+    for joint in (x for x in beside if x.mimic is None):
+        low, up = position_limits(joint)
+        held[joint.name] = min(max(0.0, -math.inf if low is None else low), math.inf if up is None else up)
+    locked = with_mimics(tree.urdf, {**tree.locked, **held})
+    tied = [joint.name for joint in beside if joint.name not in locked]
+    if tied:
+        allowed = " ".join(f"--lock {name}=VALUE" for name in tied)
+        fault = "off the chain, but a joint of the chain moves it (mimic)"
+        raise UrdfError(tree.urdf.file, f"joint {', '.join(tied)}", fault, f"held at a value: {allowed}")
+    return replace(tree, locked=locked), {name: locked[name] for name in locked if name not in tree.locked}

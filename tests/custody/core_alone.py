@@ -9,7 +9,9 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-OPTIONAL = ("audit", "cartesian", "codegen", "export", "identification", "krl", "reproduction", "symbolic")
+OPTIONAL = (
+    "any_arm", "audit", "cartesian", "codegen", "export", "identification", "krl", "reproduction", "symbolic",
+)  # fmt: skip
 """Packages of `lwr_dyn` that the core must run without."""
 NEEDED = ("pytest", "hypothesis")
 """What tests of the core need beside it; `EVERYTHING` of them needs more."""

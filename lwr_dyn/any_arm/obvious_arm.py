@@ -1,16 +1,14 @@
-"""Which chain of a tree is the arm, where the user names no tip; and what is held of the joints beside the chain.
+"""Which chain of a tree is the arm, where the user names no tip.
 
 From the root outward: where joints branch off, a chain twice as long as any other goes on (an arm beside a head and
 wheels); an arm ends where fingers begin, shorter than itself. Where neither is so, there are several arms or legs.
 """
 
-import math
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
 from typing import Any
 
 from lwr_dyn.errors import UrdfError
-from lwr_dyn.urdf.tree import KINDS, Tree, position_limits, with_mimics
+from lwr_dyn.urdf.tree import BASES, KINDS, Tree
 
 _ARM = 4
 """Joints that make an arm: with fewer behind them, branches are no fingers, and of fewer no branch is the arm."""
@@ -19,17 +17,15 @@ _LISTED = 12
 _FRAMES = ("tool0", "tcp", "end_effector", "gripper_frame_link", "flange")
 """Ends of names of links made to be the tip, the preferred first: tool0 is the flange of ROS-Industrial."""
 _FINGERS = ("finger", "gripper", "jaw", "knuckle")
-_HELD_BASES = ("floating", "planar")
 
 
 def obvious_tip(tree: Tree) -> str:
-    """The link at the end of the only arm; raises `UrdfError` naming the tips of all arms and legs."""
-    ends = [link for link, joints in tree.out_of.items() if not joints]
-    if len(ends) == 1 and all(tree.is_fixed(joint) or _weight(joint) for joint in tree.path_to(ends[0])):
-        return ends[0]
+    """The link at the end of the only arm in a tree of several ends; raises `UrdfError` naming all arms and legs."""
     arms = [(_tip(tree, link), count) for link, count in _arms(tree)]
-    if len(arms) < 2:
-        return arms[0][0] if arms else ends[0]
+    if len(arms) == 1:
+        return arms[0][0]
+    if not arms:  # what the chain to the deepest end lacks is said when it is read
+        return max((link for link in tree.out_of if not tree.out_of[link]), key=lambda end: len(tree.path_to(end)))
     some = [f"{tip} ({n} joint{'s' if n > 1 else ''})" for tip, n in sorted(arms, key=lambda x: -x[1])[:_LISTED]]
     allowed = f"one of them by --tip: {', '.join(some)}{' ...' if len(arms) > _LISTED else ''}"
     raise UrdfError(tree.urdf.file, "tip", f"the tree has {len(arms)} arms or legs", allowed)
@@ -79,7 +75,7 @@ def _weight(joint: Any) -> int:
 
 def _walks(joint: Any, count: int) -> bool:
     """Whether an arm can go through a joint: by one coordinate of its own, or as the base that is held."""
-    return bool(_weight(joint)) or (count == 0 and joint.type in _HELD_BASES)
+    return bool(_weight(joint)) or (count == 0 and joint.type in BASES)
 
 
 def _tip(tree: Tree, link: str) -> str:
@@ -89,36 +85,3 @@ def _tip(tree: Tree, link: str) -> str:
     while len(tree.out_of[link]) == 1 and tree.is_fixed(tree.out_of[link][0]):
         link = tree.out_of[link][0].child
     return named[0] if named else link
-
-
-def with_held_joints(tree: Tree, tip: str) -> tuple[Tree, Mapping[str, float]]:
-    """The tree with a free base and all that branches off the chain held, and the values [rad or m] of what is held.
-
-    A joint is held at 0, or at its limit next to 0; one that follows a held joint follows it. Raises `UrdfError` for a
-    joint beside the chain that follows one of the chain.
-    """
-    path = tree.path_to(tip)
-    held: dict[str, float] = {}
-    for joint in path:
-        if joint.type in _HELD_BASES:
-            held[joint.name] = 0.0
-        elif not tree.is_fixed(joint):
-            break
-    moved = {x.name for x in path if not tree.is_fixed(x)} - set(held)
-    on_path = {x.name for x in path}
-    free = [x for x in tree.urdf.joints.values() if x.name not in on_path and not tree.is_fixed(x)]
-    follows = {x.name for x in free if x.mimic is not None and x.mimic.joint in moved}
-    beside = [x for x in free if x.name in follows or moved & {y.name for y in tree.path_to(x.parent)}]
-    held |= {x.name: _rest(x) for x in beside if x.mimic is None}
-    locked = with_mimics(tree.urdf, {**tree.locked, **held})
-    tied = [joint.name for joint in beside if joint.name not in locked]
-    if tied:
-        allowed = " ".join(f"--lock {name}=VALUE" for name in tied)
-        fault = "off the chain, but a joint of the chain moves it (mimic)"
-        raise UrdfError(tree.urdf.file, f"joint {', '.join(tied)}", fault, f"held at a value: {allowed}")
-    return replace(tree, locked=locked), {name: locked[name] for name in locked if name not in tree.locked}
-
-
-def _rest(joint: Any) -> float:
-    low, up = position_limits(joint)
-    return min(max(0.0, -math.inf if low is None else low), math.inf if up is None else up)
