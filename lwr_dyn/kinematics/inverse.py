@@ -20,9 +20,10 @@ IK_SOLVERS: Registry[IkSolver[Any]] = Registry(
         "spherical-wrist": Row("lwr_dyn.kinematics.spherical_wrist:SOLVER", "six joints, in closed form"),
         "three-parallel": Row("lwr_dyn.kinematics.three_parallel:SOLVER", "six joints, in closed form"),
         "numeric": Row("lwr_dyn.kinematics.numeric:SOLVER", "any arm, by damped least squares from many starts"),
+        "eaik": Row("lwr_dyn.solvers.eaik_solver:SOLVER", "six joints, in closed form by the package EAIK", "eaik"),
     },
 )
-"""Solvers of inverse kinematics, in the order in which they are tried."""
+"""Solvers of inverse kinematics, in the order in which they are tried; those after "numeric" only by name."""
 
 
 def inverse_kinematics(

@@ -142,7 +142,7 @@ def solve_pose(problem: PoseProblem, chain: Chain) -> InverseResult:
         q = search(chain, lower, upper, problem.pose, problem.starts, problem.seed)
         if len(q):
             return ranked_result(problem, make_solutions(problem, _within_a_turn(problem.arm, q)), complete=False)
-    return _missed(problem, chain)
+    return missed(problem, chain)
 
 
 def _ranges(problem: PoseProblem) -> list[tuple[Array, Array]]:
@@ -152,7 +152,7 @@ def _ranges(problem: PoseProblem) -> list[tuple[Array, Array]]:
     return [*[(problem.arm.lower, problem.arm.upper)] * problem.limits, (-anywhere, anywhere)]
 
 
-def _missed(problem: PoseProblem, chain: Chain) -> InverseResult:
+def missed(problem: PoseProblem, chain: Chain) -> InverseResult:
     """By how much the position is out of reach, or if it is not, by how much the orientation is missed."""
     (lower, upper), T, kinds = _ranges(problem)[-1], problem.pose, [link.kind for link in chain.links]
     starts = _starts(kinds, lower, upper, problem.starts, problem.seed)
@@ -180,7 +180,7 @@ def solve_position(problem: PoseProblem, chain: Chain) -> InverseResult:
                 reached = np.block([[joint_axes(chain, q[0]).flange[:3, :3], T[:3, 3:]], [T[3]]])
                 found = make_solutions(replace(problem, pose=reached), q)
                 return replace(ranked_result(problem, found, complete=False), position_only=True)
-    return replace(_missed(problem, chain), turn=None)
+    return replace(missed(problem, chain), turn=None)
 
 
 def _within_a_turn(arm: Arm, q: Array) -> Array:

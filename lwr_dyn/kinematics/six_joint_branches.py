@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.kinematics import numeric
-from lwr_dyn.kinematics.branches import BRANCHES, JointRanges, joint_ranges, whole_turns, wrap
+from lwr_dyn.kinematics.branches import BRANCHES, JointRanges, joint_ranges, wrap
 from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.kinematics.numeric import SOLVED, polished
 from lwr_dyn.kinematics.six_joint_geometry import SixJointGeometry
-from lwr_dyn.kinematics.solution import InverseResult, PoseProblem, make_solutions, ranked_result
+from lwr_dyn.kinematics.solution import InverseResult, PoseProblem, turned_result
 from lwr_dyn.model.spatial import turn_about
 
 NEAR_SINGULAR = 1e-5
@@ -84,15 +84,8 @@ def solve_pose(closed_form: ClosedForm, problem: PoseProblem, geometry: SixJoint
         return numeric.solve_pose(problem, arm.chain)
     if not len(q):
         return InverseResult("out of reach", (), (), not geometry.snapped, distance=float(branches.reach_excess.min()))
-    copies = [whole_turns(arm, row) for row in q]
-    names = [tuple(s for s, x in zip(SINGULARITIES, row, strict=True) if x) for row in near]
-    rows = np.repeat(which, [len(each.q) for each in copies]).tolist()
-    labels = [branch.label for branch in BRANCHES]
-    solutions = make_solutions(
-        problem, np.concatenate([each.q for each in copies]), [labels[b] for b in rows], [names[b] for b in rows]
-    )
-    left_out = sum(each.left_out for each in copies)
-    return ranked_result(problem, solutions, complete=not geometry.snapped, turns_left_out=left_out)
+    names = [tuple(s for s, x in zip(SINGULARITIES, near[b], strict=True) if x) for b in which]
+    return turned_result(problem, q, not geometry.snapped, [BRANCHES[b].label for b in which], names)
 
 
 def _nearby() -> Array:

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
 
 from lwr_dyn.arrays import Array, read_only
-from lwr_dyn.kinematics.branches import TOUCH
+from lwr_dyn.kinematics.branches import TOUCH, whole_turns
 from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import Chain
@@ -141,6 +141,21 @@ def ranked_result(
         return InverseResult("solved", inside, outside, complete, turns_left_out=turns_left_out)
     best = outside[0]
     return InverseResult("outside limits", (), outside, complete, joint=best.joint, excess=-best.margin)
+
+
+def turned_result(
+    problem: PoseProblem,
+    q: Array,
+    complete: bool,
+    branches: Sequence[str] = (),
+    singular: Sequence[tuple[str, ...]] = (),
+) -> InverseResult:
+    """Solutions q (k, n), each with all its copies of `whole_turns`."""
+    copies = [whole_turns(problem.arm, row) for row in q]
+    rows = np.repeat(np.arange(len(q)), [len(each.q) for each in copies]).tolist()
+    labels, names = [branches[i] for i in rows if branches], [singular[i] for i in rows if singular]
+    solutions = make_solutions(problem, np.concatenate([each.q for each in copies]), labels, names)
+    return ranked_result(problem, solutions, complete, sum(each.left_out for each in copies))
 
 
 def _each_once(arm: Arm, solutions: Sequence[Solution]) -> list[Solution]:

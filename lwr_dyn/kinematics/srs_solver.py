@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from lwr_dyn.arrays import Array
 from lwr_dyn.errors import OptionError
 from lwr_dyn.kinematics.arm_geometry import SRS_ARM, SrsGeometry, srs_geometry
-from lwr_dyn.kinematics.branches import BRANCHES, joint_ranges, whole_turns, wrap
-from lwr_dyn.kinematics.solution import IkSolver, InverseResult, PoseProblem, make_solutions, ranked_result
+from lwr_dyn.kinematics.branches import BRANCHES, joint_ranges, wrap
+from lwr_dyn.kinematics.solution import IkSolver, InverseResult, PoseProblem, turned_result
 from lwr_dyn.kinematics.srs import arm_triangle, closed_form
 from lwr_dyn.kinematics.srs_margins import MarginProblem, intervals_at_level, margin_problem, margins
 
@@ -98,14 +98,13 @@ def solve_pose(problem: PoseProblem, geometry: SrsGeometry) -> InverseResult:
     intervals = intervals_at_level(margin, 0.0 if problem.limits else NO_LIMIT)
     angles = best_angles(margin).psi if psi is None else np.full(len(BRANCHES), float(psi))
     q = closed_form(geometry, ranges, T, angles, signs)
-    copies = [whole_turns(arm, row) for row in q]
-    labels = [branch.label for branch, each in zip(BRANCHES, copies, strict=True) for _ in each.q]
-    psi_of = dict(zip((branch.label for branch in BRANCHES), angles.tolist(), strict=True))
-    found = make_solutions(problem, np.concatenate([each.q for each in copies]), labels)
-    solutions = [replace(solution, arm_angle=psi_of[solution.branch]) for solution in found]
-    left_out = sum(each.left_out for each in copies)
-    result = ranked_result(problem, solutions, complete=True, turns_left_out=left_out)
-    return replace(result, arm_angle_intervals={branch.label: intervals.of(b) for b, branch in enumerate(BRANCHES)})
+    labels = [branch.label for branch in BRANCHES]
+    result, psi_of = turned_result(problem, q, True, labels), dict(zip(labels, angles.tolist(), strict=True))
+    solutions, outside = (
+        tuple(replace(s, arm_angle=psi_of[s.branch]) for s in each) for each in (result.solutions, result.outside)
+    )
+    intervals_of = {label: intervals.of(b) for b, label in enumerate(labels)}
+    return replace(result, solutions=solutions, outside=outside, arm_angle_intervals=intervals_of)
 
 
 SOLVER = IkSolver(srs_geometry, solve_pose, SRS_ARM, has_arm_angle=True)

@@ -132,9 +132,11 @@ def test_every_row_of_the_solvers_loads(name):
     solver = IK_SOLVERS.load(name)
     assert isinstance(solver, IkSolver)
     assert solver.arms
+    if name == "eaik":
+        pytest.importorskip("eaik", reason="EAIK is not installed: pip install '.[eaik]'")
     recognised = {robot for robot in lwr_dyn.robots() if solver.recognise(lwr_dyn.load(robot).chain) is not None}
     expected = {"srs": {"lwr4", "lwr4plus", "wam7"}, "spherical-wrist": {"kr30ha"}, "numeric": {*lwr_dyn.robots()}}
-    assert recognised == expected.get(name, set())
+    assert recognised == expected.get(name, {"kr30ha"} if name == "eaik" else set())
 
 
 @pytest.mark.parametrize(("robot", "closed"), [("lwr4plus", "srs"), ("kr30ha", "spherical-wrist")])
