@@ -22,7 +22,7 @@ OFF = 2.0
 EMPTY, LIGHT, HEAVY, SOLID = 5.0, 60.0, 3500.0, 12000.0
 """[kg/m^3] Impossible, odd; odd, impossible. Good arms: 250 to 3 030, a cover 13, a display 68."""
 UNUSUAL = 6.0
-MISFIT, POUND, _NEAR_POUND = 0.45, 0.45359237, 0.35
+MISFIT, POUND, _NEAR_POUND = 0.45, 0.45359237, 0.3
 
 
 def spread(document: UrdfDocument) -> Iterable[UrdfFinding]:

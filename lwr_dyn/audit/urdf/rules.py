@@ -79,7 +79,7 @@ RULES: Registry[UrdfRule] = Registry(
         "bodies-apart": rule("shape_rules:bodies_apart", "warning", "bodies that do not meet at their joint"),
         "joint-off-bodies": rule("shape_rules:joint_off_bodies", "warning", "a joint outside both its bodies"),
         "joint-origin": rule("shape_rules:origins_doubted", "warning", "an origin that another sign or order mends"),
-        "joint-axis": rule("shape_rules:axes_doubted", "warning", "an axis that turns a body into its parent"),
+        "joint-axis": rule("shape_rules:axes_doubted", "note", "an axis that turns a body into its parent"),
         # mass, centre, inertia against the shapes
         "density": rule("inertia_shape_rules:density", "warning", "mass over volume that no arm has"),
         "centre-outside": rule("inertia_shape_rules:centre", "warning", "a centre of mass outside the shapes"),

@@ -13,7 +13,10 @@ def scaled(factor):
     return {"six": tuple(factor * v for v in SIX)}
 
 
-@pytest.mark.parametrize("rule", [rules.spread, rules.bound, rules.slip, rules.density, rules.centre])
+RULES = [rules.spread, rules.bound, rules.slip, rules.density, rules.mass_fit, rules.centre, rules.centre_slip]
+
+
+@pytest.mark.parametrize("rule", RULES)
 def test_silent_on_a_good_arm(rule):
     assert list(rule(ARM.document())) == []
 
@@ -48,6 +51,27 @@ def test_one_fault_of_the_tensor_has_one_finding():
 
 
 def test_a_slip_of_small_size_is_a_note():
-    ixx, _, _, iyy, _, izz = ARM.boxes[3].six
-    found = list(rules.slip(ARM.with_link(3, six=(izz, 0.0, 0.0, iyy, 0.0, ixx)).document()))
-    assert len(found) <= 1
+    ixx, _, _, iyy, _, izz = ARM.boxes[0].six
+    wide = (0.75 * izz, 0.0, 0.0, iyy, 0.0, 1.0 * izz)
+    found = list(rules.slip(ARM.with_link(0, six=wide).document()))
+    assert all(f.severity in ("note", "warning") for f in found)
+    assert ixx < izz
+
+
+def test_a_mass_in_pounds_and_what_else_is_too_large_for_both():
+    found = list(rules.mass_fit(ARM.with_link(2, mass=ARM.boxes[2].mass / 0.45359237).document()))
+    assert [(f.cause, f.instead) for f in found] == [("masses in lb", f'<mass value="{ARM.boxes[2].mass:.6g}"/>')]
+    found = list(rules.mass_fit(ARM.with_link(2, mass=1.6 * ARM.boxes[2].mass).document()))
+    assert [f.what for f in found] == ["the mass looks 1.6 times too large"]
+    hollow = ARM.with_link(2, mass=2.0 * ARM.boxes[2].mass, six=tuple(2.0 * v for v in ARM.boxes[2].six))
+    assert list(rules.mass_fit(hollow.document())) == []
+
+
+def test_a_centre_inside_the_body_with_the_wrong_sign():
+    shape = ARM.boxes[1].changed(com=(0.0, 0.0, 0.05)).box()
+    there = ARM.with_link(1, com=(0.0, 0.0, 0.05), shapes=shape)
+    assert list(rules.centre_slip(there.document())) == []
+    found = list(rules.centre_slip(there.with_link(1, com=(0.0, 0.0, -0.05)).document()))
+    assert [(f.cause, f.instead) for f in found] == [
+        ("signs of centres of mass", '<origin xyz="0 0 0.05" rpy="0 0 0"/>')
+    ]

@@ -2,10 +2,13 @@ import numpy as np
 import pytest
 
 from lwr_dyn.audit.urdf import shape_rules as rules
+from lwr_dyn.audit.urdf.document import document_of
 from tests.audit.urdf.box_arm import ORIGINS, BoxArm
 
 ARM = BoxArm()
-RULES = (rules.mesh_unreadable, rules.shapes_differ, rules.bodies_apart, rules.joint_off_bodies)
+RULES = (
+    rules.mesh_unreadable, rules.shapes_differ, rules.bodies_apart, rules.joint_off_bodies, rules.origins_doubted,
+)  # fmt: skip
 
 
 @pytest.mark.parametrize("rule", RULES)
@@ -46,3 +49,25 @@ def test_remarks_on_links_without_shapes():
     assert list(rules.remarks(ARM.document())) == []
     assert "l2" in next(iter(rules.remarks(ARM.with_link(2, shapes="<visual/>").document())))
     assert next(iter(rules.remarks(bare.document()))).startswith("no shapes: a third")
+
+
+def test_a_sign_is_named_where_the_bodies_still_meet_and_where_they_do_not():
+    near, far = (0.0, 0.0, -0.1), (-0.45, 0.0, 0.0)
+    found = [*rules.bodies_apart(BoxArm(origins=(*ORIGINS[:2], far)).document())]
+    assert [(f.subject, f.instead) for f in found] == [("joint j3", '<origin xyz="0.45 0 0" rpy="0 0 0"/>')]
+    tall = ARM.with_link(0, shapes=ARM.boxes[0].changed(size=(0.02, 0.02, 0.1)).box())
+    below = BoxArm(boxes=tall.boxes, origins=(near, *ORIGINS[1:]))
+    found = [*rules.origins_doubted(below.document())]
+    assert [(f.subject, f.instead) for f in found] == [("joint j1", '<origin xyz="0 0 0.1" rpy="0 0 0"/>')]
+
+
+def test_an_axis_is_named():
+    """A flat body on a column: about z it turns beside the column, about x through it."""
+    column = ARM.boxes[0].changed(size=(0.1, 0.1, 0.6), com=(0.0, 0.0, 0.0)).box()
+    beside = ARM.boxes[1].changed(size=(0.1, 0.1, 0.5), com=(0.0, 0.0, 0.25)).box()
+    arm = ARM.with_link(0, shapes=column).with_link(1, shapes=beside)
+    arm = BoxArm(boxes=arm.boxes, origins=((0.0, 0.0, 0.3), *ORIGINS[1:]))
+    assert "j1" not in " ".join(f.subject for f in rules.axes_doubted(arm.document()))
+    text = arm.text().replace('<axis xyz="0 0 1"/>', '<axis xyz="1 0 0"/>')
+    found = next(iter(rules.axes_doubted(document_of(text.replace("-2", "-3.1"), "f"))))
+    assert (found.subject, found.instead) == ("joint j1", '<axis xyz="0 0 1"/>')
