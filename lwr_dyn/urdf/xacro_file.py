@@ -39,7 +39,7 @@ def expand_xacro(
         raise MissingPackageError("xacro", "urdf") from None
     before = xacro.parse, substitution_args._eval_find
     xacro.parse = parse or xacro.parse
-    substitution_args._eval_find = lambda name: str(package_folder(name, Path(path)) or before[1](name))
+    substitution_args._eval_find = lambda name: _found(name, Path(path), before[1])
     try:
         with redirect_stderr(io.StringIO()):
             return str(xacro.process_file(str(path), mappings=dict(arguments)).toxml())
@@ -50,11 +50,31 @@ def expand_xacro(
         xacro.parse, substitution_args._eval_find = before
 
 
+def _found(name: str, inside: Path, installed: Callable[[str], str]) -> str:
+    """The folder of `$(find name)`."""
+    try:
+        return str(package_folder(name, inside) or installed(name))
+    except ModuleNotFoundError:  # no ROS here
+        where = "above or beside the file, or in a folder of ROS_PACKAGE_PATH"
+        raise LookupError(f"the package {name} is not {where}") from None
+
+
 def package_folder(name: str, inside: Path) -> Path | None:
-    """The folder of a ROS package: above or beside a file, or where ROS's environment points; or None."""
+    """The folder of a ROS package: above or beside a file, or where ROS's environment points; or None.
+
+    Above the file a folder with another name counts too if its `package.xml` has this one.
+    """
     listed = [Path(x) for x in os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep) if x]
     listed += [Path(x) / "share" for x in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if x]
     above = Path(os.path.abspath(inside)).parents
     candidates = [found for folder in above for found in (folder, folder / name)]
     candidates += [folder / name for folder in listed]
-    return next((found for found in candidates if found.name == name and found.is_dir()), None)
+    here = (found for found in candidates if found.name == name and found.is_dir())
+    return next(here, None) or next((folder for folder in above if _package_name(folder) == name), None)
+
+
+def _package_name(folder: Path) -> str:
+    """The name in a folder's `package.xml`; empty where there is none."""
+    file = folder / "package.xml"
+    text = file.read_text(encoding="utf-8", errors="replace") if file.is_file() else ""
+    return text.partition("<name>")[2].partition("</name>")[0].strip()

@@ -5,7 +5,7 @@ import pytest
 from lwr_dyn.audit.urdf.document import read_document
 from lwr_dyn.audit.urdf.lint import lint_file
 from lwr_dyn.audit.urdf.xml_tree import Place
-from lwr_dyn.urdf.xacro_file import expand_xacro
+from lwr_dyn.urdf.xacro_file import expand_xacro, package_folder
 
 pytest.importorskip("xacro")
 
@@ -57,6 +57,18 @@ def test_every_element_carries_a_place_of_a_file_that_is_there(xacro_file):
         os.path.join("my_pkg", "urdf", name) for name in ("arm_macro.xacro", "two.urdf.xacro")
     }
     assert document.link("base").place.line == 5
+
+
+def test_a_checkout_of_another_name_is_found_by_its_package_file(xacro_file, tmp_path, monkeypatch):
+    (tmp_path / "my_pkg").rename(tmp_path / "checkout")
+    (found,) = lint_file("checkout/urdf/two.urdf.xacro").findings
+    assert "the package my_pkg is not above or beside the file" in found.what
+    (tmp_path / "checkout" / "package.xml").write_text("<package><name>my_pkg</name></package>", encoding="utf-8")
+    assert read_document("checkout/urdf/two.urdf.xacro").link("left_one") is not None
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / "ws"))
+    (tmp_path / "ws").mkdir()
+    (tmp_path / "checkout").rename(tmp_path / "ws" / "my_pkg")
+    assert package_folder("my_pkg", tmp_path / "elsewhere" / "x.urdf") == tmp_path / "ws" / "my_pkg"
 
 
 def test_the_plain_expansion_has_no_places(xacro_file):
