@@ -8,8 +8,9 @@ from collections.abc import Iterator
 from functools import lru_cache
 
 from lwr_dyn.arrays import number_of
+from lwr_dyn.audit.urdf.attributes import LARGEST
 from lwr_dyn.audit.urdf.document import UrdfDocument
-from lwr_dyn.audit.urdf.elements import LARGEST, JointElement, LinkElement
+from lwr_dyn.audit.urdf.elements import JointElement, LinkElement
 from lwr_dyn.audit.urdf.finding import UrdfFinding, tag_text
 from lwr_dyn.audit.urdf.vocabulary import TAGS, is_alien, nearest
 from lwr_dyn.audit.urdf.xml_tree import XmlElement
