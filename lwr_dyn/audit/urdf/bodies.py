@@ -34,7 +34,7 @@ class Piece(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Body:
+class LinkBody:
     """A link with the hulls of its shapes; a hull is None where no shape with a volume can be read.
 
     Parameters
@@ -65,14 +65,14 @@ class Body:
 
 
 @lru_cache(maxsize=4)
-def bodies_of(document: UrdfDocument) -> Mapping[str, Body]:
+def bodies_of(document: UrdfDocument) -> Mapping[str, LinkBody]:
     """The body of each link by name; without shapes where they are drawings of this package."""
     if document.is_drawn_here:
-        return {link.name: Body(link, None, None, None, ()) for link in document.links if link.name}
+        return {link.name: LinkBody(link, None, None, None, ()) for link in document.links if link.name}
     return {link.name: _body(link, document.path) for link in document.links if link.name}
 
 
-def _body(link: LinkElement, path: Path) -> Body:
+def _body(link: LinkElement, path: Path) -> LinkBody:
     pieces: dict[str, list[Piece]] = {"visual": [], "collision": []}
     unread = []
     for shape in link.shapes:
@@ -82,13 +82,13 @@ def _body(link: LinkElement, path: Path) -> Body:
             unread.append((shape, str(fault)))
     visual, collision = (_hull(tuple(pieces[role])) for role in ("visual", "collision"))
     both = tuple(dict.fromkeys(pieces["visual"] + pieces["collision"]))
-    body = Body(link, visual, collision, None, tuple(unread))
+    body = LinkBody(link, visual, collision, None, tuple(unread))
     mass = link.inertial.mass if link.inertial else None
     hull = _nearer(body, mass or 1.0) if body.units_differ else _hull(both)
-    return Body(link, visual, collision, hull, tuple(unread))
+    return LinkBody(link, visual, collision, hull, tuple(unread))
 
 
-def _nearer(body: Body, mass: float) -> Hull | None:
+def _nearer(body: LinkBody, mass: float) -> Hull | None:
     hulls = [hull for hull in (body.visual, body.collision) if hull]
     return min(hulls, key=lambda hull: abs(np.log(abs(mass) / hull.volume / _PLAUSIBLE)))
 

@@ -1,4 +1,4 @@
-"""Slips in the origin or axis of a joint, told from the bodies on both sides of it.
+"""Slips in the origin or axis of a joint, found by the bodies on both sides of it.
 
 A right axis turns the child past its parent: the part of the child that lies inside the parent hardly changes. A right
 origin lies in or near the parent; where another sign or order of its numbers puts it there, and the written one does

@@ -10,7 +10,7 @@ from functools import lru_cache
 import numpy as np
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.audit.urdf.bodies import Body, bodies_of
+from lwr_dyn.audit.urdf.bodies import LinkBody, bodies_of
 from lwr_dyn.audit.urdf.document import UrdfDocument
 from lwr_dyn.audit.urdf.elements import InertialElement
 from lwr_dyn.audit.urdf.hulls import Hull
@@ -64,7 +64,7 @@ class Judgement:
         By how much the slip of the tensor shortens the distance.
     """
 
-    body: Body
+    body: LinkBody
     inertial: InertialElement
     hull: Hull
     point: MassPoint
@@ -91,7 +91,7 @@ def judgements(document: UrdfDocument) -> tuple[Judgement, ...]:
     return tuple(_base_frame(explained, document))
 
 
-def _measured(body: Body) -> Judgement | None:
+def _measured(body: LinkBody) -> Judgement | None:
     inertial, hull = body.link.inertial, body.hull
     point = as_written(inertial) if inertial is not None else None
     if inertial is None or hull is None or point is None:
