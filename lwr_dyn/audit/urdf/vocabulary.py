@@ -6,6 +6,7 @@ ros2_control's own elements are named and not looked into.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 
 _POSE = {"xyz": 3, "rpy": 3}
 _ALIEN = ("gazebo", "ros2_control", "sensor", "transmission", "mujoco", "plugin", "pybullet", "isaac", "loop_joint")
@@ -88,6 +89,7 @@ def is_alien(tag: str) -> bool:
     return ":" in tag or tag in _ALIEN
 
 
+@lru_cache(maxsize=4096)
 def nearest(name: str, known: tuple[str, ...]) -> str:
     """The known name that a misspelt one is meant to be; empty where none is near.
 

@@ -15,10 +15,12 @@ from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
 
+from lwr_dyn.audit.urdf.mesh_paths import mesh_path
 from lwr_dyn.urdf.xacro_file import expand_xacro
 
 ARMS_FILE = Path(__file__).parent / "arms.toml"
 ARMS_FOLDER = "LWR_DYN_ARMS"
+_MESH = re.compile(r"""(<mesh\b[^>]*?\bfilename\s*=\s*["'])([^"']+)(["'])""")
 _NAME = re.compile(r"<name>\s*([^<\s]+)")
 
 
@@ -53,11 +55,22 @@ class JudgedArm:
         return self.path is not None and hashlib.sha256(self.path.read_bytes()).hexdigest() == self.sha256
 
     def text(self) -> str:
-        """Its URDF."""
+        """Its URDF, with the meshes that are there named by their full paths: they are not looked for at each plant."""
+        return _with_full_paths(self._text(), self.path)
+
+    def _text(self) -> str:
         if self.path.suffix == ".xacro":
             with _packages_beside(_source_folder(self.source)):
                 return expand_xacro(self.path, dict(self.arguments))
         return self.path.read_text(encoding="utf-8")
+
+
+def _with_full_paths(text: str, path: Path) -> str:
+    def full(found: re.Match[str]) -> str:
+        place = mesh_path(found[2], path).path
+        return found[0] if place is None else f"{found[1]}{place.resolve()}{found[3]}"
+
+    return _MESH.sub(full, text)
 
 
 def judged_arms() -> tuple[JudgedArm, ...]:
