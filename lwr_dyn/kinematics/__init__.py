@@ -4,9 +4,8 @@ forward          poses, joint axes, geometric Jacobian and its rate; the gate fo
 inverse          `inverse_kinematics` of one pose, and the registry of its solvers
 solution         the problem, the solvers' interface, `InverseResult`
 srs_solver       S-R-S arms: all branches at their best arm angle, or at a given one
-six_joint_branches six joints with a closed form: branches, whole turns, singularities; rounded and calibrated arms
-spherical_wrist  the closed form with a spherical wrist
-three_parallel   the closed form with three parallel axes (Universal Robots)
+spherical_wrist  six joints with a spherical wrist: all branches, in batches
+six_joint_branches their solutions: whole turns, singularities
 numeric          any arm: damped least squares from many starts
 srs, srs_margins, branches, arm_geometry, six_joint_geometry
                  closed form, joint-limit margins over the arm angle, and the geometry they start from

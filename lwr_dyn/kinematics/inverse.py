@@ -18,7 +18,8 @@ IK_SOLVERS: Registry[IkSolver[Any]] = Registry(
     {
         "srs": Row("lwr_dyn.kinematics.srs_solver:SOLVER", "S-R-S arms with an arm angle, in closed form"),
         "spherical-wrist": Row("lwr_dyn.kinematics.spherical_wrist:SOLVER", "six joints, in closed form"),
-        "three-parallel": Row("lwr_dyn.kinematics.three_parallel:SOLVER", "six joints, in closed form"),
+        "three-parallel": Row("lwr_dyn.solvers.three_parallel:SOLVER", "six joints, in closed form, polished"),
+        "rounded-wrist": Row("lwr_dyn.solvers.snapped_arms:SOLVER", "six joints, the nearest closed form, polished"),
         "numeric": Row("lwr_dyn.kinematics.numeric:SOLVER", "any arm, by damped least squares from many starts"),
         "eaik": Row("lwr_dyn.solvers.eaik_solver:SOLVER", "six joints, in closed form by the package EAIK", "eaik"),
     },
@@ -99,6 +100,8 @@ def inverse_kinematics(
 def _solver_of(arm: Arm, name: str | None) -> tuple[IkSolver[Any], Any]:
     """The solver of that name, or the first of our own that recognises the arm, with the arm's geometry."""
     for candidate in IK_SOLVERS.rows if name is None else (name,):
+        if name is None and not IK_SOLVERS[candidate].is_installed:
+            continue
         solver = IK_SOLVERS.load(candidate)
         geometry = solver.recognise(arm.chain)
         if geometry is not None:

@@ -8,7 +8,6 @@ robots). All starts run at once. Every solution is verified, but there may be mo
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from lwr_dyn.arrays import Array
@@ -33,8 +32,6 @@ rounds, also where J has lost rank (a stretched arm, fewer than six joints, held
 _DAMPING, _EASE, _STIFFEN, _WEAKEST, _STIFFEST = 1e-2, 0.2, 4.0, 1e-20, 1e6
 _FAINT = 1e-5
 """[m/rad] Weight of the orientation beside a position that comes first."""
-_NEARLY = 1e-9
-"""Damping of starts near a solution: full steps."""
 _OPEN_RANGE = {JointKind.REVOLUTE: np.pi, JointKind.PRISMATIC: 1.0}
 """Half width of the starts' range where a limit is not known [rad, m]."""
 
@@ -42,7 +39,7 @@ _OPEN_RANGE = {JointKind.REVOLUTE: np.pi, JointKind.PRISMATIC: 1.0}
 def search(chain: Chain, lower: Array, upper: Array, T: Array, starts: int, seed: int) -> Array:
     """Distinct joint positions (m, n) within lower and upper (n,) whose flange pose is T (4, 4); ungated."""
     kinds = [link.kind for link in chain.links]
-    ends, residual = _descend(chain, lower, upper, T, _starts(kinds, lower, upper, starts, seed))
+    ends, residual = descend(chain, lower, upper, T, _starts(kinds, lower, upper, starts, seed))
     good = ends[residual <= SOLVED]
     return good[distinct(good, np.array([kind is JointKind.REVOLUTE for kind in kinds]))]
 
@@ -58,7 +55,7 @@ def _starts(kinds: list[JointKind], lower: Array, upper: Array, starts: int, see
     return q
 
 
-def _descend(
+def descend(
     chain: Chain,
     lower: Array,
     upper: Array,
@@ -128,14 +125,6 @@ def distinct(q: Array, turning: Array) -> list[int]:
     return kept
 
 
-def polished(chain: Chain, T: Array, q: Array) -> tuple[Array, NDArray[np.intp]]:
-    """The ends of starts q (k, n) of turning joints, without limits, and which of them are distinct solutions."""
-    anywhere = np.full(chain.n, np.inf)
-    ends, residual = _descend(chain, -anywhere, anywhere, T, q, _NEARLY)
-    good = np.flatnonzero(residual <= SOLVED)
-    return ends, good[distinct(ends[good], np.ones(chain.n, dtype=bool))]
-
-
 def solve_pose(problem: PoseProblem, chain: Chain) -> InverseResult:
     """Solutions of one flange pose inside the limits, or where there are none, outside; raises `OptionError`."""
     for lower, upper in _ranges(problem):
@@ -156,7 +145,7 @@ def missed(problem: PoseProblem, chain: Chain) -> InverseResult:
     """By how much the position is out of reach, or if it is not, by how much the orientation is missed."""
     (lower, upper), T, kinds = _ranges(problem)[-1], problem.pose, [link.kind for link in chain.links]
     starts = _starts(kinds, lower, upper, problem.starts, problem.seed)
-    ends, _ = _descend(chain, lower, upper, T, starts, turn_weight=_FAINT)
+    ends, _ = descend(chain, lower, upper, T, starts, turn_weight=_FAINT)
     flange = joint_axes(chain, ends).flange
     distance = np.sqrt(((flange[:, :3, 3] - T[:3, 3]) ** 2).sum(axis=1))
     turn = np.atleast_1d(Rotation.from_matrix(T[:3, :3] @ np.swapaxes(flange[:, :3, :3], 1, 2)).magnitude())
@@ -173,7 +162,7 @@ def solve_position(problem: PoseProblem, chain: Chain) -> InverseResult:
         starts = _starts(kinds, lower, upper, problem.starts, problem.seed)
         first = np.minimum(np.maximum(starts[0] if problem.q0 is None else problem.q0, lower), upper)
         for begin in (first[None], starts[:8], starts):
-            ends, residual = _descend(chain, lower, upper, T, begin, turn_weight=0.0)
+            ends, residual = descend(chain, lower, upper, T, begin, turn_weight=0.0)
             if (residual <= SOLVED).any():
                 q = _within_a_turn(arm, ends[residual <= SOLVED])
                 q = q[[np.abs(q - first).sum(axis=1).argmin()]]

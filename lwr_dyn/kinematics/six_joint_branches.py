@@ -1,33 +1,20 @@
-"""The eight branches of six-joint arms with a closed form, and the solutions of one pose made of them.
-
-An arm whose numbers are rounded or calibrated is solved on the nearest exact geometry, and each branch is polished on
-the arm itself (Levenberg-Marquardt). Nothing proves that no branch is missing then.
-"""
+"""The eight branches of six-joint arms with a closed form, and the solutions of one pose made of them."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from itertools import product
 from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.kinematics import numeric
-from lwr_dyn.kinematics.branches import BRANCHES, JointRanges, joint_ranges, wrap
-from lwr_dyn.kinematics.forward import forward_kinematics
-from lwr_dyn.kinematics.numeric import SOLVED, polished
+from lwr_dyn.kinematics.branches import BRANCHES, REACH_SLACK, JointRanges, joint_ranges, wrap
 from lwr_dyn.kinematics.six_joint_geometry import SixJointGeometry
 from lwr_dyn.kinematics.solution import InverseResult, PoseProblem, turned_result
-from lwr_dyn.model.spatial import turn_about
 
 NEAR_SINGULAR = 1e-5
 """[m] (shoulder) and [rad] (elbow, wrist): a solution nearer than this to a singularity is marked with it."""
 SINGULARITIES = ("shoulder", "elbow", "wrist")
-ROUNDED = 1e-8
-"""[m] An arm with axes as exact as `MEETING` may be out of reach by this much of a pose that it reaches."""
-UNSURE = 0.05
-"""[m, rad] Nearer than this to a singularity or to its reach, a snapped arm may have other branches than the exact."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -70,34 +57,17 @@ ClosedForm = Callable[[SixJointGeometry, JointRanges, Array, float], SixJointBra
 
 def solve_pose(closed_form: ClosedForm, problem: PoseProblem, geometry: SixJointGeometry) -> InverseResult:
     """Every solution of one flange pose with all its copies of `whole_turns`; ungated."""
-    arm, ranges = problem.arm, joint_ranges(problem.arm)
-    branches = closed_form(geometry, ranges, problem.pose[None], ROUNDED)
-    near = branches.clearance[0] < NEAR_SINGULAR
-    found = branches
-    if geometry.snapped and (np.maximum(branches.clearance, branches.reach_excess[..., None]) < UNSURE).any():
-        found = closed_form(geometry, ranges, problem.pose @ _NEARBY, ROUNDED)
-    q, which = found.q[found.reachable], np.nonzero(found.reachable)[1]
-    if len(q) and np.abs(forward_kinematics(arm.chain, q) - problem.pose).max() > SOLVED:
-        q, kept = polished(arm.chain, problem.pose, q)
-        q, which = ranges.middle + wrap(q[kept] - ranges.middle), which[kept]
-    if not len(q) and geometry.snapped and branches.reach_excess.min() < UNSURE:
-        return numeric.solve_pose(problem, arm.chain)
-    if not len(q):
-        return InverseResult("out of reach", (), (), not geometry.snapped, distance=float(branches.reach_excess.min()))
-    names = [tuple(s for s, x in zip(SINGULARITIES, near[b], strict=True) if x) for b in which]
-    return turned_result(problem, q, not geometry.snapped, [BRANCHES[b].label for b in which], names)
+    branches = closed_form(geometry, joint_ranges(problem.arm), problem.pose[None], REACH_SLACK)
+    which = np.flatnonzero(branches.reachable[0])
+    if not len(which):
+        return InverseResult("out of reach", (), (), True, distance=float(branches.reach_excess.min()))
+    return branch_result(problem, branches, branches.q[0, which], which, complete=True)
 
 
-def _nearby() -> Array:
-    """Poses (25, 4, 4) in the flange frame: itself, and 10 mm along and 20 mrad about the corners of an icosahedron."""
-    golden, poses = (1.0 + 5.0**0.5) / 2.0, np.tile(np.eye(4), (25, 1, 1))
-    corners = [np.roll([0.0, a, b * golden], turn) for turn, a, b in product(range(3), (-1.0, 1.0), (-1.0, 1.0))]
-    directions = np.array(corners) / np.hypot(1.0, golden)
-    poses[1:13, :3, 3] = 0.01 * directions
-    for pose, direction in zip(poses[13:], directions, strict=True):
-        pose[:3, :3] = turn_about(direction, np.array([0.02]))[0]
-    return poses
-
-
-_NEARBY = _nearby()
-"""Where a snapped arm is nearly singular its branches start from these poses too: some may be out of reach, or meet."""
+def branch_result(
+    problem: PoseProblem, branches: SixJointBranches, q: Array, which: NDArray[np.intp], complete: bool
+) -> InverseResult:
+    """Solutions q (k, 6) of the branches `which` (k,) of one pose, with their singularities and whole turns."""
+    near = branches.clearance[0, which] < NEAR_SINGULAR
+    names = [tuple(s for s, x in zip(SINGULARITIES, row, strict=True) if x) for row in near]
+    return turned_result(problem, q, complete, [BRANCHES[b].label for b in which], names)

@@ -7,10 +7,9 @@ n = w2 (across) and w1 (along axis 1) are a right-handed triad.
 With three parallel axes it is the same, but axis 4 is parallel to axes 2 and 3, and W is where axes 5 and 6 meet.
 
 Shoulder, elbow and wrist may be offset, the flange may be anywhere, and zero and direction of each joint are free.
-Arms with rounded or calibrated numbers can be `snapped` to the nearest exact geometry.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -23,9 +22,6 @@ from lwr_dyn.model.chain import Chain
 from lwr_dyn.model.dh import JointKind
 
 WRIST_ARM = "a six-joint arm with axis 2 perpendicular to 1, 3 parallel to 2, a spherical wrist"
-PARALLEL_ARM = "a six-joint arm with axis 2 perpendicular to 1, 3 and 4 parallel to 2, 5 and 6 that meet"
-SNAP = 3e-3
-"""[m, or sine] Axes of six-joint arms this near to meeting, to parallel or to a right angle are snapped to it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -56,8 +52,6 @@ class SixJointGeometry:
     wrist_in_flange: Array
     home_rotation: Array
     ball: Ball
-    snapped: bool
-    """Whether the arm's own axes differ from these constants by more than `MEETING`."""
 
     @property
     def lengths(self) -> tuple[float, float]:
@@ -72,30 +66,20 @@ class SixJointGeometry:
 
 
 @lru_cache(maxsize=32)
-def wrist_arm_geometry(chain: Chain, snap: bool = False) -> SixJointGeometry | None:
+def wrist_arm_geometry(chain: Chain) -> SixJointGeometry | None:
     """The constants of the arm, or None when the chain is not a six-joint arm with spherical wrist."""
-    return _six_joint_arm(chain, 3, snap)
+    axes = six_axes(chain)
+    return None if axes is None else planar_arm(axes, ball_starts=3)
 
 
-@lru_cache(maxsize=32)
-def parallel_arm_geometry(chain: Chain, snap: bool = False) -> SixJointGeometry | None:
-    """The constants of the arm, or None when the chain is not a six-joint arm with three parallel axes."""
-    return _six_joint_arm(chain, 4, snap)
+def six_axes(chain: Chain) -> JointAxes | None:
+    """The axes at q = 0, or None when the chain has not six revolute joints."""
+    revolute = chain.n == 6 and all(link.kind is JointKind.REVOLUTE for link in chain.links)
+    return joint_axes(chain, np.zeros(6)) if revolute else None
 
 
-def _six_joint_arm(chain: Chain, ball_starts: int, snap: bool) -> SixJointGeometry | None:
-    """Of the arm whose axes from `ball_starts` (0-based) on meet; with `snap`, of the nearest one if none is exact."""
-    if chain.n != 6 or any(link.kind is not JointKind.REVOLUTE for link in chain.links):
-        return None
-    axes = joint_axes(chain, np.zeros(6))
-    geometry = _planar_arm(axes, ball_starts)
-    if geometry is None and snap:
-        nearest = _planar_arm(_snapped(axes, ball_starts), ball_starts)
-        return None if nearest is None else replace(nearest, snapped=True)
-    return geometry
-
-
-def _planar_arm(axes: JointAxes, ball_starts: int) -> SixJointGeometry | None:
+def planar_arm(axes: JointAxes, ball_starts: int) -> SixJointGeometry | None:
+    """Of the arm whose axes from `ball_starts` (0-based: 3, or 4 with three parallel axes) on meet, or None."""
     z, p, flange = axes.z, axes.p, axes.flange
     wrist, ball = meeting_point(z[ball_starts:], p[ball_starts:]), ball_of(z[3:])
     parallel = z[1] @ z[2:ball_starts].T
@@ -121,23 +105,7 @@ def _planar_arm(axes: JointAxes, ball_starts: int) -> SixJointGeometry | None:
         wrist_in_flange=read_only(flange[:3, :3].T @ (wrist - flange[:3, 3])),
         home_rotation=read_only(flange[:3, :3]),
         ball=ball,
-        snapped=False,
     )
-
-
-def _snapped(axes: JointAxes, ball_starts: int) -> JointAxes:
-    """The same axes; neighbours nearer than `SNAP` to parallel, to a right angle or to their common point are there."""
-    z, p = axes.z.copy(), axes.p.copy()
-    for i in range(1, 6):
-        cosine = z[i - 1] @ z[i]
-        if np.linalg.norm(np.cross(z[i - 1], z[i])) < SNAP:
-            z[i] = np.copysign(1.0, cosine) * z[i - 1]
-        elif abs(cosine) < SNAP:
-            z[i] = (z[i] - cosine * z[i - 1]) / np.sqrt(1.0 - cosine**2)
-    meeting = meeting_point(z[ball_starts:], p[ball_starts:], SNAP)
-    if meeting is not None:
-        p[ball_starts:] = meeting
-    return replace(axes, z=z, p=p)
 
 
 def require_wrist_arm(arm: Arm) -> SixJointGeometry:

@@ -106,5 +106,5 @@ def all_branches(arm: Arm, T: Array) -> SixJointBranches:
     return closed_form(require_wrist_arm(arm), joint_ranges(arm), T)
 
 
-SOLVER = IkSolver(partial(wrist_arm_geometry, snap=True), partial(solve_pose, closed_form), WRIST_ARM)
+SOLVER = IkSolver(wrist_arm_geometry, partial(solve_pose, closed_form), WRIST_ARM)
 """The row "spherical-wrist" of the solvers."""

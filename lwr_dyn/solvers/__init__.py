@@ -1,4 +1,6 @@
-"""Inverse kinematics by other packages, as rows of the registry of solvers; each result is verified by ours.
+"""More solvers of inverse kinematics, reached through the registry of solvers.
 
-eaik_solver  EAIK: six-joint arms by subproblems, compiled
+three_parallel  six joints with three parallel axes (Universal Robots): the closed form
+snapped_arms    six joints with rounded or calibrated numbers: the nearest closed form, polished on the arm
+eaik_solver     the package EAIK: six-joint arms by subproblems, compiled
 """

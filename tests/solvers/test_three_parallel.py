@@ -6,9 +6,9 @@ import pytest
 import lwr_dyn
 from lwr_dyn.kinematics.branches import joint_ranges, wrap
 from lwr_dyn.kinematics.six_joint_branches import NEAR_SINGULAR
-from lwr_dyn.kinematics.six_joint_geometry import parallel_arm_geometry
-from lwr_dyn.kinematics.three_parallel import closed_form
-from tests.kinematics.six_joint_arms import PARALLEL, six_joint_arm
+from lwr_dyn.solvers.snapped_arms import snapped_arm
+from lwr_dyn.solvers.three_parallel import closed_form
+from tests.solvers.six_joint_arms import PARALLEL, six_joint_arm
 
 POSE, FOUND = 1e-11, 1e-8
 """[m and dimensionless], [rad]"""
@@ -19,7 +19,7 @@ def test_q_is_among_the_branches_and_each_branch_gives_the_pose(name):
     arm = six_joint_arm(name)
     q = np.random.default_rng(0).uniform(-np.pi, np.pi, (2000, 6))
     T = lwr_dyn.forward_kinematics(arm, q)
-    result = closed_form(parallel_arm_geometry(arm.chain), joint_ranges(arm), T)
+    result = closed_form(snapped_arm(arm.chain, 4).geometry, joint_ranges(arm), T)
     gap = np.abs(wrap(result.q - q[:, None])).max(axis=2)
     gap = np.where(np.isnan(gap), np.inf, gap)
     nearest = gap.argmin(axis=1)
@@ -53,7 +53,7 @@ def test_stretched_and_folded_elbows_are_named_and_solved():
 
 def test_out_of_reach_says_by_how_much():
     arm = six_joint_arm("ur10e")
-    g = parallel_arm_geometry(arm.chain)
+    g = snapped_arm(arm.chain, 4).geometry
     T = lwr_dyn.forward_kinematics(arm, np.array([0.3, -0.7, 0.0, 0.4, 1.2, 0.1]))
     wrist = T[:3, 3] + T[:3, :3] @ g.wrist_in_flange
     T[2, 3] += 4.0 - wrist[2]

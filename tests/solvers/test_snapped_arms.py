@@ -5,15 +5,44 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.kinematics.branches import wrap
-from lwr_dyn.kinematics.six_joint_branches import SixJointBranches, solve_pose
+from lwr_dyn.kinematics.six_joint_branches import SixJointBranches
 from lwr_dyn.kinematics.solution import PoseProblem
-from lwr_dyn.kinematics.three_parallel import SOLVER
-from tests.kinematics.six_joint_arms import TABLES, against_search, six_joint_arm
+from lwr_dyn.solvers.snapped_arms import snapped_arm, solve_pose
+from tests.solvers.six_joint_arms import PARALLEL, TABLES, against_search, six_joint_arm
 
 SOLVED = 1e-11
 """[m and dimensionless] The polish stops here."""
 SAME = 1e-9
 """[rad] Largest difference of a branch to the same solution of a search, away from singularities."""
+
+
+ROUNDED = ("m1013", "lite6")
+
+
+@pytest.mark.parametrize("name", TABLES)
+def test_each_arm_is_of_one_kind_exactly_or_snapped(name):
+    exact, calibrated = six_joint_arm(name).chain, six_joint_arm(name, error=1e-4).chain
+    ball, other = (4, 3) if name in PARALLEL else (3, 4)
+    assert not snapped_arm(calibrated, ball).exact
+    assert snapped_arm(exact, ball).exact == (name not in ROUNDED)
+    assert snapped_arm(exact, other) is None
+
+
+def test_constants_of_a_ur10e_are_those_of_its_table():
+    g = snapped_arm(six_joint_arm("ur10e").chain, 4).geometry
+    assert g.lengths == pytest.approx((0.6127, 0.57155), abs=1e-15)
+    assert abs(g.lateral) == pytest.approx(0.17415, abs=1e-15)
+    assert np.hypot(*g.lever) == pytest.approx(0.11985, abs=1e-15)
+    assert abs(g.straight) < 1e-12
+    calibrated = snapped_arm(six_joint_arm("ur10e", error=1e-4).chain, 4).geometry
+    assert calibrated.lengths == pytest.approx(g.lengths, abs=1e-3)
+
+
+@pytest.mark.parametrize("error", [0.02, 0.1])
+def test_axes_far_from_the_kind_are_not_snapped(error):
+    for name in ("ur10e", "kr210"):
+        chain = six_joint_arm(name, error).chain
+        assert snapped_arm(chain, 3) is snapped_arm(chain, 4) is None
 
 
 @pytest.mark.parametrize(
@@ -35,7 +64,7 @@ def test_the_joints_of_random_poses_are_among_their_branches(name, error):
     arm = six_joint_arm(name, error)
     for q in np.random.default_rng(1).uniform(-np.pi, np.pi, (5, 6)):
         result = lwr_dyn.inverse_kinematics(arm, lwr_dyn.forward_kinematics(arm, q))
-        exact = error == 0.0 and name not in ("m1013", "lite6")
+        exact = error == 0.0 and name not in ROUNDED
         assert (result.status, result.complete) == ("solved", exact)
         assert min(np.abs(wrap(s.q - q)).max() for s in result.solutions) < 1e-7
         assert max(s.residual for s in result.solutions) < SOLVED
@@ -76,5 +105,5 @@ def test_a_closed_form_that_finds_nothing_is_out_of_reach():
     arm = six_joint_arm("ur10e")
     nothing = SixJointBranches(np.full((1, 8, 6), np.nan), np.full((1, 8), 0.25), np.ones((1, 8, 3)))
     problem = PoseProblem(arm, np.eye(4))
-    result = solve_pose(lambda *given: nothing, problem, SOLVER.recognise(arm.chain))
+    result = solve_pose(lambda *given: nothing, problem, snapped_arm(arm.chain, 4))
     assert (result.status, result.distance) == ("out of reach", 0.25)

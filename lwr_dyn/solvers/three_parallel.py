@@ -16,10 +16,13 @@ import numpy as np
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.kinematics.branches import REACH_SLACK, JointRanges
-from lwr_dyn.kinematics.six_joint_branches import SixJointBranches, solve_pose
-from lwr_dyn.kinematics.six_joint_geometry import PARALLEL_ARM, SixJointGeometry, parallel_arm_geometry
+from lwr_dyn.kinematics.six_joint_branches import SixJointBranches
+from lwr_dyn.kinematics.six_joint_geometry import SixJointGeometry
 from lwr_dyn.kinematics.solution import IkSolver
 from lwr_dyn.kinematics.spherical_wrist import ball_angles, ball_rotation, elbow_angles, shoulder_angles, turned
+from lwr_dyn.solvers.snapped_arms import snapped_arm, solve_pose
+
+PARALLEL_ARM = "a six-joint arm with axis 2 perpendicular to 1, 3 and 4 parallel to 2, 5 and 6 that meet"
 
 
 def closed_form(g: SixJointGeometry, ranges: JointRanges, T: Array, slack: float = REACH_SLACK) -> SixJointBranches:
@@ -47,5 +50,5 @@ def _reachable_turn(g: SixJointGeometry, along: Array, out: Array) -> Array:
     return np.asarray(np.arctan2(out, along) - np.arctan2(g.lever[1], g.lever[0]) + np.arccos(cosine))
 
 
-SOLVER = IkSolver(partial(parallel_arm_geometry, snap=True), partial(solve_pose, closed_form), PARALLEL_ARM)
+SOLVER = IkSolver(partial(snapped_arm, ball_starts=4), partial(solve_pose, closed_form), PARALLEL_ARM)
 """The row "three-parallel" of the solvers."""
