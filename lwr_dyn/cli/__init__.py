@@ -4,5 +4,4 @@ main          the subcommands, exit codes, errors as one line
 options       parts of several subcommands: ROBOT, lists of numbers, JSON
 row_options   options that come with the rows of a registry
 run_report    a run as text and as a record
-sampled_text  what sampling does to a loop, in words
 """

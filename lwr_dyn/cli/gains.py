@@ -6,16 +6,9 @@ import click
 import numpy as np
 
 from lwr_dyn.cli.options import load_robot, print_json, robot_options
-from lwr_dyn.cli.sampled_text import stability_table
-from lwr_dyn.control.gains import OMEGA_N, XI, Gains, second_order_gains
-from lwr_dyn.control.inverse_dynamics import tuned_inverse_dynamics
-from lwr_dyn.control.linear_feedback import Linearised
-from lwr_dyn.control.pd_gravity import PDGravity, tuned_pd_gravity
-from lwr_dyn.control.pid import PID
-from lwr_dyn.control.sampled_loop import Sampling
-from lwr_dyn.control.sampled_stability import SampledStability, stability_in_box
+from lwr_dyn.control.gains import OMEGA_N, XI, second_order_gains
 from lwr_dyn.control.worst_case_inertia import InertiaMaximum, worst_case_inertias
-from lwr_dyn.dynamics.engines import dynamics_of
+from lwr_dyn.front import FUNCTIONS
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind
 from lwr_dyn.tables import aligned
@@ -45,20 +38,20 @@ def command(
     """Worst-case inertia of each joint over its limits, Kp = omega_n^2 b and Kd = 2 xi omega_n b, and where sampling
     makes the loop unstable."""
     second_order_gains([1.0], omega_n, xi)  # refuse bad options before the search
-    sampling = Sampling(rate, delay)
+    has_judge = FUNCTIONS["judge_of_gains"].is_installed
+    judge = FUNCTIONS.load("judge_of_gains")(rate, delay) if has_judge else None
     arm = load_robot(robot, reading, tip, locks)
     maxima = worst_case_inertias(arm)
     gains = second_order_gains([w.value for w in maxima], omega_n, xi)
-    judged = sampled_loops(arm, gains, sampling)
+    sampled = None if judge is None else judge(arm, gains)
     if as_json:
         records = [
             {"joint": arm.joint_names[w.joint], "b": w.value, "q": w.q, "free": list(w.free), "search": w.statement()}
             | {"Kp": gains.Kp[w.joint], "Kd": gains.Kd[w.joint]}
             for w in maxima
         ]
-        sampled = {name: found.to_json() for name, found in judged.items()}
         about = {"robot": arm.name, "reading": arm.reading, "omega_n": omega_n, "xi": xi}
-        print_json({**about, "joints": records, "sampled": sampled})
+        print_json({**about, "joints": records, "sampled": None if sampled is None else sampled.record})
         return
     click.echo(
         f"{arm.name}, reading {arm.reading}: max B_ii over the joint box, omega_n = {omega_n:g} rad/s, xi = {xi:g}"
@@ -76,20 +69,9 @@ def command(
     click.echo(aligned(rows, HEAD))
     for w in maxima:
         click.echo(f"{arm.joint_names[w.joint]}: {w.statement()}")
-    click.echo("\n" + stability_table(arm, judged).text())
-
-
-def sampled_loops(arm: Arm, gains: Gains, sampling: Sampling) -> dict[str, SampledStability]:
-    """The sampled loop of each controller with these gains, and with the gains of the arm's file, where it has any."""
-    dynamics, omega_n, xi = dynamics_of(arm), gains.omega_n, gains.xi
-    controllers: dict[str, Linearised] = {
-        "pd-gravity": PDGravity(dynamics, gains.Kp, gains.Kd),
-        "pid": PID(gains.Kp, gains.Kd, arm.effort, dynamics=dynamics, omega_n=omega_n),
-        "inverse-dynamics": tuned_inverse_dynamics(arm, dynamics, omega_n=omega_n, xi=xi),
-    }
-    if arm.gains is not None:
-        controllers["pd-gravity --own-gains"] = tuned_pd_gravity(arm, dynamics, own_gains=True)
-    return {name: stability_in_box(arm, dynamics, each, sampling) for name, each in controllers.items()}
+    click.echo(
+        "\nsampling not judged: lwr_dyn.design is not installed" if sampled is None else f"\n{sampled.table.text()}"
+    )
 
 
 def places(arm: Arm, worst: InertiaMaximum) -> str:

@@ -8,7 +8,6 @@ import click
 from lwr_dyn.cli.options import OneOf, load_robot, print_json, robot_options
 from lwr_dyn.cli.row_options import OptionRule, refuse_unused, row_options
 from lwr_dyn.cli.run_report import run_record, run_text
-from lwr_dyn.cli.sampled_text import judged_setup, not_judged_lines, stability_lines, stability_record
 from lwr_dyn.control.controller_file import faults_in
 from lwr_dyn.control.controllers import CONTROLLERS, make_controller
 from lwr_dyn.dynamics.engines import ENGINES, dynamics_of
@@ -94,14 +93,15 @@ def command(robot: str, reading: str | None, tip: str | None, locks: tuple[str, 
     _check_target(out)
     arm = load_robot(robot, reading, tip, locks)
     setup = _setup(arm, robot, given)
-    judged = judged_setup(setup)
-    if not given["json"]:
-        _note(stability_lines(setup.plant.arm, judged))
+    sampled = FUNCTIONS.load("sampled_notes")(setup) if FUNCTIONS["sampled_notes"].is_installed else None
+    if sampled is not None and not given["json"]:
+        _note(sampled.before)
     run = _simulated(setup, given["controller"], out)
     if given["json"]:
-        print_json({**run_record(run, arm), "sampled_loop": stability_record(judged)})
+        print_json({**run_record(run, arm), "sampled_loop": None if sampled is None else sampled.record})
         return
-    _note(not_judged_lines(setup))  # after the run: a file that fails gives its one line of error alone
+    if sampled is not None:
+        _note(sampled.after)
     click.echo(run_text(run, arm))
     if out is not None:
         click.echo(f"wrote {out}; see it:  lwr-dyn replay {out} --html {out.removesuffix('.npz')}.html")

@@ -8,8 +8,6 @@ pid                 PID with back-calculation against wind-up
 inverse_dynamics    InverseDynamics, also called computed torque
 gains               second_order_gains, worst_case_gains
 linear_feedback     Linearised, LinearFeedback: a controller near rest as matrices
-sampled_loop        RestingLoop: the sampled loop at rest as a linear map, its spectral radius
-sampled_stability   stability_in_box, stability_along: share of unstable poses, worst pose, least rate
 worst_case_inertia  the largest inertia seen at a joint, by a global search
 inertia_maxima      maxima of that inertia: along one joint, and local
 velocity            FilteredDifference: velocity from an encoder

@@ -8,13 +8,13 @@ from numpy.typing import ArrayLike
 
 from lwr_dyn.arrays import Array, joint_array
 from lwr_dyn.control.protocol import Controller, WithMemory
-from lwr_dyn.control.sampled_loop import MOST_DELAY
 from lwr_dyn.errors import OptionError, ShapeError
 from lwr_dyn.model.run import Motion, Reference
 from lwr_dyn.simulation.integrators import Integrator, dop853, rk4
 from lwr_dyn.simulation.plant import Plant
 
 MOST_SUBSTEPS = 1000
+MOST_DELAY = 100
 MOST_SAMPLES = 1e7
 """A run of more does not fit a common memory: 7 joints take 0.5 kB a sample."""
 METHODS = ("rk4", "dop853")

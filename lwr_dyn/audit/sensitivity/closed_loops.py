@@ -11,8 +11,8 @@ from lwr_dyn.audit.sensitivity.simulated_task import SimulatedTask, controller_o
 from lwr_dyn.audit.sensitivity.statics import Statics
 from lwr_dyn.control.linear_feedback import Linearised
 from lwr_dyn.control.protocol import Controller, label_of
-from lwr_dyn.control.sampled_loop import Sampling
-from lwr_dyn.control.sampled_stability import stability_along
+from lwr_dyn.design.sampled_loop import Sampling
+from lwr_dyn.design.sampled_stability import stability_along
 from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.errors import LwrDynError
 from lwr_dyn.model.arm import Arm

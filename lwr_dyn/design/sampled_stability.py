@@ -10,7 +10,7 @@ from scipy.optimize import minimize
 
 from lwr_dyn.arrays import Array, freeze_arrays
 from lwr_dyn.control.linear_feedback import Linearised
-from lwr_dyn.control.sampled_loop import GROWS, RestingLoop, Sampling
+from lwr_dyn.design.sampled_loop import GROWS, RestingLoop, Sampling
 from lwr_dyn.dynamics.protocol import Dynamics
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind

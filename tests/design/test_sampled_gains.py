@@ -4,9 +4,9 @@ import json
 
 import pytest
 
-from lwr_dyn.cli.gains import sampled_loops
 from lwr_dyn.control.gains import second_order_gains
-from lwr_dyn.control.sampled_loop import Sampling
+from lwr_dyn.design.sampled_gains import sampled_loops
+from lwr_dyn.design.sampled_loop import Sampling
 from tests.simulation.sample_runs import one_joint
 
 

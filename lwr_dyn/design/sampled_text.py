@@ -1,11 +1,12 @@
-"""What sampling does to a loop, in words: a table for `gains`; for `simulate` lines on stderr before the run."""
+"""What sampling does to a loop, in words: a table for `gains`; for `simulate` lines before and after the run."""
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 from lwr_dyn.control.linear_feedback import Linearised
-from lwr_dyn.control.sampled_loop import Sampling
-from lwr_dyn.control.sampled_stability import (
+from lwr_dyn.design.sampled_loop import Sampling
+from lwr_dyn.design.sampled_stability import (
     POSES,
     SEED,
     SampledStability,
@@ -71,6 +72,24 @@ def judged_setup(setup: Setup) -> dict[str, SampledStability] | None:
         }
     except OptionError:
         return None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SampledNotes:
+    """What to say of a simulation's sampled loop: lines before and after the run, and the record for JSON.
+
+    What could not be judged is said after the run: a controller's file that fails gives its one line of error alone.
+    """
+
+    before: list[str]
+    after: list[str]
+    record: dict[str, Any] | None
+
+
+def sampled_notes(setup: Setup) -> SampledNotes:
+    """The notes of a simulation that is about to run."""
+    judged = judged_setup(setup)
+    return SampledNotes(stability_lines(setup.plant.arm, judged), not_judged_lines(setup), stability_record(judged))
 
 
 def not_judged_lines(setup: Setup) -> list[str]:

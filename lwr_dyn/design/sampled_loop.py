@@ -22,8 +22,8 @@ from lwr_dyn.arrays import Array
 from lwr_dyn.control.linear_feedback import LinearFeedback, Linearised, gravity_stiffness
 from lwr_dyn.dynamics.protocol import Dynamics
 from lwr_dyn.errors import OptionError
+from lwr_dyn.simulation.options import MOST_DELAY
 
-MOST_DELAY = 100
 GROWS = 1.0 + 1e-6
 """A spectral radius above it counts as unstable; rounding moves a double eigenvalue at 1 by about 1e-8."""
 TERMS = 9

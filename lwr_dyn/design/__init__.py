@@ -1,0 +1,6 @@
+"""Design of the sampled loop: where sampling makes a controller unstable at rest.
+
+- `sampled_loop`: RestingLoop, the sampled loop at rest as a linear map, its spectral radius;
+- `sampled_stability`: stability_in_box, stability_along: share of unstable poses, worst pose, least rate;
+- `sampled_text`: these results in words, for the commands `gains` and `simulate`.
+"""
