@@ -123,7 +123,7 @@ def check_file(path: Path, worker: Worker, limit: float = LIMIT) -> Outcome:
     options: tuple[str, ...] = ()
     for _ in range(_ROUNDS):
         done = worker.run(("check", str(path), "--json", *options), limit)
-        added = _asked_for(path, done.err) if done.code == 2 else ()
+        added = _asked_for(path, _refusal(done))
         if not added:
             break
         options += added
@@ -144,8 +144,15 @@ def _judged(path: Path, done: Done) -> tuple[str, str]:
     return ("fails", ", ".join(failed)) if failed else ("holds", f"{len(record['verdicts'])} checks")
 
 
+def _refusal(done: Done) -> str:
+    """The line that refuses the chain: the error, or what `check` says that it left out of a tree."""
+    if done.code not in (0, 1) or not done.out:
+        return done.err
+    return "".join(note for note in json.loads(done.out).get("notes", ()) if "skipped: " in note)
+
+
 def _asked_for(path: Path, message: str) -> tuple[str, ...]:
-    """The options that a refusal asks for: a tip, or locks of branches."""
+    """The options that a refusal asks for: a tip, or locks of joints."""
     tip = re.search(r"--tip:? (\S+?),? (?:\(\d|or )", message)
     if tip:
         return ("--tip", tip[1])

@@ -5,6 +5,7 @@ The load is given as robot controllers want it (KUKA's LOAD_DATA, UR, Franka): c
 
 from collections.abc import Mapping
 from dataclasses import replace
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from lwr_dyn.kinematics.forward import pose_array
 from lwr_dyn.model.arm import Arm, Source
 from lwr_dyn.model.chain import Body
 from lwr_dyn.model.feasibility import is_physical
+from lwr_dyn.model.file_layout import FileLayout
 from lwr_dyn.model.installation import MOUNTS, Tool
 from lwr_dyn.model.spatial import Pose, from_rpy
 from lwr_dyn.papers.fields import parse_toml
@@ -24,6 +26,8 @@ from lwr_dyn.papers.units import to_si
 
 _POSE = ("xyz", "rpy", "rpy_deg", "pose")
 _FIELDS = {"mount": ("on", *_POSE), "tool": (*_POSE, "mass", "com", "inertia")}
+WORLD = "world"
+"""The root link of the URDF of a mounted arm."""
 _LARGEST = 1e6
 """Of a number of a mount or tool [m, kg, kg m^2]."""
 
@@ -42,6 +46,9 @@ def installed(arm: Arm, mount: Any, tool: Any) -> Arm:
     """
     given = {key: _description(key, value) for key, value in (("mount", mount), ("tool", tool)) if value is not None}
     body, last = _tool(given.get("tool", {})), arm.chain.links[-1].link
+    if "mount" in given and arm.layout is not None and arm.layout.root == WORLD:
+        name = next(name for k in count(1) if (name := WORLD + "_" * k) not in arm.layout.shapes)
+        arm = replace(arm, layout=_with_root(arm.layout, name))
     out = arm.installed(_mount(given["mount"]) if "mount" in given else None, body)
     cells = {key: Source(key, "option of loading", "given", row, "SI", "multiplied") for key, row in given.items()}
     sources: dict[str, tuple[Source, ...]] = {key: (cell,) for key, cell in cells.items()}
@@ -49,6 +56,20 @@ def installed(arm: Arm, mount: Any, tool: Any) -> Arm:
         changed = [f"{last}.{part}" for part in ("mass", "com", "inertia")]
         sources |= {name: (*arm.sources.get(name, ()), replace(cells["tool"], conversion="added")) for name in changed}
     return replace(out, sources={**out.sources, **sources}, loaded_with={**arm.loaded_with, **given})
+
+
+def _with_root(layout: FileLayout, name: str) -> FileLayout:
+    """The layout with its root under another name: Drake takes any link `world` for its own world."""
+
+    def named(link: str) -> str:
+        return name if link == layout.root else link
+
+    return replace(
+        layout, root=name, joints=tuple(replace(joint, parent=named(joint.parent)) for joint in layout.joints),
+        fixed=tuple(tuple(replace(x, parent=named(x.parent)) for x in row) for row in layout.fixed),
+        shapes={named(link): shapes for link, shapes in layout.shapes.items()},
+        inertials={named(link): inertial for link, inertial in layout.inertials.items()},
+    )  # fmt: skip
 
 
 def _description(what: str, given: Any) -> dict[str, Any]:

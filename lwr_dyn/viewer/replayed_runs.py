@@ -115,12 +115,12 @@ def facts(run: Run) -> dict[str, str]:
 
 def _facts(run: Run) -> dict[str, str]:
     meta, note = run.meta, run.meta.get("note") or {}
+    given = meta.get("loaded_with") or {}
     values = {"robot": meta.get("robot"), "reading": meta.get("reading")}
-    installed = meta.get("loaded_with")
-    installed = installed if isinstance(installed, Mapping) else {}
-    values |= {what: _fields(installed.get(what)) for what in ("mount", "tool")} | {"controller": _controller(meta)}
+    values |= {what: json.dumps(given[what]).strip("{}") for what in ("mount", "tool") if what in given}
+    values["controller"] = _controller(meta)
     values["task"] = note.get("task", meta.get("task"))
-    carrier = "tool centre point" if "tool" in installed else "flange"
+    carrier = "tool centre point" if "tool" in given else "flange"
     values["payload"] = _payload(meta.get("payload"), bool(note.get("payload_known")), carrier)
     values["plant"] = note.get("plant", meta.get("plant"))
     values["audit"] = audit_words(run.audit)
@@ -131,13 +131,6 @@ def _controller(meta: Mapping[str, Any]) -> Any:
     """The controller's label; its name in runs that have no label."""
     controller = meta.get("controller")
     return controller.get("label", controller.get("name")) if isinstance(controller, Mapping) else controller
-
-
-def _fields(table: Any) -> str | None:
-    """A mount or a tool in words: its fields as they were given."""
-    if not isinstance(table, Mapping):
-        return None
-    return ", ".join(f"{key} {value if isinstance(value, str) else json.dumps(value)}" for key, value in table.items())
 
 
 def _payload(load: Any, known: bool, carrier: str) -> str | None:

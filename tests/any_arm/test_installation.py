@@ -162,9 +162,30 @@ def test_the_links_of_the_written_file_are_world_and_tool_under_names_that_are_f
     assert '<link name="world"/>' in text
     assert '<link name="tool">' in text
     text = lwr_dyn.urdf_text(lwr_dyn.load(foreign(tmp_path), mount=MOUNT, tool=TOOL))
-    assert '<link name="world_"/>' in text
+    assert '<link name="world_">' in text
+    assert '<parent link="world_"/>' in text
     assert '<link name="tool_">' in text
     assert "world_" not in lwr_dyn.urdf_text(lwr_dyn.load(foreign(tmp_path), tool=TOOL))
+
+
+@pytest.mark.parametrize("robot_name", ["lwr4plus", ""])
+def test_drake_makes_the_same_of_the_written_urdf(robot_name, tmp_path):
+    """Drake welds a link of the name world to its own, whose gravity is along -z."""
+    pytest.importorskip("pydrake")
+    from pydrake.multibody.parsing import Parser
+    from pydrake.multibody.plant import MultibodyPlant
+
+    arm = lwr_dyn.load(robot_name or foreign(tmp_path), mount=MOUNT, tool=TOOL)
+    plant = MultibodyPlant(0.0)
+    Parser(plant).AddModels(str(written(tmp_path, lwr_dyn.urdf_text(arm), "mounted.urdf")))
+    plant.mutable_gravity_field().set_gravity_vector(arm.chain.gravity)
+    plant.Finalize()
+    context, q = plant.CreateDefaultContext(), STATES[0, 0, : arm.n]
+    plant.SetPositions(context, q)
+    g = lwr_dyn.dynamics_of(arm).gravity_vector(q)
+    assert relative(-plant.CalcGravityGeneralizedForces(context), g) <= EXACT
+    end = plant.GetFrameByName("tool" if robot_name else "tool_").CalcPoseInWorld(context).GetAsMatrix4()
+    assert np.abs(end - lwr_dyn.forward_kinematics(arm, q)).max() <= EXACT
 
 
 def test_mujoco_makes_the_same_of_the_written_mjcf():
