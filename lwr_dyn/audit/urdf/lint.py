@@ -9,7 +9,6 @@ import numpy as np
 from lwr_dyn.audit.urdf.document import UrdfDocument, read_document
 from lwr_dyn.audit.urdf.finding import SEVERITIES, FindingSeverity, UrdfFinding
 from lwr_dyn.audit.urdf.rules import RULES, codes, severity_of
-from lwr_dyn.audit.urdf.shape_rules import remarks
 from lwr_dyn.audit.urdf.welded import has_mass
 from lwr_dyn.audit.urdf.xml_tree import Place, XmlElement
 from lwr_dyn.errors import UnknownNameError
@@ -95,6 +94,8 @@ def _found(document: UrdfDocument) -> list[UrdfFinding]:
 
 def _remarks(document: UrdfDocument) -> Iterable[str]:
     """What could not be judged."""
+    from lwr_dyn.audit.urdf.shape_rules import remarks  # loads SciPy, which `--explain` and tables do without
+
     if document.links and not has_mass(document):
         yield "no link has mass: kinematics only, nothing about mass and inertia is judged"
     elif document.links:

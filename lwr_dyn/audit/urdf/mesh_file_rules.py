@@ -1,6 +1,8 @@
 """Rules of shapes that need no geometry: files that are not there, scales, sizes."""
 
 from collections.abc import Iterator
+from functools import lru_cache
+from pathlib import Path
 
 import numpy as np
 
@@ -24,7 +26,7 @@ def meshes_missing(document: UrdfDocument) -> Iterator[UrdfFinding]:
         if shape.kind != "mesh" or not shape.mesh or shape.mesh.startswith(REMOTE):
             continue
         found = mesh_path(shape.mesh, document.path)
-        if found.path is None and not found.package_missing:
+        if found.path is None and (not found.package_missing or found.package_missing in _packages_here(document)):
             expected = f"looked for {found.expected}" if found.expected else "a name that no file has"
             near = next((x for x in _beside(found.expected) if x.lower() == shape.mesh.rpartition("/")[2].lower()), "")
             instead = shape.mesh.rpartition("/")[0] + "/" + near if near else ""
@@ -34,10 +36,16 @@ def meshes_missing(document: UrdfDocument) -> Iterator[UrdfFinding]:
             )  # fmt: skip
 
 
+@lru_cache(maxsize=4)
+def _packages_here(document: UrdfDocument) -> frozenset[str]:
+    """Packages of which a mesh was found: their folder has another name, and is above the file."""
+    meshes = {shape.mesh for _, shape in _shapes(document) if "://" in shape.mesh}
+    found = {mesh for mesh in meshes if mesh_path(mesh, document.path).path is not None}
+    return frozenset(mesh.partition("://")[2].partition("/")[0] for mesh in found)
+
+
 def _beside(path: object) -> list[str]:
     """Names of the files beside a path."""
-    from pathlib import Path
-
     try:
         return [x.name for x in Path(str(path)).parent.iterdir()] if path is not None else []
     except OSError:
@@ -52,7 +60,7 @@ def packages_missing(document: UrdfDocument) -> Iterator[UrdfFinding]:
     for link, shape in _shapes(document):
         if shape.kind == "mesh" and shape.mesh:
             package = mesh_path(shape.mesh, document.path).package_missing
-            if package and package not in said:
+            if package and package not in said and package not in _packages_here(document):
                 said.add(package)
                 count = sum(s.mesh.partition("://")[2].startswith(f"{package}/") for _, s in _shapes(document))
                 yield UrdfFinding(

@@ -194,3 +194,16 @@ def test_numbers_that_no_arithmetic_bears_do_not_stop_it():
 def test_an_empty_robot_and_three_thousand_nested_tags():
     for text in ("<robot/>", "<robot name='r'>" + "<link>" * 3000 + "</link>" * 3000 + "</robot>"):
         assert lint_document(document_of(text, "f")).findings
+
+
+def test_a_mesh_that_misses_in_a_package_that_is_there_under_another_name(tmp_path):
+    (tmp_path / "checkout" / "meshes").mkdir(parents=True)
+    (tmp_path / "checkout" / "meshes" / "A.STL").write_bytes(b"")
+    file = tmp_path / "checkout" / "x.urdf"
+    shape = '<visual><geometry><mesh filename="package://pkg/meshes/{}"/></geometry></visual>'
+    text = f'<robot name="r"><link name="a">{shape.format("A.STL")}{shape.format("b.stl")}</link></robot>'
+    found = {f.code: f for f in lint_document(document_of(text, str(file))).findings}
+    assert set(found) >= {"mesh-missing"}
+    assert "mesh-package" not in found
+    found = list(meshes_missing(document_of(text.replace("A.STL", "a.stl").replace("package://pkg/", ""), str(file))))
+    assert [f.instead for f in found] == ["meshes/A.STL", ""]
