@@ -38,5 +38,5 @@ def _angles(origin: OriginElement, subject: str, judged: str) -> Iterator[UrdfFi
         yield UrdfFinding(
             f"rpy {vector_text(origin.rpy)} rad", f"{number_text(worst)} rad is {abs(worst) / math.tau:.1f} turns",
             origin.place, subject, tag_text(origin.element, rpy=vector_text(np.radians(origin.rpy))), "likely",
-            "angles look like degrees", link=judged,
+            "rpy in degrees", link=judged,
         )  # fmt: skip

@@ -32,7 +32,7 @@ class UrdfFinding:
         The text to write, or what to do; empty where the file does not tell.
     sure : str
     cause : str
-        Groups findings over rules and links: "masses look like g". Empty: grouped by code.
+        Groups findings over rules and links: "masses in g". Empty: grouped by code.
     severity : str, optional
         None: that of its rule.
     link : str

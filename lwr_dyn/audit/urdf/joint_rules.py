@@ -66,7 +66,7 @@ def limits_in_degrees(document: UrdfDocument) -> Iterator[UrdfFinding]:
             yield UrdfFinding(
                 f"limits {' to '.join(map(number_text, values))} rad", f"{largest / math.tau:.0f} turns to one side",
                 joint.limit.place, joint.subject, tag_text(joint.limit, **changed), "likely",
-                "limits look like degrees",
+                "limits in degrees",
             )  # fmt: skip
 
 
@@ -154,7 +154,7 @@ def velocity_in_degrees(document: UrdfDocument) -> Iterator[UrdfFinding]:
                 f"velocity limit {number_text(speed)} rad/s", "arms have up to 25 rad/s, humanoids 37",
                 joint.limit.place, joint.subject,
                 tag_text(joint.limit, velocity=number_text(turned)) if fits else "the joint's speed in rad/s",
-                "likely", "velocity limits look like deg/s" if fits else "",
+                "likely", "velocity limits in deg/s" if fits else "",
             )  # fmt: skip
 
 
@@ -201,7 +201,7 @@ def origins_in_millimetres(document: UrdfDocument) -> Iterator[UrdfFinding]:
                 f"its origin is {number_text(length)} m from its parent",
                 f"the median of the file is {number_text(median)} m" if median < FAR else "no arm is that long",
                 joint.origin.place, joint.subject, "" if element is None else tag_text(element, xyz=metres), "likely",
-                "origins look like millimetres", "note" if at_root else None,
+                "origins in mm", "note" if at_root else None,
             )  # fmt: skip
 
 

@@ -45,7 +45,7 @@ def masses_in_grams(document: UrdfDocument) -> Iterator[UrdfFinding]:
             "whole arms have some 30 kg for a cube of their length",
             link.inertial.mass_place, link.subject,
             "" if element is None else tag_text(element, value=number_text(mass / 1000.0)), "likely",
-            "masses look like g", link=link.name,
+            "masses in g", link=link.name,
         )  # fmt: skip
 
 
@@ -65,5 +65,5 @@ def centres_in_millimetres(document: UrdfDocument) -> Iterator[UrdfFinding]:
                 f"its centre of mass is {number_text(distance)} m from its frame",
                 f"the whole arm is {number_text(size)} m long", link.inertial.origin.place, link.subject,
                 "" if element is None else tag_text(element, xyz=vector_text(com / 1000.0)), "likely",
-                "centres of mass look like millimetres", link=link.name,
+                "centres of mass in mm", link=link.name,
             )  # fmt: skip
