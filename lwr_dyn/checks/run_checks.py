@@ -45,6 +45,11 @@ FILE_CHECKS: Registry[Callable[[str], FileVerdict]] = Registry(
     {"as-written": Row("lwr_dyn.audit.urdf.report_text:file_verdict", "each link, joint and shape of a URDF")},
 )
 """Checks of a `.urdf` or `.xacro` before it is read as a chain; each row is a function of the path."""
+READER_CHECKS: Registry[Callable[[Arm], tuple[list[Verdict], list[str]]]] = Registry(
+    "reader_check",
+    {"pinocchio": Row("lwr_dyn.parity.file_check:file_verdicts", "Pinocchio on a foreign file itself")},
+)
+"""Other readers of an arm's own URDF by name; each gives verdicts against our reading, and what it could not judge."""
 STATES = 1000
 SEED = 20240607
 METRES = 1e-12
@@ -78,6 +83,12 @@ def check_arm(arm: Arm, paper: Paper | None = None, states: int = STATES, seed: 
                 notes.append(f"{name} not checked: {CHECKS[name].module} is not installed")
     verdicts += feasibility_verdicts(arm)
     left = not_judged(arm)
+    for name in READER_CHECKS.names if arm.file and arm.layout is not None else ():
+        if READER_CHECKS[name].is_installed:
+            found, unjudged = READER_CHECKS.load(name)(arm)
+            verdicts, left = verdicts + found, left + unjudged
+        else:
+            notes.append(f"{READER_CHECKS[name].about} not checked: {READER_CHECKS[name].module} is not installed")
     if road_a is None:
         verdicts += missing_mass(arm)
         left += ["B, C, g, forward dynamics and free swing"] if missing_mass(arm) else []

@@ -21,6 +21,11 @@ COMMANDS: Registry[click.Command] = Registry(
         "new": Row("lwr_dyn.cli.new:command", "Write a commented file to start from: arm, controller."),
         "urdf": Row("lwr_dyn.cli.urdf:command", "Write a robot as URDF with its sidecars."),
         "dh": Row("lwr_dyn.export.command:command", "Any arm as a DH table, standard or modified; as a data file."),
+        "parity": Row(
+            "lwr_dyn.parity.command:command",
+            "What Pinocchio, MuJoCo, Drake, PyBullet and yourdfpy lose of a model, and what restores it.",
+            extra="parity",
+        ),
         "check": Row(
             "lwr_dyn.cli.check:command",
             "Check a robot's model: each check with value, tolerance and verdict.",

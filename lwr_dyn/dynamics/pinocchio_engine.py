@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -29,9 +30,21 @@ def pinocchio_model(arm: Arm) -> PinocchioModel:
     return model
 
 
-def flange_poses(model: PinocchioModel, q: Array) -> Array:
-    """Pose of the URDF's last link in its first by Pinocchio, (k, 4, 4), for q (k, n); needs no inertias."""
-    data, flange = model.createData(), model.nframes - 1
+def file_model(path: str | Path, srdf: str | Path | None = None) -> PinocchioModel:
+    """Pinocchio's own reading of a URDF file, nothing of ours in it; raises as its parser.
+
+    With `srdf`, the rotors of that file are its armature.
+    """
+    model = pin.buildModelFromUrdf(str(path))
+    if srdf is not None:
+        pin.loadRotorParameters(model, str(srdf), False)
+    return model
+
+
+def flange_poses(model: PinocchioModel, q: Array, tip: str = "") -> Array:
+    """Pose of a link, the URDF's last if not named, in its first by Pinocchio, (k, 4, 4), for q (k, n); no inertias."""
+    data = model.createData()
+    flange = model.getFrameId(tip, pin.FrameType.BODY) if tip else model.nframes - 1
     poses = []
     for state in q:
         pin.forwardKinematics(model, data, np.ascontiguousarray(state))

@@ -60,6 +60,6 @@ def kernels() -> tuple[str, bool]:
 
 def parity() -> tuple[str, bool]:
     """Every committed model in Pinocchio, MuJoCo, Drake and PyBullet against ours (pip install '.[parity]')."""
-    from tests.parity.comparison import summary
+    from tests.parity.committed import summary
 
     return summary(states=1000)

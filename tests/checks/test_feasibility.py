@@ -96,6 +96,9 @@ def test_each_fault_is_named_at_its_own_link(tmp_path, name):
     report = check_arm(lwr_dyn.load(written(tmp_path, name)), states=20)
     assert [v.name for v in report.verdicts if not v.holds] == FAILS.get(name, [])
     expected = [LENGTH] if name in ("cube", "cartpole") else NOT_JUDGED.get(name, [])
+    unread = [x for x in report.not_judged if x.startswith("Pinocchio on the file itself")]
+    assert len(unread) <= (name in ("axes of any length", "short axes"))  # Pinocchio squares an axis
+    expected = expected + unread
     assert list(report.not_judged) == expected
     assert report.summary().endswith(f"{len(expected)} not judged" if expected else "fail")
 

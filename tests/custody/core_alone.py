@@ -10,7 +10,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 OPTIONAL = (
-    "any_arm", "audit", "cartesian", "codegen", "design", "export", "identification", "krl", "reproduction",
+    "any_arm", "audit", "cartesian", "codegen", "design", "export", "identification", "krl", "parity", "reproduction",
     "solvers", "symbolic",
 )  # fmt: skip
 """Packages of `lwr_dyn` that the core must run without."""
