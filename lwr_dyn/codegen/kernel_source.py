@@ -110,7 +110,7 @@ def kernel_source(
     text = _HEAD.format(
         function=function, name=spec.name, formula=function_shape(function).formula, dtype=spec.dtype, lanes=lanes,
         version=VERSION, generator=GENERATOR, operations=code.operations, fused=fused, inputs=", ".join(names),
-        body="\n".join(_body(code, slots, flag, results, lanes)),
+        body="\n".join(body_lines(code, slots, flag, results, lanes)),
         types=", ".join([f"{number}, types.int64"] * len(names) + [f"{number}, {number}, types.int64, types.int64"]),
         arguments=", ".join(f"{name}_, {name}_step" for name in names),
         arrays="\n".join(
@@ -143,7 +143,7 @@ def _groups(call: str, width: int, lanes: int) -> str:
     return f"            for c in range(0, {width}, {lanes}):\n" + " " * 16 + call.format(last)
 
 
-def _body(
+def body_lines(
     code: StraightLineCode, slots: dict[tuple[str, int, int], int], flag: int, results: int, lanes: int
 ) -> list[str]:
     """Lines of the loop over lanes."""
@@ -157,6 +157,8 @@ def _body(
             lines.append(f"v{i} = b[{slots[node] * lanes} + k]")
         elif node.op == ">":
             lines.append(f"v{i} = 1.0 if {names[node.a]} > {names[node.b]} else 0.0")
+        elif node.op == "sqrt":
+            lines.append(f"v{i} = sqrt({names[node.a]})")
         elif node.op in OPERATIONS:
             lines.append(f"v{i} = {names[node.a]} {node.op} {names[node.b]}")
     for j, value in enumerate((code.flag, *code.results)):

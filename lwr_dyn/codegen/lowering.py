@@ -36,8 +36,8 @@ _UNLINKED = ctypes.CFUNCTYPE(None)(_unlinked)
 def straight_line(dtype: str) -> Callable[[Callable[[Any], None]], Any]:
     """A decorator: the function `body(b)` of one loop ``for k in range(W)`` as a numba intrinsic on arrays of `dtype`.
 
-    Statements are ``v = b[I + k]``, ``v = x + y`` (also - * /), ``v = 1.0 if x > y else 0.0``, ``b[I + k] = x`` and
-    ``b[I + k] = -x``, where x and y are names or numbers (of the type of b), and I a multiple of W. The intrinsic calls
+    Statements are ``v = b[I + k]``, ``v = x + y`` (also - * /), ``v = 1.0 if x > y else 0.0``, ``v = sqrt(x)``,
+    ``b[I + k] = x`` and ``b[I + k] = -x``, where x and y are names or numbers (of the type of b), and I a multiple of W. The intrinsic calls
     a function of the module `intrinsic.assembly`, which `machine_code.compiled` links.
     """
 
@@ -99,6 +99,11 @@ class _Lanes:
     def _number(self, x: float) -> Any:
         return ir.Constant(self.vector, [ir.Constant(self.number, x)] * self.lanes)
 
+    def _root(self) -> Any:
+        name = f"llvm.sqrt.v{self.lanes}f{64 if self.number == ir.DoubleType() else 32}"
+        kind = ir.FunctionType(self.vector, [self.vector])
+        return cgutils.get_or_insert_function(self.builder.module, kind, name)
+
     def _value(self, node: Any) -> Any:
         match node:
             case ast.Name():
@@ -107,6 +112,8 @@ class _Lanes:
                 return self._number(x)
             case ast.Subscript():
                 return self.builder.load(self._place(node), align=self.align)
+            case ast.Call(func=ast.Name(id="sqrt")):
+                return self.builder.call(self._root(), [self._value(node.args[0])])
             case ast.UnaryOp():
                 return self.builder.fneg(self._value(node.operand))
             case ast.BinOp():

@@ -21,14 +21,14 @@ class Value(NamedTuple):
 
 
 class Node(NamedTuple):
-    """`in` (row = array, column), `const` (its value), or an operation on two nodes: + - * / or > (1.0 or 0.0)."""
+    """`in` (row = array, column), `const` (its value), or an operation on nodes: + - * /, > (1.0 or 0.0) or sqrt."""
 
     op: str
     a: Any
     b: Any = None
 
 
-OPERATIONS = ("+", "-", "*", "/", ">")
+OPERATIONS = ("+", "-", "*", "/", ">", "sqrt")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,7 +45,7 @@ class StraightLineCode:
 
     @property
     def operations(self) -> int:
-        """Additions, products, quotients and comparisons of one state."""
+        """Additions, products, quotients, comparisons and roots of one state."""
         return sum(node.op in OPERATIONS for node in self.nodes)
 
     def operations_after_contraction(self) -> int:
@@ -119,6 +119,11 @@ class _Writer:
     def over(self, x: Value, y: Value) -> Value:
         return Value(x.sign * y.sign, self.node("/", x.node, y.node).node)
 
+    def root(self, x: Value) -> Value:
+        """The square root; of a negated node as of 0 - node."""
+        inner = x if x.sign > 0 else self.node("-", self.number(0.0).node, x.node)
+        return self.node("sqrt", inner.node, inner.node)
+
     def is_positive(self, x: Value) -> Value:
         zero = self.number(0.0)
         return self.node(">", x.node, zero.node) if x.sign > 0 else self.node(">", zero.node, x.node)
@@ -155,6 +160,8 @@ class _Writer:
                 return self.over(x[0], x[1])
             case casadi.OP_INV:
                 return self.over(self.number(1.0), x[0])
+            case casadi.OP_SQRT:
+                return self.root(x[0])
             case casadi.OP_LT:
                 return self.is_positive(self.plus(x[1], self.minus(x[0])))
             case _:
