@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from lwr_dyn.front import dynamics_of as dynamics_of
     from lwr_dyn.front import engines as engines
     from lwr_dyn.front import forward_kinematics as forward_kinematics
+    from lwr_dyn.front import ik_solver as ik_solver
     from lwr_dyn.front import inverse_kinematics as inverse_kinematics
     from lwr_dyn.front import load as load
     from lwr_dyn.front import readings as readings
@@ -34,6 +35,7 @@ __all__ = [
     "dynamics_of",
     "engines",
     "forward_kinematics",
+    "ik_solver",
     "inverse_kinematics",
     "load",
     "readings",

@@ -6,6 +6,7 @@ Each error also has a built-in parent, so ``except ValueError`` works for caller
 
 from collections.abc import Iterable
 from difflib import get_close_matches
+from typing import Any
 
 
 class LwrDynError(Exception):
@@ -140,6 +141,20 @@ class OutOfReachError(LwrDynError, ValueError):
             "allowed: a path whose wrist centre stays within reach"
         )
         self.arm, self.at, self.distance = arm, at, distance
+
+
+class PoseNotReachedError(LwrDynError, ValueError):
+    """A search found no joint positions for a pose: `distance` [m] and `angle` [rad] from the nearest it met, `q` (n,).
+
+    Where the pose is reached outside the limits only, `joint` is the one that is out by most, by `excess` [rad or m].
+    """
+
+    def __init__(self, arm: str, distance: float, angle: float, q: Any, joint: str | None, excess: float) -> None:
+        near = f"the nearest position found is {distance:.3g} m and {angle:.3g} rad off"
+        out = f"{joint} is outside its limits by {excess:.3g} in the nearest solution found" if joint else near
+        allowed = "another pose or q0, or limits=False" if joint else "a pose that the arm reaches, or another q0"
+        super().__init__(f"{arm} does not reach the pose: {out}; allowed: {allowed}")
+        self.arm, self.distance, self.angle, self.q, self.joint, self.excess = arm, distance, angle, q, joint, excess
 
 
 class OutsideLimitsError(LwrDynError, ValueError):

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from lwr_dyn.codegen.batch import BatchDynamics
     from lwr_dyn.control.protocol import Controller
     from lwr_dyn.dynamics.protocol import Dynamics
+    from lwr_dyn.kinematics.pose_solver import PoseSolver
     from lwr_dyn.kinematics.solution import InverseResult
     from lwr_dyn.krl.kuka_units import KukaUnits
     from lwr_dyn.model.arm import Arm
@@ -203,7 +204,7 @@ def forward_kinematics(arm: Arm, q: ArrayLike) -> Array:
 def inverse_kinematics(arm: Arm, T: ArrayLike, **options: Any) -> InverseResult:
     """Joint positions for a pose T (4, 4) of the flange: all branches, out of limits and out of reach kept apart.
 
-    Options and errors are those of `lwr_dyn.kinematics.inverse.inverse_kinematics`.
+    One solution, faster: `ik_solver`. Options and errors are those of `lwr_dyn.kinematics.inverse.inverse_kinematics`.
 
     >>> arm = load("lwr4plus")
     >>> inverse_kinematics(arm, forward_kinematics(arm, [0.1, 0.5, 0.0, -1.0, 0.2, 0.4, 0.0])).status
@@ -212,6 +213,23 @@ def inverse_kinematics(arm: Arm, T: ArrayLike, **options: Any) -> InverseResult:
     from lwr_dyn.kinematics import inverse
 
     return inverse.inverse_kinematics(_an_arm(arm), T, **options)
+
+
+def ik_solver(arm: Arm, **options: Any) -> PoseSolver:
+    """A function `solve(T, q0)` that gives one solution of a pose, fast; all of them: `inverse_kinematics`.
+
+    `solve.batch(T, q0)` takes many poses, `solve.near(T, q0)` never restarts. Options and errors are those of
+    `lwr_dyn.kinematics.pose_solver.ik_solver`; with the extra `batch` a kernel is compiled for the arm.
+
+    >>> arm = load("lwr4plus")
+    >>> solve = ik_solver(arm)
+    >>> T = forward_kinematics(arm, [0.1, 0.5, 0.0, -1.0, 0.2, 0.4, 0.0])
+    >>> bool(abs(forward_kinematics(arm, solve(T)) - T).max() < 1e-8)
+    True
+    """
+    from lwr_dyn.kinematics import pose_solver
+
+    return pose_solver.ik_solver(_an_arm(arm), **options)
 
 
 def simulate(arm: Arm, controller: Controller, reference: Reference, **options: Any) -> Run:

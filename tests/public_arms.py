@@ -69,15 +69,15 @@ def singular_positions(arm, count, seed):
 
 
 def positions_at_limits(arm, count, seed):
-    """Positions (count, n) with one to three joints at a limit, or within 1e-4 of it."""
+    """Positions (count, n) with one joint at a limit, or within 1e-4 of it."""
     low, up = _ranges(arm)
     rng = np.random.default_rng(seed)
     q = rng.uniform(low, up, (count, arm.n))
     limited = np.flatnonzero(np.isfinite(arm.lower))
     for row in q:
-        for joint in rng.choice(limited, rng.integers(1, 1 + min(3, len(limited))), replace=False):
-            gap = rng.choice([0.0, 10.0 ** rng.uniform(-12, -4)])
-            row[joint] = low[joint] + gap if rng.random() < 0.5 else up[joint] - gap
+        joint = rng.choice(limited)
+        gap = rng.choice([0.0, 10.0 ** rng.uniform(-12, -4)])
+        row[joint] = low[joint] + gap if rng.random() < 0.5 else up[joint] - gap
     return q
 
 

@@ -37,8 +37,8 @@ def straight_line(dtype: str) -> Callable[[Callable[[Any], None]], Any]:
     """A decorator: the function `body(b)` of one loop ``for k in range(W)`` as a numba intrinsic on arrays of `dtype`.
 
     Statements are ``v = b[I + k]``, ``v = x + y`` (also - * /), ``v = 1.0 if x > y else 0.0``, ``v = sqrt(x)``,
-    ``b[I + k] = x`` and ``b[I + k] = -x``, where x and y are names or numbers (of the type of b), and I a multiple of W. The intrinsic calls
-    a function of the module `intrinsic.assembly`, which `machine_code.compiled` links.
+    ``b[I + k] = x`` and ``b[I + k] = -x``, where x and y are names or numbers (of the type of b), and I a multiple of
+    W. The intrinsic calls a function of the module `intrinsic.assembly`, which `machine_code.compiled` links.
     """
 
     def decorate(function: Callable[[Any], None]) -> Any:

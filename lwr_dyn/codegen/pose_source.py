@@ -1,15 +1,19 @@
 """Generates the Python source of an arm's kernel of inverse kinematics: its step, and the loop around it."""
 
-from lwr_dyn.arrays import Array
 from lwr_dyn.codegen.kernel_source import body_lines
 from lwr_dyn.codegen.machine_code import lanes_of
-from lwr_dyn.codegen.pose_step import POSE, pose_step
+from lwr_dyn.codegen.pose_layout import POSE
+from lwr_dyn.codegen.pose_step import pose_step
 from lwr_dyn.codegen.sincos import sincos
 from lwr_dyn.codegen.straight_line import straight_line_code
+from lwr_dyn.kinematics.pose_solver import SearchRanges
 from lwr_dyn.model.chain import Chain
 from lwr_dyn.version import VERSION
 
-_TEXT = '''"""Inverse kinematics of {name}: {operations} operations a step, {lanes} starts at once. Written by lwr_dyn {version}."""
+_TEXT = '''"""Inverse kinematics of {name}: {operations} operations a step, {lanes} starts at once.
+
+Written by lwr_dyn {version}.
+"""
 
 from lwr_dyn.codegen.lowering import straight_line
 from lwr_dyn.codegen.pose_driver import pose_kernel
@@ -25,10 +29,10 @@ kernel = pose_kernel(body, {n}, {lanes})
 '''
 
 
-def pose_source(name: str, chain: Chain, lower: Array, upper: Array, lanes: int | None = None) -> str:
+def pose_source(name: str, chain: Chain, ranges: SearchRanges, lanes: int | None = None) -> str:
     """The source of the kernel of a chain."""
     n, W = chain.n, lanes or lanes_of("float64")
-    code = straight_line_code(pose_step(chain, lower, upper), sincos("float64"))
+    code = straight_line_code(pose_step(chain, ranges), sincos("float64"))
     widths = (n, POSE, 1)
     slots = {("in", row, j): sum(widths[:row]) + j for row, width in enumerate(widths) for j in range(width)}
     flag = sum(widths)

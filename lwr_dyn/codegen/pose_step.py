@@ -12,35 +12,31 @@ from typing import Any
 import casadi
 import numpy as np
 
-from lwr_dyn.arrays import Array
 from lwr_dyn.codegen.ldl import ldl_factor, ldl_solve
+from lwr_dyn.codegen.pose_layout import POSE
 from lwr_dyn.codegen.symbolic_functions import column, scalars
 from lwr_dyn.kinematics.forward import jacobian_at, joint_axes
+from lwr_dyn.kinematics.pose_solver import SearchRanges
 from lwr_dyn.model.chain import Chain
 
-POSE = 12
-"""Numbers of T that the step takes: its first three rows."""
-MEASURES = ("position error squared", "sin theta squared", "cos theta", "joints outside")
 SHARE, LEAST = 0.1, 1e-12
 """Damping: this share of E, and at least this."""
-ROOM = 0.3
-"""[rad or m] Joints outside their limits are pulled to this far inside, where the range is wide enough."""
 LONGEST = 1.0
 """[rad or m] Longest step."""
 _HALF_TURN = 1e-12
 """Keeps the rotation error finite at half a turn."""
 
 
-def pose_step(chain: Chain, lower: Array, upper: Array) -> Any:
-    """casadi.Function of q (n), T (12) and repair (1): q + dq (n), then the `MEASURES` at q.
+def pose_step(chain: Chain, ranges: SearchRanges) -> Any:
+    """casadi.Function of q (n), T (12) and repair (1): the next q (n), then the measures at q.
 
-    With repair = 1 joints outside lower and upper (n,) are pulled inside, with repair = 2 those at them (or outside)
-    are held.
+    With repair = 1 joints outside their limits are pulled inside, with repair = 2 those at them (or outside) are held.
+    Measures: squares of the position error and of sin theta, cos theta, and with repair the number of joints outside.
     """
     q, target, repair = (casadi.SX.sym(name, size) for name, size in (("q", chain.n), ("T", POSE), ("repair", 1)))
     axes = joint_axes(chain, scalars(q))
     error, measures = _pose_error(axes.flange, np.reshape(scalars(target), (3, 4)))
-    pulls, free, outside = zip(*map(_at_limits, scalars(q), lower, upper), strict=True)
+    pulls, free, outside = zip(*map(_at_limits, scalars(q), ranges.lower, ranges.upper, ranges.room), strict=True)
     pull, hold = repair * (2.0 - repair) * column(pulls), repair * (repair - 1.0) / 2.0
     J = _matrix(jacobian_at(axes, axes.flange[:3, 3]) * [1.0 - hold * (1.0 - x) for x in free])
     damping = SHARE / 2.0 * casadi.sumsqr(error) + LEAST
@@ -53,9 +49,9 @@ def pose_step(chain: Chain, lower: Array, upper: Array) -> Any:
     return casadi.Function("pose_step", [q, target, repair], [casadi.densify(casadi.SX(out))])
 
 
-def _at_limits(q: Any, low: float, up: float) -> tuple[Any, Any, Any]:
+def _at_limits(q: Any, low: float, up: float, room: float) -> tuple[Any, Any, Any]:
     """The way from outside the limits to the inside (0 from within), whether q is within, whether it is outside."""
-    room, pull, free, outside = min(ROOM, (up - low) / 4.0), 0.0, 1.0, 0.0
+    pull, free, outside = 0.0, 1.0, 0.0
     if np.isfinite(low):
         pull, free, outside = (q < low) * (low + room - q), q > low, q < low
     if np.isfinite(up):

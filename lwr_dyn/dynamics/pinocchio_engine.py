@@ -1,5 +1,6 @@
 """Road A: the only module that imports Pinocchio. The model is built from the URDF text; rotors enter as `armature`."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -50,6 +51,19 @@ def flange_poses(model: PinocchioModel, q: Array, tip: str = "") -> Array:
         pin.forwardKinematics(model, data, np.ascontiguousarray(state))
         poses.append(np.array(pin.updateFramePlacement(model, data, flange).homogeneous))
     return np.array(poses)
+
+
+def flange_and_jacobian(arm: Arm) -> Callable[[Array], tuple[Array, Array]]:
+    """Pinocchio's q (n,) -> pose of the flange (4, 4) and its Jacobian (6, n), linear rows over angular, base frame."""
+    model = pinocchio_model(arm)
+    data, flange = model.createData(), model.getFrameId("flange", pin.FrameType.BODY)
+
+    def pose_and_jacobian(q: Array) -> tuple[Array, Array]:
+        pin.computeJointJacobians(model, data, q)  # computeFrameJacobian would leave the poses of the joints stale
+        J = pin.getFrameJacobian(model, data, flange, pin.LOCAL_WORLD_ALIGNED)
+        return pin.updateFramePlacement(model, data, flange).homogeneous, J.reshape(6, arm.n)
+
+    return pose_and_jacobian
 
 
 class PinocchioCalls:

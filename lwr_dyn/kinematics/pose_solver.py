@@ -1,0 +1,195 @@
+"""One solution for a flange pose, fast: `solve(T, q0)`. All solutions: `kinematics.inverse`.
+
+A search goes from q0, and where that fails from seeded starts, by damped least squares to position and rotation errors
+of 1e-9 m and rad. It proves nothing: a pose that it does not reach may have a solution.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, NoReturn, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from lwr_dyn.arrays import Array, joint_array, real_array
+from lwr_dyn.errors import MissingPackageError, OptionError, PoseNotReachedError, ShapeError
+from lwr_dyn.kinematics.forward import pose_array
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.dh import JointKind
+from lwr_dyn.registry import Registry, Row
+
+FOUND, OUTSIDE, NOT_REACHED, INVALID = range(4)
+"""What became of a pose: solved, reached outside the limits only, not reached, no pose or q0 at all."""
+TAIL = 6
+"""Numbers behind q in a row: outcome, squares of position error and sin theta, cos theta, start (from 0), steps."""
+TOLERANCE = 0.99e-9
+"""[m and rad] Position and rotation error of a solution: 1e-9 with room for the rounding of who checks it."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SearchRanges:
+    """What a search needs of the joints, (n,) each; lower and upper are infinite where they do not count."""
+
+    lower: Array
+    upper: Array
+    middle: Array
+    turning: NDArray[np.bool_]
+    """Whether it is an angle."""
+    room: Array
+    """How far inside its limits a joint is brought that was outside [rad or m]."""
+    starts: Array
+    """(starts, n), drawn inside the limits; of an unlimited joint within half a turn (1 m) of its middle."""
+
+
+def search_ranges(arm: Arm, limits: bool, starts: int, seed: int) -> SearchRanges:
+    """Ranges and starts of a search."""
+    turning = np.array([link.kind is JointKind.REVOLUTE for link in arm.chain.links])
+    low, up, wide = arm.lower, arm.upper, np.where(turning, np.pi, 1.0)
+    first = np.where(np.isfinite(low), low, np.where(np.isfinite(up), up - 2.0 * wide, -wide))
+    half = (np.where(np.isfinite(up), up, first + 2.0 * wide) - first) / 2.0
+    draw = np.random.default_rng(seed).uniform(-1.0, 1.0, (starts, arm.n)) * np.minimum(
+        half, np.where(turning, np.pi, half)
+    )
+    if not limits:
+        low, up = low - np.inf, up + np.inf
+    return SearchRanges(low, up, first + half, turning, np.minimum(0.3, half / 2.0), first + half + draw)
+
+
+class PoseSearch(Protocol):
+    """A search for joint positions; its rows hold q (the nearest miss where nothing is found) and `TAIL` numbers."""
+
+    def one(self, T: Any, q0: Any, restart: bool) -> Array:
+        """The row (n + TAIL,) of a pose (4, 4); q0 (n,) or None. The arguments are not checked before."""
+
+    def rows(self, T: Array, q0: Array | None, restart: bool) -> Array:
+        """The rows (k, n + TAIL) of poses (k, 4, 4); q0 (k, n) or None."""
+
+
+POSE_SEARCHES: Registry[Callable[[Arm, bool, int, int], PoseSearch]] = Registry(
+    "pose search",
+    {
+        "kernel": Row("lwr_dyn.codegen.pose_kernel:kernel_search", "compiled for the arm when first used", "batch"),
+        "pinocchio": Row("lwr_dyn.kinematics.pose_search:pinocchio_search", "the same search on Pinocchio"),
+    },
+)
+"""Searches for one solution of a pose, the fastest first: factories of (arm, limits, starts, seed)."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PoseBatch:
+    """Joint positions for many poses."""
+
+    q: Array
+    """(..., n) [rad or m]; NaN where none was found."""
+    found: NDArray[np.bool_]
+    """(...)"""
+    outside: NDArray[np.bool_]
+    """(...): reached, but outside the limits only."""
+    distance: Array
+    """(...) Position error [m] of the nearest position that the search met; below 1e-9 where `found` or `outside`."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PoseSolver:
+    """`solve(T, q0)`: one solution; for use by several threads at once."""
+
+    arm: Arm
+    search: PoseSearch
+
+    def __call__(self, T: ArrayLike, q0: ArrayLike | None = None) -> Array:
+        """Joint positions (n,) [rad or m] whose flange pose is T (4, 4), inside the limits.
+
+        They are those that q0 (n,) leads to, or the nearest whole turns of them; another solution where it leads to
+        none. Without q0 the solution depends on T alone.
+
+        Raises
+        ------
+        PoseNotReachedError
+            Nothing was found; says by how much.
+        ShapeError, OptionError
+            T is not a pose, or q0 is not n numbers.
+        """
+        return self._found(self.search.one(T, q0, True), T, q0)
+
+    def near(self, T: ArrayLike, q0: ArrayLike) -> Array:
+        """As `solve(T, q0)`, from q0 alone: no other start and no whole turn, so that a path stays one path."""
+        return self._found(self.search.one(T, q0, False), T, q0)
+
+    def batch(self, T: ArrayLike, q0: ArrayLike | None = None) -> PoseBatch:
+        """Joint positions for poses T (..., 4, 4), from q0 (..., n) or (n,), each as `solve` finds them.
+
+        Raises `ShapeError` and `OptionError`; a pose that is not reached is marked.
+        """
+        pose, n = real_array("T", T), self.arm.n
+        if pose.shape[-2:] != (4, 4):
+            raise ShapeError("T", f"shape {pose.shape}", "(..., 4, 4), homogeneous matrices")
+        lead = pose.shape[:-2]
+        first = None if q0 is None else _starting_points(q0, (*lead, n))
+        row = self.search.rows(pose.reshape(-1, 4, 4), first, True).reshape(*lead, n + TAIL)
+        if (row[..., n] == INVALID).any():
+            self._refuse(T, first)
+        found = row[..., n] == FOUND
+        q = np.where(found[..., None], row[..., :n], np.nan)
+        return PoseBatch(q, found, row[..., n] == OUTSIDE, np.sqrt(row[..., n + 1]))
+
+    def _found(self, row: Array, T: ArrayLike, q0: ArrayLike | None) -> Array:
+        n = self.arm.n
+        if row[n] == FOUND:
+            return row[:n]
+        if row[n] == INVALID:
+            self._refuse(T, q0)
+        q, angle = row[:n].copy(), float(np.arctan2(np.sqrt(row[n + 2]), row[n + 3]))
+        excess = np.maximum(self.arm.lower - q, q - self.arm.upper) if row[n] == OUTSIDE else np.zeros(n)
+        joint = self.arm.joint_names[int(np.argmax(excess))] if row[n] == OUTSIDE else None
+        raise PoseNotReachedError(self.arm.name, float(np.sqrt(row[n + 1])), angle, q, joint, float(excess.max()))
+
+    def _refuse(self, T: ArrayLike, q0: ArrayLike | None) -> NoReturn:
+        pose_array("T", T)
+        joint_array("q0", 0.0 if q0 is None else q0, self.arm.n)
+        raise OptionError("q0", "a position beyond 1e5", "angles [rad] and lengths [m] below it")
+
+
+def _starting_points(q0: ArrayLike, shape: tuple[int, ...]) -> Array:
+    first = joint_array("q0", q0, shape[-1])
+    try:
+        return np.ascontiguousarray(np.broadcast_to(first, shape)).reshape(-1, shape[-1])
+    except ValueError:
+        raise ShapeError("q0", f"shape {first.shape}", f"{shape} or ({shape[-1]},), as T") from None
+
+
+def ik_solver(
+    arm: Arm, *, limits: bool = True, starts: int = 300, seed: int = 0, search: str | None = None
+) -> PoseSolver:
+    """A function `solve(T, q0)` that gives one solution fast; see `PoseSolver`, and `inverse_kinematics` for all.
+
+    Parameters
+    ----------
+    arm : Arm
+    limits : bool
+        False: solutions outside the position limits count too.
+    starts, seed : int
+        Starts before a pose is given up, and the seed they are drawn by.
+    search : str, optional
+        One of `POSE_SEARCHES`; the first one installed if not given.
+
+    Raises
+    ------
+    UnknownNameError, MissingPackageError, OptionError
+        No such search, its packages are missing, or starts below 1.
+
+    >>> import lwr_dyn
+    >>> arm = lwr_dyn.load("kr30ha")
+    >>> q = [0.1, -1.2, 1.3, 0.2, 0.4, 0.5]
+    >>> solve = ik_solver(arm, search="pinocchio")
+    >>> solve(lwr_dyn.forward_kinematics(arm, q), q).round(9).tolist() == q
+    True
+    """
+    if starts < 1:
+        raise OptionError("starts", starts, "an integer >= 1")
+    for name in POSE_SEARCHES.rows if search is None else (search,):
+        try:
+            return PoseSolver(arm, POSE_SEARCHES.load(name)(arm, limits, starts, seed))
+        except MissingPackageError:
+            if name in (search, "pinocchio"):
+                raise
+    raise OptionError("search", repr(search), ", ".join(POSE_SEARCHES.names))
