@@ -220,12 +220,6 @@ def ik_solver(arm: Arm, **options: Any) -> PoseSolver:
 
     `solve.batch(T, q0)` takes many poses, `solve.near(T, q0)` never restarts. Options and errors are those of
     `lwr_dyn.kinematics.pose_solver.ik_solver`; with the extra `batch` a kernel is compiled for the arm.
-
-    >>> arm = load("lwr4plus")
-    >>> solve = ik_solver(arm)
-    >>> T = forward_kinematics(arm, [0.1, 0.5, 0.0, -1.0, 0.2, 0.4, 0.0])
-    >>> bool(abs(forward_kinematics(arm, solve(T)) - T).max() < 1e-8)
-    True
     """
     from lwr_dyn.kinematics import pose_solver
 
