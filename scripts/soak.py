@@ -22,6 +22,7 @@ LINES = {
     "coverage": "identification:coverage",
     "data_mutants": "surveys:data_mutants",
     "foreign_arms": "surveys:foreign_arms",
+    "fuzz": "fuzz:fuzz",
     "ist_clear": "poses:ist_clear",
     "kernels": "checks:kernels",
     "krl": "suite:krl",

@@ -56,6 +56,18 @@ def test_the_smallest_is_below_the_largest_and_a_held_joint_stays(arm):
     assert most.q[3] == 0.5
 
 
+def test_joints_that_change_nothing_stand_at_the_middle_of_their_limits(arm):
+    lower, upper = arm.lower + 0.4, arm.upper - 0.1
+    narrowed = [replace(x, lower=float(a), upper=float(b)) for x, a, b in zip(arm.limits, lower, upper, strict=True)]
+    maximum = worst_case_inertia(replace(arm, limits=tuple(narrowed)), 3, {5: 0.3})
+    free = np.array(maximum.free)
+    assert free[:4].all()
+    assert maximum.q[5] == 0.3
+    free[5] = False
+    assert maximum.q[free] == pytest.approx(((lower + upper) / 2)[free], abs=1e-15)
+    assert maximum.value == pytest.approx(diagonal(Recursion.of(arm.chain), 3, maximum.q[None])[0], rel=2e-5)
+
+
 def test_another_maximum_is_called_one_only_after_it_was_followed_to_its_end():
     arm, rng = lwr_dyn.load("wam7"), np.random.default_rng(3)
     found, recursion, step = worst_case_inertia(arm, 2), Recursion.of(arm.chain), 1e-5

@@ -185,3 +185,12 @@ def test_a_range_of_more_than_a_turn_counts_as_one_and_result_and_error_say_so()
     assert "joint_1 counted as one turn" in best_arm_angle(wide, *spinning(0, 3.0)).one_turn
     with pytest.raises(OutsideLimitsError, match="joint_1 counted as one turn about the middle of the range"):
         best_arm_angle(wide, *spinning(0, 8.0))
+
+
+def test_the_smooth_curve_of_an_even_corridor_is_its_middle():
+    s = np.linspace(0.0, 2.0, 101)
+    for middle in (0.3, -2.0):
+        at, values = _smooth(s, Corridor(np.full(101, middle - 0.2), np.full(101, middle + 0.2)))
+        assert np.ptp(values) < 1e-6
+        assert np.abs(values - middle).max() < 0.2
+        assert at[[0, -1]].tolist() == [0.0, 2.0]

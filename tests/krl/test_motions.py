@@ -176,6 +176,11 @@ def test_a_lin_through_the_wrist_singularity_is_diagnosed(arm):
     assert codes_of(arm, HOME, "LIN_REL {B -60}") == []
 
 
+def test_a_lin_may_come_as_near_as_one_degree_to_the_wrist_singularity(arm):
+    assert codes_of(arm, HOME, "LIN_REL {B 24.2}") == []  # A5 comes down to 1.13 deg
+    assert codes_of(arm, HOME, "LIN_REL {B 24.5}") == [(2, "singularity")]  # 0.77 deg
+
+
 def test_a_wrist_that_turns_over_in_a_ptp_is_warned_of(arm):
     first = "PTP {X 91, Y -1139, Z 1392, A 0, B 0, C 0, S 4, T 52}"
     other = "PTP {X 91, Y -1117, Z 1447, A 0, B 0, C 0, S 0, T 12}"

@@ -82,3 +82,12 @@ def test_no_sections_are_refused():
         concatenate([])
     with pytest.raises(OptionError, match="at least one"):
         double_s_in([], 1.0, 1.0, 1.0)
+
+
+@pytest.mark.parametrize(("length", "duration"), [(0.7, 3.0), (0.7, 1.0), (2.0, 0.25)])
+def test_peaks_of_a_quintic_are_its_closed_forms(length, duration):
+    """Speed 15/8, acceleration 10/sqrt(3), jerk 60: the first two inside, the last at both ends."""
+    peaks = quintic(length, duration).peaks()
+    assert peaks.speed == pytest.approx(15 / 8 * length / duration, rel=1e-12)
+    assert peaks.acceleration == pytest.approx(10 / np.sqrt(3) * length / duration**2, rel=1e-12)
+    assert peaks.jerk == pytest.approx(60 * length / duration**3, rel=1e-12)
