@@ -18,6 +18,7 @@ import numpy as np
 import pinocchio as pin
 from benchmarks.dynamics_peers import mujoco_calls, mujoco_loop, toolbox_calls
 from benchmarks.friction import with_friction
+from benchmarks.inverse_kinematics import all_solutions
 from benchmarks.kernels import kernels
 from benchmarks.timing import Call, head, installed, paired, row, seconds
 
@@ -26,7 +27,10 @@ from lwr_dyn.control.inverse_dynamics import InverseDynamics
 from lwr_dyn.simulation.simulate import simulate
 from lwr_dyn.trajectory.references.ist import ist_reference
 
-PEERS = ("pin", "mujoco", "roboticstoolbox-python", "numpy", "scipy", "numba", "llvmlite", "casadi", "jax", "lwr_dyn")
+PEERS = (
+    "pin", "mujoco", "roboticstoolbox-python", "numpy", "scipy", "numba", "llvmlite", "casadi", "jax", "eaik",
+    "lwr_dyn",
+)  # fmt: skip
 METHODS = ("mass_matrix", "coriolis_matrix", "gravity_vector", "inverse_dynamics", "forward_dynamics")
 
 
@@ -136,6 +140,7 @@ PARTS: dict[str, Callable[[int], None]] = {
     "friction": with_friction,
     "processes": starts,
     "kernels": kernels,
+    "branches": all_solutions,
 }
 
 

@@ -28,8 +28,9 @@ SNAP = 3e-3
 """[m, or sine] Axes this near to meeting, to parallel or to a right angle are snapped to it."""
 ROUNDED = 1e-8
 """[m] An arm with axes as exact as `MEETING` may be out of reach by this much of a pose that it reaches."""
-UNSURE = 0.05
-"""[m, rad] Nearer than this to a singularity or to its reach, a snapped arm may have other branches than the exact."""
+LINEAR, FOLD = 20.0, 3.0
+"""An arm that is `off` [m, rad] from the exact one may have other branches nearer than `LINEAR` off to its reach and
+to singularities of shoulder and wrist, and nearer than `FOLD` sqrt(off) to a stretched elbow."""
 NEARLY = 1e-9
 """Damping of starts near a solution: full steps."""
 
@@ -39,8 +40,13 @@ class SnappedArm:
     """The nearest arm with a closed form."""
 
     geometry: SixJointGeometry
-    exact: bool
-    """Whether it is the arm itself, to `MEETING`."""
+    off: float
+    """How far directions and meeting axes of the arm itself are from it [rad, m]; 0 to `MEETING`."""
+
+    @property
+    def unsure(self) -> Array:
+        """(3,) Clearances of `SixJointBranches` below which the arm itself may have other branches [m, rad, rad]."""
+        return np.array([LINEAR * self.off, FOLD * np.sqrt(self.off), LINEAR * self.off])
 
 
 @lru_cache(maxsize=32)
@@ -49,9 +55,11 @@ def snapped_arm(chain: Chain, ball_starts: int) -> SnappedArm | None:
     axes = six_axes(chain)
     if axes is None:
         return None
-    itself = planar_arm(axes, ball_starts)
-    nearest = itself or planar_arm(_snapped(axes, ball_starts), ball_starts)
-    return None if nearest is None else SnappedArm(nearest, itself is not None)
+    itself, near = planar_arm(axes, ball_starts), _snapped(axes, ball_starts)
+    if itself is not None:
+        return SnappedArm(itself, 0.0)
+    nearest, missed = planar_arm(near, ball_starts), np.cross(axes.z, near.p - axes.p)
+    return None if nearest is None else SnappedArm(nearest, float(np.abs([near.z - axes.z, missed]).max()))
 
 
 def _snapped(axes: JointAxes, ball_starts: int) -> JointAxes:
@@ -74,17 +82,17 @@ def solve_pose(closed_form: ClosedForm, problem: PoseProblem, snapped: SnappedAr
     arm, ranges, geometry = problem.arm, joint_ranges(problem.arm), snapped.geometry
     branches = closed_form(geometry, ranges, problem.pose[None], ROUNDED)
     found = branches
-    if not snapped.exact and (np.maximum(branches.clearance, branches.reach_excess[..., None]) < UNSURE).any():
+    if snapped.off and (np.maximum(branches.clearance, branches.reach_excess[..., None]) < snapped.unsure).any():
         found = closed_form(geometry, ranges, problem.pose @ _NEARBY, ROUNDED)
     q, which = found.q[found.reachable], np.nonzero(found.reachable)[1]
     if len(q) and np.abs(forward_kinematics(arm.chain, q) - problem.pose).max() > numeric.SOLVED:
         q, kept = _polished(problem, q)
         q, which = ranges.middle + wrap(q - ranges.middle), which[kept]
     if len(q):
-        return branch_result(problem, branches, q, which, snapped.exact)
-    if not snapped.exact and branches.reach_excess.min() < UNSURE:
+        return branch_result(problem, branches, q, which, complete=not snapped.off)
+    if snapped.off and branches.reach_excess.min() < snapped.unsure.max():
         return numeric.solve_pose(problem, arm.chain)
-    return InverseResult("out of reach", (), (), snapped.exact, distance=float(branches.reach_excess.min()))
+    return InverseResult("out of reach", (), (), not snapped.off, distance=float(branches.reach_excess.min()))
 
 
 def _polished(problem: PoseProblem, q: Array) -> tuple[Array, NDArray[np.intp]]:
