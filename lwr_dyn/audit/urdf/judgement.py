@@ -17,6 +17,7 @@ from lwr_dyn.audit.urdf.hulls import Hull
 from lwr_dyn.audit.urdf.measures import MassPoint, bound_ratio, log_distance, off_centre, outside, spread_ratios
 from lwr_dyn.audit.urdf.tree_poses import link_poses
 from lwr_dyn.audit.urdf.undoings import (
+    AXES_OF_BASE,
     IN_BASE,
     Undoing,
     as_written,
@@ -28,7 +29,7 @@ from lwr_dyn.audit.urdf.undoings import (
 
 USUAL_DENSITY = 800.0
 """[kg/m^3] Where a file's own median does not lie between 100 and 5 000."""
-_WHOLE_FILE = 3
+_WHOLE_FILE, _ODD = 3, 0.02
 """Links that must tell of the base frame before a file is said to use it."""
 _LIGHT = 0.05
 """[kg] Links below this do not count for the median: dummies and frames."""
@@ -36,6 +37,8 @@ NOTED, NAMED = 0.5, 0.75
 """A slip is noted, and named, that shortens the distance of the logarithms by this and its prior. On 145 good links:
 an exchange of moments at most 0.55, rpy 0.67 (prior 0.2), about the link frame 0.23 (one 0.93), signs of products 1.03
 (prior 0.45)."""
+_USUAL_REST = 1.8
+"""A slip explains a tensor when no more distance than this is left: 98 of 100 good links have at most 1.7."""
 CENTRE_NAMED = 0.55
 """As `NAMED`, for the centre's distance in standard deviations: signs at most 0.34, order 0.71 (prior 0.3)."""
 
@@ -115,19 +118,21 @@ def _usual_density(found: Iterable[Judgement]) -> float:
 
 
 def _explained(found: Judgement, document: UrdfDocument) -> Judgement:
-    slip, cut = _tensor_slip(found)
+    slip, cut = _tensor_slip(found, _frames(found.body.link.name, document)[1])
     return replace(found, tensor_slip=slip, cut=cut, centre_slip=_centre_slip(found, document))
 
 
-def _tensor_slip(found: Judgement) -> tuple[Undoing | None, float]:
-    """The undoing that shortens the distance most, and by how much, its prior taken off."""
+def _tensor_slip(found: Judgement, in_base: Array | None) -> tuple[Undoing | None, float]:
+    """The undoing that shortens the distance most, to one that is usual, and by how much, its prior taken off."""
     before = float(log_distance(found.ratios))
-    undoings = tensor_undoings(found.inertial) if before > NOTED else []
+    undoings = tensor_undoings(found.inertial, in_base) if before > NOTED else []
     if not undoings:
         return None, 0.0
     mended = inertias(undoings, found.inertial.origin)
     after = log_distance(spread_ratios(mended, found.point.mass, found.hull))
-    gains = np.where(possible(mended), before - after - np.array([u.prior for u in undoings]), 0.0)
+    gains = np.where(
+        possible(mended) & (after < _USUAL_REST), before - after - np.array([u.prior for u in undoings]), 0.0
+    )
     best = int(np.argmax(gains))
     return (undoings[best], float(gains[best])) if gains[best] > 0.0 else (None, 0.0)
 
@@ -149,20 +154,39 @@ def _frames(name: str, document: UrdfDocument) -> tuple[Array | None, Array | No
 
 
 def _base_frame(found: list[Judgement], document: UrdfDocument) -> list[Judgement]:
-    """The centres of a whole file in the base frame: most odd ones come at least half as near when put there.
+    """The centres of a whole file in the base frame: most odd ones come at least 1.5 times as near when put there.
 
     The slip then leads on every odd link, also where the file took the numbers from an arm of another size, so that no
     centre lies inside; such links get no text to write.
     """
-    odd = [x for x in found if x.outside > 0.0 and x.body.link.name in document.moved]
+    odd = [x for x in found if x.outside > _ODD and x.body.link.name in document.moved]
     moved = {x.body.link.name: _into_base(x, document) for x in odd}
     off = [(x.off, off_centre(u.com, x.hull)) for x in odd if (u := moved[x.body.link.name])]
-    nearer = sum(before > 2.0 * after for before, after in off)
+    nearer = sum(before > 1.5 * after for before, after in off)
     if nearer < max(_WHOLE_FILE, 0.75 * len(odd)):
         return found
-    return [replace(x, centre_slip=moved.get(x.body.link.name) or x.centre_slip) for x in found]
+    named = [replace(x, centre_slip=moved.get(x.body.link.name) or x.centre_slip) for x in found]
+    return [_with_axes_of_base(x, document) for x in named]
+
+
+def _with_axes_of_base(found: Judgement, document: UrdfDocument) -> Judgement:
+    """The tensor's slip too laid to the base frame, where that explains it as well as the best."""
+    if found.tensor_slip is None:
+        return found
+    in_base = _frames(found.body.link.name, document)[1]
+    undoing = next((u for u in tensor_undoings(found.inertial, in_base) if u.cause == AXES_OF_BASE), None)
+    if undoing is None:
+        return found
+    ratios = spread_ratios(inertias([undoing], found.inertial.origin)[0], found.point.mass, found.hull)
+    cut = float(log_distance(found.ratios) - log_distance(ratios))
+    if cut < found.cut - 0.1:
+        return found
+    return replace(found, tensor_slip=replace(undoing, cause=IN_BASE), cut=cut)
 
 
 def _into_base(found: Judgement, document: UrdfDocument) -> Undoing | None:
     tried = centre_undoings(found.inertial, *_frames(found.body.link.name, document))
-    return next((u for u in tried if u.cause == IN_BASE), None)
+    undoing = next((u for u in tried if u.cause == IN_BASE), None)
+    if undoing is not None and outside(undoing.com, found.hull) > _ODD:
+        return replace(undoing, element="")
+    return undoing

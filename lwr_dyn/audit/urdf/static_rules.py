@@ -5,6 +5,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from lwr_dyn.arrays import Array
+from lwr_dyn.audit.urdf.believed import believed_masses
 from lwr_dyn.audit.urdf.document import UrdfDocument
 from lwr_dyn.audit.urdf.elements import JointElement
 from lwr_dyn.audit.urdf.finding import UrdfFinding
@@ -24,9 +25,9 @@ def effort_against_weight(document: UrdfDocument) -> Iterable[UrdfFinding]:
     """The effort cannot hold the weight behind the joint, or could lift it thousands of times.
 
     The largest moment of the weight over 12 positions of the joints and any mounting, m g times the distance of the
-    centre of the moved links from the axis. Good arms: effort 0.8 to 1 312 times that. Warning below 0.6 (the joint
-    may still hold the arm as it is mounted), and above 2 500 times the moment at a distance of at least
-    5 cm; 1e6 and more stand for unknown.
+    centre of the moved links from the axis; odd masses and centres are replaced by usual ones. Good arms: effort 0.8 to
+    1 312 times that. Warning below 0.6 (the joint may still hold the arm as it is mounted), and above 2 500 times the
+    moment at a distance of at least 5 cm; 1e6 and more stand for unknown.
     """
     poses = link_poses(document)
     for joint in document.joints:
@@ -80,16 +81,16 @@ def largest_weight(document: UrdfDocument, joint: JointElement, poses: dict[str,
 
 def _behind(document: UrdfDocument, child: str, poses: dict[str, Array]) -> tuple[list[float], list[Array]]:
     """Masses and centres (12, 3) of the links behind a joint, in the root's frame."""
+    believed = believed_masses(document)
     masses, centres, waiting, seen = [], [], [child], set[str]()
     while waiting:
         name = waiting.pop()
-        link = document.link(name)
-        if link is None or name not in poses or name in seen:
+        if name not in poses or name in seen:
             continue
         seen.add(name)
         waiting += [joint.child for joint in document.joints_from(name)]
-        inertial = link.inertial
-        if inertial is not None and inertial.com is not None and inertial.mass and inertial.mass > 0.0:
-            masses.append(inertial.mass)
-            centres.append(poses[name][:, :3, :3] @ inertial.com + poses[name][:, :3, 3])
+        if name in believed:
+            mass, com = believed[name]
+            masses.append(mass)
+            centres.append(poses[name][:, :3, :3] @ com + poses[name][:, :3, 3])
     return masses, centres

@@ -24,6 +24,7 @@ _ROUNDED = 1.001
 """A triangle inequality that rounded numbers break by less than this is kept."""
 _FAR = 3.0
 """[m] A centre further than this from its link is in mm, one beyond a tenth of it may be in cm."""
+AXES_OF_BASE = "tensors in the axes of the base frame"
 IN_BASE = "centres of mass in the base frame"
 
 
@@ -41,7 +42,7 @@ class Undoing:
     tensor : (3, 3) array [kg m^2]
         As it is to be written: about the centre of mass, in the axes of rpy.
     element : str
-        Which element is to be written anew: inertia or origin.
+        Which element is to be written anew: inertia or origin; none where the undoing is not exact.
     prior : float
         How much more this undoing must explain than an exchange of moments, by what it does on good arms.
     """
@@ -59,6 +60,8 @@ class Undoing:
         """The element to write."""
         if self.element == "inertia":
             return inertia_text(self.tensor)
+        if self.element != "origin":
+            return ""
         return f'<origin xyz="{vector_text(self.com)}" rpy="{vector_text(self.rpy)}"/>'
 
 
@@ -70,8 +73,15 @@ def as_written(inertial: InertialElement) -> MassPoint | None:
     return MassPoint(mass, com, inertia)
 
 
-def tensor_undoings(inertial: InertialElement) -> list[Undoing]:
-    """The inertial with each slip of its tensor undone, physical or not."""
+def tensor_undoings(inertial: InertialElement, in_base: Array | None = None) -> list[Undoing]:
+    """The inertial with each slip of its tensor undone, physical or not.
+
+    Parameters
+    ----------
+    inertial : InertialElement
+    in_base : (4, 4) array, optional
+        Pose of the link in the root at q = 0.
+    """
     point, tensor, origin = as_written(inertial), inertial.tensor, inertial.origin
     rotation, rpy = origin.rotation, origin.rpy
     if point is None or tensor is None or rotation is None or rpy is None:

@@ -62,12 +62,16 @@ def test_a_sign_is_named_where_the_bodies_still_meet_and_where_they_do_not():
 
 
 def test_an_axis_is_named():
-    """A flat body on a column: about z it turns beside the column, about x through it."""
-    column = ARM.boxes[0].changed(size=(0.1, 0.1, 0.6), com=(0.0, 0.0, 0.0)).box()
-    beside = ARM.boxes[1].changed(size=(0.1, 0.1, 0.5), com=(0.0, 0.0, 0.25)).box()
-    arm = ARM.with_link(0, shapes=column).with_link(1, shapes=beside)
-    arm = BoxArm(boxes=arm.boxes, origins=((0.0, 0.0, 0.3), *ORIGINS[1:]))
-    assert "j1" not in " ".join(f.subject for f in rules.axes_doubted(arm.document()))
-    text = arm.text().replace('<axis xyz="0 0 1"/>', '<axis xyz="1 0 0"/>')
-    found = next(iter(rules.axes_doubted(document_of(text.replace("-2", "-3.1"), "f"))))
-    assert (found.subject, found.instead) == ("joint j1", '<axis xyz="0 0 1"/>')
+    """Boxes beside each other along y turn freely about y; one that is to turn about x goes through its neighbour."""
+    boxes = [ARM.boxes[0].changed(size=(0.1, 0.1, 0.5), com=(0.0, 0.0, 0.2)) for _ in range(4)]
+    beside = BoxArm(boxes=tuple(boxes), origins=((0.0, 0.1, 0.0),) * 3)
+    text = beside.text().replace('"0 0 1"', '"0 1 0"').replace("-2", "-3").replace('"2"', '"3"')
+    assert list(rules.axes_doubted(document_of(text, "f"))) == []
+    start = text.index("<axis", text.index('"j2"'))
+    wrong = text[:start] + '<axis xyz="1 0 0"/>' + text[text.index("/>", start) + 2 :]
+    found = list(rules.axes_doubted(document_of(wrong, "f")))
+    assert [(f.subject, f.instead) for f in found] == [("joint j2", '<axis xyz="0 1 0"/>')]
+
+
+def test_simple_arms_that_are_drawn_through_themselves_are_not_doubted():
+    assert list(rules.axes_doubted(ARM.document())) == []
