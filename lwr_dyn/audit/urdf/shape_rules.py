@@ -102,7 +102,7 @@ def axes_doubted(document: UrdfDocument) -> Iterable[UrdfFinding]:
     another axis it changes by at most 0.29 less on 146 of 147 good joints. A note from 0.3 less on, with the axis to
     write, where at most a third of the file's joints come half as far: simple arms are drawn through themselves.
     """
-    slips = [(joint, axis_slip(joint, *bodies)) for joint, *bodies in _neighbours(document)]
+    slips = [(joint, axis_slip(joint, parent, child, pose)) for joint, parent, child, pose in _neighbours(document)]
     through = sum(slip is not None and slip.cut > FREER / 2.0 for _, slip in slips)
     for joint, slip in slips if 3 * through <= len(slips) else ():
         if slip is not None and slip.cut > FREER:

@@ -93,6 +93,10 @@ def tensor_undoings(inertial: InertialElement, in_base: Array | None = None) -> 
         for cause, says, mended, prior in tried(tensor)
     ]
     out += [Undoing(cause, says, com, turned, tensor, "origin", prior) for cause, says, turned, prior in _turned(rpy)]
+    if in_base is not None and not np.allclose(in_base[:3, :3], np.eye(3)):
+        turn = in_base[:3, :3] @ rotation
+        says = "the tensor looks given in the axes of the base frame"
+        out.append(Undoing(AXES_OF_BASE, says, com, rpy, turn.T @ point.inertia @ turn, "inertia", 0.1))
     about = rotation.T @ (point.inertia - point.mass * (com @ com * np.eye(3) - np.outer(com, com))) @ rotation
     return [
         *out,
