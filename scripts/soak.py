@@ -29,6 +29,7 @@ LINES = {
     "krl_large": "large_programs:krl_large",
     "lint": "audit:lint",
     "linter": "linter:linter",
+    "linter_broken": "linter:linter_broken",
     "long_log": "identification:long_log",
     "mutants": "mutants:mutants",
     "parity": "checks:parity",

@@ -93,7 +93,7 @@ def unknown_tags(document: UrdfDocument) -> Iterator[UrdfFinding]:
     """
     for element, child, owner in _unknown_children(document):
         if not nearest(child.tag, TAGS[element.tag].children):
-            cause = f"<{child.tag}> in <{element.tag}> is no part of a URDF"
+            cause = f"<{child.tag}> in <{element.tag}>: no part of a URDF"
             yield UrdfFinding(
                 f"<{child.tag}> is not known here", f"<{element.tag}> holds {', '.join(TAGS[element.tag].children)}"
                 if TAGS[element.tag].children else f"<{element.tag}> holds no elements", child.place, owner,
@@ -128,14 +128,20 @@ def misspelt_attributes(document: UrdfDocument) -> Iterator[UrdfFinding]:
 
 def unknown_attributes(document: UrdfDocument) -> Iterator[UrdfFinding]:
     """An attribute that no URDF reader knows at this element; those with a prefix are known."""
+    by_element: dict[XmlElement, list[str]] = {}
+    owners: dict[XmlElement, str] = {}
     for element, name, owner in _unknown_attributes(document):
         meant = nearest(name, TAGS[element.tag].attributes)
         if not meant or meant in element.attributes:
-            yield UrdfFinding(
-                f"{name} of <{element.tag}> is not known",
-                f"<{element.tag}> has {', '.join(TAGS[element.tag].attributes) or 'no attributes'}", element.place,
-                owner, cause=f"{name} of <{element.tag}> is no part of a URDF",
-            )  # fmt: skip
+            by_element.setdefault(element, []).append(name)
+            owners[element] = owner
+    for element, names in by_element.items():
+        known = ", ".join(TAGS[element.tag].attributes) or "no attributes"
+        what = f"{', '.join(names)} of <{element.tag}>"
+        yield UrdfFinding(
+            f"{what} {'is' if len(names) == 1 else 'are'} not known", f"<{element.tag}> has {known}", element.place,
+            owners[element], cause=f"{what}: no part of a URDF",
+        )  # fmt: skip
 
 
 def _unknown_attributes(document: UrdfDocument) -> Iterator[tuple[XmlElement, str, str]]:
