@@ -22,9 +22,7 @@ def broken(seed: int) -> bytes:
     chance = random.Random(seed)
     text, changes = BoxArm().text(), (_other_number, _other_number, _other_name, _lost, _doubled, _renamed, _moved)
     for _ in range(chance.randint(1, 4)):
-        text = chance.choice((_other_number, _other_number, _other_name, _lost, _doubled, _renamed, _moved))(
-            text, chance
-        )
+        text = chance.choice(changes)(text, chance)
     data = text.encode()
     if chance.random() < 0.08:
         at = chance.randrange(len(data))
