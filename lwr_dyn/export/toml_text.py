@@ -45,7 +45,9 @@ def literal(value: Any) -> str:
         return f"[{', '.join(map(literal, value))}]"
     if value is None:
         return quoted(UNKNOWN)
-    return quoted(value) if isinstance(value, str) else repr(value + 0 * value)
+    if isinstance(value, str):
+        return quoted(value)
+    return repr(value + 0.0) if isinstance(value, float) else repr(value)  # no negative zero
 
 
 def quoted(text: str) -> str:

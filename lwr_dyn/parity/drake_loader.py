@@ -5,8 +5,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pydrake.multibody.parsing import Parser
-from pydrake.multibody.plant import MultibodyPlant
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.parity.engine import ArmInFile
@@ -16,6 +14,9 @@ class DrakeFile:
     """A continuous plant with the model alone."""
 
     def __init__(self, path: Path, scope: ArmInFile) -> None:
+        from pydrake.multibody.parsing import Parser
+        from pydrake.multibody.plant import MultibodyPlant
+
         plant = self.plant = MultibodyPlant(0.0)
         parser = Parser(plant)
         parser.package_map().PopulateFromFolder(path.parent)

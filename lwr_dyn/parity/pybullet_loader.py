@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pybullet
+from scipy.spatial.transform import Rotation
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.parity.engine import ArmInFile
@@ -19,30 +19,33 @@ class BulletFile:
     """One multibody in a client of its own."""
 
     def __init__(self, path: Path, scope: ArmInFile, still: bool) -> None:
-        self.client, self.gravity = pybullet.connect(pybullet.DIRECT), scope.gravity
-        flags = pybullet.URDF_USE_INERTIA_FROM_FILE
-        self.body = pybullet.loadURDF(str(path), useFixedBase=True, flags=flags, physicsClientId=self.client)
-        joints = range(pybullet.getNumJoints(self.body, self.client))
-        self.infos = {k: pybullet.getJointInfo(self.body, k, self.client) for k in joints}
+        import pybullet
+
+        self.bullet = pybullet
+        self.client, self.gravity = self.bullet.connect(self.bullet.DIRECT), scope.gravity
+        flags = self.bullet.URDF_USE_INERTIA_FROM_FILE
+        self.body = self.bullet.loadURDF(str(path), useFixedBase=True, flags=flags, physicsClientId=self.client)
+        joints = range(self.bullet.getNumJoints(self.body, self.client))
+        self.infos = {k: self.bullet.getJointInfo(self.body, k, self.client) for k in joints}
         names = {info[1].decode(): k for k, info in self.infos.items()}
         links = {info[12].decode(): k for k, info in self.infos.items()}
-        self.moving = [k for k, info in self.infos.items() if info[2] != pybullet.JOINT_FIXED]
+        self.moving = [k for k, info in self.infos.items() if info[2] != self.bullet.JOINT_FIXED]
         self.at = [names[name] for name in scope.joints]
         self.dofs = [self.moving.index(k) for k in self.at]
         self.held_at = {names[name]: value for name, value in scope.held.items() if names[name] in self.moving}
         self.tip, self.names = links[scope.tip], list(links)
-        self.mass = float(sum(pybullet.getDynamicsInfo(self.body, k, self.client)[0] for k in (-1, *joints)))
-        base = pybullet.getDynamicsInfo(self.body, -1, self.client)
-        centre = pybullet.getBasePositionAndOrientation(self.body, self.client)
+        self.mass = float(sum(self.bullet.getDynamicsInfo(self.body, k, self.client)[0] for k in (-1, *joints)))
+        base = self.bullet.getDynamicsInfo(self.body, -1, self.client)
+        centre = self.bullet.getBasePositionAndOrientation(self.body, self.client)
         self.root = _pose(*centre) @ np.linalg.inv(_pose(base[3], base[4]))
         if still:
             none = {"linearDamping": 0.0, "angularDamping": 0.0, "physicsClientId": self.client}
-            pybullet.changeDynamics(self.body, -1, **none)
-        self.names.append(pybullet.getBodyInfo(self.body, self.client)[0].decode())
+            self.bullet.changeDynamics(self.body, -1, **none)
+        self.names.append(self.bullet.getBodyInfo(self.body, self.client)[0].decode())
 
     def mass_matrix(self, q: Array) -> Array:
         """B."""
-        matrix = pybullet.calculateMassMatrix(self.body, self._whole(q), physicsClientId=self.client)
+        matrix = self.bullet.calculateMassMatrix(self.body, self._whole(q), physicsClientId=self.client)
         return np.array(matrix)[np.ix_(self.dofs, self.dofs)]
 
     def velocity_torque(self, q: Array, dq: Array) -> Array:
@@ -55,29 +58,29 @@ class BulletFile:
 
     def torque(self, q: Array, dq: Array, ddq: Array) -> Array:
         """B (ddq - ddq0), where ddq0 is how the model moves in one step without torque; its default motors are off."""
-        pybullet.setGravity(*self.gravity, physicsClientId=self.client)
-        pybullet.setTimeStep(STEP, physicsClientId=self.client)
-        pybullet.setJointMotorControlArray(
+        self.bullet.setGravity(*self.gravity, physicsClientId=self.client)
+        self.bullet.setTimeStep(STEP, physicsClientId=self.client)
+        self.bullet.setJointMotorControlArray(
             self.body,
             self.moving,
-            pybullet.VELOCITY_CONTROL,
+            self.bullet.VELOCITY_CONTROL,
             forces=[0.0] * len(self.moving),
             physicsClientId=self.client,
         )
         rates, wanted = self._rates(dq), np.array(self._rates(ddq))
         for k, position, rate in zip(self.moving, self._whole(q), rates, strict=True):
-            pybullet.resetJointState(self.body, k, position, rate, physicsClientId=self.client)
-        pybullet.stepSimulation(physicsClientId=self.client)
-        after = [x[1] for x in pybullet.getJointStates(self.body, self.moving, physicsClientId=self.client)]
+            self.bullet.resetJointState(self.body, k, position, rate, physicsClientId=self.client)
+        self.bullet.stepSimulation(physicsClientId=self.client)
+        after = [x[1] for x in self.bullet.getJointStates(self.body, self.moving, physicsClientId=self.client)]
         free = (np.array(after) - np.array(rates)) / STEP
-        matrix = pybullet.calculateMassMatrix(self.body, self._whole(q), physicsClientId=self.client)
+        matrix = self.bullet.calculateMassMatrix(self.body, self._whole(q), physicsClientId=self.client)
         return np.asarray((np.array(matrix) @ (wanted - free))[self.dofs])
 
     def flange(self, q: Array) -> Array:
         """Pose of the tip."""
         for k, value in zip(self.moving, self._whole(q), strict=True):
-            pybullet.resetJointState(self.body, k, value, physicsClientId=self.client)
-        state = pybullet.getLinkState(self.body, self.tip, computeForwardKinematics=1, physicsClientId=self.client)
+            self.bullet.resetJointState(self.body, k, value, physicsClientId=self.client)
+        state = self.bullet.getLinkState(self.body, self.tip, computeForwardKinematics=1, physicsClientId=self.client)
         return np.asarray(np.linalg.inv(self.root) @ _pose(state[4], state[5]))
 
     def held(self) -> dict[str, Array]:
@@ -94,9 +97,9 @@ class BulletFile:
         return self.names
 
     def _inverse(self, q: Array, dq: Array, gravity: tuple[float, ...]) -> Array:
-        pybullet.setGravity(*gravity, physicsClientId=self.client)
+        self.bullet.setGravity(*gravity, physicsClientId=self.client)
         zero = [0.0] * len(self.moving)
-        torque = pybullet.calculateInverseDynamics(
+        torque = self.bullet.calculateInverseDynamics(
             self.body, self._whole(q), self._rates(dq), zero, physicsClientId=self.client
         )
         return np.array(torque)[self.dofs]
@@ -112,7 +115,7 @@ class BulletFile:
 
 def _pose(position: tuple[float, ...], quaternion: tuple[float, ...]) -> Array:
     pose = np.eye(4)
-    pose[:3, :3] = np.reshape(pybullet.getMatrixFromQuaternion(quaternion), (3, 3))
+    pose[:3, :3] = Rotation.from_quat(quaternion).as_matrix()
     pose[:3, 3] = position
     return pose
 
