@@ -13,7 +13,7 @@ import numpy as np
 from lwr_dyn.arrays import Array
 from lwr_dyn.export.dh_table import DHTable, dh_table, residual
 from lwr_dyn.export.toml_text import ColumnText, quoted, table_text
-from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.arm import Arm, JointLimits
 from lwr_dyn.model.chain import Body
 from lwr_dyn.model.dh import Convention, JointKind
 from lwr_dyn.model.friction import JointFriction
@@ -80,9 +80,16 @@ def _notes(arm: Arm) -> dict[str, str]:
     if arm.loaded_with:
         out["loaded_with"] = "; ".join(f"{key} {value}" for key, value in arm.loaded_with.items())
     lacks = ["shapes, names of links and frames, transmissions, which joints are continuous"] if arm.layout else []
+    lacks += [f"limits of {name}: {x.lower} to {x.upper}" for name, x in _without_range(arm).items()]
     lacks += ["drawn cylinders"] if arm.drawing.cylinders else []
     lacks += ["the motor map"] if arm.transmission is not None and not _motors(arm.transmission.matrix) else []
     return out | ({"lacks": "; ".join(lacks)} if lacks else {})
+
+
+def _without_range(arm: Arm) -> dict[str, JointLimits]:
+    """Joints whose lower and upper limit are one number, as a URDF that does not know them writes 0 and 0."""
+    pairs = zip(arm.joint_names, arm.limits, strict=True)
+    return {name: x for name, x in pairs if x.lower is not None and x.lower == x.upper}
 
 
 def _kinematics(arm: Arm, table: DHTable, origin: str) -> Iterator[str]:
@@ -136,6 +143,9 @@ def _values(arm: Arm) -> dict[str, Columns]:
     names = ("lower", "upper", "velocity", "effort")
     ratings: Columns
     limits: Columns = {x: [getattr(j, x) for j in arm.limits] for x in names}
+    for side in ("lower", "upper"):
+        pairs = zip(arm.joint_names, limits[side], strict=True)
+        limits[side] = [None if name in _without_range(arm) else value for name, value in pairs]
     if not all(any(x is not None for x in limits[side]) for side in ("lower", "upper")):
         del limits["lower"], limits["upper"]
     ratings = {x: [getattr(arm.ratings, x)] for x in ("payload", "mass", "reach", "envelope_volume")}

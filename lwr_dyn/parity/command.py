@@ -1,5 +1,6 @@
 """`lwr-dyn parity`: what Pinocchio, MuJoCo, Drake, PyBullet and yourdfpy make of a model file."""
 
+import sys
 import tempfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -67,6 +68,8 @@ def _one(
 def _all(engines: Sequence[str]) -> Iterator[ModelReport]:
     for robot in robots():
         for reading in readings(robot):
+            if sys.stderr.isatty():
+                click.echo(f"{robot}, reading {reading} ...", err=True)
             yield _written(load(robot, reading), engines)
 
 

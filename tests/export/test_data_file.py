@@ -89,6 +89,13 @@ def test_what_is_not_known_stays_unknown(tmp_path):
     assert '"unknown"' in data_file_text(bare)
 
 
+def test_limits_of_no_width_are_said_and_left_open(tmp_path):
+    arm = lwr_dyn.load("lwr4plus")
+    flat = replace(arm, limits=(JointLimits(lower=0.0, upper=0.0), *arm.limits[1:]))
+    assert again(flat, Convention.STANDARD, tmp_path).limits == (JointLimits(), *arm.limits[1:])
+    assert 'lacks = "limits of joint_1: 0.0 to 0.0"' in data_file_text(flat)
+
+
 def test_each_column_names_file_and_elements(tmp_path):
     path = tmp_path / "again.toml"
     path.write_text(data_file_text(arm_named("panda")), encoding="utf-8")
