@@ -22,6 +22,7 @@ LINES = {
     "coverage": "identification:coverage",
     "data_mutants": "surveys:data_mutants",
     "foreign_arms": "surveys:foreign_arms",
+    "foreign_lint": "surveys:foreign_lint",
     "fuzz": "fuzz:fuzz",
     "ist_clear": "poses:ist_clear",
     "kernels": "checks:kernels",

@@ -3,18 +3,29 @@
 from __future__ import annotations
 
 import sys
+from collections import Counter
 
 
 def foreign_arms() -> tuple[str, bool]:
     """`check` on every URDF of the installed packages: no traceback, none over 30 s (a line each: foreign_arms.py)."""
-    from collections import Counter
-
     from foreign_arms import BAD_KINDS, has_moving_joint, installed_urdfs, survey
 
     outcomes = survey([path for path in installed_urdfs(sys.path[1:]) if has_moving_joint(path)], processes=2)
     kinds = Counter(outcome.kind for outcome in outcomes)
     words = ", ".join(f"{count} {kind}" for kind, count in kinds.most_common())
     return f"{words}; longest {max(x.seconds for x in outcomes):.1f} s", not BAD_KINDS & set(kinds)
+
+
+def foreign_lint() -> tuple[str, bool, str]:
+    """`lint` on every URDF of the installed packages: no traceback, none over 30 s."""
+    from foreign_arms import BAD_KINDS, installed_urdfs
+    from foreign_lint import survey, table
+
+    outcomes = survey(installed_urdfs(sys.path[2:]), processes=2)
+    kinds = Counter(outcome.kind for outcome in outcomes)
+    words = ", ".join(f"{count} {kind}" for kind, count in kinds.most_common())
+    longest = max(outcome.seconds for outcome in outcomes)
+    return f"{words}; longest {longest:.1f} s", not BAD_KINDS & set(kinds), table(outcomes)
 
 
 def data_mutants() -> tuple[str, bool]:
