@@ -8,10 +8,5 @@ FULL_ROTOR = 1e-10
 """[N m], torques of tens of N m against a model with twice the bodies and gear ratios of 110 squared."""
 METRES = 1e-12
 """[m], poses of an arm about a metre long."""
-PYBULLET_INERTIA = 1e-8
-"""Relative, B and C dq: PyBullet turns each tensor to its principal axes by rotations that stop at 1e-6 of its size."""
-PYBULLET_POSE = 1e-6
-"""[m], PyBullet returns the poses of links through single precision."""
-
 POSE_SOLVED = 1e-9
 """[m and rad] What `ik_solver` promises; it stops at 0.99e-9, the rest is rounding of the check."""

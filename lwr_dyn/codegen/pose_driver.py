@@ -8,8 +8,9 @@ from typing import Any
 
 from numba import carray, cfunc, types
 
+from lwr_dyn.codegen import pose_layout
 from lwr_dyn.codegen.pose_lanes import begin, is_finite, is_pose, jit, judge, open_pose, write
-from lwr_dyn.codegen.pose_layout import CODE, MEASURES, MISS, START, buffer_size
+from lwr_dyn.codegen.pose_layout import CODE, MEASURES, MISS, START
 from lwr_dyn.kinematics.pose_solver import INVALID, TAIL
 
 
@@ -110,20 +111,21 @@ def _is_working(b: Any, n: int, W: int) -> bool:
     return working > 0
 
 
-def pose_kernel(body: Any, n: int, W: int) -> Any:
-    """The compiled loop around a step `body` of n joints and W lanes."""
+def pose_kernel(body: Any, W: int) -> Any:
+    """The compiled loop around a step `body` of W lanes."""
     number = types.CPointer(types.float64)
-    row, size = (number, types.int64), buffer_size(n, W)
+    row, buffer_size = (number, types.int64), jit(pose_layout.buffer_size)
     signature = types.int64(*row, *row, *row, number, number, types.int64, types.int64)
 
     @cfunc(signature, error_model="numpy")  # type: ignore[untyped-decorator]
     def kernel(
         T_: Any, T_step: int, q0_: Any, q0_step: int, s_: Any, s_step: int, out_: Any, b_: Any, start: int, stop: int
     ) -> int:
+        s = carray(s_, (s_step,), types.float64)
+        n = int(s[3])  # not a constant: numba would compile every function of a lane again for it
         x = carray(T_, (16,), types.float64), T_step, carray(q0_, (n,), types.float64), q0_step
-        s, out = carray(s_, (s_step,), types.float64), carray(out_, (n + TAIL,), types.float64)
-        b = carray(b_, (size,), types.float64)
-        for i in range(size):
+        b, out = carray(b_, (buffer_size(n, W),), types.float64), carray(out_, (n + TAIL,), types.float64)
+        for i in range(len(b)):
             b[i] = 0.0
         next_or_best, opened = _first_starts(b, n, W, s, x, out, start, stop), False
         while _is_working(b, n, W):

@@ -15,7 +15,7 @@ from lwr_dyn.codegen.kernel import require_packages
 from lwr_dyn.kinematics.pose_solver import TAIL, SearchRanges, search_ranges
 from lwr_dyn.model.arm import Arm
 
-GENERATOR = 2
+GENERATOR = 3
 """Version of the generator: raised when it writes another kernel for the same arm, so that cached ones are not used."""
 _ALIGNMENT = 64
 _FLOAT = np.dtype(np.float64)
@@ -45,8 +45,8 @@ class KernelSearch:
         self.n, self._call, self._lanes = len(ranges.middle), call, lanes
         joints = (ranges.lower, ranges.upper, ranges.middle, ranges.turning)
         redundant = float(self.n > 6)
-        self._full = np.concatenate([(len(ranges.starts), 1.0, redundant), *joints, ranges.starts.ravel()])
-        self._once = np.concatenate([(1.0, 0.0, redundant), *joints])
+        self._full = np.concatenate([(len(ranges.starts), 1.0, redundant, self.n), *joints, ranges.starts.ravel()])
+        self._once = np.concatenate([(1.0, 0.0, redundant, self.n), *joints])
         self._desk = _Desk(self.n, lanes, self._full, self._once)
 
     def one(self, T: Any, q0: Any, restart: bool) -> Array:

@@ -25,7 +25,7 @@ def body(b):
 {body}
 
 
-kernel = pose_kernel(body, {n}, {lanes})
+kernel = pose_kernel(body, {lanes})
 '''
 
 
@@ -37,4 +37,4 @@ def pose_source(name: str, chain: Chain, ranges: SearchRanges, lanes: int | None
     slots = {("in", row, j): sum(widths[:row]) + j for row, width in enumerate(widths) for j in range(width)}
     flag = sum(widths)
     body = "\n".join(body_lines(code, slots, flag, flag + 1, W))
-    return _TEXT.format(name=name, operations=code.operations, lanes=W, version=VERSION, body=body, n=n)
+    return _TEXT.format(name=name, operations=code.operations, lanes=W, version=VERSION, body=body)

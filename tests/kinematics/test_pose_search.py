@@ -7,7 +7,7 @@ import lwr_dyn
 from lwr_dyn.kinematics.forward import jacobian
 from lwr_dyn.kinematics.pose_search import PinocchioSearch, pinocchio_search
 from lwr_dyn.kinematics.pose_solver import FOUND, PoseSolver
-from tests.kinematics.test_pose_solver import arm_named, assert_reached
+from tests.kinematics.solved_poses import arm_named, assert_reached
 from tests.public_arms import random_positions, singular_positions
 
 
