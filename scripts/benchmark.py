@@ -20,6 +20,7 @@ from benchmarks.dynamics_peers import mujoco_calls, mujoco_loop, toolbox_calls
 from benchmarks.friction import with_friction
 from benchmarks.inverse_kinematics import all_solutions
 from benchmarks.kernels import kernels
+from benchmarks.pose_solver import one_solution
 from benchmarks.timing import Call, head, installed, paired, row, seconds
 
 import lwr_dyn
@@ -141,6 +142,7 @@ PARTS: dict[str, Callable[[int], None]] = {
     "processes": starts,
     "kernels": kernels,
     "branches": all_solutions,
+    "ik": one_solution,
 }
 
 

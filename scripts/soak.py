@@ -24,6 +24,7 @@ LINES = {
     "foreign_arms": "surveys:foreign_arms",
     "foreign_lint": "surveys:foreign_lint",
     "fuzz": "fuzz:fuzz",
+    "ik": "inverse_kinematics:ik",
     "ist_clear": "poses:ist_clear",
     "kernels": "checks:kernels",
     "krl": "suite:krl",
