@@ -1,6 +1,7 @@
-"""Checks of published tables.
+"""Checks of published tables and of robots' files.
 
 - `lint`: faults that need no model to be seen
+- `urdf`: faults in URDF files, each with its place
 - `conventions`: the conventions under which a table can be read
 - `sensitivity`: one task under all readings of a robot
 - `datasheet`: poses, ranges, reach, envelope volume and mass against the maker's data sheet, a check of `lwr-dyn check`

@@ -47,7 +47,9 @@ def root_tag(document: UrdfDocument) -> Iterator[UrdfFinding]:
     if root is not None and root.tag != "robot":
         yield UrdfFinding(f"the outermost element is <{root.tag}>", "a URDF is one <robot>", root.place, "", "<robot>")
     elif root is not None and not document.links:
-        yield UrdfFinding("no <link>", "a robot has at least one link", root.place, "")
+        macros = any(x.tag.startswith("xacro:") for x in root.children)
+        instead = "the URDF that it expands to; name the file .xacro, or run xacro" if macros else ""
+        yield UrdfFinding("no <link>", "a robot has at least one link", root.place, "", instead)
 
 
 def missing_names(document: UrdfDocument) -> Iterator[UrdfFinding]:

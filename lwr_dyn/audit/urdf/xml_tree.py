@@ -95,7 +95,7 @@ class _Reader:
         """The place that xacro carried along, or where the parser stands."""
         line, _, rest = carried.partition(":")
         column, _, source = rest.partition(":")
-        if source:
+        if source and line.isdecimal() and column.isdecimal():
             return Place(source, int(line), int(column))
         return Place(self.file, self.parser.CurrentLineNumber + self.skipped, self.parser.CurrentColumnNumber + 1)
 

@@ -49,6 +49,8 @@ def test_a_place_attribute_counts_only_where_places_are_carried():
     text = '<robot at.="7:8:m.xacro"/>'
     assert read_tree(text, "f", carried=True).place == Place("m.xacro", 7, 8)
     assert read_tree(text, "f").place == Place("f", 1, 1)
+    for broken in ("x:8:m", "7:8", "7:8:", ""):
+        assert read_tree(f'<robot at.="{broken}"/>', "f", carried=True).place == Place("f", 1, 1)
 
 
 def test_three_thousand_nested_elements():
