@@ -27,6 +27,7 @@ LINES = {
     "ik": "inverse_kinematics:ik",
     "ist_clear": "poses:ist_clear",
     "kernels": "checks:kernels",
+    "kills": "kills:kills",
     "krl": "suite:krl",
     "krl_large": "large_programs:krl_large",
     "lint": "audit:lint",

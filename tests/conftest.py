@@ -23,6 +23,7 @@ def kernel_cache(tmp_path_factory) -> Iterator:
     """Kernels that tests compile are kept for the session, not in the user's cache."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("LWR_DYN_CACHE", str(tmp_path_factory.mktemp("kernels")))
+        patch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("user")))  # of the key that signs them
         yield
 
 

@@ -1,5 +1,6 @@
 """Kernels on disk: loaded without a compiler, rebuilt when damaged, safe with killed and concurrent processes."""
 
+import hmac
 import os
 import signal
 import subprocess
@@ -14,7 +15,7 @@ import lwr_dyn
 from lwr_dyn.codegen import cache, kernel
 from lwr_dyn.codegen.cache import CacheWarning
 from lwr_dyn.codegen.kernel_spec import kernel_spec
-from lwr_dyn.errors import MissingPackageError
+from lwr_dyn.errors import FileAccessError, MissingPackageError
 from lwr_dyn.model.friction import symmetric
 
 ARM = lwr_dyn.load("lwr4plus")
@@ -140,3 +141,63 @@ def test_the_folder_follows_the_users_cache(monkeypatch, tmp_path):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     monkeypatch.setattr(sys, "platform", "linux")
     assert cache.cache_folder() == tmp_path / "lwr_dyn"
+
+
+def planted(folder, code=b"code"):
+    """A kernel file as another user's process would write it: right in form, signed with another key."""
+    content = b'{"symbol": "f"}\n' + code
+    digest = hmac.digest(b"x" * 32, content, "sha256").hex().encode() + b"\n"
+    (folder / "a.kernel").write_bytes(cache._MARK + digest + content)
+    return folder / "a.kernel"
+
+
+def test_what_is_signed_with_another_key_is_not_read(folder):
+    cache.write_cache("a", {"symbol": "f"}, b"code")
+    assert cache.read_cache("a") == ({"symbol": "f"}, b"code")
+    planted(folder)
+    assert cache.read_cache("a") is None
+
+
+@pytest.mark.parametrize("mode", [0o777, 0o770, 0o702])
+def test_a_folder_that_others_can_write_is_neither_read_nor_written(folder, mode):
+    cache.write_cache("a", {"symbol": "f"}, b"code")
+    folder.chmod(mode)
+    assert cache.read_cache("a") is None
+    with pytest.warns(CacheWarning, match=f"open to others: owner {os.getuid()}, mode {mode:o}"):
+        cache.write_cache("b", {"symbol": "f"}, b"code")
+    assert [p.name for p in folder.glob("*.kernel")] == ["a.kernel"]
+    folder.chmod(0o755)  # others may read
+    assert cache.read_cache("a") is not None
+
+
+def test_a_file_that_others_can_write_or_own_is_not_read(folder, monkeypatch):
+    cache.write_cache("a", {"symbol": "f"}, b"code")
+    (folder / "a.kernel").chmod(0o666)
+    assert cache.read_cache("a") is None
+    (folder / "a.kernel").chmod(0o644)
+    assert cache.read_cache("a") is not None
+    mine = os.getuid()
+    monkeypatch.setattr(os, "getuid", lambda: mine + 1)
+    assert cache.read_cache("a") is None
+
+
+@pytest.mark.parametrize("content", [b"[]\n", b"5\n", b"{\n", b"\n", b"[" * 100_000, b"\xff\n"])
+def test_a_record_that_is_none_is_built_again(folder, content):
+    folder.mkdir(mode=0o700)
+    (folder / "a.kernel").write_bytes(cache._MARK + cache._digest(content) + content)
+    assert cache.read_cache("a") is None
+
+
+def test_the_key_is_the_users_own_and_secret(folder, tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "user"))
+    key = tmp_path / "user" / "lwr_dyn" / "key"
+    assert cache._digest(b"x") == cache._digest(b"x")
+    assert key.stat().st_mode & 0o777 == 0o600
+    assert len(key.read_bytes()) == 32
+    key.chmod(0o644)
+    with pytest.raises(PermissionError):
+        cache._digest(b"x")
+    key.chmod(0o600)
+    key.write_bytes(b"short")
+    with pytest.raises(FileAccessError, match="5 bytes; allowed: 32 secret bytes"):
+        cache._digest(b"x")
