@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,9 +12,11 @@ from lwr_dyn.dynamics.pinocchio_engine import flange_poses, pinocchio_model
 from lwr_dyn.model.chain import link_frames
 from lwr_dyn.model.installation import Tool, ends_of
 from lwr_dyn.simulation.plant import arm_with_payload
+from lwr_dyn.urdf.geometry import floor_height
 from lwr_dyn.urdf.mjcf import mjcf_text
 from lwr_dyn.urdf.provenance import UNSOURCED, provenance_text
 from lwr_dyn.urdf.reader import read_urdf
+from lwr_dyn.viewer.scene import arm_commands
 from tests.arms import random_arm, random_body, random_pose
 from tests.tolerances import EXACT, METRES
 from tests.urdf.small_files import LINK, joint, robot, written
@@ -82,6 +85,50 @@ def test_gravity_turns_with_the_mount():
         assert lwr_dyn.dynamics_of(arm).mass_matrix(STATES[0]) == pytest.approx(
             lwr_dyn.dynamics_of(bare).mass_matrix(STATES[0]), rel=EXACT, abs=EXACT
         )
+
+
+def test_gravity_of_a_mounted_arm_is_down_in_the_world_and_keeps_its_size():
+    bare, mount, tool = random_installation(3)
+    assert bare.installed(None, tool).chain.gravity.tolist() == bare.chain.gravity.tolist()
+    size = np.linalg.norm(bare.chain.gravity)
+    assert bare.installed(mount, tool).chain.gravity == pytest.approx([0.0, 0.0, -size], rel=EXACT)
+    assert lwr_dyn.load("lwr4plus", mount="wall").chain.gravity.tolist() == [0.0, 0.0, -9.81]
+
+
+def test_the_picture_stands_on_the_mount_and_carries_the_tool():
+    """Each drawn cylinder as it stands at q = 0 in the world, against that of the bare arm moved by the mount."""
+    bare, arm = lwr_dyn.load("lwr4plus"), lwr_dyn.load("lwr4plus", mount=MOUNT, tool=TOOL)
+    base, _ = ends_of(arm.installation)
+    before, after = drawn(bare), drawn(arm)
+    assert len(after) == len(before) + 1
+    for one, other in zip(before, after[:-1], strict=True):
+        assert np.abs(base.matrix() @ one - other).max() <= EXACT
+    flange, tip = (
+        lwr_dyn.forward_kinematics(x, np.zeros(7))[:3, 3] for x in (lwr_dyn.load("lwr4plus", mount=MOUNT), arm)
+    )
+    assert np.abs(after[-1][:3, 3] - (flange + tip) / 2).max() <= 2e-6  # drawn lengths are whole micrometres
+
+
+def drawn(arm):
+    """The poses in the first frame of all shapes that the viewer draws at q = 0."""
+    poses, shapes = {"/arms/run_0": np.eye(4), "/arms/run_0/link_0": np.eye(4)}, []
+    run = SimpleNamespace(q=np.zeros((1, arm.n)))
+    commands = list(arm_commands(SimpleNamespace(arm=arm, run=run, colour="#ffffff"), 0))
+    for command in (x for x in commands if x["type"] == "set_transform"):
+        parent = poses[command["path"].rpartition("/")[0]]
+        poses[command["path"]] = parent @ np.array(command["matrix"]).reshape(4, 4).T
+    for command in (x for x in commands if x["type"] == "set_object"):
+        placed = np.array(command["object"]["object"]["matrix"]).reshape(4, 4).T
+        shapes.append(poses[command["path"].rpartition("/")[0]] @ placed)
+    return shapes
+
+
+def test_the_floor_is_under_the_arm():
+    assert floor_height(lwr_dyn.load("lwr4plus")) == floor_height(lwr_dyn.load("lwr4plus", mount="floor"))
+    raised = lwr_dyn.load("lwr4plus", mount={"xyz": [0, 0, 0.5]})
+    assert floor_height(raised) == pytest.approx(floor_height(lwr_dyn.load("lwr4plus")) + 0.5)
+    assert floor_height(lwr_dyn.load("lwr4plus", mount={"on": "ceiling", "xyz": [0, 0, 2.5]})) == 0.0
+    assert floor_height(lwr_dyn.load("lwr4plus", mount="ceiling", tool={"xyz": [0, 0, 0.1]})) == pytest.approx(-0.968)
 
 
 def test_the_mass_of_a_tool_is_that_of_a_payload_at_the_same_place():

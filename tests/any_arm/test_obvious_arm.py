@@ -49,6 +49,10 @@ CASES = {
     "an arm on a quadruped": ([*ARM, *(x for leg in "1234" for x in chain("base", f"h{leg}", f"k{leg}"))], "f"),
     "frames on the base": ([*ARM, *fixed("base", "lamp")], "f"),
     "fingers that follow": ([*ARM, *chain("f", "l"), joint("twin", "f", "r", "revolute", MIMIC.format("j_l"))], "f"),
+    "a wrist that is called gripper": (
+        [*chain("base", *"abcd"), *chain("d", "gripper", "f"), *fixed("base", "x")],
+        "f",
+    ),
     "a floating base": ([joint("free", "world", "base", "floating", ""), *ARM, *FINGERS], "f"),
     "a base on a plane": ([joint("drive", "world", "base", "planar", ""), *ARM], "f"),
 }
@@ -71,6 +75,9 @@ def test_several_arms_are_listed_with_what_to_type(tmp_path):
         obvious_tip(tree)
     listed = "f (7 joints), z (7 joints), tilt (3 joints), k3 (3 joints), m3 (3 joints)"
     assert str(fault.value) == f"arm.urdf: tip: the tree has 5 arms or legs; allowed: one of them by --tip: {listed}"
+    _, tree = tree_of(tmp_path, [*chain("base", *"abcd"), *chain("d", *"efghi"), *chain("d", *"uvwxy")])
+    with pytest.raises(UrdfError, match=r"2 arms or legs; .*: i \(9 joints\), y \(9 joints\)$"):
+        obvious_tip(tree)
     path, _ = tree_of(tmp_path, [x for k in range(20) for x in chain("base", f"w{k}")])
     with pytest.raises(UrdfError, match=r"20 arms or legs; .*w11 \(1 joint\) \.\.\.$"):
         read_urdf(path)
@@ -122,6 +129,10 @@ REFUSED = {
         [*ARM, joint("twin", "b", "g", "revolute", MIMIC.format("j_c"))], "f",
         "joint twin: off the chain, but a joint of the chain moves it (mimic); "
         "allowed: held at a value: --lock twin=VALUE",
+    ),
+    "a mimic on another branch of the root": (
+        [*ARM, joint("twin", "base", "g", "revolute", MIMIC.format("j_c"))], "f",
+        "joint twin: off the chain, but a joint of the chain moves it (mimic); allowed: held",
     ),
     "a floating joint in the chain": (
         [*ARM, joint("free", "f", "g", "floating", "")], "g",
