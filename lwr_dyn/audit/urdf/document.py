@@ -116,10 +116,11 @@ def document_of(content: bytes | str, file: str, carried: bool = False) -> UrdfD
     links = tuple(link_of(x) for x in elements if x.tag == "link")
     joints = tuple(joint_of(x) for x in elements if x.tag == "joint")
     into: dict[str, JointElement] = {}
-    out_of: dict[str, tuple[JointElement, ...]] = {}
+    starting: dict[str, list[JointElement]] = {}
     for joint in joints:
         into.setdefault(joint.child, joint)
-        out_of[joint.parent] = (*out_of.get(joint.parent, ()), joint)
+        starting.setdefault(joint.parent, []).append(joint)
+    out_of = {name: tuple(some) for name, some in starting.items()}
     by_name = {link.name: link for link in reversed(links)}
     by_name = {link.name: by_name[link.name] for link in links}
     return UrdfDocument(
