@@ -1,8 +1,11 @@
 """Reads files with one clear error; writes files under a temporary name and renames them: none is ever incomplete."""
 
+import contextlib
+import glob
 import os
 import stat
 import tempfile
+import time
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -10,6 +13,8 @@ from lwr_dyn.errors import FileAccessError
 
 LARGEST = 64_000_000
 """[bytes] The longest file that is read as a whole: a table, a model, a program. Logs and runs have their own."""
+LEFT_OVER = 3600.0
+"""[s] An unfinished file older than this belongs to a killed process."""
 _WRITABLE = "a file in an existing, writable directory"
 
 
@@ -76,7 +81,8 @@ def write_files(files: Mapping[Path, str | bytes]) -> None:
         check_writable(path)
     try:
         for target, data in ((Path(os.path.realpath(path)), data) for path, data in files.items()):
-            handle, temporary = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
+            _sweep(target)
+            handle, temporary = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.", suffix=".part")
             staged.append((temporary, target))
             with os.fdopen(handle, "wb") as stream:
                 stream.write(data.encode("utf-8") if isinstance(data, str) else data)
@@ -90,6 +96,14 @@ def write_files(files: Mapping[Path, str | bytes]) -> None:
     finally:
         for temporary, _ in staged:
             Path(temporary).unlink(missing_ok=True)
+
+
+def _sweep(target: Path) -> None:
+    """Delete what killed processes have left of this file."""
+    for path in target.parent.glob(f".{glob.escape(target.name)}.????????.part"):
+        with contextlib.suppress(OSError):  # another process was quicker
+            if time.time() - path.stat().st_mtime > LEFT_OVER:
+                path.unlink()
 
 
 def _umask() -> int:

@@ -1,11 +1,21 @@
 """Files are read with one clear error and written completely or not at all."""
 
 import os
+import time
 
 import pytest
 
 from lwr_dyn.errors import FileAccessError
-from lwr_dyn.files import check_writable, make_folder, read_bytes, read_text, write_file, write_files, write_folder
+from lwr_dyn.files import (
+    LEFT_OVER,
+    check_writable,
+    make_folder,
+    read_bytes,
+    read_text,
+    write_file,
+    write_files,
+    write_folder,
+)
 
 
 def test_what_is_written_is_read_back(tmp_path):
@@ -44,3 +54,13 @@ def test_a_place_that_cannot_be_written_is_refused_at_once(tmp_path):
             check_writable(place)
     with pytest.raises(FileAccessError, match="a directory that exists or can be made, and can be written"):
         make_folder(tmp_path / "file" / "x")
+
+
+def test_what_a_killed_process_left_is_deleted_by_a_later_write(tmp_path):
+    old, young, other = (tmp_path / name for name in (".x[1].abcdefgh.part", ".x[1].ijklmnop.part", ".x[1].bak"))
+    for path in (old, young, other):
+        path.write_text("half")
+        if path != young:
+            os.utime(path, (time.time() - 2 * LEFT_OVER,) * 2)
+    write_file(tmp_path / "x[1]", "whole")
+    assert sorted(path.name for path in tmp_path.iterdir()) == [".x[1].bak", ".x[1].ijklmnop.part", "x[1]"]

@@ -30,7 +30,7 @@ ROUNDS, SEED = int(os.environ.get("LWR_DYN_KILLS", "20")), 24
 PAUSE = 0.1
 """[s] At each of the slow places."""
 OLD = b"what stood there before\n"
-LEFT_OVER = re.compile(r"\..+\.[a-z0-9_]{8}|INCOMPLETE\.txt")
+LEFT_OVER = re.compile(r"\..+\.[a-z0-9_]{8}(\.part)?|INCOMPLETE\.txt")
 """What a killed process may leave: files under temporary names, and a note in a folder of `reproduce`."""
 
 Job = Callable[[Path, Path], Any]
