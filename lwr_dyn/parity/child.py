@@ -19,7 +19,7 @@ from lwr_dyn.arrays import Array
 from lwr_dyn.parity.engine import ENGINES, ArmInFile
 from lwr_dyn.parity.quiet import one_line, quiet
 
-SECONDS = 60.0
+SECONDS = 180.0
 """Longest time for all files of one engine, import included."""
 
 

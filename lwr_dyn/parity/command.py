@@ -3,9 +3,11 @@
 import sys
 import tempfile
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import click
+import numpy as np
 
 from lwr_dyn.cli.options import OneOf, load_robot, print_json, robot_options
 from lwr_dyn.errors import MissingPackageError, OptionError
@@ -78,4 +80,12 @@ def _written(arm: Arm, engines: Sequence[str]) -> ModelReport:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / f"{model_stem(arm)}.urdf"
         write_file(path, urdf_text(arm))
-        return survey(path, engines=engines)
+        report = survey(path, engines=engines)
+    return replace(report, unwritten=_one_sided_friction(arm, report))
+
+
+def _one_sided_friction(arm: Arm, report: ModelReport) -> str:
+    if not arm.friction:
+        return ""
+    largest = float(np.abs(report.reference.friction(arm)).max())
+    return f"friction that differs by direction is in none, up to {largest:.2g} N m; see .provenance.json"

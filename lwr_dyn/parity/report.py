@@ -53,7 +53,8 @@ def kept_lines(report: ModelReport) -> list[str]:
 
 def notes(report: ModelReport) -> list[str]:
     """Engines that are missing, refuse the file, or take it only in part."""
-    return [f"{engine.engine}: {engine.note}" for engine in report.engines if engine.note]
+    lines = [f"{engine.engine}: {engine.note}" for engine in report.engines if engine.note]
+    return [*lines, f"all formats: {report.unwritten}"] if report.unwritten else lines
 
 
 def text(report: ModelReport) -> str:
@@ -66,7 +67,11 @@ def text(report: ModelReport) -> str:
 
 def record(report: ModelReport) -> dict[str, Any]:
     """The same for programs."""
-    return {"file": report.file, "engines": [_engine_record(engine) for engine in report.engines]}
+    return {
+        "file": report.file,
+        "unwritten": report.unwritten,
+        "engines": [_engine_record(engine) for engine in report.engines],
+    }
 
 
 def _engine_record(engine: EngineReport) -> dict[str, Any]:

@@ -50,6 +50,8 @@ class ModelReport:
     file: str
     engines: tuple[EngineReport, ...]
     reference: FileReference
+    unwritten: str = ""
+    """What the arm has and no format holds."""
 
 
 def survey(

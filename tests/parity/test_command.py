@@ -45,6 +45,14 @@ def test_a_missing_engine_is_a_line_of_the_table(lwr_dyn_command, monkeypatch):
     assert "drake: not installed: pip install drake" in out
 
 
+def test_friction_that_no_format_holds_is_named(lwr_dyn_command):
+    """WAM: the largest Coulomb level of a joint alone is 4.4748 N m."""
+    _, out, _ = lwr_dyn_command("parity", "wam7", "--engine", "pinocchio", "--json")
+    words = json.loads(out)["models"][0]["unwritten"]
+    assert words.startswith("friction that differs by direction is in none, up to ")
+    assert float(words.split("up to ")[1].split(" N m")[0]) > 4.4
+
+
 @pytest.mark.parametrize(
     "arguments",
     [("parity", "none.urdf"), ("parity", "lwr4plus", "--json", "--markdown"), ("parity", "x", "--engine", "ode")],
