@@ -22,7 +22,7 @@ from lwr_dyn.model.arm import Arm
 
 _PATIENCE = ((1e-6, 300), (1e-3, 40), (np.inf, 15))
 """Steps of a start by its E: where an arm is stretched, E falls by a constant factor a step."""
-_REPAIR = 40
+_REPAIR = 20
 """Steps of a repair."""
 
 

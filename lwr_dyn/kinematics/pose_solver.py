@@ -91,7 +91,7 @@ class PoseBatch:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PoseSolver:
-    """`solve(T, q0)`: one solution; for use by several threads at once."""
+    """`solve(T, q0)`: one solution of a pose; with the search "kernel" for use by several threads at once."""
 
     arm: Arm
     search: PoseSearch

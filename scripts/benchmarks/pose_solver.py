@@ -43,8 +43,8 @@ def toolbox(arm: Arm) -> Solve:
     chain = (chain * ET.SE3(arm.chain.flange.matrix())).compile()
 
     def solve(T: NDArray[np.float64], q0: NDArray[np.float64] | None) -> NDArray[np.float64] | None:
-        q, found, *_ = chain.ik_LM(T, q0=q0, tol=TOLERANCE**2 / 2.0, slimit=300)
-        return q if found else None
+        answer = chain.ik_LM(T, q0=q0, tol=TOLERANCE**2 / 2.0, slimit=300)
+        return answer.q if answer.success else None
 
     return solve
 
