@@ -6,6 +6,7 @@ Damping by the error itself: Sugihara, IEEE Transactions on Robotics 27(5), 2011
 the limits of a redundant arm, `pull` brings the joints inside along its self-motion.
 """
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import chain
@@ -77,21 +78,25 @@ class PinocchioSearch:
             yield q, sizes, FOUND if reached else NOT_REACHED if k == most and not pulling else None
             if reached and not pulling:
                 pulling, most = True, k + (_REPAIR if len(q) > len(error) else 0)
-            pull = np.clip(q, x.lower + x.room, x.upper - x.room) - q if pulling else np.zeros(len(q))
-            pull[(q >= x.lower) & (q <= x.upper)] = 0.0
             square = J @ J.T
             square.flat[::7] += 0.1 * half + 1e-12
-            step = pull + J.T @ np.linalg.solve(square, error - J @ pull)
-            q = q + step / max(1.0, float(np.linalg.norm(step)))
+            if pulling:
+                outside = (q < x.lower) | (q > x.upper)
+                pull = outside * (np.clip(q, x.lower + x.room, x.upper - x.room) - q)
+                step = pull + J.T @ np.linalg.solve(square, error - J @ pull)
+            else:
+                step = J.T @ np.linalg.solve(square, error)
+            q = q + step / max(1.0, math.sqrt(step @ step))
 
 
 def _pose_error(T: Array, pose: Array) -> tuple[Array, tuple[float, ...]]:
     """[p_T - p; 2 sin(theta/2) u], and the squares of its position and of sin theta, and cos theta."""
-    turn = T[:3, :3] @ pose[:3, :3].T
-    sine = np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]]) / 2.0
-    cosine, shift = (float(turn[0, 0] + turn[1, 1] + turn[2, 2]) - 1.0) / 2.0, T[:3, 3] - pose[:3, 3]
-    rotation = sine / np.sqrt(max((1.0 + cosine) / 2.0, 1e-12))
-    return np.concatenate([shift, rotation]), (float(shift @ shift), float(sine @ sine), cosine)
+    (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = (T[:3, :3] @ pose[:3, :3].T).tolist()
+    a, b, c = (T[:3, 3] - pose[:3, 3]).tolist()
+    sine, cosine = ((zy - yz) / 2.0, (xz - zx) / 2.0, (yx - xy) / 2.0), (xx + yy + zz - 1.0) / 2.0
+    scale = 1.0 / math.sqrt(max((1.0 + cosine) / 2.0, 1e-12))
+    error = np.array([a, b, c, *(scale * s for s in sine)])
+    return error, (a * a + b * b + c * c, sum(s * s for s in sine), cosine)
 
 
 def _near(q: Array, near: Array, x: SearchRanges) -> Array:
