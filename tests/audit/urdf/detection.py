@@ -76,13 +76,13 @@ def verdicts(arm: JudgedArm, kinds: tuple[FaultKind, ...], share: float = 1.0, s
     """The verdicts on all plants in an arm, or on a share of them drawn by seed."""
     text, path = arm.text(), arm.path
     before = findings_of(text, path)
-    chosen = [x for x in plants(text, path, kinds, frozenset(arm.faults)) if _drawn(arm, x, share, seed)]
+    chosen = plants(text, path, kinds, frozenset(arm.faults), lambda link, kind: _drawn(arm, link, kind, share, seed))
     return [judge_plant(arm.name, plant, before, path) for plant in chosen]
 
 
-def _drawn(arm: JudgedArm, plant: FaultPlant, share: float, seed: int) -> bool:
+def _drawn(arm: JudgedArm, link: str, kind: str, share: float, seed: int) -> bool:
     """Whether the seed draws this plant; the same on every machine."""
-    word = f"{seed} {arm.name} {plant.link} {plant.kind.name}".encode()
+    word = f"{seed} {arm.name} {link} {kind}".encode()
     return int.from_bytes(hashlib.sha256(word).digest()[:8], "big") < share * 2**64
 
 

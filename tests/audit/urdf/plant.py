@@ -71,14 +71,24 @@ def fault_kinds() -> tuple[FaultKind, ...]:
     )  # fmt: skip
 
 
+def _every(link: str, kind: str) -> bool:
+    return True
+
+
 def plants(
-    text: str, path: Path, kinds: tuple[FaultKind, ...], skip: frozenset[str] = frozenset()
+    text: str,
+    path: Path,
+    kinds: tuple[FaultKind, ...],
+    skip: frozenset[str] = frozenset(),
+    wanted: Callable[[str, str], bool] = _every,
 ) -> Iterator[FaultPlant]:
     """Every fault at every moving link of a URDF that has shapes, but links in `skip`."""
     for where in sites(text, path):
         if where.link in skip or not where.diameter:
             continue
         for kind in kinds:
+            if not wanted(where.link, kind.name):
+                continue
             site = where.fresh()
             size = kind.function(site, **kind.arguments)
             if size is None or not math.isfinite(size):

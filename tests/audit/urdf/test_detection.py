@@ -6,15 +6,15 @@ from collections import Counter
 
 import pytest
 
-from tests.audit.urdf.detection import alarms, verdicts
+from tests.audit.urdf.detection import alarms, findings_of, judge_plant, verdicts
 from tests.audit.urdf.judged_arms import ARMS_FILE, judged_arms
 from tests.audit.urdf.plant import fault_kinds, plants
 
 ARMS = {arm.name: arm for arm in judged_arms()}
 PLANTED = ("xarm7", "z1")
 """Of example-robot-data, which the tests install."""
-SHARE = 0.08
-LEAST_LARGE, LEAST_ALL = 0.93, 0.8
+SHARE = 0.06
+LEAST_LARGE, LEAST_ALL = 0.95, 0.8
 """Share found at least, by an error or a warning; over all arms: scripts/soak.py linter."""
 
 
@@ -28,8 +28,20 @@ def found():
 def test_faults_above_their_floors_are_found_where_they_are(found):
     large = [v for v in found if v.large]
     missed = Counter(v.kind for v in large if not v.seen("warning"))
-    assert len(large) > 40
+    assert len(large) > 30
     assert 1 - sum(missed.values()) / len(large) >= LEAST_LARGE, missed
+
+
+def test_every_large_fault_of_one_link_is_found():
+    arm = ARMS["xarm7"]
+    if arm.path is None:
+        pytest.skip("example-robot-data is not installed")
+    text = arm.text()
+    before = findings_of(text, arm.path)
+    planted = plants(text, arm.path, fault_kinds(), wanted=lambda link, kind: link == "link4")
+    judged = [judge_plant(arm.name, plant, before, arm.path) for plant in planted]
+    assert len(judged) > 60
+    assert [v.kind for v in judged if v.large and not v.seen("warning")] == []
 
 
 def test_faults_of_all_kinds_are_found(found):
@@ -57,10 +69,10 @@ def test_a_planted_fault_changes_one_link_or_joint():
     if arm.path is None:
         pytest.skip("example-robot-data is not installed")
     before = ET.fromstring(arm.text())
-    planted = list(plants(arm.text(), arm.path, fault_kinds()))
+    planted = list(plants(arm.text(), arm.path, fault_kinds(), wanted=lambda link, kind: link in ("link02", "link05")))
     absent = {kind.name for kind in fault_kinds()} - {plant.kind.name for plant in planted}
     assert absent == {"inertial rpy in degrees", "inertial rpy sign", "joint rpy in degrees"}  # its angles are 0
-    for plant in planted:
+    for plant in planted[::3]:
         after = ET.fromstring(plant.text)
         changed = [x for x, y in zip(before, after, strict=False) if ET.tostring(x) != ET.tostring(y)]
         assert len(changed) + len(after) - len(before) == 1, plant.kind.name
