@@ -138,13 +138,18 @@ def _print_branches(arm: Arm, pose: Array, result: InverseResult) -> None:
         how += f"; {result.turns_left_out} copies whole turns apart, inside the limits too, are not listed"
     units = "deg" if turning.all() else "deg (m for sliding joints)"
     click.echo(f"{arm.name}, reading {arm.reading}: {how}; joints in {units}")
-    kuka, rows = kuka_units(arm), []
+    kuka, rows, widths = kuka_units(arm), [], [max(9, len(name)) for name in arm.joint_names]
     for solution in (*result.solutions, *result.outside):
         rows.append(
             (
                 solution.branch or "-",
                 kuka.label(solution.q) if kuka else _arm_angle(solution),
-                " ".join(f"{x:9.4f}" for x in np.where(turning, np.degrees(solution.q), solution.q) + 0.0),
+                " ".join(
+                    f"{x:{width}.4f}"
+                    for x, width in zip(
+                        np.where(turning, np.degrees(solution.q), solution.q) + 0.0, widths, strict=True
+                    )
+                ),
                 f"{_margin(arm, solution):.4f}",
                 solution.joint,
                 "inside" if solution.inside_limits else "OUTSIDE",

@@ -95,6 +95,15 @@ def test_without_an_orientation_one_solution_near_a_start_is_given():
     )
 
 
+def test_columns_stand_below_long_joint_names(tmp_path):
+    file = tmp_path / "long.urdf"
+    text = lwr_dyn.urdf_text(lwr_dyn.load("kr30ha")).replace('"A2"', '"shoulder_lift_joint"')
+    file.write_text(text, encoding="utf-8")
+    lines = CliRunner().invoke(command, [str(file), "--xyz", "1.4,0,1.2", "--rpy", "0,1,0"]).stdout.splitlines()
+    end = lines[1].index("shoulder_lift_joint") + len("shoulder_lift_joint")
+    assert lines[3][:end].endswith("-72.5586")
+
+
 def test_an_orientation_that_cannot_be_met_is_not_called_out_of_reach():
     arguments = [
         "lwr4plus",
