@@ -47,7 +47,7 @@ KNOWN = (
 )
 """Faults that the tests of version 0.1.0 did not see."""
 REASONS = Path(__file__).with_name("mutants.toml")
-"""name = "why this change changes nothing"."""
+"""key = "why this change changes nothing"."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -183,10 +183,10 @@ def mutants() -> tuple[str, bool, str]:
             word = "seen" if fates[-1].seen else "NOT SEEN"
             print(f"{word} {fates[-1].seconds:.0f} s {mutant.name}", file=sys.stderr, flush=True)
     survivors = [x.mutant for x in fates if not x.seen]
-    idle = [x for x in survivors if x.name in reasons]
-    missed = [x for x in survivors if x.name not in reasons]
+    idle = [x for x in survivors if x.key in reasons]
+    missed = [x for x in survivors if x.key not in reasons]
     share = 1.0 - len(missed) / max(len(fates) - len(idle), 1)
-    rows = [f"| {x.name} | {reasons.get(x.name, 'not seen')} |" for x in survivors]
+    rows = [f"| {x.name} | {reasons.get(x.key, 'not seen')} |" for x in survivors]
     table = "\n".join(["| mutant that no test sees | why |", "|---|---|", *rows]).replace("`", "")
     seen = sum(x.seen for x in fates)
     words = f"{seen} of {len(fates)} seen; {len(idle)} change nothing; {share:.1%} of the rest seen"

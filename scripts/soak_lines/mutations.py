@@ -40,6 +40,11 @@ class Mutant:
         """Such as "simulation/record.py:90 comparison: > 0.0 -> >= 0.0"."""
         return f"{self.module}:{self.line} {self.kind}: {' '.join(self.old.split())} -> {self.new}"
 
+    @property
+    def key(self) -> str:
+        """The name without the line, which moves."""
+        return f"{self.module} {self.kind}: {' '.join(self.old.split())} -> {self.new}"
+
     def applied(self, source: str) -> str:
         """The changed source."""
         return source[: self.begin] + self.new + source[self.end :]

@@ -145,11 +145,10 @@ def evidence(folder: Path, rng: random.Random) -> bool:
 
 
 def tool(folder: Path, rng: random.Random) -> bool:
-    """A tool or a mount from a file."""
-    from lwr_dyn import loading
-
+    """An arm with a tool or a mount from a file."""
     what = rng.choice(("tool", "tool", "mount"))
-    loading._description(what, written(folder, "x.toml", changed(_text(f"{GOOD}/{what}.toml"), rng)))
+    path = written(folder, "x.toml", changed(_text(f"{GOOD}/{what}.toml"), rng))
+    lwr_dyn.load("lwr4", **{what: path})
     return True
 
 

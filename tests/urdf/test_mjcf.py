@@ -47,3 +47,9 @@ def test_a_moving_link_of_mass_0_is_named_and_no_file_is_written(tmp_path):
     result = CliRunner().invoke(command, [str(source), "--out", str(out)])
     assert result.exit_code == 0
     assert "no x.xml: MuJoCo refuses a moving link of mass 0, as link_1" in result.output
+
+
+def test_a_frame_that_is_not_turned_has_no_axes():
+    text = mjcf_text(lwr_dyn.load("lwr4plus"))
+    assert 'xyaxes="1.0 0.0 0.0 0.0 1.0 0.0"' not in text
+    assert text.count("xyaxes=") > 3
