@@ -133,7 +133,7 @@ def _in_engine(engine: str, copies: _Copies, seconds: float) -> EngineReport:
         losses += [shapes_loss(engine, whole, shapeless, reference)] if isinstance(shapeless, Loaded) else []
     losses.append(merged_loss(engine, judged, dict.fromkeys(copies.links)))
     tried = list(zip(ways, found[len(files) :], strict=True))
-    losses += _drag(engine, bare, tried)
+    losses += _drag(engine, bare, tried) if reference.has_dynamics else []
     rows = [Restored(x, restored_by(x, tried, reference, copies.links) if x.is_loss else "") for x in losses]
     return EngineReport(engine, agreement(engine, copies.path.name, judged, reference), tuple(rows), note)
 
