@@ -5,6 +5,7 @@ python fuzz_worker.py READER SEED BEGIN END FOLDER
 
 from __future__ import annotations
 
+import contextlib
 import json
 import resource
 import signal
@@ -24,6 +25,8 @@ MEMORY = 1_000_000_000
 """[bytes] Beyond what the loaded libraries take."""
 LONGEST = 1.0
 """[s] Of CPU time for one input."""
+WARM = 60
+"""Inputs before the first that counts: they load what the reader needs."""
 HANG = 10
 """[s] After this an input is stopped."""
 
@@ -49,7 +52,9 @@ def _bounded() -> None:
 def batch(reader: str, seed: int, begin: int, end: int, folder: Path) -> dict[str, Any]:
     """Counts of one batch; `folder/at` always names the input at work."""
     with tempfile.TemporaryDirectory() as place:
-        one_input(reader, seed, -1, Path(place))  # loads what the reader needs
+        for warm in range(1, WARM):
+            with contextlib.suppress(Exception):  # what is wrong shows below
+                one_input(reader, seed, -warm, Path(place))
         _bounded()
         base, out = _statm(1), {"inputs": 0, "read": 0, "slow": [], "slowest": 0.0, "foreign": []}
         for number in range(begin, end):

@@ -49,7 +49,7 @@ def test_a_moving_link_of_mass_0_is_named_and_no_file_is_written(tmp_path):
     assert "no x.xml: MuJoCo refuses a moving link of mass 0, as link_1" in result.output
 
 
-def test_a_frame_that_is_not_turned_has_no_axes():
+def test_a_frame_that_is_where_its_parent_is_has_no_axes():
     text = mjcf_text(lwr_dyn.load("lwr4plus"))
-    assert 'xyaxes="1.0 0.0 0.0 0.0 1.0 0.0"' not in text
+    assert 'pos="0.0 0.0 0.0" xyaxes="1.0 0.0 0.0 0.0 1.0 0.0"' not in text
     assert text.count("xyaxes=") > 3
