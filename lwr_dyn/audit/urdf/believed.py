@@ -9,8 +9,8 @@ from lwr_dyn.audit.urdf.mass_slips import SHAPES, mass_slip
 
 FAR = 0.3
 """[diameters] A centre further outside the hull than this is taken at the hull's centroid."""
-ODD = 6.0
-"""A density further than this from the file's usual one is not believed."""
+EMPTY, SOLID = 5.0, 12000.0
+"""[kg/m^3] A mass that makes the density lie beyond these is taken at the file's usual density."""
 
 
 @lru_cache(maxsize=4)
@@ -26,7 +26,7 @@ def believed_masses(document: UrdfDocument) -> dict[str, tuple[float, Array]]:
         if name in misscaled(document):
             continue
         mass, com = out[name]
-        usual = 1.0 / ODD < found.density / found.usual < ODD
+        usual = EMPTY < found.density < SOLID
         inside = found.outside <= FAR
         out[name] = (mass if usual else found.usual * found.hull.volume, com if inside else found.hull.centroid)
     return out

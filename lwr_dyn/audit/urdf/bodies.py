@@ -74,12 +74,17 @@ def bodies_of(document: UrdfDocument) -> Mapping[str, LinkBody]:
 
 def _body(link: LinkElement, path: Path) -> LinkBody:
     pieces: dict[str, list[Piece]] = {"visual": [], "collision": []}
-    unread = []
+    unread, partial = [], set()
     for shape in link.shapes:
         try:
             pieces[shape.role] += _piece(shape, path)
         except MeshPointsError as fault:
+            partial.add(shape.role)
             unread.append((shape, str(fault)))
+        except FileNotFoundError:
+            partial.add(shape.role)
+    for role in partial:  # half a body is no body to judge by
+        pieces[role] = []
     visual, collision = (_hull(tuple(pieces[role])) for role in ("visual", "collision"))
     both = tuple(dict.fromkeys(pieces["visual"] + pieces["collision"]))
     body = LinkBody(link, visual, collision, None, tuple(unread))
@@ -102,7 +107,9 @@ def _piece(shape: ShapeElement, path: Path) -> Iterable[Piece]:
             yield Piece(shape.kind, shape.size, "", "", (1.0, 1.0, 1.0), pose.tobytes())
         return
     found = mesh_path(shape.mesh, path).path if shape.mesh else None
-    if found is not None and shape.scale is not None:
+    if found is None:
+        raise FileNotFoundError(shape.mesh)
+    if shape.scale is not None:
         points = mesh_points(found)
         yield Piece("mesh", (), str(found), points.digest, tuple(shape.scale), pose.tobytes())
 

@@ -132,6 +132,6 @@ def _gap(one: Hull, other: Hull, pose_bytes: bytes) -> float:
 
 
 def reach_along(hull: Hull, axes: Array, origin: Array) -> tuple[Array, Array]:
-    """How far the hull reaches from a point, back and forth along axes (the columns of (3, 3)): two (3,) arrays [m]."""
+    """How far the hull reaches from a point, back and forth along axes (the columns of (3, k)): two (k,) arrays [m]."""
     along = (hull.vertices - origin) @ axes
     return -along.min(axis=0), along.max(axis=0)

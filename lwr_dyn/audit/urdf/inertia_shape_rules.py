@@ -16,13 +16,15 @@ WIDEST, WIDE = 18.0, 4.5
 """Largest eigenvalue of H^-1 S that is impossible, and that no good arm but UR3 and UR3e (5.1) reaches."""
 NARROWEST, NARROW, NARROW_MIDDLE = 0.02, 0.11, 0.33
 """Largest eigenvalue below which nothing is left of the body; smallest and middle one below those of good arms."""
-BOUND_ERROR, BOUND_WARNING = 2.0, 1.1
+BOUND_ERROR, BOUND_WARNING = 2.0, 1.35
 OUTSIDE_ERROR, OUTSIDE_WARNING = 0.3, 0.02
 OFF = 2.0
-EMPTY, LIGHT, HEAVY, SOLID = 5.0, 60.0, 3500.0, 12000.0
+EMPTY, LIGHT, HEAVY, SOLID = 5.0, 60.0, 5000.0, 12000.0
 """[kg/m^3] Impossible, odd; odd, impossible. Good arms: 250 to 3 030, a cover 13, a display 68."""
 UNUSUAL = 6.0
-MISFIT, POUND, _NEAR_POUND = 0.45, 0.45359237, 0.3
+SPARSE, DENSE = 100.0, 3000.0
+"""[kg/m^3] Between these a density unlike the others of the file is worth a note only."""
+MISFIT, MISFIT_WARNING, POUND, _NEAR_POUND = 0.45, 0.55, 0.45359237, 0.3
 
 
 def spread(document: UrdfDocument) -> Iterable[UrdfFinding]:
@@ -58,14 +60,14 @@ def _spread_severity(found: Judgement) -> FindingSeverity | None:
 def bound(document: UrdfDocument) -> Iterable[UrdfFinding]:
     """The mass varies more about its centre than any mass inside the hull of the shapes can.
 
-    Along each principal axis the variance is at most (max - c)(c - min), which half the mass at either end of the body
-    reaches. Good arms stay below 1 of that bound. Error above 2, warning above 1.1.
+    Along every direction the variance is at most (max - c)(c - min), which half the mass at either end of the body
+    reaches. Good arms stay below 1 of that bound (two links of 147: 1.1 and 1.3). Error above 2, warning above 1.35.
     """
     for found in judgements(document):
         quiet = _spread_severity(found) is None and not _is_off_centre(found)  # else said there
         if found.bound > BOUND_WARNING and quiet and not _shape_is_off(found):
             what = f"its inertia needs {found.bound:.2g} times the variance that its shape allows"
-            why = "along a principal axis, with half the mass at either end of the body"
+            why = "along one direction, with half the mass at either end of the body"
             yield _of_tensor(found, what, why, "error" if found.bound > BOUND_ERROR else "warning")
 
 
@@ -74,8 +76,8 @@ def slip(document: UrdfDocument) -> Iterable[UrdfFinding]:
 
     Tried are: two moments exchanged, moments permuted, the six numbers by rows, products permuted, of the opposite sign
     or of the mirrored side, powers of ten, rpy in degrees or a quarter turn off, a tensor about the link frame. The
-    distance is the length of the three logarithms of the eigenvalues of H^-1 S. An undoing that shortens it by 0.75 is
-    a warning (rpy 0.95, signs of products 1.2, moments permuted 1.05), by 0.25 less a note. On 145 good links the best
+    distance is the length of the three logarithms of the eigenvalues of H^-1 S. An undoing that shortens it by 0.8 is
+    a warning (rpy 1.05, signs of products 1.6, moments permuted 1.15), by 0.2 less a note. On 145 good links the best
     exchange of moments shortens it by 0.55, signs of products by 1.03. The text to write is given.
     """
     for found in judgements(document):
@@ -114,14 +116,15 @@ def density(document: UrdfDocument) -> Iterable[UrdfFinding]:
     """The mass over the volume of the hull of the shapes is none that an arm has.
 
     Good arms: 250 to 3 030 kg/m^3 (covers 13, a display 68). Error below 5 and above 12 000, warning below 60, above
-    3 500, and for 6 times or a sixth of the median over the file's links above 50 g. A factor of 1000 in the mass, or
-    of 1000^3 in the volume (a mesh in mm), is named.
+    5 000, and for 6 times or a sixth of the median over the file's links above 50 g (a note between 100 and 3 000). A
+    factor of 1000 in the mass, or of 1000^3 in the volume (a mesh in mm), is named.
     """
     for found in judgements(document):
         if not _density_is_odd(found):
             continue
         rho = found.density
         severity: FindingSeverity = "error" if rho < EMPTY or rho > SOLID else "warning"
+        severity = "note" if SPARSE < rho < DENSE else severity
         named = mass_slip(found)
         what = f"mass over volume is {rho:.3g} kg/m^3"
         why = f"mass {found.point.mass:.4g} kg, hull {found.hull.volume:.3g} m^3; the file's usual is {found.usual:.0f}"
@@ -135,7 +138,8 @@ def mass_fit(document: UrdfDocument) -> Iterable[UrdfFinding]:
     """The mass is too large for the volume and for the inertia alike, against the other links of the file.
 
     A mass that is f times too large makes the density f times too large and the spread f times too small. The mean of
-    the two logarithms, each above 0.2, reaches 0.37 on 145 good links. Warning above 0.45; a mass in lb has 0.79.
+    the two logarithms, each above 0.2, reaches 0.53 on 287 good links. A note above 0.45, a warning above 0.55; a mass
+    in lb adds 0.79.
     """
     for found in judgements(document):
         factor = misfit(found)
@@ -149,7 +153,7 @@ def mass_fit(document: UrdfDocument) -> Iterable[UrdfFinding]:
         link = found.body.link
         yield UrdfFinding(
             what, why, found.inertial.mass_place, link.subject, instead, "possible",
-            "masses in lb" if in_pounds else "", "warning", link.name,
+            "masses in lb" if in_pounds else "", "warning" if factor > MISFIT_WARNING else "note", link.name,
         )  # fmt: skip
 
 

@@ -33,10 +33,10 @@ _WHOLE_FILE, _ODD = 3, 0.02
 """Links that must tell of the base frame before a file is said to use it."""
 _LIGHT = 0.05
 """[kg] Links below this do not count for the median: dummies and frames."""
-NOTED, NAMED = 0.5, 0.75
+NOTED, NAMED = 0.6, 0.8
 """A slip is noted, and named, that shortens the distance of the logarithms by this and its prior. On 145 good links:
-an exchange of moments at most 0.55, rpy 0.67 (prior 0.2), about the link frame 0.23 (one 0.93), signs of products 1.03
-(prior 0.45)."""
+an exchange of moments at most 0.55, rpy 0.67 (prior 0.2), about the link frame 0.23 (one 0.93), signs of products 1.5
+(prior 0.75)."""
 _USUAL_REST = 1.8
 """A slip explains a tensor when no more distance than this is left: 98 of 100 good links have at most 1.7."""
 CENTRE_NAMED = 0.55

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.audit.urdf.hulls import Hull, depth, reach_along
+from lwr_dyn.audit.urdf.hulls import Hull, depth, directions, reach_along
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -52,12 +52,15 @@ def log_distance(ratios: Array) -> Array:
 
 
 def bound_ratio(body: MassPoint, hull: Hull) -> float:
-    """Largest variance along a principal axis over its bound (max - c)(c - min); 0 where the centre is outside.
+    """Largest variance along a direction over its bound (max - c)(c - min); 0 where the centre is outside.
 
-    No mass within the hull varies more about its centre than half of it at either end (Bhatia and Davis 2000).
+    No mass within the hull varies more about its centre than half of it at either end (Bhatia and Davis 2000). Tried
+    are the principal axes and 600 directions.
     """
-    values, axes = np.linalg.eigh(mass_covariance(body.inertia, body.mass))
-    back, forth = reach_along(hull, axes, body.com)
+    covariance = mass_covariance(body.inertia, body.mass)
+    ways = np.vstack([np.linalg.eigh(covariance)[1].T, directions()])
+    back, forth = reach_along(hull, ways.T, body.com)
+    values = np.einsum("ki,ij,kj->k", ways, covariance, ways)
     inside = (back > 0.0) & (forth > 0.0)
     return float(np.max(np.where(inside, values / np.where(inside, back * forth, 1.0), 0.0)))
 

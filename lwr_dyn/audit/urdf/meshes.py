@@ -20,6 +20,7 @@ from lwr_dyn.audit.urdf.mesh_cache import keep_points, kept_points
 from lwr_dyn.errors import FileAccessError
 from lwr_dyn.files import read_bytes
 
+OTHER_FORMAT = "format"
 FORMATS = (".stl", ".obj", ".dae")
 _LARGEST = 256_000_000
 """[bytes] of one mesh file."""
@@ -61,7 +62,7 @@ def _points(path: str, changed: int, size: int) -> MeshPoints | str:
     """The points, or why there are none; asked again when the file has changed."""
     ending = Path(path).suffix.lower()
     if ending not in FORMATS:
-        return f"format {ending or 'without an ending'} is not read (read are {', '.join(FORMATS)})"
+        return f"{OTHER_FORMAT} {ending or 'without an ending'} is not read (read are {', '.join(FORMATS)})"
     try:
         content = read_bytes(path, "a mesh file", _LARGEST)
     except FileAccessError as fault:

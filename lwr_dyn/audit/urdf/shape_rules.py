@@ -9,9 +9,10 @@ from lwr_dyn.audit.urdf.believed import misscaled
 from lwr_dyn.audit.urdf.bodies import bodies_of
 from lwr_dyn.audit.urdf.document import UrdfDocument
 from lwr_dyn.audit.urdf.elements import JointElement
-from lwr_dyn.audit.urdf.finding import UrdfFinding, vector_text
+from lwr_dyn.audit.urdf.finding import FindingSeverity, UrdfFinding, vector_text
 from lwr_dyn.audit.urdf.hulls import Hull, depth, gap
 from lwr_dyn.audit.urdf.joint_slips import JointSlip, axis_slip, origin_slip
+from lwr_dyn.audit.urdf.meshes import OTHER_FORMAT
 from lwr_dyn.urdf.xml_text import DRAWN_HERE
 
 APART = 0.06
@@ -22,13 +23,16 @@ NEARER, FREER, _NAMED = 0.42, 0.3, 0.1
 def mesh_unreadable(document: UrdfDocument) -> Iterable[UrdfFinding]:
     """A mesh file is there and cannot be read as what its ending says.
 
-    STL, OBJ and DAE are read. Programs that load the file show nothing in its place or stop; export the mesh again.
+    STL, OBJ and DAE are read; other formats get a note, and their links are judged without that shape. Programs that
+    load a damaged file show nothing in its place or stop; export the mesh again.
     """
     for body in bodies_of(document).values():
         for shape, reason in body.unread:
             what = f"the mesh {shape.mesh} cannot be read"
-            place = shape.geometry_place
-            yield UrdfFinding(what, reason, place, body.link.subject, "export it again", link=body.link.name)
+            severity: FindingSeverity | None = "note" if reason.startswith(OTHER_FORMAT) else None
+            instead = "" if severity else "export it again"
+            place, link = shape.geometry_place, body.link
+            yield UrdfFinding(what, reason, place, link.subject, instead, severity=severity, link=link.name)
 
 
 def shapes_differ(document: UrdfDocument) -> Iterable[UrdfFinding]:

@@ -11,7 +11,7 @@ from lwr_dyn.audit.urdf.elements import JointElement
 from lwr_dyn.audit.urdf.finding import UrdfFinding
 from lwr_dyn.audit.urdf.tree_poses import TURNING, link_poses
 
-WEAK, STRONG = 0.6, 2500.0
+WEAK, STRONG = 0.6, 20000.0
 """Effort over the largest weight moment: good arms 0.8 to 1 312."""
 UNLIKE = 30.0
 UNKNOWN = 1e6
@@ -19,6 +19,8 @@ UNKNOWN = 1e6
 _GRAVITY, _ARM = 9.81, 0.05
 """[m/s^2], [m]."""
 _FEWEST = 2
+_NO_LIMIT = 1e9
+"""An effort from here on stands for none."""
 
 
 def effort_against_weight(document: UrdfDocument) -> Iterable[UrdfFinding]:
@@ -26,7 +28,7 @@ def effort_against_weight(document: UrdfDocument) -> Iterable[UrdfFinding]:
 
     The largest moment of the weight over 12 positions of the joints and any mounting, m g times the distance of the
     centre of the moved links from the axis; odd masses and centres are replaced by usual ones. Good arms: effort 0.8 to
-    1 312 times that. Warning below 0.6 (the joint may still hold the arm as it is mounted), and above 2 500 times the
+    1 312 times that. Warning below 0.6 (the joint may still hold the arm as it is mounted), and above 20 000 times the
     moment at a distance of at least 5 cm; 1e6 and more stand for unknown.
     """
     poses = link_poses(document)
@@ -50,7 +52,7 @@ def unlike_others(document: UrdfDocument) -> Iterable[UrdfFinding]:
     points to its unit (N mm, kg cm).
     """
     for moving in (TURNING, ("prismatic",)):
-        efforts = [(x, e) for x in document.joints if x.type in moving and 0.0 < (e := x.effort or 0.0) < UNKNOWN]
+        efforts = [(x, e) for x in document.joints if x.type in moving and 0.0 < (e := x.effort or 0.0) < _NO_LIMIT]
         for joint, effort in efforts if len(efforts) > _FEWEST else ():
             others = [other for its, other in efforts if its is not joint]
             if effort > UNLIKE * max(others) or effort < min(others) / UNLIKE:
