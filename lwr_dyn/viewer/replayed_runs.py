@@ -117,7 +117,7 @@ def _facts(run: Run) -> dict[str, str]:
     meta, note = run.meta, run.meta.get("note") or {}
     given = meta.get("loaded_with") or {}
     values = {"robot": meta.get("robot"), "reading": meta.get("reading")}
-    values |= {what: json.dumps(given[what]).strip("{}") for what in ("mount", "tool") if what in given}
+    values |= {what: _shortly(given[what]) for what in ("mount", "tool") if what in given}
     values["controller"] = _controller(meta)
     values["task"] = note.get("task", meta.get("task"))
     carrier = "tool centre point" if "tool" in given else "flange"
@@ -131,6 +131,12 @@ def _controller(meta: Mapping[str, Any]) -> Any:
     """The controller's label; its name in runs that have no label."""
     controller = meta.get("controller")
     return controller.get("label", controller.get("name")) if isinstance(controller, Mapping) else controller
+
+
+def _shortly(fields: Mapping[str, Any]) -> str:
+    """A mount or a tool in words: its place and its mass."""
+    words = ("on", "xyz", "rpy", "rpy_deg", "pose", "mass")
+    return json.dumps({key: fields[key] for key in words if key in fields}).strip("{}").replace('"', "")
 
 
 def _payload(load: Any, known: bool, carrier: str) -> str | None:
