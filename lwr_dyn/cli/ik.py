@@ -8,7 +8,7 @@ import click
 import numpy as np
 
 from lwr_dyn.arrays import Array, fixed_array
-from lwr_dyn.cli.options import NUMBERS, OneOf, load_robot, print_json, robot_options
+from lwr_dyn.cli.options import NUMBERS, OneOf, from_degrees, load_robot, print_json, robot_options
 from lwr_dyn.errors import OptionError
 from lwr_dyn.front import FUNCTIONS, kuka_units
 from lwr_dyn.kinematics.inverse import IK_SOLVERS, inverse_kinematics
@@ -76,9 +76,9 @@ def _selected(arm: Arm, solutions: tuple[Solution, ...], given: dict[str, Any]) 
 
 
 def _start(arm: Arm, given: dict[str, Any]) -> Array | None:
-    """[rad]"""
+    """[rad or m]"""
     typed = given["from_deg"]
-    return None if typed is None else np.radians(fixed_array("--from-deg", typed, (arm.n,)))
+    return None if typed is None else from_degrees(arm, typed, "--from-deg")
 
 
 def _pose(arm: Arm, given: dict[str, Any]) -> tuple[Array, bool]:

@@ -7,6 +7,7 @@ from scipy.spatial.transform import Rotation
 
 import lwr_dyn
 from lwr_dyn.cli.ik import command
+from lwr_dyn.cli.main import group
 from lwr_dyn.errors import MissingPackageError
 from lwr_dyn.front import FUNCTIONS
 from lwr_dyn.registry import Row
@@ -153,3 +154,17 @@ def test_without_the_package_krl_its_options_name_the_extra(monkeypatch):
         done = CliRunner().invoke(command, [*KUKA, *options])
         assert isinstance(done.exception, MissingPackageError)
         assert "pip install 'lwr_dyn[krl]'" in str(done.exception)
+
+
+def test_a_sliding_joint_starts_at_metres(tmp_path):
+    path = tmp_path / "arm.toml"
+    assert (
+        CliRunner().invoke(group, ["new", "arm", str(path), "--joints", "RRPR", "--convention", "modified"]).exit_code
+        == 0
+    )
+    arm = lwr_dyn.load(path)
+    q = np.array([0.2, 0.4, 0.5 * arm.upper[2], 0.1])
+    xyz = ",".join(map(repr, lwr_dyn.forward_kinematics(arm, q)[:3, 3].tolist()))
+    start = ",".join(repr(float(x)) for x in np.where([True, True, False, True], np.degrees(q), q))
+    done = CliRunner().invoke(command, [str(path), "--xyz", xyz, "--from-deg", start, "--json"])
+    np.testing.assert_allclose(json.loads(done.stdout)["solutions"][0]["q"], q, atol=1e-9)
