@@ -1,6 +1,6 @@
 """From a name or a file to an arm, with the options it is loaded with; what a run records of them finds it again."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -33,7 +33,7 @@ def load_with_paper(
     if "\0" in name:
         raise FileAccessError(repr(name), "a null character", "a robot's name or a path")
     if isinstance(xacro_args, tuple):  # options of the command
-        xacro_args = dict(_xacro_arg(text) for text in xacro_args)
+        xacro_args = xacro_arguments(xacro_args)
     options: dict[str, Any] = {"tip": tip, "lock": dict(lock or {}), "xacro_args": dict(xacro_args or {})}
     options = {key: value for key, value in options.items() if value}
     if xacro_args and not ends_in(name, ".xacro"):
@@ -51,6 +51,11 @@ def load_with_paper(
     file = str(Path(name).resolve()) if ends_in(name, ".urdf", ".xacro", ".toml") else ""
     arm = replace(arm, file=file, loaded_with=options)
     return (arm if mount is tool is None else PARTS.load("installation")(arm, mount, tool)), paper
+
+
+def xacro_arguments(texts: Iterable[str]) -> dict[str, str]:
+    """Arguments of a `.xacro` from texts NAME:=VALUE; raises `OptionError`."""
+    return dict(map(_xacro_arg, texts))
 
 
 def _xacro_arg(text: str) -> tuple[str, str]:

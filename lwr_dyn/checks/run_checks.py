@@ -3,7 +3,7 @@
 Road A is the URDF in Pinocchio, road B the recursion on the paper's own DH frames.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 
 import numpy as np
 
@@ -40,11 +40,12 @@ CHECKS: Registry[Callable[[Arm, Paper], Iterable[Verdict]]] = Registry(
     {"data-sheet": Row("lwr_dyn.audit.datasheet:datasheet_verdicts", "poses, ranges, reach, envelope and mass")},
 )
 """Checks of optional packages by name; each row is a function of the arm and its paper."""
-FILE_CHECKS: Registry[Callable[[str], FileVerdict]] = Registry(
+FILE_CHECKS: Registry[Callable[[str, Mapping[str, str]], FileVerdict]] = Registry(
     "file_check",
     {"as-written": Row("lwr_dyn.audit.urdf.report_text:file_verdict", "each link, joint and shape of a URDF")},
 )
-"""Checks of a `.urdf` or `.xacro` before it is read as a chain; each row is a function of the path."""
+"""Checks of a `.urdf` or `.xacro` before it is read as a chain; each row is a function of the path and
+the arguments of a `.xacro`."""
 READER_CHECKS: Registry[Callable[[Arm], tuple[list[Verdict], list[str]]]] = Registry(
     "reader_check",
     {"pinocchio": Row("lwr_dyn.parity.file_check:file_verdicts", "Pinocchio on a foreign file itself")},

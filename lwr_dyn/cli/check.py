@@ -7,7 +7,7 @@ import click
 
 from lwr_dyn.checks.run_checks import FILE_CHECKS, check_arm
 from lwr_dyn.checks.verdict import CheckReport, FileVerdict
-from lwr_dyn.cli.options import load_robot_and_paper, print_json, robot_options
+from lwr_dyn.cli.options import given_xacro_args, load_robot_and_paper, print_json, robot_options
 from lwr_dyn.errors import UrdfError
 from lwr_dyn.files import ends_in
 
@@ -44,7 +44,7 @@ def command(robot: str, reading: str | None, tip: str | None, locks: tuple[str, 
 def _as_written(robot: str) -> tuple[list[FileVerdict], list[str]]:
     """What the checks of the file find, and a line for each that is not installed."""
     names = FILE_CHECKS.names if ends_in(robot, ".urdf", ".xacro") else ()
-    found = [FILE_CHECKS.load(name)(robot) for name in names if FILE_CHECKS[name].is_installed]
+    found = [FILE_CHECKS.load(name)(robot, given_xacro_args()) for name in names if FILE_CHECKS[name].is_installed]
     rows = [FILE_CHECKS[name] for name in names if not FILE_CHECKS[name].is_installed]
     return found, [f"note: {row.about} not judged as written: {row.module} is not installed" for row in rows]
 

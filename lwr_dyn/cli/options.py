@@ -8,7 +8,7 @@ import numpy as np
 
 from lwr_dyn.arrays import Array, joint_array, number_of
 from lwr_dyn.errors import OptionError, did_you_mean
-from lwr_dyn.loading import load_with_paper
+from lwr_dyn.loading import load_with_paper, xacro_arguments
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind
 from lwr_dyn.papers.schema import Paper
@@ -101,9 +101,17 @@ def load_robot_and_paper(
     robot: str, reading: str | None, tip: str | None, locks: tuple[str, ...]
 ) -> tuple[Arm, Paper | None]:
     """The arm that the options name and its paper (None for a `.urdf`); raises as `lwr_dyn.load`."""
+    return load_with_paper(robot, reading, tip=tip, lock=dict(_lock(text) for text in locks), **_options_kept())
+
+
+def given_xacro_args() -> dict[str, str]:
+    """The arguments of a .xacro that the options name; raises `OptionError`."""
+    return xacro_arguments(_options_kept().get("xacro_args") or ())
+
+
+def _options_kept() -> dict[str, Any]:
     context = click.get_current_context(silent=True)
-    kept = {} if context is None else context.meta.get(_LOADING, {})
-    return load_with_paper(robot, reading, tip=tip, lock=dict(_lock(text) for text in locks), **kept)
+    return {} if context is None else context.meta.get(_LOADING, {})
 
 
 def _kept(argument: str, option: str, metavar: str, text: str) -> Any:

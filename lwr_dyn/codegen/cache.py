@@ -40,19 +40,29 @@ class CacheWarning(UserWarning):
 
 
 def cache_folder() -> Path:
-    """The folder of kernels: LWR_DYN_CACHE, or lwr_dyn in the user's cache folder (XDG_CACHE_HOME, ~/.cache ...)."""
+    """The folder of kernels: LWR_DYN_CACHE, or lwr_dyn in the user's cache folder (XDG_CACHE_HOME, ~/.cache ...).
+
+    Raises `FileAccessError` for a user without a home folder, such as a number alone in a container.
+    """
     chosen = os.environ.get("LWR_DYN_CACHE")
     return Path(chosen) if chosen else _user_folder()
 
 
 def _user_folder() -> Path:
+    try:
+        return _caches() / "lwr_dyn"
+    except RuntimeError:
+        raise FileAccessError("~", "no home folder", "a folder in HOME") from None
+
+
+def _caches() -> Path:
     if sys.platform == "win32":
         base = os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local"
     elif sys.platform == "darwin":
         base = Path.home() / "Library" / "Caches"
     else:
         base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    return Path(base) / "lwr_dyn"
+    return Path(base)
 
 
 def read_cache(key: str) -> tuple[dict[str, Any], bytes] | None:
@@ -72,9 +82,10 @@ def read_cache(key: str) -> tuple[dict[str, Any], bytes] | None:
 
 def write_cache(key: str, record: dict[str, Any], code: bytes) -> None:
     """Write a kernel; a folder that cannot be written is warned of once."""
-    folder = cache_folder()
+    folder = Path("~")
     rest = json.dumps(record).encode() + b"\n" + code
     try:
+        folder = cache_folder()
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         _refuse_foreign(folder)
         write_file(folder / f"{key}.kernel", _MARK + _digest(rest) + rest)

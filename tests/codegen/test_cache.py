@@ -143,6 +143,20 @@ def test_the_folder_follows_the_users_cache(monkeypatch, tmp_path):
     assert cache.cache_folder() == tmp_path / "lwr_dyn"
 
 
+def test_without_a_home_folder_kernels_are_not_kept(monkeypatch):
+    for name in ("LWR_DYN_CACHE", "XDG_CACHE_HOME"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr(sys, "platform", "linux")
+
+    def no_home():
+        raise RuntimeError("Could not determine home directory.")
+
+    monkeypatch.setattr(cache.Path, "home", no_home)
+    assert cache.read_cache("a") is None
+    with pytest.warns(CacheWarning, match="no home folder"):
+        cache.write_cache("a", {}, b"code")
+
+
 def planted(folder, code=b"code"):
     """A kernel file as another user's process would write it: right in form, signed with another key."""
     content = b'{"symbol": "f"}\n' + code

@@ -14,6 +14,7 @@ from lwr_dyn.audit.urdf.lint_files import is_urdf, judge_all, print_reports
 from lwr_dyn.audit.urdf.rules import explanation
 from lwr_dyn.cli.options import print_json
 from lwr_dyn.errors import OptionError, UnknownNameError
+from lwr_dyn.loading import xacro_arguments
 from lwr_dyn.papers.catalog import robots
 
 _OF_URDFS = {
@@ -22,6 +23,7 @@ _OF_URDFS = {
     "ignore": "--ignore",
     "strict": "--strict",
     "everything": "--all",
+    "xacro_args": "--xacro-arg",
 }
 
 
@@ -39,6 +41,7 @@ def _explain(context: click.Context, _: click.Parameter, code: str | None) -> No
 @click.option("--github", is_flag=True, help="URDF: findings as annotations of GitHub's workflow log.")
 @click.option("--ignore", multiple=True, metavar="CODE", help="URDF: leave out the findings of a rule.")
 @click.option("--strict", is_flag=True, help="URDF: exit 1 on warnings too.")
+@click.option("--xacro-arg", "xacro_args", multiple=True, metavar="NAME:=VALUE", help="Argument of the .xacro files.")
 @click.option("--all", "everything", is_flag=True, help="URDF: print every finding of a group.")
 @click.option(
     "--explain", metavar="CODE", callback=_explain, expose_value=False, is_eager=True,
@@ -60,7 +63,7 @@ def command(files: tuple[str, ...], as_json: bool, **of_urdfs: Any) -> None:
             raise OptionError(_OF_URDFS[name], "would do nothing here", "with a .urdf, a .xacro or a folder of these")
     sheets = [sheet for name in dict.fromkeys(files) if name not in urdfs for sheet in _sheets(name)]
     findings = [finding for sheet in sheets for finding in lint(sheet)]
-    reports = judge_all(urdfs, of_urdfs["ignore"], of_urdfs["sarif"], lambda line: click.echo(line, err=True))
+    reports = judge_all(urdfs, of_urdfs["ignore"], of_urdfs["sarif"], _say, xacro_arguments(of_urdfs["xacro_args"]))
     counted = [f for f in findings if f.counts]
     holds = not counted and all(report.holds(of_urdfs["strict"]) for report in reports)
     if as_json:
@@ -73,6 +76,10 @@ def command(files: tuple[str, ...], as_json: bool, **of_urdfs: Any) -> None:
         if sheets:
             click.echo(_summary(counted, len(findings) - len(counted), sheets))
     sys.exit(0 if holds else 1)
+
+
+def _say(line: str) -> None:
+    click.echo(line, err=True)
 
 
 def _remarks(reports: Sequence[LintReport]) -> dict[str, Any]:

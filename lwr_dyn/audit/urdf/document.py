@@ -9,7 +9,7 @@ from lwr_dyn.audit.urdf.elements import JointElement, LinkElement, joint_of, lin
 from lwr_dyn.audit.urdf.finding import UrdfFinding
 from lwr_dyn.audit.urdf.xacro_places import expand_with_places
 from lwr_dyn.audit.urdf.xml_tree import Place, XmlElement, XmlFaultError, read_tree
-from lwr_dyn.errors import FileAccessError, UrdfError
+from lwr_dyn.errors import UrdfError
 from lwr_dyn.files import ends_in, read_bytes
 from lwr_dyn.urdf.xml_text import DRAWN_HERE, WRITTEN_BY
 
@@ -78,7 +78,7 @@ class UrdfDocument:
         return tuple(link for link in self.links if link.name in self.moved)
 
 
-def read_document(path: str | Path) -> UrdfDocument:
+def read_document(path: str | Path, xacro_args: Mapping[str, str] | None = None) -> UrdfDocument:
     """A URDF or xacro file as a document; text that is no URDF makes a document with a finding and no links.
 
     Raises
@@ -89,15 +89,10 @@ def read_document(path: str | Path) -> UrdfDocument:
         A xacro file, and xacro is not installed.
     """
     file, place = str(path), Path(path)
-    if "\0" in file:
-        raise FileAccessError(repr(file), "a null character", NEEDED)
-    if place.exists() and not place.is_file():
-        raise FileAccessError(file, "not a regular file", NEEDED)
-    is_xacro = ends_in(file, ".xacro")
-    if not is_xacro:
+    if not ends_in(file, ".xacro"):
         return document_of(read_bytes(place, NEEDED, LARGEST_FILE), file)
     try:
-        return document_of(expand_with_places(place).encode(), file, carried=True)
+        return document_of(expand_with_places(place, xacro_args or {}).encode(), file, carried=True)
     except UrdfError as refused:
         what = f"xacro refuses the file: {refused.found}"
         fault = UrdfFinding(what, "it expands to no URDF", Place(file, 1, 1), "", code="xacro-refused")

@@ -78,9 +78,7 @@ def masses_zero(document: UrdfDocument) -> Iterator[UrdfFinding]:
 
 
 def _written_error(inertial: InertialElement) -> float:
-    """How far moments may be from what was meant: half a unit of its last digit, the three together [kg
-    m^2].
-    """
+    """How far the moments may be from what was meant [kg m^2]: half a unit of the last digit of each, added up."""
     element = inertial.element.child("inertia")
     cells = [] if element is None else [element.attributes.get(name, "0") for name in ("ixx", "iyy", "izz")]
     return sum(map(half_digit, cells))

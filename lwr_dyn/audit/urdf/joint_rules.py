@@ -17,6 +17,8 @@ FAST = 40.0
 """Joint speed [rad/s] above those of sound arms: up to 37 (a humanoid), 25 (an industrial arm)."""
 LONG_TRAVEL = 20.0
 """Travel of a slide [m] above which its limits look like millimetres; a gantry has some metres."""
+ENDLESS = 5000.0
+"""Travel of a slide [m] that no unit explains, so that it stands for "no limit"."""
 FAR = 10.0
 """Distance between two joints [m] that no arm has."""
 RATHER_FAR = 2.0
@@ -28,7 +30,7 @@ _MOTORS = (*_BOUNDED, "continuous")
 
 
 def _bounded(document: UrdfDocument) -> Iterator[JointElement]:
-    """Joints that need position limits and have both in numbers, one that is not written as 0."""
+    """Joints that need position limits and have a `<limit>`."""
     for joint in document.joints:
         if joint.type in _BOUNDED and joint.limit is not None:
             yield joint
@@ -72,7 +74,8 @@ def limits_in_degrees(document: UrdfDocument) -> Iterator[UrdfFinding]:
 
 def limits_without_bound(document: UrdfDocument) -> Iterator[UrdfFinding]:
     """A position limit that stands for "none": more than 720 rad for a revolute joint, which `continuous` says better;
-    or a travel of more than 20 m for a slide, which looks like millimetres.
+    or a travel of more than 20 m for a slide, which looks like millimetres (from
+    5 km on it stands for "no limit", and is only noted).
     """
     for joint in _bounded(document):
         largest = max((abs(v) for v in _limits(joint) if v is not None), default=0.0)
@@ -83,7 +86,7 @@ def limits_without_bound(document: UrdfDocument) -> Iterator[UrdfFinding]:
             f"a limit of {number_text(largest)} {'m' if slides else 'rad'}",
             f"no joint {'travels' if slides else 'turns'} so far; sampling and scaling by the range break",
             joint.limit.place, joint.subject, "limits in m" if slides else 'type="continuous"', "likely",
-            severity="note" if slides and largest > 1000.0 * LONG_TRAVEL / 4 else None,
+            severity="note" if slides and largest > ENDLESS else None,
         )  # fmt: skip
 
 
@@ -118,7 +121,7 @@ def velocity_zero(document: UrdfDocument) -> Iterator[UrdfFinding]:
 
 def effort_zero(document: UrdfDocument) -> Iterator[UrdfFinding]:
     """An effort limit of 0 or less: the joint has no torque, so controllers hold nothing and some simulators let the
-    arm fall. 95 of 353 public arms have it, most of them from exporters that write 0 for "unknown".
+    arm fall. 94 of 353 public arms have it, most of them from exporters that write 0 for "unknown".
     """
     yield from _not_above_zero(document, "effort", "the joint has no torque")
 

@@ -14,7 +14,8 @@ import numpy as np
 from lwr_dyn.arrays import Array
 from lwr_dyn.audit.urdf.elements import JointElement
 from lwr_dyn.audit.urdf.hulls import Hull, depth, directions, gap
-from lwr_dyn.audit.urdf.tree_poses import TURNING, turned
+from lwr_dyn.audit.urdf.tree_poses import TURNING
+from lwr_dyn.model.spatial import turn_about
 
 _MOVED = 0.05
 """Of the child's diameter: an origin that moves by less stays as it is."""
@@ -91,7 +92,8 @@ def _swept(parent: Hull, child: Hull, pose_bytes: bytes, axis: tuple[float, ...]
     pose: Array = np.frombuffer(pose_bytes).reshape(4, 4)
     normals, offsets = _faces(parent)
     q = np.concatenate([[0.0], np.linspace(*limits, _ANGLES)])
-    placed = _filled(child) @ turned(np.array(axis), q).swapaxes(1, 2) @ pose[:3, :3].T + pose[:3, 3]
+    turns = turn_about(np.array(axis) / np.linalg.norm(axis), q)
+    placed = _filled(child) @ turns.swapaxes(1, 2) @ pose[:3, :3].T + pose[:3, 3]
     inside = ((placed @ normals.T) <= offsets).all(axis=2).mean(axis=1)
     return float(np.ptp(inside))
 

@@ -1,6 +1,6 @@
 """A URDF judged by every rule: the findings with their severity, without those that the user ignores."""
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -41,7 +41,9 @@ class LintReport:
         return not (self.count("error") or (strict and self.count("warning")))
 
 
-def lint_file(path: str | Path, ignore: Collection[str] = ()) -> LintReport:
+def lint_file(
+    path: str | Path, ignore: Collection[str] = (), xacro_args: Mapping[str, str] | None = None
+) -> LintReport:
     """Judge a URDF or xacro file.
 
     Parameters
@@ -49,6 +51,8 @@ def lint_file(path: str | Path, ignore: Collection[str] = ()) -> LintReport:
     path : path
     ignore : collection of str
         Codes to leave out.
+    xacro_args : mapping, optional
+        Arguments of a xacro file.
 
     Raises
     ------
@@ -57,7 +61,7 @@ def lint_file(path: str | Path, ignore: Collection[str] = ()) -> LintReport:
     UnknownNameError
         A code to ignore that no rule has.
     """
-    return lint_document(read_document(path), ignore)
+    return lint_document(read_document(path, xacro_args), ignore)
 
 
 def lint_document(document: UrdfDocument, ignore: Collection[str] = ()) -> LintReport:

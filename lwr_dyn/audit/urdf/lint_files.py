@@ -1,6 +1,6 @@
 """What `lwr-dyn lint` does with URDFs: the files of folders, the reports, their outputs."""
 
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 import click
@@ -41,7 +41,11 @@ def urdf_files(names: Iterable[str]) -> Iterator[str]:
 
 
 def judge_all(
-    names: Sequence[str], ignore: Collection[str], sarif: str | None, say: Callable[[str], None]
+    names: Sequence[str],
+    ignore: Collection[str],
+    sarif: str | None,
+    say: Callable[[str], None],
+    xacro_args: Mapping[str, str] | None = None,
 ) -> tuple[LintReport, ...]:
     """The reports of all files; writes them as SARIF.
 
@@ -57,7 +61,7 @@ def judge_all(
     reports = []
     for file in dict.fromkeys(urdf_files(names)):
         try:
-            reports.append(lint_file(file, ignore))
+            reports.append(lint_file(file, ignore, xacro_args))
         except MissingPackageError as fault:
             if file in names:
                 raise

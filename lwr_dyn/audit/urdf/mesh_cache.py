@@ -4,12 +4,12 @@ A damaged or foreign file is passed over and written again; a folder that cannot
 """
 
 import hashlib
-import os
 from pathlib import Path
 
 import numpy as np
 
 from lwr_dyn.arrays import Array
+from lwr_dyn.codegen.cache import cache_folder
 from lwr_dyn.errors import FileAccessError
 from lwr_dyn.files import write_file
 
@@ -19,10 +19,8 @@ _LARGEST = 100_000
 
 
 def folder() -> Path:
-    """The folder `hulls` in LWR_DYN_CACHE, or in lwr_dyn in the user's cache folder."""
-    chosen = os.environ.get("LWR_DYN_CACHE")
-    base = os.environ.get("XDG_CACHE_HOME") or os.environ.get("LOCALAPPDATA")
-    return (Path(chosen) if chosen else Path(base or Path.home() / ".cache") / "lwr_dyn") / "hulls"
+    """The folder `hulls` beside the kernels; raises `FileAccessError` where there is no home folder."""
+    return cache_folder() / "hulls"
 
 
 def kept_points(key: str) -> Array | None:
@@ -30,7 +28,7 @@ def kept_points(key: str) -> Array | None:
     try:
         path = folder() / f"{key}.points"
         content = path.read_bytes() if path.stat().st_size <= _LARGEST else b""
-    except (OSError, RuntimeError):  # no home folder
+    except (OSError, FileAccessError):
         return None
     digest, data = content[len(_MARK) : len(_MARK) + 32], content[len(_MARK) + 32 :]
     if not content.startswith(_MARK) or digest != _digest(key, data) or len(data) % 24:
@@ -43,9 +41,10 @@ def keep_points(key: str, points: Array) -> None:
     """Keep points, (k, 3) array [m], under a key."""
     data = np.ascontiguousarray(points, dtype="<f8").tobytes()
     try:
-        folder().mkdir(mode=0o700, parents=True, exist_ok=True)
+        cache_folder().mkdir(mode=0o700, parents=True, exist_ok=True)  # parents of a folder get the rights of the umask
+        folder().mkdir(mode=0o700, exist_ok=True)
         write_file(folder() / f"{key}.points", _MARK + _digest(key, data) + data)
-    except (OSError, RuntimeError, FileAccessError):
+    except (OSError, FileAccessError):
         return
 
 

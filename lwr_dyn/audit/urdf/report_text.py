@@ -1,6 +1,6 @@
 """A report as text: groups of findings with their places, what could not be judged, a summary."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from lwr_dyn.audit.urdf.finding import SEVERITIES, UrdfFinding
 from lwr_dyn.audit.urdf.grouping import FindingGroup, grouped
@@ -25,9 +25,9 @@ def report_text(report: LintReport, everything: bool = False) -> str:
     return "\n".join([*lines, summary([report])])
 
 
-def file_verdict(path: str) -> FileVerdict:
+def file_verdict(path: str, xacro_args: Mapping[str, str]) -> FileVerdict:
     """A file's report, as `lwr-dyn check` prints it before its own checks; raises as `lint_file`."""
-    report = lint_file(path)
+    report = lint_file(path, xacro_args=xacro_args)
     return FileVerdict(report_text(report), [finding.record() for finding in report.findings], report.holds())
 
 

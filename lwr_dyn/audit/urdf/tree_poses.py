@@ -7,6 +7,7 @@ import numpy as np
 from lwr_dyn.arrays import Array
 from lwr_dyn.audit.urdf.document import UrdfDocument
 from lwr_dyn.audit.urdf.elements import JointElement
+from lwr_dyn.model.spatial import turn_about
 
 POSES = 12
 """Positions of the joints: all at 0, then drawn from their limits."""
@@ -42,16 +43,8 @@ def motion(joint: JointElement, draws: Array) -> Array:
     if joint.type in SLIDING:
         out[:, :3, 3] = q[:, None] * axis
     elif joint.type in TURNING:
-        out[:, :3, :3] = turned(axis, q)
+        out[:, :3, :3] = turn_about(axis, q)
     return out
-
-
-def turned(axis: Array, q: Array) -> Array:
-    """Rotations about an axis, not zero, by angles (k,) [rad]: (k, 3, 3) array."""
-    x, y, z = axis / np.linalg.norm(axis)
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    sine, cosine = np.sin(q)[:, None, None], np.cos(q)[:, None, None]
-    return np.asarray(np.eye(3) + sine * cross + (1.0 - cosine) * (cross @ cross))
 
 
 def _positions(joint: JointElement, draws: Array) -> Array:

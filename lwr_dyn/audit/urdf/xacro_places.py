@@ -1,6 +1,7 @@
 """xacro with places: each element of the expanded URDF knows the line of the macro file that it comes from."""
 
 import os
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 from xml.dom import expatbuilder
@@ -10,7 +11,7 @@ from lwr_dyn.audit.urdf.xml_tree import PLACE
 from lwr_dyn.urdf.xacro_file import expand_xacro
 
 
-def expand_with_places(path: Path) -> str:
+def expand_with_places(path: Path, arguments: Mapping[str, str]) -> str:
     """The URDF that a xacro file expands to, its elements with an attribute "line:column:file".
 
     Raises
@@ -18,7 +19,7 @@ def expand_with_places(path: Path) -> str:
     FileAccessError, MissingPackageError, UrdfError
         As `expand_xacro`.
     """
-    return expand_xacro(path, parse=_parse)
+    return expand_xacro(path, arguments, _parse)
 
 
 def _parse(text: Any, filename: str | None = None) -> Any:

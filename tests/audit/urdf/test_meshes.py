@@ -1,4 +1,5 @@
 import os
+import stat
 
 import numpy as np
 import pytest
@@ -6,7 +7,7 @@ import trimesh
 
 from lwr_dyn.audit.urdf import meshes
 from lwr_dyn.audit.urdf.hulls import solid_hull
-from lwr_dyn.audit.urdf.mesh_cache import folder
+from lwr_dyn.audit.urdf.mesh_cache import folder, keep_points, kept_points
 from lwr_dyn.audit.urdf.meshes import MeshPointsError, mesh_points
 
 SIZE = (0.2, 0.3, 0.5)
@@ -127,3 +128,13 @@ def test_without_a_folder_to_write_every_process_reads_for_itself(tmp_path, monk
     blocked.write_text("")
     monkeypatch.setenv("LWR_DYN_CACHE", str(blocked))
     assert len(mesh_points(box_file(tmp_path, ".stl")).points) == 8
+
+
+def test_the_folder_that_kernels_share_is_open_to_its_user_alone(tmp_path, monkeypatch):
+    before = os.umask(0o002)
+    try:
+        keep_points("a", np.eye(3))
+    finally:
+        os.umask(before)
+    assert np.array_equal(kept_points("a"), np.eye(3))
+    assert [stat.S_IMODE(path.stat().st_mode) for path in (tmp_path / "cache", folder())] == [0o700, 0o700]

@@ -84,3 +84,13 @@ def test_what_xacro_refuses_is_one_finding(xacro_file, text):
     report = lint_file(xacro_file)
     assert [f.code for f in report.findings] == ["xacro-refused"]
     assert "\n" not in report.findings[0].message
+
+
+def test_arguments_of_the_command_reach_the_file_that_is_judged(xacro_file, lwr_dyn_command):
+    assert "mass-negative" not in {f.code for f in lint_file(xacro_file).findings}
+    (found,) = (f for f in lint_file(xacro_file, xacro_args={"heavy": "-1"}).findings if f.code == "mass-negative")
+    assert found.subject == "link left_one"
+    for command in ("check", "lint"):
+        assert "link left_one: mass -1 kg" in lwr_dyn_command(command, xacro_file, "--xacro-arg", "heavy:=-1")[1]
+        assert "mass-negative" not in lwr_dyn_command(command, xacro_file)[1]
+    assert lwr_dyn_command("lint", xacro_file, "--xacro-arg", "heavy=-1")[0] == 2
