@@ -150,7 +150,8 @@ def steiner(mass: float, offset: Array) -> Array:
     >>> steiner(2.0, np.array([0.0, 0.0, 1.0])).diagonal()
     array([2., 2., 0.])
     """
-    out: Array = mass * ((offset @ offset) * np.eye(3) - np.outer(offset, offset))
+    square = np.sum(offset * offset)  # not offset @ offset, whose last bit depends on the processor
+    out: Array = mass * (square * np.eye(3) - np.outer(offset, offset))
     return out
 
 
