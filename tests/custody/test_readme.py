@@ -35,7 +35,7 @@ def test_every_command_of_the_readme_runs(tmp_path, monkeypatch, capsys):
     for arguments in commands():
         if " ".join(arguments).startswith(ELSEWHERE):
             continue
-        arguments = [a.replace("$robots", robots) for a in arguments]
+        arguments = [a.replace("$robots", robots).replace("scripts/", f"{ROOT}/scripts/") for a in arguments]
         with pytest.raises(SystemExit) as stop:
             main(arguments)
         expected = 1 if any(EXIT_1 in a for a in arguments) else 0
