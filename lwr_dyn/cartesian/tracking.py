@@ -14,11 +14,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.cartesian.pose_curves import PoseCurve
-from lwr_dyn.kinematics.forward import jacobian_at, joint_axes
+from lwr_dyn.kinematics import numeric
 from lwr_dyn.model.arm import Arm
 
 ON_CURVE = 1e-11
@@ -124,11 +123,9 @@ def pose_error(arm: Arm, T: Array, q: Array, turning: bool) -> tuple[Array, Arra
 
     The first three rows of each if only the place counts.
     """
-    axes = joint_axes(arm.chain, q)
-    tip, rows = axes.flange, 6 if turning else 3
-    turn = Rotation.from_matrix(T[..., :3, :3] @ np.swapaxes(tip[..., :3, :3], -1, -2)).as_rotvec()
-    e = np.concatenate([T[..., :3, 3] - tip[..., :3, 3], turn], axis=-1)
-    return e[..., :rows], jacobian_at(axes, tip[..., :3, 3])[..., :rows, :]
+    rows = 6 if turning else 3
+    e, J, _ = numeric.pose_error(arm.chain, T, q)
+    return e[..., :rows], J[..., :rows, :]
 
 
 def _predicted(arm: Arm, T: Array, q: Array, gain: float, turning: bool) -> Array:

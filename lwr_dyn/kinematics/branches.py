@@ -6,6 +6,7 @@ from math import prod
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.model.arm import Arm
@@ -61,6 +62,13 @@ def joint_ranges(arm: Arm) -> JointRanges:
     one_sided = np.where(low, lower + np.pi, np.where(up, upper - np.pi, 0.0))
     half = np.where(both, (upper - lower) / 2.0, np.where(low | up, np.pi, np.inf))
     return JointRanges(np.where(both, (lower + upper) / 2.0, one_sided), half)
+
+
+def drawing_range(turning: NDArray[np.bool_], lower: Array, upper: Array) -> tuple[Array, Array]:
+    """Between which positions (n,) starts are drawn: the limits, and one turn [rad] or 2 m where one is not known."""
+    wide = np.where(turning, np.pi, 1.0)
+    low = np.where(np.isfinite(lower), lower, np.where(np.isfinite(upper), upper - 2.0 * wide, -wide))
+    return low, np.where(np.isfinite(upper), upper, low + 2.0 * wide)
 
 
 def one_turn_note(arm: Arm) -> str:

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.errors import OptionError
-from lwr_dyn.kinematics.branches import joint_ranges, wrap
+from lwr_dyn.kinematics.branches import drawing_range, joint_ranges, wrap
 from lwr_dyn.kinematics.forward import jacobian_at, joint_axes
 from lwr_dyn.kinematics.solution import IkSolver, InverseResult, PoseProblem, make_solutions, ranked_result
 from lwr_dyn.model.arm import Arm
@@ -32,8 +32,6 @@ rounds, also where J has lost rank (a stretched arm, fewer than six joints, held
 _DAMPING, _EASE, _STIFFEN, _WEAKEST, _STIFFEST = 1e-2, 0.2, 4.0, 1e-20, 1e6
 _FAINT = 1e-5
 """[m/rad] Weight of the orientation beside a position that comes first."""
-_OPEN_RANGE = {JointKind.REVOLUTE: np.pi, JointKind.PRISMATIC: 1.0}
-"""Half width of the starts' range where a limit is not known [rad, m]."""
 
 
 def search(chain: Chain, lower: Array, upper: Array, T: Array, starts: int, seed: int) -> Array:
@@ -46,9 +44,7 @@ def search(chain: Chain, lower: Array, upper: Array, T: Array, starts: int, seed
 
 def _starts(kinds: list[JointKind], lower: Array, upper: Array, starts: int, seed: int) -> Array:
     """The middle of the ranges, then positions drawn uniformly from them."""
-    wide = np.array([_OPEN_RANGE[kind] for kind in kinds])
-    low = np.where(np.isfinite(lower), lower, np.where(np.isfinite(upper), upper - 2.0 * wide, -wide))
-    high = np.where(np.isfinite(upper), upper, low + 2.0 * wide)
+    low, high = drawing_range(np.array([kind is JointKind.REVOLUTE for kind in kinds]), lower, upper)
     share = np.random.default_rng(seed).uniform(size=(starts, len(kinds)))
     share[0] = 0.5
     q: Array = low + share * (high - low)
@@ -90,12 +86,19 @@ def descend(
 
 def _pose_error(chain: Chain, T: Array, q: Array, turn_weight: float) -> tuple[Array, Array, Array]:
     """Pose error (k, 6) from the flange to T, the Jacobian (k, 6, n), both weighted, and the residual (k,)."""
-    axes = joint_axes(chain, q)
-    flange, weights = axes.flange, np.repeat([1.0, turn_weight], 3)
-    turn = Rotation.from_matrix(T[:3, :3] @ np.swapaxes(flange[:, :3, :3], 1, 2)).as_rotvec()
-    error = np.concatenate([T[:3, 3] - flange[:, :3, 3], turn], axis=1) * weights
+    error, jacobian, flange = pose_error(chain, T, q)
+    weights = np.repeat([1.0, turn_weight], 3)
     gap = np.abs(flange - T)[:, :, 0 if turn_weight else 3 :]
-    return error, jacobian_at(axes, flange[:, :3, 3]) * weights[:, None], gap.max(axis=(1, 2))
+    return error * weights, jacobian * weights[:, None], gap.max(axis=(1, 2))
+
+
+def pose_error(chain: Chain, T: Array, q: Array) -> tuple[Array, Array, Array]:
+    """Pose error (..., 6) [m, rad] from the flange to T (..., 4, 4), Jacobian (..., 6, n), flange pose (..., 4, 4)."""
+    axes = joint_axes(chain, q)
+    flange = axes.flange
+    turn = Rotation.from_matrix(T[..., :3, :3] @ np.swapaxes(flange[..., :3, :3], -1, -2)).as_rotvec()
+    error = np.concatenate([T[..., :3, 3] - flange[..., :3, 3], turn], axis=-1)
+    return error, jacobian_at(axes, flange[..., :3, 3]), flange
 
 
 def _step(jacobian: Array, error: Array, damping: Array, q: Array, lower: Array, upper: Array) -> Array:

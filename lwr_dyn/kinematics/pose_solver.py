@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from lwr_dyn.arrays import Array, joint_array, real_array
 from lwr_dyn.errors import MissingPackageError, OptionError, PoseNotReachedError, ShapeError
+from lwr_dyn.kinematics.branches import drawing_range
 from lwr_dyn.kinematics.forward import pose_array
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind
@@ -44,9 +45,9 @@ class SearchRanges:
 def search_ranges(arm: Arm, limits: bool, starts: int, seed: int) -> SearchRanges:
     """Ranges and starts of a search."""
     turning = np.array([link.kind is JointKind.REVOLUTE for link in arm.chain.links])
-    low, up, wide = arm.lower, arm.upper, np.where(turning, np.pi, 1.0)
-    first = np.where(np.isfinite(low), low, np.where(np.isfinite(up), up - 2.0 * wide, -wide))
-    half = (np.where(np.isfinite(up), up, first + 2.0 * wide) - first) / 2.0
+    low, up = arm.lower, arm.upper
+    first, last = drawing_range(turning, low, up)
+    half = (last - first) / 2.0
     draw = np.random.default_rng(seed).uniform(-1.0, 1.0, (starts, arm.n)) * np.minimum(
         half, np.where(turning, np.pi, half)
     )
