@@ -13,7 +13,7 @@ from lwr_dyn.papers.schema import Paper
 from lwr_dyn.registry import Registry, Row
 
 PARTS: Registry[Callable[[Arm, Any, Any], Arm]] = Registry(
-    "part", {"installation": Row("lwr_dyn.any_arm.mount_and_tool:installed", "a mount and a tool")}
+    "part", {"installation": Row("lwr_dyn.arm_setup.mount_and_tool:installed", "a mount and a tool")}
 )
 """Parts of loading that an optional package does."""
 

@@ -25,9 +25,9 @@ from lwr_dyn.errors import LwrDynError  # noqa: E402
 from lwr_dyn.files import write_file  # noqa: E402
 from tests.audit.urdf import detection_tables as tables  # noqa: E402
 from tests.audit.urdf.detection import Alarm, PlantVerdict, alarms, from_record, to_record, verdicts  # noqa: E402
+from tests.audit.urdf.fault_plants import fault_kinds  # noqa: E402
 from tests.audit.urdf.judged_arms import ARMS_FOLDER, JudgedArm, judged_arms  # noqa: E402
-from tests.audit.urdf.plant import fault_kinds  # noqa: E402
-from tests.audit.urdf.site import sites  # noqa: E402
+from tests.audit.urdf.plant_site import sites  # noqa: E402
 
 HALVES = ("tuning", "unused")
 KEPT = ROOT / "out" / "linter_detection"

@@ -26,8 +26,8 @@ ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
 from tests.audit.urdf.detection import findings_of  # noqa: E402
+from tests.audit.urdf.fault_plants import FaultPlant, fault_kinds, plants  # noqa: E402
 from tests.audit.urdf.judged_arms import ARMS_FOLDER, judged_arms  # noqa: E402
-from tests.audit.urdf.plant import FaultPlant, fault_kinds, plants  # noqa: E402
 
 ARMS = ("xarm7", "lite6", "so101")
 _NUMBER = re.compile(r"[-+]?\d[\d.]*(e[-+]?\d+)?", re.IGNORECASE)

@@ -1,4 +1,4 @@
-"""Batch dynamics by generated code: the recursion on symbols, simplified, written as source, compiled for one arm.
+"""Generated code for one arm: batch dynamics and inverse kinematics on symbols, simplified, written, compiled.
 
 batch                `BatchDynamics`, `batch_dynamics`: functions over rows of states
 engine               the engine "kernels" of `dynamics_of`
@@ -11,5 +11,6 @@ kernel_source        straight-line code -> Python source over blocks of states
 lowering, transposes  numba intrinsics: the body as vector instructions, rows to lanes and back
 machine_code         source -> object code -> a function in memory
 kernel, cache        `Kernel`: loaded, from the cache on disk, or compiled now
+pose_*               the search for one solution of a pose: step, lanes, driver, source, `kernel_search`
 command              `lwr-dyn kernels`
 """

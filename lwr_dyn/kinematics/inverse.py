@@ -18,10 +18,10 @@ IK_SOLVERS: Registry[IkSolver[Any]] = Registry(
     {
         "srs": Row("lwr_dyn.kinematics.srs_solver:SOLVER", "S-R-S arms with an arm angle, in closed form"),
         "spherical-wrist": Row("lwr_dyn.kinematics.spherical_wrist:SOLVER", "six joints, in closed form"),
-        "three-parallel": Row("lwr_dyn.solvers.three_parallel:SOLVER", "six joints, in closed form, polished"),
-        "rounded-wrist": Row("lwr_dyn.solvers.snapped_arms:SOLVER", "six joints, the nearest closed form, polished"),
+        "three-parallel": Row("lwr_dyn.ik_solvers.three_parallel:SOLVER", "six joints, in closed form, polished"),
+        "rounded-wrist": Row("lwr_dyn.ik_solvers.snapped_arms:SOLVER", "six joints, the nearest closed form, polished"),
         "numeric": Row("lwr_dyn.kinematics.numeric:SOLVER", "any arm, by damped least squares from many starts"),
-        "eaik": Row("lwr_dyn.solvers.eaik_solver:SOLVER", "six joints, in closed form by the package EAIK", "eaik"),
+        "eaik": Row("lwr_dyn.ik_solvers.eaik_solver:SOLVER", "six joints, in closed form by the package EAIK", "eaik"),
     },
 )
 """Solvers of inverse kinematics, in the order in which they are tried; those after "numeric" only by name."""

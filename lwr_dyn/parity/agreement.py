@@ -6,7 +6,7 @@ import numpy as np
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.dynamics.newton_euler import newton_euler_dynamics
-from lwr_dyn.parity.child import Loaded
+from lwr_dyn.parity.child_process import Loaded
 from lwr_dyn.parity.engine import tolerance
 from lwr_dyn.parity.reference import FileReference
 

@@ -10,7 +10,7 @@ from lwr_dyn.arrays import Array
 from lwr_dyn.dynamics.newton_euler import newton_euler_dynamics
 from lwr_dyn.errors import LwrDynError
 from lwr_dyn.files import make_folder, write_file
-from lwr_dyn.parity.child import Job, Loaded
+from lwr_dyn.parity.child_process import Job, Loaded
 from lwr_dyn.parity.engine import tolerance
 from lwr_dyn.parity.features import FEATURES, without_meshes, xml_of
 from lwr_dyn.parity.losses import BEHIND_FIXED, CONTINUOUS, Loss, wrong_record

@@ -16,8 +16,8 @@ from lwr_dyn.checks.identities import EXACT, SLIDE, relative
 from lwr_dyn.checks.verdict import Verdict
 from lwr_dyn.dynamics.newton_euler import newton_euler_dynamics
 from lwr_dyn.model.arm import Arm
+from lwr_dyn.parity.engine_prints import one_line, quiet
 from lwr_dyn.parity.pinocchio_loader import PinocchioFile
-from lwr_dyn.parity.quiet import one_line, quiet
 from lwr_dyn.parity.reference import FileReference, as_urdf, reference_of
 
 STATES = 200

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.parity.child import Loaded
+from lwr_dyn.parity.child_process import Loaded
 from lwr_dyn.parity.engine import tolerance
 from lwr_dyn.parity.features import FEATURES
 from lwr_dyn.parity.reference import FileReference

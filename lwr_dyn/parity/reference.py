@@ -14,7 +14,7 @@ from lwr_dyn.dynamics.newton_euler import newton_euler_dynamics
 from lwr_dyn.files import ends_in, write_file
 from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.parity.child import TriedStates
+from lwr_dyn.parity.child_process import TriedStates
 from lwr_dyn.parity.engine import ArmInFile
 from lwr_dyn.urdf.parse import parse_urdf
 from lwr_dyn.urdf.reader import read_urdf

@@ -14,7 +14,7 @@ from lwr_dyn.errors import LwrDynError
 from lwr_dyn.files import read_bytes, write_file
 from lwr_dyn.parity.agreement import Agreement, agreement
 from lwr_dyn.parity.candidates import DRAG, Way, candidates, restored_by
-from lwr_dyn.parity.child import SECONDS, Job, Loaded, load_all
+from lwr_dyn.parity.child_process import SECONDS, Job, Loaded, load_all
 from lwr_dyn.parity.engine import ENGINES, is_installed, tolerance
 from lwr_dyn.parity.features import FEATURES, Tree, variants, without_meshes, without_shapes, xml_of
 from lwr_dyn.parity.losses import KEPT, MISREAD, SHAPES, Loss, feature_loss, merged_loss, shapes_loss

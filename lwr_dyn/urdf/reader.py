@@ -37,7 +37,7 @@ from lwr_dyn.urdf.tree import (
 READING = "urdf"
 """The reading of an arm that comes from a URDF."""
 TIPS: Registry[Callable[[Tree], str]] = Registry(
-    "tip", {"obvious-arm": Row("lwr_dyn.any_arm.obvious_arm:obvious_tip", "of the one arm in a tree of several ends")}
+    "tip", {"obvious-arm": Row("lwr_dyn.arm_setup.obvious_arm:obvious_tip", "of the one arm in a tree of several ends")}
 )
 """The choice of a tip where several links are ends and none is given."""
 _OWN_LINKS = ("base", "flange")

@@ -10,9 +10,9 @@ import lwr_dyn
 from lwr_dyn.checks.identities import random_states
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.parity.agreement import Agreement, agreement
-from lwr_dyn.parity.child import Job, TriedStates, load_here
+from lwr_dyn.parity.child_process import Job, TriedStates, load_here
 from lwr_dyn.parity.engine import EXACT, ArmInFile, is_installed
-from lwr_dyn.parity.quiet import quiet
+from lwr_dyn.parity.engine_prints import quiet
 from lwr_dyn.parity.reference import FileReference
 from lwr_dyn.urdf.model_files import model_stem
 

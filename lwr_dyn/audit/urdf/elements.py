@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.audit.urdf.attributes import numbers, scalar, vector
+from lwr_dyn.audit.urdf.attribute_numbers import numbers, scalar, vector
 from lwr_dyn.audit.urdf.xml_tree import Place, XmlElement
 
 MOMENTS = ("ixx", "iyy", "izz")

@@ -6,9 +6,9 @@ import numpy as np
 
 from lwr_dyn.audit.urdf.document import UrdfDocument
 from lwr_dyn.audit.urdf.finding import FindingSeverity, Sureness, UrdfFinding, number_text
+from lwr_dyn.audit.urdf.hull_measures import off_centre
 from lwr_dyn.audit.urdf.judgement import NAMED, NOTED, Judgement, judgements
 from lwr_dyn.audit.urdf.mass_slips import SHAPES, MassSlip, mass_slip, misfit
-from lwr_dyn.audit.urdf.measures import off_centre
 from lwr_dyn.audit.urdf.undoings import Undoing
 from lwr_dyn.audit.urdf.xml_tree import Place
 

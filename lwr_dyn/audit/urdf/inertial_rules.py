@@ -9,7 +9,7 @@ from lwr_dyn.arrays import Array
 from lwr_dyn.audit.urdf.document import UrdfDocument
 from lwr_dyn.audit.urdf.elements import InertialElement, LinkElement
 from lwr_dyn.audit.urdf.finding import FindingSeverity, UrdfFinding, number_text, vector_text
-from lwr_dyn.audit.urdf.welded import has_mass, heavier_beyond, welded_mass
+from lwr_dyn.audit.urdf.welded_links import has_mass, heavier_beyond, welded_mass
 
 ROUNDING = 1e-9
 """Smallest principal moment, relative to the largest, that rounding explains."""

@@ -13,8 +13,8 @@ from lwr_dyn.arrays import Array
 from lwr_dyn.audit.urdf.bodies import LinkBody, bodies_of
 from lwr_dyn.audit.urdf.document import UrdfDocument
 from lwr_dyn.audit.urdf.elements import InertialElement
+from lwr_dyn.audit.urdf.hull_measures import MassPoint, bound_ratio, log_distance, off_centre, outside, spread_ratios
 from lwr_dyn.audit.urdf.hulls import Hull
-from lwr_dyn.audit.urdf.measures import MassPoint, bound_ratio, log_distance, off_centre, outside, spread_ratios
 from lwr_dyn.audit.urdf.tree_poses import link_poses
 from lwr_dyn.audit.urdf.undoings import (
     AXES_OF_BASE,

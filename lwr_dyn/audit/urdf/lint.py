@@ -9,7 +9,7 @@ import numpy as np
 from lwr_dyn.audit.urdf.document import UrdfDocument, read_document
 from lwr_dyn.audit.urdf.finding import SEVERITIES, FindingSeverity, UrdfFinding
 from lwr_dyn.audit.urdf.rules import RULES, codes, severity_of
-from lwr_dyn.audit.urdf.welded import has_mass
+from lwr_dyn.audit.urdf.welded_links import has_mass
 from lwr_dyn.audit.urdf.xml_tree import Place, XmlElement
 from lwr_dyn.errors import UnknownNameError
 

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from functools import lru_cache
 
 from lwr_dyn.arrays import number_of
-from lwr_dyn.audit.urdf.attributes import LARGEST
+from lwr_dyn.audit.urdf.attribute_numbers import LARGEST
 from lwr_dyn.audit.urdf.document import UrdfDocument
 from lwr_dyn.audit.urdf.elements import JointElement, LinkElement
 from lwr_dyn.audit.urdf.finding import UrdfFinding, tag_text

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.audit.urdf.believed import misscaled
+from lwr_dyn.audit.urdf.believed_masses import misscaled
 from lwr_dyn.audit.urdf.bodies import bodies_of
 from lwr_dyn.audit.urdf.document import UrdfDocument
 from lwr_dyn.audit.urdf.elements import JointElement

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from lwr_dyn.arrays import Array
 from lwr_dyn.audit.urdf.elements import InertialElement, OriginElement
 from lwr_dyn.audit.urdf.finding import inertia_text, vector_text
-from lwr_dyn.audit.urdf.measures import MassPoint
+from lwr_dyn.audit.urdf.hull_measures import MassPoint
 
 _NAMES = ("ixx", "iyy", "izz")
 _AXES = "xyz"

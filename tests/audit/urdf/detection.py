@@ -13,9 +13,9 @@ from pathlib import Path
 from lwr_dyn.audit.urdf.document import document_of
 from lwr_dyn.audit.urdf.finding import SEVERITIES, UrdfFinding
 from lwr_dyn.audit.urdf.lint import lint_document
+from tests.audit.urdf.fault_plants import FaultKind, FaultPlant, plants
 from tests.audit.urdf.judged_arms import JudgedArm
-from tests.audit.urdf.plant import FaultKind, FaultPlant, plants
-from tests.audit.urdf.site import sites
+from tests.audit.urdf.plant_site import sites
 
 NOTHING = "missed"
 

@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 
 from tests.audit.urdf.detection import Alarm, PlantVerdict
-from tests.audit.urdf.plant import fault_kinds
+from tests.audit.urdf.fault_plants import fault_kinds
 
 SIZES = {
     "two diagonals exchanged, ratio": (("exchanged",), (1.0, 1.5, 2.0, 3.0)),

@@ -8,7 +8,7 @@ import math
 import numpy as np
 
 from tests.audit.urdf.inertial_faults import LEAST_PRODUCT, ratio_of
-from tests.audit.urdf.site import (
+from tests.audit.urdf.plant_site import (
     PlantSite,
     angles_of,
     cells_of,

@@ -5,7 +5,7 @@ import xml.etree.ElementTree as ET
 
 import numpy as np
 
-from tests.audit.urdf.site import (
+from tests.audit.urdf.plant_site import (
     DIAGONAL,
     PlantSite,
     centre_of,

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from tests.audit.urdf.site import PlantSite, angles_of, centre_of, number, vector, write_origin
+from tests.audit.urdf.plant_site import PlantSite, angles_of, centre_of, number, vector, write_origin
 
 LEAST_SHIFT = 1e-3
 """Of the link's diameter."""

@@ -7,8 +7,8 @@ from collections import Counter
 import pytest
 
 from tests.audit.urdf.detection import alarms, findings_of, judge_plant, verdicts
+from tests.audit.urdf.fault_plants import fault_kinds, plants
 from tests.audit.urdf.judged_arms import ARMS_FILE, judged_arms
-from tests.audit.urdf.plant import fault_kinds, plants
 
 ARMS = {arm.name: arm for arm in judged_arms()}
 PLANTED = ("xarm7", "z1")

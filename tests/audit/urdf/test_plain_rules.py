@@ -16,7 +16,7 @@ from lwr_dyn.audit.urdf.schema_rules import misspelt_tags
 from lwr_dyn.audit.urdf.tree_rules import several_roots
 from lwr_dyn.audit.urdf.unit_rules import arm_size
 from lwr_dyn.audit.urdf.vocabulary import nearest
-from lwr_dyn.audit.urdf.welded import welded_mass
+from lwr_dyn.audit.urdf.welded_links import welded_mass
 from tests.audit.urdf.box_arm import BoxArm
 
 GOOD = BoxArm().text().replace('"0 1 0"', '"0 0 1"')

@@ -3,7 +3,7 @@
 import copy
 import xml.etree.ElementTree as ET
 
-from tests.audit.urdf.site import PlantSite, moving_joints, number, vector
+from tests.audit.urdf.plant_site import PlantSite, moving_joints, number, vector
 
 
 def _element(site: PlantSite, path: str) -> ET.Element | None:

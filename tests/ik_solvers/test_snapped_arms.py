@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 import lwr_dyn
+from lwr_dyn.ik_solvers.snapped_arms import snapped_arm, solve_pose
 from lwr_dyn.kinematics.branches import wrap
 from lwr_dyn.kinematics.six_joint_branches import SixJointBranches
 from lwr_dyn.kinematics.solution import PoseProblem
-from lwr_dyn.solvers.snapped_arms import snapped_arm, solve_pose
-from tests.solvers.six_joint_arms import PARALLEL, TABLES, against_search, six_joint_arm
+from tests.ik_solvers.six_joint_arms import PARALLEL, TABLES, against_search, six_joint_arm
 
 SOLVED = 1e-11
 """[m and dimensionless] The polish stops here."""

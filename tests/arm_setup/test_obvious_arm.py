@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.any_arm.obvious_arm import obvious_tip
+from lwr_dyn.arm_setup.obvious_arm import obvious_tip
 from lwr_dyn.cli.main import main
 from lwr_dyn.errors import OptionError, UrdfError
 from lwr_dyn.urdf.parse import parse_urdf

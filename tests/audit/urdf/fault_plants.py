@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from tests.audit.urdf import frame_faults, inertial_faults, joint_faults, text_faults
-from tests.audit.urdf.site import sites
+from tests.audit.urdf.plant_site import sites
 
 KINDS_FILE = Path(__file__).parent / "faults.toml"
 Edit = Callable[..., float | None]

@@ -1,6 +1,6 @@
 """Loads files in a process of its own: an engine that aborts, crashes or hangs ends that process alone.
 
-`python -m lwr_dyn.parity.child ENGINE` reads one job a line on stdin and answers one line each on stdout.
+`python -m lwr_dyn.parity.child_process ENGINE` reads one job a line on stdin and answers one line each on stdout.
 """
 
 import json
@@ -17,7 +17,7 @@ import numpy as np
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.parity.engine import ENGINES, ArmInFile
-from lwr_dyn.parity.quiet import one_line, quiet
+from lwr_dyn.parity.engine_prints import one_line, quiet
 
 SECONDS = 180.0
 """Longest time for all files of one engine, import included."""
@@ -77,7 +77,7 @@ def _run(engine: str, jobs: Sequence[Job], states: TriedStates, seconds: float) 
     """The answers of one process, and how it ended."""
     head = {"states": [x.tolist() for x in (states.q, states.dq, states.ddq)]}
     text = "\n".join([json.dumps(head), *(json.dumps(_plain(job)) for job in jobs)]) + "\n"
-    command = [sys.executable, "-m", "lwr_dyn.parity.child", engine]
+    command = [sys.executable, "-m", "lwr_dyn.parity.child_process", engine]
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(x for x in sys.path if x)}
     environment |= {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
     try:

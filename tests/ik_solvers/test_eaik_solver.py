@@ -10,7 +10,7 @@ import lwr_dyn
 from lwr_dyn.errors import MissingPackageError
 from lwr_dyn.kinematics.branches import wrap
 from lwr_dyn.kinematics.inverse import inverse_kinematics
-from tests.solvers.six_joint_arms import six_joint_arm
+from tests.ik_solvers.six_joint_arms import six_joint_arm
 
 ARM = six_joint_arm("ur10e")
 Q = np.array([0.1, -1.0, 1.2, 0.3, 0.4, 0.5])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lwr_dyn.parity.child import Job, Loaded, TriedStates, load_all
+from lwr_dyn.parity.child_process import Job, Loaded, TriedStates, load_all
 from lwr_dyn.parity.engine import ArmInFile
 from tests.parity.small_files import TWO
 
@@ -12,7 +12,7 @@ SCOPE = ArmInFile(("j1", "j2"), "tool", (0.0, 0.0, -9.81))
 WRAPPER = """
 import os, time
 import numpy as np
-from lwr_dyn.parity import child
+from lwr_dyn.parity import child_process
 def load_here(engine, job, states):
     print("chatter on stdout", flush=True)
     os.write(1, b"more chatter")
@@ -20,9 +20,9 @@ def load_here(engine, job, states):
         os.abort()
     if job.options.get("hang"):
         time.sleep(60)
-    return child.Loaded(1.0, np.eye(4)[None], {}, ())
-child.load_here = load_here
-child.main("pinocchio")
+    return child_process.Loaded(1.0, np.eye(4)[None], {}, ())
+child_process.load_here = load_here
+child_process.main("pinocchio")
 """
 
 
@@ -42,7 +42,7 @@ def faulty(monkeypatch, tmp_path):
     script.write_text(WRAPPER, encoding="utf-8")
     run = subprocess.run
     monkeypatch.setattr(
-        "lwr_dyn.parity.child.subprocess.run",
+        "lwr_dyn.parity.child_process.subprocess.run",
         lambda command, **options: run([command[0], str(script)], **options),
     )
 
