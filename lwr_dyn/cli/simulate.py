@@ -120,6 +120,7 @@ command.params += [TASK, *OF_TASK, CONTROLLER, *CONTROLLER_OPTIONS.click_options
 
 def _setup(arm: Arm, robot: str, given: dict[str, Any]) -> Setup:
     payload, name = given["payload"], given["controller"]
+    reference = REFERENCES.make(given["task"], arm, **TASK_OPTIONS.values(given["task"], given, arm))
     model = arm_with_payload(arm, payload) if given["payload_known"] else arm
     dynamics = dynamics_of(model, given["engine"])
     controller = make_controller(name, model, dynamics, **CONTROLLER_OPTIONS.values(name, given, model))
@@ -130,7 +131,6 @@ def _setup(arm: Arm, robot: str, given: dict[str, Any]) -> Setup:
     engine = dynamics if plant_is_model else given["engine"]
     friction, note = _friction(plant, given["friction"], given["passive_refit"])
     encoder = _encoder(given["encoder_bits"], given["encoder_noise"], given["velocity_cutoff"])
-    reference = REFERENCES.make(given["task"], arm, **TASK_OPTIONS.values(given["task"], given, arm))
     with faults_in(name):
         return prepare(
             arm, controller, reference, plant=plant, payload=payload, encoder=encoder, rate=given["rate"],

@@ -97,7 +97,7 @@ def _angle(radians: float) -> str:
 
 def _placed(pose: Pose, where: str) -> str:
     if pose.is_identity():
-        return f"is the one {where}" if "base" not in where else "is the base"
+        return f"is {where.removeprefix('in ')}" if "base" not in where else "is the base"
     xyz = ", ".join(_length(x) for x in pose.position)
     rpy = ", ".join(_angle(x) for x in to_rpy(pose.rotation))
     return f"at {xyz} m, roll, pitch, yaw {rpy} deg {where}"

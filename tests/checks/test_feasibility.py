@@ -108,7 +108,7 @@ def test_what_was_not_judged_is_in_text_and_json(tmp_path, lwr_dyn_command):
     code, out, _ = lwr_dyn_command("check", str(path))
     assert code == 1
     assert "not judged: b: no <inertial>\n" in out
-    assert out.endswith(" 1 fail, 2 not judged\n")
+    assert out.endswith(" 1 fail, 2 not judged; the file as written fails\n")
     code, out, _ = lwr_dyn_command("check", str(path), "--json")
     assert json.loads(out)["not_judged"] == NOT_JUDGED["no inertial at the end"]
 

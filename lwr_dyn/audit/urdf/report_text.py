@@ -32,9 +32,7 @@ def file_verdict(path: str, xacro_args: Mapping[str, str]) -> FileVerdict:
 
 
 def _group(group: FindingGroup, everything: bool) -> Iterator[str]:
-    count = len({f.subject for f in group.findings})
-    many = f" ({len(group.findings)} places, {count} links or joints)" if len(group.findings) > 1 else ""
-    yield f"{group.severity}: {group.cause}{many} [{', '.join(group.codes)}]"
+    yield f"{group.severity}: {group.cause}{_many(group.findings)} [{', '.join(group.codes)}]"
     shown = len(group.findings) if everything else SHOWN if group.severity != "note" else 1
     for finding in group.findings[:shown]:
         yield from _finding(finding, group.severity)
@@ -45,6 +43,18 @@ def _group(group: FindingGroup, everything: bool) -> Iterator[str]:
         yield f"  {len(group.following)} more findings most likely follow from it: {codes}"
         for finding in group.following if everything else ():
             yield from _finding(finding, group.severity)
+
+
+def _many(findings: Sequence[UrdfFinding]) -> str:
+    """How many places, and how many links or joints where these are fewer."""
+    subjects = {f.subject for f in findings}
+    kinds = {subject.partition(" ")[0] for subject in subjects}
+    kind = f"{kinds.pop()}s" if kinds in ({"link"}, {"joint"}) else "links or joints"
+    if len(findings) == 1:
+        return ""
+    if len(subjects) == len(findings):
+        return f" ({len(subjects)} {kind})"
+    return f" ({len(findings)} places, {len(subjects)} {kind})" if len(subjects) > 1 else f" ({len(findings)} places)"
 
 
 def _finding(finding: UrdfFinding, around: str) -> Iterator[str]:
@@ -65,4 +75,5 @@ def summary(reports: Sequence[LintReport]) -> str:
     links, moved = sum(report.links for report in reports), sum(report.moved for report in reports)
     where = reports[0].file if len(reports) == 1 else f"{len(reports)} files"
     found = ", ".join(counts) or "no findings"
-    return f"{where}: {links} links, {moved} of them moved: {found}" + (f"; {ignored} ignored" if ignored else "")
+    judged = f"{links} link{'' if links == 1 else 's'}, {moved} of them moved: " if links else ""
+    return f"{where}: {judged}{found}" + (f"; {ignored} ignored" if ignored else "")

@@ -18,6 +18,8 @@ from lwr_dyn.audit.urdf.xml_tree import XmlElement
 Owned = tuple[XmlElement, str]
 """An element, and the link or joint that it belongs to in words."""
 _LIMITS = ("lower", "upper", "effort", "velocity")
+_OTHER_FORMATS = {"sdf": "SDF (Gazebo)", "mujoco": "MJCF (MuJoCo)", "html": "a web page", "COLLADA": "a COLLADA mesh"}
+"""Outermost elements of what is taken for a URDF by mistake."""
 JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 _FOREIGN_TYPES = ("ball", "universal", "screw", "spherical")
 """Joint types of Drake and PyBullet."""
@@ -45,7 +47,10 @@ def root_tag(document: UrdfDocument) -> Iterator[UrdfFinding]:
     """The outermost element of a URDF is `<robot name="...">`; in a file with another one nothing can be judged."""
     root = document.root
     if root is not None and root.tag != "robot":
-        yield UrdfFinding(f"the outermost element is <{root.tag}>", "a URDF is one <robot>", root.place, "", "<robot>")
+        other = _OTHER_FORMATS.get(root.tag)
+        why = f"it is {other}; this command judges URDF and xacro" if other else "a URDF is one <robot>"
+        instead = "" if other else "<robot>"
+        yield UrdfFinding(f"the outermost element is <{root.tag}>", why, root.place, "", instead)
     elif root is not None and not document.links:
         macros = any(x.tag.startswith("xacro:") for x in root.children)
         instead = "the URDF that it expands to; name the file .xacro, or run xacro" if macros else ""

@@ -25,7 +25,7 @@ def test_findings_are_grouped_and_errors_give_exit_code_1(folder, lwr_dyn_comman
     code, out, err = lwr_dyn_command("lint", "robots/weak.urdf")
     assert (code, err) == (1, "")
     lines = out.splitlines()
-    assert lines[0] == "error: effort limits of 0 stand for unknown (3 places, 3 links or joints) [effort-zero]"
+    assert lines[0] == "error: effort limits of 0 stand for unknown (3 joints) [effort-zero]"
     assert lines[1] == "  robots/weak.urdf:26:117: joint j1: effort limit 0"
     assert "instead: the motor's effort, in N m" in out
     assert lines[-1] == "robots/weak.urdf: 4 links, 3 of them moved: 3 errors"
@@ -108,9 +108,22 @@ def test_check_judges_the_file_and_skips_laws_where_no_chain_is_chosen(folder, l
     assert json.loads(out)["verdicts"]
 
 
-def test_check_of_a_file_that_is_no_urdf_is_bad_input(folder, lwr_dyn_command):
+def test_check_of_a_file_that_no_program_reads_says_where_as_lint_does(folder, lwr_dyn_command):
     (folder / "x.urdf").write_text("<robot>", encoding="utf-8")
     code, out, err = lwr_dyn_command("check", "x.urdf")
-    assert code == 2
+    assert (code, err) == (1, "")
     assert "x.urdf:1:8: not XML: no element found" in out
+    assert "x.urdf: 1 error\nlaws and roads skipped: x.urdf: XML" in out
+    code, out, _ = lwr_dyn_command("check", "x.urdf", "--json")
+    assert (code, json.loads(out)["findings"][0]["code"]) == (1, "xml-syntax")
+
+
+def test_check_says_at_its_end_that_the_file_as_written_fails(folder, lwr_dyn_command):
+    assert lwr_dyn_command("check", "robots/weak.urdf")[1].endswith("hold, 0 fail; the file as written fails\n")
+    assert lwr_dyn_command("check", "robots/good.urdf")[1].endswith("hold, 0 fail\n")
+
+
+def test_a_wrong_option_of_check_is_bad_input_whatever_the_file_says(folder, lwr_dyn_command):
+    code, _, err = lwr_dyn_command("check", "robots/weak.urdf", "--tip", "none")
+    assert code == 2
     assert err.count("\n") == 1
