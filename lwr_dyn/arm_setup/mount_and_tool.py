@@ -81,7 +81,7 @@ def _description(what: str, given: Any) -> dict[str, Any]:
     elif isinstance(given, str | Path) and what == "mount":
         given = {"on": str(given)}
     elif isinstance(given, str | Path):
-        raise OptionError(what, repr(str(given)), f"a .toml file, or fields: {', '.join(_FIELDS[what])}")
+        raise OptionError(what, repr(str(given)), f"a .toml file, or xyz=0,0,0.15; fields: {', '.join(_FIELDS[what])}")
     elif not isinstance(given, Mapping):
         given = {"pose": given}
     for key in given:
@@ -106,7 +106,7 @@ def _plain_numbers(name: str, text: str) -> float | list[float]:
     try:
         numbers = [number_of(x) for x in text.split(",")]
     except ValueError:
-        raise OptionError(name, repr(text), "numbers separated by commas, such as 0,0,0.15") from None
+        raise OptionError(name, repr(text), "numbers such as 0,0,0.15; one field an option") from None
     return numbers if "," in text else numbers[0]
 
 

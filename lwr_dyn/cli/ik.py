@@ -19,6 +19,8 @@ from lwr_dyn.model.spatial import from_rpy
 from lwr_dyn.tables import aligned
 
 ANGLES = ("--rpy", "--rpy-deg", "--abc-deg")
+MANY = 32
+"""Solutions that are listed with all their whole-turn copies."""
 
 
 @click.command("ik")
@@ -33,6 +35,7 @@ ANGLES = ("--rpy", "--rpy-deg", "--abc-deg")
 @click.option("--from-deg", type=NUMBERS, help="Only the solution with the least joint travel from here, deg.")
 @click.option("--arm-angle-deg", type=float, help="Arm angle of an S-R-S arm; the safest on each branch if not given.")
 @click.option("--solver", type=OneOf(IK_SOLVERS.names), help="The first that recognises the arm if not given.")
+@click.option("--all", "every", is_flag=True, help="List whole-turn copies too where there are many.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object.")
 def command(
     robot: str,
@@ -40,6 +43,7 @@ def command(
     tip: str | None,
     locks: tuple[str, ...],
     arm_angle_deg: float | None,
+    every: bool,
     as_json: bool,
     **given: Any,
 ) -> None:
@@ -59,7 +63,7 @@ def command(
     if as_json:
         print_json(_record(arm, pose, result))
     elif result.solutions or result.outside:
-        _print_branches(arm, pose, result)
+        _print_branches(arm, pose, result, every)
     if result.status != "solved":
         click.echo(f"lwr-dyn: {_verdict(arm, result, angle)}", err=True)
         sys.exit(1)
@@ -129,7 +133,7 @@ def _verdict(arm: Arm, result: InverseResult, angle: float | None) -> str:
     return f"{arm.name}: outside limits: {result.joint} by {excess:.6g} rad ({np.degrees(excess):.6g} deg){at}"
 
 
-def _print_branches(arm: Arm, pose: Array, result: InverseResult) -> None:
+def _print_branches(arm: Arm, pose: Array, result: InverseResult, every: bool) -> None:
     turning = np.array([link.kind is JointKind.REVOLUTE for link in arm.chain.links])
     how = "all branches" if result.complete or result.turns_left_out else _how_found(result)
     if result.arm_angle_intervals:
@@ -139,7 +143,9 @@ def _print_branches(arm: Arm, pose: Array, result: InverseResult) -> None:
     units = "deg" if turning.all() else "deg (m for sliding joints)"
     click.echo(f"{arm.name}, reading {arm.reading}: {how}; joints in {units}")
     kuka, rows, widths = kuka_units(arm), [], [max(9, len(name)) for name in arm.joint_names]
-    for solution in (*result.solutions, *result.outside):
+    listed = (*result.solutions, *result.outside)
+    kept = listed if every or len(listed) <= MANY else _without_copies(listed, turning)
+    for solution in kept:
         rows.append(
             (
                 solution.branch or "-",
@@ -158,6 +164,8 @@ def _print_branches(arm: Arm, pose: Array, result: InverseResult) -> None:
         )
     label = "S, T" if kuka else "arm angle"
     click.echo(aligned(rows, ("branch", label, " ".join(f"{n:>9}" for n in arm.joint_names), "margin", "at", "", "")))
+    if len(kept) < len(listed):
+        click.echo(f"and {len(listed) - len(kept)} copies of these, whole turns of joints apart: --all, --json")
     if "wrist" in result.singular:
         click.echo("note: singular wrist: such a solution is one of a family whose joints move and leave the flange")
     note = kuka.note(pose) if kuka else None
@@ -166,6 +174,15 @@ def _print_branches(arm: Arm, pose: Array, result: InverseResult) -> None:
     for branch, intervals in result.arm_angle_intervals.items():
         text = ", ".join(f"{np.degrees(a):.4f} to {np.degrees(b):.4f}" for a, b in intervals)
         click.echo(f"arm angle inside limits, {branch}: {text or 'none'}")
+
+
+def _without_copies(solutions: tuple[Solution, ...], turning: Array) -> tuple[Solution, ...]:
+    """The first, that with the largest margin, of solutions that are equal up to whole turns."""
+    first: dict[tuple[str, bytes], Solution] = {}
+    for solution in solutions:
+        turned = np.where(turning, np.exp(1j * solution.q), solution.q)
+        first.setdefault((solution.branch, (np.round(turned, 6) + 0.0).tobytes()), solution)
+    return tuple(first.values())
 
 
 def _how_found(result: InverseResult) -> str:

@@ -120,7 +120,9 @@ def _kept(argument: str, option: str, metavar: str, text: str) -> Any:
     def keep(context: click.Context, _: click.Parameter, texts: tuple[str, ...]) -> None:
         context.meta.setdefault(_LOADING, {})[argument] = texts or None
 
-    return click.option(option, argument, multiple=True, metavar=metavar, help=text, callback=keep, expose_value=False)
+    return click.option(
+        option, argument, multiple=True, metavar=metavar, help=f"{text} Repeatable.", callback=keep, expose_value=False
+    )
 
 
 def _lock(text: str) -> tuple[str, float]:

@@ -78,7 +78,7 @@ class RowOptions:
             if flag.is_typed:
                 values[flag.rows[row].keyword] = flag.value(row, given, arm)
             elif flag.rows[row].default is REQUIRED:
-                raise OptionError(f"--{flag.name}", "not given", _needed(flag, arm))
+                raise OptionError(f"--{flag.name}", "not given", _needed(flag, row, arm))
         return values
 
 
@@ -139,10 +139,10 @@ def _by_value(flag: Flag, name: str) -> dict[str, str]:
     return {value: ", ".join(names) for value, names in rows.items()}
 
 
-def _needed(flag: Flag, arm: Arm) -> str:
+def _needed(flag: Flag, row: str, arm: Arm) -> str:
     if flag.kind is Quantity.JOINT_POSITIONS:
         return f"{arm.n} joint positions, deg (m for sliding joints)"
-    return "a value"
+    return f"a value ({flag.rows[row].help.rstrip('.')})"
 
 
 @dataclass(frozen=True, slots=True)

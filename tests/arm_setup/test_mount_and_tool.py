@@ -68,7 +68,7 @@ BAD = {
     "not a pose": ({"tool": 5}, r"tool pose: a single number; allowed: 4 x 4 numbers"),
     "text": ({"tool": {"mass": "heavy"}}, "tool mass: not an array of numbers"),
     "far away": ({"mount": {"xyz": [0, 0, 1e9]}}, "mount xyz: .* allowed: numbers up to 1e"),
-    "no file": ({"tool": "gripper"}, r"tool: 'gripper'; allowed: a .toml file, or fields: xyz"),
+    "no file": ({"tool": "gripper"}, r"tool: 'gripper'; allowed: a .toml file, or xyz=0,0,0.15; fields: xyz"),
     "missing file": ({"tool": "no.toml"}, "no.toml: no such file"),
     "a list": ({"mount": {"on": [1]}}, "no mount named"),
 }  # fmt: skip
@@ -84,7 +84,7 @@ def test_what_cannot_be_is_refused(case):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (["--tool", "mass=x"], "--tool mass: 'x'; allowed: numbers separated by commas"),
+        (["--tool", "mass=x"], "--tool mass: 'x'; allowed: numbers such as 0,0,0.15; one field an option"),
         (["--tool", "mass=1", "--tool", "mass=2"], "--tool: 'mass'; allowed: each KEY=NUMBERS once, or one file"),
         (["--tool", "a.toml", "--tool", "mass=2"], "--tool: 'a.toml'; allowed: each KEY=NUMBERS once, or one file"),
         (["--mount", "floor", "--mount", "wall"], "--mount: 'wall'; allowed: each KEY=NUMBERS once"),

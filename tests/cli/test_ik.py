@@ -1,4 +1,5 @@
 import json
+import re
 
 import numpy as np
 import pytest
@@ -94,6 +95,24 @@ def test_without_an_orientation_one_solution_near_a_start_is_given():
         1,
         "lwr-dyn: lwr4plus: out of reach by 1.132 m (numeric search, not proven)\n",
     )
+
+
+def test_many_whole_turn_copies_are_counted_and_listed_with_all(tmp_path):
+    file = tmp_path / "turning.urdf"
+    text = lwr_dyn.urdf_text(lwr_dyn.load("kr30ha"))
+    limits = 'lower="-6.2" upper="6.2"'
+    file.write_text(re.sub(r'lower="[^"]*" upper="[^"]*"', limits, text), encoding="utf-8")
+    pose = [str(file), "--xyz", "1.4,0,1.2", "--rpy", "0,1,0"]
+    short, whole, record = (
+        CliRunner().invoke(command, [*pose, *more]).stdout for more in ((), ("--all",), ("--json",))
+    )
+    rows = [line for line in short.splitlines() if line.endswith("inside")]
+    copies = len(json.loads(record)["solutions"]) - len(rows)
+    assert copies > 32
+    assert f"and {copies} copies of these, whole turns of joints apart: --all, --json\n" in short
+    assert len({line[:4] for line in rows}) == len(rows)
+    assert whole.count(" inside") == len(rows) + copies
+    assert "copies of these" not in whole
 
 
 def test_columns_stand_below_long_joint_names(tmp_path):

@@ -100,6 +100,9 @@ def _remarks(document: UrdfDocument) -> Iterable[str]:
     """What could not be judged."""
     from lwr_dyn.audit.urdf.shape_rules import remarks  # loads SciPy, which `--explain` and tables do without
 
+    asked = {code for _, ignored in _ignored_places(document.root) for code in ignored}
+    for code in sorted(asked - {ALL, *codes()}):
+        yield f"a comment asks to ignore {code!r}: no rule has this code"
     if document.links and not has_mass(document):
         yield "no link has mass: kinematics only, nothing about mass and inertia is judged"
     elif document.links:

@@ -8,6 +8,7 @@ from inspect import getdoc
 
 from lwr_dyn.audit.urdf.document import UrdfDocument
 from lwr_dyn.audit.urdf.finding import FindingSeverity, UrdfFinding
+from lwr_dyn.errors import UnknownNameError
 from lwr_dyn.registry import Registry, Row
 
 UrdfRule = Callable[[UrdfDocument], Iterable[UrdfFinding]]
@@ -111,6 +112,8 @@ def explanation(code: str) -> str:
     """What a rule looks at and why; raises `UnknownNameError`."""
     if code in READING:
         return f"{code} (error): {READING[code]}\n\nNo program can read such a file, so no other rule runs."
+    if code not in RULES.names:
+        raise UnknownNameError("code of a rule", code, codes())
     row = RULES[code]
     text = getdoc(RULES.load(code)) or ""
     return f"{code} ({severity_of(code)}): {row.about}\n\n{text}"

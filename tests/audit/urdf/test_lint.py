@@ -50,6 +50,19 @@ def test_ignored_by_option_and_by_comments():
     assert judged(arm(IMPOSSIBLE, top="<!-- lwr-dyn: ignore all -->"))[0] == {}
 
 
+def test_a_comment_that_ignores_a_code_that_does_not_exist_is_said():
+    comment = "<!-- lwr-dyn: ignore inertia-triangel, all -->"
+    remarks = lint_document(document_of(arm(IMPOSSIBLE, top=comment), "r.urdf")).remarks
+    assert [line for line in remarks if "ignore" in line] == [
+        "a comment asks to ignore 'inertia-triangel': no rule has this code"
+    ]
+
+
+def test_files_of_other_formats_are_named():
+    (found,) = lint_document(document_of("<mujoco/>", "r.urdf")).findings
+    assert found.why == "it is MJCF (MuJoCo); this command judges URDF and xacro"
+
+
 def test_a_code_that_does_not_exist():
     with pytest.raises(UnknownNameError, match="did you mean inertia-triangle"):
         lint_document(document_of(arm(), "r.urdf"), ["inertia-triangel"])
