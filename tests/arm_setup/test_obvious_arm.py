@@ -142,6 +142,10 @@ REFUSED = {
     "a planar joint in the chain": (
         [*ARM, joint("slide", "f", "g", "planar", "")], "g", "joint 'slide': type planar, in a chain",
     ),
+    "a held base without an arm": (
+        [joint("free", "base", "a", "floating", ""), *fixed("base", "b")], None,
+        "chain: no moving joint between root and tip, and free of type floating is held",
+    ),
     "nothing moves": (fixed("base", "a", "b"), None, "chain: no moving joint between root and tip; allowed"),
 }  # fmt: skip
 
