@@ -9,7 +9,7 @@ from scipy.interpolate import make_interp_spline
 from lwr_dyn.arrays import Array
 from lwr_dyn.cartesian.arm_angle_legs import best_legs
 from lwr_dyn.cartesian.joint_curves import PEAK_SPEED, JointLeg, SmoothCurve, smooth_curve, timed_leg
-from lwr_dyn.cartesian.pose_curves import PoseCurve, straight, through
+from lwr_dyn.cartesian.pose_curves import PoseCurve, steps_between, straight, through
 from lwr_dyn.cartesian.stops import PathStopError, stop_of
 from lwr_dyn.cartesian.tracking import Tracked, attempts, is_inside, onto_pose
 from lwr_dyn.cartesian.waypoint_file import WaypointError, Waypoints
@@ -18,10 +18,13 @@ from lwr_dyn.kinematics.arm_geometry import srs_geometry
 from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.kinematics.inverse import inverse_kinematics
 from lwr_dyn.model.arm import Arm
+from lwr_dyn.trajectory.motion_profile import quintic
 from lwr_dyn.trajectory.references.limits import largest_violation
 
 STARTS = 8
 """Joint positions of the first waypoint that are tried when no start is given."""
+MOMENTS = 4001
+"""Moments of a curve between which the speed of the tip is looked at."""
 DENSE = 400
 """Places at which a smooth curve through joint positions is checked against the limits."""
 
@@ -44,9 +47,11 @@ class Pace:
     turning: bool
 
     def least(self, curve: PoseCurve) -> float:
-        """The shortest time [s] of a curve."""
-        turn = curve.turn / self.turn_speed if self.turning else 0.0
-        return PEAK_SPEED * max(curve.length / self.speed, turn)
+        """The shortest time [s] of a curve: through waypoints, it is not passed at an even speed along u."""
+        ways, turns = steps_between(curve.poses(quintic(1.0, 1.0).at(np.linspace(0.0, 1.0, MOMENTS)).s))
+        way = max(PEAK_SPEED * curve.length, float(ways.max()) * (MOMENTS - 1))
+        turn = max(PEAK_SPEED * curve.turn, float(turns.max()) * (MOMENTS - 1))
+        return max(way / self.speed, turn / self.turn_speed if self.turning else 0.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

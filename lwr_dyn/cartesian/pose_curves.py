@@ -81,11 +81,15 @@ def through(waypoints: Array, scale: float = 1.0) -> PoseCurve:
     def poses(at: Array) -> Array:
         return _stacked(orientation(at).as_matrix(), place(at))
 
-    dense = poses(np.linspace(0.0, 1.0, 40 * len(u)))
-    relative = np.swapaxes(dense[:-1, :3, :3], 1, 2) @ dense[1:, :3, :3]
-    turn = float(Rotation.from_matrix(relative).magnitude().sum())
-    length = float(np.linalg.norm(np.diff(dense[:, :3, 3], axis=0), axis=1).sum())
-    return PoseCurve(poses, length, turn, tuple(float(x) for x in u))
+    ways, angles = steps_between(poses(np.linspace(0.0, 1.0, 40 * len(u))))
+    return PoseCurve(poses, float(ways.sum()), float(angles.sum()), tuple(float(x) for x in u))
+
+
+def steps_between(poses: Array) -> tuple[Array, Array]:
+    """Distances [m] and angles [rad], (k - 1,) each, from each of the poses (k, 4, 4) to the next."""
+    relative = np.swapaxes(poses[:-1, :3, :3], 1, 2) @ poses[1:, :3, :3]
+    ways = np.linalg.norm(np.diff(poses[:, :3, 3], axis=0), axis=1)
+    return np.asarray(ways), np.asarray(Rotation.from_matrix(relative).magnitude())
 
 
 def turn_between(start: Array, end: Array, name: str) -> Array:

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from lwr_dyn.cartesian.pose_curves import straight, through
+from lwr_dyn.cartesian.legs import Pace
+from lwr_dyn.cartesian.pose_curves import steps_between, straight, through
 from lwr_dyn.errors import OptionError
+from lwr_dyn.trajectory.motion_profile import quintic
 
 
 def pose(xyz, rotvec=(0.0, 0.0, 0.0)):
@@ -46,3 +48,16 @@ def test_half_a_turn_has_no_shortest_way():
 def test_waypoints_that_are_the_same_are_refused():
     with pytest.raises(OptionError, match="waypoints 2 and 3: the same pose"):
         through(np.array([pose((0, 0, 0)), pose((1, 0, 0)), pose((1, 0, 0))]))
+
+
+@pytest.mark.parametrize(
+    "stops", [((0, 0), (0, 0.9), (0.05, 0.9), (0.05, 1.8)), ((0, 0), (0.3, 0), (0.3, 0.9), (0.6, 0.9))]
+)
+@pytest.mark.parametrize(("speed", "turn_speed"), [(0.05, 100.0), (100.0, 0.5)])
+def test_a_smooth_curve_keeps_the_speeds_where_it_is_fastest(stops, speed, turn_speed):
+    curve = through(np.array([pose((x, 0, 0), (0, 0, angle)) for x, angle in stops]))
+    duration, moments = Pace(speed, turn_speed, turning=True).least(curve), 50_001
+    at = quintic(1.0, duration).at(np.linspace(0.0, duration, moments))
+    ways, turns = steps_between(curve.poses(at.s))
+    shares = ways.max() / speed, turns.max() / turn_speed
+    assert max(shares) * (moments - 1) / duration == pytest.approx(1.0, rel=1e-5)
