@@ -12,11 +12,16 @@ from numpy.typing import NDArray
 from lwr_dyn.arrays import Array, fixed_array
 from lwr_dyn.codegen.cache import read_cache, write_cache
 from lwr_dyn.codegen.kernel import require_packages
-from lwr_dyn.kinematics.pose_solver import TAIL, SearchRanges, search_ranges
+from lwr_dyn.codegen.pose_newton import finish
+from lwr_dyn.kinematics.pose_solver import FOUND, NOT_REACHED, TAIL, SearchRanges, search_ranges
 from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.chain import Chain
 
 GENERATOR = 3
 """Version of the generator: raised when it writes another kernel for the same arm, so that cached ones are not used."""
+_CLOSE, _AGAIN, _NEAR = 1e-11, 40, 1e-3
+"""E of a miss that Newton's method shall finish; where that miss is a minimum of E, the ends of this many starts are
+taken up too, to this E."""
 _ALIGNMENT = 64
 _FLOAT = np.dtype(np.float64)
 _loaded: dict[str, Any] = {}
@@ -39,10 +44,10 @@ class _Desk(threading.local):
 class KernelSearch:
     """The search of one arm, by its kernel."""
 
-    __slots__ = ("_call", "_desk", "_full", "_lanes", "_once", "n")
+    __slots__ = ("_call", "_chain", "_desk", "_full", "_lanes", "_once", "_ranges", "n")
 
-    def __init__(self, ranges: SearchRanges, call: Callable[..., int], lanes: int) -> None:
-        self.n, self._call, self._lanes = len(ranges.middle), call, lanes
+    def __init__(self, chain: Chain, ranges: SearchRanges, call: Callable[..., int], lanes: int) -> None:
+        self.n, self._call, self._lanes, self._chain, self._ranges = chain.n, call, lanes, chain, ranges
         joints = (ranges.lower, ranges.upper, ranges.middle, ranges.turning)
         redundant = float(self.n > 6)
         self._full = np.concatenate([(len(ranges.starts), 1.0, redundant, self.n), *joints, ranges.starts.ravel()])
@@ -62,10 +67,18 @@ class KernelSearch:
                 q0 = fixed_array("q0", q0, (self.n,))
             desk.q0[:] = q0
             self._call(*(desk.given if restart else desk.once))
-        return desk.row.copy()
+        row = desk.row.copy()
+        return row if row.item(self.n) != NOT_REACHED else self._finished(row, T, q0, restart)
 
     def rows(self, T: Array, q0: Array | None, restart: bool) -> Array:
         """As `PoseSearch.rows`."""
+        out = self._rows(T, q0, restart)
+        for k in np.flatnonzero(out[:, self.n] == NOT_REACHED):
+            out[k] = self._finished(out[k], T[k], None if q0 is None else q0[k], restart)
+        return out
+
+    def _rows(self, T: Array, q0: Array | None, restart: bool) -> Array:
+        """The kernel's rows."""
         from lwr_dyn.codegen.pose_layout import buffer_size
 
         T, out, settings = (
@@ -79,6 +92,26 @@ class KernelSearch:
         self._call(*given, _address(out), place, 0, len(T))
         del kept
         return out
+
+    def _finished(self, row: Array, T: Array, q0: Any, restart: bool) -> Array:
+        """The row of a pose that was not reached, after Newton's method where it is near."""
+        x, n = self._ranges, self.n
+        if not _half(row) < _CLOSE:
+            return row
+        near = None if not restart else x.middle if q0 is None else np.clip(q0, x.lower, x.upper)
+        found = finish(self._chain, x, T, row, near)
+        if found[n] == FOUND or not restart:
+            return found
+        first = x.starts[:_AGAIN]
+        ends = self._rows(np.broadcast_to(T, (len(first), 4, 4)), first, False)
+        misses = (end for end in ends if end[n] == NOT_REACHED and _half(end) < _NEAR)
+        others = (finish(self._chain, x, T, miss, near) for miss in misses)
+        return next((other for other in others if other[n] == FOUND), found)
+
+
+def _half(row: Array) -> float:
+    """E of a row."""
+    return float(row[1 - TAIL] / 2.0 + 1.0 - row[3 - TAIL])
 
 
 def _address(array: NDArray[Any]) -> int:
@@ -96,7 +129,7 @@ def kernel_search(arm: Arm, limits: bool, starts: int, seed: int) -> KernelSearc
     require_packages()
     from lwr_dyn.codegen.machine_code import lanes_of
 
-    return KernelSearch(search_ranges(arm, limits, starts, seed), _kernel(arm).call, lanes_of("float64"))
+    return KernelSearch(arm.chain, search_ranges(arm, limits, starts, seed), _kernel(arm).call, lanes_of("float64"))
 
 
 def _kernel(arm: Arm) -> Any:

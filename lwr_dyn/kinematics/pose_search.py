@@ -69,12 +69,12 @@ class PinocchioSearch:
         x, k, most, pulling = self.ranges, 0, 0, False
         while k <= most:
             pose, J = self.flange(q)
-            error, sizes = _pose_error(T, pose)
+            error, sizes = pose_error(T, pose)
             half, k = error @ error / 2.0, k + 1
             most = most if pulling else next(count for level, count in _PATIENCE if half < level)
             reached = sizes[0] <= TOLERANCE**2 and sizes[1] <= TOLERANCE**2 and sizes[2] > 0.0
             if reached and near is not None:
-                q = _near(q, near, x)
+                q = with_turns(q, near, x)
             yield q, sizes, FOUND if reached else NOT_REACHED if k == most and not pulling else None
             if reached and not pulling:
                 pulling, most = True, k + (_REPAIR if len(q) > len(error) else 0)
@@ -89,7 +89,7 @@ class PinocchioSearch:
             q = q + step / max(1.0, math.sqrt(step @ step))
 
 
-def _pose_error(T: Array, pose: Array) -> tuple[Array, tuple[float, ...]]:
+def pose_error(T: Array, pose: Array) -> tuple[Array, tuple[float, ...]]:
     """[p_T - p; 2 sin(theta/2) u], and the squares of its position and of sin theta, and cos theta."""
     (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = (T[:3, :3] @ pose[:3, :3].T).tolist()
     a, b, c = (T[:3, 3] - pose[:3, 3]).tolist()
@@ -99,7 +99,7 @@ def _pose_error(T: Array, pose: Array) -> tuple[Array, tuple[float, ...]]:
     return error, (a * a + b * b + c * c, sum(s * s for s in sine), cosine)
 
 
-def _near(q: Array, near: Array, x: SearchRanges) -> Array:
+def with_turns(q: Array, near: Array, x: SearchRanges) -> Array:
     """Angles moved by whole turns next to a position, and inside the limits if they can be."""
     q = np.where(x.turning, q - TURN * np.round((q - near) / TURN), q)
     q = np.where(x.turning & (q > x.upper) & (q - TURN >= x.lower), q - TURN, q)
