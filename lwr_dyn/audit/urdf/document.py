@@ -1,7 +1,7 @@
 """A URDF as written: links, joints and their places, which links a joint moves; faults of reading are findings."""
 
 import hashlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -121,28 +121,18 @@ def document_of(content: bytes | str, file: str, carried: bool = False) -> UrdfD
     return UrdfDocument(
         file, Path(file), content.partition(b"<robot")[0].decode("utf-8", "replace"),
         hashlib.sha256(content).hexdigest(), root, links, joints, tuple(faults),
-        _moved(by_name, into, out_of), frozenset(j.child for j in into.values() if j.moves), by_name, into, out_of,
+        _moved(out_of), frozenset(j.child for j in into.values() if j.moves), by_name, into, out_of,
     )  # fmt: skip
 
 
-def _moved(
-    links: Iterable[str], into: Mapping[str, JointElement], out_of: Mapping[str, tuple[JointElement, ...]]
-) -> frozenset[str]:
+def _moved(out_of: Mapping[str, tuple[JointElement, ...]]) -> frozenset[str]:
     """Links beyond a moving joint; of a loop, all that hangs on one of its moving joints."""
-    starts = [name for name in links if name not in into]
-    fixed, moved = set(starts), set[str]()
-    open_ends = [(name, False) for name in starts]
-    open_ends += [(joint.child, True) for joint in into.values() if joint.moves]
-    while open_ends:
-        name, moving = open_ends.pop()
-        for joint in out_of.get(name, ()):
-            moves = moving or joint.moves
-            reached = moved if moves else fixed
-            if joint.child not in reached and joint.child not in moved:
-                reached.add(joint.child)
-                open_ends.append((joint.child, moves))
-        if moving:
-            moved.add(name)
+    moved = {joint.child for joints in out_of.values() for joint in joints if joint.moves}
+    waiting = list(moved)
+    while waiting:
+        new = {joint.child for joint in out_of.get(waiting.pop(), ())} - moved
+        moved |= new
+        waiting += new
     return frozenset(moved)
 
 

@@ -77,8 +77,8 @@ def slip(document: UrdfDocument) -> Iterable[UrdfFinding]:
     Tried are: two moments exchanged, moments permuted, the six numbers by rows, products permuted, of the opposite sign
     or of the mirrored side, powers of ten, rpy in degrees or a quarter turn off, a tensor about the link frame. The
     distance is the length of the three logarithms of the eigenvalues of H^-1 S. An undoing that shortens it by 0.8 is
-    a warning (rpy 1.05, signs of products 1.6, moments permuted 1.15), by 0.2 less a note. On 145 good links the best
-    exchange of moments shortens it by 0.55, signs of products by 1.03. The text to write is given.
+    a warning (rpy 1.0, moments permuted 1.1, signs of products 1.55), by 0.2 less a note. On 145 good links the best
+    exchange of moments shortens it by 0.55, signs of products by 1.5. The text to write is given.
     """
     for found in judgements(document):
         quiet = _spread_severity(found) is None and found.bound <= BOUND_WARNING

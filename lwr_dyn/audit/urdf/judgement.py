@@ -64,7 +64,7 @@ class Judgement:
     tensor_slip, centre_slip : Undoing or None
         The slip whose undoing explains the tensor or the centre.
     cut : float
-        By how much the slip of the tensor shortens the distance.
+        By how much the slip of the tensor shortens the distance, its prior taken off.
     """
 
     body: LinkBody

@@ -37,3 +37,15 @@ def test_loops_and_unreadable_origins_end():
     assert set(link_poses(document_of(loop, "f"))) == {"l0"}
     bad = BoxArm().text().replace('<origin xyz="0.0 0.0 0.45"/>', '<origin xyz="0 x 0"/>')
     assert set(link_poses(document_of(bad, "f"))) == {"l0", "l1"}
+
+
+def test_what_hangs_on_a_moving_joint_moves_in_a_loop_too():
+    assert BoxArm().document().moved == {"l1", "l2", "l3"}
+    loop = BoxArm().text().replace('<parent link="l0"/>', '<parent link="l3"/>')
+    assert document_of(loop, "f").moved == {"l1", "l2", "l3"}
+    held = loop.replace('"j1" type="revolute"', '"j1" type="fixed"').replace(
+        '"j3" type="revolute"', '"j3" type="fixed"'
+    )
+    assert document_of(held, "f").moved == {"l1", "l2", "l3"}
+    rest = BoxArm().text().replace('"j1" type="revolute"', '"j1" type="fixed"')
+    assert document_of(rest, "f").moved == {"l2", "l3"}
