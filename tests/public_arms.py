@@ -68,16 +68,16 @@ def singular_positions(arm, count, seed):
     return found[:count]
 
 
-def positions_at_limits(arm, count, seed, joints=1):
-    """Positions (count, n) with one joint (or more) at a limit, or within 1e-4 of it."""
+def positions_at_limits(arm, count, seed):
+    """Positions (count, n) with one joint at a limit, or within 1e-4 of it."""
     low, up = _ranges(arm)
     rng = np.random.default_rng(seed)
     q = rng.uniform(low, up, (count, arm.n))
     limited = np.flatnonzero(np.isfinite(arm.lower))
     for row in q:
-        for joint in rng.choice(limited, min(joints, len(limited)), replace=False):
-            gap = rng.choice([0.0, 10.0 ** rng.uniform(-12, -4)])
-            row[joint] = low[joint] + gap if rng.random() < 0.5 else up[joint] - gap
+        joint = rng.choice(limited)
+        gap = rng.choice([0.0, 10.0 ** rng.uniform(-12, -4)])
+        row[joint] = low[joint] + gap if rng.random() < 0.5 else up[joint] - gap
     return q
 
 
