@@ -50,7 +50,7 @@ def test_the_python_of_the_readme_runs():
 
 
 def test_ci_runs_the_test_command_of_the_readme():
-    command = "pip install '.[test]' && pytest"
+    command = "pip install '.[test]' && pytest -n auto"
     assert f"    {command}\n" in README
     assert command in (ROOT / ".ci" / "run").read_text().replace(" -q", "")
 
