@@ -51,7 +51,7 @@ def fixed_array(name: str, value: ArrayLike, shape: tuple[int, ...]) -> Array:
     """
     array = real_array(name, value)
     if array.shape != shape:
-        raise ShapeError(name, _size(array), " x ".join(map(str, shape)) + " numbers")
+        raise ShapeError(name, _size(array), " x ".join(map(str, shape)) + " numbers" if shape else "one number")
     return array
 
 

@@ -39,6 +39,8 @@ def test_a_fixed_shape_is_exact_and_any_shape_is_free():
     assert fixed_array("point", (0, 0, 1), (3,)).tolist() == [0.0, 0.0, 1.0]
     with pytest.raises(ShapeError, match="point: an array of 1 x 3 numbers; allowed: 3 numbers"):
         fixed_array("point", [[0, 0, 1]], (3,))
+    with pytest.raises(ShapeError, match="mass: 2 numbers; allowed: one number"):
+        fixed_array("mass", [1, 2], ())
     assert real_array("x", [[[1]]]).shape == (1, 1, 1)
 
 

@@ -70,6 +70,13 @@ def floor_height(arm: Arm) -> float:
     return min((_lowest(mount @ shape.pose, shape) for shape in primitives(arm) if shape.link == "base"), default=0.0)
 
 
+def stand_foot(arm: Arm) -> Array:
+    """Where the stand of the base ends, in the world [m]: below the base, along its own vertical."""
+    mount, _ = ends_of(arm.installation)
+    lowest = min((_lowest(shape.pose, shape) for shape in primitives(arm) if shape.link == "base"), default=0.0)
+    return mount.position + lowest * mount.rotation[:, 2]
+
+
 def _derived(arm: Arm) -> list[Primitive]:
     radii, joints = link_radii(arm), arm.joints()
     ends = [*(joint.origin.position for joint in joints[1:]), arm.flange().position]

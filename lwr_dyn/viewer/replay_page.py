@@ -16,7 +16,7 @@ from lwr_dyn.model.installation import ends_of
 from lwr_dyn.model.run import Run
 from lwr_dyn.simulation.metrics import RIGID
 from lwr_dyn.simulation.stop_contacts import stop_contacts
-from lwr_dyn.urdf.geometry import floor_height
+from lwr_dyn.urdf.geometry import floor_height, stand_foot
 from lwr_dyn.viewer import scene
 from lwr_dyn.viewer.page_parts import (
     PLAYER,
@@ -125,6 +125,7 @@ def run_record(shown: ReplayedRun, stride: int = 1) -> dict[str, Any]:
         "base": scene.column_major(ends_of(arm.installation)[0]),
         "native": [scene.column_major(link.after) for link in arm.chain.links],
         "floor": floor_height(arm),
+        "foot": stand_foot(arm).tolist(),
         "samples": [int(keep.size), int(run.t.size)],
         "t": pack_int32(run.t[keep]),
         "q": pack_int32(run.q[keep]),

@@ -165,8 +165,8 @@ class Stage {
       const away = this.node(run.root).position, add = (x, y, z) => points.push(new THREE.Vector3(x, y, z).add(away));
       run.reference.forEach((p) => add(p[0], p[1], p[2]));
       [[-0.1, 0], [0.1, 0], [0, -0.1], [0, 0.1]].forEach(([x, y]) => add(x, y, run.record.floor));
-      const [x, y, z] = run.record.base.slice(12), upright = run.record.base[10] > 0.9;
-      if (!upright) [-0.15, 0.15].forEach((d) => add(x + d, y + d, z + d));
+      const [x, y, z] = run.record.foot, upright = run.record.base[10] > 0.9;
+      if (!upright) [-0.15, 0.15].forEach((d) => add(x + d, y + d, z + d / 3));
       for (let s = 0; s <= samples; s += 1) {
         const k = Math.round((s / samples) * (run.t.length - 1)), pose = new THREE.Matrix4();
         run.record.joints.forEach((joint, j) => {

@@ -12,7 +12,7 @@ from lwr_dyn.dynamics.pinocchio_engine import flange_poses, pinocchio_model
 from lwr_dyn.model.chain import link_frames
 from lwr_dyn.model.installation import Tool, ends_of
 from lwr_dyn.simulation.plant import arm_with_payload
-from lwr_dyn.urdf.geometry import floor_height
+from lwr_dyn.urdf.geometry import floor_height, stand_foot
 from lwr_dyn.urdf.mjcf import mjcf_text
 from lwr_dyn.urdf.provenance import UNSOURCED, provenance_text
 from lwr_dyn.urdf.reader import read_urdf
@@ -129,6 +129,17 @@ def test_the_floor_is_under_the_arm():
     assert floor_height(raised) == pytest.approx(floor_height(lwr_dyn.load("lwr4plus")) + 0.5)
     assert floor_height(lwr_dyn.load("lwr4plus", mount={"on": "ceiling", "xyz": [0, 0, 2.5]})) == 0.0
     assert floor_height(lwr_dyn.load("lwr4plus", mount="ceiling", tool={"xyz": [0, 0, 0.1]})) == pytest.approx(-0.968)
+
+
+def test_the_stand_hangs_above_an_arm_on_the_ceiling_and_ends_at_the_wall():
+    up = stand_foot(lwr_dyn.load("lwr4plus"))
+    assert up == pytest.approx([0, 0, floor_height(lwr_dyn.load("lwr4plus"))])
+    assert stand_foot(lwr_dyn.load("lwr4plus", mount={"on": "ceiling", "xyz": [1, 0, 2]})) == pytest.approx(
+        [1, 0, 2 - up[2]]
+    )
+    wall = lwr_dyn.load("lwr4plus", mount="wall")
+    assert stand_foot(wall) @ wall.installation.mount.rotation[:, 2] == pytest.approx(up[2])
+    assert abs(stand_foot(wall)[2]) < 1e-12
 
 
 def test_the_mass_of_a_tool_is_that_of_a_payload_at_the_same_place():

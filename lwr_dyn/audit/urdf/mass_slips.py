@@ -12,7 +12,8 @@ from lwr_dyn.audit.urdf.finding import number_text, vector_text
 from lwr_dyn.audit.urdf.judgement import Judgement
 
 MASS, SHAPES = "mass", "shapes"
-_MASS_UNITS = (("g", 1e-3), ("lb", 0.45359237), ("10 kg", 10.0), ("0.1 kg", 0.1), ("t", 1000.0))
+_SMALL, _LARGE = "10 times too small", "10 times too large"
+_MASS_UNITS = (("g", 1e-3), ("lb", 0.45359237), (_SMALL, 10.0), (_LARGE, 0.1), ("t", 1000.0))
 _LENGTH_UNITS = (("mm", 1e-3), ("km", 1e3), ("cm", 1e-2), ("inches", 0.0254))
 _FIT = 1.4
 """Largest length of the remaining logarithms of density and spread."""
@@ -48,8 +49,9 @@ def mass_slip(found: Judgement) -> MassSlip | None:
 
 
 def _of_mass(found: Judgement, name: str, factor: float) -> MassSlip:
-    says = f"the mass looks given in {name}"
-    return MassSlip(MASS, f"masses in {name}", says, f'<mass value="{number_text(found.point.mass * factor)}"/>')
+    tenfold = name in (_SMALL, _LARGE)
+    cause, says = (f"masses {name}", name) if tenfold else (f"masses in {name}", f"given in {name}")
+    return MassSlip(MASS, cause, f"the mass looks {says}", f'<mass value="{number_text(found.point.mass * factor)}"/>')
 
 
 def _of_shapes(found: Judgement, name: str, factor: float) -> MassSlip:

@@ -93,7 +93,9 @@ def test_centres_in_the_base_frame_are_judged_over_the_file():
     assert {f.cause for f in findings(arm)} == {"centres of mass in the base frame"}
 
 
-@pytest.mark.parametrize(("factor", "cause"), [(1000.0, "masses in g"), (0.001, "masses in t")])
+@pytest.mark.parametrize(
+    ("factor", "cause"), [(1000.0, "masses in g"), (0.001, "masses in t"), (0.1, "masses 10 times too small")]
+)
 def test_units_of_the_mass(factor, cause):
     found = findings(ARM.with_link(LINK, mass=MASS * factor))
     assert {f.cause for f in found} == {cause}
