@@ -20,11 +20,9 @@ from pathlib import Path
 from typing import Any
 
 from lwr_dyn.errors import FileAccessError
-from lwr_dyn.files import write_file
+from lwr_dyn.files import LEFT_OVER, write_file
 
 _MARK = b"lwr_dyn kernel 2\n"
-_LEFT_OVER = 3600.0
-"""[s] An unfinished file older than this belongs to a killed process."""
 _warned: set[str] = set()
 
 
@@ -146,7 +144,7 @@ def _sweep(folder: Path) -> None:
     """Delete the temporary files of killed processes."""
     for path in folder.glob(".*.kernel.*"):
         try:
-            if time.time() - path.stat().st_mtime > _LEFT_OVER:
+            if time.time() - path.stat().st_mtime > LEFT_OVER:
                 path.unlink()
         except OSError:  # another process was quicker
             continue

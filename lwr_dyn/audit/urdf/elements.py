@@ -8,6 +8,7 @@ import numpy as np
 from lwr_dyn.arrays import Array
 from lwr_dyn.audit.urdf.attribute_numbers import numbers, scalar, vector
 from lwr_dyn.audit.urdf.xml_tree import Place, XmlElement
+from lwr_dyn.model.spatial import from_rpy
 
 MOMENTS = ("ixx", "iyy", "izz")
 TENSOR = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
@@ -30,16 +31,7 @@ class OriginElement:
     @property
     def rotation(self) -> Array | None:
         """The rotation, (3, 3)."""
-        if self.rpy is None:
-            return None
-        (cr, cp, cy), (sr, sp, sy) = np.cos(self.rpy), np.sin(self.rpy)
-        return np.array(
-            [
-                [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-                [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-                [-sp, cp * sr, cp * cr],
-            ]
-        )
+        return None if self.rpy is None else from_rpy(self.rpy)
 
     @property
     def pose(self) -> Array | None:

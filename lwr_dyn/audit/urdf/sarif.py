@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
-from lwr_dyn.audit.urdf.finding import UrdfFinding
+from lwr_dyn.audit.urdf.finding import SEVERITIES, UrdfFinding
 from lwr_dyn.audit.urdf.lint import LintReport
 from lwr_dyn.audit.urdf.rules import READING, RULES, explanation, severity_of
 from lwr_dyn.version import VERSION
@@ -37,8 +37,7 @@ def sarif_record(reports: Sequence[LintReport]) -> dict[str, Any]:
 
 
 def _worst_first(reports: Iterable[LintReport]) -> list[UrdfFinding]:
-    order = {"error": 0, "warning": 1, "note": 2}
-    return sorted((f for report in reports for f in report.findings), key=lambda f: order[f.level])
+    return sorted((f for report in reports for f in report.findings), key=lambda f: SEVERITIES.index(f.level))
 
 
 def _rule(code: str) -> dict[str, Any]:
