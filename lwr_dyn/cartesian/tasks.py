@@ -76,7 +76,7 @@ def line_reference(
     >>> import lwr_dyn
     >>> arm = lwr_dyn.load("lwr4plus")
     >>> line_reference(arm, start=[0, 0.5, 0, -1.5, 0, 0.8, 0], to_xyz=[-0.3, 0.2, 0.3]).duration.__round__(2)
-    4.74
+    2.89
     """
     q = _start(arm, start)
     begin = forward_kinematics(arm.chain, q)
