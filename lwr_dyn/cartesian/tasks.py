@@ -96,7 +96,9 @@ def line_reference(
 def waypoints_reference(
     arm: Arm,
     *,
-    waypoints: Annotated[str, Option(str, "CSV file: x, y, z, roll, pitch, yaw or q1, q2, ...; perhaps time.")],
+    waypoints: Annotated[
+        str, Option(str, "CSV: x, y, z, roll, pitch, yaw or q1, q2, ...; perhaps time; SI or x [mm].")
+    ],
     start: Annotated[
         ArrayLike | None,
         Option(Quantity.JOINT_POSITIONS, "Where the joints start (m for sliding).", "from-deg"),

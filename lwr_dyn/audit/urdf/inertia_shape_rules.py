@@ -39,15 +39,17 @@ def spread(document: UrdfDocument) -> Iterable[UrdfFinding]:
         severity = _spread_severity(found)
         if severity and not _shape_is_off(found):
             low, middle, high = found.ratios
-            what = f"its inertia is that of a body {_times(low, high)}"
+            what = f"its inertia is that of {_times(low, high)}"
             why = f"eigenvalues of H^-1 S are {low:.3g}, {middle:.3g}, {high:.3g}; 1 for a full body of its shape"
             yield _of_tensor(found, what, why, severity)
 
 
 def _times(low: float, high: float) -> str:
+    if low < -0.001:
+        return "no body: its spread in one direction is below 0"
     wide = high > 1.0 / max(low, 1e-9)
     factor = (high if wide else 1.0 / max(low, 1e-6)) ** 0.5
-    return f"about {factor:.2g} times as {'wide' if wide else 'narrow'} as its shape in one direction"
+    return f"a body about {factor:.2g} times as {'wide' if wide else 'narrow'} as its shape in one direction"
 
 
 def _spread_severity(found: Judgement) -> FindingSeverity | None:

@@ -14,7 +14,9 @@ from lwr_dyn.audit.urdf.judgement import Judgement
 MASS, SHAPES = "mass", "shapes"
 _SMALL, _LARGE = "10 times too small", "10 times too large"
 _MASS_UNITS = (("g", 1e-3), ("lb", 0.45359237), (_SMALL, 10.0), (_LARGE, 0.1), ("t", 1000.0))
-_LENGTH_UNITS = (("mm", 1e-3), ("km", 1e3), ("cm", 1e-2), ("inches", 0.0254))
+_TWICE = "1000 times too small"
+"""Of shapes whose scale turns mm into m a second time."""
+_LENGTH_UNITS = (("mm", 1e-3), (_TWICE, 1e3), ("cm", 1e-2), ("inches", 0.0254))
 _FIT = 1.4
 """Largest length of the remaining logarithms of density and spread."""
 _GAIN = 1.2
@@ -59,7 +61,8 @@ def _of_shapes(found: Judgement, name: str, factor: float) -> MassSlip:
     instead = "shapes in metres"
     if shape.kind == "mesh" and shape.scale is not None:
         instead = f'<mesh filename="{shape.mesh}" scale="{vector_text(shape.scale * factor)}"/>'
-    return MassSlip(SHAPES, f"shapes in {name}", f"the shapes look given in {name}", instead)
+    cause, says = (f"shapes {name}", name) if name == _TWICE else (f"shapes in {name}", f"given in {name}")
+    return MassSlip(SHAPES, cause, f"the shapes look {says}", instead)
 
 
 def misfit(found: Judgement) -> float:

@@ -45,6 +45,11 @@ def test_a_fault_has_its_severity(rule, values, severity):
     assert found[0].place.line > 1
 
 
+def test_a_tensor_that_no_body_has_is_not_called_narrow():
+    (found,) = rules.spread(ARM.with_link(1, six=(-0.2, 0.0, 0.0, 0.01, 0.0, 0.01)).document())
+    assert found.what == "its inertia is that of no body: its spread in one direction is below 0"
+
+
 def test_one_fault_of_the_tensor_has_one_finding():
     for factor in (1e-4, 0.03, 4.4, 5.0, 30.0):
         document = ARM.with_link(1, **scaled(factor)).document()

@@ -102,7 +102,7 @@ def test_units_of_the_mass(factor, cause):
     assert found[-1].instead.startswith(f'<mass value="{MASS:.6g}"')
 
 
-@pytest.mark.parametrize(("factor", "cause"), [(1000.0, "shapes in mm"), (0.001, "shapes in km")])
+@pytest.mark.parametrize(("factor", "cause"), [(1000.0, "shapes in mm"), (0.001, "shapes 1000 times too small")])
 def test_units_of_the_shapes(factor, cause):
     box = ARM.boxes[LINK]
     wide = box.changed(size=tuple(factor * v for v in box.size), com=tuple(factor * v for v in box.com)).box()
