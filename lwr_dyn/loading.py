@@ -55,14 +55,10 @@ def load_with_paper(
 
 def xacro_arguments(texts: Iterable[str]) -> dict[str, str]:
     """Arguments of a `.xacro` from texts NAME:=VALUE; raises `OptionError`."""
-    return dict(map(_xacro_arg, texts))
-
-
-def _xacro_arg(text: str) -> tuple[str, str]:
-    name, mark, value = text.partition(":=")
-    if not (name and mark):
+    parts = {text: text.partition(":=") for text in texts}
+    for text in (text for text, (name, mark, _) in parts.items() if not (name and mark)):
         raise OptionError("--xacro-arg", repr(text), "NAME:=VALUE, such as ur_type:=ur10e")
-    return name, value
+    return {name: value for name, _, value in parts.values()}
 
 
 def _of_paper(name: str, reading: str | None, lock: Mapping[str, float]) -> tuple[Arm, Paper]:

@@ -44,8 +44,7 @@ FILE_CHECKS: Registry[Callable[[str, Mapping[str, str]], FileVerdict]] = Registr
     "file_check",
     {"as-written": Row("lwr_dyn.audit.urdf.report_text:file_verdict", "each link, joint and shape of a URDF")},
 )
-"""Checks of a `.urdf` or `.xacro` before it is read as a chain; each row is a function of the path and
-the arguments of a `.xacro`."""
+"""Checks of a `.urdf` or `.xacro` before it is read as a chain: functions of the path and a xacro's arguments."""
 READER_CHECKS: Registry[Callable[[Arm], tuple[list[Verdict], list[str]]]] = Registry(
     "reader_check",
     {"pinocchio": Row("lwr_dyn.parity.file_check:file_verdicts", "Pinocchio on a foreign file itself")},

@@ -48,9 +48,8 @@ def search_ranges(arm: Arm, limits: bool, starts: int, seed: int) -> SearchRange
     low, up = arm.lower, arm.upper
     first, last = drawing_range(turning, low, up)
     half = (last - first) / 2.0
-    draw = np.random.default_rng(seed).uniform(-1.0, 1.0, (starts, arm.n)) * np.minimum(
-        half, np.where(turning, np.pi, half)
-    )
+    reach = np.where(turning, np.minimum(half, np.pi), half)
+    draw = np.random.default_rng(seed).uniform(-1.0, 1.0, (starts, arm.n)) * reach
     if not limits:
         low, up = low - np.inf, up + np.inf
     return SearchRanges(low, up, first + half, turning, np.minimum(0.3, half / 2.0), first + half + draw)
