@@ -5,6 +5,7 @@ import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from typing import Any
 
 
@@ -19,13 +20,16 @@ def interruptible() -> Iterator[list[int]]:
 
     def unraisable(found: Any) -> None:
         if signals:
-            threading.Timer(0.01, signal.raise_signal, [signal.SIGINT]).start()
+            threading.Timer(0.01, again).start()
         else:
             shown(found)
 
     if threading.current_thread() is not threading.main_thread():
         yield signals
         return
+    again = partial(signal.raise_signal, signal.SIGINT)
+    if hasattr(signal, "pthread_kill"):  # it also wakes this thread where it waits
+        again = partial(signal.pthread_kill, threading.get_ident(), signal.SIGINT)
     before, shown = signal.signal(signal.SIGINT, interrupt), sys.unraisablehook
     sys.unraisablehook = unraisable
     try:
