@@ -104,8 +104,10 @@ def _cells(line: str) -> list[str]:
 
 
 def _factors(file: str, names: Sequence[str]) -> dict[str, float]:
-    """Column -> its factor to SI; joint positions without unit are in rad or m."""
+    """Column -> its factor to SI. Of places, angles and joint positions all columns have a unit or none, lest one be
+    taken for SI that was forgotten."""
     out: dict[str, float] = {}
+    stated: dict[str, set[bool]] = {}
     for name in names:
         match = _COLUMN.fullmatch(name)
         if match is None:
@@ -117,6 +119,11 @@ def _factors(file: str, names: Sequence[str]) -> dict[str, float]:
         if unit is not None and unit not in units:
             raise WaypointError(file, f"unit of column {key}", repr(unit), ", ".join(units))
         out[key] = 1.0 if unit is None else units[unit]
+        stated.setdefault("".join(units), set()).add(unit is not None)
+        if len(stated["".join(units)]) > 1:
+            raise WaypointError(
+                file, f"unit of column {key}", unit or "none", "a unit in all columns of a kind, or in none"
+            )
     return out
 
 

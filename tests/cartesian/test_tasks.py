@@ -67,7 +67,8 @@ def test_a_start_adds_a_leg_to_the_first_waypoint(file):
 
 def test_joint_waypoints_keep_the_speed_limits(file):
     arm = lwr_dyn.load("kr30ha")
-    path = file("q1 [deg],q2 [deg],q3,q4,q5,q6\n0,-90,1.5,0,0.5,0\n30,-80,1.5,0,0.5,0\n30,-80,1.2,0,0.9,1\n")
+    head = "q1 [deg],q2 [deg],q3 [rad],q4 [rad],q5 [rad],q6 [rad]"
+    path = file(f"{head}\n0,-90,1.5,0,0.5,0\n30,-80,1.5,0,0.5,0\n30,-80,1.2,0,0.9,1\n")
     for smooth in (False, True):
         reference = lwr_dyn.reference("waypoints", arm, waypoints=path, through=smooth)
         motion = reference.sample(np.linspace(0.0, reference.duration, 3001))

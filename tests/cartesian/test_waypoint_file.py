@@ -16,7 +16,8 @@ def written(tmp_path, text):
 def test_units_in_brackets_become_si(tmp_path):
     points = read_waypoints(
         written(
-            tmp_path, "# a square\nx [mm], y, z, roll [deg], pitch, yaw [deg]\n\n100,0.2,0.3,180,0,0\n1,2,3,0,0,90\n"
+            tmp_path,
+            "# a square\nx [mm], y [m], z [m], roll [deg], pitch [rad], yaw [deg]\n\n100,0.2,0.3,180,0,0\n1,2,3,0,0,90\n",
         )
     )
     np.testing.assert_allclose(points.poses[0, :3, 3], [0.1, 0.2, 0.3])
@@ -28,7 +29,7 @@ def test_places_joints_and_times(tmp_path):
     places = read_waypoints(written(tmp_path, "time,x,y,z\n0,1,2,3\n1.5,4,5,6\n"))
     np.testing.assert_array_equal(places.places, [[1, 2, 3], [4, 5, 6]])
     np.testing.assert_array_equal(places.times, [0.0, 1.5])
-    joints = read_waypoints(written(tmp_path, "q2 [deg], q1\n180,1\n0,2\n")).joint_positions(2, "w.csv")
+    joints = read_waypoints(written(tmp_path, "q2 [deg], q1 [rad]\n180,1\n0,2\n")).joint_positions(2, "w.csv")
     np.testing.assert_allclose(joints, [[1, np.pi], [2, 0]])
 
 
@@ -42,6 +43,7 @@ FAULTS = {
     "x,y,z,speed\n1,2,3,4\n1,2,3,4\n": r"column: 'speed'",
     "x,y,z,x\n1,2,3,4\n1,2,3,4\n": r"column x: stands twice",
     "x [deg],y,z\n1,2,3\n1,2,3\n": r"unit of column x: 'deg'; allowed: m, mm",
+    "q1 [deg],q2\n1,2\n1,2\n": r"unit of column q2: none; allowed: a unit in all columns of a kind, or in none",
     "x,y,z\n1,2,3\n1,two,3\n": r"line 3, column y: 'two'; allowed: a finite number",
     "x,y,z\n1,2,3\n1,nan,3\n": r"line 3, column y: 'nan'",
     "x,y,z\n1,2,3\n1,2\n": r"line 3: 2 cells; allowed: 3",

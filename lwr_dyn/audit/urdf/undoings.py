@@ -170,8 +170,8 @@ def _powers(tensor: Array) -> Iterator[tuple[str, str, Array, float]]:
         for sign in (1, -1):
             factor = 10.0 ** (sign * power)
             word = "small" if sign > 0 else "large"
-            cause = f"tensors 10^{power} too {word}"
-            yield cause, f"the tensor looks 10^{power} too {word}", tensor * factor, 0.0
+            cause = f"tensors {10**power} times too {word}"
+            yield cause, f"the tensor looks {10**power} times too {word}", tensor * factor, 0.0
 
 
 def _turned(rpy: Array) -> Iterator[tuple[str, str, Array, float]]:

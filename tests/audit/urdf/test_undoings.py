@@ -28,8 +28,8 @@ SLIPS = {
     "two moments exchanged": ((YY, XY, XZ, XX, YZ, ZZ), "ixx and iyy look exchanged"),
     "tensors written in another order": ((XX, YY, ZZ, XY, XZ, YZ), "another order"),
     "inertia about the link frame instead of the centre of mass": (about_joint(), "about the link frame"),
-    "tensors 10^2 too large": (tuple(100.0 * v for v in ARM.boxes[LINK].six), "10^2 too large"),
-    "tensors 10^3 too small": (tuple(1e-3 * v for v in ARM.boxes[LINK].six), "10^3 too small"),
+    "tensors 100 times too large": (tuple(100.0 * v for v in ARM.boxes[LINK].six), "100 times too large"),
+    "tensors 1000 times too small": (tuple(1e-3 * v for v in ARM.boxes[LINK].six), "1000 times too small"),
 }
 
 
