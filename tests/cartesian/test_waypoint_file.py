@@ -14,12 +14,9 @@ def written(tmp_path, text):
 
 
 def test_units_in_brackets_become_si(tmp_path):
-    points = read_waypoints(
-        written(
-            tmp_path,
-            "# a square\nx [mm], y [m], z [m], roll [deg], pitch [rad], yaw [deg]\n\n100,0.2,0.3,180,0,0\n1,2,3,0,0,90\n",
-        )
-    )
+    head = "x [mm], y [m], z [m], roll [deg], pitch [rad], yaw [deg]"
+    rows = "100,0.2,0.3,180,0,0\n1,2,3,0,0,90\n"
+    points = read_waypoints(written(tmp_path, f"# a square\n{head}\n\n{rows}"))
     np.testing.assert_allclose(points.poses[0, :3, 3], [0.1, 0.2, 0.3])
     np.testing.assert_allclose(points.poses[0, :3, :3], np.diag([1, -1, -1]), atol=1e-15)
     np.testing.assert_allclose(points.poses[1, :3, 0], [0, 1, 0], atol=1e-15)
