@@ -2,7 +2,7 @@
 
 import re
 from dataclasses import dataclass
-from decimal import Decimal
+from decimal import Decimal, InvalidOperation
 
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 LONGEST = 60
@@ -54,22 +54,28 @@ def printed_number(text: str, factor: float = 1.0) -> PrintedNumber | None:
     bare = text.strip().replace("\N{MINUS SIGN}", "-").replace("\N{EN DASH}", "-")
     if len(bare) > LONGEST or not _NUMBER.fullmatch(bare):
         return None
-    unit = last_digit(bare)
+    try:
+        unit = last_digit(bare)
+    except ValueError:
+        return None
     if abs(unit.adjusted()) > LARGEST_EXPONENT:
         return None
     return PrintedNumber(bare, float(bare) * factor, 0.5 * float(unit) * factor)
 
 
 def last_digit(printed: str) -> Decimal:
-    """The unit of the last printed digit; raises `ValueError` for infinity and NaN.
+    """The unit of the last printed digit; raises `ValueError` for infinity, NaN and exponents of 19 digits.
 
     >>> last_digit("0.4903")
     Decimal('0.0001')
     """
-    exponent = Decimal(printed).as_tuple().exponent
+    try:
+        exponent = Decimal(printed).as_tuple().exponent
+    except InvalidOperation:
+        raise ValueError(printed) from None
     if not isinstance(exponent, int):
         raise ValueError(printed)
-    return Decimal(1).scaleb(exponent)
+    return Decimal((0, (1,), exponent))  # unlike scaleb, for every exponent
 
 
 def agrees(printed: str, value: float, step: str = "") -> bool:

@@ -21,7 +21,9 @@ def test_a_unit_scales_value_and_half():
     assert (number.value, number.half, number.text) == (12.5e-3, 0.05e-3, "12.5")
 
 
-@pytest.mark.parametrize("text", ["-", "", "n/a", "cos(q1)", "1_000", "nan", "inf", "1e999", "1" * 61])
+@pytest.mark.parametrize(
+    "text", ["-", "", "n/a", "cos(q1)", "1_000", "nan", "inf", "1e999", "1e3000000", "1e9999999999999999999", "1" * 61]
+)
 def test_what_prints_no_number(text):
     assert printed_number(text) is None
 

@@ -116,7 +116,7 @@ def run_file(folder: Path, rng: random.Random) -> bool:
 def _change_array(arrays: dict[str, Any], rng: random.Random) -> None:
     name = rng.choice([x for x in arrays if x != "record"] or ["q"])
     array, kind = np.array(arrays.get(name, 0.0)), rng.randrange(12)
-    if kind < 6:
+    if kind < 6 and array.dtype.kind != "U":
         array = array * rng.choice((0.5, -1.0, 1e6, 1.0))
     elif kind == 6:
         array = array[: rng.randrange(20)]
