@@ -145,7 +145,7 @@ def updated(promised: list[str], actual: list[str]) -> list[str]:
                 shown.append(line)
                 at = to
         elif (to := _found(line, actual, at)) is not None:
-            shown += actual[at:to] + [line if MARK in line else actual[to]]
+            shown += [*actual[at:to], line if MARK in line else actual[to]]
             at = to + 1
     return shown + actual[at:]
 
