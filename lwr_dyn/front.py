@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from numpy.typing import ArrayLike
 
 from lwr_dyn.errors import OptionError
+from lwr_dyn.progress import progress
 from lwr_dyn.registry import Registry, Row
 
 if TYPE_CHECKING:
@@ -230,7 +231,8 @@ def simulate(arm: Arm, controller: Controller, reference: Reference, **options: 
     """The closed loop over time as a `Run`; options and errors are those of `lwr_dyn.simulation.simulate.simulate`."""
     from lwr_dyn.simulation.simulate import simulate as run_simulation
 
-    return run_simulation(_an_arm(arm), controller, reference, **options)
+    with progress("simulating", terminal=False) as report:
+        return run_simulation(_an_arm(arm), controller, reference, **{"progress": report, **options})
 
 
 def replay(runs: Run | Sequence[Run], path: str | Path, **options: Any) -> None:

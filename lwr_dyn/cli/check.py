@@ -10,6 +10,7 @@ from lwr_dyn.checks.verdict import CheckReport, FileVerdict
 from lwr_dyn.cli.options import given_xacro_args, load_robot_and_paper, print_json, robot_options
 from lwr_dyn.errors import UrdfError
 from lwr_dyn.files import ends_in
+from lwr_dyn.progress import progress
 
 
 @click.command("check")
@@ -33,7 +34,8 @@ def command(robot: str, reading: str | None, tip: str | None, locks: tuple[str, 
         if tip is not None or locks or not judged:
             raise fault
         left.append(f"laws and roads skipped: {fault}")
-    report = None if loaded is None else check_arm(*loaded)
+    with progress(f"checking {robot}"):
+        report = None if loaded is None else check_arm(*loaded)
     holds = all(part.holds for part in written) and (report is None or report.holds)
     if as_json:
         print_json(_record(report, robot, written, left) | {"holds": holds})

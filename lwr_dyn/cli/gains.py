@@ -11,6 +11,7 @@ from lwr_dyn.control.worst_case_inertia import InertiaMaximum, worst_case_inerti
 from lwr_dyn.front import FUNCTIONS
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind
+from lwr_dyn.progress import progress
 from lwr_dyn.tables import aligned
 
 HEAD = ("joint", "b [kg m^2]", "Kp [N m/rad]", "Kd [N m s/rad]", "where (deg; * any)")
@@ -41,9 +42,10 @@ def command(
     has_judge = FUNCTIONS["judge_of_gains"].is_installed
     judge = FUNCTIONS.load("judge_of_gains")(rate, delay) if has_judge else None
     arm = load_robot(robot, reading, tip, locks)
-    maxima = worst_case_inertias(arm)
-    gains = second_order_gains([w.value for w in maxima], omega_n, xi)
-    sampled = None if judge is None else judge(arm, gains)
+    with progress("searching the largest inertias"):
+        maxima = worst_case_inertias(arm)
+        gains = second_order_gains([w.value for w in maxima], omega_n, xi)
+        sampled = None if judge is None else judge(arm, gains)
     if as_json:
         records = [
             {"joint": arm.joint_names[w.joint], "b": w.value, "q": w.q, "free": list(w.free), "search": w.statement()}

@@ -1,6 +1,5 @@
 """`lwr-dyn simulate`: a robot, a task and a controller become a run file with its metrics and audit."""
 
-import sys
 from typing import Any
 
 import click
@@ -16,6 +15,7 @@ from lwr_dyn.files import check_writable
 from lwr_dyn.front import FUNCTIONS, load
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
+from lwr_dyn.progress import progress
 from lwr_dyn.simulation.arm_friction import FORMS, FrictionOption
 from lwr_dyn.simulation.plant import arm_with_payload, arm_with_scaled_inertia
 from lwr_dyn.simulation.sensors import Encoder
@@ -159,15 +159,10 @@ def _check_target(out: str | None) -> None:
 
 
 def _simulated(setup: Setup, controller: str, out: str | None) -> Run:
-    """The run, saved in `out`, with a bar on a terminal; `controller` is a name or a file."""
-    bar = click.progressbar(length=100, label="simulating", file=sys.stderr, hidden=not sys.stderr.isatty())
-
-    def progress(share: float) -> None:
-        bar.update(max(0, int(100 * share) - bar.pos))
-
+    """The run, saved in `out`; `controller` is a name or a file."""
     try:
-        with bar, faults_in(controller):
-            run = run_setup(setup, progress)
+        with progress("simulating") as report, faults_in(controller):
+            run = run_setup(setup, report)
     except DivergenceError as fault:
         if out is not None and isinstance(fault.run, Run):
             fault.run.save(out)

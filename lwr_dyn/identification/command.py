@@ -20,6 +20,7 @@ from lwr_dyn.identification.motion_fit import DEFAULT_MOTION, MotionRule, identi
 from lwr_dyn.identification.motion_tables import body_lines, motion_record, motion_text
 from lwr_dyn.identification.torque_model import SUBTRACT
 from lwr_dyn.model.arm import Arm
+from lwr_dyn.progress import progress
 from lwr_dyn.viewer.plots import check_figure, save_figure
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -69,7 +70,8 @@ def friction(logs: tuple[str, ...], robot: str | None, reading: str | None, unit
     rule = CruiseRule(shortest=given["shortest"], tolerance=given["tolerance"])
     options = FitOptions(given["model"], given["robust"], given["equal_weights"], rule)
     arm = None if robot is None else load(robot, reading)
-    result = identify_friction_files(logs, declared_units(units), arm, given["subtract"], options)
+    with progress("reading and fitting the logs"):
+        result = identify_friction_files(logs, declared_units(units), arm, given["subtract"], options)
     subtract = "none" if arm is None else given["subtract"]
     if result.points and given["as_json"]:
         print_json(friction_record(result, options, robot, subtract))
@@ -98,9 +100,10 @@ def motion(
     0), with --json on the error stream too.
     """
     rule, arm, declared = MotionRule(window=window, held_out=held_out), load(robot, reading), declared_units(units)
-    usable, faults = _readable(logs, declared, arm)
-    if usable:
-        result = identify_motion(usable, arm, rule)
+    with progress("reading and fitting the logs"):
+        usable, faults = _readable(logs, declared, arm)
+        result = identify_motion(usable, arm, rule) if usable else None
+    if result is not None:
         if as_json:
             print_json(motion_record(result, robot))
             for line in body_lines(result.bodies):

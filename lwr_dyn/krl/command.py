@@ -17,6 +17,7 @@ from lwr_dyn.krl.evaluate import input_values
 from lwr_dyn.krl.point_program import generate_program, read_point_program
 from lwr_dyn.krl.program import load_program
 from lwr_dyn.krl.run import ProgramRun, check_program, run_program
+from lwr_dyn.progress import progress
 from lwr_dyn.tables import aligned
 
 _SHARED_OPTIONS = (
@@ -69,7 +70,8 @@ def check(file: str, robot: str, included: tuple[str, ...], settings: tuple[str,
     """Diagnose FILE.src with the .dat beside it; exit 1 when there is an error."""
     program = load_program(file, included)
     machine = MachineData(ramp=ramp, steps=steps, seconds=seconds)
-    diagnostics = check_program(program, None if no_motion else load(robot), machine, input_values(settings))
+    with progress(f"checking {file}"):
+        diagnostics = check_program(program, None if no_motion else load(robot), machine, input_values(settings))
     if as_json:
         print_json({"file": file, "holds": has_no_error(diagnostics), "diagnoses": [d.to_json() for d in diagnostics]})
     else:
@@ -95,9 +97,9 @@ def run(file: str, robot: str, included: tuple[str, ...], settings: tuple[str, .
                 raise FileAccessError(path, f"does not end in {ending}", f"a path that ends in {ending}")
             check_writable(path)
     arm = load(robot)
-    result = run_program(
-        load_program(file, included), arm, MachineData(ramp=ramp, steps=steps, seconds=seconds), input_values(settings)
-    )
+    machine = MachineData(ramp=ramp, steps=steps, seconds=seconds)
+    with progress(f"running {file}"):
+        result = run_program(load_program(file, included), arm, machine, input_values(settings))
     if out is not None:
         result.to_run().save(out)
     if html is not None:

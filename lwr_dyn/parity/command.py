@@ -1,6 +1,5 @@
 """`lwr-dyn parity`: what Pinocchio, MuJoCo, Drake, PyBullet and yourdfpy make of a model file."""
 
-import sys
 import tempfile
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -18,6 +17,7 @@ from lwr_dyn.parity.engine import ENGINES, is_installed
 from lwr_dyn.parity.reference import as_urdf
 from lwr_dyn.parity.report import markdown, matrix, record, text
 from lwr_dyn.parity.survey import ModelReport, survey
+from lwr_dyn.progress import Report, progress
 from lwr_dyn.urdf.model_files import model_stem
 from lwr_dyn.urdf.writer import urdf_text
 
@@ -47,9 +47,10 @@ def command(
         if not is_installed(engine):
             raise MissingPackageError(ENGINES[engine].facts["package"], ENGINES[engine].extra)
     chosen = engines or ENGINES.names
-    reports = list(_all(chosen)) if robot == "all" else [_one(robot, reading, tip, locks, chosen)]
+    with progress("loading models into the engines") as report:
+        reports = list(_all(chosen, report)) if robot == "all" else [_one(robot, reading, tip, locks, chosen)]
     if as_json:
-        print_json({"models": [record(report) for report in reports]})
+        print_json({"models": [record(each) for each in reports]})
     elif as_markdown:
         click.echo(markdown(matrix(reports)))
     else:
@@ -67,11 +68,10 @@ def _one(
         return survey(path, tip, given.get("lock", {}), engines)
 
 
-def _all(engines: Sequence[str]) -> Iterator[ModelReport]:
+def _all(engines: Sequence[str], report: Report) -> Iterator[ModelReport]:
     for robot in robots():
         for reading in readings(robot):
-            if sys.stderr.isatty():
-                click.echo(f"{robot}, reading {reading} ...", err=True)
+            report(f"{robot}, reading {reading}")
             yield _written(load(robot, reading), engines)
 
 

@@ -6,6 +6,7 @@ from typing import Any
 import click
 
 from lwr_dyn.cli.options import print_json
+from lwr_dyn.progress import progress
 from lwr_dyn.reproduction.study import ALL, option_keywords, studies, takers
 
 
@@ -34,16 +35,11 @@ def command(paper: str, out: str | None, as_json: bool, **options: Any) -> None:
     from lwr_dyn.reproduction.reproduce import reproduce
 
     folder = out or ("out" if paper == ALL else f"out/{paper}")
-    reproduction = reproduce(paper, folder, _progress, **options)
+    with progress(f"reproducing {paper}") as report:
+        reproduction = reproduce(paper, folder, report, **options)
     if as_json:
         print_json(reproduction.record)
     else:
         click.echo(reproduction.text)
         click.echo(f"\nwrote {folder}")
     sys.exit(0 if reproduction.holds else 1)
-
-
-def _progress(step: str) -> None:
-    """The step that begins, on a terminal; quiet in a pipe."""
-    if sys.stderr.isatty():
-        click.echo(f"... {step}", err=True)

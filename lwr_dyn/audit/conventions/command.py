@@ -15,6 +15,7 @@ from lwr_dyn.errors import OptionError
 from lwr_dyn.files import ends_in
 from lwr_dyn.papers.catalog import open_paper
 from lwr_dyn.papers.schema import Paper
+from lwr_dyn.progress import progress
 
 RECORDED = 10
 """Readings of each ranking in the JSON record."""
@@ -39,7 +40,8 @@ def command(robot: str, evidence: str | None, as_json: bool) -> None:
     result, kind = None, _own_kind(paper)
     if not kind and (zero is None or "inertial.inertia" in paper.columns):
         table = printed_table(paper)
-        result = rank_readings(table, _evidence(robot, evidence, table))
+        with progress("trying all readings"):
+            result = rank_readings(table, _evidence(robot, evidence, table))
     if evidence is not None and result is None:
         raise OptionError("--evidence", evidence, f"a robot whose inertias are printed; {paper.name} has none to read")
     if as_json:

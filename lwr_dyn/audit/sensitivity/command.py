@@ -1,6 +1,5 @@
 """`lwr-dyn sensitivity`: one task under all readings of a robot, controllers on one and plants on another."""
 
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +13,7 @@ from lwr_dyn.errors import OptionError
 from lwr_dyn.files import ends_in
 from lwr_dyn.front import load, readings
 from lwr_dyn.model.arm import Arm
+from lwr_dyn.progress import progress
 
 
 @click.command("sensitivity")
@@ -29,12 +29,8 @@ def command(robots: tuple[str, ...], task: str | None, rate: float, poses: int, 
     first one setting the task. Every controller is simulated on every plant.
     """
     arms = _arms(robots)
-    with click.progressbar(length=100, label="simulating", file=sys.stderr, hidden=not sys.stderr.isatty()) as bar:
-
-        def progress(share: float) -> None:
-            bar.update(max(0, int(100 * share) - bar.pos))
-
-        result = sensitivity(arms, task, rate=rate, poses=poses, progress=progress)
+    with progress("simulating") as report:
+        result = sensitivity(arms, task, rate=rate, poses=poses, progress=report)
     if as_json:
         print_json(_record(result))
     else:
