@@ -108,9 +108,9 @@ class FileAccessError(FaultError, OSError):
 class MissingPackageError(LwrDynError, ImportError):
     """An optional package is needed and not installed."""
 
-    def __init__(self, package: str, extra: str) -> None:
-        target = f"lwr_dyn[{extra}]" if extra else "lwr_dyn"
-        super().__init__(f"{package} is not installed; install it with: pip install '{target}'")
+    def __init__(self, package: str, extra: str, instead: str = "") -> None:
+        target, without = f"lwr_dyn[{extra}]" if extra else "lwr_dyn", f"; without it: {instead}" if instead else ""
+        super().__init__(f"{package} is not installed; install it with: pip install '{target}'{without}")
         self.package, self.extra = package, extra
 
 

@@ -4,6 +4,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple
 
+from lwr_dyn.model.shown import repr_html, short_repr
 from lwr_dyn.tables import Heading, Table
 
 Bound = Literal["at most", "above"]
@@ -47,6 +48,8 @@ class CheckReport:
     notes: tuple[str, ...] = ()
     not_judged: tuple[str, ...] = ()
     """What no verdict is about, and why."""
+    __repr__ = short_repr
+    _repr_html_ = repr_html
 
     @property
     def holds(self) -> bool:

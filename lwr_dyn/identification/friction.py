@@ -15,6 +15,7 @@ from lwr_dyn.identification.logs import JointLog, read_log
 from lwr_dyn.identification.torque_model import ModelTorque, Subtract
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.friction import JointFriction
+from lwr_dyn.model.shown import repr_html, short_repr
 from lwr_dyn.viewer.figures import Curve, Figure, Panel
 
 BEYOND = "fit, beyond the data"
@@ -40,6 +41,8 @@ class FrictionIdentification:
     points: tuple[FrictionPoint, ...]
     fits: tuple[DirectionFit, ...]
     faults: tuple[LwrDynError, ...] = ()
+    __repr__ = short_repr
+    _repr_html_ = repr_html
 
     @property
     def joints(self) -> tuple[int, ...]:

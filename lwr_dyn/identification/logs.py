@@ -19,6 +19,7 @@ from lwr_dyn.identification.log_checks import check_arm, check_log
 from lwr_dyn.identification.log_columns import SI, LogError, check_kinds, layout_of
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
+from lwr_dyn.model.shown import short_repr
 
 SUFFIXES = (".csv", ".parquet")
 LARGEST = 2_000_000_000
@@ -42,6 +43,7 @@ class JointLog:
     q: Array
     tau: Array
     dq: Array | None = None
+    __repr__ = short_repr
 
     def __post_init__(self) -> None:
         for name in ("t", "q", "tau", "dq"):

@@ -23,6 +23,7 @@ from lwr_dyn.identification.logs import JointLog
 from lwr_dyn.identification.possible_bodies import BodyVerdict, judge_bodies
 from lwr_dyn.identification.torque_model import DEGREE, local_derivatives
 from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.shown import repr_html, short_repr
 
 MOST_ROWS = 20_000
 """Instants used at most: more are thinned out evenly."""
@@ -107,6 +108,8 @@ class MotionIdentification:
     equations: int
     bodies: BodyVerdict
     """Whether no bodies can have the values."""
+    __repr__ = short_repr
+    _repr_html_ = repr_html
 
     @property
     def states(self) -> tuple[str, ...]:

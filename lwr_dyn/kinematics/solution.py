@@ -14,6 +14,7 @@ from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import Chain
 from lwr_dyn.model.dh import JointKind
+from lwr_dyn.model.shown import repr_html, short_repr
 
 Geometry = TypeVar("Geometry")
 Status = Literal["solved", "out of reach", "outside limits"]
@@ -84,6 +85,8 @@ class InverseResult:
     """Copies of the solutions, whole turns of joints apart and inside the limits, that are too many to be listed."""
     position_only: bool = False
     """Only the position counts: one solution of mostly endlessly many."""
+    __repr__ = short_repr
+    _repr_html_ = repr_html
 
     @property
     def singular(self) -> tuple[str, ...]:

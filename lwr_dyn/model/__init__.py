@@ -11,4 +11,5 @@ written_link  the links of a URDF file one by one
 feasibility   whether a body can have its inertia
 friction      friction per direction, set-valued or smoothed at rest
 run           Motion, Reference, Run: records of movement
+shown         how results show themselves, and the other files of a run
 """

@@ -20,6 +20,7 @@ from lwr_dyn.model.drawing import Drawing
 from lwr_dyn.model.file_layout import FileLayout
 from lwr_dyn.model.friction import JointFriction, symmetric
 from lwr_dyn.model.installation import Installation, Tool
+from lwr_dyn.model.shown import repr_html
 from lwr_dyn.model.spatial import Pose
 from lwr_dyn.model.transmission import Transmission
 
@@ -134,6 +135,7 @@ class Arm:
     """Its mount and tool; None for an arm that stands on its base and ends at its flange."""
     notes: tuple[str, ...] = ()
     """What was chosen when it was loaded: the tip, joints that are held."""
+    _repr_html_ = repr_html
 
     def __repr__(self) -> str:
         return f"Arm({self.name!r}, reading={self.reading!r}, n={self.n})"

@@ -10,12 +10,17 @@ from typing import Any, Protocol, Self
 import numpy as np
 
 from lwr_dyn.arrays import Array, freeze_arrays, read_only, real_array
-from lwr_dyn.errors import FileAccessError
+from lwr_dyn.errors import FileAccessError, MissingPackageError
 from lwr_dyn.files import check_readable, write_file
 from lwr_dyn.model.run_file import LARGEST, check_headers, checked_record
+from lwr_dyn.model.shown import format_of, repr_html, short_repr
 
 RUN_SCHEMA = 1
 _ARRAYS = ("t", "q", "dq", "q_ref", "dq_ref", "tau_command", "tau_applied", "tau_friction", "energy")
+_UNITS = {
+    "q": {"rad": " [rad]", "m": " [m]"}, "d": {"rad": " [rad/s]", "m": " [m/s]"}, "t": {"rad": " [N m]", "m": " [N]"}
+}  # fmt: skip
+"""First letter of an array -> the unit in the name of its column, for a joint that turns or slides."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -26,6 +31,7 @@ class Motion:
     q: Array  # (k, n) [rad or m]
     dq: Array  # (k, n) [rad/s or m/s]
     ddq: Array  # (k, n) [rad/s^2 or m/s^2]
+    __repr__ = short_repr
 
     def __post_init__(self) -> None:
         freeze_arrays(self, "t", "q", "dq", "ddq")
@@ -70,6 +76,7 @@ class Run:
     meta: Mapping[str, Any] = field(default_factory=dict)
     setup: Any = None
     """The `lwr_dyn.simulation.setup.Setup` that was run; None for a run from a file."""
+    _repr_html_ = repr_html
 
     def __post_init__(self) -> None:
         for name in _ARRAYS:
@@ -91,8 +98,36 @@ class Run:
         audit: Mapping[str, Any] = self.meta.get("audit", {})
         return audit
 
+    def to_columns(self) -> dict[str, Array]:
+        """The run as read-only columns (k,) by name, nothing copied: pandas, polars, pyarrow make a table of them.
+
+        Names are "time [s]", "energy [J]", "work_actuator [J]" ..., and of each joint from 1 "q1 [rad]", "dq1 [rad/s]",
+        "q_ref1 [rad]", "dq_ref1 [rad/s]", "tau1 [N m]" (applied), "tau_command1 [N m]", "tau_friction1 [N m]"; m, m/s
+        and N if it slides. A run whose record does not say which joints slide has no units of joints in its names.
+        """
+        kinds, columns = self.meta.get("joint_units") or [""] * self.n, {"time [s]": self.t}
+        for name in _ARRAYS[1:-1]:
+            for j, kind in enumerate(kinds):
+                unit = _UNITS[name[0]].get(kind, "")
+                columns[f"{name.removesuffix('_applied')}{j + 1}{unit}"] = getattr(self, name)[:, j]
+        return columns | {"energy [J]": self.energy} | {f"work_{name} [J]": x for name, x in self.work.items()}
+
+    def to_dataframe(self) -> Any:
+        """The columns as a `pandas.DataFrame`; `MissingPackageError` without the extra `notebook`."""
+        try:
+            from pandas import DataFrame
+        except ModuleNotFoundError:
+            raise MissingPackageError("pandas", "notebook", "columns = run.to_columns()") from None
+        return DataFrame(self.to_columns())
+
     def save(self, path: str | Path) -> None:
-        """Write as .npz without pickle; raises `FileAccessError`."""
+        """Write as .npz without pickle, or by its ending in one of `lwr_dyn.model.shown.RUN_FORMATS`.
+
+        Only .npz keeps events and the record and can be loaded. Raises `FileAccessError`, `MissingPackageError`.
+        """
+        other = format_of(path)
+        if other is not None:
+            return write_file(path, other(self))
         arrays = {name: getattr(self, name) for name in _ARRAYS}
         arrays |= {f"work_{name}": value for name, value in self.work.items()}
         events = [[e.t, e.kind, e.joint, e.value] for e in self.events]

@@ -14,7 +14,7 @@ PER_TIME = ("t", "energy")
 """Arrays with one number a time; the others have one a joint."""
 _META: Mapping[str, type] = {
     "robot": str, "reading": str, "file": str, "digest": str, "plant": dict, "task": str,
-    "note": dict, "loaded_with": dict, "audit": dict, "payload": dict,
+    "note": dict, "loaded_with": dict, "audit": dict, "payload": dict, "joint_units": list,
 }  # fmt: skip
 """Entries of the record that other modules read, if they are there."""
 
@@ -48,6 +48,8 @@ def checked_record(record: Any, n: int) -> tuple[list[tuple[float, str, int | No
     for name, kind in _META.items():
         if not isinstance(meta.get(name), kind | None):
             raise TypeError(name)
+    if len(meta.get("joint_units") or range(n)) != n:
+        raise ValueError("joint_units")
     return events, meta
 
 

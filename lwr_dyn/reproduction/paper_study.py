@@ -13,6 +13,7 @@ from typing import Any
 
 from lwr_dyn.files import make_folder
 from lwr_dyn.model.run import Run
+from lwr_dyn.model.shown import repr_html, short_repr
 from lwr_dyn.reproduction.case import PaperData, PaperFormula
 from lwr_dyn.reproduction.figure_file import written_figures
 from lwr_dyn.reproduction.ledger import Prove
@@ -122,6 +123,8 @@ class Reproduction:
     known: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     """Block of `results.toml` -> columns of values that the study has computed already."""
     pictures: Pictures = field(default_factory=Pictures)
+    __repr__ = short_repr
+    _repr_html_ = repr_html
 
     @property
     def text(self) -> str:

@@ -13,6 +13,7 @@ from lwr_dyn.errors import ShapeError
 from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
+from lwr_dyn.model.shown import repr_html, short_repr
 from lwr_dyn.simulation.stop_contacts import StopContacts, stop_contacts
 
 MILLI = 1e3
@@ -61,6 +62,8 @@ class Metrics:
     limit_margin: Array  # least distance from the position limits [rad], negative beyond one
     saturated_s: Array  # time in which the command was beyond the torque limit [s]
     stops: StopContacts
+    __repr__ = short_repr
+    _repr_html_ = repr_html
 
     @property
     def within_limits(self) -> bool:

@@ -13,7 +13,9 @@ from lwr_dyn.control.protocol import Controller, describe
 from lwr_dyn.dynamics.protocol import Dynamics
 from lwr_dyn.errors import OptionError
 from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.dh import JointKind
 from lwr_dyn.model.run import Motion, Reference
+from lwr_dyn.model.shown import short_repr
 from lwr_dyn.simulation.arm_friction import FrictionOption, chosen_friction
 from lwr_dyn.simulation.options import (
     SimulationOptions,
@@ -31,7 +33,8 @@ from lwr_dyn.version import VERSION
 def arm_record(arm: Arm) -> dict[str, Any]:
     """Which robot it is, as JSON values."""
     about = {"robot": arm.name, "reading": arm.reading, "digest": arm.digest, "errata": list(arm.errata)}
-    return {**about, "file": arm.file or None, "loaded_with": dict(arm.loaded_with)}
+    units = ["rad" if link.kind is JointKind.REVOLUTE else "m" for link in arm.chain.links]
+    return {**about, "joint_units": units, "file": arm.file or None, "loaded_with": dict(arm.loaded_with)}
 
 
 def versions() -> dict[str, str]:
@@ -55,6 +58,7 @@ class Setup:
     payload: Mapping[str, Any] | None
     friction_rate: float  # fastest rate at which friction brakes at the start [1/s]
     note: Mapping[str, Any]
+    __repr__ = short_repr
 
     def sensor(self) -> Sensor:
         """A fresh sensor for one run."""

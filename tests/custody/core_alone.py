@@ -11,7 +11,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 OPTIONAL = (
     "arm_setup", "audit", "cartesian", "codegen", "design", "export", "identification", "ik_solvers", "krl", "parity",
-    "reproduction", "symbolic",
+    "notebook", "reproduction", "symbolic",
 )  # fmt: skip
 """Packages of `lwr_dyn` that the core must run without."""
 NEEDED = ("pytest", "hypothesis")

@@ -11,6 +11,7 @@ from lwr_dyn.arrays import Array, fixed_array, freeze_arrays, joint_array, real_
 from lwr_dyn.errors import OptionError, PathLimitError, ShapeError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Motion
+from lwr_dyn.model.shown import short_repr
 from lwr_dyn.registry import Option
 from lwr_dyn.trajectory.lspb import lspb, lspb_at_rates, lspb_at_velocity
 from lwr_dyn.trajectory.motion_profile import MotionProfile, positive_number, quintic
@@ -28,6 +29,7 @@ class JointReference:
     profiles: tuple[MotionProfile, ...]
     name: ClassVar[str] = "JointReference"
     """In run files."""
+    __repr__ = short_repr
 
     def __post_init__(self) -> None:
         freeze_arrays(self, "waypoints")

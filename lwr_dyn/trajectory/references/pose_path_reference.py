@@ -13,6 +13,7 @@ from lwr_dyn.kinematics.branches import TURN, joint_ranges
 from lwr_dyn.kinematics.path_following import follow
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Motion
+from lwr_dyn.model.shown import short_repr
 from lwr_dyn.trajectory.pose_path import TimedPosePath
 from lwr_dyn.trajectory.references.arm_angles import ArmAngle, choose_arm_angle, out_of_reach, place_at
 from lwr_dyn.trajectory.references.limits import LimitMargin, largest_violation, limit_margin
@@ -38,6 +39,7 @@ class PosePathReference:
     """Where a joint goes beyond half a turn from the middle of its range; None where none does."""
     name: ClassVar[str] = "TaskReference"
     """In run files."""
+    __repr__ = short_repr
 
     @property
     def duration(self) -> float:
