@@ -30,6 +30,8 @@ SAMPLES = 20_001
 """Moments of a leg at which the joints' speeds are looked at."""
 SHORTEST = 1e-3
 """[s] Least duration of a leg."""
+SPEED_SHARE = 0.95
+"""Share of the joints' speed limits that a leg without a given time uses: a controller needs the rest."""
 ROUNDING = 1e-9
 """Relative: a duration this much below the least one was rounded when it was printed."""
 PEAK_SPEED = quintic(1.0, 1.0).peaks().speed
@@ -110,7 +112,7 @@ def smooth_curve(arm: Arm, curve: PoseCurve, tracked: Tracked, turning: bool) ->
 
 
 def timed_leg(arm: Arm, spline: BSpline, wanted: float | None, least: float, where: str) -> JointLeg:
-    """A leg in `wanted` [s], or in the shortest time of at least `least` [s] that keeps every joint's speed limit.
+    """A leg in `wanted` [s], else in the time of at least `least` [s] that takes `SPEED_SHARE` of a limit.
 
     Raises
     ------
@@ -122,7 +124,7 @@ def timed_leg(arm: Arm, spline: BSpline, wanted: float | None, least: float, whe
     of_limit = (rates / arm.velocity).max(axis=0)
     joint, needed = arm.joint_names[int(np.argmax(of_limit))], float(of_limit.max())
     if wanted is None:
-        return JointLeg(spline, quintic(1.0, max(least, needed, SHORTEST)))
+        return JointLeg(spline, quintic(1.0, max(least, needed / SPEED_SHARE, SHORTEST)))
     if wanted < needed * (1.0 - ROUNDING):
         found = f"{wanted:g} s, in which {joint} needs {needed / wanted:.3g} times its speed limit"
         raise OptionError(f"duration of {where}", found, f"at least {needed:.4g} s")

@@ -164,7 +164,7 @@ def _first_positions(arm: Arm, points: Waypoints) -> list[Array]:
 
 
 def joint_legs(arm: Arm, file: str, points: Waypoints, start: Array | None, smooth: bool) -> tuple[JointLeg, ...]:
-    """Legs through the joint positions of a file, at the joints' speed limits where it gives no times.
+    """Legs through the joint positions of a file, at `SPEED_SHARE` of the speed limits where it gives no times.
 
     Raises
     ------

@@ -5,7 +5,7 @@ import pytest
 from click.testing import CliRunner
 
 import lwr_dyn
-from lwr_dyn.cartesian.joint_curves import OFF_CURVE
+from lwr_dyn.cartesian.joint_curves import OFF_CURVE, SPEED_SHARE
 from lwr_dyn.cartesian.stops import PathStopError
 from lwr_dyn.cartesian.waypoint_file import WaypointError, read_waypoints
 from lwr_dyn.cli.main import group
@@ -72,7 +72,7 @@ def test_joint_waypoints_keep_the_speed_limits(file):
     for smooth in (False, True):
         reference = lwr_dyn.reference("waypoints", arm, waypoints=path, through=smooth)
         motion = reference.sample(np.linspace(0.0, reference.duration, 3001))
-        assert (np.abs(motion.dq) / arm.velocity).max() == pytest.approx(1.0, abs=1e-3)
+        assert (np.abs(motion.dq) / arm.velocity).max() == pytest.approx(SPEED_SHARE, abs=1e-3)
         np.testing.assert_allclose(motion.q[-1], [np.pi / 6, -4 * np.pi / 9, 1.2, 0, 0.9, 1], atol=1e-12)
 
 
@@ -114,3 +114,12 @@ def test_the_command_simulates_a_line(tmp_path):
     tip = lwr_dyn.forward_kinematics(lwr_dyn.load("lwr4plus"), run.q_ref[-1])
     np.testing.assert_allclose(tip[:3, 3], [-0.3, 0.1, 0.3], atol=OFF_CURVE)
     assert run.meta["note"]["task"] == "line"
+
+
+def test_a_run_at_the_tasks_own_pace_keeps_the_speed_limits(file):
+    """The joint that sets the pace overshoots under control: that takes a part of the share that is left free."""
+    arm = lwr_dyn.load("lwr4plus")
+    reference = lwr_dyn.reference("waypoints", arm, waypoints=file(SQUARE))
+    run = lwr_dyn.simulate(arm, lwr_dyn.controller("inverse-dynamics", arm), reference, rate=500)
+    peak = (np.abs(run.dq) / arm.velocity).max()
+    assert 0.9 < peak <= 1.0
