@@ -13,6 +13,8 @@ EXIT_CODE = re.compile(r"^\[(\d+)\]$")
 MARK = "..."
 FIXED_PER_MARK = 9
 """Characters that a line must have beside each `...` inside it."""
+ROUNDING = re.compile(r"(?<![\d.])\d(?:\.\d+)?e-(?:09|[123]\d)(?!\d)")
+"""A number of the size of rounding errors, which differ between processors: below 1e-8."""
 
 
 class PageError(AssertionError):
@@ -118,7 +120,13 @@ def check_marks(command: Command) -> None:
 
 def line_pattern(line: str) -> re.Pattern[str]:
     """What a line of promised output matches, spaces at its end apart."""
-    return re.compile(".*".join(re.escape(part) for part in line.rstrip().split(MARK)) + r"\s*")
+    return re.compile(".*".join(_literal(part) for part in line.rstrip().split(MARK)) + r"\s*")
+
+
+def _literal(text: str) -> str:
+    """A pattern of the text; a number of the size of rounding errors stands for any other, whatever its width."""
+    first, *others = ROUNDING.split(text)
+    return re.escape(first) + "".join(ROUNDING.pattern + " *" + re.escape(other.lstrip(" ")) for other in others)
 
 
 def matches(promised: list[str], actual: list[str]) -> bool:

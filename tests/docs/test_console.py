@@ -164,3 +164,11 @@ def test_the_command_is_that_of_the_working_tree(tmp_path):
         """,
         tmp_path,
     )
+
+
+def test_numbers_of_the_size_of_rounding_errors_match_each_other_only():
+    shown = "dB/dt - C - C^T      6.25e-16  at most  1e-12"
+    assert matches([shown], ["dB/dt - C - C^T      1e-15     at most  1e-12"])
+    assert not matches([shown], ["dB/dt - C - C^T      6.25e-06  at most  1e-12"])
+    assert not matches([shown], ["dB/dt - C - C^T      6.25e-16  at most  1e-02"])
+    assert not matches(["drift 0.25"], ["drift 1e-15"])
