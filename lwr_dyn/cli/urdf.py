@@ -1,6 +1,5 @@
 """`lwr-dyn urdf`: the URDF on stdout, or into a file with its sidecars beside it."""
 
-from collections.abc import Callable
 from pathlib import Path
 
 import click
@@ -9,18 +8,6 @@ from lwr_dyn.cli.options import load_robot, robot_options
 from lwr_dyn.errors import FileAccessError
 from lwr_dyn.files import check_writable, write_file, write_folder
 from lwr_dyn.front import urdf_text
-from lwr_dyn.model.arm import Arm
-from lwr_dyn.registry import Registry, Row
-
-FORMATS: Registry[Callable[[Arm], str]] = Registry(
-    "format",
-    {
-        ".srdf": Row("lwr_dyn.urdf.model_files:srdf_text", "rotors, for Pinocchio"),
-        ".xml": Row("lwr_dyn.urdf.mjcf:mjcf_text", "MJCF, for MuJoCo and Drake"),
-        ".toml": Row("lwr_dyn.export.data_file:data_file_text", "a data file with a DH table"),
-    },
-)
-"""Ending of a file -> the arm's text in that format."""
 
 
 @click.command("urdf")
@@ -34,8 +21,7 @@ def command(robot: str, reading: str | None, tip: str | None, locks: tuple[str, 
     if out is None:
         click.echo(urdf_text(arm), nl=False)
         return
-    from lwr_dyn.urdf.mjcf import weightless_links
-    from lwr_dyn.urdf.model_files import model_files
+    from lwr_dyn.urdf.model_files import FORMATS, model_files, weightless_links
 
     target = Path(out)
     ending = target.suffix.lower()

@@ -12,19 +12,9 @@ from lwr_dyn.errors import FileAccessError
 from lwr_dyn.registry import Registry, Row
 
 NOTEBOOK_FORMS: Registry[Callable[[Any], str]] = Registry(
-    "notebook_form",
-    {
-        "Arm": Row("lwr_dyn.notebook.forms:arm_html", "its joints"),
-        "Run": Row("lwr_dyn.notebook.forms:run_html", "its errors, torques and audit"),
-        "Metrics": Row("lwr_dyn.notebook.forms:metrics_html", "errors joint by joint"),
-        "CheckReport": Row("lwr_dyn.notebook.forms:check_html", "the verdicts, failed ones first"),
-        "InverseResult": Row("lwr_dyn.notebook.forms:inverse_html", "the solutions"),
-        "Reproduction": Row("lwr_dyn.notebook.forms:reproduction_html", "whether the paper's numbers come out"),
-        "FrictionIdentification": Row("lwr_dyn.notebook.forms:friction_html", "friction by joint and direction"),
-        "MotionIdentification": Row("lwr_dyn.notebook.forms:motion_html", "the parameters with their errors"),
-    },
+    "notebook_form", {"html": Row("lwr_dyn.notebook.forms:html_of", "a result as small HTML")}
 )
-"""Class -> its HTML in a notebook."""
+"""How a notebook shows a result."""
 RUN_FORMATS: Registry[Callable[[Any], bytes]] = Registry(
     "run_format",
     {
@@ -67,6 +57,5 @@ def _shortly(value: Any) -> str:
 
 
 def repr_html(value: Any) -> str | None:
-    """What a notebook shows; None, and so the text, where no package brings the HTML of this class."""
-    name = type(value).__name__
-    return NOTEBOOK_FORMS.load(name)(value) if NOTEBOOK_FORMS[name].is_installed else None
+    """What a notebook shows; None, and so the text, without the package `lwr_dyn.notebook`."""
+    return NOTEBOOK_FORMS.load("html")(value) if NOTEBOOK_FORMS["html"].is_installed else None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -148,3 +149,21 @@ def motion_html(result: MotionIdentification) -> str:
     words = ("RMS torque", "left, fitted time", "left, held-out time", "left by the model")
     headings: list[Heading | str] = ["joint", *(Heading(word, "N m (N)", ".3g") for word in words)]
     return line(title, "b") + impossible + table_html(Table("", headings, rows))
+
+
+FORMS: Mapping[str, Callable[[Any], str]] = {
+    "Arm": arm_html,
+    "Run": run_html,
+    "Metrics": metrics_html,
+    "CheckReport": check_html,
+    "InverseResult": inverse_html,
+    "Reproduction": reproduction_html,
+    "FrictionIdentification": friction_html,
+    "MotionIdentification": motion_html,
+}
+"""Class -> its HTML."""
+
+
+def html_of(result: Any) -> str:
+    """The HTML of a result of one of the classes of `FORMS`."""
+    return FORMS[type(result).__name__](result)

@@ -1,14 +1,25 @@
-"""All files of an arm: URDF, provenance sidecar, SRDF with the rotors, and MJCF."""
+"""All files of an arm: URDF, provenance sidecar, SRDF with the rotors, and MJCF where `lwr_dyn.export` is there."""
 
+from collections.abc import Callable
 from xml.sax.saxutils import quoteattr
 
 from lwr_dyn.errors import MissingDataError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.papers.catalog import readings, robots
-from lwr_dyn.urdf.mjcf import mjcf_text, weightless_links
+from lwr_dyn.registry import Registry, Row
 from lwr_dyn.urdf.provenance import provenance_text
 from lwr_dyn.urdf.writer import urdf_text
 from lwr_dyn.urdf.xml_text import comment, number
+
+FORMATS: Registry[Callable[[Arm], str]] = Registry(
+    "format",
+    {
+        ".srdf": Row("lwr_dyn.urdf.model_files:srdf_text", "rotors, for Pinocchio"),
+        ".xml": Row("lwr_dyn.export.mjcf:mjcf_text", "MJCF, for MuJoCo and Drake"),
+        ".toml": Row("lwr_dyn.export.data_file:data_file_text", "a data file with a DH table"),
+    },
+)
+"""Ending of a file -> the arm's text in that format."""
 
 
 def model_stem(arm: Arm) -> str:
@@ -35,9 +46,14 @@ def model_files(arm: Arm, stem: str | None = None) -> dict[str, str]:
     out = {f"{stem}.urdf": urdf_text(arm), f"{stem}.provenance.json": provenance_text(arm)}
     if any(link.rotor is not None for link in arm.chain.links):
         out[f"{stem}.srdf"] = srdf_text(arm)
-    if arm.chain.bodies is not None and not weightless_links(arm):
-        out[f"{stem}.xml"] = mjcf_text(arm)
+    if arm.chain.bodies is not None and not weightless_links(arm) and FORMATS[".xml"].is_installed:
+        out[f"{stem}.xml"] = FORMATS.load(".xml")(arm)
     return out
+
+
+def weightless_links(arm: Arm) -> tuple[str, ...]:
+    """The moving links of mass 0."""
+    return tuple(x.link for x in arm.chain.links if x.body is not None and x.body.mass == 0.0)
 
 
 def srdf_text(arm: Arm) -> str:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.urdf.mjcf import mjcf_text
+from lwr_dyn.export.mjcf import mjcf_text
 from lwr_dyn.urdf.provenance import UNSOURCED, provenance_text
 from lwr_dyn.urdf.reader import read_urdf
 from tests.arm_setup.test_installation import MOUNT, STATES, TOOL, relative

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.cli.urdf import FORMATS
+from lwr_dyn.urdf.model_files import FORMATS
 from tests.agreement.test_foreign_arms import ROBOTS
 from tests.export.test_data_file import FOREIGN
 

@@ -91,7 +91,7 @@ def test_each_is_one_or_two_kilobytes_of_whole_html_and_a_short_text(results):
         assert "<script" not in page
         assert len(repr(result).splitlines()) <= 5, name
         assert len(repr(result)) < 560, name
-    assert set(NOTEBOOK_FORMS.names) == {*results, "MotionIdentification"}
+    assert set(forms.FORMS) == {*results, "MotionIdentification"}
 
 
 def test_the_numbers_are_those_of_the_result(results, arm, run):
@@ -146,7 +146,7 @@ def test_a_paper_that_does_not_come_out_says_so():
 
 
 def test_without_the_package_a_notebook_shows_the_text(arm, monkeypatch):
-    rows = {name: replace(NOTEBOOK_FORMS[name], target="lwr_dyn.gone:x") for name in NOTEBOOK_FORMS.names}
+    rows = {"html": replace(NOTEBOOK_FORMS["html"], target="lwr_dyn.gone:x")}
     monkeypatch.setattr(shown, "NOTEBOOK_FORMS", Registry("notebook_form", rows))
     assert arm._repr_html_() is None
 

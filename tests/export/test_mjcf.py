@@ -10,8 +10,8 @@ from click.testing import CliRunner
 import lwr_dyn
 from lwr_dyn.cli.urdf import command
 from lwr_dyn.errors import MissingDataError
+from lwr_dyn.export.mjcf import mjcf_text
 from lwr_dyn.model.chain import Body
-from lwr_dyn.urdf.mjcf import mjcf_text
 from lwr_dyn.urdf.model_files import model_files
 
 

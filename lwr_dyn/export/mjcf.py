@@ -14,6 +14,7 @@ from lwr_dyn.model.dh import JointKind
 from lwr_dyn.model.installation import ends_of
 from lwr_dyn.model.spatial import Pose
 from lwr_dyn.urdf.geometry import COLOURS, Primitive, primitives
+from lwr_dyn.urdf.model_files import weightless_links
 from lwr_dyn.urdf.xml_text import comment, header, number, numbers
 
 _TYPES = {JointKind.REVOLUTE: "hinge", JointKind.PRISMATIC: "slide"}
@@ -58,11 +59,6 @@ def mjcf_text(arm: Arm) -> str:
     lines += [f"{'  ' * depth}</body>" for depth in range(innermost, 1, -1)]
     motors = ["  <actuator>", *(_motor(joint) for _, joint, _ in rows), "  </actuator>"]
     return "\n".join([*lines, "  </worldbody>", *motors, "</mujoco>"]) + "\n"
-
-
-def weightless_links(arm: Arm) -> tuple[str, ...]:
-    """The moving links of mass 0."""
-    return tuple(x.link for x in arm.chain.links if x.body is not None and x.body.mass == 0.0)
 
 
 def _header(arm: Arm) -> list[str]:
