@@ -1,4 +1,7 @@
-"""`lwr-dyn`, also as `python -m lwr_dyn`: Ctrl-C ends it with one line, even before the first import is done."""
+"""`lwr-dyn`, also as `python -m lwr_dyn`: Ctrl-C ends it with one line, even before the first import is done.
+
+Where the shell has it ignored (`nohup`, `&` in a script), it stays ignored.
+"""
 
 import os
 import signal
@@ -12,13 +15,16 @@ def _stop(*_: Any) -> None:
 
 def main() -> None:
     """Run the command; while modules are loaded nothing is half written, so that the process may end at once."""
-    signal.signal(signal.SIGINT, _stop)
+    heard = signal.getsignal(signal.SIGINT) is not signal.SIG_IGN
+    if heard:
+        signal.signal(signal.SIGINT, _stop)
     from lwr_dyn.cli import main as command
 
     try:
         command.main()
     finally:
-        signal.signal(signal.SIGINT, _stop)
+        if heard:
+            signal.signal(signal.SIGINT, _stop)
 
 
 if __name__ == "__main__":

@@ -11,7 +11,10 @@ from typing import Any
 
 @contextmanager
 def interruptible() -> Iterator[list[int]]:
-    """Ctrl-C raises `KeyboardInterrupt`, again where a library has swallowed it; gives the signals so far."""
+    """Ctrl-C raises `KeyboardInterrupt`, again where a library has swallowed it; gives the signals so far.
+
+    Where it is ignored, it stays ignored.
+    """
     signals: list[int] = []
 
     def interrupt(number: int, _: object) -> None:
@@ -24,7 +27,8 @@ def interruptible() -> Iterator[list[int]]:
         else:
             shown(found)
 
-    if threading.current_thread() is not threading.main_thread():
+    ignored = signal.getsignal(signal.SIGINT) is signal.SIG_IGN
+    if ignored or threading.current_thread() is not threading.main_thread():
         yield signals
         return
     again = partial(signal.raise_signal, signal.SIGINT)

@@ -15,6 +15,7 @@ from tests.urdf.small_files import LINK, joint, robot, written
 COMMAND = [sys.executable, "-m", "lwr_dyn"]
 HOOK = """
 import builtins, os, signal, sys
+signal.signal(signal.SIGINT, signal.{at_start})
 real = builtins.__import__
 def importing(name, *more, **options):
     if name == {name!r}:
@@ -31,15 +32,35 @@ main()
 MODULES = ("click", "lwr_dyn.errors", "numpy", "pinocchio")
 
 
+def interrupted_at(name, words, at_start="default_int_handler"):
+    """The command, with Ctrl-C at the moment when that module is first asked for."""
+    code = HOOK.format(name=name, words=words, at_start=at_start)
+    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+
+
+@pytest.fixture
+def heard():
+    """Ctrl-C is heard: a shell that runs the tests in the background ignores it."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
 @pytest.mark.parametrize("name", MODULES)
 def test_ctrl_c_while_a_module_is_loaded(name):
-    """Sent at the moment when that module is first asked for."""
-    words = ["check", "lwr4plus", "--states", "3"]
-    code = HOOK.format(name=name, words=words)
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    done = interrupted_at(name, ["check", "lwr4plus", "--states", "3"])
     assert (done.returncode, done.stdout, done.stderr.strip()) == (130, "", "lwr-dyn: stopped")
 
 
+@pytest.mark.parametrize("name", ["lwr_dyn.errors", "lwr_dyn.papers.catalog"])
+def test_where_the_shell_ignores_ctrl_c_it_stays_ignored(name):
+    """Before the command begins, and inside it."""
+    done = interrupted_at(name, ["list"], at_start="SIG_IGN")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "lwr4plus" in done.stdout
+
+
+@pytest.mark.usefixtures("heard")
 def test_an_error_that_a_library_makes_of_ctrl_c_is_no_traceback(lwr_dyn_command, monkeypatch):
     def interrupted(**_):
         try:
@@ -52,6 +73,7 @@ def test_an_error_that_a_library_makes_of_ctrl_c_is_no_traceback(lwr_dyn_command
     assert lwr_dyn_command("list") == (130, "", "lwr-dyn: stopped\n")
 
 
+@pytest.mark.usefixtures("heard")
 def test_ctrl_c_that_is_swallowed_comes_again(capfd):
     class Noisy:
         def __del__(self):
@@ -64,7 +86,7 @@ def test_ctrl_c_that_is_swallowed_comes_again(capfd):
             threading.Event().wait(5)
         return signals
 
-    before = signal.getsignal(signal.SIGINT)  # a shell that runs the tests in the background ignores Ctrl-C
+    before = signal.getsignal(signal.SIGINT)
     with pytest.raises(KeyboardInterrupt):
         swallowed()
     assert capfd.readouterr() == ("", "")
