@@ -1,0 +1,67 @@
+"""Parquet logs that pyarrow refuses with exceptions of its own, in its head or in its pages: one error of ours."""
+
+import numpy as np
+import pyarrow
+import pytest
+from pyarrow import parquet
+
+from lwr_dyn.errors import FileAccessError
+from lwr_dyn.identification.logs import LogError, read_log
+
+T = np.arange(50) * 0.01
+GOOD = {"time [s]": T, "q1 [rad]": np.sin(T), "tau1 [N m]": np.cos(T)}
+
+
+def written(path, columns):
+    sink = pyarrow.BufferOutputStream()
+    parquet.write_table(pyarrow.table(columns), sink, compression="ZSTD")
+    path.write_bytes(sink.getvalue().to_pybytes())
+    return path
+
+
+def flipped(data, at):
+    return data[:at] + bytes(255 - x for x in data[at : at + 20]) + data[at + 20 :]
+
+
+DAMAGED = {
+    "the last bytes are missing": lambda data: data[:-9],
+    "the head is longer than the file": lambda data: data[:-8] + b"\xff\xff\xff\x7fPAR1",
+    "the head is zero": lambda data: data[:-60] + bytes(52) + data[-8:],
+    "the head of a page is damaged": lambda data: flipped(data, 4),
+    "a page cannot be decompressed": lambda data: flipped(data, 30),
+    "the second column's page is damaged": lambda data: flipped(data, data.index(b"\x28\xb5\x2f\xfd", 250)),
+}
+
+
+@pytest.mark.parametrize("damage", DAMAGED.values(), ids=DAMAGED)
+def test_a_damaged_file_is_refused_by_its_name(damage, tmp_path):
+    path = written(tmp_path / "x.parquet", GOOD)
+    read_log(path)
+    path.write_bytes(damage(path.read_bytes()))
+    with pytest.raises(FileAccessError, match=r"x\.parquet: not a whole Parquet file; allowed: a log"):
+        read_log(path)
+
+
+TYPES = {
+    "list<": [[1.0, 2.0]] * 50,
+    "struct<": [{"a": 1.0}] * 50,
+    "map<": pyarrow.array([[("a", 1.0)]] * 50, type=pyarrow.map_(pyarrow.string(), pyarrow.float64())),
+    "string": ["a"] * 50,
+    "binary": [b"a"] * 50,
+}
+
+
+@pytest.mark.parametrize("kind", TYPES)
+def test_a_column_that_holds_no_numbers_is_named_with_its_type(kind, tmp_path):
+    path = written(tmp_path / "x.parquet", GOOD | {"q1 [rad]": TYPES[kind]})
+    with pytest.raises(LogError, match=rf"column q1 \[rad\]: of type {kind}.*; needed: numbers"):
+        read_log(path)
+
+
+def test_names_that_stand_twice_are_refused(tmp_path):
+    sink = pyarrow.BufferOutputStream()
+    names = ["time [s]", "q1 [rad]", "q1 [rad]", "tau1 [N m]"]
+    parquet.write_table(pyarrow.Table.from_arrays([pyarrow.array(T)] * 4, names=names), sink)
+    (tmp_path / "x.parquet").write_bytes(sink.getvalue().to_pybytes())
+    with pytest.raises(LogError, match="column q1: stands twice"):
+        read_log(tmp_path / "x.parquet")
