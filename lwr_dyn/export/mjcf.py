@@ -1,7 +1,9 @@
 """Arm -> MJCF text for MuJoCo: frames, bodies, limits and shapes of the URDF, and the armature, which a URDF lacks.
 
 Orientations are `xyaxes` (two columns of the rotation matrix), so no angle is converted. Shapes collide with nothing
-and have density 0, so `base` and `flange` weigh nothing. Each joint has a motor: Drake reads an armature only with one.
+and have density 0, so `base` and `flange` weigh nothing; no inertia is made of their group either (MuJoCo below 3.3.7
+refuses a body whose shapes weigh nothing, Drake one of mass 0). Each joint has a motor: Drake reads an armature only
+with one.
 """
 
 from dataclasses import replace
@@ -34,7 +36,7 @@ def mjcf_text(arm: Arm) -> str:
         *_header(replace(arm, layout=None)),
         f"<mujoco model={quoteattr(arm.name)}>",
     ]
-    lines.append('  <compiler angle="radian" autolimits="true"/>')
+    lines.append('  <compiler angle="radian" autolimits="true" inertiagrouprange="0 1"/>')
     lines.append(f'  <option gravity="{numbers(arm.chain.gravity)}"/>')
     lines += [
         "  <default>",

@@ -23,6 +23,13 @@ def test_shapes_weigh_nothing_in_another_model_either():
         assert weight == pytest.approx(sum(body.mass for body in arm.chain.bodies), rel=1e-14)
 
 
+def test_no_inertia_is_made_of_shapes_even_where_their_density_is_changed():
+    """MuJoCo below 3.3.7 refuses a body of which all shapes weigh nothing, if it makes its inertia of them."""
+    arm = lwr_dyn.load("lwr4plus")
+    model = mujoco.MjModel.from_xml_string(mjcf_text(arm).replace('density="0"', 'density="1000"'))
+    assert model.body_mass.sum() == pytest.approx(sum(body.mass for body in arm.chain.bodies), rel=1e-14)
+
+
 def test_a_motor_gives_what_the_joint_can_bear():
     arm = lwr_dyn.load("kr30ha")
     motors = ElementTree.fromstring(mjcf_text(arm)).findall("actuator/motor")
