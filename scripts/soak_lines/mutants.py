@@ -1,14 +1,15 @@
 """Faults planted in the code, one at a time, in a copy of the tree: do the matching tests see them?
 
 A module's own test comes first (its name, or `tests/covered.toml`), then the tests that import it, then the folder of
-its mirror. Tests run in a fork of a process that has loaded the libraries. Tests that do
-not end in `PATIENCE` have seen a fault if they end without it.
+its mirror; one test file at a time, until one fails. Tests run in a fork of a process that has loaded the libraries.
+Tests that do not end in `PATIENCE` have seen a fault if they end without it.
 """
 
 from __future__ import annotations
 
 import os
 import random
+import resource
 import shutil
 import signal
 import subprocess
@@ -36,8 +37,8 @@ COUNT, SEED = 100, 24
 FIRST, LAST = (int(x) for x in os.environ.get("LWR_DYN_MUTANTS", f"0:{COUNT}").split(":"))
 """Which of them are tried."""
 NEEDED = 0.95
-PATIENCE = 150.0
-"""[s] Of one run of tests."""
+PATIENCE, LONGEST = 150, 600.0
+"""[s] Processor time of one test file, and its time on the clock."""
 KNOWN = (
     ("simulation/record.py", "side * speeds > 0.0", "side * speeds <= 0.0"),
     ("trajectory/motion_profile.py", "np.roots(slope[::-1])", "np.roots(slope)"),
@@ -52,11 +53,17 @@ REASONS = Path(__file__).with_name("mutants.toml")
 
 @dataclass(frozen=True, slots=True)
 class Fate:
-    """What became of a mutant: the test files that were run, and whether one failed."""
+    """What became of a mutant: the test file that saw it (empty: none), whether that one ended, the time."""
 
     mutant: Mutant
-    seen: bool
+    by: str
+    ended: bool
     seconds: float
+
+    @property
+    def words(self) -> str:
+        """For the log."""
+        return f"{'seen' if self.ended else 'does not end'} by {self.by}" if self.by else "NOT SEEN"
 
 
 def known_mutants(root: Path) -> list[Mutant]:
@@ -85,8 +92,8 @@ def drawn(count: int, seed: int, root: Path = ROOT) -> list[Mutant]:
     return chosen
 
 
-def tests_of(module: str, root: Path) -> list[list[str]]:
-    """Runs of tests that match a module, the nearest first; each file once."""
+def tests_of(module: str, root: Path) -> list[str]:
+    """Test files that match a module, the nearest first; each file once."""
     name, tests = module.removesuffix(".py"), root / "tests"
     covered = tomllib.loads((tests / "covered.toml").read_text(encoding="utf-8"))["covered"]
     own = [tests / covered.get(name, "none"), (tests / name).with_name(f"test_{Path(name).name}.py")]
@@ -96,70 +103,67 @@ def tests_of(module: str, root: Path) -> list[list[str]]:
     every = sorted(tests.rglob("test_*.py"))
     importing = [p for p in every if any(mark in p.read_text(encoding="utf-8") for mark in marks)]
     folder = [p for p in every if p.parent == (tests / name).parent]
-    runs, seen = [], set[Path]()
-    for stage in (own, importing, folder):
-        files = [p for p in dict.fromkeys(stage) if p.is_file() and p not in seen]
-        seen |= set(files)
-        runs.append([str(p) for p in files])
-    return [run for run in runs if run]
+    importing.sort(key=lambda p: p not in folder)
+    return [str(p) for p in dict.fromkeys([*own, *importing, *folder]) if p.is_file()]
 
 
-def ends_well(root: Path, tests: list[str]) -> bool | None:
-    """Whether all of the tests hold; None when they take too long."""
+def ends_well(root: Path, tests: str) -> bool | None:
+    """Whether all tests of a file hold; None when they take too long."""
     child = os.fork()
     if child == 0:
         _run_tests(root, tests)
-    until = time.monotonic() + PATIENCE
+    until = time.monotonic() + LONGEST
     while time.monotonic() < until:
         ended, status = os.waitpid(child, os.WNOHANG)
         if ended:
-            return os.waitstatus_to_exitcode(status) in (0, 5)  # 5: no test was collected
+            code = os.waitstatus_to_exitcode(status)
+            return None if code == -signal.SIGXCPU else code in (0, 5)  # 5: no test was collected
         time.sleep(0.1)
     os.killpg(child, signal.SIGKILL)
     os.waitpid(child, 0)
     return None
 
 
-def _run_tests(root: Path, tests: list[str]) -> None:
+def _run_tests(root: Path, tests: str) -> None:
     """In a child: pytest on the copy; does not return."""
     code = 1
     try:
         os.setsid()
+        resource.setrlimit(resource.RLIMIT_CPU, (PATIENCE, PATIENCE + 5))
+        Path("/proc/self/oom_score_adj").write_text("1000")  # a fault that takes all memory ends itself first
         silent = os.open(os.devnull, os.O_RDWR)
         for number in (0, 1, 2):
             os.dup2(silent, number)
         os.chdir(root)
         os.environ["PYTHONPATH"] = str(root)
-        sys.dont_write_bytecode = True
+        sys.dont_write_bytecode, os.environ["PYTHONDONTWRITEBYTECODE"] = True, "1"
         sys.path[:] = [str(root), *(x for x in sys.path if not x.startswith(str(ROOT)))]
-        code = int(pytest.main(["-x", "-q", "-p", "no:cacheprovider", *tests]))
+        code = int(pytest.main(["-x", "-q", "-p", "no:cacheprovider", tests]))
     finally:
         os._exit(code)
 
 
-def hold_without_fault(root: Path, tests: list[str], known: dict[str, bool]) -> bool:
-    """Whether these tests hold on the copy as it is: else their failure shows nothing."""
-    key = " ".join(tests)
-    if key not in known:
-        known[key] = ends_well(root, tests) is True
-    return known[key]
-
-
 def fate(mutant: Mutant, root: Path, known: dict[str, bool]) -> Fate:
-    """Plant one fault in the copy, run its tests, and take it out again."""
+    """Plant one fault in the copy, run its tests, and take it out again.
+
+    `known` says which test files hold on the copy as it is: the failure of another shows nothing.
+    """
     path, start = root / "lwr_dyn" / mutant.module, time.perf_counter()
     source = path.read_text(encoding="utf-8")
-    seen = False
     for tests in tests_of(mutant.module, root):
         path.write_text(mutant.applied(source), encoding="utf-8")
         try:
             outcome = ends_well(root, tests)
         finally:
             path.write_text(source, encoding="utf-8")
-        if outcome is not True and hold_without_fault(root, tests, known):
-            seen = True
-            break
-    return Fate(mutant, seen, time.perf_counter() - start)
+        if outcome is True:
+            continue
+        if tests not in known:
+            known[tests] = ends_well(root, tests) is True
+        if known[tests]:
+            by = Path(tests).relative_to(root / "tests").as_posix()
+            return Fate(mutant, by, outcome is False, time.perf_counter() - start)
+    return Fate(mutant, "", True, time.perf_counter() - start)
 
 
 def copied(folder: Path) -> Path:
@@ -180,14 +184,13 @@ def mutants() -> tuple[str, bool, str]:
         known: dict[str, bool] = {}
         for mutant in drawn(COUNT, SEED, root)[FIRST:LAST]:
             fates.append(fate(mutant, root, known))
-            word = "seen" if fates[-1].seen else "NOT SEEN"
-            print(f"{word} {fates[-1].seconds:.0f} s {mutant.name}", file=sys.stderr, flush=True)
-    survivors = [x.mutant for x in fates if not x.seen]
+            print(f"{mutant.name}: {fates[-1].words}, {fates[-1].seconds:.0f} s", file=sys.stderr, flush=True)
+    survivors = [x.mutant for x in fates if not x.by]
     idle = [x for x in survivors if x.key in reasons]
     missed = [x for x in survivors if x.key not in reasons]
     share = 1.0 - len(missed) / max(len(fates) - len(idle), 1)
     rows = [f"| {x.name} | {reasons.get(x.key, 'not seen')} |" for x in survivors]
     table = "\n".join(["| mutant that no test sees | why |", "|---|---|", *rows]).replace("`", "")
-    seen = sum(x.seen for x in fates)
+    seen = sum(bool(x.by) for x in fates)
     words = f"{seen} of {len(fates)} seen; {len(idle)} change nothing; {share:.1%} of the rest seen"
     return words, share >= NEEDED, table
