@@ -29,7 +29,7 @@ from tests.audit.urdf.fault_plants import fault_kinds  # noqa: E402
 from tests.audit.urdf.judged_arms import ARMS_FOLDER, JudgedArm, judged_arms  # noqa: E402
 from tests.audit.urdf.plant_site import sites  # noqa: E402
 
-HALVES = ("tuning", "unused")
+HALVES = ("tuning", "unused", "fresh")
 KEPT = ROOT / "out" / "linter_detection"
 SOURCES = ("lwr_dyn/audit/urdf/*.py", "tests/audit/urdf/*.py", "tests/audit/urdf/*.toml")
 

@@ -35,7 +35,7 @@ class JudgedArm:
     """Of a xacro."""
     sha256: str
     half: str
-    """tuning | unused."""
+    """tuning | unused | fresh."""
     judgement: str
     """good | faulty."""
     moving: int

@@ -78,12 +78,16 @@ def test_a_planted_fault_changes_one_link_or_joint():
         assert len(changed) + len(after) - len(before) == 1, plant.kind.name
 
 
-def test_the_halves_of_the_arms_share_no_maker():
+def test_the_parts_of_the_arms_share_no_maker():
     rows = tomllib.loads(ARMS_FILE.read_text(encoding="utf-8"))["arm"]
-    makers = {half: {row["maker"] for row in rows if row["half"] == half} for half in ("tuning", "unused")}
+    parts = ("tuning", "unused", "fresh")
+    makers = {part: {row["maker"] for row in rows if row["half"] == part} for part in parts}
     assert len(rows) >= 40
-    assert not makers["tuning"] & makers["unused"]
-    unused = [row for row in rows if row["half"] == "unused" and row["judgement"] == "good"]
-    assert sum(row["moving"] - len(row.get("faults", {})) - len(row.get("without_shapes", [])) for row in unused) >= 100
+    assert len(set().union(*makers.values())) == sum(map(len, makers.values()))
+    for part in parts[1:]:
+        good = [row for row in rows if row["half"] == part and row["judgement"] == "good"]
+        left_out = sum(len(row.get("faults", {})) + len(row.get("without_shapes", [])) for row in good)
+        assert sum(row["moving"] for row in good) - left_out >= 100
+    assert len(makers["fresh"]) >= 8
     assert {row["judgement"] for row in rows} == {"good", "faulty"}
     assert all(len(row["sha256"]) == 64 and row["why"] for row in rows)
