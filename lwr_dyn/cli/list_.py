@@ -10,17 +10,25 @@ from lwr_dyn.tables import aligned
 
 
 @click.command("list")
+@click.argument("robot", required=False)
 @click.option("--json", "as_json", is_flag=True, help="One JSON object with every column's page and kind.")
-def command(as_json: bool) -> None:
-    """Robots, readings and where their numbers come from."""
-    entries = [_entry(robot) for robot in robots()]
+def command(robot: str | None, as_json: bool) -> None:
+    """The robots and their readings; of one ROBOT (a name or a .toml) where its numbers come from.
+
+    A reading is one way to understand the tables: as printed, as the authors computed, or as the arm most likely is.
+    Unsure? Take the default.
+    """
+    entries = [_entry(name) for name in (robots() if robot is None else (robot,))]
     if as_json:
         print_json({"robots": entries})
         return
-    rows = [(e["name"], str(e["joints"]), e["title"], ", ".join(e["readings"])) for e in entries]
-    click.echo(aligned(rows, ("robot", "joints", "title", "readings (default first)")))
+    if robot is None:
+        rows = [(e["name"], str(e["joints"]), e["title"], ", ".join(e["readings"])) for e in entries]
+        click.echo(aligned(rows, ("robot", "joints", "title", "readings (default first)")))
+        click.echo(f"where its numbers come from: lwr-dyn list {entries[0]['name']}")
+        return
     for e in entries:
-        click.echo(f"\n{e['name']}: {e['document']['title']} ({e['document']['origin']})")
+        click.echo(f"{e['name']}: {e['document']['title']} ({e['document']['origin']})")
         for name, about in e["readings"].items():
             click.echo(f"  {name}: {about}")
         for name, column in e["columns"].items():

@@ -7,9 +7,11 @@ from collections.abc import Callable
 from typing import Any
 
 import click
+from click.shell_completion import CompletionItem
 
+from lwr_dyn.cli.help_text import NamedGroup, with_help
 from lwr_dyn.cli.interrupt import interruptible
-from lwr_dyn.errors import LwrDynError, RatingWarning, UnknownNameError
+from lwr_dyn.errors import LwrDynError, RatingWarning
 from lwr_dyn.files import reason_of
 from lwr_dyn.registry import Registry, Row
 from lwr_dyn.version import VERSION
@@ -72,7 +74,7 @@ PIPE_CLOSED = 141
 """Exit code after a broken pipe (128 + SIGPIPE)."""
 
 
-class RegistryGroup(click.Group):
+class RegistryGroup(NamedGroup):
     """A group whose commands are rows of a registry, imported when they are used: `--help` stays fast."""
 
     def __init__(self, *arguments: Any, registry: Registry[click.Command], **options: Any) -> None:
@@ -84,10 +86,19 @@ class RegistryGroup(click.Group):
         return [name for name in self.registry.names if self.registry[name].is_installed]
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """The command from its module; raises `UnknownNameError` and `MissingPackageError`."""
-        if cmd_name not in self.registry.names:
-            raise UnknownNameError("command", cmd_name, self.list_commands(ctx))
-        return self.registry.load(cmd_name)
+        """As of any group; a command whose package is not installed raises `MissingPackageError`."""
+        hidden = cmd_name in self.registry.names and cmd_name not in self.list_commands(ctx)
+        return self.registry.load(cmd_name) if hidden else super().get_command(ctx, cmd_name)
+
+    def found(self, ctx: click.Context, name: str) -> click.Command:
+        """The command from its module."""
+        return self.registry.load(name)
+
+    def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
+        """Names and help lines, without importing a command."""
+        names = [name for name in self.list_commands(ctx) if name.startswith(incomplete)]
+        options = click.Command.shell_complete(self, ctx, incomplete)
+        return [*(CompletionItem(name, help=self.registry[name].about) for name in names), *options]
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """The help lines, without importing a command."""
@@ -106,6 +117,9 @@ def group() -> None:
 
     ROBOT is a name from `lwr-dyn list`, or a path to your own .toml or .urdf file.
     """
+
+
+with_help(group)
 
 
 def main(arguments: list[str] | None = None) -> None:

@@ -5,12 +5,14 @@ from typing import Any, TypeVar
 
 import click
 import numpy as np
+from click.shell_completion import CompletionItem
 
 from lwr_dyn.arrays import Array, joint_array, number_of
 from lwr_dyn.errors import OptionError, did_you_mean
 from lwr_dyn.loading import load_with_paper, xacro_arguments
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind
+from lwr_dyn.papers.catalog import robots
 from lwr_dyn.papers.schema import Paper
 from lwr_dyn.tables import json_text
 
@@ -71,6 +73,11 @@ _LOADING = "lwr_dyn.loading"
 """Where click's context keeps options of loading."""
 
 
+def _robots(_: click.Context, __: click.Parameter, begun: str) -> list[CompletionItem]:
+    names = [CompletionItem(name) for name in robots() if name.startswith(begun)]
+    return names or [CompletionItem(begun, type="file")]
+
+
 def robot_options(command: F) -> F:
     """ROBOT, --reading, --lock, --mount, --tool, for a .urdf --tip, for a .xacro --xacro-arg.
 
@@ -83,7 +90,7 @@ def robot_options(command: F) -> F:
         click.option("--lock", "locks", multiple=True, metavar="JOINT=VALUE", help="Hold a joint, rad or m."),
         click.option("--tip", help="Last link of the chain (of a .urdf); that of the obvious arm if not given."),
         click.option("--reading", help="How to read the tables; the paper's default if not given."),
-        click.argument("robot"),
+        click.argument("robot", shell_complete=_robots),
     ):
         command = option(command)
     return command

@@ -6,6 +6,7 @@ from typing import Any, TypeVar
 
 import click
 
+from lwr_dyn.cli.help_text import NamedGroup
 from lwr_dyn.cli.options import OneOf, print_json
 from lwr_dyn.cli.row_options import OptionRule, refuse_unused
 from lwr_dyn.errors import LwrDynError
@@ -41,7 +42,7 @@ def _log_options(command: F) -> F:
     return command
 
 
-@click.group("identify")
+@click.group("identify", cls=NamedGroup)
 def command() -> None:
     """Parameters of an arm from its logs (.csv, .parquet).
 

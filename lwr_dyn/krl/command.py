@@ -7,6 +7,7 @@ from typing import Any
 import click
 import numpy as np
 
+from lwr_dyn.cli.help_text import NamedGroup
 from lwr_dyn.cli.options import print_json
 from lwr_dyn.errors import FileAccessError
 from lwr_dyn.files import check_writable
@@ -36,7 +37,7 @@ def _shared_options(command: Any) -> Any:
     return command
 
 
-@click.group("krl")
+@click.group("krl", cls=NamedGroup)
 def command() -> None:
     """KUKA Robot Language: write a program, check it, run it on a robot's model."""
 

@@ -1,0 +1,142 @@
+"""What `--help` shows: examples that run, options in groups, and near names of misspelt commands."""
+
+import shlex
+from glob import glob
+
+import click
+import numpy as np
+import pytest
+
+import lwr_dyn
+from lwr_dyn.cli import main
+from lwr_dyn.cli.help_text import FEW, ROBOT, help_texts
+from lwr_dyn.identification.logs import write_log
+from tests.identification.conftest import START, _fourier
+from tests.identification.simulated import ideal_cruise
+from tests.krl.test_command import TASK
+
+SLOW = {"sensitivity", "reproduce"}
+"""Half a minute and more; tests of their packages run them."""
+
+
+def all_commands():
+    """Command path -> command, those inside groups too."""
+    found = {}
+    for name in main.COMMANDS.names:
+        command = main.COMMANDS.load(name)
+        found[name] = command
+        if isinstance(command, click.Group):
+            context = click.Context(command)
+            found |= {f"{name} {each}": command.get_command(context, each) for each in command.list_commands(context)}
+    return found
+
+
+SINGLE = {path: command for path, command in all_commands().items() if not isinstance(command, click.Group)}
+
+
+def make(name, lwr_dyn_command):
+    """A file of the user that an example reads."""
+    wam = lwr_dyn.load("wam7")
+    if name == "moves_*.csv":
+        for i, speed in enumerate((-0.3, -0.1, 0.1, 0.3)):
+            write_log(f"moves_{i}.csv", ideal_cruise(wam.friction, speed * np.eye(7)[0], wam, START))
+    elif name == "any_motion.csv":
+        write_log(name, _fourier(wam, wam.friction))
+    else:
+        with open("task.toml", "w", encoding="utf-8") as file:
+            file.write(TASK.replace("TwoPoint", "two_points"))
+        if name != "task.toml":
+            assert lwr_dyn_command("krl", "write", "task.toml")[0] == 0
+
+
+def arguments(line):
+    """The words after `lwr-dyn`, with files for patterns."""
+    words = shlex.split(line)
+    assert words[0] == "lwr-dyn"
+    return [each for word in words[1:] for each in (sorted(glob(word)) if "*" in word else [word])]
+
+
+@pytest.mark.parametrize("path", [path for path in help_texts() if path not in SLOW])
+def test_the_examples_run(path, lwr_dyn_command, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for name in help_texts()[path].get("files", ()):
+        make(name, lwr_dyn_command)
+    for example in help_texts()[path]["examples"]:
+        code, out, err = lwr_dyn_command(*arguments(example["run"]))
+        assert code == example.get("exit", 0), (example, err)
+        assert "Traceback" not in err
+        assert out or code
+
+
+@pytest.mark.parametrize("path", SINGLE)
+def test_every_command_has_one_to_three_examples_of_itself(path, lwr_dyn_command):
+    examples = help_texts()[path]["examples"]
+    assert 1 <= len(examples) <= 3
+    assert any(example["run"].startswith(f"lwr-dyn {path}") for example in examples)
+    text = lwr_dyn_command(*path.split(), "--help")[1]
+    for example in examples:
+        assert f"  $ {example['run']}" in text
+
+
+def test_the_table_names_only_commands():
+    assert set(help_texts()) == {"", *SINGLE}
+
+
+@pytest.mark.parametrize("path", SINGLE)
+def test_each_option_is_in_one_group(path, lwr_dyn_command):
+    options = [p for p in SINGLE[path].params if isinstance(p, click.Option)]
+    text = lwr_dyn_command(*path.split(), "--help")[1]
+    sections = [line.rstrip(":") for line in text.splitlines() if line.endswith(":") and not line.startswith(" ")]
+    for option in options:
+        assert sum(line.split(" ")[2] == option.opts[0] for line in text.splitlines() if line.startswith("  -")) == 1
+    if len(options) >= 2 * FEW:
+        assert len(sections) >= 4
+        assert ("Options" in sections, ROBOT in sections) == (False, "--reading" in text)
+    starts = help_texts()[path].get("groups", {})
+    assert set(starts.values()) <= {option.opts[0] for option in options}
+    assert set(starts) <= set(sections)
+
+
+def test_simulate_has_the_groups_of_its_parts(lwr_dyn_command):
+    text = lwr_dyn_command("simulate", "--help")[1]
+    parts = ("Task", "Controller", "Plant", "Sensors", "Solver", "Output", ROBOT)
+    places = [text.index(f"\n{part}:\n") for part in parts]
+    assert places == sorted(places)
+    of_task, of_controller = (text[places[i] : places[i + 1]] for i in (0, 1))
+    assert ("--duration" in of_task, "--ki" in of_task) == (True, False)
+    assert ("--duration" in of_controller, "--ki" in of_controller) == (False, True)
+
+
+@pytest.mark.parametrize(
+    ("words", "near"),
+    [
+        (("simulat",), "simulate"),
+        (("new", "controler"), "controller"),
+        (("krl", "chek"), "check"),
+        (("identify", "frction"), "friction"),
+    ],
+)
+def test_a_misspelt_command_is_answered_with_the_name_it_resembles(words, near, lwr_dyn_command):
+    code, out, err = lwr_dyn_command(*words, "x")
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert f"no command named '{words[-1]}' (did you mean {near}?)" in err
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("lwr-dyn simu", {"simulate"}),
+        ("lwr-dyn krl ", {"check", "run", "write"}),
+        ("lwr-dyn simulate lwr4plus --controller inv", {"inverse-dynamics"}),
+        ("lwr-dyn nonsense x", set()),
+        ("lwr-dyn check lwr4p", {"lwr4plus"}),
+    ],
+)
+def test_a_shell_completes(line, words, monkeypatch, capsys):
+    monkeypatch.setenv("_LWR_DYN_COMPLETE", "bash_complete")
+    monkeypatch.setenv("COMP_WORDS", line)
+    monkeypatch.setenv("COMP_CWORD", str(len(line.split(" ")) - 1))
+    with pytest.raises(SystemExit):
+        main.main([])
+    out = capsys.readouterr().out
+    assert {entry.split(",")[1] for entry in out.split()} == words
