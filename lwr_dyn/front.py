@@ -29,7 +29,6 @@ FUNCTIONS: Registry[Callable[..., Any]] = Registry(
         "batch_dynamics": Row("lwr_dyn.codegen.batch:batch_dynamics", "dynamics over rows of states", extra="batch"),
         "passive_refit": Row("lwr_dyn.identification.passive_refit:passive_refit", "nearest passive friction"),
         "dh_matrices_text": Row("lwr_dyn.symbolic.dh_matrices:dh_matrices_text", "DH matrices", extra="symbolic"),
-        "judge_of_gains": Row("lwr_dyn.design.sampled_gains:judge_of_gains", "the sampled loops of gains"),
         "sampled_notes": Row("lwr_dyn.design.sampled_text:sampled_notes", "the sampled loop of a simulation"),
         "kuka_units": Row("lwr_dyn.krl.kuka_units:KukaUnits", "poses in mm and deg, Status, Turn", extra="krl"),
     },

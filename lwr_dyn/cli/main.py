@@ -33,7 +33,7 @@ COMMANDS: Registry[click.Command] = Registry(
             "Check a robot's model: each check with value, tolerance and verdict.",
         ),
         "fk": Row("lwr_dyn.cli.fk:command", "Pose of the flange; the DH matrices in symbols."),
-        "gains": Row("lwr_dyn.cli.gains:command", "Worst-case inertia of each joint, and gains from it."),
+        "gains": Row("lwr_dyn.design.command:command", "Worst-case inertia of each joint, and gains from it."),
         "ik": Row(
             "lwr_dyn.cli.ik:command", "Joint positions for a pose: all branches, with limits and reach kept apart."
         ),

@@ -3,5 +3,6 @@
 - `sampled_loop`: RestingLoop, the sampled loop at rest as a linear map, its spectral radius;
 - `sampled_stability`: stability_in_box, stability_along: share of unstable poses, worst pose, least rate;
 - `sampled_gains`: the sampled loops of all controllers with given gains;
+- `command`: `lwr-dyn gains`;
 - `sampled_text`: these results in words, for the commands `gains` and `simulate`.
 """

@@ -54,18 +54,9 @@ def test_uses_of_limits_stand_in_their_columns(lwr_dyn_command, simulated):
 def test_sliding_joints_are_printed_in_their_units(lwr_dyn_command, tmp_path):
     own = str(tmp_path / "own.toml")
     lwr_dyn_command("new", "arm", own, "--joints", "RPR")
-    out = lwr_dyn_command("gains", own)[1]
-    assert "0.5" in out.splitlines()[3]  # the slider is fully out where joint 1 feels most, 0.5 m
     move = ("--task", "hold", "--from-deg", "0,0.2,0", "--duration", "0.05", "--controller", "inverse-dynamics")
     rows = {line.split()[0]: line.split()[1] for line in lwr_dyn_command("simulate", own, *move)[1].splitlines()[3:6]}
     assert rows == {"joint_1": "mrad", "joint_2": "mm", "joint_3": "mrad"}
-
-
-def test_gains_as_json(lwr_dyn_command):
-    rows = json.loads(lwr_dyn_command("gains", "lwr4plus", "--json")[1])["joints"]
-    for row in rows:
-        assert row["Kp"] == pytest.approx(2500 * row["b"])
-        assert row["Kd"] == pytest.approx(100 * row["b"])
 
 
 def test_fk_names_joints_outside_the_limits(lwr_dyn_command):

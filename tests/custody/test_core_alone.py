@@ -15,7 +15,7 @@ COMMANDS = (
     (("list",), 0, "lwr4plus"),
     (("check", "wam7"), 0, "hold, 0 fail"),
     (("check", "kr30ha"), 0, "data-sheet not checked: lwr_dyn.audit.datasheet is not installed"),
-    (("gains", "lwr4plus"), 0, "joint_7"),
+    (("gains", "lwr4plus"), 2, "lwr_dyn.design is not installed"),
     (("urdf", "kr30ha", "--out", "x.urdf"), 0, "x.urdf"),
     (("check", "x.urdf"), 0, "not judged as written: lwr_dyn.audit.urdf.report_text is not installed"),
     (("fk", "lwr4", "--q-deg", "0,90,90,-90,0,90,0"), 0, "position"),

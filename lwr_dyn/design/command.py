@@ -1,6 +1,7 @@
 """`lwr-dyn gains`: each joint's largest inertia, how it was searched, and gains for a second-order loop."""
 
 import math
+from collections.abc import Sequence
 
 import click
 import numpy as np
@@ -8,7 +9,7 @@ import numpy as np
 from lwr_dyn.cli.options import load_robot, print_json, robot_options
 from lwr_dyn.control.gains import OMEGA_N, XI, second_order_gains
 from lwr_dyn.control.worst_case_inertia import InertiaMaximum, worst_case_inertias
-from lwr_dyn.front import FUNCTIONS
+from lwr_dyn.design.sampled_gains import judge_of_gains
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind
 from lwr_dyn.progress import progress
@@ -39,13 +40,12 @@ def command(
     """Worst-case inertia of each joint over its limits, Kp = omega_n^2 b and Kd = 2 xi omega_n b, and where sampling
     makes the loop unstable."""
     second_order_gains([1.0], omega_n, xi)  # refuse bad options before the search
-    has_judge = FUNCTIONS["judge_of_gains"].is_installed
-    judge = FUNCTIONS.load("judge_of_gains")(rate, delay) if has_judge else None
+    judge = judge_of_gains(rate, delay)
     arm = load_robot(robot, reading, tip, locks)
     with progress("searching the largest inertias"):
         maxima = worst_case_inertias(arm)
         gains = second_order_gains([w.value for w in maxima], omega_n, xi)
-        sampled = None if judge is None else judge(arm, gains)
+        sampled = judge(arm, gains)
     if as_json:
         records = [
             {"joint": arm.joint_names[w.joint], "b": w.value, "q": w.q, "free": list(w.free), "search": w.statement()}
@@ -53,7 +53,7 @@ def command(
             for w in maxima
         ]
         about = {"robot": arm.name, "reading": arm.reading, "omega_n": omega_n, "xi": xi}
-        print_json({**about, "joints": records, "sampled": None if sampled is None else sampled.record})
+        print_json({**about, "joints": records, "sampled": sampled.record})
         return
     click.echo(
         f"{arm.name}, reading {arm.reading}: max B_ii over the joint box, omega_n = {omega_n:g} rad/s, xi = {xi:g}"
@@ -69,11 +69,18 @@ def command(
         for w in maxima
     ]
     click.echo(aligned(rows, HEAD))
-    for w in maxima:
-        click.echo(f"{arm.joint_names[w.joint]}: {w.statement()}")
-    click.echo(
-        "\nsampling not judged: lwr_dyn.design is not installed" if sampled is None else f"\n{sampled.table.text()}"
-    )
+    for line in searched(arm, maxima):
+        click.echo(line)
+    click.echo(f"\n{sampled.table.text()}")
+
+
+def searched(arm: Arm, maxima: Sequence[InertiaMaximum]) -> list[str]:
+    """How the maxima were searched: a line for all joints, one for each whose climbs ended elsewhere too."""
+    starts = [w.starts for w in maxima]
+    odd = [w for w in maxima if w.share < 1.0]
+    ended = "all ended at these values" + (", except:" if odd else "")
+    lines = [f"searched from {min(starts)} to {max(starts)} starts a joint; {ended}"]
+    return [*lines, *(f"  {arm.joint_names[w.joint]}: {w.statement().partition('; ')[2]}" for w in odd)]
 
 
 def places(arm: Arm, worst: InertiaMaximum) -> str:
