@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from lwr_dyn.krl.kuka_units import KukaUnits
     from lwr_dyn.model.arm import Arm
     from lwr_dyn.model.run import Reference, Run
+    from lwr_dyn.notebook.plot import RunPlot
 
 FUNCTIONS: Registry[Callable[..., Any]] = Registry(
     "function",
@@ -30,6 +31,8 @@ FUNCTIONS: Registry[Callable[..., Any]] = Registry(
         "passive_refit": Row("lwr_dyn.identification.passive_refit:passive_refit", "nearest passive friction"),
         "dh_matrices_text": Row("lwr_dyn.symbolic.dh_matrices:dh_matrices_text", "DH matrices", extra="symbolic"),
         "sampled_notes": Row("lwr_dyn.design.sampled_text:sampled_notes", "the sampled loop of a simulation"),
+        "plot": Row("lwr_dyn.notebook.plot:plot", "pictures of runs", extra="plots"),
+        "plot_writer": Row("lwr_dyn.notebook.plot:plot_writer", "the option --plot", extra="plots"),
         "kuka_units": Row("lwr_dyn.krl.kuka_units:KukaUnits", "poses in mm and deg, Status, Turn", extra="krl"),
     },
 )
@@ -232,6 +235,16 @@ def simulate(arm: Arm, controller: Controller, reference: Reference, **options: 
 
     with progress("simulating", terminal=False) as report:
         return run_simulation(_an_arm(arm), controller, reference, **{"progress": report, **options})
+
+
+def plot(runs: Run | Sequence[Run], quantity: str = "overview", labels: Sequence[str] | None = None) -> RunPlot:
+    """A picture of a run, or of several; a notebook draws it, `.save("x.png")` or ".svg" writes it.
+
+    Quantities: overview, tip error, path, torque, position error, velocity error, position, velocity, friction, energy.
+    Raises `UnknownNameError` for another, `OptionError`, `MissingPackageError` without the extra `plots`.
+    """
+    picture: RunPlot = FUNCTIONS.load("plot")(runs, quantity, labels)
+    return picture
 
 
 def replay(runs: Run | Sequence[Run], path: str | Path, **options: Any) -> None:

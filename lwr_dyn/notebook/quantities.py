@@ -1,0 +1,125 @@
+"""What can be plotted of runs, by name: each is described as a figure, which `lwr_dyn.plot` draws."""
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+
+from lwr_dyn.errors import UnknownNameError
+from lwr_dyn.model.dh import JointKind
+from lwr_dyn.viewer.figures import Curve, Figure, Level, Panel, Series, SeriesName
+from lwr_dyn.viewer.replayed_runs import ReplayedRun
+
+Runs = Sequence[ReplayedRun]
+MILLI = 1e3
+
+
+def tip_error(runs: Runs) -> tuple[Figure, ...]:
+    """Distance of the flange from where it should be [mm]."""
+    return (_of_runs(runs, "tip error", "mm", MILLI, "Tip error"),)
+
+
+def energy(runs: Runs) -> tuple[Figure, ...]:
+    """Kinetic and potential energy [J]."""
+    return (_of_runs(runs, "energy", "J", 1.0, "Energy"),)
+
+
+def torque(runs: Runs) -> tuple[Figure, ...]:
+    """Applied torques [N m, N], with the limits that are known."""
+    return (_of_joints(runs, "torque", ("N m", "N"), "Torques", limits="effort"),)
+
+
+def friction(runs: Runs) -> tuple[Figure, ...]:
+    """Torques of friction [N m, N]."""
+    return (_of_joints(runs, "friction", ("N m", "N"), "Friction"),)
+
+
+def position(runs: Runs) -> tuple[Figure, ...]:
+    """Joint positions and their references [rad, m]."""
+    return (_of_joints(runs, "q", ("rad", "m"), "Positions", "q_ref"),)
+
+
+def velocity(runs: Runs) -> tuple[Figure, ...]:
+    """Joint speeds and their references [rad/s, m/s]."""
+    return (_of_joints(runs, "dq", ("rad/s", "m/s"), "Speeds", "dq_ref", "velocity"),)
+
+
+def position_error(runs: Runs) -> tuple[Figure, ...]:
+    """Errors of the joint positions, reference minus actual [mrad, mm]."""
+    return (_of_joints(runs, "position error", ("mrad", "mm"), "Position errors", scale=MILLI),)
+
+
+def velocity_error(runs: Runs) -> tuple[Figure, ...]:
+    """Errors of the joint speeds [mrad/s, mm/s]."""
+    return (_of_joints(runs, "velocity error", ("mrad/s", "mm/s"), "Speed errors", scale=MILLI),)
+
+
+def path(runs: Runs) -> tuple[Figure, ...]:
+    """The path of the flange [m] in the coordinate plane in which it is widest, with its reference."""
+    first = runs[0].reference_path
+    a, b = sorted(np.argsort(np.ptp(first, axis=0), kind="stable")[1:])
+    flange: tuple[SeriesName, ...] = ("flange x", "flange y", "flange z")
+    reference: tuple[SeriesName, ...] = ("reference x", "reference y", "reference z")
+    wanted = Curve("reference", Series(0, reference[b]), Series(0, reference[a]), dashed=True)
+    curves = [Curve(one.caption, Series(i, flange[b]), Series(i, flange[a])) for i, one in enumerate(runs)]
+    panel = Panel("", "xyz"[b], "m", (wanted, *curves))
+    return (Figure("path", "Path of the flange", "", "xyz"[a], "m", (panel,), equal_aspect=True),)
+
+
+def overview(runs: Runs) -> tuple[Figure, ...]:
+    """The tip error beside the torques."""
+    return (*tip_error(runs), *torque(runs))
+
+
+QUANTITIES: Mapping[str, Callable[[Runs], tuple[Figure, ...]]] = {
+    "overview": overview,
+    "tip error": tip_error,
+    "path": path,
+    "torque": torque,
+    "position error": position_error,
+    "velocity error": velocity_error,
+    "position": position,
+    "velocity": velocity,
+    "friction": friction,
+    "energy": energy,
+}
+"""Name -> the figures of runs, side by side."""
+
+
+def quantity_named(name: str) -> str:
+    """The quantity of a name, in which "-" and "_" count as spaces; raises `UnknownNameError`, which lists all.
+
+    >>> quantity_named("Tip-Error")
+    'tip error'
+    """
+    plain = " ".join(str(name).lower().replace("-", " ").replace("_", " ").split())
+    if plain not in QUANTITIES:
+        raise UnknownNameError("quantity", str(name), QUANTITIES)
+    return plain
+
+
+def _of_runs(runs: Runs, quantity: SeriesName, unit: str, scale: float, title: str) -> Figure:
+    curves = tuple(Curve(one.caption, Series(i, quantity, scale=scale)) for i, one in enumerate(runs))
+    panel = Panel("", quantity, unit, curves)
+    return Figure(quantity.replace(" ", "-"), title, "", "time", "s", (panel,), over_time=True)
+
+
+def _of_joints(
+    runs: Runs,
+    quantity: SeriesName,
+    units: tuple[str, str],
+    title: str,
+    reference: SeriesName | None = None,
+    limits: str = "",
+    scale: float = 1.0,
+) -> Figure:
+    """One panel a joint; `units` of a joint that turns and of one that slides."""
+    panels = []
+    for j, joint in enumerate(runs[0].arm.joints()):
+        wanted = () if reference is None else (Curve("reference", Series(0, reference, j, scale)),)
+        curves = tuple(Curve(one.caption, Series(i, quantity, j, scale)) for i, one in enumerate(runs))
+        limit, unit = getattr(joint.limits, limits, None), units[joint.kind is not JointKind.REVOLUTE]
+        levels = () if limit is None else (Level("limit", limit), Level("limit", -limit))
+        note = "" if not limits else f"limit {limit:g} {unit}" if limit is not None else "limit not known"
+        panels.append(Panel(joint.name, quantity, unit, (*wanted, *curves), levels, note))
+    name = quantity.replace(" ", "-")
+    return Figure(name, title, "", "time", "s", tuple(panels), over_time=True, columns=2)
