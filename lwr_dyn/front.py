@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
 from lwr_dyn.errors import OptionError
+from lwr_dyn.loading import FUNCTIONS as FUNCTIONS
 from lwr_dyn.progress import progress
-from lwr_dyn.registry import Registry, Row
 
 if TYPE_CHECKING:
     from lwr_dyn.arrays import Array
@@ -23,20 +23,6 @@ if TYPE_CHECKING:
     from lwr_dyn.model.arm import Arm
     from lwr_dyn.model.run import Reference, Run
     from lwr_dyn.notebook.plot import RunPlot
-
-FUNCTIONS: Registry[Callable[..., Any]] = Registry(
-    "function",
-    {
-        "batch_dynamics": Row("lwr_dyn.codegen.batch:batch_dynamics", "dynamics over rows of states", extra="batch"),
-        "passive_refit": Row("lwr_dyn.identification.passive_refit:passive_refit", "nearest passive friction"),
-        "dh_matrices_text": Row("lwr_dyn.symbolic.dh_matrices:dh_matrices_text", "DH matrices", extra="symbolic"),
-        "sampled_notes": Row("lwr_dyn.design.sampled_text:sampled_notes", "the sampled loop of a simulation"),
-        "plot": Row("lwr_dyn.notebook.plot:plot", "pictures of runs", extra="plots"),
-        "plot_writer": Row("lwr_dyn.notebook.plot:plot_writer", "the option --plot", extra="plots"),
-        "kuka_units": Row("lwr_dyn.krl.kuka_units:KukaUnits", "poses in mm and deg, Status, Turn", extra="krl"),
-    },
-)
-"""Functions of optional packages that are offered by `import lwr_dyn` and by the commands."""
 
 
 def _an_arm(arm: Any) -> Arm:

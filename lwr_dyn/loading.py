@@ -1,4 +1,7 @@
-"""From a name or a file to an arm, with the options it is loaded with; what a run records of them finds it again."""
+"""From a name or a file to an arm, with the options it is loaded with; what a run records of them finds it again.
+
+Here are also the functions that optional packages lend.
+"""
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
@@ -16,6 +19,19 @@ PARTS: Registry[Callable[[Arm, Any, Any], Arm]] = Registry(
     "part", {"installation": Row("lwr_dyn.arm_setup.mount_and_tool:installed", "a mount and a tool")}
 )
 """Parts of loading that an optional package does."""
+FUNCTIONS: Registry[Callable[..., Any]] = Registry(
+    "function",
+    {
+        "batch_dynamics": Row("lwr_dyn.codegen.batch:batch_dynamics", "dynamics over rows of states", extra="batch"),
+        "passive_refit": Row("lwr_dyn.identification.passive_refit:passive_refit", "nearest passive friction"),
+        "dh_matrices_text": Row("lwr_dyn.symbolic.dh_matrices:dh_matrices_text", "DH matrices", extra="symbolic"),
+        "sampled_notes": Row("lwr_dyn.design.sampled_text:sampled_notes", "the sampled loop of a simulation"),
+        "plot": Row("lwr_dyn.notebook.plot:plot", "pictures of runs", extra="plots"),
+        "plot_writer": Row("lwr_dyn.notebook.plot:plot_writer", "the option --plot", extra="plots"),
+        "kuka_units": Row("lwr_dyn.krl.kuka_units:KukaUnits", "poses in mm and deg, Status, Turn", extra="krl"),
+    },
+)
+"""Functions of optional packages that are offered by `import lwr_dyn` and by the commands."""
 
 
 def load_with_paper(

@@ -6,6 +6,7 @@ import pytest
 import lwr_dyn
 from lwr_dyn import front
 from lwr_dyn.errors import LwrDynError
+from lwr_dyn.loading import FUNCTIONS
 from lwr_dyn.registry import Registry
 from lwr_dyn.trajectory.references.joint_moves import hold
 
@@ -47,3 +48,8 @@ def test_functions_of_optional_packages_are_rows_that_are_loaded_when_they_are_u
     monkeypatch.setattr(Registry, "load", lambda self, name: lambda arm, **options: called.append((name, options)))
     front.batch_dynamics(ARM, rotors="none")
     assert called == [("batch_dynamics", {"rotors": "none"})]
+
+
+def test_each_function_that_is_installed_can_be_called():
+    installed = [name for name in FUNCTIONS.names if FUNCTIONS[name].is_installed]
+    assert [name for name in installed if not callable(FUNCTIONS.load(name))] == []

@@ -1,5 +1,7 @@
 """`lwr-dyn simulate`: a robot, a task and a controller become a run file with its metrics and audit."""
 
+from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import click
@@ -15,6 +17,7 @@ from lwr_dyn.files import check_writable
 from lwr_dyn.front import FUNCTIONS, load
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
+from lwr_dyn.model.shown import format_of
 from lwr_dyn.progress import progress
 from lwr_dyn.simulation.arm_friction import FORMS, FrictionOption
 from lwr_dyn.simulation.plant import arm_with_payload, arm_with_scaled_inertia
@@ -68,6 +71,8 @@ LOOP = [
     _option("--substeps", "RK4 steps a sample.", int, 1),
     _option("--engine", "Engine of the dynamics.", OneOf(ENGINES.names), "pinocchio"),
     _option("--out", "Run file to write, .npz.", str),
+    _option("--csv", "File of columns to write, .csv; `lwr-dyn identify` reads it.", str),
+    _option("--plot", "Picture to write: FILE.png or FILE.svg, or a quantity: torque, tip-error, path, ...", str),
     _option("--json", "One JSON object."),
 ]
 RULES = (
@@ -90,21 +95,33 @@ def command(robot: str, reading: str | None, tip: str | None, locks: tuple[str, 
     CONTROLLER_OPTIONS.refuse_unused(given["controller"])
     refuse_unused(RULES, given)
     out = given["out"]
-    _check_target(out)
+    _check_target(out, ".npz")
+    _check_target(given["csv"], ".csv")
+    draw = FUNCTIONS.load("plot_writer")(given["plot"]) if given["plot"] else None
     arm = load_robot(robot, reading, tip, locks)
     setup = _setup(arm, robot, given)
     sampled = FUNCTIONS.load("sampled_notes")(setup) if FUNCTIONS["sampled_notes"].is_installed else None
     if sampled is not None and not given["json"]:
         _note(sampled.before)
     run = _simulated(setup, given["controller"], out)
+    others = _other_files(run, given["csv"], draw)
     if given["json"]:
         print_json({**run_record(run, arm), "sampled_loop": None if sampled is None else sampled.record})
         return
     if sampled is not None:
         _note(sampled.after)
     click.echo(run_text(run, arm))
+    for path in others:
+        click.echo(f"wrote {path}")
     if out is not None:
         click.echo(f"wrote {out}; see it:  lwr-dyn replay {out} --html {out.removesuffix('.npz')}.html")
+
+
+def _other_files(run: Run, csv: str | None, draw: Callable[[Run], Path] | None) -> list[str]:
+    """Paths of the CSV file and the picture that were asked for, written."""
+    if csv is not None:
+        run.save(csv)
+    return ([csv] if csv is not None else []) + ([str(draw(run))] if draw is not None else [])
 
 
 def _note(lines: list[str]) -> None:
@@ -150,11 +167,12 @@ def _plant_note(given: dict[str, Any]) -> dict[str, Any]:
     return ({"plant": ", ".join(parts)} if parts else {}) | known
 
 
-def _check_target(out: str | None) -> None:
-    """Raise `FileAccessError` where no run file can be written."""
+def _check_target(out: str | None, ending: str) -> None:
+    """Raise `FileAccessError` where no file with this ending can be written, `MissingPackageError` if nothing can."""
     if out is not None:
-        if not out.endswith(".npz"):
-            raise FileAccessError(out, "does not end in .npz", "a path that ends in .npz")
+        if not out.endswith(ending):
+            raise FileAccessError(out, f"does not end in {ending}", f"a path that ends in {ending}")
+        format_of(out)
         check_writable(out)
 
 
