@@ -4,6 +4,7 @@ import contextlib
 import glob
 import os
 import stat
+import sys
 import tempfile
 import time
 from collections.abc import Mapping
@@ -145,3 +146,30 @@ def make_folder(folder: str | Path) -> Path:
         allowed = "a directory that exists or can be made, and can be written"
         raise FileAccessError(str(folder), reason_of(fault), allowed) from None
     return Path(folder)
+
+
+def cache_folder() -> Path:
+    """The folder of kernels and hulls: LWR_DYN_CACHE, or `user_folder`; raises `FileAccessError` as that."""
+    chosen = os.environ.get("LWR_DYN_CACHE")
+    return Path(chosen) if chosen else user_folder()
+
+
+def user_folder() -> Path:
+    """lwr_dyn in the user's cache folder (XDG_CACHE_HOME, ~/.cache ...).
+
+    Raises `FileAccessError` for a user without a home folder, such as a number alone in a container.
+    """
+    try:
+        return _caches() / "lwr_dyn"
+    except RuntimeError:
+        raise FileAccessError("~", "no home folder", "a folder in HOME") from None
+
+
+def _caches() -> Path:
+    if sys.platform == "win32":
+        base = os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local"
+    elif sys.platform == "darwin":
+        base = Path.home() / "Library" / "Caches"
+    else:
+        base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    return Path(base)

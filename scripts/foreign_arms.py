@@ -17,10 +17,11 @@ import signal
 import subprocess
 import sys
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeVar
 
 from lwr_dyn.errors import LwrDynError
 from lwr_dyn.urdf.parse import parse_urdf
@@ -59,6 +60,7 @@ for line in sys.stdin:
     record = [os.waitstatus_to_exitcode(status), *texts, usage.ru_utime + usage.ru_stime]
     print(json.dumps(record), flush=True)
 """
+T = TypeVar("T")
 _ROUNDS = 5
 """Runs of one file: as it is, with a tip, with locks, with more locks (mimics)."""
 
@@ -170,24 +172,35 @@ def _inside(joint: object) -> float:
     return 0.0 if low is None or up is None or low <= 0.0 <= up else (low + up) / 2
 
 
-def survey(paths: Sequence[Path], processes: int, limit: float = LIMIT) -> list[Outcome]:
-    """The outcome of every file; each is printed on stderr when it is there."""
+def of_each(judge: Callable[[Path, Worker], T], paths: Sequence[Path], processes: int) -> list[T]:
+    """What `judge` makes of every file, in their order; each call has a worker to itself."""
     workers: queue.Queue[Worker] = queue.Queue()
     for _ in range(processes):
         workers.put(Worker())
 
-    def outcome(path: Path) -> Outcome:
+    def one(path: Path) -> T:
         worker = workers.get()
+        try:
+            return judge(path, worker)
+        finally:
+            workers.put(worker)
+
+    with ThreadPoolExecutor(processes) as pool:
+        found = list(pool.map(one, paths))
+    for _ in range(processes):
+        workers.get().close()
+    return found
+
+
+def survey(paths: Sequence[Path], processes: int, limit: float = LIMIT) -> list[Outcome]:
+    """The outcome of every file; each is printed on stderr when it is there."""
+
+    def outcome(path: Path, worker: Worker) -> Outcome:
         result = check_file(path, worker, limit)
-        workers.put(worker)
         print(_line(result), file=sys.stderr, flush=True)
         return result
 
-    with ThreadPoolExecutor(processes) as pool:
-        outcomes = list(pool.map(outcome, paths))
-    for _ in range(processes):
-        workers.get().close()
-    return outcomes
+    return of_each(outcome, paths, processes)
 
 
 def table(outcomes: Sequence[Outcome]) -> str:

@@ -8,18 +8,16 @@ from __future__ import annotations
 
 import argparse
 import json
-import queue
 import sys
 from collections import Counter
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 sys.path[:0] = [str(ROOT), str(ROOT / "scripts")]
 
-from foreign_arms import BAD_KINDS, LIMIT, Done, Worker, installed_urdfs  # noqa: E402
+from foreign_arms import BAD_KINDS, LIMIT, Done, Worker, installed_urdfs, of_each  # noqa: E402
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,21 +54,7 @@ def _judged(done: Done) -> tuple[str, str]:
 
 def survey(paths: Sequence[Path], processes: int, limit: float = LIMIT) -> list[LintOutcome]:
     """The outcome of every file."""
-    workers: queue.Queue[Worker] = queue.Queue()
-    for _ in range(processes):
-        workers.put(Worker())
-
-    def outcome(path: Path) -> LintOutcome:
-        worker = workers.get()
-        result = linted(path, worker, limit)
-        workers.put(worker)
-        return result
-
-    with ThreadPoolExecutor(processes) as pool:
-        outcomes = list(pool.map(outcome, paths))
-    for _ in range(processes):
-        workers.get().close()
-    return outcomes
+    return of_each(lambda path, worker: linted(path, worker, limit), paths, processes)
 
 
 def table(outcomes: Sequence[LintOutcome]) -> str:

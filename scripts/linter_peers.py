@@ -1,9 +1,10 @@
 """What other programs say of the same planted faults: a table of kind x program.
 
-    pip install urdf-validator==1.6.0 mujoco drake; scripts/linter_peers.py --arms FOLDER
+    pip install urdf-validator==1.6.0 urdf_parser_py mujoco drake; scripts/linter_peers.py --arms FOLDER
 
-Faults are drawn by seed from arms of the tuning half whose meshes MuJoCo reads. Any change of what a program says of a
-file counts as found, wherever it points; of `lwr_dyn` a new error or warning anywhere in the file counts.
+Faults are drawn by seed from the good arms of a part whose files MuJoCo compiles as they are (it reads no DAE). Any
+change of what a program says of a file counts as found, wherever it points; of `lwr_dyn` a new error or warning
+anywhere in the file counts. Each verdict is asked of a process of its own: Drake aborts on exchanged limits.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ from tests.audit.urdf.detection import findings_of  # noqa: E402
 from tests.audit.urdf.fault_plants import FaultPlant, fault_kinds, plants  # noqa: E402
 from tests.audit.urdf.judged_arms import ARMS_FOLDER, judged_arms  # noqa: E402
 
-ARMS = ("xarm7", "lite6", "so101")
+HALVES = ("tuning", "unused", "fresh")
 _NUMBER = re.compile(r"[-+]?\d[\d.]*(e[-+]?\d+)?", re.IGNORECASE)
 
 Verdict = Callable[[str, Path], frozenset[str]]
@@ -127,13 +128,20 @@ PROGRAMS: dict[str, tuple[str, Verdict]] = {
 }
 
 
-def drawn(each: int, seed: int) -> Iterable[tuple[FaultPlant, str, Path]]:
+def compiled(half: str) -> list[tuple[str, str, Path, frozenset[str]]]:
+    """Name, text, path and faulty links of the good arms of a part that are here and that MuJoCo compiles."""
+    here = [arm for arm in judged_arms() if arm.half == half and arm.judgement == "good" and arm.is_as_judged]
+    rows = [(arm.name, arm.text(), arm.path, frozenset(arm.faults)) for arm in here]
+    return [row for row in rows if not apart(mujoco_says, row[1], row[2])]
+
+
+def drawn(each: int, seed: int, half: str) -> Iterable[tuple[FaultPlant, str, Path]]:
     """Plants of every kind, drawn by seed, with the file's own text and path."""
     every = []
-    for arm in judged_arms():
-        if arm.name in ARMS and arm.path is not None:
-            text = arm.text()
-            every += [(plant, text, arm.path) for plant in plants(text, arm.path, fault_kinds(), frozenset(arm.faults))]
+    for name, text, path, faults in compiled(half):
+        found = list(plants(text, path, fault_kinds(), faults))
+        print(f"{name}: {len(found)} plants", file=sys.stderr)
+        every += [(plant, text, path) for plant in found]
     rng = Random(seed)
     for kind in fault_kinds():
         of_kind = [x for x in every if x[0].kind.name == kind.name]
@@ -155,9 +163,14 @@ def apart(says: Verdict, text: str, path: Path) -> frozenset[str]:
     """What a program says in a process of its own: some abort."""
     reader, writer = os.pipe()
     if not (pid := os.fork()):
-        with os.fdopen(writer, "w", encoding="utf-8") as out:
-            json.dump(sorted(says(text, path)), out)
-        os._exit(0)
+        code = 1
+        try:
+            with open(os.devnull, "w", encoding="utf-8") as nothing, os.fdopen(writer, "w", encoding="utf-8") as out:
+                os.dup2(nothing.fileno(), 2)
+                json.dump(sorted(says(text, path)), out)
+            code = 0
+        finally:
+            os._exit(code)
     os.close(writer)
     with os.fdopen(reader, encoding="utf-8") as source:
         said = source.read()
@@ -165,18 +178,18 @@ def apart(says: Verdict, text: str, path: Path) -> frozenset[str]:
     return frozenset(json.loads(said)) if status == 0 else frozenset({f"aborted, {status}"})
 
 
-def table(each: int, seed: int) -> str:
+def table(each: int, seed: int, half: str) -> str:
     """Kind x program: how many of the drawn faults each sees."""
     versions = installed(PROGRAMS)
     counts: dict[str, dict[str, int]] = {}
     before: dict[tuple[str, Path], frozenset[str]] = {}
-    for plant, text, path in drawn(each, seed):
+    for plant, text, path in drawn(each, seed, half):
         row = counts.setdefault(plant.kind.name, dict.fromkeys(["n", *versions], 0))
         row["n"] += 1
         for name in versions:
             says = PROGRAMS[name][1]
             if (name, path) not in before:
-                before[name, path] = says(text, path)
+                before[name, path] = apart(says, text, path)
             row[name] += apart(says, plant.text, path) != before[name, path]
     heads = [f"{name} {number}" for name, number in versions.items()]
     lines = [f"| kind | n | {' | '.join(heads)} |", "|" + "---|" * (len(heads) + 2)]
@@ -194,11 +207,12 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--each", type=int, default=3, help="faults of each kind (default: 3)")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--half", choices=HALVES, default=HALVES[-1])
     parser.add_argument("--arms", help=f"folder of the repositories (default: {ARMS_FOLDER})")
     options = parser.parse_args()
     if options.arms:
         os.environ[ARMS_FOLDER] = options.arms
-    print(table(options.each, options.seed))
+    print(table(options.each, options.seed, options.half))
     return 0
 
 

@@ -12,7 +12,6 @@ import json
 import os
 import secrets
 import stat
-import sys
 import tempfile
 import time
 import warnings
@@ -20,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from lwr_dyn.errors import FileAccessError
-from lwr_dyn.files import LEFT_OVER, write_file
+from lwr_dyn.files import LEFT_OVER, cache_folder, user_folder, write_file
 
 _MARK = b"lwr_dyn kernel 2\n"
 _warned: set[str] = set()
@@ -35,32 +34,6 @@ class CacheWarning(UserWarning):
             "name another folder in LWR_DYN_CACHE"
         )
         self.folder, self.reason = folder, reason
-
-
-def cache_folder() -> Path:
-    """The folder of kernels: LWR_DYN_CACHE, or lwr_dyn in the user's cache folder (XDG_CACHE_HOME, ~/.cache ...).
-
-    Raises `FileAccessError` for a user without a home folder, such as a number alone in a container.
-    """
-    chosen = os.environ.get("LWR_DYN_CACHE")
-    return Path(chosen) if chosen else _user_folder()
-
-
-def _user_folder() -> Path:
-    try:
-        return _caches() / "lwr_dyn"
-    except RuntimeError:
-        raise FileAccessError("~", "no home folder", "a folder in HOME") from None
-
-
-def _caches() -> Path:
-    if sys.platform == "win32":
-        base = os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local"
-    elif sys.platform == "darwin":
-        base = Path.home() / "Library" / "Caches"
-    else:
-        base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    return Path(base)
 
 
 def read_cache(key: str) -> tuple[dict[str, Any], bytes] | None:
@@ -101,7 +74,7 @@ def _digest(content: bytes) -> bytes:
 
 def _user_key() -> bytes:
     """This user's secret of 32 bytes, made when it is not there; raises `OSError` or `FileAccessError`."""
-    path = _user_folder() / "key"
+    path = user_folder() / "key"
     if not path.exists():
         path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         handle, made = tempfile.mkstemp(dir=path.parent, prefix=".key.")  # mode 0600

@@ -3,10 +3,10 @@
 import click
 
 from lwr_dyn.cli.options import load_robot, print_json, robot_options
-from lwr_dyn.codegen.cache import cache_folder
 from lwr_dyn.codegen.kernel import require_packages
 from lwr_dyn.codegen.kernel_spec import FUNCTIONS, function_shape, kernel_spec
 from lwr_dyn.errors import OptionError
+from lwr_dyn.files import cache_folder
 
 
 @click.command("kernels")

@@ -84,17 +84,19 @@ def slip(document: UrdfDocument) -> Iterable[UrdfFinding]:
     """
     for found in judgements(document):
         quiet = _spread_severity(found) is None and found.bound <= BOUND_WARNING
-        if found.tensor_slip and found.cut > NOTED and quiet and not _shape_is_off(found):
+        named = found.tensor_slip
+        if named and found.cut > NOTED and quiet and not _shape_is_off(found):
             severity: FindingSeverity = "warning" if found.cut > NAMED else "note"
             sure: Sureness = "likely" if found.cut > NAMED else "possible"
             yield UrdfFinding(
-                found.tensor_slip.says, _figures(found), found.inertial.tensor_place, found.body.link.subject,
-                found.tensor_slip.instead, sure, found.tensor_slip.cause, severity, found.body.link.name,
+                named.says, _figures(found.cut, named), found.inertial.tensor_place, found.body.link.subject,
+                named.instead, sure, named.cause, severity, found.body.link.name,
             )  # fmt: skip
 
 
-def _figures(found: Judgement) -> str:
-    return f"the logarithms of H^-1 S come nearer to those of a full body by {found.cut:.2g}"
+def _figures(cut: float, slip: Undoing) -> str:
+    text = f"the logarithms of H^-1 S come nearer to those of a full body by {cut + slip.prior:.2g}"
+    return f"{text}; {slip.prior:.2g} of it is not counted for this slip" if slip.prior else text
 
 
 def _of_tensor(found: Judgement, what: str, why: str, severity: FindingSeverity) -> UrdfFinding:

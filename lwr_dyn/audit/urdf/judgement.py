@@ -181,7 +181,7 @@ def _with_axes_of_base(found: Judgement, document: UrdfDocument) -> Judgement:
     cut = float(log_distance(found.ratios) - log_distance(ratios))
     if cut < found.cut - 0.1:
         return found
-    return replace(found, tensor_slip=replace(undoing, cause=IN_BASE), cut=cut)
+    return replace(found, tensor_slip=replace(undoing, cause=IN_BASE, prior=0.0), cut=cut)
 
 
 def _into_base(found: Judgement, document: UrdfDocument) -> Undoing | None:

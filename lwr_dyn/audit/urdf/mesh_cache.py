@@ -9,9 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.codegen.cache import cache_folder
 from lwr_dyn.errors import FileAccessError
-from lwr_dyn.files import write_file
+from lwr_dyn.files import cache_folder, write_file
 
 _MARK = b"lwr_dyn hull 1\n"
 _LARGEST = 100_000

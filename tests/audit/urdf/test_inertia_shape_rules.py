@@ -3,6 +3,8 @@
 import pytest
 
 from lwr_dyn.audit.urdf import inertia_shape_rules as rules
+from lwr_dyn.audit.urdf.hull_measures import log_distance
+from lwr_dyn.audit.urdf.judgement import judgements
 from tests.audit.urdf.box_arm import BoxArm
 
 ARM = BoxArm()
@@ -62,6 +64,16 @@ def test_a_slip_of_small_size_is_a_note():
     found = list(rules.slip(ARM.with_link(0, six=wide).document()))
     assert all(f.severity in ("note", "warning") for f in found)
     assert ixx < izz
+
+
+def test_a_slip_tells_how_much_nearer_it_brings_the_tensor_and_what_is_not_counted():
+    document = ARM.with_link(1, rpy=(0.0, 0.0, 0.7)).document()
+    (found,) = rules.slip(document)
+    (judged,) = (x for x in judgements(document) if x.body.link.name == "l1")
+    whole = float(log_distance(judged.ratios))  # nothing is left: the box is a full body
+    assert judged.cut == pytest.approx(whole - judged.tensor_slip.prior, abs=0.02)
+    assert judged.tensor_slip.prior == 0.1
+    assert f"nearer to those of a full body by {whole:.2g}; 0.1 of it is not counted for this slip" in found.why
 
 
 def test_a_mass_in_pounds_and_what_else_is_too_large_for_both():
