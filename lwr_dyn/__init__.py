@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from lwr_dyn.front import reference as reference
     from lwr_dyn.front import replay as replay
     from lwr_dyn.front import robots as robots
+    from lwr_dyn.front import show as show
     from lwr_dyn.front import simulate as simulate
     from lwr_dyn.front import urdf_text as urdf_text
     from lwr_dyn.model.run import Run as Run
@@ -44,6 +45,7 @@ __all__ = [
     "reference",
     "replay",
     "robots",
+    "show",
     "simulate",
     "urdf_text",
 ]

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from lwr_dyn.errors import OptionError
 from lwr_dyn.loading import FUNCTIONS as FUNCTIONS
+from lwr_dyn.loading import arm_of, load_with_paper
 from lwr_dyn.progress import progress
 
 if TYPE_CHECKING:
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from lwr_dyn.codegen.batch import BatchDynamics
     from lwr_dyn.control.protocol import Controller
     from lwr_dyn.dynamics.protocol import Dynamics
+    from lwr_dyn.explorer.shown import ShownPage
     from lwr_dyn.kinematics.pose_solver import PoseSolver
     from lwr_dyn.kinematics.solution import InverseResult
     from lwr_dyn.krl.kuka_units import KukaUnits
@@ -97,8 +99,6 @@ def load(
     >>> forward_kinematics(load("lwr4plus", mount="ceiling", tool={"xyz": [0, 0, 0.1]}), [0] * 7)[2, 3].round(3)
     np.float64(-0.968)
     """
-    from lwr_dyn.loading import load_with_paper
-
     return load_with_paper(robot, reading, tip=tip, lock=lock, mount=mount, tool=tool, xacro_args=xacro_args)[0]
 
 
@@ -135,8 +135,7 @@ def engines() -> dict[str, str]:
 def controller(name: str, arm: Arm, *, engine: str | Dynamics = "pinocchio", **options: Any) -> Controller:
     """A controller by name ("pd-gravity", "pid", "inverse-dynamics", or one that a package adds), or from a .py file.
 
-    Options are those of its factory, such as omega_n [rad/s] and xi; see
-    `lwr_dyn.control.controllers.make_controller`, whose errors it raises.
+    Options are those of its factory, such as omega_n [rad/s]; errors as of `control.controllers.make_controller`.
 
     >>> controller("inverse-dynamics", load("lwr4plus"), omega_n=20.0).Kp[0]
     np.float64(400.0)
@@ -149,9 +148,8 @@ def controller(name: str, arm: Arm, *, engine: str | Dynamics = "pinocchio", **o
 def reference(name: str, arm: Arm, **options: Any) -> Reference:
     """A reference for the joints by name: "ist", "ist-clear", "point-to-point", "lspb", "hold", or an added one.
 
-    Options are those of its factory in `lwr_dyn.trajectory.references`, positions in rad (m for sliding joints), such
-    as q, duration [s] of "hold". Raises `UnknownNameError`, `OptionError` for an option that is unknown or missing, and
-    the factory's own errors (`PathLimitError` where the path leaves the arm's limits).
+    Options are those of its factory in `lwr_dyn.trajectory.references`, such as q [rad or m] or duration [s] of "hold".
+    Raises `UnknownNameError`, `OptionError`, and the factory's own (`PathLimitError`: the path leaves the limits).
 
     >>> move = reference("point-to-point", load("lwr4plus"), start=[0] * 7, end=[1] * 7, duration=3.0)
     >>> move.duration
@@ -166,8 +164,7 @@ def reference(name: str, arm: Arm, **options: Any) -> Reference:
 def batch_dynamics(arm: Arm, **options: Any) -> BatchDynamics:
     """An arm's dynamics over rows of states by generated kernels; needs the extra `batch`.
 
-    Options (dtype, threads, inputs, friction, rotors) and errors are those of `lwr_dyn.codegen.batch.batch_dynamics`;
-    raises `MissingPackageError` without the extra.
+    Options (dtype, threads, inputs, friction, rotors) and errors are those of `lwr_dyn.codegen.batch.batch_dynamics`.
     """
     batch: BatchDynamics = FUNCTIONS.load("batch_dynamics")(_an_arm(arm), **options)
     return batch
@@ -238,7 +235,6 @@ def replay(runs: Run | Sequence[Run], path: str | Path, **options: Any) -> None:
 
     The arms are those that the runs name. Raises `FileAccessError`, `UnknownNameError` (a run of an unknown robot).
     """
-    from lwr_dyn.loading import arm_of
     from lwr_dyn.model.run import Run
     from lwr_dyn.viewer.replay_page import write_replay
 
@@ -246,3 +242,9 @@ def replay(runs: Run | Sequence[Run], path: str | Path, **options: Any) -> None:
         raise OptionError("runs", repr(runs), "a run or a list of runs, as simulate or Run.load give them")
     several = [runs] if isinstance(runs, Run) else list(runs)
     write_replay(path, several, [arm_of(run) for run in several], **options)
+
+
+def show(shown: Arm | Run, path: str | Path | None = None, **options: Any) -> ShownPage:
+    """An arm or a run in the browser, or in a notebook; options and errors as of `lwr_dyn.explorer.shown.show`."""
+    page: ShownPage = FUNCTIONS.load("show")(shown, path, **options)
+    return page

@@ -27,6 +27,7 @@ FUNCTIONS: Registry[Callable[..., Any]] = Registry(
         "dh_matrices_text": Row("lwr_dyn.symbolic.dh_matrices:dh_matrices_text", "DH matrices", extra="symbolic"),
         "sampled_notes": Row("lwr_dyn.design.sampled_text:sampled_notes", "the sampled loop of a simulation"),
         "plot": Row("lwr_dyn.notebook.plot:plot", "pictures of runs", extra="plots"),
+        "show": Row("lwr_dyn.explorer.shown:show", "an arm or a run in the browser"),
         "plot_writer": Row("lwr_dyn.notebook.plot:plot_writer", "the option --plot", extra="plots"),
         "kuka_units": Row("lwr_dyn.krl.kuka_units:KukaUnits", "poses in mm and deg, Status, Turn", extra="krl"),
     },

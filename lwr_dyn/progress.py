@@ -26,7 +26,7 @@ def progress(title: str, terminal: bool = True) -> Iterator[Report]:
     >>> with progress("adding") as report:
     ...     report(0.5)
     """
-    if _in_notebook():
+    if in_notebook():
         with _bar(title) as report:
             yield report
     elif terminal and sys.stderr.isatty():
@@ -76,7 +76,7 @@ def _bar(title: str) -> Iterator[Report]:
         yield report
 
 
-def _in_notebook() -> bool:
+def in_notebook() -> bool:
     """Whether a kernel of Jupyter runs this process."""
     shell = getattr(sys.modules.get("IPython"), "get_ipython", lambda: None)()
     return hasattr(shell, "kernel")

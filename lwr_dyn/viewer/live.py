@@ -125,10 +125,11 @@ def serve(
     """
     page = replay_html(runs, arms, live=True, **page_options)
     shown = replayed_runs(runs, arms, page_options.get("labels"))
-    return LiveReplay(page, shown, _bound(port))
+    return LiveReplay(page, shown, bound_sockets(port))
 
 
-def _bound(port: int) -> list[socket.socket]:
+def bound_sockets(port: int) -> list[socket.socket]:
+    """A listening socket at a port of 127.0.0.1, 0 for any free one; raises `OptionError` as `serve`."""
     if not 0 <= port <= 65535:
         raise OptionError("port", port, "0..65535, 0 takes a free one")
     bound = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
