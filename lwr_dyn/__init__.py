@@ -1,4 +1,4 @@
-"""lwr_dyn: from a robot paper's tables to a URDF, B, C and g you can trust.
+"""lwr_dyn: from a robot paper's tables to a URDF, its mass matrix B, Coriolis matrix C and gravity torque g.
 
     B(q) ddq + C(q, dq) dq + g(q) = tau - tau_friction(dq)
 

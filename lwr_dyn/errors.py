@@ -39,13 +39,18 @@ class OptionError(FaultError, ValueError):
     """An option or argument has a value outside what is allowed."""
 
 
+OTHER_NAMES = {"computed-torque": "inverse-dynamics", "feedback-linearization": "inverse-dynamics", "pd": "pd-gravity"}
+"""Other words of the field -> the name here."""
+
+
 def did_you_mean(name: str, known: Iterable[str]) -> str:
     """The known name that is most like a misspelt one, as " (did you mean X?)"; empty where none is.
 
     >>> did_you_mean("pd-gravty", ("pid", "pd-gravity"))
     ' (did you mean pd-gravity?)'
     """
-    near = get_close_matches(name.lower(), list(known), n=1)
+    known = list(known)
+    near = [OTHER_NAMES[name]] if OTHER_NAMES.get(name) in known else get_close_matches(name.lower(), known, n=1)
     return f" (did you mean {near[0]}?)" if near else ""
 
 

@@ -92,9 +92,14 @@ def mass_matrix_identities(dynamics: Dynamics, states: States) -> list[Verdict]:
     unit = np.eye(dynamics.n)
     columns = dynamics.inverse_dynamics(states.q[:, None, :], np.zeros(dynamics.n), unit) - g[:, None, :]
     return [
-        Verdict("B symmetric", relative(B, np.swapaxes(B, -1, -2)), EXACT, "relative"),
-        Verdict("B smallest eigenvalue", smallest, 0.0, "kg m^2", "above"),
-        Verdict("B column i = NE(q, 0, e_i) - g", relative(B, np.swapaxes(columns, -1, -2)), EXACT, "relative"),
+        Verdict("mass matrix: symmetric", relative(B, np.swapaxes(B, -1, -2)), EXACT, "relative"),
+        Verdict("mass matrix: smallest eigenvalue", smallest, 0.0, "kg m^2", "above"),
+        Verdict(
+            "mass matrix: columns against unit accelerations",
+            relative(B, np.swapaxes(columns, -1, -2)),
+            EXACT,
+            "relative",
+        ),
     ]
 
 
@@ -106,15 +111,17 @@ def velocity_identities(dynamics: Dynamics, recursion: Recursion, states: States
     h = dynamics.bias_torque(states.q, states.dq)
     bias = np.einsum("kij,kj->ki", C, states.dq) + dynamics.gravity_vector(states.q)
     return [
-        Verdict("dB/dt - C - C^T", relative(dB, C + np.swapaxes(C, -1, -2), floor), EXACT, "relative"),
-        Verdict("C dq + g - bias torque", relative(h, bias, torque), EXACT, "relative"),
+        Verdict("power balance: dB/dt = C + C^T", relative(dB, C + np.swapaxes(C, -1, -2), floor), EXACT, "relative"),
+        Verdict("bias torque: C dq + g", relative(h, bias, torque), EXACT, "relative"),
     ]
 
 
 def gravity_identity(dynamics: Dynamics, recursion: Recursion, states: States) -> Verdict:
     """g = dU/dq, with U from the positions of the centres of mass."""
     g, gradient = dynamics.gravity_vector(states.q), potential_gradient(recursion, states.q)
-    return Verdict("g - dU/dq", relative(g, gradient, torque_floor(recursion, states)), EXACT, "relative")
+    return Verdict(
+        "gravity torque: g = dU/dq", relative(g, gradient, torque_floor(recursion, states)), EXACT, "relative"
+    )
 
 
 def torque_floor(recursion: Recursion, states: States) -> float:

@@ -114,14 +114,16 @@ def check_arm(arm: Arm, paper: Paper | None = None, states: int = STATES, seed: 
 
 def roads_agree(road_a: Dynamics, road_b: Gated[Recursion], states: States) -> list[Verdict]:
     """B, C, g and inverse dynamics of both roads over the same states."""
-    q, dq, ddq = states.q, states.dq, states.ddq
+    q, dq, ddq, recursion = states.q, states.dq, states.ddq, road_b.ungated
+    of_C, of_torque = coriolis_floor(recursion, states), torque_floor(recursion, states)
     pairs = {
-        "B": (road_a.mass_matrix(q), road_b.mass_matrix(q), 0.0),
-        "C": (road_a.coriolis_matrix(q, dq), road_b.coriolis_matrix(q, dq), coriolis_floor(road_b.ungated, states)),
-        "g": (road_a.gravity_vector(q), road_b.gravity_vector(q), torque_floor(road_b.ungated, states)),
+        "mass matrix": (road_a.mass_matrix(q), road_b.mass_matrix(q), 0.0),
+        "Coriolis matrix": (road_a.coriolis_matrix(q, dq), road_b.coriolis_matrix(q, dq), of_C),
+        "gravity torque": (road_a.gravity_vector(q), road_b.gravity_vector(q), of_torque),
         "inverse dynamics": (road_a.inverse_dynamics(q, dq, ddq), road_b.inverse_dynamics(q, dq, ddq), 0.0),
     }
-    return [Verdict(f"{name}: road A - road B", relative(*pair), EXACT, "relative") for name, pair in pairs.items()]
+    roads = "Pinocchio against our own recursion"
+    return [Verdict(f"{name}: {roads}", relative(*pair), EXACT, "relative") for name, pair in pairs.items()]
 
 
 def forward_agrees(road_a: Dynamics, road_b: Gated[Recursion], states: States) -> Verdict:
@@ -132,14 +134,14 @@ def forward_agrees(road_a: Dynamics, road_b: Gated[Recursion], states: States) -
         residual = relative(road_b.inverse_dynamics(q, dq, road_a.forward_dynamics(q, dq, tau)), tau)
     except SingularMassError:
         residual = float("nan")
-    return Verdict("forward dynamics: road B of road A's ddq gives tau", residual, EXACT, "relative")
+    return Verdict("forward dynamics: our own recursion of Pinocchio's ddq", residual, EXACT, "relative")
 
 
 def frames_agree(arm: Arm, urdf_flange: Array, states: States) -> Verdict:
     """Flange pose through the URDF frames against the product of the native matrices."""
     native = forward_kinematics(arm.chain, states.q)
     size = max(1.0, float(np.abs(native).max()))
-    return Verdict("FK(URDF) - FK(DH)", float(np.abs(urdf_flange - native).max()), METRES * size, "m")
+    return Verdict("flange: URDF against DH table", float(np.abs(urdf_flange - native).max()), METRES * size, "m")
 
 
 def tabulated_frames(paper: Paper) -> list[Verdict]:
@@ -151,7 +153,7 @@ def tabulated_frames(paper: Paper) -> list[Verdict]:
         [after.rotation.T @ after.position for _, after in (r.fixed_poses(paper.convention) for r in rows)]
     )
     deviation = float(np.abs(origins - paper.columns["frames.origin"].si()).max())
-    return [Verdict("r_{i-1,i} as tabulated - DH rows", deviation, METRES, "m")]
+    return [Verdict("vectors between frames: as tabulated against DH table", deviation, METRES, "m")]
 
 
 def _rotor_note(arm: Arm, road_b: Gated[Recursion], x: States) -> str:

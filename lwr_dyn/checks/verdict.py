@@ -57,10 +57,12 @@ class CheckReport:
         return all(v.holds for v in self.verdicts)
 
     def summary(self) -> str:
-        """How many hold, how many fail, and how many things were not judged."""
-        failed = sum(not v.holds for v in self.verdicts)
+        """How many checks hold or fail, and how many things were not judged."""
+        failed, every = sum(not v.holds for v in self.verdicts), len(self.verdicts)
         left = f", {len(self.not_judged)} not judged" if self.not_judged else ""
-        return f"{len(self.verdicts) - failed} hold, {failed} fail{left}"
+        return (
+            f"{failed} of {every} checks fail{'s' * (failed == 1)}" if failed else f"all {every} checks hold"
+        ) + left
 
     def table(self) -> Table:
         """The verdicts under the robot's name."""

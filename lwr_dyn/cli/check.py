@@ -40,7 +40,7 @@ def command(robot: str, reading: str | None, tip: str | None, locks: tuple[str, 
     if as_json:
         print_json(_record(report, robot, written, left) | {"holds": holds})
     else:
-        click.echo(left[-1]) if report is None else _print_table(report, written)
+        click.echo(left[-1]) if report is None else _print_table(report, robot, written)
     sys.exit(0 if holds else 1)
 
 
@@ -65,10 +65,14 @@ def _record(report: CheckReport | None, robot: str, written: list[FileVerdict], 
     return record | ({"findings": [x for part in written for x in part.records]} if written else {})
 
 
-def _print_table(report: CheckReport, written: list[FileVerdict]) -> None:
+def _print_table(report: CheckReport, robot: str, written: list[FileVerdict]) -> None:
     click.echo(report.table().text())
     for line in report.not_judged:
         click.echo(f"not judged: {line}")
     for note in report.notes:
         click.echo(f"note: {note}")
-    click.echo(report.summary() + ("" if all(part.holds for part in written) else "; the file as written fails"))
+    as_written = "" if all(part.holds for part in written) else "; the file as written fails"
+    further = (
+        f". Next: lwr-dyn urdf {robot} --out arm.urdf" if report.holds and not ends_in(robot, ".urdf", ".xacro") else ""
+    )
+    click.echo(report.summary() + as_written + further)

@@ -3,8 +3,8 @@
 import click
 import numpy as np
 
-from lwr_dyn.arrays import Array, fixed_array, joint_array
-from lwr_dyn.cli.options import NAMED_AXES, NUMBERS, from_degrees, load_robot, print_json, robot_options
+from lwr_dyn.arrays import Array, fixed_array
+from lwr_dyn.cli.options import NAMED_AXES, NUMBERS, from_degrees, load_robot, positions, print_json, robot_options
 from lwr_dyn.errors import OptionError, UnknownNameError
 from lwr_dyn.files import ends_in
 from lwr_dyn.front import FUNCTIONS, forward_kinematics, kuka_units
@@ -81,7 +81,7 @@ def _positions(
     if axes_deg is not None:
         return _positions_of_named(arm, axes_deg)
     if q is not None:
-        return joint_array("--q", q, arm.n)
+        return positions(arm, q, "--q")
     return from_degrees(arm, q_deg or (), "--q-deg")
 
 

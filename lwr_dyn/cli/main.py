@@ -11,8 +11,9 @@ from click.shell_completion import CompletionItem
 
 from lwr_dyn.cli.help_text import NamedGroup, with_help
 from lwr_dyn.cli.interrupt import interruptible
-from lwr_dyn.errors import LwrDynError, RatingWarning
+from lwr_dyn.errors import LwrDynError, MissingDataError, RatingWarning
 from lwr_dyn.files import reason_of
+from lwr_dyn.papers.catalog import open_paper, robots
 from lwr_dyn.registry import Registry, Row
 from lwr_dyn.version import VERSION
 
@@ -36,7 +37,8 @@ COMMANDS: Registry[click.Command] = Registry(
         "fk": Row("lwr_dyn.cli.fk:command", "Pose of the flange; the DH matrices in symbols."),
         "gains": Row("lwr_dyn.design.command:command", "Worst-case inertia of each joint, and gains from it."),
         "ik": Row(
-            "lwr_dyn.cli.ik:command", "Joint positions for a pose: all branches, with limits and reach kept apart."
+            "lwr_dyn.ik_solvers.command:command",
+            "Joint positions for a pose: all branches, with limits and reach kept apart.",
         ),
         "kernels": Row(
             "lwr_dyn.codegen.command:command",
@@ -114,7 +116,9 @@ class RegistryGroup(NamedGroup):
 )
 @click.version_option(VERSION, prog_name="lwr-dyn")
 def group() -> None:
-    """From a robot paper's tables to a URDF, B, C and g, controllers and a replay you can trust.
+    """From a robot paper's tables to a URDF, the arm's equations of motion, controllers and a replay, all checked.
+
+    The equations have the mass matrix B, the Coriolis matrix C and the gravity torque g.
 
     ROBOT is a name from `lwr-dyn list`, or a path to your own .toml or .urdf file.
     """
@@ -141,7 +145,7 @@ def main(arguments: list[str] | None = None) -> None:
 def _code_of(error: BaseException, interrupted: bool) -> object:
     """The exit code of an error, printed in one line; raises it again when it is a fault of this package."""
     if isinstance(error, LwrDynError):
-        return print_error(str(error), error.exit_code)
+        return print_error(f"{error}{_with_masses(error)}", error.exit_code)
     if isinstance(error, click.exceptions.NoArgsIsHelpError):
         click.echo(error.ctx.get_help() if error.ctx else "", err=True)
         return 2
@@ -156,6 +160,14 @@ def _code_of(error: BaseException, interrupted: bool) -> object:
         where, kind = ("stdout", "an output") if error.filename is None else (error.filename, "a file")
         return print_error(f"{where}: {reason_of(error)}; allowed: {kind} that can be read or written", 2)
     raise error
+
+
+def _with_masses(error: LwrDynError) -> str:
+    """The robots to take instead, where one without masses was given."""
+    if not (isinstance(error, MissingDataError) and error.missing == "masses and inertias" and error.arm in robots()):
+        return ""
+    known = [name for name in robots() if "inertial.mass" in open_paper(name).columns]
+    return f"; robots with masses: {', '.join(known)}"
 
 
 def _warner() -> Callable[..., None]:

@@ -8,7 +8,7 @@ import numpy as np
 from click.shell_completion import CompletionItem
 
 from lwr_dyn.arrays import Array, joint_array, number_of
-from lwr_dyn.errors import OptionError, did_you_mean
+from lwr_dyn.errors import OptionError, ShapeError, did_you_mean
 from lwr_dyn.loading import load_with_paper, xacro_arguments
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind
@@ -140,9 +140,16 @@ def _lock(text: str) -> tuple[str, float]:
         raise OptionError("--lock", repr(text), "JOINT=VALUE, such as finger=0.02") from None
 
 
+def positions(arm: Arm, values: tuple[float, ...], name: str) -> Array:
+    """Joint positions of an option (n,) [rad or m]; raises `ShapeError`, which names the arm."""
+    if len(values) != arm.n:
+        raise ShapeError(name, f"{len(values)} numbers", f"{arm.n} numbers: {arm.name} has {arm.n} joints")
+    return joint_array(name, values, arm.n)
+
+
 def from_degrees(arm: Arm, values: tuple[float, ...], name: str) -> Array:
     """Joint positions given in deg (m for sliding joints) as rad and m; raises `ShapeError`."""
-    q = joint_array(name, values, arm.n)
+    q = positions(arm, values, name)
     turning = [link.kind is JointKind.REVOLUTE for link in arm.chain.links]
     return np.where(turning, np.radians(q), q)
 

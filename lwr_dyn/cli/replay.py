@@ -37,8 +37,9 @@ def command(
     title: str | None,
 ) -> None:
     """Replay runs in 3D: the arms, their traces against the reference, the errors."""
+    allowed = f"--html FILE or --serve; to look at once: lwr-dyn show {run_files[0]}"
     if (html is None) == (not serve):
-        raise OptionError("replay", "both --html and --serve" if serve else "nothing to do", "--html FILE or --serve")
+        raise OptionError("replay", "both --html and --serve" if serve else "nothing to do", allowed)
     if not serve and (port is not None or browser):
         raise OptionError("--port, --browser", "given without --serve", "only with --serve")
     if beside and len(run_files) < 2:
@@ -50,7 +51,7 @@ def command(
         from lwr_dyn.viewer.replay_page import write_replay
 
         write_replay(html, runs, arms, labels=labels or None, title=title, frames=frames, layout=layout)
-        click.echo(str(html))
+        click.echo(f"wrote {html} ({html.stat().st_size / 1e6:.1f} MB, needs no network); open it: xdg-open {html}")
         return
     from lwr_dyn.viewer import live
 

@@ -20,25 +20,24 @@ def run_record(run: Run, arm: Arm) -> dict[str, Any]:
     return {"metrics": metrics(run, arm).to_json(), "events": events, "meta": dict(run.meta)}
 
 
-def run_text(run: Run, arm: Arm) -> str:
-    """Errors, limits, audit and notes as text."""
+def run_text(run: Run, arm: Arm, full: bool = False) -> str:
+    """Errors, limits, audit and notes as text; with `full` all errors."""
     figures = metrics(run, arm)
     lines = [
-        error_table(arm, figures, _title(run, arm, figures)).text(),
+        error_table(arm, figures, _title(run, arm), full).text(),
         f"tip error ({figures.caveat}): largest {figures.tip_max_mm:.6g} mm, RMS {figures.tip_rms_mm:.6g} mm",
-        f"limits of position, speed and torque: {figures.limits}; {len(run.events)} events",
+        f"limits of position, speed and torque: {figures.limits}",
         *audit_lines(run.audit),
     ]
     return "\n".join([*lines, *friction_lines(run, arm)])
 
 
-def _title(run: Run, arm: Arm, figures: Metrics) -> str:
-    """The first line: what was simulated, and the stops that joints met."""
+def _title(run: Run, arm: Arm) -> str:
+    """The first line: what was simulated."""
     known = facts(run)
     parts = [f"{arm.name}, reading {arm.reading}: {known['controller']}"]
     parts += [f"{name} {known[name]}" for name in ("mount", "tool", "task", "payload", "plant") if name in known]
-    stops = f"; {figures.stops.sentence()}" if figures.stops.met else ""
-    return ", ".join([*parts, f"{run.t[-1]:g} s", f"{run.t.size} samples"]) + stops
+    return ", ".join([*parts, f"{run.t[-1]:g} s", f"{run.t.size} samples"])
 
 
 def friction_lines(run: Run, arm: Arm) -> list[str]:
@@ -57,20 +56,26 @@ def friction_lines(run: Run, arm: Arm) -> list[str]:
     return lines
 
 
-def error_table(arm: Arm, figures: Metrics, title: str) -> Table:
-    """Errors and uses of the limits, one row a joint."""
+def error_table(arm: Arm, figures: Metrics, title: str, full: bool = False) -> Table:
+    """RMS and largest errors, or with `full` all of them, and uses of the limits, one row a joint."""
     p, v = figures.position_mrad, figures.velocity_mrad_s
-    errors = (p.mean, p.mean_abs, p.max, p.min, p.rms, v.mean_abs, v.max, v.min)
+    errors = {"RMS": p.rms, "max": np.maximum(p.max, -p.min)}
+    if full:
+        errors = {"mean": p.mean, "mean|e|": p.mean_abs, "max": p.max, "min": p.min, "RMS": p.rms}
+        errors |= {"mean|de|": v.mean_abs, "max de": v.max, "min de": v.min}
     uses = (figures.peak_torque, figures.torque_use, figures.speed_use, figures.saturated_s)
     units = ["mrad" if link.kind is JointKind.REVOLUTE else "mm" for link in arm.chain.links]
-    names = ("mean", "mean|e|", "max", "min", "RMS", "mean|de|", "max", "min per s")
-    headings: list[Heading | str] = [
-        "error of", "in", *(Heading(name, format=".3g") for name in names), Heading("peak N m (N)", format=".4g"),
-        Heading("of limit", format=_share), Heading("speed", format=_share), Heading("cut s", format=".3g"),
-    ]  # fmt: skip
-    return Table(title, headings, list(zip(arm.joint_names, units, *errors, *uses, strict=True)))
+    headings = [Heading("joint"), Heading("error in"), *(Heading(name, format=".3g") for name in errors), *USES]
+    return Table(title, headings, list(zip(arm.joint_names, units, *errors.values(), *uses, strict=True)))
 
 
 def _share(use: float) -> str:
     """A use of a limit; a question mark where the limit is not known."""
     return "?" if np.isnan(use) else f"{use:.0%}"
+
+
+USES = (
+    Heading("peak torque [N m]", format=".4g"), Heading("of limit", format=_share),
+    Heading("speed of limit", format=_share), Heading("saturated [s]", format=".3g"),
+)  # fmt: skip
+"""Columns of how much of the limits was used; forces of sliding joints are in N."""

@@ -73,6 +73,7 @@ LOOP = [
     _option("--out", "Run file to write, .npz.", str),
     _option("--csv", "File of columns to write, .csv; `lwr-dyn identify` reads it.", str),
     _option("--plot", "Picture to write: FILE.png or FILE.svg, or a quantity: torque, tip-error, path, ...", str),
+    _option("--full", "All errors of the joints: means, extremes, velocities."),
     _option("--json", "One JSON object."),
 ]
 RULES = (
@@ -110,7 +111,7 @@ def command(robot: str, reading: str | None, tip: str | None, locks: tuple[str, 
         return
     if sampled is not None:
         _note(sampled.after)
-    click.echo(run_text(run, arm))
+    click.echo(run_text(run, arm, given["full"]))
     for path in others:
         click.echo(f"wrote {path}")
     if out is not None:

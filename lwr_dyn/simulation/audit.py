@@ -59,13 +59,17 @@ class Audit:
 
 def audit_lines(record: Mapping[str, Any]) -> list[str]:
     """The energy and the inverse dynamics of an audit's record, each with its verdict, in one line each."""
-    channels = ", ".join(f"{name} {value:.6g}" for name, value in record["channels"].items())
+    channels = ", ".join(f"{_CHANNELS.get(name, name)} {value:.4g} J" for name, value in record["channels"].items())
     worst = _worst_energy(record)
     closed = worst <= record["tolerance"]
-    energy = f"energy: change {record['energy_change']:.6g} J; work [J]: {channels}; residual"
+    energy = f"energy audit: {channels}, arm {record['energy_change']:.4g} J, unexplained"
     hint = "" if closed else "; smaller steps (rate, substeps) leave less"
     verdict = f"{_verdict(closed)} to {record['tolerance']:.0e} J{hint}"
     return [f"{energy} {worst:.2g} J: {verdict}", inverse_dynamics_line(record)]
+
+
+_CHANNELS = {"actuator": "motors"}
+"""Plain names of channels."""
 
 
 def inverse_dynamics_line(record: Mapping[str, Any]) -> str:

@@ -85,11 +85,9 @@ class Metrics:
 
     @property
     def limits(self) -> str:
-        """Whether the limits were kept, in words: kept, NOT kept with what and whose, or kept only by a stop."""
+        """Whether the limits were kept, in words: what was not, and whose; the stops that joints ran into."""
         kept = "kept" if self._inside else f"NOT kept ({'; '.join(self._exceeded())})"
-        if not self.stops.met:
-            return kept
-        return f"{kept}{' only by a stop' if self._inside else ''}: {self.stops.sentence()}"
+        return f"{kept}, but {self.stops.contacts()}" if self.stops.met else kept
 
     @property
     def caveat(self) -> str:

@@ -5,6 +5,7 @@ alone. `StopContacts.sentence` is the one place that puts it into words, for tex
 """
 
 from dataclasses import dataclass
+from itertools import zip_longest
 
 import numpy as np
 
@@ -20,6 +21,8 @@ class StopContacts:
     joints: tuple[str, ...]
     seconds: Array
     impacts: tuple[int, ...]
+    first_s: tuple[float | None, ...] = ()
+    """When each ran into its stop first [s]."""
 
     def __post_init__(self) -> None:
         freeze_arrays(self, "seconds")
@@ -41,6 +44,25 @@ class StopContacts:
             if time > 0.0 or impacts
         )
 
+    def contacts(self) -> str:
+        """The same with the impacts.
+
+        >>> StopContacts(("a", "b"), np.array([0.0, 0.93]), (0, 4), (None, 0.02)).contacts()
+        'b ran into its stop 4 times (first at 0.02 s) and was on it for 0.93 s'
+        """
+        return ", ".join(
+            f"{name} {' and '.join(_contact(time, impacts, first))}"
+            for name, time, impacts, first in zip_longest(self.joints, self.seconds, self.impacts, self.first_s)
+            if time > 0.0 or impacts
+        )
+
+
+def _contact(time: float, impacts: int, first: float | None) -> list[str]:
+    often = {1: "once", 2: "twice"}.get(impacts, f"{impacts} times")
+    when = "" if first is None else f" (first at {first:.3g} s)" if impacts > 1 else f" (at {first:.3g} s)"
+    ran = [f"ran into its stop {often}{when}"] if impacts else []
+    return ran + ([f"was on {'it' if impacts else 'its stop'} for {time:.2g} s"] if time > 0.0 else [])
+
 
 def stop_contacts(run: Run, arm: Arm) -> StopContacts:
     """The stops that joints met in a run.
@@ -49,8 +71,9 @@ def stop_contacts(run: Run, arm: Arm) -> StopContacts:
     itself, or that friction alone holds there, does not lean on it. In a run file without that count, two samples at a
     limit of `arm`, to the last bit, one after the other, are time at the stop.
     """
-    struck = [event.joint for event in run.events if event.kind == "stop"]
-    return StopContacts(arm.joint_names, _seconds(run, arm), tuple(struck.count(j) for j in range(run.n)))
+    times = [[e.t for e in run.events if e.kind == "stop" and e.joint == j] for j in range(run.n)]
+    first = tuple(t[0] if t else None for t in times)
+    return StopContacts(arm.joint_names, _seconds(run, arm), tuple(map(len, times)), first)
 
 
 def _seconds(run: Run, arm: Arm) -> Array:

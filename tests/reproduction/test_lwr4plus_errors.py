@@ -59,7 +59,7 @@ def test_controllers_keep_the_limits_except_with_a_load_and_rank_as_reported(arm
     assert len(found) == 9
     for trial in found:
         loaded = trial.plant == "3 kg at the flange"
-        assert trial.metrics.limits.startswith("kept only by a stop: joint_6" if loaded else "kept"), trial.name
+        assert trial.metrics.limits.startswith("kept, but joint_6 ran into its stop" if loaded else "kept"), trial.name
         assert trial.metrics.within_limits is not loaded
         assert trial.run.meta["audit"]["residual"] <= 1e-9
     order = {plant: [t.controller for t in ranking(found, plant)] for plant in PLANTS}

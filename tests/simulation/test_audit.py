@@ -176,7 +176,8 @@ def test_the_words_give_the_largest_gap_not_the_first():
     found = audit(replace(run, tau_applied=bent))
     assert found.residual < 1e-9 < found.actuator_gap
     energy = audit_lines(found.to_json())[0]
-    assert f"residual {found.actuator_gap:.2g} J: NOT closed" in energy
+    assert f"unexplained {found.actuator_gap:.2g} J: NOT closed" in energy
+    assert energy.startswith("energy audit: motors ")
     assert f"NOT closed, residual {found.actuator_gap:.0e} J" in audit_words(found.to_json())
 
 

@@ -43,7 +43,8 @@ def test_time_at_the_stop_is_that_between_impact_and_release(leaning):
 def test_limits_kept_by_a_stop_are_not_kept_by_the_controller(leaning):
     figures = metrics(leaning(), lwr())
     assert not figures.within_limits
-    assert figures.limits == "kept only by a stop: joint_6 on its stop for 0.48 s"
+    assert figures.limits == f"kept, but {figures.stops.contacts()}"
+    assert figures.stops.contacts() == "joint_6 ran into its stop once (at 0.0234 s) and was on it for 0.48 s"
     record = json.loads(json.dumps(figures.to_json()))
     assert record["within_limits"] is False
     assert record["at_stop_s"][5] == pytest.approx(0.476, abs=1e-3)
@@ -60,7 +61,8 @@ def test_the_stop_is_said_in_text_json_and_page(leaning):
     run, arm = leaning(), lwr()
     said = "joint_6 on its stop for 0.48 s"
     first, *lines = run_text(run, arm).splitlines()
-    assert first.endswith(f"501 samples; {said}")
+    assert first.endswith("501 samples")
+    assert any(line.endswith(f"kept, but {stop_contacts(run, arm).contacts()}") for line in lines)
     assert f"tip error ({RIGID}; {said}): largest" in "\n".join(lines)
     assert run_record(run, arm)["metrics"]["tip_caveat"] == f"{RIGID}; {said}"
     (card,) = page_data(replayed_runs([run], arm))["runs"]
@@ -72,6 +74,7 @@ def test_an_impact_without_rest_is_said_too(leaning):
     touched = replace(run, events=(Event(0.1, "stop", 2, 0.0), Event(0.1, "stop", 2, 0.0)))
     contacts = stop_contacts(touched, lwr())
     assert (contacts.met, contacts.impacts[2], contacts.sentence()) == (True, 2, "joint_3 met its stop")
+    assert contacts.contacts() == "joint_3 ran into its stop twice (first at 0.1 s)"
 
 
 def test_a_joint_at_its_limit_that_nothing_presses_against_it_has_met_no_stop():

@@ -11,6 +11,7 @@ from lwr_dyn.arrays import Array, fixed_array
 from lwr_dyn.cli.options import NUMBERS, OneOf, from_degrees, load_robot, print_json, robot_options
 from lwr_dyn.errors import OptionError
 from lwr_dyn.front import FUNCTIONS, kuka_units
+from lwr_dyn.ik_solvers.nearest_point import nearest_words
 from lwr_dyn.kinematics.inverse import IK_SOLVERS, inverse_kinematics
 from lwr_dyn.kinematics.solution import InverseResult, Solution, nearest_solution
 from lwr_dyn.model.arm import Arm
@@ -65,7 +66,7 @@ def command(
     elif result.solutions or result.outside:
         _print_branches(arm, pose, result, every)
     if result.status != "solved":
-        click.echo(f"lwr-dyn: {_verdict(arm, result, angle)}", err=True)
+        click.echo(f"lwr-dyn: {_verdict(arm, pose, result, angle)}", err=True)
         sys.exit(1)
 
 
@@ -116,14 +117,14 @@ def _key(option: str) -> str:
     return {"--rpy": "rpy_si"}.get(option, option[2:].replace("-", "_"))
 
 
-def _verdict(arm: Arm, result: InverseResult, angle: float | None) -> str:
+def _verdict(arm: Arm, pose: Array, result: InverseResult, angle: float | None) -> str:
     """One line: what fails, where, by how much."""
     sure = "" if result.complete else " (numeric search, not proven)"
     if result.turn is not None:
         off = f"the nearest found is off by {np.degrees(result.turn):.4g} deg"
         return f"{arm.name}: the position is within reach, the orientation is not: {off}{sure}"
     if result.status == "out of reach":
-        return f"{arm.name}: out of reach by {result.distance:.6g} m{sure}"
+        return f"{arm.name}: out of reach by {result.distance:.6g} m{sure}{nearest_words(arm, pose, result)}"
     where = "any" if angle is None else "this"
     other = "; at another it is inside" if any(result.arm_angle_intervals.values()) else ""
     at = sure if not result.complete else f" at {where} arm angle{other}" if result.arm_angle_intervals else ", at best"

@@ -7,10 +7,11 @@ from click.testing import CliRunner
 from scipy.spatial.transform import Rotation
 
 import lwr_dyn
-from lwr_dyn.cli.ik import command
 from lwr_dyn.cli.main import group
 from lwr_dyn.errors import MissingPackageError
 from lwr_dyn.front import FUNCTIONS
+from lwr_dyn.ik_solvers.command import command
+from lwr_dyn.ik_solvers.nearest_point import nearest_point
 from lwr_dyn.registry import Row
 
 POINT_1 = ["--rpy-deg", "-90,0,0"]
@@ -48,7 +49,10 @@ def test_a_solver_can_be_chosen():
 def test_out_of_reach_exits_1_with_one_line():
     done = run("--xyz", "0,0,2", "--rpy", "0,0,0")
     assert done.exit_code == 1
-    assert done.stderr == "lwr-dyn: lwr4plus: out of reach by 1.132 m\n"
+    nearest = "0.0000,0.0000,0.8680"
+    assert done.stderr == (
+        f"lwr-dyn: lwr4plus: out of reach by 1.132 m; the nearest point in this orientation: {nearest}\n"
+    )
     assert done.stdout == ""
 
 
@@ -187,3 +191,24 @@ def test_a_sliding_joint_starts_at_metres(tmp_path):
     start = ",".join(repr(float(x)) for x in np.where([True, True, False, True], np.degrees(q), q))
     done = CliRunner().invoke(command, [str(path), "--xyz", xyz, "--from-deg", start, "--json"])
     np.testing.assert_allclose(json.loads(done.stdout)["solutions"][0]["q"], q, atol=1e-9)
+
+
+@pytest.mark.parametrize(("robot", "rpy"), [("lwr4plus", (0.3, 0.5, 0.1)), ("kr30ha", (0.0, 1.5, 0.2))])
+def test_the_nearest_point_is_on_the_border_of_reach(robot, rpy):
+    arm = lwr_dyn.load(robot)
+    pose = np.eye(4)
+    pose[:3, :3] = Rotation.from_euler("xyz", rpy).as_matrix()
+    pose[:3, 3] = [2.0, 2.5, 1.4]
+    result = lwr_dyn.inverse_kinematics(arm, pose)
+    point = nearest_point(arm, pose, result)
+    assert np.linalg.norm(point - pose[:3, 3]) == pytest.approx(result.distance, abs=1e-5)
+    for share, status in ((1.001, "solved"), (0.999, "out of reach")):
+        pose[:3, 3] = [2.0, 2.5, 1.4] + share * (point - [2.0, 2.5, 1.4])
+        assert lwr_dyn.inverse_kinematics(arm, pose, limits=False).status == status
+
+
+def test_a_distance_that_is_not_proven_gives_no_point():
+    arm = lwr_dyn.load("wam7")
+    pose = np.eye(4)
+    pose[0, 3] = 5.0
+    assert nearest_point(arm, pose, lwr_dyn.inverse_kinematics(arm, pose, solver="numeric")) is None
