@@ -21,8 +21,8 @@ from lwr_dyn.identification.motion_fit import DEFAULT_MOTION, MotionRule, identi
 from lwr_dyn.identification.motion_tables import body_lines, motion_record, motion_text
 from lwr_dyn.identification.torque_model import SUBTRACT
 from lwr_dyn.model.arm import Arm
+from lwr_dyn.plotting.plots import check_figure, save_figure
 from lwr_dyn.progress import progress
-from lwr_dyn.viewer.plots import check_figure, save_figure
 
 F = TypeVar("F", bound=Callable[..., Any])
 FRICTION_RULES = tuple(

@@ -11,8 +11,8 @@ from lwr_dyn.loading import arm_of
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
 from lwr_dyn.notebook.quantities import QUANTITIES, quantity_named
+from lwr_dyn.plotting.plots import check_figure, draw, figure_bytes
 from lwr_dyn.viewer.figures import Figure
-from lwr_dyn.viewer.plots import check_figure, draw, figure_bytes
 from lwr_dyn.viewer.replayed_runs import ReplayedRun, replayed_runs
 
 SUFFIXES = (".png", ".svg")

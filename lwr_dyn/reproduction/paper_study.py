@@ -14,6 +14,7 @@ from typing import Any
 from lwr_dyn.files import make_folder
 from lwr_dyn.model.run import Run
 from lwr_dyn.model.shown import repr_html, short_repr
+from lwr_dyn.plotting.plots import save_figure
 from lwr_dyn.reproduction.case import PaperData, PaperFormula
 from lwr_dyn.reproduction.figure_file import written_figures
 from lwr_dyn.reproduction.ledger import Prove
@@ -22,7 +23,6 @@ from lwr_dyn.reproduction.results import read_results, results_of_tables, result
 from lwr_dyn.reproduction.study import Study, study_of
 from lwr_dyn.tables import Table
 from lwr_dyn.viewer.figures import Figure
-from lwr_dyn.viewer.plots import save_figure
 from lwr_dyn.viewer.replay_page import write_replay
 from lwr_dyn.viewer.replayed_runs import ReplayedRun
 

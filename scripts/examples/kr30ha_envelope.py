@@ -8,9 +8,9 @@ from pathlib import Path
 import lwr_dyn
 from lwr_dyn.audit.envelope import SECTION, working_envelope
 from lwr_dyn.files import make_folder
+from lwr_dyn.plotting.plots import save_figure
 from lwr_dyn.reproduction.kr30ha.figures import envelope_figures
 from lwr_dyn.reproduction.kr30ha.points import right_points
-from lwr_dyn.viewer.plots import save_figure
 
 
 def main(arguments: list[str] | None = None) -> None:

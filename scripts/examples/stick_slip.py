@@ -15,10 +15,10 @@ from lwr_dyn.model.chain import Body, Chain, ChainLink
 from lwr_dyn.model.dh import JointKind
 from lwr_dyn.model.friction import Direction, JointFriction
 from lwr_dyn.model.spatial import Pose
+from lwr_dyn.plotting.plots import save_figure
 from lwr_dyn.reproduction.report.run_figures import register_figure
 from lwr_dyn.reproduction.wam7.runs import cruise_error, experiment
 from lwr_dyn.reproduction.wam7.tables import verdict
-from lwr_dyn.viewer.plots import save_figure
 from lwr_dyn.viewer.replayed_runs import replayed_runs
 
 MASS, FRICTION = 2.0, JointFriction(Direction(coulomb=3.0, viscous=0.5, static=4.0), Direction(2.0, 0.5, 2.5))

@@ -11,12 +11,12 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 OPTIONAL = (
     "arm_setup", "audit", "cartesian", "codegen", "design", "explorer", "export", "identification", "ik_solvers", "krl",
-    "notebook", "parity", "reproduction", "symbolic",
+    "notebook", "parity", "plotting", "reproduction", "symbolic",
 )  # fmt: skip
 """Packages of `lwr_dyn` that the core must run without."""
 NEEDED = ("pytest", "hypothesis")
 """What tests of the core need beside it; `EVERYTHING` of them needs more."""
-EVERYTHING = (*NEEDED, "mujoco", "example-robot-data", "casadi", "matplotlib", "selenium")
+EVERYTHING = (*NEEDED, "mujoco", "example-robot-data", "casadi", "matplotlib", "selenium", "axe-playwright-python")
 FOLDERS = (
     "agreement", "checks", "cli", "control", "dynamics", "kinematics", "laws", "model", "papers", "simulation",
     "trajectory", "urdf", "viewer", *sorted(path.name for path in (ROOT / "tests").glob("test_*.py")),

@@ -6,8 +6,8 @@ import pytest
 import lwr_dyn
 from lwr_dyn.audit.envelope import working_envelope
 from lwr_dyn.errors import OptionError, ShapeError
+from lwr_dyn.plotting.plots import draw, figure_bytes
 from lwr_dyn.reproduction.kr30ha.figures import closed_outlines, envelope_figures
-from lwr_dyn.viewer.plots import draw, figure_bytes
 
 POINTS = {"near": (0.091, -1.139, 1.222), "far": (1.0, 0.5, 1.5)}
 
@@ -24,8 +24,8 @@ def test_side_and_top_show_the_outline_and_the_points():
     assert (top.curves[-1].x[0], top.curves[-1].y[0]) == pytest.approx((0.091, -1.139))
     drawn = draw(views)
     assert [len(axes.patches) for axes in drawn.axes] == [len(closed_outlines(envelope)), 1]
-    names = [text.get_text() for text in drawn.subfigs[0].legends[0].get_texts()]
-    assert names == ["envelope", "near, wrist centre", "far, wrist centre"]
+    assert [text.get_text() for text in drawn.subfigs[0].texts][2:] == ["envelope", "wrist centre"]
+    assert [text.get_text() for text in drawn.axes[0].texts] == list(POINTS)
     assert figure_bytes(views, "svg") == figure_bytes(envelope_figures(arm, POINTS), "svg")
 
 

@@ -1,0 +1,8 @@
+"""Figures as pictures: their rules, and PNG and SVG by Matplotlib.
+
+axes         the range and the ticks of an axis, by the data
+drawn_panel  a panel ready to draw: numbers, colours by name, axes, limits near and far, errors magnified
+layout       where the parts of a figure stand
+panels       one panel drawn by Matplotlib
+plots        save_figure, figure_bytes: a figure as PNG and SVG
+"""
