@@ -17,6 +17,7 @@ from pathlib import Path
 
 SCREENS = [(1600, False), (1600, True), (420, False), (420, True)]
 """(width [px], dark): what every page is judged on."""
+TWO_FRAMES = "requestAnimationFrame(() => requestAnimationFrame(() => arguments[0]()))"
 RUN = """const done = arguments[arguments.length - 1];
 axe.run(document, {resultTypes: ["violations"], iframes: false}).then(
   (found) => done(found.violations.flatMap((rule) => rule.nodes.map((node) => {
@@ -65,12 +66,13 @@ def seen(browser, width: int, dark: bool = False, height: int = 1000) -> Iterato
     scheme = {"features": [{"name": "prefers-color-scheme", "value": "dark" if dark else "light"}]}
     browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
     browser.execute_cdp_cmd("Emulation.setEmulatedMedia", scheme)
-    browser.execute_async_script("requestAnimationFrame(() => requestAnimationFrame(() => arguments[0]()))")
+    browser.execute_async_script(TWO_FRAMES)
     try:
         yield browser
     finally:
         browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
         browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": []})
+        browser.execute_async_script(TWO_FRAMES)
 
 
 def violations(browser) -> list[str]:

@@ -5,6 +5,6 @@ live           serve: the same page, connected to a meshcat server on this machi
 replayed_runs  ReplayedRun: a run with its arm, label and colour
 scene          the arm as meshcat commands
 figures        descriptions of figures
-plots          figures drawn by Matplotlib
+look           colours, type and fonts of all pages and pictures
 page_parts     templates, scripts and packed numbers for one-file pages
 """

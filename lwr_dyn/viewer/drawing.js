@@ -2,7 +2,7 @@
 // Lengths in m. Matrices are arrays of 16 numbers, column after column, as in three.js.
 
 const THREE = MeshCat.THREE;
-const AXIS_COLOURS = [0xd6336c, 0x37b24d, 0x1c7ed6];
+const AXES = ["axis-x", "axis-y", "axis-z"]; // tokens of the look
 const MIN_STEP = 0.0005; // nearer points of a drawn path count as one point
 const TUBE_SIDES = 8;
 
@@ -33,8 +33,15 @@ class Polyline extends THREE.Curve {
   }
 }
 
+// Gives a mesh the colour of a token, now and whenever the scheme changes (`Stage.repaint`).
+function painted(mesh, token) {
+  mesh.userData.token = token;
+  mesh.material.color.set(ink(token));
+  return mesh;
+}
+
 // A tube along rows of points; `until(t)` says how many of its indices are drawn at time t.
-function tube(rows, times, radius, colour) {
+function tube(rows, times, radius, token) {
   const points = [], kept = [];
   rows.forEach((row, i) => {
     const point = new THREE.Vector3(row[0], row[1], row[2]);
@@ -45,7 +52,7 @@ function tube(rows, times, radius, colour) {
   });
   if (points.length < 2) return null;
   const geometry = new THREE.TubeGeometry(new Polyline(points), points.length - 1, radius, TUBE_SIDES, false);
-  const mesh = new THREE.Mesh(geometry, new THREE.MeshPhongMaterial({ color: colour, shininess: 10 }));
+  const mesh = painted(new THREE.Mesh(geometry, new THREE.MeshPhongMaterial({ shininess: 10 })), token);
   mesh.until = (t) => {
     const reached = lastAtMost(kept, t);
     geometry.setDrawRange(0, Math.max(0, reached) * TUBE_SIDES * 6);
@@ -56,11 +63,11 @@ function tube(rows, times, radius, colour) {
 // Three arrows x, y, z; seen through bodies, since a joint's frame lies inside its housing.
 function triad(length, radius, label) {
   const group = new THREE.Group();
-  AXIS_COLOURS.forEach((colour, axis) => {
+  AXES.forEach((token, axis) => {
     const arrow = new THREE.Group();
-    const material = new THREE.MeshBasicMaterial({ color: colour, depthTest: false, transparent: true });
-    const shaft = new THREE.Mesh(new THREE.CylinderGeometry(radius, radius, length * 0.8, 12), material);
-    const head = new THREE.Mesh(new THREE.ConeGeometry(radius * 2.6, length * 0.2, 16), material);
+    const material = new THREE.MeshBasicMaterial({ depthTest: false, transparent: true });
+    const shaft = painted(new THREE.Mesh(new THREE.CylinderGeometry(radius, radius, length * 0.8, 12), material), token);
+    const head = painted(new THREE.Mesh(new THREE.ConeGeometry(radius * 2.6, length * 0.2, 16), material), token);
     shaft.position.y = length * 0.4;
     head.position.y = length * 0.9;
     arrow.add(shaft, head);
@@ -76,16 +83,21 @@ function triad(length, radius, label) {
 function nameplate(text, size) {
   const canvas = document.createElement("canvas"), pen = canvas.getContext("2d");
   canvas.width = canvas.height = 64;
-  pen.font = "600 40px system-ui, 'DejaVu Sans', sans-serif";
+  pen.font = `600 40px ${getComputedStyle(document.body).fontFamily}`;
   pen.textAlign = "center";
   pen.textBaseline = "middle";
   pen.lineWidth = 8;
-  pen.strokeStyle = "white";
-  pen.strokeText(text, 32, 34);
-  pen.fillStyle = "#1f2933";
-  pen.fillText(text, 32, 34);
-  const material = new THREE.SpriteMaterial({ map: new THREE.CanvasTexture(canvas), depthTest: false, transparent: true });
+  const texture = new THREE.CanvasTexture(canvas);
+  const material = new THREE.SpriteMaterial({ map: texture, depthTest: false, transparent: true });
   const sprite = new THREE.Sprite(material);
+  sprite.userData.repaint = () => {
+    pen.strokeStyle = ink("card");
+    pen.strokeText(text, 32, 34);
+    pen.fillStyle = ink("ink");
+    pen.fillText(text, 32, 34);
+    texture.needsUpdate = true;
+  };
+  sprite.userData.repaint();
   sprite.scale.setScalar(size * 0.55);
   const turn = 2.4 * Number(text); // frames at one place: their names are drawn around it
   sprite.position.set(0.4 * size * Math.cos(turn), 0.4 * size * Math.sin(turn), 0.15 * size);

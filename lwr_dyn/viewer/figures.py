@@ -1,4 +1,4 @@
-"""A figure is described once: `viewer.plots` draws it as PNG and SVG, a report page draws it with plotly.js.
+"""A figure is described once: `lwr_dyn.plotting` draws it as PNG and SVG, pages draw it themselves.
 
 Its curves are numbers, or series of runs, which a page packs only once for the 3D view and for all figures.
 """

@@ -40,6 +40,30 @@ function plainNumber(value) {
   return value.toFixed(size >= 100 ? 0 : size >= 10 ? 1 : size >= 1 ? 2 : 3);
 }
 
+// A colour of the look, such as ink("run1"), as it is in the present scheme.
+const inkProbe = document.createElement("span");
+inkProbe.hidden = true;
+function ink(token) {
+  if (!inkProbe.isConnected) document.body.append(inkProbe);
+  inkProbe.style.color = `var(--${token})`;
+  return getComputedStyle(inkProbe).color;
+}
+
+// The token of a run's colour: four hues, then grey.
+const runToken = (record) => `run${Math.min(record.place, 4) + 1}`;
+
+// Two or more round values within [low, high], about `most` of them.
+function roundTicks(low, high, most) {
+  const rough = (high - low) / most, scale = 10 ** Math.floor(Math.log10(rough));
+  const steps = [10, 5, 2, 1, 0.5, 0.2, 0.1].map((step) => step * scale);
+  const within = (step) => {
+    const ticks = [];
+    for (let k = Math.ceil(low / step - 1e-9); k * step <= high * (1 + 1e-9); k += 1) ticks.push(k * step);
+    return ticks;
+  };
+  return within(steps.find((step) => within(step).length >= Math.max(2, Math.min(3, most))) ?? steps[6]);
+}
+
 function element(tag, className = "", text = "") {
   const node = document.createElement(tag);
   node.className = className;

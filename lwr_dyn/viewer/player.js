@@ -120,7 +120,7 @@ class Player {
   #card(run, i) {
     const { record } = run, card = element("article", "card"), head = element("header");
     const eye = element("input"), numbers = element("div", "numbers"), joints = element("div", "joints");
-    card.style.setProperty("--accent", record.colour);
+    card.style.setProperty("--accent", `var(--${runToken(record)})`);
     Object.assign(eye, { type: "checkbox", checked: true, title: "show this run", ariaLabel: `show ${record.label}` });
     eye.addEventListener("change", () => {
       card.classList.toggle("hidden", !eye.checked);
@@ -131,7 +131,7 @@ class Player {
     head.append(element("span", "", record.label), eye);
     const facts = record.facts.map(([key, value]) => `${key} ${value}`).join(" \u00B7 ");
     const tip = element("b"), joint = element("b"), name = element("span");
-    numbers.append(element("span", "", `tip error, ${record.tip_model}`), tip, name, joint);
+    numbers.append(element("span", "", "tip error"), tip, name, joint);
     const bars = record.joints.map((_, k) => {
       const cell = element("div"), well = element("i"), bar = element("u");
       well.append(bar);
@@ -139,9 +139,12 @@ class Player {
       joints.append(cell);
       return bar;
     });
-    card.append(head, element("div", "facts", facts));
+    const about = element("details", "about");
+    about.append(element("summary", "", "about this run"), element("div", "facts", facts), joints);
+    about.open = window.innerWidth > 700;
+    card.append(head, numbers);
     if (record.stops) card.append(element("div", "stops", record.stops));
-    card.append(numbers, joints);
+    card.append(about);
     document.getElementById("cards").append(card);
     const largest = Math.max(1e-12, run.q.reduce((most, q, k) => Math.max(most, Math.abs(run.qRef[k] - q)), 0));
     return (now) => {
@@ -161,7 +164,7 @@ class Player {
 
   #foot(madeBy) {
     const thinned = this.runs.filter((run) => run.record.samples[0] < run.record.samples[1]);
-    const note = thinned.map((run) => `${run.record.label}: ${run.record.samples.join(" of ")} samples`);
+    const note = [...new Set(thinned.map(({ t, record }) => `${record.samples.join(" of ")} samples (${Math.round((t.length - 1) / t.at(-1))} Hz)`))];
     return [madeBy, ...note].join(" \u00B7 ");
   }
 }

@@ -9,6 +9,8 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from lwr_dyn.errors import OptionError
 from lwr_dyn.files import write_file
 from lwr_dyn.model.arm import Arm
@@ -18,6 +20,7 @@ from lwr_dyn.simulation.metrics import RIGID
 from lwr_dyn.simulation.stop_contacts import stop_contacts
 from lwr_dyn.urdf.geometry import floor_height, stand_foot
 from lwr_dyn.viewer import scene
+from lwr_dyn.viewer.look import font_faces, look_css
 from lwr_dyn.viewer.page_parts import (
     PLAYER,
     fill_template,
@@ -31,7 +34,9 @@ from lwr_dyn.viewer.page_parts import (
 from lwr_dyn.viewer.replayed_runs import ReplayedRun, facts, replayed_runs
 
 SERIES_BUDGET = 4_300_000
-"""Largest size of all series in the page [bytes]; above it samples are left out, and the page shows how many."""
+"""Largest size of all series in the page [bytes]; above it more samples are left out; the page says how many it has."""
+RATE = 100.0
+"""Samples per second of a page [Hz]: enough for the eye, a tenth of the size of 1 kHz."""
 _TRACE_POINTS = 1500
 """Largest number of points of a drawn path."""
 _MOST_EVENTS = 400
@@ -47,6 +52,7 @@ def replay_html(
     frames: bool = False,
     layout: str = "overlaid",
     live: bool = False,
+    rate: float = RATE,
 ) -> str:
     """One self-contained page that replays runs in 3D; the same runs give the same text.
 
@@ -64,13 +70,15 @@ def replay_html(
         Whether the trace and the source's frames are shown at the start; the page has a switch for each.
     layout : {"overlaid", "beside"}
         Whether several arms are at one place or side by side at the start; the page has a switch.
+    rate : float
+        Samples of each run per second that the page keeps [Hz]; the page says how many of how many.
     live : bool
         Whether the page connects to the meshcat server that served it (`lwr_dyn.viewer.live`).
 
     Raises
     ------
     OptionError
-        No run, not one arm and one label per run, or a layout of another name.
+        No run, not one arm and one label per run, a layout of another name, or a rate that is not positive.
     ShapeError
         A run that is empty, not finite, or has other joints than its arm.
     """
@@ -78,12 +86,12 @@ def replay_html(
         raise OptionError("layout", repr(layout), "overlaid, beside")
     shown = replayed_runs(runs, arms, labels)
     headline = shown[0].arm.title if title is None else title
-    data = page_data(shown) | {"title": headline, "live": live}
+    data = page_data(shown, rate) | {"title": headline, "live": live}
     data["start"] = {"trace": trace, "frames": frames, "beside": layout == "beside"}
     parts = {
         "title": escape(headline),
         "policy": _policy(live),
-        "style": resource_text("player.css") + resource_text("page.css"),
+        "style": "\n".join([font_faces(), look_css(), resource_text("player.css"), resource_text("page.css")]),
         "controls": resource_text("controls.html"),
         "meshcat": meshcat_bundle(),
         "data": script_safe(json.dumps(data, sort_keys=True, separators=(",", ":"), allow_nan=False)),
@@ -97,12 +105,16 @@ def write_replay(path: str | Path, runs: Sequence[Run], arms: Arm | Sequence[Arm
     write_file(path, replay_html(runs, arms, **options))
 
 
-def page_data(shown: Sequence[ReplayedRun]) -> dict[str, Any]:
+def page_data(shown: Sequence[ReplayedRun], rate: float = RATE) -> dict[str, Any]:
     """The player's data: the runs, and the arms as meshcat commands."""
-    samples = sum(one.run.t.size * (2 * one.arm.n + 2) for one in shown)
-    stride = max(1, -(-samples * 16 // 3 // SERIES_BUDGET))  # four bytes a number, a third more as base64
+    if not rate > 0.0:
+        raise OptionError("rate", rate, "a positive number of samples per second")
+    strides = [max(1, round((one.run.t.size - 1) / max(float(np.ptp(one.run.t)) * rate, 1e-9))) for one in shown]
+    samples = sum(one.run.t.size // stride * (2 * one.arm.n + 2) for one, stride in zip(shown, strides, strict=True))
+    more = max(1, -(-samples * 16 // 3 // SERIES_BUDGET))  # four bytes a number, a third more as base64
     commands = [command for i, one in enumerate(shown) for command in scene.arm_commands(one, i)]
-    return {"runs": [run_record(one, stride) for one in shown], "scene": commands, "made_by": generator_line()}
+    records = [run_record(one, more * stride) for one, stride in zip(shown, strides, strict=True)]
+    return {"runs": records, "scene": commands, "made_by": generator_line()}
 
 
 def run_record(shown: ReplayedRun, stride: int = 1) -> dict[str, Any]:
@@ -114,7 +126,7 @@ def run_record(shown: ReplayedRun, stride: int = 1) -> dict[str, Any]:
     path = path[subsample(len(path), -(-len(path) // _TRACE_POINTS))]
     return {
         "label": shown.label,
-        "colour": shown.colour,
+        "place": shown.place,
         "tip_model": RIGID,
         "stops": stop_contacts(run, arm).sentence(),
         "facts": [[name, value] for name, value in facts(run).items() if value != shown.label],
@@ -139,4 +151,5 @@ def run_record(shown: ReplayedRun, stride: int = 1) -> dict[str, Any]:
 
 def _policy(live: bool) -> str:
     connect = "connect-src 'self' ws:" if live else "connect-src 'none'"
-    return f"default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; {connect}"
+    inside = "script-src 'unsafe-inline'; style-src 'unsafe-inline'; font-src data:; img-src data: blob:"
+    return f"default-src 'none'; {inside}; {connect}"

@@ -1,4 +1,4 @@
-"""`ReplayedRun`: a run with its arm, label and colour; every picture of this package starts from it."""
+"""`ReplayedRun`: a run with its arm, label and place in the palette; every picture of this package starts from it."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -14,21 +14,28 @@ from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
 from lwr_dyn.simulation.audit import audit_words
 from lwr_dyn.simulation.stop_contacts import stop_contacts
+from lwr_dyn.viewer.look import RUN_COLOURS, run_colour
 
-RUN_COLOURS = ("#e8590c", "#1c7ed6", "#2b8a3e", "#9c36b5", "#c2255c", "#0c8599")
-"""One per run; the first three are distinguishable with a colour deficiency."""
+PLACES = {"inverse-dynamics": 0, "pd-gravity": 1, "pid": 2}
+"""The places in the palette that belong to controllers; the fourth belongs to all others."""
+_ROUND = str.maketrans("[]", "()")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ReplayedRun:
-    """A run with its arm, label and colour, and the flange pose T_{0,flange}, actual and desired."""
+    """A run with its arm, label and place in the palette, and the flange pose T_{0,flange}, actual and desired."""
 
     run: Run
     arm: Arm
     label: str
-    colour: str
+    place: int  # in the palette, of `run_places`
     pose: Array  # (k, 4, 4) [m], actual
     pose_ref: Array  # (k, 4, 4) [m], desired
+
+    @property
+    def colour(self) -> str:
+        """Its colour in the light scheme; pages write the token `--run1` to `--run5` of its place."""
+        return run_colour(self.place)
 
     @property
     def caption(self) -> str:
@@ -55,7 +62,7 @@ class ReplayedRun:
 def replayed_runs(
     runs: Sequence[Run], arms: Arm | Sequence[Arm], labels: Sequence[str] | None = None
 ) -> tuple[ReplayedRun, ...]:
-    """Runs with their arms, labels and colours.
+    """Runs with their arms, labels and places in the palette.
 
     Parameters
     ----------
@@ -79,11 +86,37 @@ def replayed_runs(
     for option, values in (("arms", arm_of), ("labels", names)):
         if len(values) != len(runs):
             raise OptionError(option, f"{len(values)} for {len(runs)} runs", "one per run")
-    colours = [RUN_COLOURS[i % len(RUN_COLOURS)] for i in range(len(runs))]
-    return tuple(_replayed(*row) for row in zip(runs, arm_of, names, colours, strict=True))
+    places = run_places([run_name(run) for run in runs])
+    return tuple(_replayed(*row) for row in zip(runs, arm_of, names, places, strict=True))
 
 
-def _replayed(run: Run, arm: Arm, label: str, colour: str) -> ReplayedRun:
+def run_name(run: Run) -> tuple[str, str]:
+    """What gives a run its colour, as its file has it: the controller's name; what its plant and payload are."""
+    controller, known = run.meta.get("controller"), facts(run)
+    name = controller.get("name") if isinstance(controller, Mapping) else controller
+    return str(name), ", ".join(known[key] for key in ("plant", "payload") if key in known)
+
+
+def run_places(names: Sequence[tuple[str, str]]) -> tuple[int, ...]:
+    """The places in the palette of the runs of one picture, by their names (`run_name`), whatever their order.
+
+    A run has the place of its controller, alone and beside others. Where several of one picture want a place, the one
+    of the plain plant has it; each other one gets the first place that stays free. From the fifth run on: 4, grey.
+
+    >>> run_places([("pid", ""), ("mine", ""), ("pd-gravity", "masses times 1.2"), ("pd-gravity", ""), ("pid", "3 kg")])
+    (2, 3, 4, 1, 0)
+    """
+    order = sorted(range(len(names)), key=lambda i: (names[i][1], names[i][0], i))
+    having: dict[int, int] = {}
+    for i in order:
+        having.setdefault(PLACES.get(names[i][0], len(PLACES)), i)
+    free = (place for place in range(len(RUN_COLOURS)) if place not in having)
+    place_of = {i: place for place, i in having.items()}
+    place_of |= dict(zip((i for i in order if i not in place_of), free, strict=False))
+    return tuple(place_of.get(i, len(RUN_COLOURS)) for i in range(len(names)))
+
+
+def _replayed(run: Run, arm: Arm, label: str, place: int) -> ReplayedRun:
     if run.t.ndim != 1 or run.t.size == 0:
         raise ShapeError(f"t of {label}", f"shape {run.t.shape}", "(k,) with at least one time")
     if not (np.diff(run.t) > 0.0).all():
@@ -94,7 +127,7 @@ def _replayed(run: Run, arm: Arm, label: str, colour: str) -> ReplayedRun:
         if array.shape != shape:
             raise ShapeError(f"{name} of {label}", f"shape {array.shape}", f"{shape} for {arm.name}")
     pose, pose_ref = (forward.forward_kinematics(arm.chain, q) for q in (run.q, run.q_ref))
-    return ReplayedRun(run, arm, label, colour, pose, pose_ref)
+    return ReplayedRun(run, arm, label, place, pose, pose_ref)
 
 
 def _labels(runs: Sequence[Run]) -> list[str]:
@@ -134,9 +167,19 @@ def _controller(meta: Mapping[str, Any]) -> Any:
 
 
 def _shortly(fields: Mapping[str, Any]) -> str:
-    """A mount or a tool in words: its place and its mass."""
-    words = ("on", "xyz", "rpy", "rpy_deg", "pose", "mass")
-    return json.dumps({key: fields[key] for key in words if key in fields}).strip("{}").replace('"', "")
+    """A mount or a tool in words, with units: "ceiling, at (0, 0, 2.5) m", "at (0, 0, 0.1) m, 0.5 kg"."""
+    forms = {
+        "on": "{}",
+        "xyz": "at {} m",
+        "rpy": "rpy {} rad",
+        "rpy_deg": "rpy {} deg",
+        "pose": "pose {}",
+        "mass": "{} kg",
+    }
+    values = {
+        key: json.dumps(fields[key]).strip('"').replace("[", "(").replace("]", ")") for key in forms if key in fields
+    }
+    return ", ".join(forms[key].format(value) for key, value in values.items())
 
 
 def _payload(load: Any, known: bool, carrier: str) -> str | None:

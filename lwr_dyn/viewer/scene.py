@@ -16,7 +16,8 @@ from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import joint_motion
 from lwr_dyn.model.installation import ends_of
 from lwr_dyn.model.spatial import Pose, rot_x
-from lwr_dyn.urdf.geometry import COLOURS, Primitive, primitives
+from lwr_dyn.urdf.geometry import Primitive, primitives
+from lwr_dyn.viewer.look import tokens
 from lwr_dyn.viewer.replayed_runs import ReplayedRun
 
 Command = Mapping[str, Any]
@@ -25,6 +26,9 @@ ROOT = "arms"
 _UPRIGHT = Pose(rot_x(np.pi / 2), np.zeros(3))
 """Turns the y axis of a three.js cylinder to our z axis."""
 _SIDES = 40
+_BODY = {"grey": "housing", "orange": "limb", "dark": "joint"}
+_BAND = 0.7
+"""A dark cylinder shorter than this, in radii, is a band, and has the colour of its run; a foot has not."""
 
 
 def run_path(run: int) -> str:
@@ -43,7 +47,7 @@ def arm_commands(shown: ReplayedRun, run: int) -> Iterator[Command]:
     ends = dict(zip(("base", "flange"), ends_of(shown.arm.installation), strict=True))
     for k, shape in enumerate(primitives(shown.arm)):
         shape = replace(shape, pose=ends[shape.link] @ shape.pose) if shape.link in ends else shape
-        yield cylinder(f"{link_path(run, links.index(shape.link))}/shape_{k}", shape, shown.colour)
+        yield cylinder(f"{link_path(run, links.index(shape.link))}/shape_{k}", shape, f"run{min(shown.place, 4) + 1}")
     yield from pose_commands(shown.arm, shown.run.q[0], run)
 
 
@@ -55,9 +59,9 @@ def pose_commands(arm: Arm, q: Array, run: int) -> Iterator[Command]:
 
 
 def cylinder(path: str, shape: Primitive, accent: str) -> Command:
-    """A drawn cylinder; orange parts of the arm get the colour of their run."""
-    r, g, b = (round(255 * c) for c in COLOURS[shape.colour][:3])
-    colour = int(accent[1:], 16) if shape.colour == "orange" else r << 16 | g << 8 | b
+    """A drawn cylinder: bodies are grey, bands have the token `accent`; the page takes its colour from `userData`."""
+    is_band = shape.colour == "dark" and shape.link != "base" and shape.length <= _BAND * shape.radius
+    token = accent if is_band else _BODY[shape.colour]
     geometry = {
         "uuid": f"{path}#geometry",
         "type": "CylinderGeometry",
@@ -69,7 +73,7 @@ def cylinder(path: str, shape: Primitive, accent: str) -> Command:
     material = {
         "uuid": f"{path}#material",
         "type": "MeshPhongMaterial",
-        "color": colour,
+        "color": int(tokens()[token][1:], 16),
         "specular": 0x2A2A2A,
         "shininess": 35,
     }
@@ -79,6 +83,7 @@ def cylinder(path: str, shape: Primitive, accent: str) -> Command:
         "geometry": geometry["uuid"],
         "material": material["uuid"],
         "matrix": column_major(shape.pose @ _UPRIGHT),
+        "userData": {"token": token},
     }
     return _object(path, mesh, geometry, material)
 

@@ -19,6 +19,24 @@ class Stage {
     this.#camera();
     this.stills.forEach((still) => this.#settle(still));
     window.addEventListener("resize", () => this.frameView());
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.repaint());
+    this.repaint();
+  }
+
+  // Takes all colours from the look again, as they are in the present scheme.
+  repaint() {
+    this.scene().traverse((part) => {
+      if (part.userData.token) part.material.color.set(ink(part.userData.token));
+      part.userData.repaint?.();
+    });
+    this.grid.geometry.setAttribute("color", this.#gridColours());
+    const parts = (token) => new THREE.Color(ink(token)).toArray();
+    this.paint(parts("sky"), parts("ground"));
+  }
+
+  #gridColours() {
+    const line = new THREE.Color(ink("floor")), count = this.grid.geometry.getAttribute("position").count;
+    return new THREE.Float32BufferAttribute(Array.from({ length: count }, () => line.toArray()).flat(), 3);
   }
 
   node(path) {
@@ -31,11 +49,11 @@ class Stage {
     const times = unpack(record.trace.t), trace = rowsOf(record.trace.points), reference = rowsOf(record.reference);
     const parts = {
       record, root, chain, n, reference, t: unpack(record.t), q: unpack(record.q), qRef: unpack(record.q_ref),
-      tipError: unpack(record.tip_error), traceTube: tube(trace, times, 0.003, record.colour),
+      tipError: unpack(record.tip_error), traceTube: tube(trace, times, 0.003, runToken(record)),
       flange: new THREE.Matrix4().fromArray(record.flange),
     };
     if (parts.traceTube) this.viewer.set_object(root.concat("trace"), parts.traceTube);
-    const desired = tube(reference, null, 0.0018, 0x343a40);
+    const desired = tube(reference, null, 0.0018, "reference-path");
     if (desired) this.viewer.set_object(root.concat("reference"), desired);
     this.viewer.set_object(root.concat("target"), triad(0.1, 0.0035, null));
     parts.triads = [chain[0], ...record.native.map((_, k) => chain[k + 1])].map((path, k) => {
@@ -74,12 +92,11 @@ class Stage {
 
   #surroundings() {
     const viewer = this.viewer, floor = Math.min(...this.arms.map((arm) => arm.record.floor));
-    this.paint([0.97, 0.98, 0.99], [0.8, 0.84, 0.88]);
     viewer.delete_path(["Axes"]);
-    const grid = new THREE.GridHelper(6, 24, 0x9aa7b3, 0xbfc9d2);
-    grid.rotateX(Math.PI / 2);
-    grid.position.z = floor;
-    viewer.set_object(["Grid"], grid);
+    this.grid = new THREE.GridHelper(6, 24);
+    this.grid.rotateX(Math.PI / 2);
+    this.grid.position.z = floor;
+    viewer.set_object(["Grid"], this.grid);
     const shade = new THREE.Mesh(new THREE.PlaneGeometry(6, 6), new THREE.ShadowMaterial({ opacity: 0.2 }));
     shade.receiveShadow = true;
     shade.position.z = floor - 0.001;
@@ -140,7 +157,8 @@ class Stage {
     this.viewer.set_dirty();
   }
 
-  // Side by side the arms stand apart along the picture's horizontal; overlaid all but the first are transparent.
+  // Side by side the arms stand apart along the picture's horizontal; overlaid all but the first are grey ghosts
+  // whose bands keep the colour of their run.
   setBeside(beside) {
     this.beside = beside;
     const gap = 1.0, right = [-Math.sin(this.azimuth), Math.cos(this.azimuth)];
@@ -150,7 +168,7 @@ class Stage {
       this.node(run.chain[0]).traverse((part) => {
         if (!part.isMesh || part.renderOrder > 0) return;
         part.material.transparent = !beside && i > 0;
-        part.material.opacity = !beside && i > 0 ? 0.3 : 1;
+        part.material.opacity = beside || i === 0 ? 1 : /^run/.test(part.userData.token) ? 0.8 : 0.25;
         part.castShadow = beside || i === 0;
       });
     });

@@ -108,7 +108,7 @@ def drawn(arm):
     """The poses in the first frame of all shapes that the viewer draws at q = 0."""
     poses, shapes = {"/arms/run_0": np.eye(4), "/arms/run_0/link_0": np.eye(4)}, []
     run = SimpleNamespace(q=np.zeros((1, arm.n)))
-    commands = list(arm_commands(SimpleNamespace(arm=arm, run=run, colour="#ffffff"), 0))
+    commands = list(arm_commands(SimpleNamespace(arm=arm, run=run, place=0), 0))
     for command in (x for x in commands if x["type"] == "set_transform"):
         parent = poses[command["path"].rpartition("/")[0]]
         poses[command["path"]] = parent @ np.array(command["matrix"]).reshape(4, 4).T

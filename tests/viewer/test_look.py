@@ -84,7 +84,7 @@ def test_tokens_are_those_of_the_style_sheet():
     assert tuple(light[f"run{k}"] for k in (1, 2, 3, 4)) == RUN_COLOURS
     assert run_colour(0, dark=True) == dark["run1"]
     colours = [value for look in (light, dark) for value in look.values() if value.startswith("#")]
-    assert len(colours) == 2 * 19
+    assert len(colours) == 2 * 26
     assert all(re.fullmatch(r"#[0-9a-f]{6}", colour) for colour in colours)
 
 

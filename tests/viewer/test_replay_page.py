@@ -14,6 +14,8 @@ from hypothesis.extra.numpy import arrays
 import lwr_dyn
 from lwr_dyn.errors import FileAccessError, OptionError, ShapeError
 from lwr_dyn.viewer import page_parts, replay_page
+from lwr_dyn.viewer.look import tokens
+from tests.axe import SCREENS, faint_texts, seen, sideways, violations
 from tests.headless import logs, opened, screenshot
 from tests.viewer.replayed import lagging_run
 
@@ -53,7 +55,7 @@ def test_page_loads_nothing_and_logs_nothing(window, page):
     assert said == []
 
 
-@pytest.mark.parametrize("k", [0, 1234, 3000])
+@pytest.mark.parametrize("k", [0, 1235, 3000])
 @pytest.mark.parametrize("run", [0, 1])
 def test_pose_on_the_page_is_forward_kinematics(window, arm, two_runs, run, k):
     pose = window.execute_script(
@@ -150,6 +152,58 @@ def test_scrub_bar_and_strip_set_the_time(window):
     assert window.find_element("id", "clock").text == "3.250 / 6.000 s"
 
 
+@pytest.mark.parametrize(("width", "dark"), SCREENS)
+def test_page_is_accessible_and_fits_every_screen_in_both_schemes(window, width, dark):
+    with seen(window, width, dark):
+        screenshot(window, f"replay_{width}{'_dark' * dark}.png")
+        assert violations(window) == []
+        assert faint_texts(window) == []
+        assert sideways(window) == 0
+        sky, worn = window.execute_script(
+            """const tokens = new Set();
+            lwrReplay.stage.scene().traverse((part) => {
+              const token = part.userData.token;
+              if (token && part.material.color.getStyle().replace(/,(?! )/g, ", ") !== ink(token)) tokens.add(token);
+            });
+            return [ink("sky"), [...tokens]]"""
+        )
+        assert worn == []
+        assert sky == "rgb({}, {}, {})".format(*bytes.fromhex(tokens(dark)["sky"][1:]))
+
+
+def test_on_a_phone_nothing_covers_the_arm(window):
+    with seen(window, 420):
+        boxes = window.execute_script(
+            """return ["stage", "side", "bar"].map((id) => {
+              const box = document.getElementById(id).getBoundingClientRect();
+              return [box.top, box.bottom];
+            })"""
+        )
+        assert boxes[0][0] == 0
+        assert [boxes[i][1] <= boxes[i + 1][0] + 0.5 for i in (0, 1)] == [True, True]
+        assert boxes[2][1] <= 1000.5
+        assert boxes[0][1] >= 0.4 * 1000
+        assert not window.find_element("id", "shown").get_property("open")
+    assert window.find_element("id", "shown").get_property("open")
+
+
+def test_overlaid_arms_are_grey_ghosts_with_the_bands_of_their_run(window):
+    worn = window.execute_script(
+        """const stage = lwrReplay.stage;
+        return stage.runs.map((run) => {
+          const found = new Set();
+          stage.node(run.chain[0]).traverse((part) => {
+            if (part.isMesh && part.renderOrder === 0) found.add(`${part.userData.token} ${part.material.opacity}`);
+          });
+          return [...found].sort();
+        })"""
+    )
+    assert worn == [
+        ["housing 1", "joint 1", "limb 1", "run2 1"],
+        ["housing 0.25", "joint 0.25", "limb 0.25", "run1 0.8"],
+    ]
+
+
 def test_page_is_whole_at_the_end(window):
     window.execute_script("lwrReplay.setTime(4.2)")
     screenshot(window, "overlaid.png")
@@ -167,12 +221,20 @@ def test_page_is_deterministic_and_small(arm, two_runs, page):
 
 def test_long_runs_are_thinned_with_a_note(arm, monkeypatch):
     monkeypatch.setattr(replay_page, "SERIES_BUDGET", 300_000)
-    run = lagging_run(arm, 0.02, "pd-gravity", k=7001)
+    run = lagging_run(arm, 0.02, "pd-gravity", k=70001)
     record = embedded(replay_page.replay_html([run], arm))["runs"][0]
     kept, of = record["samples"]
-    assert kept < of == 7001
+    assert kept < 601 < of == 70001
     assert unpacked(record["t"])[[0, -1]].tolist() == pytest.approx([0.0, 6.0])
     assert len(json.dumps(record["q"])) + len(json.dumps(record["q_ref"])) < 300_000
+
+
+def test_a_page_has_a_hundred_samples_a_second_or_as_many_as_asked_for(arm, two_runs, window):
+    assert embedded(replay_page.replay_html(two_runs, arm))["runs"][1]["samples"] == [601, 3001]
+    assert embedded(replay_page.replay_html(two_runs, arm, rate=1e4))["runs"][1]["samples"] == [3001, 3001]
+    assert "601 of 3001 samples (100 Hz)" in window.find_element("id", "generator").text
+    with pytest.raises(OptionError, match="rate: 0"):
+        replay_page.replay_html(two_runs, arm, rate=0)
 
 
 def test_four_runs_of_fourteen_seconds_stay_small(arm):

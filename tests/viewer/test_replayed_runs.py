@@ -1,5 +1,6 @@
 """A run with its arm, label and colour: poses are forward kinematics, labels are numbered, misfits are refused."""
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -7,7 +8,8 @@ import pytest
 
 from lwr_dyn.errors import OptionError, ShapeError
 from lwr_dyn.kinematics.forward import forward_kinematics
-from lwr_dyn.viewer.replayed_runs import RUN_COLOURS, facts, replayed_runs
+from lwr_dyn.viewer.look import tokens
+from lwr_dyn.viewer.replayed_runs import facts, replayed_runs, run_name, run_places
 
 
 def test_poses_and_tip_error_are_those_of_forward_kinematics(arm, two_runs):
@@ -26,7 +28,35 @@ def test_labels_are_given_or_are_the_controllers_numbered_where_they_repeat(arm,
     ]  # fmt: skip
     many = replayed_runs([one] * 7, [arm] * 7, labels=list("abcdefg"))
     assert [run.label for run in many] == list("abcdefg")
-    assert [run.colour for run in many] == [*RUN_COLOURS, RUN_COLOURS[0]]
+    assert sorted(run.place for run in many) == [0, 1, 2, 3, 4, 4, 4]
+
+
+NAMES = [("inverse-dynamics", ""), ("pd-gravity", ""), ("pid", ""), ("mine.py", ""), ("pd-gravity", "masses times 1.2")]
+
+
+@pytest.mark.parametrize("size", [1, 2, 3, 4])
+def test_a_run_has_one_colour_alone_and_in_every_company_of_other_controllers(size):
+    for chosen in itertools.permutations(NAMES[:4], size):
+        assert (
+            dict(zip(chosen, run_places(chosen), strict=True)).items()
+            <= dict(zip(NAMES[:4], range(4), strict=True)).items()
+        )
+
+
+def test_runs_of_one_picture_have_their_own_places_in_any_order_and_the_fifth_is_grey():
+    for chosen in itertools.permutations(NAMES[1:]):
+        assert dict(zip(chosen, run_places(chosen), strict=True))[NAMES[4]] == 0
+    assert dict(zip(NAMES, run_places(NAMES), strict=True))[NAMES[4]] == 4
+    assert run_places([("a", "")] * 6) == (3, 0, 1, 2, 4, 4)
+
+
+def test_the_name_is_what_the_run_file_has(arm, two_runs, tmp_path):
+    meta = {"controller": {"name": "pid", "label": "PID + gravity"}, "note": {"plant": "masses times 1.2"}}
+    run = replace(two_runs[0], meta=meta)
+    assert run_name(run) == ("pid", "masses times 1.2")
+    run.save(tmp_path / "run.npz")
+    (shown,) = replayed_runs([type(run).load(tmp_path / "run.npz")], arm)
+    assert (shown.place, shown.colour) == (2, tokens()["run3"])
 
 
 def test_facts_come_from_the_note_before_the_meta_and_only_as_text(two_runs):
@@ -43,6 +73,16 @@ def test_a_load_is_named_with_its_place_and_whether_it_is_known(two_runs):
     }  # fmt: skip
     off = {"payload": load | {"com": [0, 0, 0.05]}}
     assert facts(replace(two_runs[0], meta=off)) == {"payload": "3 kg at (0, 0, 0.05) m from the flange"}
+
+
+def test_mount_and_tool_have_units(two_runs):
+    given = {
+        "mount": {"on": "ceiling", "xyz": [0, 0, 2.5]},
+        "tool": {"xyz": [0, 0, 0.1], "rpy_deg": [0, 90, 0], "mass": 0.5},
+    }
+    assert facts(replace(two_runs[0], meta={"loaded_with": given})) == {
+        "mount": "ceiling, at (0, 0, 2.5) m", "tool": "at (0, 0, 0.1) m, rpy (0, 90, 0) deg, 0.5 kg",
+    }  # fmt: skip
 
 
 def test_misfits_are_refused(arm, two_runs):

@@ -6,6 +6,7 @@ import pytest
 from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.urdf.geometry import primitives
 from lwr_dyn.viewer import scene
+from lwr_dyn.viewer.look import tokens
 from lwr_dyn.viewer.replayed_runs import ReplayedRun
 from tests.arms import random_arm
 
@@ -13,7 +14,7 @@ from tests.arms import random_arm
 def replayed(arm, q):
     """The arm at q, in as much of a run as the scene needs."""
     pose = np.eye(4)[None]
-    return ReplayedRun(type("R", (), {"q": np.array([q])})(), arm, "x", "#1c7ed6", pose, pose)
+    return ReplayedRun(type("R", (), {"q": np.array([q])})(), arm, "x", 1, pose, pose)
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -32,8 +33,11 @@ def test_transforms_of_the_links_multiply_to_the_pose_of_the_flange(arm):
     np.testing.assert_allclose(pose, forward_kinematics(arm.chain, q), atol=1e-12)
 
 
-def test_orange_shapes_have_the_colour_of_their_run(arm):
-    commands = list(scene.arm_commands(replayed(arm, np.zeros(arm.n)), 0))
-    colours = [c["object"]["materials"][0]["color"] for c in commands if c["type"] == "set_object"]
-    orange = [shape.colour == "orange" for shape in primitives(arm)]
-    assert [colour == 0x1C7ED6 for colour in colours] == orange
+def test_bodies_are_grey_and_only_bands_have_the_colour_of_their_run(arm):
+    shapes = [c["object"] for c in scene.arm_commands(replayed(arm, np.zeros(arm.n)), 0) if c["type"] == "set_object"]
+    worn = [one["object"]["userData"]["token"] for one in shapes]
+    bands = [s.colour == "dark" and s.link != "base" and s.length <= 0.7 * s.radius for s in primitives(arm)]
+    assert [token == "run2" for token in worn] == bands
+    assert sum(bands) >= 2
+    assert {token for token, band in zip(worn, bands, strict=True) if not band} == {"housing", "limb", "joint"}
+    assert [f"#{one['materials'][0]['color']:06x}" for one in shapes] == [tokens()[token] for token in worn]

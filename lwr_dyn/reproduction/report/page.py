@@ -55,7 +55,7 @@ def report_html(page: Page) -> str:
     filling = {
         "title": element("title", page.title),
         "policy": _POLICY,
-        "style": resource_text("player.css") + resource_text("report.css", HERE),
+        "style": resource_text("look.css") + resource_text("player.css") + resource_text("report.css", HERE),
         "signs": resource_text("signs.svg", HERE),
         "navigation": navigation(parts),
         "header": header(page),

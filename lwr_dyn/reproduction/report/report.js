@@ -42,7 +42,7 @@ function curveSources(data) {
       x: at(curve.x) ?? times,
       y: at(curve.y),
       t: curve.x !== null && !plot.over_time ? times : null,
-      runColour: run?.record.colour,
+      runColour: run ? ink(runToken(run.record)) : undefined,
     };
   };
 }
