@@ -21,7 +21,7 @@ _LONGEST_END = 36
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Layout:
+class FigureLayout:
     """A figure with its panels ready to draw and the room for each part; `names` stand above the panels in rows."""
 
     figure: Figure
@@ -52,7 +52,7 @@ class Layout:
         return left / self.width, bottom / self.height, wide / self.width, self.panel_height / self.height
 
 
-def layout_of(figure: Figure, runs: Sequence[ReplayedRun]) -> Layout:
+def layout_of(figure: Figure, runs: Sequence[ReplayedRun]) -> FigureLayout:
     """The layout of a figure of these runs; raises `OptionError` as `Curve.points`."""
     panels = drawn_panels(figure, runs)
     columns = min(figure.columns, len(panels))
@@ -66,10 +66,10 @@ def layout_of(figure: Figure, runs: Sequence[ReplayedRun]) -> Layout:
     lone = len(named) == 1 and named[0].ink in ("ink", "soft") and not named[0].curve.text
     names = () if ends or lone or not named else _rows(named, width)
     about = about_text(figure, panels)
-    laid = Layout(figure, panels, about, names, columns, ends, right, width, 0.0, tall)
+    laid = FigureLayout(figure, panels, about, names, columns, ends, right, width, 0.0, tall)
     below = LINE if panels[0].magnified > 1 else 0.0
     height = laid.header + rows * (CAPTION + tall + TICKS) + below + EDGE / 2
-    return Layout(figure, panels, about, names, columns, ends, right, width, height, tall)
+    return FigureLayout(figure, panels, about, names, columns, ends, right, width, height, tall)
 
 
 def about_text(figure: Figure, panels: Sequence[DrawnPanel]) -> str:

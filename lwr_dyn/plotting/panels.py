@@ -8,7 +8,7 @@ import numpy as np
 
 from lwr_dyn.plotting.axes import short
 from lwr_dyn.plotting.drawn_panel import DrawnCurve, DrawnPanel, widest_first
-from lwr_dyn.plotting.layout import EDGE, LINE, TITLE, Layout, name_width
+from lwr_dyn.plotting.layout import EDGE, LINE, TITLE, FigureLayout, name_width
 from lwr_dyn.viewer.look import tokens
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ def colour_of(ink: str) -> str:
     return tokens()[f"run{ink[1]}" if ink[:1] == "r" and ink[1:].isdigit() else ink]
 
 
-def draw_header(place: SubFigure, laid: Layout) -> None:
+def draw_header(place: SubFigure, laid: FigureLayout) -> None:
     """Title, what is drawn, and the names of the lines."""
     down = EDGE + 0.5 * TITLE
     place.text(
@@ -42,7 +42,7 @@ def draw_header(place: SubFigure, laid: Layout) -> None:
         down += LINE
 
 
-def _draw_names(place: SubFigure, laid: Layout, row: tuple[DrawnCurve, ...], y: float) -> None:
+def _draw_names(place: SubFigure, laid: FigureLayout, row: tuple[DrawnCurve, ...], y: float) -> None:
     from matplotlib.lines import Line2D
 
     left = EDGE
@@ -58,7 +58,7 @@ def _draw_names(place: SubFigure, laid: Layout, row: tuple[DrawnCurve, ...], y: 
         left += name_width(one)
 
 
-def draw_panel(place: SubFigure, laid: Layout, k: int) -> None:
+def draw_panel(place: SubFigure, laid: FigureLayout, k: int) -> None:
     """The panel `k` of a figure at its place."""
     one, figure = laid.panels[k], laid.figure
     axes: Axes = place.add_axes(laid.box(k))
@@ -79,7 +79,7 @@ def draw_panel(place: SubFigure, laid: Layout, k: int) -> None:
 _CAPTION: dict[str, Any] = {"loc": "left", "fontsize": 9.5, "fontweight": 600, "pad": 9}
 
 
-def _set_axes(axes: Axes, laid: Layout, one: DrawnPanel) -> None:
+def _set_axes(axes: Axes, laid: FigureLayout, one: DrawnPanel) -> None:
     axes.set_xlim(one.x.low, one.x.high)
     axes.set_ylim(one.y.low, one.y.high)
     if one.y.is_logarithmic:
@@ -139,7 +139,7 @@ def _draw_levels(axes: Axes, one: DrawnPanel) -> None:
             axes.annotate(level.label, (level.value, 1.0), xycoords=("data", "axes fraction"), **at, **name)
 
 
-def _draw_fact(axes: Axes, laid: Layout, one: DrawnPanel) -> None:
+def _draw_fact(axes: Axes, laid: FigureLayout, one: DrawnPanel) -> None:
     """At the right of the caption: the peak, and of a limit that is far away the share as a gauge."""
     words = fact_text(laid, one)
     broken = one.limit is not None and one.peak > one.limit * (1.0 + 1e-9)
@@ -157,7 +157,7 @@ def _rectangle(corner: tuple[float, float], width: float, height: float, colour:
     return Rectangle(corner, width, height, facecolor=colour, linewidth=0.0, clip_on=False, transform=transform)
 
 
-def fact_text(laid: Layout, one: DrawnPanel) -> str:
+def fact_text(laid: FigureLayout, one: DrawnPanel) -> str:
     """The peak of a panel over time with its limit, and levels that are too far away to be drawn."""
     own_unit = len({(each.panel.y_label, each.panel.y_unit) for each in laid.panels}) > 1
     unit = f" {one.panel.y_unit}" if own_unit or one.limit is not None else ""
