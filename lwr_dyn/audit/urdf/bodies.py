@@ -44,6 +44,8 @@ class LinkBody:
         Of both together; of the more plausible one where their units differ.
     unread : tuple of (ShapeElement, str)
         Mesh files that are there and cannot be read, with the reason.
+    whole : bool
+        Whether every mesh was read; without one the hull may be smaller than the body.
     """
 
     link: LinkElement
@@ -51,6 +53,7 @@ class LinkBody:
     collision: Hull | None
     hull: Hull | None
     unread: tuple[tuple[ShapeElement, str], ...]
+    whole: bool = True
 
     @property
     def ratio(self) -> float:
@@ -90,7 +93,7 @@ def _body(link: LinkElement, path: Path) -> LinkBody:
     body = LinkBody(link, visual, collision, None, tuple(unread))
     mass = link.inertial.mass if link.inertial else None
     hull = _nearer(body, mass or 1.0) if body.units_differ else _hull(both)
-    return LinkBody(link, visual, collision, hull, tuple(unread))
+    return LinkBody(link, visual, collision, hull, tuple(unread), not partial)
 
 
 def _nearer(body: LinkBody, mass: float) -> Hull | None:

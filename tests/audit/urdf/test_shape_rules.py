@@ -42,6 +42,16 @@ def test_bodies_apart_and_a_joint_off_both():
     assert [f.subject for f in rules.bodies_apart(thousand)] == ["joint j3"]
 
 
+def test_what_a_body_lacks_may_fill_the_gap():
+    origins = (*ORIGINS[:1], tuple(np.array(ORIGINS[1]) * -1.0), ORIGINS[2])
+    arm = BoxArm(origins=origins)
+    assert [f.severity for f in rules.bodies_apart(arm.document())] == [None]
+    lost = '<collision><geometry><mesh filename="lost.stl"/></geometry></collision>'
+    for k in (1, 2):
+        partial = arm.with_link(k, shapes=arm.boxes[k].box() + lost).document()
+        assert [f.severity for f in rules.bodies_apart(partial)] == ["note"]
+
+
 def test_remarks_on_links_without_shapes():
     bare = ARM
     for k in range(4):
