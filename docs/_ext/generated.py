@@ -1,0 +1,64 @@
+"""Parts of pages that are made from the program: a line `<!-- generated: NAME -->` is replaced while a page is read.
+
+Also: `python file=x.py` blocks get the file's name as a caption, and the index of a section gets the table of contents
+that its links make.
+"""
+
+import re
+from pathlib import Path
+
+from command_pages import commands_text
+from error_table import errors_text
+from front_door import front_door_text
+from gallery import first_picture, gallery_text
+from reports import reports_text
+from sphinx.application import Sphinx
+
+from lwr_dyn.papers.catalog import template
+
+PLACE = re.compile(r"^<!-- generated: ([\w-]+) -->$", re.MULTILINE)
+FILE_BLOCK = re.compile(r"^(?P<indent> *)```(?P<language>\w+) file=(?P<name>\S+)$", re.MULTILINE)
+NO_RUN = re.compile(r"^( *```\w+) no-run .*$", re.MULTILINE)
+LINK = re.compile(r"\]\(([\w/.]+)\.md[)#]")
+
+
+def template_text(root: Path) -> str:
+    """The commented data file that `lwr-dyn new arm` writes."""
+    return f"```toml\n{template('my_arm.toml', 'my_arm', 'RR', 'modified')}\n```"
+
+
+PARTS = {
+    "commands": commands_text,
+    "front-door": front_door_text,
+    "errors": errors_text,
+    "first-picture": first_picture,
+    "gallery": gallery_text,
+    "reports": reports_text,
+    "template": template_text,
+}
+"""Name -> function of the project's root that gives Markdown."""
+
+
+def contents_of(text: str, folder: Path) -> str:
+    """A hidden table of contents of the pages that an index links to, in its order, and then of the others."""
+    linked = [name for name in LINK.findall(text) if (folder / f"{name}.md").is_file()]
+    others = sorted(path.stem for path in folder.glob("*.md") if path.stem != "index")
+    names = list(dict.fromkeys([*linked, *others]))
+    return "\n\n```{toctree}\n:hidden:\n\n" + "\n".join(names) + "\n```\n"
+
+
+def expand(app: Sphinx, docname: str, content: list[str]) -> None:
+    """Fill the places of a page."""
+    root = Path(app.srcdir).parent
+    text = PLACE.sub(lambda found: PARTS[found[1]](root), content[0])
+    text = FILE_BLOCK.sub(r"\g<indent>```{code-block} \g<language>\n\g<indent>:caption: \g<name>\n", text)
+    text = NO_RUN.sub(r"\1", text)
+    if docname.endswith("/index") and "{toctree}" not in text:
+        text += contents_of(text, Path(app.srcdir) / Path(docname).parent)
+    content[0] = text
+
+
+def setup(app: Sphinx) -> dict[str, bool]:
+    """Register the step."""
+    app.connect("source-read", expand)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}
