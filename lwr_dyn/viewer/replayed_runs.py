@@ -70,7 +70,7 @@ def replayed_runs(
     arms : Arm or sequence of Arm
         One for all, or one per run.
     labels : sequence of str, optional
-        One per run; the controller's name if not given, numbered where names repeat.
+        One per run; if not given the controller's, with what differs where it repeats.
 
     Raises
     ------
@@ -131,8 +131,11 @@ def _replayed(run: Run, arm: Arm, label: str, place: int) -> ReplayedRun:
 
 
 def _labels(runs: Sequence[Run]) -> list[str]:
-    plain = [facts(run).get("controller", "run") for run in runs]
-    return [name if plain.count(name) == 1 else f"{name} {plain[: i + 1].count(name)}" for i, name in enumerate(plain)]
+    """The controller; where it repeats with plant and payload; where that repeats with a number."""
+    names = [facts(run).get("controller", "run") for run in runs]
+    more = [run_name(run)[1] for run in runs]
+    full = [f"{n}, {m}" if m and names.count(n) > 1 else n for n, m in zip(names, more, strict=True)]
+    return [name if full.count(name) == 1 else f"{name} {full[: i + 1].count(name)}" for i, name in enumerate(full)]
 
 
 def facts(run: Run) -> dict[str, str]:

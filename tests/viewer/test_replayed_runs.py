@@ -26,6 +26,10 @@ def test_labels_are_given_or_are_the_controllers_numbered_where_they_repeat(arm,
     assert [run.label for run in replayed_runs([one, other, one], arm)] == [
         "pd-gravity 1", "inverse-dynamics", "pd-gravity 2",
     ]  # fmt: skip
+    loaded = replace(one, meta={**one.meta, "payload": {"mass": 3.0}})
+    assert [run.label for run in replayed_runs([loaded, one], arm)] == [
+        "pd-gravity, 3 kg at the flange", "pd-gravity",
+    ]  # fmt: skip
     many = replayed_runs([one] * 7, [arm] * 7, labels=list("abcdefg"))
     assert [run.label for run in many] == list("abcdefg")
     assert sorted(run.place for run in many) == [0, 1, 2, 3, 4, 4, 4]
