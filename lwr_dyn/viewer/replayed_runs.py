@@ -90,23 +90,24 @@ def replayed_runs(
     return tuple(_replayed(*row) for row in zip(runs, arm_of, names, places, strict=True))
 
 
-def run_name(run: Run) -> tuple[str, str]:
-    """What gives a run its colour, as its file has it: the controller's name; what its plant and payload are."""
+def run_name(run: Run) -> tuple[str, str, str]:
+    """What gives a run its colour, as its file has it: the controller; its plant and payload; its label."""
     controller, known = run.meta.get("controller"), facts(run)
     name = controller.get("name") if isinstance(controller, Mapping) else controller
-    return str(name), ", ".join(known[key] for key in ("plant", "payload") if key in known)
+    return str(name), ", ".join(known[key] for key in ("plant", "payload") if key in known), known.get("controller", "")
 
 
-def run_places(names: Sequence[tuple[str, str]]) -> tuple[int, ...]:
+def run_places(names: Sequence[tuple[str, str, str]]) -> tuple[int, ...]:
     """The places in the palette of the runs of one picture, by their names (`run_name`), whatever their order.
 
     A run has the place of its controller, alone and beside others. Where several of one picture want a place, the one
-    of the plain plant has it; each other one gets the first place that stays free. From the fifth run on: 4, grey.
+    of the plain plant and then of the shortest label has it; each other one gets the first place that stays free. From
+    the fifth run on: 4, grey.
 
-    >>> run_places([("pid", ""), ("mine", ""), ("pd-gravity", "masses times 1.2"), ("pd-gravity", ""), ("pid", "3 kg")])
-    (2, 3, 4, 1, 0)
+    >>> run_places([("pid", "", ""), ("mine", "", ""), ("pid", "3 kg", ""), ("pd-gravity", "", "")])
+    (2, 3, 0, 1)
     """
-    order = sorted(range(len(names)), key=lambda i: (names[i][1], names[i][0], i))
+    order = sorted(range(len(names)), key=lambda i: (names[i][1], names[i][0], len(names[i][2]), names[i][2], i))
     having: dict[int, int] = {}
     for i in order:
         having.setdefault(PLACES.get(names[i][0], len(PLACES)), i)
