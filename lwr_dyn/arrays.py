@@ -4,14 +4,22 @@ They run in the functions of `import lwr_dyn` and in the public methods of the e
 run unchecked.
 """
 
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lwr_dyn.errors import ShapeError
+from lwr_dyn.errors import OptionError, ShapeError
 
 Array = NDArray[np.float64]
+T = TypeVar("T")
+
+
+def arm_argument(arm: T) -> T:
+    """The argument itself; raises `OptionError` for anything but an arm, above all for a robot's name."""
+    if not hasattr(arm, "chain"):
+        raise OptionError("arm", repr(arm), "an arm, such as lwr_dyn.load('lwr4plus') gives")
+    return arm
 
 
 def joint_array(name: str, value: ArrayLike, n: int) -> Array:

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
+from lwr_dyn.arrays import arm_argument
 from lwr_dyn.errors import OptionError
 from lwr_dyn.loading import FUNCTIONS as FUNCTIONS
 from lwr_dyn.loading import arm_of, load_with_paper
-from lwr_dyn.progress import progress
 
 if TYPE_CHECKING:
     from lwr_dyn.arrays import Array
@@ -19,21 +20,27 @@ if TYPE_CHECKING:
     from lwr_dyn.control.protocol import Controller
     from lwr_dyn.dynamics.protocol import Dynamics
     from lwr_dyn.explorer.shown import ShownPage
-    from lwr_dyn.kinematics.pose_solver import PoseSolver
-    from lwr_dyn.kinematics.solution import InverseResult
+    from lwr_dyn.kinematics.inverse import inverse_kinematics as inverse_kinematics
+    from lwr_dyn.kinematics.pose_solver import ik_solver as ik_solver
     from lwr_dyn.krl.kuka_units import KukaUnits
     from lwr_dyn.model.arm import Arm
     from lwr_dyn.model.run import Reference, Run
     from lwr_dyn.notebook.plot import RunPlot
+    from lwr_dyn.simulation.simulate import simulate as simulate
 
 
-def _an_arm(arm: Any) -> Arm:
-    """The argument itself; raises `OptionError` for anything but an arm, above all for a robot's name."""
-    from lwr_dyn.model.arm import Arm
+_ELSEWHERE = {
+    "inverse_kinematics": "lwr_dyn.kinematics.inverse",
+    "ik_solver": "lwr_dyn.kinematics.pose_solver",
+    "simulate": "lwr_dyn.simulation.simulate",
+}
+"""Functions that are offered as they stand in their modules."""
 
-    if not isinstance(arm, Arm):
-        raise OptionError("arm", repr(arm), "an arm, such as lwr_dyn.load('lwr4plus') gives")
-    return arm
+
+def __getattr__(name: str) -> Any:
+    if name not in _ELSEWHERE:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(_ELSEWHERE[name]), name)
 
 
 def robots() -> tuple[str, ...]:
@@ -106,7 +113,7 @@ def urdf_text(arm: Arm) -> str:
     """The arm as URDF text; the same arm gives the same bytes."""
     from lwr_dyn.urdf import writer
 
-    return writer.urdf_text(_an_arm(arm))
+    return writer.urdf_text(arm_argument(arm))
 
 
 def dynamics_of(arm: Arm, engine: str = "pinocchio", rotors: str = "armature") -> Dynamics:
@@ -118,7 +125,7 @@ def dynamics_of(arm: Arm, engine: str = "pinocchio", rotors: str = "armature") -
     """
     from lwr_dyn.dynamics import engines
 
-    return engines.dynamics_of(_an_arm(arm), engine, rotors)
+    return engines.dynamics_of(arm_argument(arm), engine, rotors)
 
 
 def engines() -> dict[str, str]:
@@ -135,14 +142,15 @@ def engines() -> dict[str, str]:
 def controller(name: str, arm: Arm, *, engine: str | Dynamics = "pinocchio", **options: Any) -> Controller:
     """A controller by name ("pd-gravity", "pid", "inverse-dynamics", or one that a package adds), or from a .py file.
 
-    Options are those of its factory, such as omega_n [rad/s]; errors as of `control.controllers.make_controller`.
+    Options are those of its factory, such as omega_n [rad/s]; errors as of `control.controllers.make_controller`. The
+    engine computes the model of the arm.
 
     >>> controller("inverse-dynamics", load("lwr4plus"), omega_n=20.0).Kp[0]
     np.float64(400.0)
     """
     from lwr_dyn.control.controllers import make_controller
 
-    return make_controller(name, _an_arm(arm), engine, **options)
+    return make_controller(name, arm_argument(arm), engine, **options)
 
 
 def reference(name: str, arm: Arm, **options: Any) -> Reference:
@@ -157,22 +165,33 @@ def reference(name: str, arm: Arm, **options: Any) -> Reference:
     """
     from lwr_dyn.trajectory.references.tasks import REFERENCES
 
-    motion: Reference = REFERENCES.make(name, _an_arm(arm), **options)
+    motion: Reference = REFERENCES.make(name, arm_argument(arm), **options)
     return motion
 
 
-def batch_dynamics(arm: Arm, **options: Any) -> BatchDynamics:
+def batch_dynamics(
+    arm: Arm,
+    dtype: str = "float64",
+    threads: int | None = 1,
+    inputs: Iterable[str] = (),
+    friction: str = "none",
+    rotors: str = "armature",
+) -> BatchDynamics:
     """An arm's dynamics over rows of states by generated kernels; needs the extra `batch`.
 
-    Options (dtype, threads, inputs, friction, rotors) and errors are those of `lwr_dyn.codegen.batch.batch_dynamics`.
+    dtype: "float64" or "float32". threads: None for all processors. inputs: names out of inertia, payload, gravity,
+    friction, which kernels take as inputs instead of the arm's constants. friction: "arm" adds the arm's friction to
+    inverse and subtracts it in forward dynamics. rotors: "armature", "full" or "none".
+    Raises `OptionError` for another choice, `MissingDataError` (no inertias), `MissingPackageError`.
     """
-    batch: BatchDynamics = FUNCTIONS.load("batch_dynamics")(_an_arm(arm), **options)
+    make = FUNCTIONS.load("batch_dynamics")
+    batch: BatchDynamics = make(arm_argument(arm), dtype, threads, inputs, friction, rotors)
     return batch
 
 
 def kuka_units(arm: Arm) -> KukaUnits | None:
     """Poses and solutions of an arm in KUKA's units; None without KUKA's axes or without the package `krl`."""
-    units = FUNCTIONS.load("kuka_units")(_an_arm(arm)) if FUNCTIONS["kuka_units"].is_installed else None
+    units = FUNCTIONS.load("kuka_units")(arm_argument(arm)) if FUNCTIONS["kuka_units"].is_installed else None
     return units if units and units.has_axes else None
 
 
@@ -184,40 +203,7 @@ def forward_kinematics(arm: Arm, q: ArrayLike) -> Array:
     """
     from lwr_dyn.kinematics import forward
 
-    return forward.forward_kinematics(_an_arm(arm).chain, q)
-
-
-def inverse_kinematics(arm: Arm, T: ArrayLike, **options: Any) -> InverseResult:
-    """Joint positions for a pose T (4, 4) of the flange: all branches, out of limits and out of reach kept apart.
-
-    One solution, faster: `ik_solver`. Options and errors are those of `lwr_dyn.kinematics.inverse.inverse_kinematics`.
-
-    >>> arm = load("lwr4plus")
-    >>> inverse_kinematics(arm, forward_kinematics(arm, [0.1, 0.5, 0.0, -1.0, 0.2, 0.4, 0.0])).status
-    'solved'
-    """
-    from lwr_dyn.kinematics import inverse
-
-    return inverse.inverse_kinematics(_an_arm(arm), T, **options)
-
-
-def ik_solver(arm: Arm, **options: Any) -> PoseSolver:
-    """A function `solve(T, q0)` that gives one solution of a pose, fast; all of them: `inverse_kinematics`.
-
-    `solve.batch(T, q0)` takes many poses, `solve.near(T, q0)` never restarts. Options and errors are those of
-    `lwr_dyn.kinematics.pose_solver.ik_solver`; with the extra `batch` a kernel is compiled for the arm.
-    """
-    from lwr_dyn.kinematics import pose_solver
-
-    return pose_solver.ik_solver(_an_arm(arm), **options)
-
-
-def simulate(arm: Arm, controller: Controller, reference: Reference, **options: Any) -> Run:
-    """The closed loop over time as a `Run`; options and errors are those of `lwr_dyn.simulation.simulate.simulate`."""
-    from lwr_dyn.simulation.simulate import simulate as run_simulation
-
-    with progress("simulating", terminal=False) as report:
-        return run_simulation(_an_arm(arm), controller, reference, **{"progress": report, **options})
+    return forward.forward_kinematics(arm_argument(arm).chain, q)
 
 
 def plot(runs: Run | Sequence[Run], quantity: str = "overview", labels: Sequence[str] | None = None) -> RunPlot:
@@ -230,10 +216,21 @@ def plot(runs: Run | Sequence[Run], quantity: str = "overview", labels: Sequence
     return picture
 
 
-def replay(runs: Run | Sequence[Run], path: str | Path, **options: Any) -> None:
-    """One HTML page, no network, that replays runs in 3D; options as of `lwr_dyn.viewer.replay_page.replay_html`.
+def replay(
+    runs: Run | Sequence[Run],
+    path: str | Path,
+    *,
+    labels: Sequence[str] | None = None,
+    title: str | None = None,
+    trace: bool = True,
+    frames: bool = False,
+    layout: str = "overlaid",
+) -> None:
+    """Write one HTML page to `path`, no network, that replays runs in 3D with the arms that they name.
 
-    The arms are those that the runs name. Raises `FileAccessError`, `UnknownNameError` (a run of an unknown robot).
+    labels: one per run; the controllers' names if not given. title: headline; the arm's title if not given. trace,
+    frames: whether the trace and the source's frames are shown at the start. layout: "overlaid" or "beside".
+    Raises `FileAccessError`, `UnknownNameError` (a run of an unknown robot), `OptionError`, `ShapeError`.
     """
     from lwr_dyn.model.run import Run
     from lwr_dyn.viewer.replay_page import write_replay
@@ -241,7 +238,8 @@ def replay(runs: Run | Sequence[Run], path: str | Path, **options: Any) -> None:
     if not isinstance(runs, (Run, Sequence)):
         raise OptionError("runs", repr(runs), "a run or a list of runs, as simulate or Run.load give them")
     several = [runs] if isinstance(runs, Run) else list(runs)
-    write_replay(path, several, [arm_of(run) for run in several], **options)
+    arms = [arm_of(run) for run in several]
+    write_replay(path, several, arms, labels=labels, title=title, trace=trace, frames=frames, layout=layout)
 
 
 def show(shown: Arm | Run, path: str | Path | None = None, **options: Any) -> ShownPage:

@@ -1,11 +1,13 @@
 """Inverse kinematics of one flange pose: every branch in closed form for arms that allow it, else a numeric search."""
 
+from __future__ import annotations
+
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lwr_dyn.arrays import fixed_array
+from lwr_dyn.arrays import arm_argument, fixed_array
 from lwr_dyn.errors import OptionError
 from lwr_dyn.kinematics.forward import pose_array
 from lwr_dyn.kinematics.numeric import solve_position
@@ -84,6 +86,7 @@ def inverse_kinematics(
     >>> result.status, len(result.solutions), result.complete
     ('solved', 8, True)
     """
+    arm_argument(arm)
     if position_only and (arm_angle is not None or reference is not None or solver not in (None, "numeric")):
         raise OptionError("arm_angle, reference, solver", "given for a position only", 'none, or solver="numeric"')
     if position_only:

@@ -4,6 +4,8 @@ A search goes from q0, and where that fails from seeded starts, by damped least 
 of 1e-9 m and rad. It proves nothing: a pose that it does not reach may have a solution.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NoReturn, Protocol
@@ -11,7 +13,7 @@ from typing import Any, NoReturn, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lwr_dyn.arrays import Array, joint_array, real_array
+from lwr_dyn.arrays import Array, arm_argument, joint_array, real_array
 from lwr_dyn.errors import MissingPackageError, OptionError, PoseNotReachedError, ShapeError
 from lwr_dyn.kinematics.branches import drawing_range
 from lwr_dyn.kinematics.forward import pose_array
@@ -184,6 +186,7 @@ def ik_solver(
     >>> solve(lwr_dyn.forward_kinematics(arm, q), q).round(9).tolist() == q
     True
     """
+    arm_argument(arm)
     if starts < 1:
         raise OptionError("starts", starts, "an integer >= 1")
     for name in POSE_SEARCHES.rows if search is None else (search,):

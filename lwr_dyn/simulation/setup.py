@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lwr_dyn.arrays import Array, read_only
+from lwr_dyn.arrays import Array, arm_argument, read_only
 from lwr_dyn.control.protocol import Controller, describe
 from lwr_dyn.dynamics.protocol import Dynamics
 from lwr_dyn.errors import OptionError
@@ -113,55 +113,8 @@ def prepare(
     dq0: ArrayLike | None = None,
     meta: Mapping[str, Any] | None = None,
 ) -> Setup:
-    """The closed loop B ddq + C dq + g = sat(tau) - tau_friction, tau = controller(t, state, reference), checked.
-
-    Parameters
-    ----------
-    arm : Arm
-        The robot as its controller knows it; also the plant unless `plant` is given.
-    controller : Controller
-        A function or object `f(t, q, dq, q_ref, dq_ref, ddq_ref) -> tau`.
-    reference : Reference
-    rate : float
-        Samples a second [Hz]: the controller is called at each, and its torque held until the next.
-    method : {"rk4", "dop853"}
-        RK4 with `substeps` equal steps a sample, or adaptive with relative tolerance `rtol`.
-    continuous : bool
-        Call the controller at every stage of the integrator; `rate` then only sets the samples of the run.
-    engine : str or Dynamics
-        The plant's engine: a name, or one already built for exactly this plant with its payload.
-    plant : Arm, optional
-        The arm that is simulated: another reading, other masses.
-    payload, payload_com, payload_inertia
-        Mass [kg], centre (3,) [m] and inertia about it (3, 3) [kg m^2] of a load in the plant's flange frame. The
-        controller knows of it only if its own dynamics were built on `arm_with_payload(arm, ...)`.
-    friction : {"set-valued", "smooth", "none"}, sequence of JointFriction, or function
-        The plant's own friction, where its file gives any, with true stick; its tanh form (stiff: see `substeps`); or
-        none. Friction of one's own, joint by joint, is set-valued; a function tau_friction(dq) must be smooth.
-    encoder : Encoder, optional
-        What the controller sees; the true state if not given.
-    saturate, position_limits : bool
-        Cut torques at the effort limits; stop joints at their position limits, without bounce.
-    allow_unphysical : bool
-        Simulate inertias that no body can have.
-    seed : int
-        Of the encoder's noise.
-    delay : int
-        Samples from a command of the controller to its torque; until it arrives, the first command acts.
-    duration : float, optional
-        [s]; the reference's if not given.
-    q0, dq0 : (n,) array_like, optional
-        The state at the start [rad or m, per s]; on the reference if not given.
-    meta : mapping, optional
-        JSON values that are kept in `run.meta["note"]`.
-
-    Raises
-    ------
-    OptionError, ShapeError
-        An option outside what is allowed, an array of the wrong shape, a start outside the limits.
-    MissingDataError, NotPhysicalError, UnknownNameError
-        An arm that cannot be simulated, an engine that does not exist.
-    """
+    """The setup of a run, checked; parameters and errors as of `lwr_dyn.simulation.simulate.simulate`."""
+    arm_argument(arm)
     options = SimulationOptions(
         rate, method, substeps, rtol, continuous, saturate, position_limits, allow_unphysical, seed, delay
     )

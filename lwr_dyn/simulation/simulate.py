@@ -1,31 +1,97 @@
 """`simulate`: an arm, a controller and a reference become a `Run` that records its setup and its audit."""
 
+from __future__ import annotations
+
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from lwr_dyn.control.protocol import Controller, reset
+from lwr_dyn.dynamics.protocol import Dynamics
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Reference, Run
+from lwr_dyn.progress import progress as shown_progress
+from lwr_dyn.simulation.arm_friction import FrictionOption
 from lwr_dyn.simulation.flow import Flow
 from lwr_dyn.simulation.loops import Diverged, Progress, run_continuous, run_sampled
 from lwr_dyn.simulation.record import Log, divergence, run_of
+from lwr_dyn.simulation.sensors import Encoder
 from lwr_dyn.simulation.setup import Setup, prepare
 
 
 def simulate(
-    arm: Arm, controller: Controller, reference: Reference, *, progress: Progress | None = None, **options: Any
+    arm: Arm,
+    controller: Controller,
+    reference: Reference,
+    *,
+    rate: float = 1000.0,
+    method: str = "rk4",
+    substeps: int = 1,
+    rtol: float = 1e-12,
+    continuous: bool = False,
+    engine: str | Dynamics = "pinocchio",
+    plant: Arm | None = None,
+    payload: float = 0.0,
+    payload_com: ArrayLike = (0.0, 0.0, 0.0),
+    payload_inertia: ArrayLike | None = None,
+    friction: FrictionOption = "set-valued",
+    encoder: Encoder | None = None,
+    saturate: bool = True,
+    position_limits: bool = True,
+    allow_unphysical: bool = False,
+    seed: int = 0,
+    delay: int = 0,
+    duration: float | None = None,
+    q0: ArrayLike | None = None,
+    dq0: ArrayLike | None = None,
+    meta: Mapping[str, Any] | None = None,
+    progress: Progress | None = None,
 ) -> Run:
     """The closed loop over time: B ddq + C dq + g = sat(tau) - tau_friction, tau = controller(t, state, reference).
 
     Parameters
     ----------
-    arm, controller, reference, **options
-        See `lwr_dyn.simulation.setup.prepare`: rate, method, substeps, rtol, continuous, engine, plant, payload,
-        payload_com, payload_inertia, friction, encoder, saturate, position_limits, allow_unphysical, seed, delay,
-        duration, q0, dq0, meta.
+    arm : Arm
+        The robot as its controller knows it; also the plant unless `plant` is given.
+    controller : Controller
+        A function or object `f(t, q, dq, q_ref, dq_ref, ddq_ref) -> tau`.
+    reference : Reference
+    rate : float
+        Samples a second [Hz]: the controller is called at each, and its torque held until the next.
+    method : {"rk4", "dop853"}
+        RK4 with `substeps` equal steps a sample, or adaptive with relative tolerance `rtol`.
+    continuous : bool
+        Call the controller at every stage of the integrator; `rate` then only sets the samples of the run.
+    engine : str or Dynamics
+        The plant's engine: a name, or one already built for exactly this plant with its payload.
+    plant : Arm, optional
+        The arm that is simulated: another reading, other masses.
+    payload, payload_com, payload_inertia
+        Mass [kg], centre (3,) [m] and inertia about it (3, 3) [kg m^2] of a load in the plant's flange frame. The
+        controller knows of it only if its own dynamics were built on `arm_with_payload(arm, ...)`.
+    friction : {"set-valued", "smooth", "none"}, sequence of JointFriction, or function
+        The plant's own friction, where its file gives any, with true stick; its tanh form (stiff: see `substeps`); or
+        none. Friction of one's own, joint by joint, is set-valued; a function tau_friction(dq) must be smooth.
+    encoder : Encoder, optional
+        What the controller sees; the true state if not given.
+    saturate, position_limits : bool
+        Cut torques at the effort limits; stop joints at their position limits, without bounce.
+    allow_unphysical : bool
+        Simulate inertias that no body can have.
+    seed : int
+        Of the encoder's noise.
+    delay : int
+        Samples from a command of the controller to its torque; until it arrives, the first command acts.
+    duration : float, optional
+        [s]; the reference's if not given.
+    q0, dq0 : (n,) array_like, optional
+        The state at the start [rad or m, per s]; on the reference if not given.
+    meta : mapping, optional
+        JSON values that are kept in `run.meta["note"]`.
     progress : callable, optional
-        Called with the share that is done.
+        Called with the share that is done; a bar in a notebook if not given.
 
     Returns
     -------
@@ -34,10 +100,21 @@ def simulate(
 
     Raises
     ------
-    LwrDynError
-        As `prepare` and `run_setup`.
+    OptionError, ShapeError
+        An option outside what is allowed, an array of the wrong shape, a start outside the limits.
+    MissingDataError, NotPhysicalError, UnknownNameError
+        An arm that cannot be simulated, an engine that does not exist.
+    DivergenceError
+        As `run_setup`.
     """
-    return run_setup(prepare(arm, controller, reference, **options), progress)
+    setup = prepare(
+        arm, controller, reference, rate=rate, method=method, substeps=substeps, rtol=rtol, continuous=continuous,
+        engine=engine, plant=plant, payload=payload, payload_com=payload_com, payload_inertia=payload_inertia,
+        friction=friction, encoder=encoder, saturate=saturate, position_limits=position_limits,
+        allow_unphysical=allow_unphysical, seed=seed, delay=delay, duration=duration, q0=q0, dq0=dq0, meta=meta,
+    )  # fmt: skip
+    with shown_progress("simulating", terminal=False) as report:
+        return run_setup(setup, report if progress is None else progress)
 
 
 def run_setup(setup: Setup, progress: Progress | None = None) -> Run:
