@@ -2,9 +2,8 @@
 // Everything hangs below the nodes of the links, so it moves when they move.
 
 class ArmParts {
-  // `colour(name)` is a token of the look as "rgb(...)".
-  constructor(stage, data, colour) {
-    Object.assign(this, { stage, data, colour, run: stage.runs[0], painted: [], shown: {} });
+  constructor(stage, data) {
+    Object.assign(this, { stage, data, run: stage.runs[0] });
     const { arm } = data;
     this.reach = armKinematics.reach(arm);
     this.size = Math.min(Math.max(0.075 * this.reach, 0.02), 0.22);
@@ -14,11 +13,13 @@ class ArmParts {
     data.bodies.forEach((body, i) => this.#body(body, this.run.chain[i + 1]));
     arm.joints.forEach((joint, i) => this.#limits(joint, i));
     this.#gravity();
-    this.paint();
+    stage.node(this.run.chain[0]).traverse((part) => { // no run, no colour of one
+      if (/^run/.test(part.userData.token) && !part.userData.added) part.userData.token = "joint";
+    });
+    stage.repaint();
   }
 
   show(what, on) {
-    this.shown[what] = on;
     this.paths[what].forEach((path) => this.stage.viewer.set_property(path, "visible", on));
     this.stage.viewer.set_dirty();
   }
@@ -44,12 +45,6 @@ class ArmParts {
     return points;
   }
 
-  // Takes the colours of the present scheme.
-  paint() {
-    this.painted.forEach(([material, name]) => material.color.set(this.colour(name)));
-    this.stage.viewer.set_dirty();
-  }
-
   #add(what, path, object, pose) {
     object.traverse((part) => { part.userData.added = true; part.castShadow = false; });
     this.stage.viewer.set_object(path, object);
@@ -57,17 +52,10 @@ class ArmParts {
     this.paths[what].push(path);
   }
 
-  #line(name) {
-    const material = new THREE.LineBasicMaterial();
-    this.painted.push([material, name]);
-    return material;
-  }
-
-  #material(name, options = {}) {
-    const { lit = false, ...rest } = options;
-    const material = lit ? new THREE.MeshLambertMaterial(rest) : new THREE.MeshBasicMaterial(rest);
-    this.painted.push([material, name]);
-    return material;
+  // A mesh in a colour of the look; `lit` ones have light and shade.
+  #mesh(geometry, token, { lit = false, ...options } = {}) {
+    const material = lit ? new THREE.MeshLambertMaterial(options) : new THREE.MeshBasicMaterial(options);
+    return painted(new THREE.Mesh(geometry, material), token);
   }
 
   #frames() {
@@ -80,8 +68,8 @@ class ArmParts {
 
   #body(body, path) {
     if (body.com) {
-      const ball = new THREE.Mesh(new THREE.SphereGeometry(0.085 * this.size, 20, 14), this.#material("--ink", { depthTest: false, transparent: true }));
-      const ring = new THREE.Mesh(new THREE.SphereGeometry(0.125 * this.size, 20, 14), this.#material("--card", { depthTest: false, transparent: true }));
+      const ball = this.#mesh(new THREE.SphereGeometry(0.085 * this.size, 20, 14), "ink", { depthTest: false, transparent: true });
+      const ring = this.#mesh(new THREE.SphereGeometry(0.125 * this.size, 20, 14), "card", { depthTest: false, transparent: true });
       ring.renderOrder = 11;
       ball.renderOrder = 12;
       const both = new THREE.Group();
@@ -89,10 +77,10 @@ class ArmParts {
       this.#add("centres", path.concat("centre"), both, new THREE.Matrix4().makeTranslation(...body.com).elements);
     }
     if (body.ellipsoid) {
-      const solid = new THREE.Mesh(new THREE.SphereGeometry(1, 40, 26), this.#material("--run2", { lit: true, transparent: true, opacity: 0.35, depthWrite: false }));
+      const solid = this.#mesh(new THREE.SphereGeometry(1, 40, 26), "soft", { lit: true, transparent: true, opacity: 0.28, depthWrite: false });
       const group = new THREE.Group(), { lines } = this;
       group.add(solid, ...[[0, 0], [Math.PI / 2, 0], [0, Math.PI / 2]].map(([x, y]) => {
-        const circle = new THREE.LineLoop(lines, this.#line("--run2"));
+        const circle = painted(new THREE.LineLoop(lines, new THREE.LineBasicMaterial()), "ink");
         circle.rotation.set(x, y, 0);
         return circle;
       }));
@@ -107,26 +95,26 @@ class ArmParts {
     const side = { side: THREE.DoubleSide, transparent: true, opacity: 0.45, depthWrite: false }, wide = 1.5 * this.size;
     if (joint.kind === "revolute") {
       const turn = Math.min(upper - lower, 2 * Math.PI);
-      const sector = new THREE.Mesh(new THREE.RingGeometry(0.82 * wide, wide, 72, 1, lower, turn), this.#material("--soft", side));
-      const ends = [lower, upper].map((angle) => this.#bar(0.7 * wide, 1.08 * wide, angle, "--soft"));
+      const sector = this.#mesh(new THREE.RingGeometry(0.82 * wide, wide, 72, 1, lower, turn), "soft", side);
+      const ends = [lower, upper].map((angle) => this.#bar(0.7 * wide, 1.08 * wide, angle, "soft"));
       const group = new THREE.Group();
       group.add(sector, ...ends);
       this.#add("limits", before, group, joint.origin);
-      this.#add("limits", after, this.#bar(0, 1.14 * wide, 0, "--ink"));
+      this.#add("limits", after, this.#bar(0, 1.14 * wide, 0, "ink"));
     } else {
-      const long = Math.max(upper - lower, 1e-6), rail = new THREE.Mesh(new THREE.CylinderGeometry(0.05 * this.size, 0.05 * this.size, long, 12), this.#material("--soft", side));
+      const long = Math.max(upper - lower, 1e-6), rail = this.#mesh(new THREE.CylinderGeometry(0.05 * this.size, 0.05 * this.size, long, 12), "soft", side);
       rail.rotation.x = Math.PI / 2;
       rail.position.set(wide, 0, (lower + upper) / 2);
       const group = new THREE.Group();
       group.add(rail);
       this.#add("limits", before, group, joint.origin);
-      this.#add("limits", after, this.#bar(0, 1.14 * wide, 0, "--ink"));
+      this.#add("limits", after, this.#bar(0, 1.14 * wide, 0, "ink"));
     }
   }
 
   // A bar in the plane across the axis, from one radius to another.
-  #bar(from, to, angle, colour) {
-    const thick = 0.025 * this.size, bar = new THREE.Mesh(new THREE.BoxGeometry(to - from, 2 * thick, 2 * thick), this.#material(colour));
+  #bar(from, to, angle, token) {
+    const thick = 0.025 * this.size, bar = this.#mesh(new THREE.BoxGeometry(to - from, 2 * thick, 2 * thick), token);
     const turned = new THREE.Group();
     bar.position.x = (from + to) / 2;
     turned.add(bar);
@@ -138,9 +126,9 @@ class ArmParts {
   #gravity() {
     const g = new THREE.Vector3(...this.data.arm.gravity), long = 2.2 * this.size, thin = 0.045 * this.size;
     if (g.length() === 0) return;
-    const arrow = new THREE.Group(), material = this.#material("--ink", { lit: true });
-    const shaft = new THREE.Mesh(new THREE.CylinderGeometry(thin, thin, 0.78 * long, 16), material);
-    const head = new THREE.Mesh(new THREE.ConeGeometry(2.8 * thin, 0.22 * long, 20), material);
+    const arrow = new THREE.Group();
+    const shaft = this.#mesh(new THREE.CylinderGeometry(thin, thin, 0.78 * long, 16), "ink", { lit: true });
+    const head = this.#mesh(new THREE.ConeGeometry(2.8 * thin, 0.22 * long, 20), "ink", { lit: true });
     shaft.position.y = 0.39 * long;
     head.position.y = 0.89 * long;
     arrow.add(shaft, head);

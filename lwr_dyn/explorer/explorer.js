@@ -8,12 +8,10 @@ class Explorer {
     this.stage = new Stage(document.getElementById("stage"), data.stage);
     ["reference", "target", "trace", "frame"].forEach((part) => this.stage.show(part, false));
     this.stage.runs[0].azimuth = this.#side(data.start);
-    this.parts = new ArmParts(this.stage, data, tokenColour);
+    this.parts = new ArmParts(this.stage, data);
     this.rows = this.arm.joints.map((joint, i) => this.#row(joint, i));
     this.#buttons();
     this.#switches();
-    this.scheme();
-    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.scheme());
     if (data.live) this.#follow();
     this.setPose(this.positions());
     this.#fit();
@@ -38,12 +36,6 @@ class Explorer {
   // q in rad, m of sliding joints.
   setPose(q) {
     this.setValues(Array.from(q, (x, i) => round(armKinematics.shown(this.arm.joints[i], x), 9)));
-  }
-
-  scheme() {
-    const [top, bottom] = ["--card", "--grid"].map((name) => new THREE.Color(tokenColour(name)).toArray());
-    this.stage.paint(top, bottom);
-    this.parts.paint();
   }
 
   // For scripts and tests.
@@ -164,16 +156,6 @@ function plain(value, digits) {
 function fixed(value, digits) {
   const text = value.toFixed(digits);
   return Number(text) === 0 ? (0).toFixed(digits) : text;
-}
-
-// A token of the look, in the present scheme, as three.js reads it.
-function tokenColour(name) {
-  const probe = document.createElement("span");
-  probe.style.color = `var(${name})`;
-  document.body.append(probe);
-  const { color } = getComputedStyle(probe);
-  probe.remove();
-  return color;
 }
 
 window.lwrExplorer = new Explorer(JSON.parse(document.getElementById("explorer-data").textContent)).hook();

@@ -13,7 +13,7 @@ from lwr_dyn.model.chain import joint_motion
 from lwr_dyn.model.installation import ends_of
 from lwr_dyn.model.run import Run
 from lwr_dyn.model.spatial import Pose
-from lwr_dyn.urdf.geometry import COLOURS, Primitive, primitives
+from lwr_dyn.urdf.geometry import Primitive, primitives
 from lwr_dyn.viewer.look import tokens
 from lwr_dyn.viewer.replayed_runs import replayed_runs
 
@@ -21,6 +21,8 @@ _SIDES, _RINGS = 32, 40
 _AZIMUTH, _ELEVATION = -1.15, 0.27
 """Direction from which the arm is seen [rad]."""
 _LIGHT = np.array([0.45, -0.55, 0.7])
+_BODY = {"grey": "housing", "orange": "limb", "dark": "joint"}
+"""Colour of a drawn cylinder -> token of the look, as on the page."""
 _SIZE = (6.0, 4.5)
 """[inch], at 120 points each."""
 
@@ -53,6 +55,10 @@ def arm_still(arm: Arm, q: Array, run: Run | None = None) -> bytes | None:
     return out.getvalue()
 
 
+def _rgb(token: str) -> tuple[float, ...]:
+    return tuple(int(tokens()[token][i : i + 2], 16) / 255.0 for i in (1, 3, 5))
+
+
 def _view() -> Array:
     """Rows right, up and towards the eye, (3, 3)."""
     ca, sa, ce, se = np.cos(_AZIMUTH), np.sin(_AZIMUTH), np.cos(_ELEVATION), np.sin(_ELEVATION)
@@ -68,8 +74,7 @@ def _facets(arm: Arm, q: Array) -> Iterator[tuple[Array, tuple[float, ...]]]:
             out = pose.rotation @ normal
             if out @ _view()[2] > 0.0:
                 shade = 0.62 + 0.38 * max(0.0, float(out @ _LIGHT) / float(np.linalg.norm(_LIGHT)))
-                grey = COLOURS["grey" if shape.colour == "orange" else shape.colour][:3]
-                yield corners @ pose.rotation.T + pose.position, tuple(shade * x for x in grey)
+                yield corners @ pose.rotation.T + pose.position, tuple(shade * x for x in _rgb(_BODY[shape.colour]))
 
 
 def _cylinder(shape: Primitive) -> Iterator[tuple[Array, Array]]:
