@@ -175,7 +175,7 @@ def apart(says: Verdict, text: str, path: Path) -> frozenset[str]:
     with os.fdopen(reader, encoding="utf-8") as source:
         said = source.read()
     _, status = os.waitpid(pid, 0)
-    return frozenset(json.loads(said)) if status == 0 else frozenset({f"aborted, {status}"})
+    return frozenset(json.loads(said)) if status == 0 else frozenset({f"aborted, {os.waitstatus_to_exitcode(status)}"})
 
 
 def table(each: int, seed: int, half: str) -> str:
