@@ -1,6 +1,7 @@
 """Axes of a drawn panel: their range by the data, a few round ticks, and numbers as short texts."""
 
 import math
+import re
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -106,6 +107,15 @@ def short(value: float, digits: int = 3) -> str:
 def power_of_ten(exponent: int) -> str:
     """A power of ten with its exponent raised."""
     return f"10{str(exponent).translate(_RAISED)}"
+
+
+def raised(text: str) -> str:
+    """Text with the exponents 0 to 4 of units raised.
+
+    >>> raised("kg m^2 s^-1")
+    'kg m\u00b2 s\u207b\u00b9'
+    """
+    return re.sub(r"\^(-?[0-4])", lambda found: found[1].translate(_RAISED), text)
 
 
 _RAISED = str.maketrans("-0123456789", "\u207b\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079")

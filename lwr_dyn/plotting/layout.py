@@ -1,8 +1,10 @@
 """Where the parts of a figure stand on its picture [inch]: heading, names of the lines, panels with their captions."""
 
+import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from lwr_dyn.plotting.axes import raised
 from lwr_dyn.plotting.drawn_panel import DrawnCurve, DrawnPanel, drawn_panels
 from lwr_dyn.viewer.figures import Figure
 from lwr_dyn.viewer.replayed_runs import ReplayedRun
@@ -13,6 +15,8 @@ SQUARE = 5.2
 """Side of a panel whose axes have one scale."""
 LETTER = 0.072
 """Width of a letter of a name, about."""
+SOFT_LETTER = 0.066
+"""Of the lines below the title."""
 TITLE, LINE, EDGE = 0.32, 0.2, 0.16
 CAPTION, TICKS, LABELS = 0.34, 0.3, 0.55
 """Room above a panel, below it, and at its left."""
@@ -26,7 +30,7 @@ class FigureLayout:
 
     figure: Figure
     panels: tuple[DrawnPanel, ...]
-    about: str
+    about: tuple[str, ...]
     names: tuple[tuple[DrawnCurve, ...], ...]
     columns: int
     has_ends: bool
@@ -38,7 +42,7 @@ class FigureLayout:
     @property
     def header(self) -> float:
         """Height of title, explanation and names."""
-        lines = bool(self.about) + len(self.names)
+        lines = len(self.about) + len(self.names)
         return EDGE + TITLE + LINE * lines + 0.06
 
     def box(self, k: int) -> tuple[float, float, float, float]:
@@ -65,7 +69,7 @@ def layout_of(figure: Figure, runs: Sequence[ReplayedRun]) -> FigureLayout:
     tall = SQUARE if figure.equal_aspect else 2.6 if rows == 1 else 1.25 if columns > 1 or rows > 3 else 1.7
     lone = len(named) == 1 and named[0].ink in ("ink", "soft") and not named[0].curve.text
     names = () if ends or lone or not named else _rows(named, width)
-    about = about_text(figure, panels)
+    about = tuple(textwrap.wrap(about_text(figure, panels), int((width - 2 * EDGE) / SOFT_LETTER)))
     laid = FigureLayout(figure, panels, about, names, columns, ends, right, width, 0.0, tall)
     below = LINE if panels[0].magnified > 1 else 0.0
     height = laid.header + rows * (CAPTION + tall + TICKS) + below + EDGE / 2
@@ -83,7 +87,7 @@ def about_text(figure: Figure, panels: Sequence[DrawnPanel]) -> str:
         parts += [] if figure.over_time else [f"over {_with_unit(figure.x_label, figure.x_unit)}"]
     parts += ["logarithmic"] if panels[0].y.is_logarithmic else []
     parts += [f"errors drawn {panels[0].magnified} times as large"] if panels[0].magnified > 1 else []
-    return "; ".join([*parts, *([figure.note] if figure.note else [])])
+    return raised("; ".join([*parts, *([figure.note] if figure.note else [])]))
 
 
 def _with_unit(label: str, unit: str) -> str:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lwr_dyn.plotting.axes import short
+from lwr_dyn.plotting.axes import raised, short
 from lwr_dyn.plotting.drawn_panel import DrawnCurve, DrawnPanel, widest_first
 from lwr_dyn.plotting.layout import EDGE, LINE, TITLE, FigureLayout, name_width
 from lwr_dyn.viewer.look import tokens
@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 _NAMES_APART = 0.075
 """Least distance of names at the ends of lines, as a share of the panel's height."""
+_CROWDED = 0.06
+"""A point so near below another one has its name below; a share of the panel."""
 _BAR = 0.22
 """Length of a scale bar at most, as a share of the path's extent."""
 
@@ -33,9 +35,9 @@ def draw_header(place: SubFigure, laid: FigureLayout) -> None:
         EDGE / laid.width, 1.0 - down / laid.height, laid.figure.title, fontsize=12.5, fontweight=600, va="center"
     )
     down += 0.5 * TITLE + 0.5 * LINE
-    if laid.about:
+    for text in laid.about:
         at = EDGE / laid.width, 1.0 - down / laid.height
-        place.text(*at, laid.about, color=tokens()["soft"], fontsize=9.5, va="center")
+        place.text(*at, text, color=tokens()["soft"], fontsize=9.5, va="center")
         down += LINE
     for row in laid.names:
         _draw_names(place, laid, row, 1.0 - down / laid.height)
@@ -120,8 +122,15 @@ def _draw_curve(axes: Axes, one: DrawnCurve, name: str, order: int) -> None:
         axes.fill(one.x, one.y, color=colour_of(one.ink), alpha=0.12, linewidth=0.0)
     (line,) = axes.plot(one.x, one.y, label=one.curve.label, zorder=2.0 + 0.01 * order, **_look(one))
     line.set_gid(name)  # names the curve in SVG
-    for text, x, y in zip(one.curve.text, one.x, one.y, strict=False):
-        axes.annotate(text, (float(x), float(y)), xytext=(5, 4), textcoords="offset points", fontsize=8.5)
+    if not one.curve.text:
+        return
+    to_share = axes.transData + axes.transAxes.inverted()
+    points = [(float(x), float(y)) for x, y in to_share.transform(np.column_stack([one.x, one.y]))]
+    for k, text in enumerate(one.curve.text):
+        near = [p for p in points if p != points[k] and np.hypot(p[0] - points[k][0], p[1] - points[k][1]) < _CROWDED]
+        below = any(p[1] > points[k][1] for p in near)
+        words: dict[str, Any] = {"textcoords": "offset points", "fontsize": 8.5, "va": "top" if below else "bottom"}
+        axes.annotate(text, (float(one.x[k]), float(one.y[k])), xytext=(5, -3 if below else 3), **words)
 
 
 def _draw_levels(axes: Axes, one: DrawnPanel) -> None:
@@ -167,7 +176,7 @@ def fact_text(laid: FigureLayout, one: DrawnPanel) -> str:
     if laid.figure.over_time and (one_of_many or one.limit is not None):
         of = f" of {short(one.limit)}" if one.limit is not None else ""
         parts.insert(0, f"peak {short(one.peak)}{of}{unit}")
-    return "; ".join(parts)
+    return raised("; ".join(parts))
 
 
 def _draw_ends(axes: Axes, one: DrawnPanel) -> None:
