@@ -172,8 +172,9 @@ def fact_text(laid: FigureLayout, one: DrawnPanel) -> str:
     unit = f" {one.panel.y_unit}" if own_unit or one.limit is not None else ""
     parts = [f"{level.label} {short(level.value)}" for level in one.far if one.limit is None]
     parts += [one.panel.note] if one.panel.note and one.limit is None else []
-    one_of_many = len(laid.panels) > 1 or len(one.curves) == 1
-    if laid.figure.over_time and (one_of_many or one.limit is not None):
+    followed = any(drawn.ink == "ref" for drawn in one.curves)
+    lone = not followed and (len(laid.panels) > 1 or len(one.curves) == 1)
+    if laid.figure.over_time and (lone or one.limit is not None):
         of = f" of {short(one.limit)}" if one.limit is not None else ""
         parts.insert(0, f"peak {short(one.peak)}{of}{unit}")
     return raised("; ".join(parts))
