@@ -3,6 +3,7 @@
 import tomllib
 from functools import cache, partial
 from importlib.resources import files
+from importlib.resources.abc import Traversable
 from typing import Any
 
 import click
@@ -50,14 +51,18 @@ class NamedGroup(click.Group):
         return self.commands[name]
 
 
-def _texts(ctx: click.Context) -> dict[str, Any]:
-    texts: dict[str, Any] = help_texts().get(" ".join(ctx.command_path.split()[1:]), {})
-    return texts
+def schema_file(path: str) -> Traversable:
+    """The JSON Schema of what a command, such as "krl check", prints with --json."""
+    return files("lwr_dyn.cli") / "schemas" / f"{path.replace(' ', '-')}.json"
+
+
+def _path(ctx: click.Context) -> str:
+    return " ".join(ctx.command_path.split()[1:])
 
 
 def _format_options(command: click.Command, ctx: click.Context, formatter: click.HelpFormatter) -> None:
     options = [param for param in command.get_params(ctx) if isinstance(param, click.Option)]
-    starts = {option: heading for heading, option in _texts(ctx).get("groups", {}).items()}
+    starts = {option: heading for heading, option in help_texts().get(_path(ctx), {}).get("groups", {}).items()}
     groups: dict[str, list[tuple[str, str]]] = {heading: [] for heading in ("Options", *starts.values(), ROBOT)}
     heading = "Options"
     for option in options:
@@ -74,7 +79,9 @@ def _format_options(command: click.Command, ctx: click.Context, formatter: click
 
 def _format_examples(command: click.Command, ctx: click.Context, formatter: click.HelpFormatter) -> None:
     type(command).format_epilog(command, ctx, formatter)
-    examples = _texts(ctx).get("examples", ())
+    schema, examples = schema_file(_path(ctx)), help_texts().get(_path(ctx), {}).get("examples", ())
+    if schema.is_file():
+        formatter.write(f"\nSchema of --json: {schema}\n")
     if examples:
         with formatter.section("Examples"):
             for example in examples:

@@ -4,10 +4,13 @@ import json
 
 import pytest
 
+from tests.json_schemas import faults
+
 
 def test_reproduce_the_exercise(lwr_dyn_command, tmp_path):
     code, out, _ = lwr_dyn_command("reproduce", "lwr4", "--out", str(tmp_path / "o"), "--json")
     assert code == 0
+    assert faults("reproduce", json.loads(out)) == []
     assert json.loads(out)["tool"] == pytest.approx([-0.3, -0.39, -0.05])
     assert {p.name for p in (tmp_path / "o").iterdir()} >= {"tables.txt", "results.json", "report.html", "models"}
 

@@ -11,6 +11,7 @@ from lwr_dyn.model.run import Run
 from lwr_dyn.reproduction.reproduce import reproduce
 from scripts.readme_images import PICTURES, faults, pictures
 from tests.headless import logs, opened, screenshot
+from tests.json_schemas import faults as schema_faults
 from tests.viewer.driven import opened as report_opened
 
 POSE = 1e-6
@@ -55,6 +56,7 @@ def test_the_record_names_errata_exchanged_cells_and_nearest_conditions(outcome)
 
 def test_every_number_has_a_verdict_and_every_proof_ran(outcome):
     record = json.loads((outcome[0] / "results.json").read_text())
+    assert schema_faults("reproduce", record) == []
     counts = record["counts"]["printed"]
     kinds = ("computed", "structural", "repeated in print", "under assumed conditions")
     assert counts["all"] == len([x for x in record["numbers"] if not x["derived"]])

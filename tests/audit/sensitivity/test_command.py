@@ -5,6 +5,7 @@ import json
 import pytest
 
 from lwr_dyn.cli.main import main
+from tests.json_schemas import faults
 
 QUICK = ("--task", "joint-move", "--rate", "250", "--poses", "20")
 
@@ -33,6 +34,7 @@ def test_tables(capsys):
 def test_json(capsys):
     assert run("kr30ha", *QUICK, "--json") == 0
     record = json.loads(capsys.readouterr().out)
+    assert faults("sensitivity", record) == []
     assert record["readings"] == ["kuka", "printed"]
     assert len(record["runs"]) == 8
     assert {run["controller"] for run in record["runs"]} == {

@@ -1,0 +1,71 @@
+"""Each command's `--json` has a published JSON Schema, and what it prints agrees with it."""
+
+import json
+from importlib.resources import files
+
+import click
+import pytest
+from jsonschema import Draft202012Validator
+
+from lwr_dyn.cli.help_text import schema_file
+from tests.custody.test_help_text import SINGLE, arguments, make
+from tests.json_schemas import faults
+
+HOLD = "simulate lwr4plus --task hold --from-deg 0,30,0,-60,0,30,0 --duration 0.05"
+RUNS = {
+    "list": ("list", "list lwr4plus"),
+    "dh": ("dh kr30ha --convention modified",),
+    "check": ("check lwr4", "check kr30ha --reading printed"),
+    "fk": ("fk lwr4 --q-deg 0,90,90,-90,0,90,0", "fk kr30ha --axes-deg A2=-90,A3=90"),
+    "gains": ("gains lwr4plus",),
+    "ik": ("ik kr30ha --xyz-mm 91,-1139,1392 --abc-deg 0,0,0", "ik lwr4plus --xyz 0,0,2 --rpy 0,0,0"),
+    "kernels": ("kernels kr30ha",),
+    "simulate": (HOLD, f"{HOLD} --payload 3 --controller pid --encoder-bits 16 --mount ceiling --friction none"),
+    "identify friction": ("identify friction moves_*.csv --robot wam7",),
+    "identify motion": ("identify motion any_motion.csv --robot wam7",),
+    "lint": ("lint wam7",),
+    "krl check": ("krl check two_points.src",),
+    "krl run": ("krl run two_points.src",),
+    "conventions": ("conventions kr30ha",),
+    "parity": ("parity lwr4 --engine mujoco",),
+}
+FILES = {"krl check": "two_points.src", "krl run": "two_points.src"}
+FILES |= {"identify friction": "moves_*.csv", "identify motion": "any_motion.csv"}
+ELSEWHERE = {"sensitivity", "reproduce", "compare"}
+"""Slow: tests of their packages look at what they print."""
+WITH_JSON = [path for path, command in SINGLE.items() if any("--json" in p.opts for p in command.params)]
+
+
+def test_every_command_with_json_has_a_schema():
+    assert {path for path in WITH_JSON if schema_file(path).is_file()} == set(WITH_JSON)
+    assert {path.replace(" ", "-") for path in WITH_JSON} == {
+        entry.name.removesuffix(".json") for entry in (files("lwr_dyn.cli") / "schemas").iterdir()
+    }
+    assert set(WITH_JSON) - ELSEWHERE == set(RUNS)
+
+
+@pytest.mark.parametrize("path", WITH_JSON)
+def test_each_schema_is_one_and_demands_something(path, lwr_dyn_command):
+    schema = json.loads(schema_file(path).read_text(encoding="utf-8"))
+    Draft202012Validator.check_schema(schema)
+    assert schema["title"] == f"lwr-dyn {path} --json"
+    assert schema["required"]
+    assert faults(path, {}) != []
+    assert str(schema_file(path)) in lwr_dyn_command(*path.split(), "--help")[1]
+
+
+@pytest.mark.parametrize("path", RUNS)
+def test_what_is_printed_agrees_with_the_schema(path, lwr_dyn_command, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    if path in FILES:
+        make(FILES[path], lwr_dyn_command)
+    for line in RUNS[path]:
+        record = json.loads(lwr_dyn_command(*arguments(f"lwr-dyn {line}"), "--json")[1])
+        assert faults(path, record) == []
+        for key in json.loads(schema_file(path).read_text(encoding="utf-8"))["required"]:
+            assert faults(path, {k: v for k, v in record.items() if k != key}) != []
+
+
+def test_commands_without_json_have_no_line_on_it(lwr_dyn_command):
+    assert "Schema of --json" not in lwr_dyn_command("replay", "--help")[1]
+    assert isinstance(SINGLE["replay"], click.Command)
