@@ -123,6 +123,7 @@ def run_page(text: str, folder: Path, update: bool = False, report: Any = None, 
     surroundings = environment(Path(tempfile.mkdtemp(prefix="programs_", dir=folder.parent)))
     session = Session(page)
     changes: list[tuple[Command, list[str], int]] = []
+    (folder / "scripts").symlink_to(ROOT / "scripts")  # a page may run the examples of a clone
     with contextlib.chdir(folder):
         for block in steps(text):
             if block.file:
