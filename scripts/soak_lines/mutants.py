@@ -1,8 +1,8 @@
 """Faults planted in the code, one at a time, in a copy of the tree: do the matching tests see them?
 
-A module's own test comes first (its name, or `tests/covered.toml`), then the tests that import it, then the folder of
-its mirror; one test file at a time, until one fails. Tests run in a fork of a process that has loaded the libraries.
-Tests that do not end in `PATIENCE` have seen a fault if they end without it.
+A module's own test comes first (its name, or `tests/covered.toml`) and its examples, then the tests that import it,
+then the folder of its mirror; one test file at a time, until one fails. Tests run in a fork of a process that has
+loaded the libraries. Tests that do not end in `PATIENCE` have seen a fault if they end without it.
 """
 
 from __future__ import annotations
@@ -72,7 +72,9 @@ def known_mutants(root: Path) -> list[Mutant]:
     for module, old, new in KNOWN:
         source = (root / "lwr_dyn" / module).read_text(encoding="utf-8")
         at = source.index(old)
-        out.append(Mutant(module, source[:at].count("\n") + 1, "known", at, at + len(old), old, new))
+        line = source[:at].count("\n")
+        text = source.splitlines()[line].strip()
+        out.append(Mutant(module, line + 1, "known", at, at + len(old), old, new, text))
     return out
 
 
@@ -93,7 +95,7 @@ def drawn(count: int, seed: int, root: Path = ROOT) -> list[Mutant]:
 
 
 def tests_of(module: str, root: Path) -> list[str]:
-    """Test files that match a module, the nearest first; each file once."""
+    """Test files that match a module, the nearest first, and the module itself for its examples; each file once."""
     name, tests = module.removesuffix(".py"), root / "tests"
     covered = tomllib.loads((tests / "covered.toml").read_text(encoding="utf-8"))["covered"]
     own = [tests / covered.get(name, "none"), (tests / name).with_name(f"test_{Path(name).name}.py")]
@@ -104,7 +106,8 @@ def tests_of(module: str, root: Path) -> list[str]:
     importing = [p for p in every if any(mark in p.read_text(encoding="utf-8") for mark in marks)]
     folder = [p for p in every if p.parent == (tests / name).parent]
     importing.sort(key=lambda p: p not in folder)
-    return [str(p) for p in dict.fromkeys([*own, *importing, *folder]) if p.is_file()]
+    examples = [p for p in [root / "lwr_dyn" / module] if ">>> " in p.read_text(encoding="utf-8")]
+    return [str(p) for p in dict.fromkeys([*own, *examples, *importing, *folder]) if p.is_file()]
 
 
 def ends_well(root: Path, tests: str) -> bool | None:
@@ -138,7 +141,7 @@ def _run_tests(root: Path, tests: str) -> None:
         os.environ["PYTHONPATH"] = str(root)
         sys.dont_write_bytecode, os.environ["PYTHONDONTWRITEBYTECODE"] = True, "1"
         sys.path[:] = [str(root), *(x for x in sys.path if not x.startswith(str(ROOT)))]
-        code = int(pytest.main(["-x", "-q", "-p", "no:cacheprovider", tests]))
+        code = int(pytest.main(["-x", "-q", "-p", "no:cacheprovider", "--doctest-modules", tests]))
     finally:
         os._exit(code)
 
@@ -161,7 +164,7 @@ def fate(mutant: Mutant, root: Path, known: dict[str, bool]) -> Fate:
         if tests not in known:
             known[tests] = ends_well(root, tests) is True
         if known[tests]:
-            by = Path(tests).relative_to(root / "tests").as_posix()
+            by = Path(tests).relative_to(root).as_posix()
             return Fate(mutant, by, outcome is False, time.perf_counter() - start)
     return Fate(mutant, "", True, time.perf_counter() - start)
 

@@ -34,6 +34,8 @@ class Mutant:
     end: int
     old: str
     new: str
+    text: str
+    """The line where it begins; of a single word also the line before."""
 
     @property
     def name(self) -> str:
@@ -42,8 +44,8 @@ class Mutant:
 
     @property
     def key(self) -> str:
-        """The name without the line, which moves."""
-        return f"{self.module} {self.kind}: {' '.join(self.old.split())} -> {self.new}"
+        """The name with the line's text instead of its number, which moves."""
+        return f"{self.module} {self.kind}: {' '.join(self.old.split())} -> {self.new} in: {self.text}"
 
     def applied(self, source: str) -> str:
         """The changed source."""
@@ -65,7 +67,9 @@ def mutants_of(path: Path, module: str) -> list[Mutant]:
     for node, kind, first, last, new in _changes(ast.parse(source)):
         begin = place(first.lineno, first.col_offset)
         end = place(last.end_lineno, last.end_col_offset)
-        found.append(Mutant(module, node.lineno, kind, begin, end, source[begin:end], new))
+        found.append(
+            Mutant(module, node.lineno, kind, begin, end, source[begin:end], new, lines[first.lineno - 1].strip())
+        )
     return [x for x in found if x.old != x.new]
 
 
