@@ -67,9 +67,9 @@ def mutants_of(path: Path, module: str) -> list[Mutant]:
     for node, kind, first, last, new in _changes(ast.parse(source)):
         begin = place(first.lineno, first.col_offset)
         end = place(last.end_lineno, last.end_col_offset)
-        found.append(
-            Mutant(module, node.lineno, kind, begin, end, source[begin:end], new, lines[first.lineno - 1].strip())
-        )
+        text = lines[first.lineno - 1].strip()
+        text = text if "(" in text or "=" in text else f"{lines[first.lineno - 2].strip()} {text}"
+        found.append(Mutant(module, node.lineno, kind, begin, end, source[begin:end], new, text))
     return [x for x in found if x.old != x.new]
 
 

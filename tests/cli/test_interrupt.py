@@ -48,7 +48,7 @@ def heard():
 
 @pytest.mark.parametrize("name", MODULES)
 def test_ctrl_c_while_a_module_is_loaded(name):
-    done = interrupted_at(name, ["check", "lwr4plus", "--states", "3"])
+    done = interrupted_at(name, ["check", "lwr4plus"])
     assert (done.returncode, done.stdout, done.stderr.strip()) == (130, "", "lwr-dyn: stopped")
 
 

@@ -22,6 +22,7 @@ def test_a_slider_is_fully_out_where_the_joint_before_it_feels_most(lwr_dyn_comm
     ("words", "message"),
     [
         (("lwr4plus", "--omega-n", "-1"), "omega_n: -1.0; allowed: a number above 0"),
+        (("nothing", "--xi", "0"), "xi: 0.0; allowed: a number above 0"),  # before the robot is loaded
         (("lwr4",), "masses and inertias not given"),
     ],
 )

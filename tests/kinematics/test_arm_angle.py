@@ -6,16 +6,17 @@ from scipy.interpolate import CubicSpline
 
 import lwr_dyn
 from lwr_dyn.errors import OptionError, OutOfReachError, OutsideLimitsError, ShapeError
-from lwr_dyn.kinematics.arm_angle import FIRST_KNOTS, _smooth, best_arm_angle
+from lwr_dyn.kinematics.arm_angle import FIRST_KNOTS, PULL, _least_bending, _smooth, best_arm_angle
 from lwr_dyn.kinematics.arm_angle_search import (
     RESOLUTION,
     SLACK,
     Corridor,
 )
 from lwr_dyn.kinematics.arm_geometry import srs_geometry
-from lwr_dyn.kinematics.branches import BRANCHES, joint_ranges
-from lwr_dyn.kinematics.srs import closed_form
+from lwr_dyn.kinematics.branches import BRANCHES, joint_ranges, wrap
+from lwr_dyn.kinematics.srs import arm_triangle, closed_form, elbow_angle
 from lwr_dyn.kinematics.srs_margins import margin_problem, margins
+from lwr_dyn.model.arm import JointLimits
 from lwr_dyn.model.spatial import rot_z
 from tests.kinematics.srs_arms import random_srs_arm
 
@@ -146,6 +147,8 @@ def test_bad_paths_are_named():
     s, T = ist(11)
     with pytest.raises(ShapeError, match="increasing"):
         best_arm_angle(LWR, s[::-1], T)
+    with pytest.raises(ShapeError, match=r"s: 0\.0 then 0\.0; allowed: increasing"):
+        best_arm_angle(LWR, np.zeros(11), T)
     with pytest.raises(ShapeError, match="k >= 2"):
         best_arm_angle(LWR, s[:3], T)
     with pytest.raises(OptionError, match="rotation"):
@@ -169,6 +172,32 @@ def test_the_curve_stays_inside_a_corridor_that_winds_between_its_first_knots():
     psi = CubicSpline(knots, values, bc_type="natural")(s)
     assert np.abs(psi - middle).max() <= 0.01
     assert len(knots) > FIRST_KNOTS
+
+
+def test_a_joint_at_its_limit_is_inside():
+    T = lwr_dyn.forward_kinematics(LWR, np.tile([0.3, 0.7, 0.2, -1.0, 0.4, 0.9, 0.1], (2, 1)))
+    geometry = srs_geometry(LWR.chain)
+    bend = float(
+        min(abs(wrap(elbow_angle(geometry, arm_triangle(geometry, T), np.full(2, x))))[0] for x in (1.0, -1.0))
+    )
+    tight = replace(LWR, limits=(*LWR.limits[:3], JointLimits(-bend, bend), *LWR.limits[4:]))
+    assert best_arm_angle(tight, [0.0, 1.0], T).margin_bound == 0.0
+
+
+def test_no_curve_in_the_corridor_bends_less():
+    """The squared second derivative, integrated, and a weak pull to the middle: any change of the values adds to it."""
+    x, rng = np.sort(np.random.default_rng(2).uniform(0.0, 1.0, 9)), np.random.default_rng(3)
+    middle, half = np.cumsum(rng.normal(size=9)), np.full(9, 0.4)
+    fine = np.linspace(x[0], x[-1], 20_001)
+
+    def cost(values):
+        bend = CubicSpline(x, values, bc_type="natural")(fine, 2)
+        return np.trapezoid(bend**2, fine) + PULL * np.gradient(x) @ (values - middle) ** 2
+
+    best = _least_bending(x, middle, half)
+    assert np.abs(best - middle).max() <= 0.4 + 1e-12
+    for change in 1e-3 * rng.normal(size=(200, 9)):
+        assert cost(np.clip(best + change, middle - half, middle + half)) >= cost(best) * (1 - 1e-9)
 
 
 def test_works_on_any_s_r_s_arm():

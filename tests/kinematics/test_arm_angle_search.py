@@ -28,3 +28,11 @@ def test_a_chain_that_ends_is_found():
     assert connected_arm_angles(AngleIntervals(np.array([[nan]]), np.array([[nan]]))) == CorridorBreak(0)
     assert overlap((0.0, 1.0), (2.0, 3.0))[0] == pytest.approx(-1.0)
     assert overlap((-np.pi, np.pi), (3.0, 3.5))[0] == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize("middle", [-3.0, -0.2, 0.2, 3.0])
+def test_beside_a_whole_circle_an_interval_stays_where_it_is(middle):
+    whole, narrow = (-np.pi, np.pi), (middle - 0.1, middle + 0.1)
+    for a, b in ((whole, narrow), (narrow, whole)):
+        width, turn = overlap(a, b)
+        assert (width, turn) == (pytest.approx(0.2), 0.0)

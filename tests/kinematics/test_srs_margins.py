@@ -60,11 +60,11 @@ def test_ends_of_intervals_lie_on_a_limit_or_where_rolls_jump():
                 assert np.abs(at).max() < ON_THE_LIMIT
 
 
-@pytest.mark.parametrize("half", [0.2, 0.8, 1.3])
-def test_stretched_arm_has_the_intervals_of_its_shared_rolls(half):
+@pytest.mark.parametrize(("half", "middles"), [(0.2, (0, 0)), (0.8, (0, 0)), (1.3, (0, 0)), (0.8, (0.3, -0.7))])
+def test_stretched_arm_has_the_intervals_of_its_shared_rolls(half, middles):
     """Arm straight along the axis of joint 1: psi turns rolls 1 and 3 together, each takes half."""
-    narrow = JointLimits(-half, half)
-    arm = replace(LWR, limits=(narrow, *LWR.limits[1:2], narrow, *LWR.limits[3:]))
+    first, third = (JointLimits(x - half, x + half) for x in middles)
+    arm = replace(LWR, limits=(first, *LWR.limits[1:2], third, *LWR.limits[3:]))
     problem, geometry, ranges, T, signs = problem_of(arm, np.array([[0.1, 0, 0.05, 0, 0, 0.4, 0.3]]))
     psi = np.linspace(-np.pi, np.pi, 400)
     intervals = intervals_at_level(problem, np.zeros(8))
@@ -74,6 +74,19 @@ def test_stretched_arm_has_the_intervals_of_its_shared_rolls(half):
         kept.append((ranges.half - np.abs(wrap(q - ranges.middle))).min(axis=1) >= 0)
     assert (inside(intervals, psi) == np.array(kept).T).all()
     assert 0 < inside(intervals, psi).mean() < 1
+
+
+@pytest.mark.parametrize("tilt", [0.0, np.pi])
+def test_rolls_about_one_line_share_what_is_determined(tilt):
+    """Joint 2 at 0: the sum of rolls 1 and 3; at half a turn: their difference."""
+    limits = tuple(JointLimits(x - 3.1, x + 3.1) for x in (0.5, 0.2, -0.8, 0.0, 0.0, 0.0, 0.0))
+    problem, geometry, ranges, T, signs = problem_of(
+        replace(LWR, limits=limits), np.array([[0.9, tilt, 0.3, 0.0, 0.2, 0.6, 0.1]])
+    )
+    for psi in np.linspace(-3.0, 3.0, 7):
+        q = closed_form(geometry, ranges, T, np.full(8, psi), signs)
+        expected = ranges.half - np.abs(wrap(q - ranges.middle))
+        assert np.abs(margins(problem, np.full((8, 1), psi))[:, 0] - expected).max() < ROUNDING
 
 
 def test_an_interval_is_cut_where_a_ball_aligns():
@@ -96,3 +109,13 @@ def test_unknown_limits_and_ranges_of_more_than_a_turn_restrict_nothing():
     free = replace(LWR, limits=(JointLimits(), JointLimits(-7.0, 7.0), JointLimits(lower=0.0)) + (JointLimits(),) * 4)
     problem, *_ = problem_of(free, np.array([[0.4, 0.5, 0.3, -1.1, 0.2, 0.6, 0.1]]))
     assert intervals_at_level(problem, np.zeros(8)).of(0) == ((-np.pi, np.pi),)
+
+
+def test_a_margin_one_picoradian_below_a_level_keeps_it():
+    """The elbow's margin is the same at every arm angle: where it is the smallest, all of them or none keep a level."""
+    limits = [JointLimits() for _ in range(7)]
+    arm = replace(LWR, limits=(*limits[:3], JointLimits(-2.0, 2.0), *limits[4:]))
+    problem, *_ = problem_of(arm, np.array([[0.4, 0.5, 0.3, -1.1, 0.2, 0.6, 0.1]]))
+    below = np.linspace(0.0, 3e-12, 13)
+    kept = [not intervals_at_level(problem, problem.elbow_margin + x).empty.any() for x in below]
+    assert kept == [bool(x < 1.1e-12) for x in below]

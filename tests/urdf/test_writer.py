@@ -14,7 +14,7 @@ from lwr_dyn.model.spatial import from_rpy, to_rpy
 from lwr_dyn.urdf.elements import UNKNOWN_POSITION
 from lwr_dyn.urdf.geometry import primitives
 from lwr_dyn.urdf.writer import urdf_text, urdf_with_sources
-from lwr_dyn.urdf.xml_text import unknown_limits
+from lwr_dyn.urdf.xml_text import header, unknown_limits
 from tests.arms import arms
 
 ROUNDING = 2e-15
@@ -104,3 +104,9 @@ def test_every_drawn_shape_is_both_visual_and_collision():
     root = ElementTree.fromstring(urdf_text(arm))
     for tag in ("visual", "collision"):
         assert len(root.findall(f"link/{tag}")) == len(primitives(arm))
+
+
+def test_only_the_head_of_a_mounted_arm_speaks_of_its_mount():
+    mounted = lwr_dyn.load("lwr4plus", mount={"on": "ceiling"})
+    for arm, is_mounted in ((lwr_dyn.load("lwr4plus"), False), (mounted, True)):
+        assert any("the base is mounted" in line for line in header(arm)) == is_mounted
