@@ -225,12 +225,14 @@ def replay(
     trace: bool = True,
     frames: bool = False,
     layout: str = "overlaid",
+    rate: float = 100.0,
 ) -> None:
     """Write one HTML page to `path`, no network, that replays runs in 3D with the arms that they name.
 
     labels: one per run; the controllers' names if not given. title: headline; the arm's title if not given. trace,
-    frames: whether the trace and the source's frames are shown at the start. layout: "overlaid" or "beside".
-    Raises `FileAccessError`, `UnknownNameError` (a run of an unknown robot), `OptionError`, `ShapeError`.
+    frames: whether the trace and the source's frames are shown at the start. layout: "overlaid" or "beside". rate:
+    samples a second on the page. Raises `FileAccessError`, `UnknownNameError` (an unknown robot), `OptionError`,
+    `ShapeError`.
     """
     from lwr_dyn.model.run import Run
     from lwr_dyn.viewer.replay_page import write_replay
@@ -239,7 +241,7 @@ def replay(
         raise OptionError("runs", repr(runs), "a run or a list of runs, as simulate or Run.load give them")
     several = [runs] if isinstance(runs, Run) else list(runs)
     arms = [arm_of(run) for run in several]
-    write_replay(path, several, arms, labels=labels, title=title, trace=trace, frames=frames, layout=layout)
+    write_replay(path, several, arms, labels=labels, title=title, trace=trace, frames=frames, layout=layout, rate=rate)
 
 
 def show(shown: Arm | Run, path: str | Path | None = None, **options: Any) -> ShownPage:
