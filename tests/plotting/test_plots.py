@@ -135,28 +135,6 @@ def test_figures_stand_side_by_side_each_with_its_title(runs):
     assert titles == ["Path of the flange", "Torques and their limits"]
 
 
-def one_of(panels, columns, curves):
-    labels = "abcdefgh"[:curves]
-    panel = Panel("", "y", "m", tuple(Curve(name, X, X) for name in labels))
-    return Figure("f", "f", "", "x", "m", (panel,) * panels, columns=columns)
-
-
-@pytest.mark.parametrize(
-    ("figure", "inches"),
-    [
-        (one_of(1, 1, 1), (6.4, 3.6)),
-        (one_of(2, 1, 1), (6.4, 6.1)),
-        (one_of(3, 1, 1), (6.4, 6.05)),
-        (one_of(1, 1, 8), (9.0, 3.6)),
-        (one_of(1, 2, 1), (6.4, 3.6)),
-        (one_of(4, 2, 1), (9.0, 5.1)),
-        (replace(one_of(3, 2, 1), equal_aspect=True), (12.8, 12.8)),
-    ],
-)
-def test_a_figure_is_as_large_as_its_panels_and_names_need(figure, inches):
-    assert draw(figure).get_size_inches() == pytest.approx(inches)
-
-
 @pytest.mark.parametrize("make", [error_figure, torque_figure, path_figure], ids=lambda make: make.__name__)
 def test_same_runs_give_the_same_bytes_whatever_the_settings(runs, make):
     def both():
