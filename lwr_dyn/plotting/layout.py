@@ -2,7 +2,7 @@
 
 import textwrap
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from lwr_dyn.plotting.axes import raised
 from lwr_dyn.plotting.drawn_panel import DrawnCurve, DrawnPanel, drawn_panels
@@ -20,6 +20,8 @@ SOFT_LETTER = 0.066
 TITLE, LINE, EDGE = 0.32, 0.2, 0.16
 CAPTION, TICKS, LABELS = 0.34, 0.3, 0.55
 """Room above a panel, below it, and at its left."""
+NO_CAPTION = 0.1
+"""Room above a lone panel of which nothing is said."""
 _LONGEST_END = 36
 """Letters of a name that may stand at the end of a line."""
 
@@ -38,6 +40,7 @@ class FigureLayout:
     width: float
     height: float
     panel_height: float
+    caption: float
 
     @property
     def header(self) -> float:
@@ -50,7 +53,7 @@ class FigureLayout:
         row, column = divmod(k, self.columns)
         cell = (self.width - self.right - EDGE) / self.columns
         left = EDGE + column * cell + LABELS
-        top = self.header + row * (CAPTION + self.panel_height + TICKS) + CAPTION
+        top = self.header + row * (self.caption + self.panel_height + TICKS) + self.caption
         wide = cell - LABELS - EDGE
         bottom = self.height - top - self.panel_height
         return left / self.width, bottom / self.height, wide / self.width, self.panel_height / self.height
@@ -70,10 +73,11 @@ def layout_of(figure: Figure, runs: Sequence[ReplayedRun]) -> FigureLayout:
     lone = len(named) == 1 and named[0].ink in ("ink", "soft") and not named[0].curve.text
     names = () if ends or lone or not named else _rows(named, width)
     about = tuple(textwrap.wrap(about_text(figure, panels), int((width - 2 * EDGE) / SOFT_LETTER)))
-    laid = FigureLayout(figure, panels, about, names, columns, ends, right, width, 0.0, tall)
+    bare = len(panels) == 1 and not panels[0].panel.title and (figure.equal_aspect or len(panels[0].curves) > 1)
+    caption = NO_CAPTION if bare and panels[0].limit is None and not panels[0].far else CAPTION
+    laid = FigureLayout(figure, panels, about, names, columns, ends, right, width, 0.0, tall, caption)
     below = LINE if panels[0].magnified > 1 else 0.0
-    height = laid.header + rows * (CAPTION + tall + TICKS) + below + EDGE / 2
-    return FigureLayout(figure, panels, about, names, columns, ends, right, width, height, tall)
+    return replace(laid, height=laid.header + rows * (caption + tall + TICKS) + below + EDGE / 2)
 
 
 def about_text(figure: Figure, panels: Sequence[DrawnPanel]) -> str:

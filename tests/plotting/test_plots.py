@@ -12,6 +12,7 @@ from matplotlib.colors import to_rgba
 
 from lwr_dyn.errors import FileAccessError, OptionError
 from lwr_dyn.plotting.axes import short
+from lwr_dyn.plotting.layout import CAPTION, EDGE, LABELS, LINE, NO_CAPTION, TICKS, TITLE
 from lwr_dyn.plotting.plots import draw, figure_bytes, save_figure
 from lwr_dyn.reproduction.report.run_figures import error_figure, path_figure, torque_figure
 from lwr_dyn.viewer.figures import Curve, Figure, Level, Panel, Series
@@ -133,6 +134,42 @@ def test_figures_stand_side_by_side_each_with_its_title(runs):
     drawing = draw([path_figure(runs), torque_figure(runs)], runs)
     titles = [part.texts[0].get_text() for part in drawing.subfigs]
     assert titles == ["Path of the flange", "Torques and their limits"]
+
+
+def one_of(panels, columns, curves):
+    labels = "abcdefgh"[:curves]
+    panel = Panel("", "y", "m", tuple(Curve(name, X, X) for name in labels))
+    return Figure("f", "f", "", "x", "m", (panel,) * panels, columns=columns)
+
+
+HEADING = EDGE + TITLE + LINE + 0.06 + EDGE / 2
+"""Title and units, and the edges above and below."""
+
+
+@pytest.mark.parametrize(
+    ("figure", "inches"),
+    [
+        (one_of(1, 1, 1), (9.0, HEADING + CAPTION + 2.6 + TICKS)),
+        (one_of(2, 1, 1), (9.0, HEADING + 2 * (CAPTION + 1.7 + TICKS))),
+        (one_of(4, 1, 1), (9.0, HEADING + 4 * (CAPTION + 1.25 + TICKS))),
+        (one_of(1, 1, 8), (9.0, HEADING + LINE + NO_CAPTION + 2.6 + TICKS)),
+        (one_of(4, 2, 1), (9.0, HEADING + 2 * (CAPTION + 1.25 + TICKS))),
+        (
+            replace(one_of(3, 2, 1), equal_aspect=True),
+            (EDGE + 2 * (5.2 + LABELS + EDGE), HEADING + 2 * (CAPTION + 5.2 + TICKS)),
+        ),
+    ],
+)
+def test_a_figure_is_as_large_as_its_panels_and_names_need(figure, inches):
+    assert draw(figure).get_size_inches() == pytest.approx(inches)
+
+
+def test_panels_do_not_overlap_and_stay_inside(runs):
+    boxes = [axes.get_position() for axes in draw(torque_figure(runs), runs).axes]
+    for k, box in enumerate(boxes):
+        assert 0.0 < box.x0 < box.x1 < 1.0
+        assert 0.0 < box.y0 < box.y1 < 1.0
+        assert not any(box.overlaps(other) for other in boxes[:k])
 
 
 @pytest.mark.parametrize("make", [error_figure, torque_figure, path_figure], ids=lambda make: make.__name__)
