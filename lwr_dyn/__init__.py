@@ -13,6 +13,7 @@ __version__ = VERSION
 
 if TYPE_CHECKING:
     from lwr_dyn.front import batch_dynamics as batch_dynamics
+    from lwr_dyn.front import compare as compare
     from lwr_dyn.front import controller as controller
     from lwr_dyn.front import dynamics_of as dynamics_of
     from lwr_dyn.front import engines as engines
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
 __all__ = [
     "Run",
     "batch_dynamics",
+    "compare",
     "controller",
     "dynamics_of",
     "engines",

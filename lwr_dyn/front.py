@@ -17,15 +17,16 @@ from lwr_dyn.loading import arm_of, load_with_paper
 if TYPE_CHECKING:
     from lwr_dyn.arrays import Array
     from lwr_dyn.codegen.batch import BatchDynamics
+    from lwr_dyn.comparison.comparison import compare as compare
     from lwr_dyn.control.protocol import Controller
     from lwr_dyn.dynamics.protocol import Dynamics
-    from lwr_dyn.explorer.shown import ShownPage
+    from lwr_dyn.explorer.shown import show as show
     from lwr_dyn.kinematics.inverse import inverse_kinematics as inverse_kinematics
     from lwr_dyn.kinematics.pose_solver import ik_solver as ik_solver
     from lwr_dyn.krl.kuka_units import KukaUnits
     from lwr_dyn.model.arm import Arm
     from lwr_dyn.model.run import Reference, Run
-    from lwr_dyn.notebook.plot import RunPlot
+    from lwr_dyn.notebook.plot import plot as plot
     from lwr_dyn.simulation.simulate import simulate as simulate
 
 
@@ -35,9 +36,13 @@ _ELSEWHERE = {
     "simulate": "lwr_dyn.simulation.simulate",
 }
 """Functions that are offered as they stand in their modules."""
+_LENT = ("compare", "plot", "show")
+"""Functions of optional packages that are offered as they stand."""
 
 
 def __getattr__(name: str) -> Any:
+    if name in _LENT:
+        return FUNCTIONS.load(name)
     if name not in _ELSEWHERE:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return getattr(import_module(_ELSEWHERE[name]), name)
@@ -206,16 +211,6 @@ def forward_kinematics(arm: Arm, q: ArrayLike) -> Array:
     return forward.forward_kinematics(arm_argument(arm).chain, q)
 
 
-def plot(runs: Run | Sequence[Run], quantity: str = "overview", labels: Sequence[str] | None = None) -> RunPlot:
-    """A picture of a run, or of several; a notebook draws it, `.save("x.png")` or ".svg" writes it.
-
-    Quantities: overview, tip error, path, torque, position error, velocity error, position, velocity, friction, energy.
-    Raises `UnknownNameError` for another, `OptionError`, `MissingPackageError` without the extra `plots`.
-    """
-    picture: RunPlot = FUNCTIONS.load("plot")(runs, quantity, labels)
-    return picture
-
-
 def replay(
     runs: Run | Sequence[Run],
     path: str | Path,
@@ -242,9 +237,3 @@ def replay(
     several = [runs] if isinstance(runs, Run) else list(runs)
     arms = [arm_of(run) for run in several]
     write_replay(path, several, arms, labels=labels, title=title, trace=trace, frames=frames, layout=layout, rate=rate)
-
-
-def show(shown: Arm | Run, path: str | Path | None = None, **options: Any) -> ShownPage:
-    """An arm or a run in the browser, or in a notebook; options and errors as of `lwr_dyn.explorer.shown.show`."""
-    page: ShownPage = FUNCTIONS.load("show")(shown, path, **options)
-    return page

@@ -65,7 +65,7 @@ def test_each_function_that_is_installed_can_be_called():
     assert [name for name in installed if not callable(FUNCTIONS.load(name))] == []
 
 
-OF_FACTORIES = {"controller", "reference", "show"}
+OF_FACTORIES = {"controller", "reference"}
 """Their options are those of the row or the page that is chosen, so they cannot be listed."""
 
 

@@ -50,7 +50,23 @@ class RunPlot:
 
 
 def plot(runs: Run | Sequence[Run], quantity: str = "overview", labels: Sequence[str] | None = None) -> RunPlot:
-    """A picture of one quantity of a run, or of several in one picture; see `lwr_dyn.plot`."""
+    """A picture of one quantity of a run, or of several in one picture; a notebook draws it, `save` writes it.
+
+    Parameters
+    ----------
+    runs : Run or sequence of Run
+    quantity : str
+        overview, tip error, path, torque, position error, velocity error, position, velocity, friction or energy.
+    labels : sequence of str, optional
+        One per run; the controllers' names if not given.
+
+    Raises
+    ------
+    UnknownNameError
+        Another quantity, or a run of an unknown robot.
+    OptionError, ShapeError
+        No runs, labels of another number, arms with different numbers of joints.
+    """
     several = [runs] if isinstance(runs, Run) else list(runs)
     chosen = quantity_named(quantity)
     shown = replayed_runs(several, arms_of(several), labels)

@@ -23,6 +23,8 @@ COMMANDS = (
     (("fk", "kr30ha", "--axes-deg", "A2=-90,A3=90"), 0, "position  1.34"),
     (("simulate", "lwr4plus", "--controller", "inverse-dynamics", "--out", "x.npz"), 0, "wrote x.npz"),
     (("replay", "x.npz", "--html", "x.html"), 0, "x.html"),
+    (("compare", "x.npz", "x.npz"), 2, "lwr_dyn.comparison is not installed"),
+    (("simulate", "lwr4plus", "--csv", "x.csv"), 2, "lwr_dyn.notebook is not installed"),
     (("reproduce", "lwr4"), 2, "lwr_dyn.reproduction is not installed; install it with: pip install 'lwr_dyn[all]'"),
     (("fk", "lwr4", "--symbolic"), 2, "pip install 'lwr_dyn[symbolic]'"),
     (("lint", "wam7"), 2, "lwr_dyn.audit is not installed"),

@@ -1,5 +1,6 @@
 """The MJCF: shapes weigh nothing however it is compiled, and each joint has one motor."""
 
+import re
 import xml.etree.ElementTree as ElementTree
 from dataclasses import replace
 
@@ -60,3 +61,11 @@ def test_a_frame_that_is_where_its_parent_is_has_no_axes():
     text = mjcf_text(lwr_dyn.load("lwr4plus"))
     assert 'pos="0.0 0.0 0.0" xyaxes="1.0 0.0 0.0 0.0 1.0 0.0"' not in text
     assert text.count("xyaxes=") > 3
+
+
+def test_the_friction_of_the_wam_is_said_not_written_and_its_rotors_are_armature():
+    arm = lwr_dyn.load("wam7")
+    text = model_files(arm)["wam7.xml"]
+    assert "friction differs by direction" in text
+    assert "frictionloss" not in text
+    assert re.findall(r'armature="([^"]+)"', text) == [str(x) for x in arm.armature.tolist()]

@@ -1,7 +1,6 @@
 """The WAM's data file: what its readings and errata claim, recomputed; what a URDF cannot hold is in the sidecar."""
 
 import json
-import re
 
 import numpy as np
 import pytest
@@ -110,8 +109,6 @@ def test_what_a_urdf_cannot_hold_is_in_the_sidecar_and_noted_in_the_header():
         'friction differs by direction, which a URDF and an MJCF cannot hold: none is written here; it is under "'
         in text
     )
-    assert "friction differs by direction" in files["wam7.xml"]
-    assert "frictionloss" not in files["wam7.xml"]
     for joint, model in zip(arm.joint_names, arm.friction, strict=True):
         block = side["friction"][joint]
         for name in ("positive", "negative"):
@@ -138,7 +135,6 @@ def test_arms_without_such_things_have_no_such_blocks():
 def test_reflected_rotors_reach_every_dialect_and_make_no_spin_couplings():
     arm = lwr_dyn.load("wam7")
     files = model_files(arm)
-    assert re.findall(r'armature="([^"]+)"', files["wam7.xml"]) == [str(x) for x in arm.armature.tolist()]
     assert files["wam7.srdf"].count('gear_ratio="1.0"') == 7
     assert "gear ratios are stand-ins of 1: joint_1" in files["wam7.urdf"]
     full, plain = (lwr_dyn.dynamics_of(arm, "newton-euler", rotors=r) for r in ("full", "armature"))

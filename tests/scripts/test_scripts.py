@@ -16,7 +16,7 @@ EXAMPLES = {
     "friction_wam.py": (["--speeds", "0.1", "0.18", "0.25"], "wrote 3 logs and out"),
     "stick_slip.py": (["--out", "out/figures"], "99% of break-away for 1 s: moves by 0 m"),
     "own_controller.py": ([], "tip error (rigid links and joints) at most 0.00"),
-    "compare_controllers.py": ([], "3 kg payload    1. PID + gravity, damping on dq "),
+    "compare_controllers.py": ([], "PID + gravity, damping on dq        3 kg at the flange  1.529 *"),
     "swing.py": (["--seconds", "0.5"], "upright at rest: an equilibrium to the printed digits"),
     "krl_two_points.py": ([], "check: nothing to say"),
     "replay_ist.py": ([], "wrote out/ist.html"),

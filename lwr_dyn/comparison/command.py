@@ -1,0 +1,119 @@
+"""`lwr-dyn compare`: run files side by side, or controllers x plants simulated on one task."""
+
+from pathlib import Path
+from typing import Any
+
+import click
+from click.core import ParameterSource
+
+from lwr_dyn.cli.options import OneOf, load_robot, print_json, robot_options
+from lwr_dyn.cli.row_options import row_options
+from lwr_dyn.comparison.comparison import RunComparison, comparison_of
+from lwr_dyn.comparison.plants import PLANTS, plant_case
+from lwr_dyn.comparison.study import ControllerStudy
+from lwr_dyn.control.controllers import CONTROLLERS
+from lwr_dyn.errors import FileAccessError, OptionError, UnknownNameError
+from lwr_dyn.files import check_writable, ends_in, make_folder
+from lwr_dyn.model.run import Run
+from lwr_dyn.progress import progress
+from lwr_dyn.trajectory.references.tasks import REFERENCES
+
+RUNS = ".npz"
+PLANTS_HELP = "What the controllers do not know of; A+B for both. " + "; ".join(
+    f"{name}: {PLANTS[name].about}" for name in PLANTS.names
+)
+OWN = [
+    click.Option(["--controllers"], metavar="A,B,FILE.py", help="Names or files of your own; all names if not given."),
+    click.Option(["--plants"], metavar="A,B=VALUE,A+B", default="nominal", show_default=True, help=PLANTS_HELP),
+    click.Option(["--task"], type=OneOf(REFERENCES.names), default="ist", show_default=True, help="What the arm does."),
+    click.Option(["--rate"], type=float, default=1000.0, show_default=True, help="Samples a second."),
+    click.Option(["--no-stops"], is_flag=True, help="Let joints pass their position limits."),
+    click.Option(["--save"], metavar="FOLDER", help="Write the runs there, as .npz."),
+    click.Option(["--label", "labels"], multiple=True, metavar="TEXT", help="Name of a run file; once per file."),
+    click.Option(["--html"], metavar="FILE", help="Write the page: one file that needs no network."),
+    click.Option(["--json"], is_flag=True, help="One JSON object."),
+]
+OF_FILES = ("targets", "labels", "html", "json")
+"""What run files can be compared with; the rest is for a robot."""
+
+
+@click.command("compare")
+@robot_options
+def command(robot: tuple[str, ...], reading: str | None, tip: str | None, locks: tuple[str, ...], **given: Any) -> None:
+    """Compare run files, or simulate ROBOT under controllers x plants: the error of the tip, torques, the audit.
+
+    Each plant is the arm of the controllers' model, changed in one thing that they do not know of.
+    """
+    html = given["html"]
+    if html is not None and not ends_in(html, ".html"):
+        raise FileAccessError(html, "does not end in .html", "a path that ends in .html")
+    if html is not None:
+        check_writable(html)
+    files = [target for target in robot if ends_in(target, RUNS)]
+    if files and len(files) < len(robot):
+        raise OptionError("compare", "run files and a robot", "run files alone, or one robot")
+    compared = _of_files(files, given) if files else _of_robot(robot, reading, tip, locks, given)
+    if html is not None:
+        compared.save(html)
+    if given["json"]:
+        print_json(compared.record())
+        return
+    click.echo(compared.table.text())
+    if html is not None:
+        click.echo(f"wrote {html}")
+
+
+command.params = [p for p in command.params if p.name != "robot"]
+TASKS = row_options(REFERENCES, "task", [*command.params, *OWN])
+command.params = [
+    click.Argument(["robot"], nargs=-1, required=True, metavar="RUN.npz OTHER.npz ... | ROBOT"),
+    *command.params, *OWN[:3], *TASKS.click_options(), *OWN[3:],
+]  # fmt: skip
+
+
+def _of_files(files: list[str], given: dict[str, Any]) -> RunComparison:
+    context = click.get_current_context()
+    for name in (param.name or "" for param in context.command.params):
+        typed = context.get_parameter_source(name) is ParameterSource.COMMANDLINE
+        if typed and name not in ("robot", *OF_FILES):
+            raise OptionError(
+                f"--{name.replace('_', '-')}", "would do nothing here", "with a robot, not with run files"
+            )
+    runs = [Run.load(path) for path in files]
+    return comparison_of(runs, [Path(path).name for path in files], given["labels"] or None)
+
+
+def _of_robot(
+    robots: tuple[str, ...], reading: str | None, tip: str | None, locks: tuple[str, ...], given: dict[str, Any]
+) -> RunComparison:
+    if len(robots) != 1:
+        raise OptionError("compare", f"{len(robots)} robots", "one robot, or run files that end in .npz")
+    if given["labels"]:
+        raise OptionError("--label", "would do nothing here", "with run files")
+    TASKS.refuse_unused(given["task"])
+    arm = load_robot(robots[0], reading, tip, locks)
+    controllers = _listed("--controllers", given["controllers"], CONTROLLERS.names)
+    for name in (name for name in controllers if name not in CONTROLLERS.names and not name.endswith(".py")):
+        raise UnknownNameError("controller", name, (*CONTROLLERS.names, "or a file that ends in .py"))
+    cases = [plant_case(arm, text) for text in _listed("--plants", given["plants"], ())]
+    reference = REFERENCES.make(given["task"], arm, **TASKS.values(given["task"], given, arm))
+    folder = None if given["save"] is None else make_folder(given["save"])
+    fixed = (("rate", given["rate"]), ("position_limits", not given["no_stops"]))
+    study = ControllerStudy(arm, reference, controllers, cases, given["task"], fixed)
+    with progress("comparing") as report:
+        compared, runs = study.run(report)
+    if folder is not None:
+        for i, run in enumerate(runs, 1):
+            run.save(folder / f"run_{i}.npz")
+    return compared
+
+
+def _listed(option: str, text: str | None, default: tuple[str, ...]) -> list[str]:
+    """Texts separated by commas; raises `OptionError` for an empty list or one that stands twice."""
+    parts = list(default) if text is None else [part.strip() for part in text.split(",")]
+    if not parts or not all(parts):
+        raise OptionError(option, repr(text), "names separated by commas")
+    for part in parts:
+        if parts.count(part) > 1:
+            raise OptionError(option, f"{part} twice", "each once")
+    return parts

@@ -1,0 +1,219 @@
+"""`RunComparison`: several runs of one reference as a table, records and figures; refuses runs that differ in more."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lwr_dyn.comparison.conditions import check_same, conditions
+from lwr_dyn.errors import OptionError
+from lwr_dyn.files import write_file
+from lwr_dyn.model.run import Run
+from lwr_dyn.notebook.markup import line
+from lwr_dyn.notebook.plot import arms_of
+from lwr_dyn.notebook.quantities import path, tip_error
+from lwr_dyn.simulation.metrics import RIGID, Metrics, metrics
+from lwr_dyn.tables import Heading, Table
+from lwr_dyn.viewer.replayed_runs import ReplayedRun, facts, replayed_runs
+
+BEST = " *"
+UNKNOWN = "unknown"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ComparedRun:
+    """A run of a comparison: its controller and plant in words, and its figures of merit."""
+
+    shown: ReplayedRun
+    controller: str
+    plant: str
+    figures: Metrics
+
+    @property
+    def errors(self) -> dict[str, float]:
+        """RMS and largest error of the tip [mm]."""
+        return {"tip_rms_mm": self.figures.tip_rms_mm, "tip_max_mm": self.figures.tip_max_mm}
+
+    @property
+    def peak_torque(self) -> float:
+        """The largest torque of any joint [N m or N]."""
+        return float(self.figures.peak_torque.max())
+
+    @property
+    def share(self) -> float:
+        """The largest share of a known torque limit; NaN where none is known."""
+        use = self.figures.torque_use
+        return float(np.nanmax(use)) if np.isfinite(use).any() else float("nan")
+
+    @property
+    def audit(self) -> float:
+        """Energy that the audit leaves unexplained [J]; NaN for a run without one."""
+        return float(self.shown.run.audit.get("residual", float("nan")))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RunComparison:
+    """Runs of one robot on one reference; a notebook shows their table, `save` writes the page."""
+
+    runs: tuple[ComparedRun, ...]
+    failures: tuple[str, ...] = ()
+    """Runs that could not be finished, each with the reason."""
+    title: str = ""
+
+    def __repr__(self) -> str:
+        return (
+            f"RunComparison({len(self.runs)} runs on {len(self.plants)} plants; .table, .to_columns(), .figure, .save)"
+        )
+
+    @property
+    def plants(self) -> Mapping[str, tuple[ComparedRun, ...]]:
+        """Plant in words -> its runs."""
+        names = dict.fromkeys(one.plant for one in self.runs)
+        return {name: tuple(one for one in self.runs if one.plant == name) for name in names}
+
+    @property
+    def table(self) -> Table:
+        """One row a run: RMS and largest error of the tip, peak torque and its share of the limit, limits, audit."""
+        rows = [
+            (one.controller, one.plant, *self.cells(one))
+            for one in self.runs
+        ]  # fmt: skip
+        headings = (
+            Heading("controller"), Heading("plant"), Heading("tip RMS", "mm"), Heading("max", "mm"),
+            Heading("peak torque", "N m"), Heading("of limit"), Heading("limits"), Heading("audit", "J"),
+        )  # fmt: skip
+        return Table(self.title, headings, rows, "\n".join(self.notes))
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What the numbers rest on: rigid links and joints, stops, limits that were not kept, runs that failed."""
+        said = [f"errors of the tip: {RIGID}"]
+        if any(len(group) > 1 for group in self.plants.values()):
+            said.append("* the smallest of its plant")
+        said += [f"{one.controller}, {one.plant}: limits {one.figures.limits}" for one in self.runs if _limited(one)]
+        return (*said, *self.failures)
+
+    def cells(self, one: ComparedRun) -> tuple[str, ...]:
+        """A run's numbers as text, in the order of the table; the best of its plant is marked."""
+        errors = [f"{value:.4g}{self.mark(one, name)}" for name, value in one.errors.items()]
+        share = UNKNOWN if np.isnan(one.share) else f"{100 * one.share:.3g} %"
+        audit = "none" if np.isnan(one.audit) else f"{one.audit:.0e}"
+        return (*errors, f"{one.peak_torque:.4g}", share, "kept" if one.figures.within_limits else "NOT kept", audit)
+
+    def mark(self, one: ComparedRun, error: str) -> str:
+        """The mark of the smallest of several errors of a plant, else nothing."""
+        group = [other.errors[error] for other in self.plants[one.plant]]
+        return BEST if len(group) > 1 and one.errors[error] == min(group) else ""
+
+    def record(self) -> dict[str, Any]:
+        """The comparison as JSON values: one record a run, with all its figures of merit."""
+        return {
+            "title": self.title,
+            "runs": [
+                {"controller": one.controller, "plant": one.plant, **one.errors,
+                 "peak_torque": one.peak_torque, "torque_share": one.share, "audit_residual_J": one.audit,
+                 "best": [name for name in one.errors if self.mark(one, name)], "metrics": one.figures.to_json()}
+                for one in self.runs
+            ],
+            "failures": list(self.failures), "notes": list(self.notes),
+        }  # fmt: skip
+
+    def to_columns(self) -> dict[str, Any]:
+        """One column a quantity, one row a run: pandas, polars and pyarrow make a table of them as it is."""
+        measured = {
+            "tip_rms [mm]": [one.figures.tip_rms_mm for one in self.runs],
+            "tip_max [mm]": [one.figures.tip_max_mm for one in self.runs],
+            "peak_torque [N m]": [one.peak_torque for one in self.runs],
+            "torque_share": [one.share for one in self.runs],
+            "audit_residual [J]": [one.audit for one in self.runs],
+        }
+        words = {"controller": [one.controller for one in self.runs], "plant": [one.plant for one in self.runs]}
+        return {**words, **{name: np.array(values, dtype=np.float64) for name, values in measured.items()}}
+
+    @property
+    def figure(self) -> Any:
+        """A new `matplotlib.figure.Figure`: path and tip error of all runs; needs the extra `plots`."""
+        from lwr_dyn.plotting.plots import draw
+
+        shown = [one.shown for one in self.runs]
+        return draw([*path(shown), *tip_error(shown)], shown)
+
+    def save(self, path: str | Path) -> None:
+        """Write the page, one HTML file that needs no network; raises `FileAccessError`."""
+        from lwr_dyn.comparison.page import comparison_html
+
+        write_file(path, comparison_html(self))
+
+    def _repr_html_(self) -> str:
+        from lwr_dyn.comparison.page import table_rows
+
+        return table_rows(self) + "".join(line(note) for note in self.notes)
+
+
+def _limited(one: ComparedRun) -> bool:
+    return not one.figures.within_limits
+
+
+def compare(*runs: Run | str | Path, labels: Sequence[str] | None = None) -> RunComparison:
+    """Runs of one robot on one reference, or their files, side by side: table, columns, figure, page.
+
+    Parameters
+    ----------
+    *runs : Run, str or path
+        Two or more.
+    labels : sequence of str, optional
+        Names in place of the controllers'.
+
+    Raises
+    ------
+    OptionError
+        Fewer than two runs, or runs of different robots or references: with what differs.
+    FileAccessError
+        A file that is no run file.
+    """
+    names = [f"run {i}" if isinstance(run, Run) else Path(run).name for i, run in enumerate(runs, 1)]
+    return comparison_of([run if isinstance(run, Run) else Run.load(run) for run in runs], names, labels)
+
+
+def comparison_of(
+    runs: Sequence[Run], names: Sequence[str], labels: Sequence[str] | None = None, failures: Sequence[str] = ()
+) -> RunComparison:
+    """A comparison of runs, which errors call by `names`.
+
+    Raises
+    ------
+    OptionError
+        Fewer than two runs, labels of another number, runs of different robots or references: with what differs.
+    """
+    if len(runs) + len(failures) < 2 or not runs:
+        raise OptionError("compare", f"{len(runs)} runs" if len(runs) != 1 else "one run", "two runs or more")
+    arms = arms_of(runs)
+    for run, name in zip(runs[1:], names[1:], strict=True):
+        check_same(runs[0], names[0], run, name)
+    plants = [conditions(run) for run in runs]
+    controllers = [facts(run).get("controller", "controller") for run in runs] if labels is None else list(labels)
+    shown = replayed_runs(runs, arms, None if labels is None else labels)
+    compared = [
+        ComparedRun(one, controller, plant, metrics(one.run, one.arm))
+        for one, controller, plant in zip(shown, _unique(controllers, plants), plants, strict=True)
+    ]
+    return RunComparison(tuple(compared), tuple(failures), _title(runs[0]))
+
+
+def _unique(controllers: Sequence[str], plants: Sequence[str]) -> list[str]:
+    """The controllers, numbered where one stands twice on a plant."""
+    pairs = list(zip(controllers, plants, strict=True))
+    return [
+        name if pairs.count((name, plant)) == 1 else f"{name} {pairs[: i + 1].count((name, plant))}"
+        for i, (name, plant) in enumerate(pairs)
+    ]
+
+
+def _title(run: Run) -> str:
+    known = facts(run)
+    parts = [known.get("robot", "unknown robot"), *([known["task"]] if "task" in known else []), f"{run.t[-1]:g} s"]
+    return ", ".join(parts)
