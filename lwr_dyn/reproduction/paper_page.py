@@ -3,7 +3,7 @@
 import hashlib
 import platform
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from decimal import Decimal
 from pathlib import Path
 from typing import cast
@@ -26,7 +26,7 @@ from lwr_dyn.reproduction.report.content import (
     ReportTable,
     Section,
 )
-from lwr_dyn.reproduction.summary import NEARNESS
+from lwr_dyn.reproduction.summary import NEARNESS, verdict_sentence
 from lwr_dyn.reproduction.verdicts import Verdicts
 from lwr_dyn.simulation.audit import inverse_dynamics_words
 from lwr_dyn.simulation.setup import versions
@@ -57,17 +57,22 @@ def paper_page(
     paper, pictures = study.data.paper, result.pictures
     printed, derived = (tuple(x for x in verdicts.numbers if x.block.derived == d) for d in (False, True))
     counted = Counter(number.outcome for number in printed)
+    title, _, about = paper.title.partition(" (")
+    makers = [about.rstrip(")"), *(paper.document.get(key, "") for key in ("authors", "origin"))]
     return Page(
-        title=paper.title,
+        title=title,
         subtitle=paper.document.get("title", ""),
+        byline=" \u00b7 ".join([*(text for text in makers if text), f"reading {paper.default_reading}"]),
+        verdict=verdict_sentence(verdicts, entries, result.holds),
         words=result.record["summary"],
-        document=tuple((key, text) for key, text in paper.document.items() if key != "title"),
+        document=tuple(paper.document.items()),
         counts={cast(CellVerdict, verdict): count for verdict, count in counted.items()},
-        tables=(*_tables(printed), *_tables(derived)),
+        tables=tuple(_tables(printed)),
+        derived=tuple(_tables(derived)),
         errata=tuple(entries),
         figures=tuple(figure for figures in pictures.figures.values() for figure in figures if figure.id),
         replay=Replay(pictures.shown, pictures.stills) if pictures.shown or pictures.stills else None,
-        checks=_checks(reports),
+        checks=_checks(reports, study.study.failing_readings),
         audit=tuple(check for name, _, run in pictures.simulated for check in _audit(name, run)),
         sections=(Section("text", "As text", result.text), *pictures.sections),
         files=_files(place),
@@ -76,31 +81,38 @@ def paper_page(
 
 
 def _tables(numbers: Sequence[ComparedNumber]) -> list[ReportTable]:
-    """Block by block: the plain columns as one table, each matrix as one of its own."""
-    tables: dict[str, dict[str, list[ComparedNumber]]] = {}
+    """A table for each block, in the order of the paper."""
+    blocks: dict[str, list[ComparedNumber]] = {}
     for number in numbers:
-        matrix = number.cell.column if "][" in number.cell.path else ""
-        tables.setdefault(number.block.name, {"": []}).setdefault(matrix, []).append(number)
-    return [_table(mine, matrix) for block in tables.values() for matrix, mine in block.items() if mine]
+        blocks.setdefault(number.block.name, []).append(number)
+    return list(map(_table, blocks.values()))
 
 
-def _table(numbers: Sequence[ComparedNumber], matrix: str) -> ReportTable:
+def _table(numbers: Sequence[ComparedNumber]) -> ReportTable:
     block = numbers[0].block
-    places = [number.cell.row.rsplit(",", 1) if matrix else (number.cell.row, number.cell.column) for number in numbers]
-    cells = {(row, column): _cell(number) for (row, column), number in zip(places, numbers, strict=True)}
+    cells = {_place(number): _cell(number) for number in numbers}
     rows, columns = (dict.fromkeys(place[k] for place in cells) for k in (0, 1))
     units = list(dict.fromkeys(number.cell.unit for number in numbers))
     title = block.where.split(",")[0].split(":")[0].split(";")[0].strip("'")
     heading = f"derived: {title}" if block.derived else title
     return ReportTable(
-        id=f"{block.name}-{matrix}" if matrix else block.name,
-        title=f"{heading}, {matrix}" if matrix else heading,
-        where="" if block.where == title else block.where,
+        id=block.name,
+        title=heading,
+        where=block.where.strip("'").removeprefix(title).lstrip("',:; "),
         columns=tuple(columns),
         rows=tuple(ReportRow(row, tuple(cells.get((row, name), ReportCell("")) for name in columns)) for row in rows),
         unit="" if units == ["1"] else ", ".join(units),
         note=block.note,
     )
+
+
+def _place(number: ComparedNumber) -> tuple[str, str]:
+    """Row and column of a number; of a matrix among several the row has its name."""
+    cell = number.cell
+    if "][" not in cell.path:
+        return cell.row, cell.column
+    row, column = cell.row.rsplit(",", 1)
+    return f"{cell.column}: {row}", column
 
 
 def _cell(number: ComparedNumber) -> ReportCell:
@@ -128,6 +140,8 @@ def _cell(number: ComparedNumber) -> ReportCell:
         note="; ".join(notes),
         errata=number.errata,
         word=word,
+        digits=number.digits,
+        near=number.near,
     )
 
 
@@ -147,10 +161,17 @@ def _ours(number: ComparedNumber) -> str:
     return f"{abs(shown) if shown == 0 else shown:f}"
 
 
-def _checks(reports: Sequence[CheckReport]) -> tuple[Check, ...]:
-    """The checks on a robot's models, reading by reading."""
+def _checks(reports: Sequence[CheckReport], failing: Collection[str]) -> tuple[Check, ...]:
+    """The checks on a robot's models, reading by reading; under `failing` readings some are known to fail."""
     return tuple(
-        Check(f"{v.name} ({r.reading})", f"{v.value:.3g} {v.unit}", f"{v.bound} {v.tolerance:.3g} {v.unit}", v.holds)
+        Check(
+            f"{v.name} ({r.reading})",
+            f"{v.value:.3g} {v.unit}",
+            f"{v.bound} {v.tolerance:.3g} {v.unit}",
+            v.holds,
+            "" if v.holds or r.reading not in failing else f"as expected of the reading {r.reading}: errata explain it",
+            r.reading in failing,
+        )
         for r in reports
         for v in r.verdicts
     )

@@ -100,6 +100,26 @@ def summary_text(verdicts: Verdicts, entries: Sequence[LedgerEntry], holds: bool
     return " ".join(parts)
 
 
+def verdict_sentence(verdicts: Verdicts, entries: Sequence[LedgerEntry], holds: bool) -> tuple[tuple[str, bool], ...]:
+    """The outcome for the head of a page, with its reasons: pieces of text, each with whether it stands out."""
+    printed = counts(verdicts, entries)["printed"]
+    mine, same = printed[COMPUTED], printed[STRUCTURAL]["all"] + printed[REPEATED]["all"]
+    good = mine[REPRODUCED] + mine[AFTER]
+    ways = [f"{mine[REPRODUCED]} as printed", *([f"{mine[AFTER]} after an erratum"] if mine[AFTER] else [])]
+    out = [(f"{good} of {printed['all']}", True), (f" printed numbers come out: {', '.join(ways)}.", False)]
+    if agree := same - printed[STRUCTURAL][DIFFERS] - printed[REPEATED][DIFFERS]:
+        out.append((f" {agree} more agree, but are structural or repeated in print.", False))
+    if assumed := printed[ASSUMED]["all"]:
+        near, far = (printed[ASSUMED][key] for key in ("near", "not near"))
+        unknown = f"; why {far} do not is not explained" if far else ""
+        out.append((f" For {assumed} the paper leaves out {_missing(verdicts, ASSUMED)}: with assumed values {near} come near{unknown}.", False))
+    if printed[NOT]:
+        out.append((f" {printed[NOT]} cannot be computed: {_missing(verdicts, NOT)} not printed.", False))
+    differ = printed[DIFFERS]
+    out.append((f" {differ} differ." if differ else " None that the paper lets recompute differs.", True))
+    return (*out, *([] if holds else [(" Something computed, checked or claimed is NOT explained.", True)]))
+
+
 def _missing(verdicts: Verdicts, verdict: str) -> str:
     """What numbers with a verdict need and the paper does not print."""
     needs = dict.fromkeys(need for n in verdicts.numbers if n.verdict == verdict for need in n.missing)

@@ -11,7 +11,7 @@ LAPTOP = {"width": 1280, "height": 800, "deviceScaleFactor": 1, "mobile": False}
 def until(browser, holds):
     from selenium.webdriver.support.ui import WebDriverWait
 
-    WebDriverWait(browser, 60).until(lambda _: holds())
+    WebDriverWait(browser, 12).until(lambda _: holds())
 
 
 def opened(browser, path):
@@ -31,3 +31,10 @@ def screen(browser, **metrics):
     finally:
         browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
         browser.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": False})
+
+
+def started(browser):
+    """Start the 3D view of the report that is open, if it has not been, and wait for it."""
+    if not browser.execute_script("return !!window.lwrReplay"):
+        browser.execute_script("document.getElementById('start-3d').click()")
+        until(browser, lambda: browser.execute_script("return !!(window.lwrReplay && lwrReplay.ready)"))

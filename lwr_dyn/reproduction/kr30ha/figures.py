@@ -27,14 +27,16 @@ def pictures(arm: Arm, right: Sequence[RightPoint], movement: Run, program: Run)
     """Both views of the envelope, axes and torques of the movement; frames (Figure 5) and elbow up (Figure 6)."""
     label = str(movement.meta["controller"]["label"])
     shown = replayed_runs([movement, program], arm, [label, "KRL program, corrected"])
-    curves = tuple(Curve(name, Series(0, "q", j, 180.0 / np.pi)) for j, name in enumerate(arm.joint_names))
-    panels = (Panel("", "axis", "deg", curves),)
+    panels = tuple(
+        Panel(name, "axis", "deg", (Curve(label, Series(0, "q", j, 180.0 / np.pi)),))
+        for j, name in enumerate(arm.joint_names)
+    )
     return Pictures(
         simulated=((label, "mastering_p1_p2_mastering.npz", movement),),
         shown=shown,
         figures={
             "envelope": envelope_figures(arm, {p.name: p.wrist_mm / 1e3 for p in right}),
-            "movement": [Figure("movement", "Axes over the movement", "", "time", "s", panels, over_time=True)],
+            "movement": [Figure("movement", "Axes over the movement", "", "time", "s", panels, over_time=True, columns=3)],
             "torque": [replace(torque_figure(shown, (0,)), title="Torques of the movement, estimated masses")],
         },
         stills=(

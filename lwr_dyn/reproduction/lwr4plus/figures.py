@@ -10,7 +10,12 @@ from lwr_dyn.model.run import Run
 from lwr_dyn.reproduction.lwr4plus.runs import ControllerRun, ranking_table
 from lwr_dyn.reproduction.paper_study import Pictures
 from lwr_dyn.reproduction.report.content import Section, Still
-from lwr_dyn.reproduction.report.run_figures import error_figure, path_figure, torque_figure
+from lwr_dyn.reproduction.report.run_figures import (
+    error_figure,
+    path_figure,
+    tip_error_figure,
+    torque_figure,
+)
 from lwr_dyn.viewer.figures import Figure
 from lwr_dyn.viewer.replayed_runs import ReplayedRun, replayed_runs
 
@@ -43,20 +48,23 @@ def _figures(runs: Sequence[ReplayedRun]) -> dict[str, Figure]:
 
     position, velocity = (error_figure(runs, (DROOP, INVERSE), q) for q in ("position error", "velocity error"))
     both = [error_figure(runs, (PD, INVERSE), q) for q in ("position error", "velocity error")]
-    return {
+    paths = {
         "figure_04_path": like(path_figure(runs, (PD, INVERSE)), "figure-4", "Trajectory to be implemented", "Fig. 4"),
+        "figure_07_path_pd": like(path_figure(runs, (PD,)), "figure-7", "Trajectory obtained, decentralised", "Fig. 7"),
+        "figure_10_path_inverse_dynamics": like(
+            path_figure(runs, (INVERSE, DROOP)), "figure-10", "Trajectory obtained, centralised", "Fig. 10"
+        ),
+    }
+    return paths | {
+        "tip_error": tip_error_figure(runs),
+        "torque": torque_figure(runs, (PD, INVERSE)),
         "figure_06_position_error_pd": like(
             error_figure(runs, (PD,)), "figure-6", "Position error, decentral", "Fig. 6", ASSUMED
         ),
-        "figure_07_path_pd": like(path_figure(runs, (PD,)), "figure-7", "Trajectory obtained, decentralised", "Fig. 7"),
         "figure_09_position_error_inverse_dynamics": like(
             position, "figure-9a", "Position error, central", "Fig. 9", ASSUMED
         ),
         "figure_09_velocity_error_inverse_dynamics": like(velocity, "figure-9b", "Velocity error, central", "Fig. 9"),
-        "figure_10_path_inverse_dynamics": like(
-            path_figure(runs, (INVERSE, DROOP)), "figure-10", "Trajectory obtained, centralised", "Fig. 10"
-        ),
-        "torque": torque_figure(runs, (PD, INVERSE)),
         "position_error": replace(both[0], id=""),
         "velocity_error": replace(both[1], id=""),
     }

@@ -1,174 +1,188 @@
-// The figures: each a plotly.js graph of one or more panels, laid out for the width it has and the colours of the page.
+// Figures in step with the replay: a cursor and values over time, a dot on a path; a click sets the time, a drag zooms.
 
-const DASHES = ["solid", "dash"];
+const PLANE = { width: 2000, height: 1000 };
 
-// Plotly reads a few tags in its texts; what comes from data must stay text.
-function plainText(text) {
-  return String(text).replace(/&/g, "&amp;").replace(/</g, "&lt;").replace(/>/g, "&gt;");
+class Panel {
+  constructor(box, chart) {
+    this.chart = chart;
+    this.plane = box.querySelector(".plane");
+    this.now = box.querySelector(".now");
+    this.fact = box.querySelector(".fact");
+    this.lines = box.querySelector("svg.lines");
+    this.xTicks = box.querySelector(".xt");
+    this.whole = this.plane.dataset.x.split(" ").map(Number);
+    this.y = this.plane.dataset.y.split(" ").map(Number);
+    this.x = this.whole;
+    this.factor = Number(this.plane.dataset.magnified ?? 1);
+    this.firstTicks = this.xTicks?.innerHTML;
+    this.marks = [];
+  }
+
+  // Its numbers, once they are unpacked.
+  fill(record, sources) {
+    this.record = record;
+    this.curves = record.curves.map((curve) => ({ ...curve, ...sources(curve, this.factor) }));
+  }
+
+  share(x) {
+    return (x - this.x[0]) / (this.x[1] - this.x[0]);
+  }
+
+  down(y) {
+    if (this.plane.dataset.log === undefined) return 1 - (y - this.y[0]) / (this.y[1] - this.y[0]);
+    const [low, high] = this.y.map(Math.log10);
+    return 1 - (Math.log10(Math.max(y, this.y[0])) - low) / (high - low);
+  }
+
+  timeAt(clientX) {
+    const box = this.plane.getBoundingClientRect();
+    return this.x[0] + ((clientX - box.left) / box.width) * (this.x[1] - this.x[0]);
+  }
+
+  #mark(k, kind) {
+    if (!this.marks[k]) {
+      this.marks[k] = element("div", kind);
+      this.plane.append(this.marks[k]);
+    }
+    return this.marks[k];
+  }
+
+  showTime(time) {
+    const line = this.#mark(0, "cursor"), at = this.share(time);
+    line.hidden = at < -0.001 || at > 1.001;
+    line.style.left = `${100 * at}%`;
+    if (!this.curves) return;
+    const values = this.curves.filter((curve) => curve.style === "line").map((curve) => Number(blendAt(curve.x, curve.y, time).toPrecision(3)));
+    this.now.textContent = values.map((value) => String(value).replace("-", "\u2212")).join(" | ");
+    this.fact.hidden = true;
+  }
+
+  // A path is drawn over positions; the dot is where its run is now.
+  showPlace(time) {
+    this.curves?.forEach((curve, k) => {
+      if (!curve.t || curve.dashed) return;
+      const dot = this.#mark(k, "dot");
+      dot.style.left = `${100 * this.share(blendAt(curve.t, curve.x, time))}%`;
+      dot.style.top = `${100 * this.down(blendAt(curve.t, curve.y, time))}%`;
+    });
+  }
+
+  // The lines in full, so that a zoom shows every sample that the page has.
+  #redraw() {
+    if (this.redrawn) return;
+    this.redrawn = true;
+    this.lines.querySelectorAll("path.l").forEach((path) => {
+      const { x, y } = this.curves[Number(path.dataset.c)], span = this.whole[1] - this.whole[0];
+      let pen = "M";
+      const steps = Array.from(x, (value, k) => {
+        if (!Number.isFinite(y[k])) {
+          pen = "M";
+          return "";
+        }
+        const step = `${pen}${((PLANE.width * (value - this.whole[0])) / span).toFixed(1)},${(PLANE.height * this.down(y[k])).toFixed(1)}`;
+        pen = "L";
+        return step;
+      });
+      path.setAttribute("d", steps.join(""));
+    });
+  }
+
+  zoom(range) {
+    this.x = range ?? this.whole;
+    if (range) this.#redraw();
+    const span = this.whole[1] - this.whole[0], left = (PLANE.width * (this.x[0] - this.whole[0])) / span;
+    this.lines.setAttribute("viewBox", `${left} 0 ${(PLANE.width * (this.x[1] - this.x[0])) / span} ${PLANE.height}`);
+    if (!range) this.xTicks.innerHTML = this.firstTicks;
+    else {
+      this.xTicks.replaceChildren(...roundTicks(...this.x, 3).map((tick) => {
+        const mark = element("span", "", `${Number(tick.toPrecision(6))}`);
+        mark.style.left = `${100 * this.share(tick)}%`;
+        return mark;
+      }));
+    }
+  }
 }
 
-const RAISED = { "-": "\u207B", 0: "\u2070", 1: "\u00B9", 2: "\u00B2", 3: "\u00B3", 4: "\u2074" };
-
-// A unit as it is set in print: s^2 with its exponent raised.
-function raised(unit) {
-  return unit.replace(/\^(-?[0-4])/g, (_, digits) => [...digits].map((digit) => RAISED[digit]).join(""));
-}
-
-function withUnit(label, unit) {
-  return plainText(unit ? `${label} [${raised(unit)}]` : label);
+function roundTicks(low, high, most) {
+  const power = 10 ** Math.floor(Math.log10((high - low) / most));
+  const step = [1, 2, 5, 10, 20].map((k) => k * power).find((size) => Math.floor(high / size) - Math.ceil(low / size) + 1 <= most + 1);
+  const ticks = [];
+  for (let k = Math.ceil(low / step); k * step <= high; k += 1) ticks.push(k * step);
+  return ticks;
 }
 
 class Chart {
-  // `sources` gives the numbers of a curve: {x, y} of arrays; `palettes` are for light and dark pages.
-  constructor(place, record, sources, palettes) {
-    Object.assign(this, { place, record, palettes, id: record.id });
-    this.graph = element("div", "graph");
-    place.append(this.graph);
-    this.panels = record.panels.map((panel) => ({ ...panel, curves: panel.curves.map((curve) => ({ ...curve, ...sources(curve, record) })) }));
-    this.drawn = false;
-    this.#reserve();
+  // `report.numbers()` unpacks the numbers of the page when they are first needed.
+  constructor(place, report) {
+    Object.assign(this, { place, report, id: place.dataset.plot });
+    this.overTime = place.classList.contains("times");
+    this.isPath = place.classList.contains("paths");
+    this.panels = [...place.querySelectorAll(".panel")].map((box) => new Panel(box, this));
+    this.range = null;
+    if (this.overTime) this.panels.forEach((panel) => this.#pointer(panel));
   }
 
-  columns(width) {
-    const { columns } = this.record;
-    return Math.min(columns, this.panels.length, Math.max(1, Math.floor(width / 270)));
+  fill(record, sources) {
+    this.panels.forEach((panel, p) => panel.fill(record.panels[p], sources));
+    this.filled = true;
   }
 
-  #reserve() {
-    this.graph.style.minHeight = `${this.#sizes(this.place.clientWidth).height}px`;
+  show(time) {
+    if (this.overTime) {
+      this.at ??= this.place.querySelector("figcaption").appendChild(element("output", "at"));
+      this.at.textContent = `at ${time.toFixed(2)} s`;
+      this.panels.forEach((panel) => panel.showTime(time));
+    } else if (this.isPath) this.panels.forEach((panel) => panel.showPlace(time));
   }
 
-  #sizes(width) {
-    const columns = this.columns(width), rows = Math.ceil(this.panels.length / columns);
-    const side = width / columns - 60;
-    const single = this.panels.length === 1;
-    const panel = this.record.equal_aspect ? Math.min(460, side) : single ? 250 : columns > 1 ? 150 : 165;
-    const top = 30, bottom = 54 + this.#legendRows(width) * 29, gap = this.record.over_time ? 28 : 62;
-    return { columns, rows, panel, gap, top, bottom, height: top + rows * panel + (rows - 1) * gap + bottom };
+  // All panels over time show the same stretch; null is the whole time.
+  zoom(range) {
+    this.range = range;
+    this.panels.forEach((panel) => panel.zoom(range));
+    this.show(this.report.time);
+    this.#button();
   }
 
-  #legendRows(width) {
-    const names = this.legend();
-    if (names.length < 2) return 0;
-    const wide = Math.max(...names.map((name) => name.length)) * 7.2 + 44;
-    return Math.ceil(names.length / Math.max(1, Math.floor((width - 28) / wide)));
+  #button() {
+    if (!this.reset) {
+      this.reset = element("button", "reset", "whole time");
+      this.reset.type = "button";
+      this.reset.addEventListener("click", () => this.zoom(null));
+      this.place.querySelector("figcaption").append(this.reset);
+    }
+    this.reset.hidden = this.range === null;
   }
 
-  legend() {
-    return [...new Set(this.panels.flatMap((panel) => panel.curves.map((curve) => curve.label)))];
-  }
-
-  draw(width = this.place.clientWidth) {
-    const { data, layout } = this.#figure(width);
-    const touch = window.matchMedia("(pointer: coarse)").matches;
-    layout.dragmode = touch ? false : "zoom"; // a finger scrolls the page until zoom is chosen in the bar
-    const config = {
-      displaylogo: false,
-      displayModeBar: touch ? true : "hover",
-      modeBarButtons: [["toImage"], ["zoom2d", "pan2d"], ["zoomIn2d", "zoomOut2d", "resetScale2d"]],
-      toImageButtonOptions: { format: "svg", filename: this.id },
-      showTips: false,
-      plotlyServerURL: "",
+  // A tap or click sets the time; a mouse that drags marks the stretch to zoom to; a finger scrolls the page.
+  #pointer(panel) {
+    const { plane } = panel;
+    let start = null, band = null;
+    const end = () => {
+      band?.remove();
+      start = band = null;
     };
-    Plotly.react(this.graph, data, layout, config);
-    this.width = width;
-    this.drawn = true;
-    this.onDraw?.();
-    if (this.graph.dataset.watched) return;
-    this.graph.dataset.watched = "yes";
-    this.graph.on("plotly_afterplot", () => this.onDraw?.());
-  }
-
-  #figure(width) {
-    const sizes = this.#sizes(width), style = getComputedStyle(document.documentElement);
-    const ink = (name) => style.getPropertyValue(name).trim();
-    const palette = this.palettes[Number(ink("--dark"))];
-    const colourOf = ({ colour, runColour }) => (colour === null ? runColour : palette[colour % palette.length]);
-    const seen = new Set();
-    const data = this.panels.flatMap((panel, p) => panel.curves.map((curve, c) => {
-      const first = !seen.has(curve.label);
-      seen.add(curve.label);
-      return this.#trace(panel, p, curve, colourOf(curve), first);
-    }));
-    return { data, layout: this.#layout(width, sizes, ink) };
-  }
-
-  #trace(panel, p, curve, colour, first) {
-    const axis = p === 0 ? "" : String(p + 1);
-    const unit = panel.y_unit ? ` ${plainText(raised(panel.y_unit))}` : "", xUnit = this.record.x_unit ? ` ${plainText(raised(this.record.x_unit))}` : "";
-    const name = plainText(curve.label);
-    const together = this.#together();
-    const point = curve.text.length ? "<b>%{text}</b><br>" : "";
-    return {
-      type: "scatter",
-      mode: { line: "lines", points: "markers", both: "lines+markers" }[curve.style],
-      x: curve.x, y: curve.y, name, legendgroup: name, showlegend: first && this.legend().length > 1,
-      text: curve.text.map(plainText),
-      line: { color: colour, width: 1.6, dash: DASHES[Number(curve.dashed)] },
-      marker: { color: colour, size: 7 },
-      ...(curve.is_filled ? { fill: "toself", fillcolor: `${colour}26`, hoveron: "points" } : {}),
-      xaxis: `x${axis}`, yaxis: `y${axis}`,
-      hovertemplate: together
-        ? `${point}%{y:.5~g}${unit}<extra>${name}</extra>`
-        : `${point}%{x:.5~g}${xUnit}, %{y:.5~g}${unit}<extra>${name}</extra>`,
-    };
-  }
-
-  // Over time all curves of a panel tell their values at once.
-  #together() {
-    return this.record.over_time && Math.max(...this.panels.map((panel) => panel.curves.length)) <= 8;
-  }
-
-  #layout(width, sizes, ink) {
-    const { columns, rows, panel, gap, top, bottom, height } = sizes;
-    const left = 62, right = 14, inner = width - left - right, tall = height - top - bottom, between = columns > 1 ? 68 : 0;
-    const wide = (inner - between * (columns - 1)) / columns;
-    const layout = {
-      width, height, margin: { l: left, r: right, t: top, b: bottom, autoexpand: false },
-      paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)",
-      font: { family: "system-ui, 'Segoe UI', Roboto, 'DejaVu Sans', sans-serif", size: 12, color: ink("--ink") },
-      hovermode: this.#together() ? "x unified" : "closest",
-      hoverlabel: { bgcolor: ink("--card"), bordercolor: ink("--line"), font: { size: 12, color: ink("--ink") } },
-      modebar: { bgcolor: "rgba(0,0,0,0)", color: ink("--soft"), activecolor: ink("--ink") },
-      legend: { orientation: "h", x: -44 / inner, xanchor: "left", y: -46 / tall, yanchor: "top", font: { size: 12 } },
-      annotations: [], shapes: [],
-    };
-    this.panels.forEach((one, p) => {
-      const row = Math.floor(p / columns), column = p % columns, axis = p === 0 ? "" : String(p + 1);
-      const x0 = column * (wide + between), y1 = tall - row * (panel + gap);
-      const last = p + columns >= this.panels.length;
-      const lines = { gridcolor: ink("--grid"), zerolinecolor: ink("--soft"), zerolinewidth: 0.8, linecolor: ink("--line"), ticks: "outside", ticklen: 4, tickcolor: ink("--line") };
-      layout[`xaxis${axis}`] = {
-        ...lines, domain: [x0 / inner, (x0 + wide) / inner], anchor: `y${axis}`, hoverformat: ".5~g", unifiedhovertitle: { text: `%{x:.5~g} ${plainText(raised(this.record.x_unit))}` },
-        showticklabels: last || !this.record.over_time,
-        title: { text: last || !this.record.over_time ? withUnit(this.record.x_label, this.record.x_unit) : "", standoff: 6 },
-        ...(this.record.over_time && p > 0 ? { matches: "x" } : {}),
-      };
-      layout[`yaxis${axis}`] = {
-        ...lines, domain: [(y1 - panel) / tall, y1 / tall].map((part) => Math.min(1, Math.max(0, part))), anchor: `x${axis}`,
-        title: { text: withUnit(one.y_label, one.y_unit), standoff: 4 }, exponentformat: "e", nticks: 6,
-        ...(this.record.equal_aspect ? { scaleanchor: `x${axis}`, scaleratio: 1 } : {}),
-      };
-      layout.annotations.push({
-        text: `<b>${plainText(one.title)}</b>`, showarrow: false, x: 0, xanchor: "left", y: 1, yanchor: "bottom",
-        xref: `x${axis} domain`, yref: `y${axis} domain`, font: { size: 12 }, yshift: 2,
-      });
-      one.levels.forEach((level) => this.#level(layout, level, axis, ink));
+    plane.addEventListener("pointerdown", (event) => {
+      if (event.button !== 0) return;
+      start = { x: event.clientX, y: event.clientY };
+      if (event.pointerType === "mouse") plane.setPointerCapture(event.pointerId);
     });
-    return layout;
-  }
-
-  #level(layout, { label, value, axis: along }, axis, ink) {
-    const flat = along === "y";
-    layout.shapes.push({
-      type: "line", layer: "below", line: { color: ink("--limit"), width: 1.2, dash: "dot" },
-      ...(flat ? { xref: `x${axis} domain`, x0: 0, x1: 1, yref: `y${axis}`, y0: value, y1: value }
-        : { yref: `y${axis} domain`, y0: 0, y1: 1, xref: `x${axis}`, x0: value, x1: value }),
+    plane.addEventListener("pointermove", (event) => {
+      if (start === null || event.pointerType !== "mouse" || Math.abs(event.clientX - start.x) < 4) return;
+      band ??= plane.appendChild(element("div", "band"));
+      const box = plane.getBoundingClientRect(), ends = [start.x, event.clientX].map((x) => Math.min(Math.max(x - box.left, 0), box.width));
+      band.style.left = `${Math.min(...ends)}px`;
+      band.style.width = `${Math.abs(ends[1] - ends[0])}px`;
     });
-    layout.annotations.push({
-      text: plainText(label), showarrow: false, font: { size: 11, color: ink("--limit") }, bgcolor: ink("--card"), opacity: 0.85, borderpad: 1,
-      ...(flat ? { xref: `x${axis} domain`, x: 1, xanchor: "right", yref: `y${axis}`, y: value, yanchor: "bottom" }
-        : { yref: `y${axis} domain`, y: 1, yanchor: "top", xref: `x${axis}`, x: value, xanchor: "left" }),
+    plane.addEventListener("pointercancel", end);
+    plane.addEventListener("pointerup", async (event) => {
+      if (start === null) return;
+      const ends = [panel.timeAt(start.x), panel.timeAt(event.clientX)].map((t) => Math.min(Math.max(t, panel.x[0]), panel.x[1]));
+      const dragged = band !== null, moved = Math.hypot(event.clientX - start.x, event.clientY - start.y) > 4;
+      end();
+      await this.report.numbers();
+      if (dragged && Math.abs(ends[1] - ends[0]) > 1e-6) this.zoom([Math.min(...ends), Math.max(...ends)]);
+      else if (!moved) this.report.set(ends[1]);
     });
+    plane.addEventListener("dblclick", () => this.zoom(null));
   }
 }

@@ -46,6 +46,10 @@ class ReportCell:
     errata: tuple[str, ...] = ()
     word: str = ""
     """What the cell says instead of its verdict."""
+    digits: float | None = None
+    """Ours less printed, in units of the last printed digit."""
+    near: bool | None = None
+    """Of a number under assumed conditions: whether ours is near."""
 
     def __post_init__(self) -> None:
         if self.verdict not in (*VERDICTS, ""):
@@ -72,6 +76,21 @@ class ReportTable:
     unit: str = ""
     row_heading: str = ""
     note: str = ""
+
+    @property
+    def lines(self) -> tuple[tuple[str, ReportCell], ...]:
+        """Every cell with its place: the row's label, and the column's where there are several."""
+        several = len(self.columns) > 1
+        return tuple(
+            (f"{row.label}, {column}" if several else row.label, cell)
+            for row in self.rows
+            for column, cell in zip(self.columns, row.cells, strict=True)
+        )
+
+    @property
+    def verdict_cells(self) -> tuple[ReportCell, ...]:
+        """The cells that have a verdict, row by row."""
+        return tuple(cell for row in self.rows for cell in row.cells if cell.verdict)
 
     def __post_init__(self) -> None:
         for row in self.rows:
@@ -111,6 +130,8 @@ class Check:
     allowed: str
     holds: bool
     note: str = ""
+    is_expected: bool = False
+    """Whether a failure is the expected outcome: so of a reading whose models errata of the paper spoil."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -139,15 +160,19 @@ class Page:
     """A whole report; empty parts are left out of the page.
 
     `counts` is how many printed numbers got each verdict; counted over the tables' cells if not given.
-    `words` is the outcome in a sentence or two. Ids of tables, errata, figures and sections are unique on a page.
+    `verdict` is the outcome in pieces of text, each with whether it stands out; `words` says how it is counted;
+    `derived` are tables of numbers that the paper does not print. Ids of tables, errata, figures and sections are unique on a page.
     """
 
     title: str
     subtitle: str = ""
+    byline: str = ""
+    verdict: tuple[tuple[str, bool], ...] = ()
     words: str = ""
     document: tuple[Fact, ...] = ()
     counts: Mapping[CellVerdict, int] | None = None
     tables: tuple[ReportTable, ...] = ()
+    derived: tuple[ReportTable, ...] = ()
     errata: tuple[LedgerEntry, ...] = ()
     figures: tuple[Figure, ...] = ()
     replay: Replay | None = None
@@ -158,7 +183,7 @@ class Page:
     versions: tuple[Fact, ...] = field(default=())
 
     def __post_init__(self) -> None:
-        ids = [one.id for one in self.tables]
+        ids = [one.id for one in (*self.tables, *self.derived)]
         ids += [one.erratum.id for one in self.errata] + [one.id for one in self.sections]
         ids += [one.id for one in self.figures] + [figure.id for section in self.sections for figure in section.figures]
         twice = sorted({one for one in ids if ids.count(one) > 1})

@@ -1,29 +1,27 @@
-"""A report as one HTML file: text and tables are HTML; scripts add the 3D replay and the figures.
+"""A report as one HTML file: text, tables and figures are HTML and SVG; scripts add the 3D replay, cursors and zoom.
 
-Nothing is loaded: the libraries (meshcat with three.js, plotly.js) and the numbers are in the page, compressed, and its
-content security policy forbids requests and code made from text.
+Nothing is loaded: the library of the 3D view (meshcat with three.js) and the numbers are in the page, compressed, and
+its content security policy forbids requests and code made from text.
 """
 
 import base64
 import gzip
 import json
-from importlib.util import find_spec
 from pathlib import Path
 
-from lwr_dyn.errors import MissingDataError, MissingPackageError
 from lwr_dyn.files import write_file
 from lwr_dyn.reproduction.report.content import Page
-from lwr_dyn.reproduction.report.layout import HERE, footer, header, main, navigation, parts_of
+from lwr_dyn.reproduction.report.layout import HERE, footer, header, main, parts_of
 from lwr_dyn.reproduction.report.markup import Html, element, joined
-from lwr_dyn.reproduction.report.script_data import all_figures, script_data
+from lwr_dyn.reproduction.report.script_data import script_data
+from lwr_dyn.viewer.look import font_faces, look_css
 from lwr_dyn.viewer.page_parts import PLAYER, fill_template, meshcat_bundle, resource_text
 
 _POLICY = (
-    "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; "
+    "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; font-src data:; "
     "connect-src 'none'; base-uri 'none'; form-action 'none'"
 )
-_SCRIPTS = ("loader.js", "cells.js", "charts.js", "overlay.js", "report.js")
-_WITHOUT_3D = PLAYER[:1]
+_SCRIPTS = ("loader.js", "series.js", "charts.js", "report.js")
 
 
 def report_html(page: Page) -> str:
@@ -38,31 +36,23 @@ def report_html(page: Page) -> str:
     ------
     OptionError
         A figure of a run or joint that is not on the page.
-    MissingPackageError
-        plotly is not installed, and the page has figures.
     MissingDataError
-        The installed meshcat or plotly lacks its script.
+        The installed meshcat lacks its script.
     """
     data = json.dumps(script_data(page), sort_keys=True, separators=(",", ":"), allow_nan=False)
     libraries = {"numbers": data}
     if page.replay is not None:
-        libraries["player"] = "\n".join([meshcat_bundle(), *map(resource_text, PLAYER)])
-    else:
-        libraries["player"] = "\n".join(map(resource_text, _WITHOUT_3D))
-    if all_figures(page):
-        libraries["plotly"] = plotly_bundle()
+        libraries["player"] = "\n".join([meshcat_bundle(), *map(resource_text, PLAYER[1:])])
     parts = parts_of(page)
     filling = {
         "title": element("title", page.title),
         "policy": _POLICY,
-        "style": resource_text("look.css") + resource_text("player.css") + resource_text("report.css", HERE),
-        "signs": resource_text("signs.svg", HERE),
-        "navigation": navigation(parts),
-        "header": header(page),
+        "style": "\n".join((font_faces(), look_css(), resource_text("player.css"), resource_text("report.css", HERE))),
+        "header": header(page, parts),
         "main": main(parts),
-        "footer": footer(page),
+        "footer": footer(),
         "libraries": joined(_library(name, text) for name, text in libraries.items()),
-        "scripts": "\n".join(resource_text(name, HERE) for name in _SCRIPTS),
+        "scripts": "\n".join([resource_text(PLAYER[0]), *(resource_text(name, HERE) for name in _SCRIPTS)]),
     }
     return fill_template(resource_text("report.html", HERE), filling)
 
@@ -70,17 +60,6 @@ def report_html(page: Page) -> str:
 def write_report(path: str | Path, page: Page) -> None:
     """Write `report_html(page)` to a file; raises as it does, and `FileAccessError`."""
     write_file(path, report_html(page))
-
-
-def plotly_bundle() -> str:
-    """The installed plotly.js; raises `MissingPackageError`, and `MissingDataError` when plotly lacks its script."""
-    spec = find_spec("plotly")
-    if spec is None:
-        raise MissingPackageError("plotly", "report")
-    script = Path(spec.origin or "").parent / "package_data" / "plotly.min.js"
-    if not script.is_file():
-        raise MissingDataError("plotly", "package_data/plotly.min.js", "a report; install plotly again")
-    return script.read_text(encoding="utf-8")
 
 
 def _library(name: str, text: str) -> Html:

@@ -25,16 +25,23 @@ def error_figure(
     chosen: Sequence[int] | None = None,
     quantity: Literal["position error", "velocity error"] = "position error",
 ) -> Figure:
-    """Joint errors q_ref - q [mrad, mm] or dq_ref - dq [mrad/s, mm/s] over time, one panel per run."""
+    """Joint errors q_ref - q [mrad, mm] or dq_ref - dq [mrad/s, mm/s] over time: run by run a panel per joint."""
     per = "/s" if quantity == "velocity error" else ""
     panels = []
     for i in _places(runs, chosen):
-        arm = runs[i].arm
-        units = [f"mrad{per}" if link.kind is JointKind.REVOLUTE else f"mm{per}" for link in arm.chain.links]
-        curves = tuple(Curve(name, Series(i, quantity, j, 1e3)) for j, name in enumerate(arm.joint_names))
-        panels.append(Panel(runs[i].caption, quantity, ", ".join(dict.fromkeys(units)), curves))
+        for j, joint in enumerate(runs[i].arm.joints()):
+            unit = f"mrad{per}" if joint.kind is JointKind.REVOLUTE else f"mm{per}"
+            curve = Curve(runs[i].caption, Series(i, quantity, j, 1e3))
+            panels.append(Panel(joint.name, quantity, unit, (curve,)))
     title = f"{quantity.capitalize()}s of the joints"
-    return Figure(quantity.replace(" ", "-"), title, "", "time", "s", tuple(panels), over_time=True)
+    return Figure(quantity.replace(" ", "-"), title, "", "time", "s", tuple(panels), over_time=True, columns=4)
+
+
+def tip_error_figure(runs: Sequence[ReplayedRun], chosen: Sequence[int] | None = None) -> Figure:
+    """Distance of the flange from where it should be [mm] over time, a curve per run."""
+    curves = tuple(Curve(runs[i].caption, Series(i, "tip error", scale=1e3)) for i in _places(runs, chosen))
+    panel = Panel("", "tip error", "mm", curves)
+    return Figure("tip-error", "Tip error", "", "time", "s", (panel,), over_time=True)
 
 
 def torque_figure(runs: Sequence[ReplayedRun], chosen: Sequence[int] | None = None) -> Figure:

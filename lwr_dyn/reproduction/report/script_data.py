@@ -1,23 +1,22 @@
-"""Data for the scripts of a report: the runs, packed once for the 3D view and for the figures, and the figures."""
+"""Data for the scripts of a report: the runs at 100 samples a second, packed once for 3D view and figures; figures."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import fields
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.model.run import Run
 from lwr_dyn.reproduction.report.content import Page, Replay, Still
+from lwr_dyn.reproduction.report.run_table import PAGE_RATE
 from lwr_dyn.viewer import scene
-from lwr_dyn.viewer.figures import DARK_PALETTE, PALETTE, Curve, Figure, Series, SeriesName, run_series
+from lwr_dyn.viewer.figures import Curve, Figure, Series, SeriesName, run_series
 from lwr_dyn.viewer.page_parts import generator_line, pack_int32, subsample
 from lwr_dyn.viewer.replay_page import run_record
 from lwr_dyn.viewer.replayed_runs import ReplayedRun, replayed_runs
 
-SERIES_BUDGET = 2_600_000
-"""Bytes the series of all runs may take before compression; beyond, samples are left out, and the page states it."""
-LARGEST_CURVE = 4000
+LARGEST_CURVE = 1500
 """Points of a curve given as numbers; of longer ones points are left out."""
 _AS_TEXT = 48
 """Shorter curves are written as decimal numbers."""
@@ -33,7 +32,7 @@ def script_data(page: Page) -> dict[str, Any]:
         one.values(replay.runs if replay else ())  # raises for a run or joint that is not there
     pool: dict[bytes, Array] = {}
     data: dict[str, Any] = {"figures": [_figure(figure, pool) for figure in figures]}
-    data |= {"numbers": [_numbers(values) for values in pool.values()], "palettes": [PALETTE, DARK_PALETTE]}
+    data |= {"numbers": [_numbers(values) for values in pool.values()]}
     return data if replay is None else data | _replay(replay, series)
 
 
@@ -47,18 +46,13 @@ def _replay(replay: Replay, series: Sequence[Series]) -> dict[str, Any]:
     packed = [
         {
             name: run_series(one, name)
-            for name in dict.fromkeys(s.quantity for s in series if s.run == i)
+            for name in dict.fromkeys(name for s in series if s.run == i for name in _needed(s))
             if name not in _FROM_PLAYER
         }
         for i, one in enumerate(replay.runs)
     ]
     stills = [_still(still) for still in replay.stills]
-    numbers = sum(
-        one.run.t.size * (2 * one.arm.n + 2) + sum(values.size for values in more.values())
-        for one, more in zip(replay.runs, packed, strict=True)
-    )
-    stride = max(1, -(-numbers * 16 // 3 // SERIES_BUDGET))  # four bytes a number, a third more as base64
-    records = [_run(one, stride, more) for one, more in zip(replay.runs, packed, strict=True)]
+    records = [_run(one, page_stride(one.run), more) for one, more in zip(replay.runs, packed, strict=True)]
     shapes = [command for i, one in enumerate([*replay.runs, *stills]) for command in scene.arm_commands(one, i)]
     return {
         "runs": records,
@@ -67,6 +61,19 @@ def _replay(replay: Replay, series: Sequence[Series]) -> dict[str, Any]:
         "made_by": generator_line(),
         "start": {"trace": True, "frames": False, "beside": False},
     }
+
+
+def _needed(series: Series) -> tuple[SeriesName, ...]:
+    """The quantities behind a series: a path with its errors magnified takes its reference too."""
+    quantity = series.quantity
+    reference = quantity.replace("flange", "reference") if quantity.startswith("flange ") else quantity
+    return quantity, cast(SeriesName, reference)
+
+
+def page_stride(run: Run) -> int:
+    """Which samples of a run a page has: every so many, for at least `PAGE_RATE` a second."""
+    lasts = float(run.t[-1] - run.t[0])
+    return 1 if lasts == 0.0 else max(1, int((run.t.size - 1) / lasts / PAGE_RATE + 1e-6))
 
 
 def _run(one: ReplayedRun, stride: int, more: Mapping[SeriesName, Array]) -> dict[str, Any]:
@@ -95,7 +102,7 @@ def _curve(figure: Figure, curve: Curve, pool: dict[bytes, Array]) -> dict[str, 
     keep = subsample(size, -(-size // LARGEST_CURVE))
     x, y = (_source(value, keep, pool) for value in (curve.x, curve.y))
     text = [curve.text[i] for i in keep] if curve.text else []
-    return _fields(curve) | {"x": x, "y": y, "colour": figure.colour(curve), "text": text}
+    return _fields(curve) | {"x": x, "y": y, "text": text}
 
 
 def _fields(record: Any) -> dict[str, Any]:

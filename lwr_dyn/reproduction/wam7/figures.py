@@ -89,7 +89,10 @@ def _errors(number: str, which: str, arm: Arm, series: RunsOfJoints) -> Figure:
     panels = []
     for j, joint in enumerate(arm.joint_names):
         shown = {label: runs[j] for label, runs in series.items()}
-        curves = [Curve(label, 1e3 * (run.q_ref - run.q)[::EVERY, j], run.t[::EVERY]) for label, run in shown.items()]
+        curves = [
+            Curve(label, 1e3 * (run.q_ref - run.q)[::EVERY, j], run.t[::EVERY], colour=place)
+            for place, (label, run) in enumerate(shown.items())
+        ]
         panels.append(Panel(joint, "position error", "mrad", tuple(curves)))
     title, name = f"Position error, {which}", f"Figure {number}"
     return Figure(f"figure-{number}", title, name, "time", "s", tuple(panels), over_time=True, columns=2, note=GAINS)

@@ -27,12 +27,12 @@ CONTROLLERS = ("pd-gravity", "inverse-dynamics")
 
 def inertia_table(name=""):
     cells = [
-        ("2.924", "2.92437", "after erratum", ("E2", "E9")),
-        ("2.908", "2.90821", "reproduced", ()),
-        (".4903", "0.49035", "reproduced", ()),
-        (".0333", "0.0412", "differs", ()),
-        ("-", "", "not reproducible", ()),
-        ("12.5", "", "", ()),
+        ("2.924", "2.92437", "after erratum", ("E2", "E9"), 0.37),
+        ("2.908", "2.90821", "reproduced", (), 0.21),
+        (".4903", "0.49035", "reproduced", (), 0.5),
+        (".0333", "0.0412", "differs", (), 79.0),
+        ("-", "", "not reproducible", (), None),
+        ("12.5", "", "", (), None),
     ]
     rows = [
         ReportRow(
@@ -47,14 +47,28 @@ def inertia_table(name=""):
                     "kg mm^2 -> kg m^2" + name,
                     "q2 counted from the vertical",
                     errata,
+                    digits=digits,
                 )
-                for printed, ours, verdict, errata in cells
+                for printed, ours, verdict, errata, digits in cells
             ),
         )
         for j in range(4)
     ]
     columns = ("b [kg m^2]", "mass", "x", "y", "z", "q" + name)
     return ReportTable("IV", "Greatest inertias" + name, "Table IV, page 3", columns, tuple(rows), "kg m^2", "joint")
+
+
+def expressions(name=""):
+    """Assumed numbers, and an expression that is longer than a number."""
+    cells = (
+        ReportCell("K = 1/2 m v**2 + 1/2 I w**2" + name, "I*w**2/2 + m*v**2/2", "after erratum", errata=("E1" + name,)),
+        ReportCell("4.6", "4.7", "under assumed conditions", word="assumed, near", digits=1.0, near=True),
+        ReportCell("4.6", "0.8", "under assumed conditions", word="assumed, not near", digits=-38.0, near=False),
+        ReportCell("1", "1", "structural"),
+        ReportCell(""),
+    )
+    rows = tuple(ReportRow(f"line {i + 1}" + name, (cell,)) for i, cell in enumerate(cells))
+    return ReportTable("K", "Energies" + name, "below Table IV", ("K",), rows)
 
 
 def errata(name=""):
@@ -125,9 +139,12 @@ def report(arm, runs, name="", stills=True):
     return Page(
         title="A paper with tables" + name,
         subtitle="recomputed" + name,
+        byline="Authors" + name,
+        verdict=(("8 of 24" + name, True), (" come out.", False)),
         words="Most of it holds." + name,
         document=(("title", "A paper" + name), ("pages", "6")),
-        tables=(inertia_table(name),),
+        tables=(inertia_table(name), expressions(name)),
+        derived=(replace(inertia_table(name), id="derived"),),
         errata=errata(name),
         figures=run_plots(arm, name),
         replay=Replay(replayed_runs(runs, arm, [c + name for c in CONTROLLERS]), (pose,) if stills else ()),

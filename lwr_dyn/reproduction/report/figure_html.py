@@ -1,0 +1,225 @@
+"""A figure as HTML: a grid of small panels, each with its own axes; lines are SVG, every text is text of the page."""
+
+from collections.abc import Sequence
+
+from lwr_dyn.plotting.axes import power_of_ten, short
+from lwr_dyn.plotting.drawn_panel import DrawnCurve, DrawnPanel, drawn_panels, widest_first
+from lwr_dyn.reproduction.report.markup import Html, anchor, element, joined, raised
+from lwr_dyn.reproduction.report.plane import HEIGHT, WIDTH, dots_path, line_path, plane_html
+from lwr_dyn.viewer.figures import Figure
+from lwr_dyn.viewer.replayed_runs import ReplayedRun
+
+_MOST_COLUMNS = 7
+_WIDE_NAME, _HIGH_NAME = 20.0, 5.0
+"""Percent of the plane that the name of a point takes."""
+_APART = 0.085
+"""Least distance of names at the ends of lines, of the plane's height."""
+
+
+def figure_html(figure: Figure, runs: Sequence[ReplayedRun] = ()) -> Html:
+    """A figure with its heading; the scripts add cursors, dots and zoom. Raises `OptionError` as `Curve.points`."""
+    panels, name = drawn_panels(figure, runs), anchor("plot", figure.id)
+    units = {(one.panel.y_label, one.panel.y_unit) for one in panels}
+    what = [_with_unit(*next(iter(units)))] if len(units) == 1 and not figure.equal_aspect else []
+    what += ["logarithmic"] if panels[0].y.is_logarithmic else []
+    what += [f"errors \u00d7 {panels[0].magnified}"] if panels[0].magnified > 1 else []
+    what += [f"over {_with_unit(figure.x_label, figure.x_unit)}"] if not (figure.over_time or figure.equal_aspect) else []
+    what += [raised(figure.note)] if figure.note else []
+    ends = len(panels) == 1 and figure.over_time and len(panels[0].curves) > 1
+    title = [figure.title, element("small", figure.where) if figure.where else None]
+    head = element(
+        "figcaption",
+        element("h3", title, id=name),
+        element("p", "; ".join(what), class_="about") if what else None,
+        None if ends else _legend(panels),
+    )
+    shown = [_panel_html(figure, one, len(units) > 1, ends) for one in panels]
+    kind = "paths" if figure.equal_aspect else "times" if figure.over_time else "maps"
+    return element(
+        "figure",
+        head,
+        element("div", shown, class_="panels", style=f"--n:{_columns(len(panels))}"),
+        class_=f"box chart {kind} {'single' if len(panels) == 1 else 'many'}",
+        data_plot=figure.id,
+        aria_labelledby=name,
+    )
+
+
+def _columns(panels: int) -> int:
+    """How many stand in a row where there is room: the most that fill whole rows."""
+    return next((n for n in range(_MOST_COLUMNS, 2, -1) if panels % n == 0), min(panels, _MOST_COLUMNS))
+
+
+def _with_unit(label: str, unit: str) -> str:
+    return f"{label}, {raised(unit)}" if unit else label
+
+
+def _legend(panels: Sequence[DrawnPanel]) -> Html | None:
+    """Names with the colours of their lines, each once; none where a single line needs no name."""
+    named = {(one.ink, one.curve.label): one for panel in panels for one in panel.curves if not one.curve.text}
+    if len(named) == 1 and next(iter(named))[0] in ("ink", "soft"):
+        return None
+    items = [element("li", _swatch(one), label) for (_, label), one in named.items()]
+    return element("ul", items, class_="names")
+
+
+def _swatch(one: DrawnCurve) -> Html:
+    dashed = " dashed" if one.curve.dashed and one.ink != "ref" else ""
+    return element("i", class_=f"sw {one.ink}{dashed}")
+
+
+def _panel_html(figure: Figure, one: DrawnPanel, own_units: bool, ends: bool) -> Html:
+    caption = element(
+        "p",
+        element("b", one.panel.title or (one.panel.y_label if own_units else "")),
+        element("span", _fact(figure, one, own_units), class_="fact"),
+        element("output", class_="now"),
+        class_="cap",
+    )
+    plane = element(
+        "div",
+        plane_html(_levels(one) + "".join(_curve_path(one, curve) for curve in widest_first(one))),
+        [_level_name(one, k) for k in range(len(one.levels))],
+        _point_names(one),
+        class_="plane",
+        role="img",
+        aria_label=_description(figure, one),
+        data_x=f"{one.x.low!r} {one.x.high!r}",
+        data_y=f"{one.y.low!r} {one.y.high!r}",
+        data_log=one.y.is_logarithmic,
+        data_magnified=one.magnified if one.magnified > 1 else None,
+    )
+    area = element("div", _y_ticks(one), plane, _x_ticks(figure, one), _end_names(one) if ends else None, class_="area")
+    scale = _scale_bars(one) if one.magnified > 1 else None
+    if scale is not None:
+        area = element("div", plane, class_="area bare")
+    return element("div", caption, area, scale, _gauge(one), class_="panel")
+
+
+def _fact(figure: Figure, one: DrawnPanel, own_units: bool) -> str:
+    if figure.equal_aspect or not figure.over_time or len(figure.panels) == 1:
+        return ""
+    unit = f" {raised(one.panel.y_unit)}" if own_units and one.panel.y_unit else ""
+    if one.limit is not None:
+        return f"peak {short(one.peak)} of {short(one.limit)}{unit}"
+    return f"peak {short(one.peak)}{unit}"
+
+
+def _gauge(one: DrawnPanel) -> Html | None:
+    """The share of the limit that is used, where the limit is far beyond the axis; other far levels in words."""
+    if one.limit is not None:
+        share = 100.0 * one.peak / one.limit if one.limit else 0.0
+        broken = " alarm" if share > 100.0 + 1e-6 else ""
+        bar = element("div", element("u", style=f"width:{min(share, 100.0):.1f}%"), class_=f"gauge{broken}")
+        words = "below 1 %" if share < 1.0 else f"{share:.2g} %" if share < 99.5 else f"{share:.0f} %"
+        return joined([bar, element("p", f"{words} of the limit", class_="share")])
+    texts = [f"{level.label}: {short(level.value)}" for level in one.far]
+    note = [one.panel.note] if one.panel.note and not one.panel.levels else []
+    return element("p", "; ".join([*note, *texts]), class_="share") if note or texts else None
+
+
+def _curve_path(one: DrawnPanel, drawn: DrawnCurve) -> str:
+    curve, points = drawn.curve, (drawn.x, drawn.y)
+    place = one.curves.index(drawn)
+    out = ""
+    if curve.is_filled:
+        out += f'<path class="fill {drawn.ink}" d="{line_path(one.x, one.y, points)}Z"/>'
+    if curve.style != "points":
+        dashed = " dashed" if curve.dashed and drawn.ink != "ref" else ""
+        out += f'<path class="l {drawn.ink}{dashed}" data-c="{place}" d="{line_path(one.x, one.y, points)}"/>'
+    if curve.style != "line":
+        out += f'<path class="dots {drawn.ink}" d="{dots_path(one.x, one.y, points)}"/>'
+    return out
+
+
+def _levels(one: DrawnPanel) -> str:
+    """Grid, zero and levels."""
+    downs = [round(HEIGHT * (1.0 - float(one.y.share(tick)))) for tick in one.y.ticks]
+    out = f'<path class="grid" d="{"".join(f"M0,{down}H{WIDTH}" for down in downs)}"/>'
+    if one.magnified > 1:
+        out = ""
+    elif not one.y.is_logarithmic and one.y.low < 0.0 < one.y.high:
+        out += f'<path class="zero" d="M0,{round(HEIGHT * (1.0 - float(one.y.share(0.0))))}H{WIDTH}"/>'
+    for level in one.levels:
+        at = float((one.y if level.axis == "y" else one.x).share(level.value))
+        line = f"M0,{HEIGHT * (1.0 - at):.0f}H{WIDTH}" if level.axis == "y" else f"M{WIDTH * at:.0f},0V{HEIGHT}"
+        out += f'<path class="level" d="{line}"/>'
+    return out
+
+
+def _level_name(one: DrawnPanel, k: int) -> Html:
+    level = one.levels[k]
+    at = float((one.y if level.axis == "y" else one.x).share(level.value))
+    if level.axis == "y":
+        side = "below" if at > 0.5 else "above"
+        return element("span", level.label, class_=f"level-name {side}", style=f"top:{100 * (1 - at):.1f}%")
+    return element("span", level.label, class_="level-name across", style=f"left:{100 * at:.1f}%")
+
+
+def _point_names(one: DrawnPanel) -> list[Html]:
+    """Names beside their points; below where another name is."""
+    out, taken = list[Html](), list[tuple[float, float]]()
+    for drawn in one.curves:
+        for name, x, y in zip(drawn.curve.text, drawn.x, drawn.y, strict=False):
+            left, top = 100 * float(one.x.share(x)), 100 * (1 - float(one.y.share(y)))
+            while any(abs(left - a) < _WIDE_NAME and abs(top - b) < _HIGH_NAME for a, b in taken):
+                top += 0.5 * _HIGH_NAME
+            taken.append((left, top))
+            out.append(element("span", name, class_="point-name", style=f"left:{left:.1f}%;top:{top:.1f}%"))
+    return out
+
+
+def _y_ticks(one: DrawnPanel) -> Html:
+    marks = [
+        element("span", label, style=f"top:{100 * (1 - float(one.y.share(tick))):.1f}%")
+        for tick, label in zip(one.y.ticks, one.y.labels, strict=True)
+    ]
+    power = element("span", f"\u00d7{power_of_ten(one.y.power)}", class_="power") if one.y.power else None
+    return element("div", power, marks, class_="yt", aria_hidden="true")
+
+
+def _x_ticks(figure: Figure, one: DrawnPanel) -> Html:
+    labels = list(one.x.labels)
+    labels[-1] += f" {raised(figure.x_unit)}" if figure.x_unit else ""
+    marks = [
+        element("span", label, style=f"left:{100 * float(one.x.share(tick)):.1f}%")
+        for tick, label in zip(one.x.ticks, labels, strict=True)
+    ]
+    return element("div", marks, class_="xt", aria_hidden="true")
+
+
+def _end_names(one: DrawnPanel) -> Html:
+    """The names of lines at their ends, moved apart where they would overlap."""
+    ends = sorted((1.0 - float(one.y.share(float(c.y[-1]))), c.ink, c.curve.label) for c in one.curves)
+    placed: list[float] = []
+    for at, _, _ in ends:
+        placed.append(max(at, placed[-1] + _APART) if placed else at)
+    beyond = max(0.0, placed[-1] - 1.0)
+    names = [
+        element("span", label, class_=f"end {ink}", style=f"top:{100 * (at - beyond):.1f}%")
+        for at, (_, ink, label) in zip(placed, ends, strict=True)
+    ]
+    return element("div", names, class_="ends")
+
+
+def _scale_bars(one: DrawnPanel) -> Html:
+    """One bar for a length on the path and for the tenth (hundredth, ...) of it, a length of its errors."""
+    whole = one.x.high - one.x.low
+    length = _round_length(0.3 * whole)
+    text = f"path {short(1e3 * length)} mm, error {short(1e3 * length / one.magnified)} mm"
+    return element("div", element("i", style=f"width:{100 * length / whole:.2f}%"), text, class_="scale")
+
+
+def _round_length(most: float) -> float:
+    scale = 10.0 ** int(f"{most:e}".split("e")[1])
+    return next(step * scale for step in (5.0, 2.0, 1.0) if step * scale <= most)
+
+
+def _description(figure: Figure, one: DrawnPanel) -> str:
+    """What the panel shows, in words."""
+    unit = f" {raised(one.panel.y_unit)}" if one.panel.y_unit else ""
+    name = ", ".join(text for text in (one.panel.title, one.panel.y_label) if text)
+    if figure.equal_aspect:
+        return f"{name or figure.title}: " + ", ".join(dict.fromkeys(c.curve.label for c in one.curves))
+    said = [f"{c.curve.label} from {short(float(c.y[c.y == c.y].min()))} to {short(float(c.y[c.y == c.y].max()))}{unit}" for c in one.curves]
+    return f"{name}: {'; '.join(said)}"
