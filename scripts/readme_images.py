@@ -57,12 +57,12 @@ class Picture:
     ready: str  # JavaScript that is true once the page stands
     width: int
     height: int
-    time: float  # [s]
+    time: float | None  # [s]; None for a page that stands still
 
 
 PICTURES = {
     "replay.png": Picture("replay.html", "return !!(window.lwrReplay && lwrReplay.ready)", 1440, 757, 13.2),
-    "report.png": Picture("report.html", "return !!(window.lwrReport && lwrReport.ready)", 1280, 1420, 6.2),
+    "report.png": Picture("report.html", "return !!(window.lwrReport && lwrReport.ready)", 1280, 1000, None),
 }
 
 
@@ -76,7 +76,8 @@ def take(browser: Any, picture: Picture, folder: Path) -> tuple[Image.Image, str
     try:
         browser.get((folder / picture.page).resolve().as_uri())
         WebDriverWait(browser, 60).until(lambda window: window.execute_script(picture.ready))
-        browser.execute_script("lwrReplay.setTime(arguments[0])", picture.time)
+        if picture.time is not None:
+            browser.execute_script("lwrReplay.setTime(arguments[0])", picture.time)
         drawn = "requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(arguments[0], 500)))"
         browser.execute_async_script(drawn)
         words = browser.execute_script(VISIBLE_WORDS)

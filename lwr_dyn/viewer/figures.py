@@ -13,12 +13,8 @@ from lwr_dyn.arrays import Array, read_only
 from lwr_dyn.errors import OptionError
 from lwr_dyn.viewer.replayed_runs import ReplayedRun
 
-PALETTE = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#000000", "#7f7f7f")
-"""Okabe and Ito's colours, which people with a colour deficiency can distinguish."""
-DARK_PALETTE = ("#56b4e9", "#ff8c4a", "#2ed1a2", "#e79bc7", "#3c9ad6", "#f2b63c", "#ffffff", "#a8a8a8")
-"""The same on a dark page."""
 GREY = 7
-"""Place of references in the palettes."""
+"""The `colour` of a curve that is a reference."""
 
 SeriesName = Literal[
     "q", "q_ref", "dq", "dq_ref", "position error", "velocity error", "torque", "friction",
@@ -80,8 +76,8 @@ class Series:
 class Curve:
     """A curve of numbers or of a run's series; without `x` a series is drawn over the run's time [s].
 
-    A NaN in `y` leaves a gap. `text` names single points. `colour` is a place in the palette. `is_filled` tints what
-    the curve encloses.
+    A NaN in `y` leaves a gap. `text` names single points. `colour` is the place of a run's colour, or `GREY`.
+    `is_filled` tints what the curve encloses.
     """
 
     label: str
@@ -176,20 +172,3 @@ class Figure:
     def labels(self) -> tuple[str, ...]:
         """The names of the curves, each once."""
         return tuple(dict.fromkeys(curve.label for curve in self.curves))
-
-    def colour(self, curve: Curve) -> int | None:
-        """The place of one of its curves in the palette; None for the colour of the run.
-
-        Curves of runs have the colour of their run, as its arm has, where no panel shows a run twice; a reference is
-        then grey. All others are coloured by their labels.
-        """
-        if curve.colour is not None:
-            return curve.colour
-        if isinstance(curve.y, Series) and all(map(_shows_runs_once, self.panels)):
-            return GREY if curve.is_reference else None
-        return self.labels.index(curve.label) % len(PALETTE)
-
-
-def _shows_runs_once(panel: Panel) -> bool:
-    runs = [c.y.run for c in panel.curves if isinstance(c.y, Series) and not c.is_reference]
-    return len(set(runs)) == len(runs)

@@ -10,6 +10,7 @@ from lwr_dyn.model.run import Run
 from lwr_dyn.reproduction.kr30ha.cycle import RISE, SPEED_SHARE, WAIT, cycle_reference
 from lwr_dyn.reproduction.kr30ha.points import right_points
 from lwr_dyn.reproduction.reproduce import reproduce
+from tests.reproduction.pages import faults, lost
 
 ARM = lwr_dyn.load("kr30ha")
 ROADS = 1e-9
@@ -37,6 +38,14 @@ def test_it_holds_and_writes_what_it_promises(outcome):
         "runs/mastering_p1_p2_mastering.npz",
     }  # fmt: skip
     assert json.loads((place / "results.json").read_text())["holds"] is True
+
+
+def test_the_report_loses_nothing_and_is_as_short_as_its_message(outcome, browser):
+    assert lost(outcome[1]) == []
+    assert faults(browser, outcome[1] / "report.html", wide=10_000, narrow=20_000) == []
+    text = (outcome[1] / "report.html").read_text(encoding="utf-8")
+    assert "80 hold, 6 fail as expected" in text
+    assert "FAIL" not in text.replace("FAILS", "").split("<main>")[1].split("As text")[0]
 
 
 def test_the_text_carries_points_matrices_envelope_equations_and_movement(outcome):

@@ -9,15 +9,18 @@ from lwr_dyn.errors import OptionError, UnknownNameError
 from lwr_dyn.reproduction import reproduce
 from lwr_dyn.reproduction.paper_study import Reproduction, paper_study
 from lwr_dyn.reproduction.study import studies
+from tests.reproduction.pages import faults, lost
 
 
-def test_a_second_run_writes_the_same_results_byte_for_byte_and_the_same_page(tmp_path):
+def test_a_second_run_writes_the_same_results_byte_for_byte_and_the_same_page(tmp_path, browser):
     made = [reproduce.reproduce("lwr4", tmp_path / name) for name in ("a", "b")]
     for file in ("results.json", "report.html"):
         texts = [(tmp_path / name / file).read_bytes() for name in ("a", "b")]
         assert texts[0] == texts[1]
         assert str(tmp_path).encode() not in texts[0]
     assert all(outcome.holds for outcome in made)
+    assert lost(tmp_path / "a") == []
+    assert faults(browser, tmp_path / "a" / "report.html", wide=3_000, narrow=5_000) == []
     record = json.loads((tmp_path / "a" / "results.json").read_text())
     assert record["counts"]["printed"]["computed"] == {"all": 12, "reproduced": 12, "after erratum": 0, "differs": 0}
     assert made[0].text.startswith(f"{record['summary']}\n")

@@ -1,11 +1,18 @@
 """The WAM paper's eight simulations: cruise errors, joint 4 upward, speed, and the folder."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
 
 import lwr_dyn
+from lwr_dyn.reproduction.ledger import ledger
+from lwr_dyn.reproduction.paper_page import paper_page
+from lwr_dyn.reproduction.paper_study import paper_study
+from lwr_dyn.reproduction.report.page import write_report
+from lwr_dyn.reproduction.summary import summary_text
+from lwr_dyn.reproduction.verdicts import compare_numbers
 from lwr_dyn.reproduction.wam7 import study
 from lwr_dyn.reproduction.wam7.figures import _lspb
 from lwr_dyn.reproduction.wam7.runs import (
@@ -18,6 +25,7 @@ from lwr_dyn.reproduction.wam7.runs import (
     move,
 )
 from lwr_dyn.reproduction.wam7.tables import figure_7_holds, figure_7_table, findings
+from tests.reproduction.pages import faults
 
 FACTS = (5.10, 1.17, 2.95, 2.63, 5.27, 11.05, 17.86)
 """[mrad] Friction over kp for positive velocity, worked out apart from the package."""
@@ -92,20 +100,25 @@ def test_figure_7_is_not_left():
     assert not figure_7_holds(cruise_errors(arm(), (Experiment(2, 1, GRAVITIES[0], True, made(0, 1).run),)))
 
 
-def test_the_folder_and_a_verdict_that_can_fail(tmp_path, monkeypatch):
-    """With one run in place of all the folder is whole, and the cruises of the others differ."""
+def test_the_folder_a_verdict_that_can_fail_and_the_page(tmp_path, monkeypatch, browser):
+    """With one run in place of all the folder and the page are whole, and the cruises of the others differ."""
     run = made(0, 1).run
     joints = [*range(7), None]
     fake = [Experiment(j, 1, g, True, run) for g in GRAVITIES for j in joints]
     fake += [Experiment(j, 1, GRAVITIES[0], False, run) for j in joints]
     monkeypatch.setattr(study, "experiments", lambda arm, progress: tuple(fake))
     outcome = study.run(tmp_path, arm(), lambda _: None)
-    outcome.pictures.write(tmp_path / "wam7")
+    pictures = outcome.pictures.write(tmp_path / "wam7")
     assert not outcome.holds
     assert outcome.text.count("DIFFERS") == 10
     names = {p.name for p in (tmp_path / "wam7").iterdir()}
     assert names == {"replay.html", "plots", "runs", "figures.json"}
     assert len(list((tmp_path / "wam7" / "plots").iterdir())) == 10
+    paper = paper_study("wam7")
+    verdicts, entries = compare_numbers(paper), ledger(paper.data, paper.proofs)
+    result = replace(outcome, pictures=pictures, record={"summary": summary_text(verdicts, entries, holds=True)})
+    write_report(tmp_path / "report.html", paper_page(paper, result, verdicts, entries, (), tmp_path / "wam7"))
+    assert faults(browser, tmp_path / "report.html", wide=6_000, narrow=12_000) == []
 
 
 def test_figure_4_rises_as_the_erratum_reads_it_and_stays_within_the_printed_axes():

@@ -5,7 +5,7 @@ import pytest
 
 from lwr_dyn.errors import OptionError
 from lwr_dyn.kinematics.forward import forward_kinematics
-from lwr_dyn.viewer.figures import GREY, Curve, Figure, Panel, Series, run_series
+from lwr_dyn.viewer.figures import Curve, Figure, Panel, Series, run_series
 from lwr_dyn.viewer.replayed_runs import replayed_runs
 
 TWO = np.array([1.0, 2.0])
@@ -45,16 +45,3 @@ def test_series_are_the_numbers_of_the_runs(arm, two_runs):
         Curve("c", Series(1, "q", 7)).points(runs)
     with pytest.raises(OptionError, match="run of a series: 2; allowed: 0 to 1"):
         Curve("c", Series(2, "q", 0)).points(runs)
-
-
-def test_runs_wear_their_own_colour_where_no_panel_shows_one_twice():
-    reference = Curve("reference", Series(0, "reference y"), Series(0, "reference x"))
-    a, b = (Curve(label, Series(i, "flange y"), Series(i, "flange x")) for i, label in enumerate("ab"))
-    by_run = figure_of([reference, a, b])
-    assert [by_run.colour(curve) for curve in by_run.curves] == [GREY, None, None]
-    numbers, chosen = Curve("law", TWO, TWO), Curve("chosen", TWO, TWO, colour=5)
-    mixed = figure_of([a, numbers, chosen])
-    assert [mixed.colour(curve) for curve in mixed.curves] == [None, 1, 5]
-    joints = [Curve(f"joint {j}", Series(0, "q", j)) for j in range(3)]
-    by_label = figure_of(joints, [a], joints)
-    assert [by_label.colour(curve) for curve in by_label.curves] == [0, 1, 2, 3, 0, 1, 2]

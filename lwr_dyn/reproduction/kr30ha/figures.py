@@ -36,7 +36,9 @@ def pictures(arm: Arm, right: Sequence[RightPoint], movement: Run, program: Run)
         shown=shown,
         figures={
             "envelope": envelope_figures(arm, {p.name: p.wrist_mm / 1e3 for p in right}),
-            "movement": [Figure("movement", "Axes over the movement", "", "time", "s", panels, over_time=True, columns=3)],
+            "movement": [
+                Figure("movement", "Axes over the movement", "", "time", "s", panels, over_time=True, columns=3)
+            ],
             "torque": [replace(torque_figure(shown, (0,)), title="Torques of the movement, estimated masses")],
         },
         stills=(

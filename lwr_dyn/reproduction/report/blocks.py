@@ -16,7 +16,7 @@ def facts_html(facts: Sequence[Fact]) -> Html:
     return element("dl", pairs, class_="facts-list")
 
 
-def folded(title: str, count: str, *body: Html | Sequence[Html] | None, fails: bool = False, name: str = "") -> Html:
+def folded(title: str, count: str, *body: Html | None, fails: bool = False, name: str = "") -> Html:
     """A part that is folded away under its title; what fails stands open."""
     outcome = element("span", count, class_="count alarm" if fails else "count")
     summary = element("summary", element("h3", title), outcome)
@@ -103,7 +103,11 @@ def _tinted(text: str, shade: float) -> Html:
 
 def _paragraph(text: str) -> Html:
     """Text as a paragraph; columns aligned with spaces are kept."""
-    return element("pre", text, tabindex=0, role="region", aria_label=text.split("\n")[0][:60]) if "  " in text else element("p", text)
+    return (
+        element("pre", text, tabindex=0, role="region", aria_label=text.split("\n")[0][:60])
+        if "  " in text
+        else element("p", text)
+    )
 
 
 def section_html(section: Section, runs: Sequence[ReplayedRun]) -> Html:
@@ -115,8 +119,8 @@ def section_html(section: Section, runs: Sequence[ReplayedRun]) -> Html:
         section.title,
         count,
         element("div", text, class_="prose") if text else None,
-        [table_html(table, section.title) for table in section.tables],
-        [figure_html(figure, runs) for figure in section.figures],
+        *(table_html(table, section.title) for table in section.tables),
+        *(figure_html(figure, runs) for figure in section.figures),
         name=anchor("section", section.id),
     )
 

@@ -161,7 +161,8 @@ class Page:
 
     `counts` is how many printed numbers got each verdict; counted over the tables' cells if not given.
     `verdict` is the outcome in pieces of text, each with whether it stands out; `words` says how it is counted;
-    `derived` are tables of numbers that the paper does not print. Ids of tables, errata, figures and sections are unique on a page.
+    `derived` are tables of numbers that the paper does not print. Ids of tables, errata, figures and
+    sections are unique on a page.
     """
 
     title: str

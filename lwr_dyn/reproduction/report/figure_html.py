@@ -2,9 +2,9 @@
 
 from collections.abc import Sequence
 
-from lwr_dyn.plotting.axes import power_of_ten, short
+from lwr_dyn.plotting.axes import power_of_ten, raised, short
 from lwr_dyn.plotting.drawn_panel import DrawnCurve, DrawnPanel, drawn_panels, widest_first
-from lwr_dyn.reproduction.report.markup import Html, anchor, element, joined, raised
+from lwr_dyn.reproduction.report.markup import Html, anchor, element, joined
 from lwr_dyn.reproduction.report.plane import HEIGHT, WIDTH, dots_path, line_path, plane_html
 from lwr_dyn.viewer.figures import Figure
 from lwr_dyn.viewer.replayed_runs import ReplayedRun
@@ -23,7 +23,9 @@ def figure_html(figure: Figure, runs: Sequence[ReplayedRun] = ()) -> Html:
     what = [_with_unit(*next(iter(units)))] if len(units) == 1 and not figure.equal_aspect else []
     what += ["logarithmic"] if panels[0].y.is_logarithmic else []
     what += [f"errors \u00d7 {panels[0].magnified}"] if panels[0].magnified > 1 else []
-    what += [f"over {_with_unit(figure.x_label, figure.x_unit)}"] if not (figure.over_time or figure.equal_aspect) else []
+    what += (
+        [f"over {_with_unit(figure.x_label, figure.x_unit)}"] if not (figure.over_time or figure.equal_aspect) else []
+    )
     what += [raised(figure.note)] if figure.note else []
     ends = len(panels) == 1 and figure.over_time and len(panels[0].curves) > 1
     title = [figure.title, element("small", figure.where) if figure.where else None]
@@ -221,5 +223,8 @@ def _description(figure: Figure, one: DrawnPanel) -> str:
     name = ", ".join(text for text in (one.panel.title, one.panel.y_label) if text)
     if figure.equal_aspect:
         return f"{name or figure.title}: " + ", ".join(dict.fromkeys(c.curve.label for c in one.curves))
-    said = [f"{c.curve.label} from {short(float(c.y[c.y == c.y].min()))} to {short(float(c.y[c.y == c.y].max()))}{unit}" for c in one.curves]
+    said = [
+        f"{c.curve.label} from {short(float(c.y[c.y == c.y].min()))} to {short(float(c.y[c.y == c.y].max()))}{unit}"
+        for c in one.curves
+    ]
     return f"{name}: {'; '.join(said)}"

@@ -98,7 +98,13 @@ def _stage(page: Page) -> Html | None:
     if page.replay is None:
         return None
     runs, controls = page.replay.runs, {"controls": resource_text("controls.html")}
-    button = element("button", element("span", "\u25b6 ", aria_hidden="true"), "Replay in 3D" if runs else "Turn it in 3D", type="button", id="start-3d")
+    button = element(
+        "button",
+        element("span", "\u25b6 ", aria_hidden="true"),
+        "Replay in 3D" if runs else "Turn it in 3D",
+        type="button",
+        id="start-3d",
+    )
     still = element("div", still_html(page.replay), button, class_="view")
     player = Html(fill_template(resource_text("player.html", HERE), controls))
     table = [run_table_html(runs), element("p", rate_note(runs), class_="rate")] if runs else []
@@ -116,8 +122,11 @@ def _numbers(page: Page, numbers: Iterator[int]) -> list[Html]:
     out = [columns(page.tables)] if page.tables else []
     if page.derived:
         size = sum(len(table.verdict_cells) for table in page.derived)
-        inside = [element("p", "Stated by this package, not printed in the paper.", class_="note"), columns(page.derived)]
-        out.append(folded("Derived numbers", str(size), inside))
+        inside = [
+            element("p", "Stated by this package, not printed in the paper.", class_="note"),
+            columns(page.derived),
+        ]
+        out.append(folded("Derived numbers", str(size), *inside))
     return out
 
 
@@ -142,7 +151,10 @@ def _errata(page: Page) -> list[Html]:
     switch = element("button", "open all", type="button", class_="open-all", aria_pressed="false")
     proven = sum(entry.holds and entry.erratum.status == "proven" for entry in page.errata)
     summary = f"{len(page.errata)} entries, {proven} of them proven by a computation that runs with this report."
-    return [element("p", summary, " ", switch, class_="note"), element("div", map(erratum_html, page.errata), class_="box errata")]
+    return [
+        element("p", summary, " ", switch, class_="note"),
+        element("div", map(erratum_html, page.errata), class_="box errata"),
+    ]
 
 
 def _evidence(page: Page, runs: Sequence[ReplayedRun]) -> list[Html]:

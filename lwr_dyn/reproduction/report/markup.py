@@ -4,6 +4,8 @@ import re
 from collections.abc import Iterable, Sequence
 from html import escape
 
+from lwr_dyn.plotting.axes import raised
+
 
 class Html(str):
     """Text that is HTML; every other text is escaped when it goes into an element."""
@@ -11,7 +13,6 @@ class Html(str):
     __slots__ = ()
 
 
-_RAISED = str.maketrans("-01234", "\u207b\u2070\u00b9\u00b2\u00b3\u2074")
 Child = str | Html | None
 Attribute = str | int | float | bool | None
 
@@ -64,15 +65,6 @@ def anchor(kind: str, name: str) -> str:
     'erratum-lwr4plus-5-z-'
     """
     return f"{kind}-{re.sub(r'[^A-Za-z0-9_.]+', '-', name)}"
-
-
-def raised(text: str) -> str:
-    """Text with the exponents 0 to 4 of units raised.
-
-    >>> raised("kg m^2 s^-1")
-    'kg m\u00b2 s\u207b\u00b9'
-    """
-    return re.sub(r"\^(-?[0-4])", lambda found: found[1].translate(_RAISED), text)
 
 
 def _text(child: Child | Iterable[Child]) -> str:

@@ -54,7 +54,9 @@ def number_map(page: Page) -> Html | None:
     if not cells:
         return None
     lines = [element("li", _line(tables), class_=_size(tables)) for tables in _grouped(page.tables)]
-    return element("div", _key(page, cells), element("ul", lines, class_="map", aria_label="Every printed number by table"))
+    return element(
+        "div", _key(page, cells), element("ul", lines, class_="map", aria_label="Every printed number by table")
+    )
 
 
 def _key(page: Page, cells: Sequence[ReportCell]) -> Html:

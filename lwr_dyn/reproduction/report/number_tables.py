@@ -6,9 +6,9 @@ Behind each printed number is a popover, which needs no script, with its place i
 import re
 from collections.abc import Iterator, Sequence, Set
 
-from lwr_dyn.plotting.axes import short
+from lwr_dyn.plotting.axes import raised, short
 from lwr_dyn.reproduction.report.content import CellVerdict, ReportCell, ReportTable
-from lwr_dyn.reproduction.report.markup import Html, anchor, element, joined, raised
+from lwr_dyn.reproduction.report.markup import Html, anchor, element, joined
 from lwr_dyn.reproduction.report.number_map import glyph, word
 
 FOLDED: tuple[CellVerdict, ...] = ("reproduced", "structural", "repeated in print", "")
@@ -44,12 +44,11 @@ def _counts(lines: Sequence[Line]) -> Html:
     """How many numbers of each verdict, with their squares."""
     cells = {word(cell) or "shown": cell for _, cell in lines}
     words = [word(cell) or "shown" for _, cell in lines]
-    return element("span", [[glyph(cell), f"{words.count(text)} {text} "] for text, cell in cells.items()], class_="count")
+    counted = [part for text, cell in cells.items() for part in (glyph(cell), f"{words.count(text)} {text} ")]
+    return element("span", counted, class_="count")
 
 
-def _rows(
-    table: ReportTable, lines: Sequence[Line], name: str, errata: Set[str], numbers: Iterator[int]
-) -> Html:
+def _rows(table: ReportTable, lines: Sequence[Line], name: str, errata: Set[str], numbers: Iterator[int]) -> Html:
     heads = {"place": table.row_heading or "number", "num": "printed", "ours num": "recomputed"}
     has_off = any(cell.digits is not None for _, cell in lines)
     heads |= {"off": "off, in last digits"} if has_off else {}
@@ -116,7 +115,12 @@ def _residual(cell: ReportCell) -> Html | None:
     side = "left" if cell.digits >= 0.0 else "right"
     beyond = " beyond" if abs(cell.digits) > 0.5 else ""
     text = "0" if abs(cell.digits) < 5e-3 else f"{'+' if cell.digits > 0 else ''}{short(cell.digits, 2)}"
-    bar = element("span", element("u", class_=beyond.strip() or None, style=f"{side}:50%;width:{share:.0f}%"), class_="bar", aria_hidden="true")
+    bar = element(
+        "span",
+        element("u", class_=beyond.strip() or None, style=f"{side}:50%;width:{share:.0f}%"),
+        class_="bar",
+        aria_hidden="true",
+    )
     return joined([bar, element("span", text, class_="digits")])
 
 

@@ -35,7 +35,8 @@ def dots_path(x: Axis, y: Axis, points: tuple[Array, Array]) -> str:
 def plane_html(content: str) -> Html:
     """The plane around its paths."""
     return Html(
-        f'<svg class="lines" viewBox="0 0 {WIDTH} {HEIGHT}" preserveAspectRatio="none" aria-hidden="true">{content}</svg>'
+        f'<svg class="lines" viewBox="0 0 {WIDTH} {HEIGHT}" preserveAspectRatio="none" aria-hidden="true">'
+        f"{content}</svg>"
     )
 
 

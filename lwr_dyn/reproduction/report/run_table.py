@@ -7,16 +7,17 @@ import numpy as np
 from lwr_dyn.plotting.axes import short
 from lwr_dyn.plotting.drawn_panel import run_ink
 from lwr_dyn.reproduction.report.markup import Html, element
+from lwr_dyn.viewer.replay_page import RATE
 from lwr_dyn.viewer.replayed_runs import ReplayedRun
-
-PAGE_RATE = 100.0
-"""Samples a second of the runs on a page [1/s]; the run files have all."""
 
 
 def run_table_html(runs: Sequence[ReplayedRun]) -> Html:
     """A line a run, and how many samples a second the page has of them."""
     heads = (("run", None, None), ("tip RMS", "mm", "num"), ("max", "mm", "num"), ("torque", "of limit", "num"))
-    top = [element("th", name, " ", element("small", unit) if unit else None, scope="col", class_=kind) for name, unit, kind in heads]
+    top = [
+        element("th", name, " ", element("small", unit) if unit else None, scope="col", class_=kind)
+        for name, unit, kind in heads
+    ]
     return element(
         "table",
         element("caption", _title(runs)),
@@ -35,10 +36,10 @@ def rate_note(runs: Sequence[ReplayedRun]) -> str:
     """What the page has of the runs, in a sentence."""
     rates = [(one.run.t.size - 1) / float(one.run.t[-1] - one.run.t[0]) for one in runs if one.run.t.size > 1]
     fastest = max(rates, default=0.0)
-    if fastest <= 1.01 * PAGE_RATE:
+    if fastest <= 1.01 * RATE:
         return "All samples of the runs are on this page."
     return (
-        f"Replay and cursors have {PAGE_RATE:g} samples a second; the run files have {short(fastest)}. "
+        f"Replay and cursors have {RATE:g} samples a second; the run files have {short(fastest)}. "
         "Curves, peaks and this table are drawn from all of them."
     )
 

@@ -9,11 +9,10 @@ import numpy as np
 from lwr_dyn.arrays import Array
 from lwr_dyn.model.run import Run
 from lwr_dyn.reproduction.report.content import Page, Replay, Still
-from lwr_dyn.reproduction.report.run_table import PAGE_RATE
 from lwr_dyn.viewer import scene
 from lwr_dyn.viewer.figures import Curve, Figure, Series, SeriesName, run_series
 from lwr_dyn.viewer.page_parts import generator_line, pack_int32, subsample
-from lwr_dyn.viewer.replay_page import run_record
+from lwr_dyn.viewer.replay_page import RATE, run_record
 from lwr_dyn.viewer.replayed_runs import ReplayedRun, replayed_runs
 
 LARGEST_CURVE = 1500
@@ -71,9 +70,9 @@ def _needed(series: Series) -> tuple[SeriesName, ...]:
 
 
 def page_stride(run: Run) -> int:
-    """Which samples of a run a page has: every so many, for at least `PAGE_RATE` a second."""
+    """Which samples of a run a page has: every so many, for at least `RATE` a second."""
     lasts = float(run.t[-1] - run.t[0])
-    return 1 if lasts == 0.0 else max(1, int((run.t.size - 1) / lasts / PAGE_RATE + 1e-6))
+    return 1 if lasts == 0.0 else max(1, int((run.t.size - 1) / lasts / RATE + 1e-6))
 
 
 def _run(one: ReplayedRun, stride: int, more: Mapping[SeriesName, Array]) -> dict[str, Any]:

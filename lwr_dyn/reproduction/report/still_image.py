@@ -16,8 +16,8 @@ from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import joint_motion
 from lwr_dyn.model.installation import ends_of
-from lwr_dyn.reproduction.report.content import Replay
 from lwr_dyn.plotting.drawn_panel import run_ink
+from lwr_dyn.reproduction.report.content import Replay
 from lwr_dyn.reproduction.report.markup import Html, element
 from lwr_dyn.reproduction.report.plane import simplified
 from lwr_dyn.urdf.geometry import floor_height, primitives
@@ -60,7 +60,8 @@ class Camera:
         """Points (..., 3) in the base -> column, row [pixels], and nearness [m]."""
         turned = points @ self.axes.T - self.centre
         return np.stack(
-            [0.5 * COLUMNS + self.scale * turned[..., 0], 0.5 * ROWS - self.scale * turned[..., 1], turned[..., 2]], axis=-1
+            [0.5 * COLUMNS + self.scale * turned[..., 0], 0.5 * ROWS - self.scale * turned[..., 1], turned[..., 2]],
+            axis=-1,
         )
 
 
@@ -88,7 +89,7 @@ def arm_solids(arm: Arm, q: Array) -> tuple[Solid, ...]:
 
 
 def ray_cast(solids: Sequence[Solid], camera: Camera) -> tuple[Array, Array]:
-    """Brightness with coverage (rows, columns, 2) from 0 to 1, and nearness [m] (rows, columns), -inf where nothing is."""
+    """Brightness with coverage (rows, columns, 2) from 0 to 1; nearness [m] (rows, columns), -inf where nothing is."""
     rows, columns, scale = ROWS * _SHARPER, COLUMNS * _SHARPER, camera.scale * _SHARPER
     near, grey = np.full((rows, columns), -np.inf), np.zeros((rows, columns))
     for solid in solids:
@@ -113,7 +114,7 @@ def ray_cast(solids: Sequence[Solid], camera: Camera) -> tuple[Array, Array]:
 
 
 def _hits(solid: Solid, screen: Array, camera: Camera) -> tuple[Array, Array]:
-    """Where rays through points (..., 2) of the screen first meet a capped cylinder: nearness, and normals in the base."""
+    """Where rays through points (..., 2) of the screen meet a capped cylinder: nearness, and normals in the base."""
     turn, place = solid.pose[:3, :3], solid.pose[:3, 3]
     start = (screen @ camera.axes[:2] - place) @ turn  # in the cylinder's own frame, where its axis is z
     along = camera.axes[2] @ turn
@@ -123,7 +124,9 @@ def _hits(solid: Solid, screen: Array, camera: Camera) -> tuple[Array, Array]:
     half = 0.5 * solid.length
     with np.errstate(divide="ignore", invalid="ignore"):
         side = (-b + np.sqrt(b * b - a * c)) / a if a > 1e-12 else np.full(b.shape, np.nan)
-        cap = (np.sign(along[2]) * half - start[..., 2]) / along[2] if abs(along[2]) > 1e-9 else np.full(b.shape, np.nan)
+        cap = (
+            (np.sign(along[2]) * half - start[..., 2]) / along[2] if abs(along[2]) > 1e-9 else np.full(b.shape, np.nan)
+        )
         on_side = np.abs(start[..., 2] + side * along[2]) <= half
         radius = np.hypot(start[..., 0] + cap * along[0], start[..., 1] + cap * along[1])
     on_cap = radius <= solid.radius
@@ -139,7 +142,7 @@ def _shade(normal: Array, grey: float, eye: Array) -> Array:
     half = (light + eye) / np.linalg.norm(light + eye)
     lit = np.clip(normal @ light, 0.0, None)
     shine = np.clip(normal @ half, 0.0, None) ** 24
-    return np.clip(grey * (0.52 + 0.48 * lit) + 0.14 * shine, 0.0, 1.0)
+    return np.asarray(np.clip(grey * (0.52 + 0.48 * lit) + 0.14 * shine, 0.0, 1.0))
 
 
 def _camera(arm: Arm, solids: Sequence[Solid], tracks: Sequence[Array]) -> Camera:
@@ -149,7 +152,12 @@ def _camera(arm: Arm, solids: Sequence[Solid], tracks: Sequence[Array]) -> Camer
     toward = np.array([c * np.cos(e), s * np.cos(e), np.sin(e)])
     right = np.array([-s, c, 0.0])
     axes = np.stack([right, np.cross(toward, right), toward])
-    corners = [x.pose[:3, 3] + d * x.pose[:3, 2] * 0.5 * x.length + side for x in solids for d in (-1, 1) for side in x.radius * np.vstack([axes[:2], -axes[:2]])]
+    corners = [
+        x.pose[:3, 3] + d * x.pose[:3, 2] * 0.5 * x.length + side
+        for x in solids
+        for d in (-1, 1)
+        for side in x.radius * np.vstack([axes[:2], -axes[:2]])
+    ]
     turned = np.vstack([np.array(corners), *tracks]) @ axes.T
     low, high = turned.min(axis=0), turned.max(axis=0)
     scale = 0.9 * min(COLUMNS / (high[0] - low[0]), ROWS / (high[1] - low[1]))
@@ -182,8 +190,12 @@ def _line(points: Array, ink: str, camera: Camera, near: Array) -> str:
     column, row = (np.clip(seen[:, i].astype(int), 0, most - 1) for i, most in ((0, COLUMNS), (1, ROWS)))
     hidden = seen[:, 2] < near[row, column]
     cuts = np.flatnonzero(np.diff(hidden)) + 1
-    pieces = [part for part, away in zip(np.split(seen[:, :2], cuts), np.split(hidden, cuts), strict=True) if not away[0]]
-    path = "".join("M" + " ".join(f"{x:.1f},{y:.1f}" for x, y in simplified(part, 0.4)) for part in pieces if len(part) > 1)
+    pieces = [
+        part for part, away in zip(np.split(seen[:, :2], cuts), np.split(hidden, cuts), strict=True) if not away[0]
+    ]
+    path = "".join(
+        "M" + " ".join(f"{x:.1f},{y:.1f}" for x, y in simplified(part, 0.4)) for part in pieces if len(part) > 1
+    )
     return f'<path class="l {ink}" d="{path}"/>'
 
 

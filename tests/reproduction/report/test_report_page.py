@@ -42,7 +42,8 @@ def cursors(window, plot):
     return window.execute_script(
         """const chart = lwrReport.charts.find((one) => one.id === arguments[0]), t = lwrReport.time;
         return chart.panels.map(({ plane, x: [a, b] }) => {
-          const line = plane.querySelector(".cursor"), box = plane.getBoundingClientRect(), at = line.getBoundingClientRect();
+          const line = plane.querySelector(".cursor"), at = line.getBoundingClientRect();
+          const box = plane.getBoundingClientRect();
           return [at.left + at.width / 2, box.left + (box.width * (t - a)) / (b - a), line.hidden];
         })""",
         plot,

@@ -20,7 +20,9 @@ def window(browser, report_path):
 
 def number(window, text):
     """The first number of this print that is in sight."""
-    return next(one for one in window.find_elements("css selector", ".ledger .n") if one.is_displayed() and one.text == text)
+    return next(
+        one for one in window.find_elements("css selector", ".ledger .n") if one.is_displayed() and one.text == text
+    )
 
 
 def middle(window, element):

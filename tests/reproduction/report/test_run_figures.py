@@ -8,7 +8,13 @@ import pytest
 from lwr_dyn.errors import OptionError
 from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.model.arm import JointLimits
-from lwr_dyn.reproduction.report.run_figures import error_figure, path_figure, register_figure, torque_figure
+from lwr_dyn.reproduction.report.run_figures import (
+    error_figure,
+    path_figure,
+    register_figure,
+    tip_error_figure,
+    torque_figure,
+)
 from lwr_dyn.viewer.replayed_runs import replayed_runs
 
 
@@ -20,14 +26,23 @@ def runs(arm, two_runs):
 @pytest.mark.parametrize(("quantity", "name"), [("position error", "q"), ("velocity error", "dq")])
 def test_error_curves_are_ref_minus_actual_in_thousandths(runs, quantity, name):
     figure = error_figure(runs, quantity=quantity)
-    assert [panel.title for panel in figure.panels] == ["first", "second"]
+    joints = list(runs[0].arm.joint_names)
+    assert [panel.title for panel in figure.panels] == 2 * joints
     assert figure.panels[0].y_unit == ("mrad" if name == "q" else "mrad/s")
-    for panel, one in zip(figure.panels, runs, strict=True):
+    for k, panel in enumerate(figure.panels):
+        one, (curve,) = runs[k // 7], panel.curves
         error = 1e3 * (getattr(one.run, f"{name}_ref") - getattr(one.run, name))
-        for j, curve in enumerate(panel.curves):
-            t, drawn = curve.points(runs)
-            np.testing.assert_array_equal(t, one.run.t)
-            np.testing.assert_array_equal(drawn, error[:, j])
+        t, drawn = curve.points(runs)
+        np.testing.assert_array_equal(t, one.run.t)
+        np.testing.assert_array_equal(drawn, error[:, k % 7])
+        assert curve.label == one.label
+
+
+def test_tip_errors_are_distances_in_mm_a_curve_per_run(runs):
+    (panel,) = tip_error_figure(runs).panels
+    for curve, one in zip(panel.curves, runs, strict=True):
+        away = np.linalg.norm(one.pose_ref[:, :3, 3] - one.pose[:, :3, 3], axis=1)
+        np.testing.assert_allclose(curve.points(runs)[1], 1e3 * away, rtol=1e-12)
 
 
 def test_torque_panels_have_both_limits_or_a_note_that_there_is_none(arm, two_runs):
