@@ -77,7 +77,7 @@ def take(browser: Any, picture: Picture, folder: Path) -> tuple[Image.Image, str
         browser.get((folder / picture.page).resolve().as_uri())
         WebDriverWait(browser, 60).until(lambda window: window.execute_script(picture.ready))
         if picture.time is not None:
-            browser.execute_script("lwrReplay.setTime(arguments[0])", picture.time)
+            browser.execute_script("lwrReplay.setTime(arguments[0]); lwrReplay.stage.viewer.render()", picture.time)
         drawn = "requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(arguments[0], 500)))"
         browser.execute_async_script(drawn)
         words = browser.execute_script(VISIBLE_WORDS)
