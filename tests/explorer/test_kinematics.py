@@ -8,8 +8,9 @@ import pytest
 import lwr_dyn
 from lwr_dyn.explorer.page_data import arm_record
 from lwr_dyn.kinematics.forward import frames
-from lwr_dyn.model.spatial import from_rpy
+from lwr_dyn.model.spatial import Pose, from_rpy, to_rpy
 from lwr_dyn.viewer.page_parts import resource_text
+from lwr_dyn.viewer.scene import column_major
 from tests.explorer.explored import NAMES, explored_arm
 from tests.tolerances import METRES
 
@@ -47,11 +48,15 @@ def test_flange_and_links_are_where_forward_kinematics_puts_them(blank, name):
     np.testing.assert_allclose(found, frames(arm.chain, q) @ to_urdf, rtol=0, atol=METRES)
 
 
-def test_roll_pitch_yaw_give_the_rotation_back_also_at_a_pitch_of_90_degrees(blank):
+def test_roll_pitch_yaw_are_those_of_the_package_also_at_a_pitch_of_90_degrees(blank):
+    upright = [Pose(from_rpy((0.4, pitch, 0.1)), np.zeros(3)) for pitch in (np.pi / 2, -np.pi / 2, 1.570796325, 0.3)]
+    poses = [column_major(pose) for pose in upright]
+    found = blank.execute_script(f"{SCRIPT}; return arguments[0].map(armKinematics.rollPitchYaw)", poses)
+    np.testing.assert_allclose(found, [to_rpy(pose.rotation) for pose in upright], rtol=0, atol=METRES)
+    assert [found[0][0], found[1][0]] == [0.0, 0.0]  # where only a combination with the yaw is determined
     arm = lwr_dyn.load("kr30ha")
-    q = np.vstack([np.zeros(6), random_positions(arm, 11)])  # at zero the flange points ahead
+    q = random_positions(arm, 11)
     angles = computed(blank, arm, q, "qs.map((q) => armKinematics.rollPitchYaw(armKinematics.flange(arm, q)))")
-    assert angles[0, 1] == pytest.approx(np.pi / 2)
     rotations = np.array([from_rpy(each) for each in angles])
     np.testing.assert_allclose(rotations, lwr_dyn.forward_kinematics(arm, q)[:, :3, :3], rtol=0, atol=METRES)
 
