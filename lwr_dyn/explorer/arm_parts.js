@@ -36,11 +36,22 @@ class ArmParts {
     this.stage.viewer.set_dirty();
   }
 
-  // Points that a picture of the arm at q has to hold: links with room for bodies and frames, the arrow.
-  outline(q) {
-    const around = 1.2 * this.size, points = (this.arrow ?? []).map((point) => point.toArray());
-    armKinematics.frames(this.data.arm, q).forEach(({ 12: x, 13: y, 14: z }) => {
-      [-around, around].forEach((d) => points.push([x + d, y, z], [x, y + d, z], [x, y, z + d]));
+  // Points that a picture of the arm as it stands has to hold: corners of its shapes, the flange's frame, the arrow.
+  outline() {
+    const inverse = new THREE.Matrix4(), points = [...(this.arrow ?? [])];
+    this.stage.scene().updateMatrixWorld(true);
+    inverse.copy(this.stage.node(this.run.root).matrixWorld).invert();
+    this.stage.node(this.run.chain[0]).traverse((part) => {
+      if (!part.isMesh || part.userData.added || part.renderOrder > 0) return;
+      part.geometry.computeBoundingBox();
+      const { min, max } = part.geometry.boundingBox, pose = inverse.clone().multiply(part.matrixWorld);
+      [min.x, max.x].forEach((x) => [min.y, max.y].forEach((y) => [min.z, max.z].forEach((z) => {
+        points.push(new THREE.Vector3(x, y, z).applyMatrix4(pose));
+      })));
+    });
+    const flange = inverse.multiply(this.stage.node(this.run.chain[this.run.n + 1]).matrixWorld);
+    [[1, 0, 0], [0, 1, 0], [0, 0, 1]].forEach((axis) => {
+      points.push(new THREE.Vector3(...axis).multiplyScalar(1.4 * this.size).applyMatrix4(flange));
     });
     return points;
   }
@@ -133,9 +144,10 @@ class ArmParts {
     head.position.y = 0.89 * long;
     arrow.add(shaft, head);
     arrow.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), g.clone().normalize());
-    const heights = armKinematics.frames(this.data.arm, this.data.start).map((pose) => new THREE.Vector3(pose[12], pose[13], pose[14]));
-    const middle = new THREE.Box3().setFromPoints(heights).getCenter(new THREE.Vector3()), away = this.run.azimuth;
-    const aside = new THREE.Vector3(-Math.sin(away), Math.cos(away), 0).multiplyScalar(-0.42 * this.reach);
+    const points = this.outline(), middle = new THREE.Box3().setFromPoints(points).getCenter(new THREE.Vector3());
+    const left = new THREE.Vector3(Math.sin(this.run.azimuth), -Math.cos(this.run.azimuth), 0); // in the picture
+    const away = Math.max(...points.map((point) => left.dot(point))) + 1.5 * this.size;
+    const aside = left.multiplyScalar(away - left.dot(middle));
     arrow.position.copy(middle.add(aside)).addScaledVector(g.normalize(), -long / 2);
     this.arrow = [arrow.position.clone(), arrow.position.clone().addScaledVector(g, long)];
     const group = new THREE.Group();

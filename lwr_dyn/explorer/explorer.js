@@ -8,6 +8,7 @@ class Explorer {
     this.stage = new Stage(document.getElementById("stage"), data.stage);
     ["reference", "target", "trace", "frame"].forEach((part) => this.stage.show(part, false));
     this.stage.runs[0].azimuth = this.#side(data.start);
+    this.stage.setPose(this.stage.runs[0], data.start);
     this.parts = new ArmParts(this.stage, data);
     this.rows = this.arm.joints.map((joint, i) => this.#row(joint, i));
     this.#buttons();
@@ -97,7 +98,7 @@ class Explorer {
     const [run] = this.stage.runs, q = this.positions();
     run.q = Float64Array.from(q);
     run.azimuth = this.#side(q);
-    run.reference = this.parts.outline(q);
+    run.reference = this.parts.outline().map((point) => point.toArray());
     this.stage.frameView();
   }
 
