@@ -15,7 +15,7 @@ from lwr_dyn.version import VERSION  # noqa: E402
 project, author, copyright = "lwr_dyn", "The lwr_dyn authors", "The lwr_dyn authors, MIT"
 version = release = VERSION
 extensions = ["myst_nb", "sphinx.ext.autodoc", "numpydoc", "sphinx_copybutton", "sphinx_design"]
-extensions += ["mathml", "look", "generated", "gallery", "reports"]  # _ext/
+extensions += ["mathml", "look", "generated", "front_door", "gallery", "reports"]  # _ext/
 exclude_patterns = ["_build", "_ext"]
 source_suffix = {".md": "myst-nb"}
 
@@ -27,7 +27,7 @@ nb_execution_in_temp = True
 
 numpydoc_show_class_members = False
 autodoc_typehints, autodoc_member_order = "none", "bysource"
-python_use_unqualified_type_names, python_maximum_signature_line_length = True, 88
+python_use_unqualified_type_names, toc_object_entries = True, False
 
 html_theme, html_title = "furo", "lwr_dyn"
 html_static_path, html_css_files, html_js_files = ["_static"], ["look.css", "site.css"], ["site.js"]

@@ -87,7 +87,7 @@ def option_tables(command: click.Command, context: click.Context) -> list[str]:
     lines = []
     for name, records in recorder.groups.items():
         if records:
-            lines += [f"| {name} | |", "|---|---|"]
+            lines += [f"| {name} | meaning |", "|---|---|"]
             lines += [f"| {code(flag)} | {escaped(' '.join(text.split()))} |" for flag, text in records]
             lines.append("")
     return lines

@@ -2,7 +2,9 @@
 
 import inspect
 from pathlib import Path
+from typing import Any
 
+from sphinx.application import Sphinx
 from used_in import used_in
 
 import lwr_dyn
@@ -35,3 +37,16 @@ def entry(name: str) -> str:
     kind = "autoclass" if inspect.isclass(value) else "autofunction"
     members = "\n   :members:\n   :undoc-members:" if kind == "autoclass" else ""
     return f"```{{eval-rst}}\n.. {kind}:: lwr_dyn.{name}{members}\n```"
+
+
+def head_examples(app: Sphinx, what: str, name: str, value: Any, options: Any, lines: list[str]) -> None:
+    """Give the examples of a docstring a heading, without which they would belong to the section before them."""
+    first = next((i for i, line in enumerate(lines) if line.startswith(">>>")), None)
+    if first is not None and "Examples" not in lines:
+        lines[first:first] = ["Examples", "--------"]
+
+
+def setup(app: Sphinx) -> dict[str, bool]:
+    """Register the step; it comes before numpydoc reads the docstring."""
+    app.connect("autodoc-process-docstring", head_examples, priority=100)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}

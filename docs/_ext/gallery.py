@@ -1,4 +1,4 @@
-"""The gallery: runs made by the commands of `gallery.toml`, each replayed in a page of its own at 100 samples a second.
+"""The gallery: runs made by the commands of `gallery.toml`, each replayed in a page of its own.
 
 A page is made again when its card or the package has changed.
 """
@@ -8,23 +8,17 @@ import shutil
 import subprocess
 import tempfile
 import tomllib
-from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
 from html import escape
 from pathlib import Path
 from typing import Any
-from unittest.mock import patch
 
 from sphinx.application import Sphinx
 
 import lwr_dyn
-from lwr_dyn.viewer import replay_page
 from tests.docs.console import environment
 
 FOLDER = "gallery_pages"
-RATE = 100
-"""Samples a second in a page; the facts beside the picture are those of the whole run."""
 Card = dict[str, Any]
 
 
@@ -79,16 +73,6 @@ def fingerprint(root: Path) -> str:
     return digest.hexdigest()
 
 
-@contextmanager
-def sampled(runs: list[lwr_dyn.Run]) -> Iterator[None]:
-    """Pages get `RATE` samples a second of these runs, by the bound on the size of their series."""
-    per_second = max((run.t.size - 1) / run.t[-1] for run in runs)
-    numbers = sum(run.t.size * (2 * run.n + 2) for run in runs)
-    budget = int(numbers * 16 / 3 / max(1.0, per_second / RATE)) + 1
-    with patch.object(replay_page, "SERIES_BUDGET", budget):
-        yield
-
-
 def make_runs(card: Card, root: Path, folder: Path) -> None:
     """Run the commands of a card in a folder; raises `RuntimeError` with what they printed when one fails."""
     for name in ("scripts", "tests"):
@@ -132,8 +116,7 @@ def make_pages(app: Sphinx) -> None:
 def write_page(card: Card, folder: Path, path: Path) -> None:
     """The page that replays a card's runs."""
     runs = [lwr_dyn.Run.load(folder / name) for name in card["runs"]]
-    with sampled(runs):
-        lwr_dyn.replay(runs, path, title=card["title"])
+    lwr_dyn.replay(runs, path, title=card["title"])
 
 
 def setup(app: Sphinx) -> dict[str, bool]:

@@ -27,6 +27,8 @@ def mend_page(text: str) -> str:
     for old, new in LANDMARKS.items():
         text = text.replace(old, new)
     text = re.sub(r'<div class="table-wrapper([^"]*)">', r'<div class="table-wrapper\1" tabindex="0">', text)
+    if "<h1" not in text:  # the theme's page of search results
+        text = text.replace('<div id="search-results">', '<h1>Search</h1>\n<div id="search-results">')
     return text.replace("<pre>", '<pre tabindex="0">')
 
 
