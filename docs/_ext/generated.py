@@ -13,6 +13,7 @@ from front_door import front_door_text
 from gallery import first_picture, gallery_text
 from reports import reports_text
 from sphinx.application import Sphinx
+from sphinx.environment import BuildEnvironment
 
 from lwr_dyn.papers.catalog import template
 
@@ -58,7 +59,13 @@ def expand(app: Sphinx, docname: str, content: list[str]) -> None:
     content[0] = text
 
 
+def outdated(app: Sphinx, env: BuildEnvironment, added: set[str], changed: set[str], removed: set[str]) -> list[str]:
+    """Pages with generated parts are read at each build: the program may have changed."""
+    return [name for name in env.found_docs if PLACE.search(Path(env.doc2path(name)).read_text(encoding="utf-8"))]
+
+
 def setup(app: Sphinx) -> dict[str, bool]:
     """Register the step."""
     app.connect("source-read", expand)
+    app.connect("env-get-outdated", outdated)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
