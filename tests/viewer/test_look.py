@@ -2,10 +2,12 @@
 
 import itertools
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+import lwr_dyn
 from lwr_dyn.viewer.look import RUN_COLOURS, font_faces, look_css, run_colour, tokens
 
 # Machado, Oliveira, Fernandes 2009, table 1, severity 1.0; on linear sRGB
@@ -93,3 +95,21 @@ def test_fonts_are_inside_the_style():
     assert css.count("@font-face") == 3
     assert "http" not in css
     assert 60_000 < len(css) < 90_000
+
+
+COLOUR = re.compile(r"""(?<=[\s:("',])#(?:[0-9a-fA-F]{6}|[0-9a-fA-F]{3})(?=[\s;,)"'])|\brgba?\(\s*(?!0 0 0)\d""")
+
+
+def test_no_other_file_of_pages_and_pictures_names_a_colour():
+    """But for the black of shadows."""
+    package = Path(lwr_dyn.__file__).parent
+    kinds = (".py", ".css", ".js", ".html", ".svg")
+    named = {
+        path.relative_to(package).as_posix(): COLOUR.findall(path.read_text(encoding="utf-8"))
+        for path in sorted(package.rglob("*"))
+        if path.suffix in kinds
+    }
+    assert {name for name, colours in named.items() if colours} <= {"viewer/look.css", "viewer/look.py"}
+    assert len(named["viewer/look.css"]) == 2 * 26
+    assert COLOUR.search("a { color: rgb(1, 2, 3) }")
+    assert not COLOUR.search("  #add(what) {")
