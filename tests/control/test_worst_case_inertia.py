@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.control.inertia_maxima import JointInertia, diagonal
+from lwr_dyn.control.inertia_maxima import JointInertia, diagonal, with_joint_values
 from lwr_dyn.control.worst_case_inertia import worst_case_inertia, worst_case_inertias
 from lwr_dyn.dynamics.newton_euler import Recursion
 from lwr_dyn.errors import MissingDataError
@@ -82,6 +82,21 @@ def test_another_maximum_is_called_one_only_after_it_was_followed_to_its_end():
         slope = (up - down) / (2 * step)
         inside = (q > arm.lower + step) & (q < arm.upper - step)
         assert np.abs(slope[inside]).max(initial=0.0) < 1e-6
+
+
+def test_along_one_joint_the_largest_value_is_found_to_its_last_digits(arm):
+    """The value is a trigonometric polynomial: its slope, by a Fourier transform of 16 samples, is 0 there."""
+    kinds, rng = tuple(link.kind for link in arm.chain.links), np.random.default_rng(5)
+    inertia = JointInertia(Recursion.of(arm.chain), kinds, 0, np.full(7, -4.0), np.full(7, 4.0))
+    q, turns = rng.uniform(arm.lower, arm.upper, (20, 7)), np.arange(16) * np.pi / 8
+    for j in (1, 3, 5):
+        waves = np.fft.rfft(inertia.at(with_joint_values(q, j, turns)), axis=1) / 8
+        best, orders = inertia.line_maximum(q, j), np.arange(9)
+        phase = np.exp(1j * np.outer(best, orders))
+        slope = (1j * orders * waves * phase).real.sum(axis=1)
+        inside = np.abs(best) < 4.0
+        assert inside.sum() > 10
+        assert np.abs(slope[inside]).max() < 1e-12 * np.abs(waves).max()
 
 
 @pytest.mark.parametrize("seed", [0, 1, 2, 3])
