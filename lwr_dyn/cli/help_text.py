@@ -1,4 +1,4 @@
-"""What `--help` shows beside click's own text: options in groups, and examples, both from `help.toml`."""
+"""What `--help` shows beside click's own text: options in groups, limits of files, and examples, of `help.toml`."""
 
 import tomllib
 from functools import cache, partial
@@ -19,7 +19,7 @@ FEW = 6
 
 @cache
 def help_texts() -> dict[str, Any]:
-    """By command path, such as "krl check": `examples`, with their exit codes, and `groups`.
+    """By command path, such as "krl check": `examples`, with their exit codes, `groups`, and `limits` in words.
 
     A group is a heading and the option with which it begins; it ends where the next one begins, so the options of a
     controller or a task stand in its group, whoever adds them.
@@ -79,9 +79,13 @@ def _format_options(command: click.Command, ctx: click.Context, formatter: click
 
 def _format_examples(command: click.Command, ctx: click.Context, formatter: click.HelpFormatter) -> None:
     type(command).format_epilog(command, ctx, formatter)
-    schema, examples = schema_file(_path(ctx)), help_texts().get(_path(ctx), {}).get("examples", ())
+    texts, schema = help_texts().get(_path(ctx), {}), schema_file(_path(ctx))
+    examples = texts.get("examples", ())
     if schema.is_file():
         formatter.write(f"\nSchema of --json: {schema}\n")
+    if "limits" in texts:
+        with formatter.section("Limits"):
+            formatter.write_text(texts["limits"])
     if examples:
         with formatter.section("Examples"):
             for example in examples:

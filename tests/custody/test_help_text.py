@@ -1,5 +1,6 @@
 """What `--help` shows: examples that run, options in groups, and near names of misspelt commands."""
 
+import re
 import shlex
 from glob import glob
 
@@ -8,9 +9,16 @@ import numpy as np
 import pytest
 
 import lwr_dyn
+from lwr_dyn import files
+from lwr_dyn.audit.lint import rules
+from lwr_dyn.audit.urdf import meshes
 from lwr_dyn.cli import main
 from lwr_dyn.cli.help_text import FEW, ROBOT, help_texts
+from lwr_dyn.identification import logs
 from lwr_dyn.identification.logs import write_log
+from lwr_dyn.krl import interpreter, lexer, motions, source
+from lwr_dyn.model import run_file
+from lwr_dyn.urdf import foreign_xml
 from tests.identification.conftest import START, _fourier
 from tests.identification.simulated import ideal_cruise
 from tests.krl.test_command import TASK
@@ -80,6 +88,32 @@ def test_every_command_has_one_to_three_examples_of_itself(path, lwr_dyn_command
 
 def test_the_table_names_only_commands():
     assert set(help_texts()) == {"", *SINGLE}
+
+
+MB, GB = 10**6, 10**9
+KRL = {200 * MB: source.LARGEST, 500: lexer.LONGEST, 100: lexer.DEEPEST}
+LIMITS = {
+    "": {64 * MB: files.LARGEST},
+    "check": {64 * MB: files.LARGEST, 100: foreign_xml._DEEPEST, 256 * MB: meshes._LARGEST},
+    "lint": {64 * MB: files.LARGEST, 100: foreign_xml._DEEPEST, 256 * MB: meshes._LARGEST, 20 * MB: rules.LARGEST},
+    "replay": {2 * GB: run_file.LARGEST},
+    "compare": {2 * GB: run_file.LARGEST},
+    "identify friction": {2 * GB: logs.LARGEST},
+    "identify motion": {2 * GB: logs.LARGEST},
+    "krl check": KRL,
+    "krl run": KRL | {40: interpreter.DEEPEST, 100_000: interpreter.LARGEST_ARRAY, 10**7: motions.LONGEST_WAIT},
+}
+"""Command -> the numbers that its help states, and those of the code."""
+
+
+def test_limits_in_the_help_are_those_of_the_code(lwr_dyn_command):
+    assert {path for path, texts in help_texts().items() if "limits" in texts} == set(LIMITS)
+    for path, limits in LIMITS.items():
+        words = help_texts()[path]["limits"]
+        stated = [int(x) * {"MB": MB, "GB": GB, "": 1}[unit] for x, unit in re.findall(r"(\d+)(?: (MB|GB))?", words)]
+        assert stated == list(limits) == list(limits.values())
+        shown = " ".join(lwr_dyn_command(*path.split(), "--help")[1].split())
+        assert f"Limits: {words} " in shown
 
 
 @pytest.mark.parametrize("path", SINGLE)
