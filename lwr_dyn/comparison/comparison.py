@@ -149,9 +149,9 @@ class RunComparison:
         write_file(path, comparison_html(self))
 
     def _repr_html_(self) -> str:
-        from lwr_dyn.comparison.page import table_rows
+        from lwr_dyn.comparison.page import page_notes, table_rows
 
-        return table_rows(self) + "".join(line(note) for note in self.notes)
+        return table_rows(self) + "".join(map(line, page_notes(self)))
 
 
 def _limited(one: ComparedRun) -> bool:

@@ -22,7 +22,7 @@ def comparison_html(compared: RunComparison) -> str:
     """The page; the same runs give the same text."""
     sections = "".join(_section(plant, runs) for plant, runs in compared.plants.items())
     table = f'<div class="scroll" tabindex="0" role="region" aria-label="Runs">{_table(compared)}</div>'
-    notes = "".join(f'<p class="note">{escape(note.replace(BEST.strip(), "bold:", 1))}</p>' for note in compared.notes)
+    notes = "".join(f'<p class="note">{escape(note)}</p>' for note in page_notes(compared))
     said = "".join(f"<li>{sentence}</li>" for sentence in _sentences(compared))
     parts = {
         "policy": _POLICY,
@@ -33,6 +33,11 @@ def comparison_html(compared: RunComparison) -> str:
         "footer": f"Made by lwr_dyn {VERSION}, lwr-dyn compare.",
     }
     return fill_template(resource_text("page.html", _PACKAGE), parts)
+
+
+def page_notes(compared: RunComparison) -> list[str]:
+    """The notes, where the best is bold and not marked."""
+    return [f"bold: {note[2:]}" if note.startswith(BEST.strip()) else note for note in compared.notes]
 
 
 def table_rows(compared: RunComparison) -> str:

@@ -90,7 +90,7 @@ def _kept(figures: Metrics) -> str:
 
 
 def _share(use: float) -> str:
-    return UNKNOWN if np.isnan(use) else f"{use:.0%}"
+    return UNKNOWN if np.isnan(use) else f"{100 * use:.2g} %"
 
 
 def check_html(report: CheckReport) -> str:

@@ -1,6 +1,7 @@
 """What can be plotted of runs, by name: each is described as a figure, which `lwr_dyn.plot` draws."""
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -66,8 +67,10 @@ def path(runs: Runs) -> tuple[Figure, ...]:
 
 
 def overview(runs: Runs) -> tuple[Figure, ...]:
-    """The tip error beside the torques."""
-    return (*tip_error(runs), *torque(runs))
+    """The tip error [mm], then the torques joint by joint [N m, N]."""
+    (tip,), (torques,) = tip_error(runs), torque(runs)
+    named = tuple(replace(panel, title="tip error") for panel in tip.panels)
+    return (replace(torques, id="overview", title="Tip error and torques", panels=(*named, *torques.panels)),)
 
 
 QUANTITIES: Mapping[str, Callable[[Runs], tuple[Figure, ...]]] = {

@@ -49,6 +49,7 @@ def test_names_are_escaped_and_nothing_is_loaded(compared):
     assert re.findall(r"url\((?!data:)", text) == []
     assert "<img" not in compared._repr_html_()
     assert 200 < len(compared._repr_html_()) < 2200
+    assert "bold: the smallest of its plant" in compared._repr_html_()
 
 
 def test_no_colour_is_named():

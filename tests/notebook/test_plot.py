@@ -45,6 +45,12 @@ def test_a_joint_quantity_has_one_panel_a_joint(arm, two_runs):
     assert lwr_dyn.plot(bare, "torque").figures[0].panels[0].note
 
 
+def test_the_overview_has_the_tip_error_and_every_torque(arm, two_runs):
+    (overview,) = lwr_dyn.plot(two_runs, "overview").figures
+    assert [panel.title for panel in overview.panels] == ["tip error", *arm.joint_names]
+    assert [panel.y_unit for panel in overview.panels] == ["mm", *["N m"] * 7]
+
+
 def test_quantities_are_found_by_any_spelling():
     assert quantity_named("Velocity-Error") == quantity_named("velocity_error") == "velocity error"
 
