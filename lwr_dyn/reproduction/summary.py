@@ -111,7 +111,8 @@ def verdict_sentence(verdicts: Verdicts, entries: Sequence[LedgerEntry], holds: 
         out.append((f" {agree} more agree, but are structural or repeated in print.", False))
     if assumed := printed[ASSUMED]["all"]:
         near, far = (printed[ASSUMED][key] for key in ("near", "not near"))
-        why = f" For {assumed} the paper leaves out {_missing(verdicts, ASSUMED)}: with assumed values {near} come near"
+        needs = _missing(verdicts, ASSUMED).replace(".", " ")
+        why = f" For {assumed} the paper leaves out {needs}: with assumed values {near} come near"
         out.append((f"{why}; why {far} do not is not explained." if far else f"{why}.", False))
     if printed[NOT]:
         out.append((f" {printed[NOT]} cannot be computed: {_missing(verdicts, NOT)} not printed.", False))

@@ -70,11 +70,15 @@ def checks_html(title: str, checks: Sequence[Check]) -> Html:
     ]
     failing = [check for check in checks if not check.holds]
     wrong = [check for check in failing if not check.is_expected]
-    words = [f"all {len(checks)} hold" if not failing else f"{len(checks) - len(failing)} hold"]
+    words = [_holding(len(checks)) if not failing else f"{len(checks) - len(failing)} hold"]
     words += [f"{len(failing) - len(wrong)} fail as expected"] if len(failing) > len(wrong) else []
     words += [f"{len(wrong)} FAIL"] if wrong else []
     table = grid(title, ("check", "value", "allowed", "outcome"), rows)
     return folded(title, ", ".join(words), table, fails=bool(wrong))
+
+
+def _holding(checks: int) -> str:
+    return f"all {checks} hold" if checks > 1 else "it holds"
 
 
 def _outcome_cell(check: Check) -> Html:

@@ -185,9 +185,14 @@ def _x_ticks(figure: Figure, one: DrawnPanel) -> Html:
     labels[-1] += f" {raised(figure.x_unit)}" if figure.x_unit else ""
     marks = [
         element("span", label, style=f"left:{100 * float(one.x.share(tick)):.1f}%")
-        for tick, label in zip(one.x.ticks, labels, strict=True)
+        for tick, label in list(zip(one.x.ticks, labels, strict=True))[:: _every(figure, len(labels))]
     ]
     return element("div", marks, class_="xt", aria_hidden="true")
+
+
+def _every(figure: Figure, ticks: int) -> int:
+    """Of the ticks below small panels every second one has room."""
+    return 2 if len(figure.panels) > 3 and ticks > 3 else 1
 
 
 def _end_names(one: DrawnPanel) -> Html:

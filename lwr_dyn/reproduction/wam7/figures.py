@@ -36,19 +36,22 @@ def pictures(arm: Arm, simulated: Sequence[Experiment]) -> Pictures:
     """Figures 4 to 8, Figure 1 as a still; all joints with friction and without are replayed."""
     alone, together = (runs_of_joints(arm, simulated, alone) for alone in (True, False))
     labels = [*(f"all joints, {name}" for name in together), "joint 1 alone, with friction"]
+    runs = [*(runs[0] for runs in together.values()), alone["with friction"][0]]
+    shown = replayed_runs(runs, arm, labels)
+    colours = dict(zip(FRICTION, (one.place for one in shown), strict=False))
     register = replace(
         register_figure(REGISTER, 0), id="figure-5", title="Register of joint 1 turned by 0.5 rad", where="Figure 5",
         note=GAINS,
     )  # fmt: skip
     return Pictures(
         simulated=tuple((e.name, e.file, e.run) for e in simulated),
-        shown=replayed_runs([*(runs[0] for runs in together.values()), alone["with friction"][0]], arm, labels),
+        shown=shown,
         figures={
             "figure_4_lspb": [_lspb()],
             "figure_5_register": [register],
             "figure_6_friction_maps": [_friction_maps(arm)],
-            "figure_7_errors_one_at_a_time": [_errors("7", "one joint at a time", arm, alone)],
-            "figure_8_errors_all_together": [_errors("8", "all joints together", arm, together)],
+            "figure_7_errors_one_at_a_time": [_errors("7", "one joint at a time", arm, alone, colours)],
+            "figure_8_errors_all_together": [_errors("8", "all joints together", arm, together, colours)],
         },
         stills=(Still("Figure 1: Denavit-Hartenberg frames, q = 0", arm, np.zeros(arm.n)),),
         title="Barrett WAM, all joints, 0.5 rad in 7 s",
@@ -85,13 +88,13 @@ def _friction_maps(arm: Arm) -> Figure:
     return Figure("figure-6", title, "Figure 6", "velocity", "rad/s", tuple(panels), columns=2)
 
 
-def _errors(number: str, which: str, arm: Arm, series: RunsOfJoints) -> Figure:
+def _errors(number: str, which: str, arm: Arm, series: RunsOfJoints, colours: Mapping[str, int]) -> Figure:
     panels = []
     for j, joint in enumerate(arm.joint_names):
         shown = {label: runs[j] for label, runs in series.items()}
         curves = [
-            Curve(label, 1e3 * (run.q_ref - run.q)[::EVERY, j], run.t[::EVERY], colour=place)
-            for place, (label, run) in enumerate(shown.items())
+            Curve(label, 1e3 * (run.q_ref - run.q)[::EVERY, j], run.t[::EVERY], colour=colours[label])
+            for label, run in shown.items()
         ]
         panels.append(Panel(joint, "position error", "mrad", tuple(curves)))
     title, name = f"Position error, {which}", f"Figure {number}"

@@ -120,7 +120,7 @@ def test_evidence_is_folded_unless_it_fails(window):
           [e.querySelector("h3").textContent, e.querySelector(".count").textContent, e.open])"""
     )
     assert states == [
-        ["Cross-checks of the models", "all 1 hold", False],
+        ["Cross-checks of the models", "it holds", False],
         ["Audit of the runs: energy and inverse dynamics", "0 hold, 1 FAIL", True],
         ["Model spread", "4 lines", False],
         ["Files beside this page", "1, 0.0 MB", False],
