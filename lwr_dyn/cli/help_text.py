@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from lwr_dyn.errors import UnknownNameError
+from lwr_dyn.errors import LwrDynError, UnknownNameError
 
 ROBOT = "Robot, mount and tool"
 """Heading of the options that load a robot; the last one."""
@@ -40,11 +40,14 @@ class NamedGroup(click.Group):
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """The command; raises `UnknownNameError`, but not while a shell completes a line."""
-        if cmd_name in self.list_commands(ctx):
-            return with_help(self.found(ctx, cmd_name))
-        if ctx.resilient_parsing:
-            return None
-        raise UnknownNameError("command", cmd_name, self.list_commands(ctx))
+        try:
+            if cmd_name in self.list_commands(ctx):
+                return with_help(self.found(ctx, cmd_name))
+            raise UnknownNameError("command", cmd_name, self.list_commands(ctx))
+        except LwrDynError:
+            if ctx.resilient_parsing:
+                return None
+            raise
 
     def found(self, ctx: click.Context, name: str) -> click.Command:
         """A command of `list_commands`."""

@@ -18,6 +18,7 @@ from lwr_dyn.identification import logs
 from lwr_dyn.identification.logs import write_log
 from lwr_dyn.krl import interpreter, lexer, motions, source
 from lwr_dyn.model import run_file
+from lwr_dyn.registry import Row
 from lwr_dyn.urdf import foreign_xml
 from tests.identification.conftest import START, _fourier
 from tests.identification.simulated import ideal_cruise
@@ -156,6 +157,22 @@ def test_a_misspelt_command_is_answered_with_the_name_it_resembles(words, near, 
     assert f"no command named '{words[-1]}' (did you mean {near}?)" in err
 
 
+def completed(line, monkeypatch, capsys):
+    monkeypatch.setenv("_LWR_DYN_COMPLETE", "bash_complete")
+    monkeypatch.setenv("COMP_WORDS", line)
+    monkeypatch.setenv("COMP_CWORD", str(len(line.split(" ")) - 1))
+    with pytest.raises(SystemExit):
+        main.main([])
+    out, err = capsys.readouterr()
+    assert err == ""
+    return {entry.split(",")[1] for entry in out.split()}
+
+
+def test_a_shell_completes_nothing_where_an_extra_is_missing(monkeypatch, capsys):
+    monkeypatch.setitem(main.COMMANDS.rows, "dream", Row("lwr_dyn.cli.main:dream", "Of a module that is broken."))
+    assert completed("lwr-dyn dream x", monkeypatch, capsys) == set()
+
+
 @pytest.mark.parametrize(
     ("line", "words"),
     [
@@ -167,10 +184,4 @@ def test_a_misspelt_command_is_answered_with_the_name_it_resembles(words, near, 
     ],
 )
 def test_a_shell_completes(line, words, monkeypatch, capsys):
-    monkeypatch.setenv("_LWR_DYN_COMPLETE", "bash_complete")
-    monkeypatch.setenv("COMP_WORDS", line)
-    monkeypatch.setenv("COMP_CWORD", str(len(line.split(" ")) - 1))
-    with pytest.raises(SystemExit):
-        main.main([])
-    out = capsys.readouterr().out
-    assert {entry.split(",")[1] for entry in out.split()} == words
+    assert completed(line, monkeypatch, capsys) == words

@@ -1,0 +1,100 @@
+"""Try an installed wheel: every command's help, and the examples that the wheel itself carries.
+
+    python -m build && python -m venv fresh && fresh/bin/pip install dist/*.whl
+    python scripts/wheel_smoke.py fresh
+
+The commands run in empty folders without this checkout on their path. Where an extra is not installed, a command must
+say in one line which, with exit code 2. Exit code 1 when something fails.
+"""
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+LEFT_OUT = ("sensitivity", "reproduce", "gains")
+"""Slow commands, of which only the help is tried."""
+FACTS = """
+import json, lwr_dyn
+from importlib.metadata import version
+from lwr_dyn.cli.help_text import help_texts, schema_file
+from lwr_dyn.cli.main import COMMANDS
+print(json.dumps({
+    "file": lwr_dyn.__file__, "versions": [version("lwr_dyn"), lwr_dyn.__version__], "commands": list(COMMANDS.names),
+    "texts": help_texts(), "schema": schema_file("simulate").is_file(), "robots": list(lwr_dyn.robots()),
+}))
+"""
+Run = Callable[[str, list[str]], tuple[int, str, str]]
+"""(folder, words of a command) -> exit code, stdout, stderr."""
+
+
+def is_missing(code: int, err: str) -> bool:
+    """Whether a command says in one line that it needs an extra."""
+    return code == 2 and "is not installed; install it with: pip install 'lwr_dyn[" in err and err.count("\n") == 1
+
+
+def examples(path: str, text: dict[str, Any]) -> list[tuple[str, int]]:
+    """The examples of a command, with their exit codes; none where it is slow or needs a file of the user."""
+    if path in LEFT_OUT or "files" in text:
+        return []
+    return [(each["run"], each.get("exit", 0)) for each in text["examples"]]
+
+
+def faults(facts: dict[str, Any], run: Run) -> list[str]:
+    """What fails, one line each; commands run two at a time, each in a folder of its own."""
+    with ThreadPoolExecutor(2) as pool:
+        helps = pool.map(lambda name: _has_help(*run(name, ["lwr-dyn", name, "--help"])), facts["commands"])
+        out = [f"help of {name}" for name, holds in zip(facts["commands"], helps, strict=True) if not holds]
+        for found in pool.map(lambda path: _example_faults(path, facts["texts"][path], run), facts["texts"]):
+            out += found
+    return out
+
+
+def _example_faults(path: str, text: dict[str, Any], run: Run) -> list[str]:
+    out = []
+    for line, expected in examples(path, text):
+        code, _, err = run(path, line.split())
+        if code != expected and not is_missing(code, err):
+            out.append(f"{line}: exit code {code}, not {expected}: {err[-300:]}")
+    return out
+
+
+def _has_help(code: int, out: str, err: str) -> bool:
+    return (code == 0 and out.startswith("Usage: lwr-dyn")) or is_missing(code, err)
+
+
+def main(environment: Path) -> int:
+    """Try the wheel of a virtual environment; gives the exit code."""
+    programs, began = environment.resolve() / "bin", time.monotonic()
+    variables = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    with tempfile.TemporaryDirectory() as folder:
+
+        def run(place: str, words: list[str]) -> tuple[int, str, str]:
+            own = Path(folder, place or "top")
+            own.mkdir(exist_ok=True)
+            command = [str(programs / words[0]), *words[1:]]
+            done = subprocess.run(command, cwd=own, env=variables, capture_output=True, text=True)
+            return done.returncode, done.stdout, done.stderr
+
+        code, out, err = run("facts", ["python", "-c", FACTS])
+        if code != 0:
+            print(err)
+            return 1
+        facts = json.loads(out)
+        found = faults(facts, run)
+    if not Path(facts["file"]).is_relative_to(environment.resolve()):
+        found.append(f"lwr_dyn comes from {facts['file']}")
+    if len(set(facts["versions"])) != 1 or not facts["schema"] or not facts["robots"]:
+        found.append(f"incomplete: {facts['versions']}, schema {facts['schema']}, robots {facts['robots']}")
+    print("\n".join(found) or f"{len(facts['commands'])} commands hold, {time.monotonic() - began:.0f} s")
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(Path(sys.argv[1])))
