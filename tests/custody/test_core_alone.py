@@ -28,6 +28,7 @@ COMMANDS = (
     (("reproduce", "lwr4"), 2, "lwr_dyn.reproduction is not installed; install it with: pip install 'lwr_dyn[all]'"),
     (("fk", "lwr4", "--symbolic"), 2, "pip install 'lwr_dyn[symbolic]'"),
     (("lint", "wam7"), 2, "lwr_dyn.audit is not installed"),
+    (("show", "wam7"), 2, "lwr_dyn.explorer is not installed"),
     (("simulate", "lwr4plus", "--engine", "kernels"), 2, "pip install 'lwr_dyn[batch]'"),
 )
 """In this order: a command, its exit code, a part of its output."""
