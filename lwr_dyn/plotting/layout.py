@@ -50,7 +50,7 @@ class FigureLayout:
 
     def box(self, k: int) -> tuple[float, float, float, float]:
         """Left, bottom, width and height of a panel's axes, as shares of the picture."""
-        row, column = divmod(k, self.columns)
+        row, column = places_of(self.panels, self.columns)[k]
         cell = (self.width - self.right - EDGE) / self.columns
         left = EDGE + column * cell + LABELS
         top = self.header + row * (self.caption + self.panel_height + TICKS) + self.caption
@@ -63,7 +63,7 @@ def layout_of(figure: Figure, runs: Sequence[ReplayedRun]) -> FigureLayout:
     """The layout of a figure of these runs; raises `OptionError` as `Curve.points`."""
     panels = drawn_panels(figure, runs)
     columns = min(figure.columns, len(panels))
-    rows = -(-len(panels) // columns)
+    rows = places_of(panels, columns)[-1][0] + 1
     named = _named(panels)
     ends = len(panels) == 1 and figure.over_time and 1 < len(panels[0].curves) == len(named)
     ends = ends and max(len(one.curve.label) for one in named) <= _LONGEST_END
@@ -78,6 +78,18 @@ def layout_of(figure: Figure, runs: Sequence[ReplayedRun]) -> FigureLayout:
     laid = FigureLayout(figure, panels, about, names, columns, ends, right, width, 0.0, tall, caption)
     below = LINE if panels[0].magnified > 1 else 0.0
     return replace(laid, height=laid.header + rows * (caption + tall + TICKS) + below + EDGE / 2)
+
+
+def places_of(panels: Sequence[DrawnPanel], columns: int) -> list[tuple[int, int]]:
+    """Row and column of each panel; where the first title comes again (joints of another run), a row begins."""
+    first, places = panels[0].panel.title, list[tuple[int, int]]()
+    row, column = 0, 0
+    for k, one in enumerate(panels):
+        if column == columns or (k > 0 and first and one.panel.title == first):
+            row, column = row + 1, 0
+        places.append((row, column))
+        column += 1
+    return places
 
 
 def about_text(figure: Figure, panels: Sequence[DrawnPanel]) -> str:

@@ -18,6 +18,8 @@ from lwr_dyn.viewer.look import RUN_COLOURS, run_colour
 
 PLACES = {"inverse-dynamics": 0, "pd-gravity": 1, "pid": 2}
 """The places in the palette that belong to controllers; the fourth belongs to all others."""
+PLAIN = "as modelled"
+"""What is said of a plant that is the controller's model."""
 _ROUND = str.maketrans("[]", "()")
 
 
@@ -94,20 +96,21 @@ def run_name(run: Run) -> tuple[str, str, str]:
     """What gives a run its colour, as its file has it: the controller; its plant and payload; its label."""
     controller, known = run.meta.get("controller"), facts(run)
     name = controller.get("name") if isinstance(controller, Mapping) else controller
-    return str(name), ", ".join(known[key] for key in ("plant", "payload") if key in known), known.get("controller", "")
+    more = [known[key] for key in ("plant", "payload") if known.get(key, PLAIN) != PLAIN]
+    return str(name), ", ".join(more), known.get("controller", "")
 
 
 def run_places(names: Sequence[tuple[str, str, str]]) -> tuple[int, ...]:
     """The places in the palette of the runs of one picture, by their names (`run_name`), whatever their order.
 
     A run has the place of its controller, alone and beside others. Where several of one picture want a place, the one
-    of the plain plant and then of the shortest label has it; each other one gets the first place that stays free. From
+    of the shortest label and then of the plain plant has it; each other one gets the first place that stays free. From
     the fifth run on: 4, grey.
 
     >>> run_places([("pid", "", ""), ("mine", "", ""), ("pid", "3 kg", ""), ("pd-gravity", "", "")])
     (2, 3, 0, 1)
     """
-    order = sorted(range(len(names)), key=lambda i: (names[i][1], names[i][0], len(names[i][2]), names[i][2], i))
+    order = sorted(range(len(names)), key=lambda i: (len(names[i][2]), names[i][2], names[i][1], names[i][0], i))
     having: dict[int, int] = {}
     for i in order:
         having.setdefault(PLACES.get(names[i][0], len(PLACES)), i)

@@ -55,13 +55,14 @@ def test_runs_of_one_picture_have_their_own_places_in_any_order_and_the_fifth_is
         assert dict(zip(chosen, run_places(chosen), strict=True))[NAMES[4]] == 0
     assert dict(zip(NAMES, run_places(NAMES), strict=True))[NAMES[4]] == 4
     assert run_places([("a", "", "")] * 6) == (3, 0, 1, 2, 4, 4)
-    assert run_places([("pid", "", "PID without gravity"), ("pid", "", "PID")]) == (0, 2)
+    assert run_places([("pid", "", "PID without gravity"), ("pid", "masses times 1.2", "PID")]) == (0, 2)
 
 
 def test_the_name_is_what_the_run_file_has(arm, two_runs, tmp_path):
     meta = {"controller": {"name": "pid", "label": "PID + gravity"}, "note": {"plant": "masses times 1.2"}}
     run = replace(two_runs[0], meta=meta)
     assert run_name(run) == ("pid", "masses times 1.2", "PID + gravity")
+    assert run_name(replace(run, meta=meta | {"note": {"plant": "as modelled"}})) == ("pid", "", "PID + gravity")
     run.save(tmp_path / "run.npz")
     (shown,) = replayed_runs([type(run).load(tmp_path / "run.npz")], arm)
     assert (shown.place, shown.colour) == (2, tokens()["run3"])
