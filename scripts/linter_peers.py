@@ -19,6 +19,7 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterable
 from contextlib import redirect_stderr, redirect_stdout
+from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from random import Random
@@ -119,13 +120,14 @@ def pinocchio_says(text: str, path: Path) -> frozenset[str]:
     return frozenset()
 
 
-PROGRAMS: dict[str, tuple[str, Verdict]] = {
-    "lwr_dyn": ("lwr_dyn", lwr_dyn_says),
-    "urdf-validator": ("urdf-validator", urdf_validator_says),
-    "Drake": ("drake", drake_says),
-    "MuJoCo": ("mujoco", mujoco_says),
-    "Pinocchio": ("pin", pinocchio_says),
+PROGRAMS: dict[str, tuple[str, str, Verdict]] = {
+    "lwr_dyn": ("lwr_dyn", "lwr_dyn", lwr_dyn_says),
+    "urdf-validator": ("urdf-validator", "urdf_validator_main.cli", urdf_validator_says),
+    "Drake": ("drake", "pydrake.multibody.parsing", drake_says),
+    "MuJoCo": ("mujoco", "mujoco", mujoco_says),
+    "Pinocchio": ("pin", "pinocchio", pinocchio_says),
 }
+"""Name -> distribution, module, what it says."""
 
 
 def compiled(half: str) -> list[tuple[str, str, Path, frozenset[str]]]:
@@ -154,6 +156,7 @@ def installed(names: Iterable[str]) -> dict[str, str]:
     for name in names:
         try:
             found[name] = version(PROGRAMS[name][0])
+            import_module(PROGRAMS[name][1])  # once, not in each process that asks
         except PackageNotFoundError:
             print(f"{name} is not installed", file=sys.stderr)
     return found
@@ -187,7 +190,7 @@ def table(each: int, seed: int, half: str) -> str:
         row = counts.setdefault(plant.kind.name, dict.fromkeys(["n", *versions], 0))
         row["n"] += 1
         for name in versions:
-            says = PROGRAMS[name][1]
+            says = PROGRAMS[name][2]
             if (name, path) not in before:
                 before[name, path] = apart(says, text, path)
             row[name] += apart(says, plant.text, path) != before[name, path]
