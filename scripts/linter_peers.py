@@ -27,6 +27,7 @@ from random import Random
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
+from lwr_dyn.version import VERSION  # noqa: E402
 from tests.audit.urdf.detection import findings_of  # noqa: E402
 from tests.audit.urdf.fault_plants import FaultPlant, fault_kinds, plants  # noqa: E402
 from tests.audit.urdf.judged_arms import ARMS_FOLDER, judged_arms  # noqa: E402
@@ -155,7 +156,7 @@ def installed(names: Iterable[str]) -> dict[str, str]:
     found = {}
     for name in names:
         try:
-            found[name] = version(PROGRAMS[name][0])
+            found[name] = VERSION if name == "lwr_dyn" else version(PROGRAMS[name][0])
             import_module(PROGRAMS[name][1])  # once, not in each process that asks
         except PackageNotFoundError:
             print(f"{name} is not installed", file=sys.stderr)
