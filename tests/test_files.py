@@ -8,6 +8,7 @@ import pytest
 from lwr_dyn.errors import FileAccessError
 from lwr_dyn.files import (
     LEFT_OVER,
+    check_readable,
     check_writable,
     make_folder,
     read_bytes,
@@ -64,3 +65,17 @@ def test_what_a_killed_process_left_is_deleted_by_a_later_write(tmp_path):
             os.utime(path, (time.time() - 2 * LEFT_OVER,) * 2)
     write_file(tmp_path / "x[1]", "whole")
     assert sorted(path.name for path in tmp_path.iterdir()) == [".x[1].bak", ".x[1].ijklmnop.part", "x[1]"]
+
+
+def test_only_a_regular_file_of_at_most_the_given_size_is_readable(tmp_path):
+    (tmp_path / "full").write_bytes(b"abc")
+    os.mkfifo(tmp_path / "pipe")
+    check_readable(tmp_path / "full", "a file", 3)
+    for name, largest, message in (
+        ("full", 2, "3 bytes; allowed: at most 2 bytes"),
+        ("pipe", None, "a pipe or a device; allowed: a regular file: a file"),
+        ("", None, "is a directory; allowed: a file"),
+        ("none", None, "no such file or directory; allowed: a file"),
+    ):
+        with pytest.raises(FileAccessError, match=message):
+            check_readable(tmp_path / name, "a file", largest)
