@@ -57,12 +57,11 @@ class Picture:
     ready: str  # JavaScript that is true once the page stands
     width: int
     height: int
-    time: float | None  # [s]; None for a page that stands still
+    time: float  # [s]
 
 
 PICTURES = {
     "replay.png": Picture("replay.html", "return !!(window.lwrReplay && lwrReplay.ready)", 1440, 757, 13.2),
-    "report.png": Picture("report.html", "return !!(window.lwrReport && lwrReport.ready)", 1280, 1000, None),
 }
 
 
@@ -76,8 +75,8 @@ def take(browser: Any, picture: Picture, folder: Path) -> tuple[Image.Image, str
     try:
         browser.get((folder / picture.page).resolve().as_uri())
         WebDriverWait(browser, 60).until(lambda window: window.execute_script(picture.ready))
-        if picture.time is not None:
-            browser.execute_script("lwrReplay.setTime(arguments[0]); lwrReplay.stage.viewer.render()", picture.time)
+        browser.execute_async_script("document.fonts.ready.then(() => arguments[0]())")  # the bar has its height
+        browser.execute_script("lwrReplay.stage.frameView(); lwrReplay.setTime(arguments[0])", picture.time)
         drawn = "requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(arguments[0], 500)))"
         browser.execute_async_script(drawn)
         words = browser.execute_script(VISIBLE_WORDS)
