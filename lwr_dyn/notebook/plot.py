@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from lwr_dyn.errors import FileAccessError, OptionError, ShapeError
-from lwr_dyn.files import check_writable, write_file
+from lwr_dyn.files import write_file
 from lwr_dyn.loading import arm_of
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
@@ -99,7 +99,6 @@ def plot_writer(wish: str) -> Callable[[Run], Path]:
     plain = path.stem.lower().replace("-", " ").replace("_", " ")
     quantity = plain if plain in QUANTITIES else "overview"
     check_figure(path)
-    check_writable(path)
 
     def write(run: Run) -> Path:
         plot(run, quantity).save(path)
