@@ -23,10 +23,14 @@ def flipped(data, at):
     return data[:at] + bytes(255 - x for x in data[at : at + 20]) + data[at + 20 :]
 
 
+def length_of_head(data):
+    return int.from_bytes(data[-8:-4], "little")
+
+
 DAMAGED = {
     "the last bytes are missing": lambda data: data[:-9],
     "the head is longer than the file": lambda data: data[:-8] + b"\xff\xff\xff\x7fPAR1",
-    "the head is zero": lambda data: data[:-60] + bytes(52) + data[-8:],
+    "the head is zero": lambda data: data[: -8 - length_of_head(data)] + bytes(length_of_head(data)) + data[-8:],
     "the head of a page is damaged": lambda data: flipped(data, 4),
     "a page cannot be decompressed": lambda data: flipped(data, 30),
     "the second column's page is damaged": lambda data: flipped(data, data.index(b"\x28\xb5\x2f\xfd", 250)),
