@@ -79,11 +79,23 @@ def take(browser: Any, picture: Picture, folder: Path) -> tuple[Image.Image, str
         browser.execute_script("lwrReplay.stage.frameView(); lwrReplay.setTime(arguments[0])", picture.time)
         drawn = "requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(arguments[0], 500)))"
         browser.execute_async_script(drawn)
-        words = browser.execute_script(VISIBLE_WORDS)
-        return Image.open(io.BytesIO(browser.get_screenshot_as_png())).convert("RGB"), words
+        return _still(browser), browser.execute_script(VISIBLE_WORDS)
     finally:
         browser.execute_cdp_cmd("Emulation.setScrollbarsHidden", {"hidden": False})
         browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
+def _still(browser: Any) -> Image.Image:
+    """The window once it stands still: a busy machine draws the 3D view late."""
+    before, still = None, 0
+    for _ in range(40):
+        image = Image.open(io.BytesIO(browser.get_screenshot_as_png())).convert("RGB")
+        still = still + 1 if before is not None and image.tobytes() == before.tobytes() else 0
+        if still == 2:
+            return image
+        before = image
+        browser.execute_async_script("requestAnimationFrame(() => setTimeout(arguments[0], 300))")
+    raise RuntimeError("the page does not stand still")
 
 
 def save(path: Path, image: Image.Image, words: str) -> None:

@@ -8,8 +8,10 @@
   fold();
   narrow.addEventListener("change", fold);
   window.lwrReplay = new Player(JSON.parse(document.getElementById("replay-data").textContent), { covered }).hook();
-  new ResizeObserver(() => {
+  // What covers the stage changes its height when the fonts are there.
+  const watched = new ResizeObserver(() => {
     lwrReplay.stage.viewer.set_3d_pane_size();
     lwrReplay.stage.frameView();
-  }).observe(document.getElementById("stage"));
+  });
+  [document.getElementById("stage"), bar].forEach((part) => watched.observe(part));
 }
