@@ -6,7 +6,7 @@ from html import escape
 import numpy as np
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.plotting.axes import Axis, short
+from lwr_dyn.plotting.axes import Axis, apart, round_length, short
 from lwr_dyn.plotting.drawn_panel import DrawnCurve, DrawnPanel, drawn_panels, run_ink, widest_first
 from lwr_dyn.viewer.figures import Figure
 from lwr_dyn.viewer.replayed_runs import ReplayedRun
@@ -81,13 +81,9 @@ def _marks(axis: Axis, kind: str, side: str, unit: str = "") -> str:
 def _ends(panel: DrawnPanel) -> str:
     """The names of lines at their ends, moved apart where they would overlap."""
     ends = sorted((1.0 - float(panel.y.share(float(one.y[-1]))), one.ink, one.curve.label) for one in panel.curves)
-    places: list[float] = []
-    for at, _, _ in ends:
-        places.append(max(at, places[-1] + _APART) if places else at)
-    beyond = max(0.0, places[-1] - 1.0)
     names = "".join(
-        f'<span style="top:{100 * (at - beyond):.1f}%"><i class="sw {ink}"></i>{escape(label)}</span>'
-        for at, (_, ink, label) in zip(places, ends, strict=True)
+        f'<span style="top:{100 * at:.1f}%"><i class="sw {ink}"></i>{escape(label)}</span>'
+        for at, (_, ink, label) in zip(apart([end[0] for end in ends], _APART), ends, strict=True)
     )
     return f'<div class="ends">{names}</div>'
 
@@ -102,16 +98,10 @@ def _scale(panel: DrawnPanel) -> str:
     whole = panel.x.high - panel.x.low
     items = []
     for what, factor in (("path", 1), ("error", panel.magnified))[: 1 + (panel.magnified > 1)]:
-        length = _round_length(0.25 * whole / factor)
+        length = round_length(0.25 * whole / factor)
         bar = f'<i style="width:{100 * factor * length / whole:.2f}%"></i>'
         items.append(f"<li>{bar}{what} {short(1e3 * length)} mm</li>")
     return f'<ul class="scale">{"".join(items)}</ul>'
-
-
-def _round_length(most: float) -> float:
-    """The largest of 1, 2, 5 times a power of ten that is at most `most`."""
-    power = 10.0 ** np.floor(np.log10(most))
-    return float(max(step * power for step in (1.0, 2.0, 5.0) if step * power <= most * (1.0 + 1e-9)))
 
 
 def _description(figure: Figure, panel: DrawnPanel) -> str:

@@ -7,7 +7,7 @@ import numpy as np
 from lwr_dyn.arrays import Array
 from lwr_dyn.errors import OptionError
 from lwr_dyn.model.run import Run
-from lwr_dyn.viewer.replayed_runs import facts
+from lwr_dyn.viewer.replayed_runs import PLAIN, facts
 
 SAME = 1e-9
 """[rad or m] References that differ by less are the same: they come from one task, to rounding."""
@@ -15,7 +15,6 @@ TIME = 1e-9
 """[s] Times nearer than this are the same."""
 ENOUGH = 0.1
 """Share of the samples of the slower run at which references are compared, at least."""
-MODELLED = "as modelled"
 
 
 def conditions(run: Run) -> str:
@@ -28,7 +27,7 @@ def conditions(run: Run) -> str:
         "delay": bool(options.get("delay")),
     }  # fmt: skip
     words += [name for name, is_there in found.items() if is_there and name not in ", ".join(words)]
-    return ", ".join(words) or MODELLED
+    return ", ".join(words) or PLAIN
 
 
 def check_same(a: Run, name_a: str, b: Run, name_b: str) -> None:

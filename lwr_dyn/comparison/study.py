@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from typing import Any
 
 from lwr_dyn.comparison.comparison import RunComparison, comparison_of
-from lwr_dyn.comparison.conditions import MODELLED
 from lwr_dyn.comparison.plants import PlantCase
 from lwr_dyn.control.controller_file import faults_in
 from lwr_dyn.control.controllers import make_controller
@@ -16,6 +15,7 @@ from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Reference, Run
 from lwr_dyn.progress import Report
 from lwr_dyn.simulation.simulate import simulate
+from lwr_dyn.viewer.replayed_runs import PLAIN
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,7 +44,7 @@ class ControllerStudy:
                 runs.append(self._simulated(case, file, controller))
             except DivergenceError as diverged:
                 fault = diverged
-                failures.append(f"{label_of(controller)}, {', '.join(case.words) or MODELLED}: {diverged}")
+                failures.append(f"{label_of(controller)}, {', '.join(case.words) or PLAIN}: {diverged}")
         if fault is not None and not runs:
             raise fault
         names = [f"run {i}" for i in range(1, len(runs) + 1)]

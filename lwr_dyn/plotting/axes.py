@@ -2,6 +2,7 @@
 
 import math
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -88,6 +89,29 @@ def _ticks(low: float, high: float, most: int) -> tuple[float, ...]:
     enough = [found for found in multiples if found[2] > found[1]]
     step, first, last = next((found for found in enough if found[2] - found[1] < most), enough[-1])
     return tuple(step * k for k in range(first, last + 1))
+
+
+def round_length(most: float) -> float:
+    """The largest of 1, 2 and 5 times a power of ten that is at most `most`, which is positive.
+
+    >>> round_length(0.49), round_length(0.2), round_length(1e3)
+    (0.2, 0.2, 1000.0)
+    """
+    scale = 10.0 ** math.floor(math.log10(most) + 1e-9)
+    return next(step * scale for step in (5.0, 2.0, 1.0) if step * scale <= most * (1.0 + 1e-6))
+
+
+def apart(shares: Sequence[float], least: float) -> list[float]:
+    """Places from 0 to 1 in ascending order, moved until neighbours are `least` apart and none is beyond 1.
+
+    >>> [round(place, 3) for place in apart([0.2, 0.25, 1.0], 0.1)], apart([0.875, 1.0], 0.25)
+    ([0.2, 0.3, 1.0], [0.75, 1.0])
+    """
+    places: list[float] = []
+    for share in shares:
+        places.append(max(share, places[-1] + least) if places else share)
+    beyond = max(0.0, places[-1] - 1.0) if places else 0.0
+    return [place - beyond for place in places]
 
 
 def short(value: float, digits: int = 3) -> str:

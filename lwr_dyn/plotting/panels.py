@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lwr_dyn.plotting.axes import raised, short
+from lwr_dyn.plotting.axes import apart, raised, round_length, short
 from lwr_dyn.plotting.drawn_panel import DrawnCurve, DrawnPanel, widest_first
 from lwr_dyn.plotting.layout import EDGE, LINE, TITLE, FigureLayout, name_width
 from lwr_dyn.viewer.look import tokens
@@ -183,13 +183,9 @@ def fact_text(laid: FigureLayout, one: DrawnPanel) -> str:
 def _draw_ends(axes: Axes, one: DrawnPanel) -> None:
     """The names of lines at their ends, moved apart where they would touch."""
     ends = sorted((float(one.y.share(float(c.y[-1]))), c.ink, c.curve.label) for c in one.curves)
-    placed: list[float] = []
-    for at, _, _ in ends:
-        placed.append(max(at, placed[-1] + _NAMES_APART) if placed else at)
-    beyond = max(0.0, placed[-1] - 1.0)
-    for at, (_, ink, label) in zip(placed, ends, strict=True):
+    for at, (_, ink, label) in zip(apart([end[0] for end in ends], _NAMES_APART), ends, strict=True):
         words = colour_of("ink" if ink in ("ref", "soft", "r5") else ink)
-        axes.text(1.012, at - beyond, label, color=words, fontweight=600, va="center", transform=axes.transAxes)
+        axes.text(1.012, at, label, color=words, fontweight=600, va="center", transform=axes.transAxes)
 
 
 def _draw_scale_bars(axes: Axes, one: DrawnPanel) -> None:
@@ -197,14 +193,9 @@ def _draw_scale_bars(axes: Axes, one: DrawnPanel) -> None:
     whole = one.x.high - one.x.low
     down = -0.035
     for row, (what, factor) in enumerate((("path", 1), ("errors", one.magnified))):
-        length = _round_length(_BAR * whole / factor)
+        length = round_length(_BAR * whole / factor)
         y = down - 0.04 * row
         share = factor * length / whole
         axes.add_patch(_rectangle((0.0, y), share, 0.006, tokens()["soft"], axes.transAxes))
         text = f"{what}: {short(1e3 * length)} mm"
         axes.text(share + 0.02, y, text, color=tokens()["soft"], fontsize=9, va="center", transform=axes.transAxes)
-
-
-def _round_length(most: float) -> float:
-    scale = 10.0 ** np.floor(np.log10(most))
-    return float(next(step * scale for step in (5.0, 2.0, 1.0) if step * scale <= most))

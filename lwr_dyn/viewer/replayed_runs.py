@@ -20,7 +20,6 @@ PLACES = {"inverse-dynamics": 0, "pd-gravity": 1, "pid": 2}
 """The places in the palette that belong to controllers; the fourth belongs to all others."""
 PLAIN = "as modelled"
 """What is said of a plant that is the controller's model."""
-_ROUND = str.maketrans("[]", "()")
 
 
 @dataclass(frozen=True, slots=True, eq=False)

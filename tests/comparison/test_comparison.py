@@ -8,7 +8,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.comparison.comparison import comparison_of
-from lwr_dyn.comparison.conditions import MODELLED, conditions
+from lwr_dyn.comparison.conditions import conditions
 from lwr_dyn.comparison.plants import plant_case
 from lwr_dyn.comparison.study import ControllerStudy
 from lwr_dyn.errors import DivergenceError, LwrDynError
@@ -31,7 +31,7 @@ def study(arm, move):
 def test_every_controller_runs_on_every_plant_and_has_its_own_figures(study, arm):
     compared, runs = study
     assert [(one.controller[:3], one.plant) for one in compared.runs] == [
-        ("PD ", MODELLED), ("inv", MODELLED), ("PD ", "3 kg at the flange"), ("inv", "3 kg at the flange"),
+        ("PD ", "as modelled"), ("inv", "as modelled"), ("PD ", "3 kg at the flange"), ("inv", "3 kg at the flange"),
     ]  # fmt: skip
     for one, run in zip(compared.runs, runs, strict=True):
         figures = metrics(run, arm)
@@ -78,7 +78,7 @@ def test_a_run_of_another_rate_is_compared_at_common_times(arm, move, study):
 
 def test_what_the_model_lacks_is_said_of_any_run(study, arm, move):
     _, runs = study
-    assert [conditions(run) for run in runs[1:3]] == [MODELLED, "3 kg at the flange"]
+    assert [conditions(run) for run in runs[1:3]] == ["as modelled", "3 kg at the flange"]
     wam = lwr_dyn.load("wam7")
     hold = lwr_dyn.reference("hold", wam, q=[0.1] * 7, duration=0.01)
     assert conditions(lwr_dyn.simulate(wam, lambda *_: np.zeros(7), hold)) == "friction"

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from lwr_dyn.plotting.axes import power_of_ten, raised, short
+from lwr_dyn.plotting.axes import apart, power_of_ten, raised, round_length, short
 from lwr_dyn.plotting.drawn_panel import DrawnCurve, DrawnPanel, drawn_panels, widest_first
 from lwr_dyn.reproduction.report.markup import Html, anchor, element, joined
 from lwr_dyn.reproduction.report.plane import HEIGHT, WIDTH, dots_path, line_path, plane_html
@@ -198,13 +198,9 @@ def _every(figure: Figure, ticks: int) -> int:
 def _end_names(one: DrawnPanel) -> Html:
     """The names of lines at their ends, moved apart where they would overlap."""
     ends = sorted((1.0 - float(one.y.share(float(c.y[-1]))), c.ink, c.curve.label) for c in one.curves)
-    placed: list[float] = []
-    for at, _, _ in ends:
-        placed.append(max(at, placed[-1] + _APART) if placed else at)
-    beyond = max(0.0, placed[-1] - 1.0)
     names = [
-        element("span", label, class_=f"end {ink}", style=f"top:{100 * (at - beyond):.1f}%")
-        for at, (_, ink, label) in zip(placed, ends, strict=True)
+        element("span", label, class_=f"end {ink}", style=f"top:{100 * at:.1f}%")
+        for at, (_, ink, label) in zip(apart([end[0] for end in ends], _APART), ends, strict=True)
     ]
     return element("div", names, class_="ends")
 
@@ -212,14 +208,9 @@ def _end_names(one: DrawnPanel) -> Html:
 def _scale_bars(one: DrawnPanel) -> Html:
     """One bar for a length on the path and for the tenth (hundredth, ...) of it, a length of its errors."""
     whole = one.x.high - one.x.low
-    length = _round_length(0.3 * whole)
+    length = round_length(0.3 * whole)
     text = f"path {short(1e3 * length)} mm, error {short(1e3 * length / one.magnified)} mm"
     return element("div", element("i", style=f"width:{100 * length / whole:.2f}%"), text, class_="scale")
-
-
-def _round_length(most: float) -> float:
-    scale = 10.0 ** int(f"{most:e}".split("e")[1])
-    return next(step * scale for step in (5.0, 2.0, 1.0) if step * scale <= most)
 
 
 def _description(figure: Figure, one: DrawnPanel) -> str:
