@@ -88,6 +88,9 @@ class Table:
         lines = [self.title, aligned(self.cells, tuple(h.title for h in self.columns)), self.note]
         return "\n".join(line for line in lines if line)
 
+    def __str__(self) -> str:
+        return self.text()
+
     def record(self) -> list[dict[str, Any]]:
         """One dictionary per row, values unchanged."""
         keys = [h.key or h.head for h in self.columns]

@@ -26,6 +26,7 @@ def test_text_is_aligned_under_headings_with_units():
         "as printed",
     ]
     assert Table("", ["a"], [("b",)]).text() == "a\n-\nb"
+    assert str(TABLE) == TABLE.text()
 
 
 def test_cells_shades_and_records_have_the_same_rows():

@@ -39,11 +39,12 @@ class NameOrFile(OneOf):
         return value if str(value).endswith(".py") else super().convert(value, param, ctx)
 
 
-def _option(name: str, text: str, kind: Any = bool, default: Any = None) -> click.Option:
+def _option(name: str, text: str, kind: Any = bool, default: Any = None, multiple: bool = False) -> click.Option:
     """One option; the help shows its default, if any."""
     if kind is bool:
         return click.Option([name], is_flag=True, help=text)
-    return click.Option([name], type=kind, default=default, show_default=default is not None, help=text)
+    shown = default is not None
+    return click.Option([name], type=kind, default=default, show_default=shown, help=text, multiple=multiple)
 
 
 TASK = _option("--task", "What the arm does.", OneOf(REFERENCES.names), "ist")
@@ -72,7 +73,9 @@ LOOP = [
     _option("--engine", "Engine of the dynamics.", OneOf(ENGINES.names), "pinocchio"),
     _option("--out", "Run file to write, .npz.", str),
     _option("--csv", "File of columns to write, .csv; `lwr-dyn identify` reads it.", str),
-    _option("--plot", "Picture to write: FILE.png or FILE.svg, or a quantity: torque, tip-error, path, ...", str),
+    _option(
+        "--plot", "Picture: FILE.png, FILE.svg or a quantity, as torque, tip-error. Repeatable.", str, multiple=True
+    ),
     _option("--full", "All errors of the joints: means, extremes, velocities."),
     _option("--json", "One JSON object."),
 ]
@@ -98,14 +101,14 @@ def command(robot: str, reading: str | None, tip: str | None, locks: tuple[str, 
     out = given["out"]
     _check_target(out, ".npz")
     _check_target(given["csv"], ".csv")
-    draw = FUNCTIONS.load("plot_writer")(given["plot"]) if given["plot"] else None
+    pictures = [FUNCTIONS.load("plot_writer")(wish) for wish in given["plot"]]
     arm = load_robot(robot, reading, tip, locks)
     setup = _setup(arm, robot, given)
     sampled = FUNCTIONS.load("sampled_notes")(setup) if FUNCTIONS["sampled_notes"].is_installed else None
     if sampled is not None and not given["json"]:
         _note(sampled.before)
     run = _simulated(setup, given["controller"], out)
-    others = _other_files(run, given["csv"], draw)
+    others = _other_files(run, given["csv"], pictures)
     if given["json"]:
         print_json({**run_record(run, arm), "sampled_loop": None if sampled is None else sampled.record})
         return
@@ -118,11 +121,11 @@ def command(robot: str, reading: str | None, tip: str | None, locks: tuple[str, 
         click.echo(f"wrote {out}; see it:  lwr-dyn replay {out} --html {out.removesuffix('.npz')}.html")
 
 
-def _other_files(run: Run, csv: str | None, draw: Callable[[Run], Path] | None) -> list[str]:
-    """Paths of the CSV file and the picture that were asked for, written."""
+def _other_files(run: Run, csv: str | None, pictures: list[Callable[[Run], Path]]) -> list[str]:
+    """Paths of the CSV file and the pictures that were asked for, written."""
     if csv is not None:
         run.save(csv)
-    return ([csv] if csv is not None else []) + ([str(draw(run))] if draw is not None else [])
+    return ([csv] if csv is not None else []) + [str(draw(run)) for draw in pictures]
 
 
 def _note(lines: list[str]) -> None:

@@ -83,6 +83,16 @@ def test_a_diverging_run_names_the_time_and_keeps_its_samples(lwr_dyn_command, t
     assert 1 < kept.t.size < 1001
 
 
+@pytest.mark.parametrize("task", [(), ("--task", "ist-clear")])
+def test_the_letters_are_refused_by_name_for_an_arm_that_cannot_write_them(lwr_dyn_command, tmp_path, task):
+    own = tmp_path / "own.toml"
+    own.write_text(template("own.toml", "own", "RR"))
+    code, out, err = lwr_dyn_command("simulate", str(own), *task)
+    assert (code, out) == (2, "")
+    assert err.startswith(f"lwr-dyn: task {task[-1] if task else 'ist'}, robot: own; allowed: a seven-joint arm")
+    assert err.endswith("other arms have other tasks, as point-to-point\n")
+
+
 def test_an_infeasible_arm_is_refused_unless_allowed(lwr_dyn_command, tmp_path):
     own = tmp_path / "own.toml"
     text = template("own.toml", "own", "RR").replace("[0, 0, 0.004]]", "[0, 0, 0.03]]")

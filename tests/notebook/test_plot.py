@@ -91,6 +91,15 @@ def test_simulate_writes_columns_and_a_picture(lwr_dyn_command, tmp_path, monkey
     np.testing.assert_array_equal(log.tau, run.tau_applied)
 
 
+def test_simulate_writes_every_picture_that_is_asked_for(lwr_dyn_command, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    code, out, err = lwr_dyn_command("simulate", "lwr4plus", *SHORT, "--plot", "torque", "--plot", "tip.svg")
+    assert code == 0, err
+    assert out.splitlines()[-2:] == ["wrote torque.png", "wrote tip.svg"]
+    assert (tmp_path / "torque.png").read_bytes().startswith(PNG)
+    assert "<svg" in (tmp_path / "tip.svg").read_text()
+
+
 def test_a_file_named_after_a_quantity_shows_it_another_the_overview(two_runs, tmp_path):
     for name, quantity in (("tip_error.svg", "tip error"), ("pid.svg", "overview")):
         path = plot_writer(str(tmp_path / name))(two_runs[0])

@@ -17,6 +17,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from lwr_dyn.arrays import fixed_array
+from lwr_dyn.errors import OptionError
+from lwr_dyn.kinematics.arm_geometry import SRS_ARM, srs_geometry
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.papers.schema import Column
 from lwr_dyn.registry import Option, Quantity
@@ -145,10 +147,14 @@ def ist_reference(
     Raises
     ------
     UnknownNameError, ShapeError, OptionError
-        As `timed_ist`.
+        As `timed_ist`; an arm that is not S-R-S.
     PathLimitError
         The path leaves the reach or the limits of the arm; says when, where, which joint and by how much.
     """
+    if srs_geometry(arm.chain) is None:
+        raise OptionError(
+            f"task {_task(shift)}, robot", arm.name, f"{SRS_ARM}; other arms have other tasks, as point-to-point"
+        )
     poses = timed_ist(timing, duration, R_07, smoothness, shift)
     about: dict[str, Any] = {
         "task": _task(shift),
