@@ -3,10 +3,9 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from lwr_dyn.errors import UnknownNameError
 from lwr_dyn.model.dh import JointKind
+from lwr_dyn.plotting.run_figures import path_figure, tip_error_figure, torque_figure
 from lwr_dyn.viewer.figures import Curve, Figure, Level, Panel, Series, SeriesName
 from lwr_dyn.viewer.replayed_runs import ReplayedRun
 
@@ -16,17 +15,18 @@ MILLI = 1e3
 
 def tip_error(runs: Runs) -> tuple[Figure, ...]:
     """Distance of the flange from where it should be [mm]."""
-    return (_of_runs(runs, "tip error", "mm", MILLI, "Tip error"),)
+    return (tip_error_figure(runs),)
 
 
 def energy(runs: Runs) -> tuple[Figure, ...]:
     """Kinetic and potential energy [J]."""
-    return (_of_runs(runs, "energy", "J", 1.0, "Energy"),)
+    panel = Panel("", "energy", "J", tuple(Curve(one.caption, Series(i, "energy")) for i, one in enumerate(runs)))
+    return (Figure("energy", "Energy", "", "time", "s", (panel,), over_time=True),)
 
 
 def torque(runs: Runs) -> tuple[Figure, ...]:
     """Applied torques [N m, N], with the limits that are known."""
-    return (_of_joints(runs, "torque", ("N m", "N"), "Torques", limits="effort"),)
+    return (torque_figure(runs),)
 
 
 def friction(runs: Runs) -> tuple[Figure, ...]:
@@ -56,14 +56,7 @@ def velocity_error(runs: Runs) -> tuple[Figure, ...]:
 
 def path(runs: Runs) -> tuple[Figure, ...]:
     """The path of the flange [m] in the coordinate plane in which it is widest, with its reference."""
-    first = runs[0].reference_path
-    a, b = sorted(np.argsort(np.ptp(first, axis=0), kind="stable")[1:])
-    flange: tuple[SeriesName, ...] = ("flange x", "flange y", "flange z")
-    reference: tuple[SeriesName, ...] = ("reference x", "reference y", "reference z")
-    wanted = Curve("reference", Series(0, reference[b]), Series(0, reference[a]), dashed=True)
-    curves = [Curve(one.caption, Series(i, flange[b]), Series(i, flange[a])) for i, one in enumerate(runs)]
-    panel = Panel("", "xyz"[b], "m", (wanted, *curves))
-    return (Figure("path", "Path of the flange", "", "xyz"[a], "m", (panel,), equal_aspect=True),)
+    return (path_figure(runs),)
 
 
 def overview(runs: Runs) -> tuple[Figure, ...]:
@@ -98,12 +91,6 @@ def quantity_named(name: str) -> str:
     if plain not in QUANTITIES:
         raise UnknownNameError("quantity", str(name), QUANTITIES)
     return plain
-
-
-def _of_runs(runs: Runs, quantity: SeriesName, unit: str, scale: float, title: str) -> Figure:
-    curves = tuple(Curve(one.caption, Series(i, quantity, scale=scale)) for i, one in enumerate(runs))
-    panel = Panel("", quantity, unit, curves)
-    return Figure(quantity.replace(" ", "-"), title, "", "time", "s", (panel,), over_time=True)
 
 
 def _of_joints(

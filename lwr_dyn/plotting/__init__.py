@@ -1,5 +1,6 @@
 """Figures as pictures: their rules, and PNG and SVG by Matplotlib.
 
+run_figures  figures of runs: errors, torques, the path of the flange
 axes         the range and the ticks of an axis, by the data
 drawn_panel  a panel ready to draw: numbers, colours by name, axes, limits near and far, errors magnified
 layout       where the parts of a figure stand

@@ -16,7 +16,7 @@ from lwr_dyn.model.dh import JointKind
 from lwr_dyn.model.friction import Direction, JointFriction
 from lwr_dyn.model.spatial import Pose
 from lwr_dyn.plotting.plots import save_figure
-from lwr_dyn.reproduction.report.run_figures import register_figure
+from lwr_dyn.plotting.run_figures import register_figure
 from lwr_dyn.reproduction.wam7.runs import cruise_error, experiment
 from lwr_dyn.reproduction.wam7.tables import verdict
 from lwr_dyn.viewer.replayed_runs import replayed_runs

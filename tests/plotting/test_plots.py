@@ -14,7 +14,7 @@ from lwr_dyn.errors import FileAccessError, OptionError
 from lwr_dyn.plotting.axes import short
 from lwr_dyn.plotting.layout import CAPTION, EDGE, LABELS, LINE, NO_CAPTION, TICKS, TITLE
 from lwr_dyn.plotting.plots import draw, figure_bytes, save_figure
-from lwr_dyn.reproduction.report.run_figures import error_figure, path_figure, torque_figure
+from lwr_dyn.plotting.run_figures import error_figure, path_figure, torque_figure
 from lwr_dyn.viewer.figures import Curve, Figure, Level, Panel, Series
 from lwr_dyn.viewer.look import tokens
 from lwr_dyn.viewer.replayed_runs import replayed_runs
@@ -214,7 +214,7 @@ def test_matplotlib_is_imported_only_to_draw_and_its_absence_names_the_extra():
 import sys
 sys.modules["matplotlib"] = None
 from lwr_dyn.errors import MissingPackageError
-from lwr_dyn.reproduction.report import run_figures
+from lwr_dyn.plotting import run_figures
 from lwr_dyn.plotting import plots
 try:
     plots.figure_bytes(run_figures.register_figure(0, 0), "png")

@@ -12,10 +12,10 @@ from lwr_dyn.audit.envelope import Envelope, working_envelope
 from lwr_dyn.audit.envelope_arcs import EnvelopeArc
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
+from lwr_dyn.plotting.run_figures import torque_figure
 from lwr_dyn.reproduction.kr30ha.points import RightPoint
 from lwr_dyn.reproduction.paper_study import Pictures
 from lwr_dyn.reproduction.report.content import Still
-from lwr_dyn.reproduction.report.run_figures import torque_figure
 from lwr_dyn.viewer.figures import Curve, Figure, Panel, Series
 from lwr_dyn.viewer.replayed_runs import replayed_runs
 

@@ -7,15 +7,15 @@ import numpy as np
 
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
-from lwr_dyn.reproduction.lwr4plus.runs import ControllerRun, ranking_table
-from lwr_dyn.reproduction.paper_study import Pictures
-from lwr_dyn.reproduction.report.content import Section, Still
-from lwr_dyn.reproduction.report.run_figures import (
+from lwr_dyn.plotting.run_figures import (
     error_figure,
     path_figure,
     tip_error_figure,
     torque_figure,
 )
+from lwr_dyn.reproduction.lwr4plus.runs import ControllerRun, ranking_table
+from lwr_dyn.reproduction.paper_study import Pictures
+from lwr_dyn.reproduction.report.content import Section, Still
 from lwr_dyn.viewer.figures import Figure
 from lwr_dyn.viewer.replayed_runs import ReplayedRun, replayed_runs
 

@@ -8,9 +8,9 @@ import numpy as np
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.friction import FRICTIONLESS
 from lwr_dyn.model.run import Run
+from lwr_dyn.plotting.run_figures import register_figure
 from lwr_dyn.reproduction.paper_study import Pictures, paper_study
 from lwr_dyn.reproduction.report.content import Still
-from lwr_dyn.reproduction.report.run_figures import register_figure
 from lwr_dyn.reproduction.wam7.formulas import caption_motion
 from lwr_dyn.reproduction.wam7.runs import GRAVITIES, Experiment
 from lwr_dyn.viewer.figures import Curve, Figure, Level, Panel

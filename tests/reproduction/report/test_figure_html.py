@@ -8,9 +8,9 @@ import pytest
 
 from lwr_dyn.errors import OptionError
 from lwr_dyn.plotting.axes import axis_of
+from lwr_dyn.plotting.run_figures import path_figure, tip_error_figure, torque_figure
 from lwr_dyn.reproduction.report.figure_html import figure_html
 from lwr_dyn.reproduction.report.plane import HEIGHT, TOLERANCE, WIDTH, line_path, simplified
-from lwr_dyn.reproduction.report.run_figures import path_figure, tip_error_figure, torque_figure
 from lwr_dyn.viewer.figures import Curve, Figure, Level, Panel, Series
 from lwr_dyn.viewer.replayed_runs import replayed_runs
 from tests.viewer.replayed import lagging_run

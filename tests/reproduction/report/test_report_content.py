@@ -96,7 +96,7 @@ import sys
 sys.modules["plotly"] = sys.modules["matplotlib"] = None
 from lwr_dyn.reproduction.report.content import Page
 from lwr_dyn.reproduction.report.page import report_html
-from lwr_dyn.reproduction.report.run_figures import register_figure
+from lwr_dyn.plotting.run_figures import register_figure
 from lwr_dyn.reproduction.wam7 import study
 print(len(report_html(Page("p"))) > 1000)
 """

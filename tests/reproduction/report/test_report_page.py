@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import lwr_dyn
+from lwr_dyn.plotting.run_figures import path_figure
 from lwr_dyn.reproduction.report.content import Page, Replay
 from lwr_dyn.reproduction.report.page import report_html, write_report
-from lwr_dyn.reproduction.report.run_figures import path_figure
 from lwr_dyn.viewer.replayed_runs import replayed_runs
 from tests.headless import logs, screenshot
 from tests.reproduction.report.reported import CONTROLLERS

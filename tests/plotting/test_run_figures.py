@@ -8,7 +8,7 @@ import pytest
 from lwr_dyn.errors import OptionError
 from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.model.arm import JointLimits
-from lwr_dyn.reproduction.report.run_figures import (
+from lwr_dyn.plotting.run_figures import (
     error_figure,
     path_figure,
     register_figure,
