@@ -1,6 +1,7 @@
 """The page of a comparison: its numbers, no request, names escaped, and axe and contrast on all four screens."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -73,10 +74,18 @@ def test_a_line_keeps_its_ends_and_its_extremes(arm, two_runs):
 
 
 def test_a_path_says_how_much_its_errors_are_magnified(arm, two_runs):
-    shown = replayed_runs(two_runs, arm)
-    text = chart_html(path(shown)[0], shown)
-    assert "errors \u00d7 " in text or "true to scale" in text
-    assert re.search(r"path \d+ mm", text)
+    near = [replace(run, q=run.q_ref + 1e-3 * (run.q - run.q_ref)) for run in two_runs]
+    (figure,) = path(replayed_runs(two_runs, arm))
+    assert "true to scale" in chart_html(figure, replayed_runs(two_runs, arm))
+    shown = replayed_runs(near, arm)
+    (panel,) = drawn_panels(figure, shown)
+    assert panel.magnified > 1
+    text = chart_html(figure, shown)
+    assert f"errors \u00d7 {panel.magnified}<" in text
+    wide, of_path = re.search(r"width:([\d.]+)%\"></i>path ([\d.]+) mm", text).groups()
+    narrow, of_error = re.search(r"width:([\d.]+)%\"></i>error ([\d.]+) mm", text).groups()
+    scale = float(of_path) / float(wide) / (float(of_error) / float(narrow))
+    assert scale == pytest.approx(panel.magnified, rel=1e-3)
 
 
 @pytest.mark.parametrize(("width", "dark"), SCREENS)
