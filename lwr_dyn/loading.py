@@ -90,7 +90,13 @@ def _of_paper(name: str, reading: str | None, lock: Mapping[str, float]) -> tupl
 
 
 def arm_of(run: Run) -> Arm:
-    """The arm of a run, from the run's record; raises as `lwr_dyn.load`, and `OptionError` when the run names none."""
+    """The arm of a run: that of its setup, else that of its record.
+
+    Raises as `lwr_dyn.load`, and `OptionError` when the record names none.
+    """
+    if run.setup is not None:
+        arm: Arm = run.setup.arm
+        return arm
     robot, reading = run.meta.get("file") or run.meta.get("robot"), run.meta.get("reading")
     if not isinstance(robot, str):
         raise OptionError("run", "does not say of which robot it is", "a run made by simulate")

@@ -115,3 +115,11 @@ def test_a_users_script_is_checked_by_mypy(tmp_path):
     assert len(faults) == 1
     assert "wrong.py" in faults[0]
     assert 'Unexpected keyword argument "rates" for "simulate"' in faults[0]
+
+
+def test_a_run_of_an_arm_that_was_changed_is_replayed_with_that_arm(arm, tmp_path):
+    locked = arm.with_locked_joint("joint_3", 0.0)
+    hold = lwr_dyn.reference("hold", locked, q=[0.1] * 6, duration=0.01)
+    run = lwr_dyn.simulate(locked, lwr_dyn.controller("pid", locked), hold)
+    lwr_dyn.replay(run, tmp_path / "x.html")
+    assert (tmp_path / "x.html").is_file()

@@ -65,7 +65,7 @@ def run_html(run: Run) -> str:
     if not run.t.size:
         return line(title, "b")
     try:
-        arm = run.setup.arm if run.setup is not None else arm_of(run)
+        arm = arm_of(run)
         figures = metrics(run, arm)
     except LwrDynError as fault:  # the robot's file is gone
         return line(title, "b") + line(f"{len(run.events)} events; no figures: {fault}")

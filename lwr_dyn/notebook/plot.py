@@ -76,10 +76,10 @@ def plot(runs: Run | Sequence[Run], quantity: str = "overview", labels: Sequence
 
 
 def arms_of(runs: Sequence[Run]) -> list[Arm]:
-    """The arm of each run: that of its setup, else that of its record; raises as `lwr_dyn.loading.arm_of`."""
+    """The arm of each run; raises as `lwr_dyn.loading.arm_of`."""
     if not all(isinstance(run, Run) for run in runs):
         raise OptionError("runs", repr(runs)[:80], "runs, as simulate or Run.load give them")
-    return [arm_of(run) if run.setup is None else run.setup.arm for run in runs]
+    return [arm_of(run) for run in runs]
 
 
 def plot_writer(wish: str) -> Callable[[Run], Path]:

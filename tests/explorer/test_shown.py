@@ -89,8 +89,8 @@ def test_a_browser_opens_on_a_terminal_with_a_display_only(arm, monkeypatch):
 
 def test_bad_input_is_one_clear_line_and_leaves_no_file(arm, two_runs, folder, monkeypatch):
     monkeypatch.setattr("webbrowser.open", lambda address: False)
-    unknown = replace(two_runs[0], meta={**two_runs[0].meta, "robot": "lwr4pluss"})
-    nameless = replace(two_runs[0], meta={})
+    unknown = replace(two_runs[0], meta={**two_runs[0].meta, "robot": "lwr4pluss"}, setup=None)
+    nameless = replace(two_runs[0], meta={}, setup=None)
     cases = [
         (lambda: lwr_dyn.show("lwr4plus"), OptionError, "shown: 'lwr4plus'; allowed: an arm or a run"),
         (lambda: lwr_dyn.show(unknown), UnknownNameError, "did you mean lwr4plus?"),
