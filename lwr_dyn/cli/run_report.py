@@ -59,7 +59,7 @@ def friction_lines(run: Run, arm: Arm) -> list[str]:
 def error_table(arm: Arm, figures: Metrics, title: str, full: bool = False) -> Table:
     """RMS and largest errors, or with `full` all of them, and uses of the limits, one row a joint."""
     p, v = figures.position_mrad, figures.velocity_mrad_s
-    errors = {"RMS": p.rms, "max": np.maximum(p.max, -p.min)}
+    errors = {"RMS": p.rms, "max": np.maximum(p.max, -p.min) + 0.0}  # no -0
     if full:
         errors = {"mean": p.mean, "mean|e|": p.mean_abs, "max": p.max, "min": p.min, "RMS": p.rms}
         errors |= {"mean|de|": v.mean_abs, "max de": v.max, "min de": v.min}

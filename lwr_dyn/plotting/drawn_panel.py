@@ -14,6 +14,10 @@ LIMIT = "limit"
 """The label of levels that a gauge can stand for."""
 FAR_APART = 30.0
 """Tip errors of runs that differ by more than this factor get a logarithmic axis."""
+ROUNDING = 1e-9
+"""Of a level, such as a limit: curves that stay below this share of it are drawn as the zero that they are,"""
+_AROUND_ZERO = 1e-3
+"""on an axis over this share of it."""
 _WIDEST_ERROR = 0.15
 """Of the path's extent: what a magnified error may take."""
 _MAGNIFICATIONS = (1000, 100, 10)
@@ -126,6 +130,9 @@ def _panel(figure: Figure, panel: Panel, curves: tuple[DrawnCurve, ...], time: A
     far = tuple(level for level in panel.levels if level not in near)
     up = np.append(up, [level.value for level in near if level.axis == "y"])
     across = np.append(across, [level.value for level in near if level.axis == "x"])
+    largest = max((abs(level.value) for level in far if level.axis == "y"), default=0.0)
+    if np.nanmax(np.abs(up), initial=0.0) < ROUNDING * largest:
+        up = np.append(up, [-_AROUND_ZERO * largest, _AROUND_ZERO * largest])
     x, y = time or axis_of(across), _vertical(figure, curves, up)
     if figure.equal_aspect:
         x, y = _same_scale(across, up)

@@ -71,6 +71,13 @@ def test_a_level_near_the_data_is_a_line_with_its_name_and_a_broken_limit_is_red
     assert [patch.get_facecolor() for patch in over.patches][1] == to_rgba(tokens()["alarm"])
 
 
+@pytest.mark.parametrize(("peak", "half"), [(1e-15, 0.176), (1e-3, 1e-3)])
+def test_a_torque_of_rounding_is_a_flat_line_and_a_small_one_is_not(peak, half):
+    panel = Panel("p", "y", "N m", (Curve("c", peak * X, X),), (Level("limit", 176.0), Level("limit", -176.0)))
+    low, high = draw(Figure("f", "f", "", "x", "s", (panel,))).axes[0].get_ylim()
+    assert (-low, high) == (pytest.approx(half, rel=0.15), pytest.approx(half, rel=0.15))
+
+
 def test_a_path_has_its_errors_magnified_and_says_so(arm):
     """The lines are the reference plus ten times the error, the widest first, over the reference as a pale band."""
     runs = replayed_runs([lagging_run(arm, lag, name) for lag, name in ((0.02, "pid"), (0.001, "pd-gravity"))], arm)
