@@ -13,6 +13,7 @@ from itertools import chain
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.linalg.lapack import dgesv
 
 from lwr_dyn.arrays import Array, fixed_array
 from lwr_dyn.dynamics.pinocchio_engine import flange_and_jacobian
@@ -83,10 +84,16 @@ class PinocchioSearch:
             if pulling:
                 outside = (q < x.lower) | (q > x.upper)
                 pull = outside * (np.clip(q, x.lower + x.room, x.upper - x.room) - q)
-                step = pull + J.T @ np.linalg.solve(square, error - J @ pull)
+                step = pull + J.T @ _solved(square, error - J @ pull)
             else:
-                step = J.T @ np.linalg.solve(square, error)
+                step = J.T @ _solved(square, error)
             q = q + step / max(1.0, math.sqrt(step @ step))
+
+
+def _solved(square: Array, right: Array) -> Array:
+    """square^-1 right by LAPACK itself, as NumPy's checks take longer than these 6 equations."""
+    x: Array = dgesv(square, right, overwrite_a=1)[2]
+    return x
 
 
 def pose_error(T: Array, pose: Array) -> tuple[Array, tuple[float, ...]]:

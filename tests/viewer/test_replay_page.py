@@ -210,7 +210,9 @@ def test_page_is_whole_at_the_end(window):
     window.execute_script("document.getElementById('beside').click(); document.getElementById('frames').click()")
     screenshot(window, "beside_frames.png")
     window.execute_script("document.getElementById('beside').click(); document.getElementById('frames').click()")
-    assert logs(window) == ([], [])
+    sent, said = logs(window)
+    assert [address for address in sent if not address.startswith(("file:", "data:"))] == []  # one may load it again
+    assert said == []
 
 
 def test_page_is_deterministic_and_small(arm, two_runs, page):
