@@ -38,3 +38,15 @@ def started(browser):
     if not browser.execute_script("return !!window.lwrReplay"):
         browser.execute_script("document.getElementById('start-3d').click()")
         until(browser, lambda: browser.execute_script("return !!(window.lwrReplay && lwrReplay.ready)"))
+
+
+def number(window, text):
+    """The first number of this print that is in sight."""
+    return next(
+        one for one in window.find_elements("css selector", ".ledger .n") if one.is_displayed() and one.text == text
+    )
+
+
+def middle(window, element):
+    window.execute_script("arguments[0].scrollIntoView({ block: 'center' })", element)
+    return element
