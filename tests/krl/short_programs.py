@@ -1,0 +1,17 @@
+"""Programs of a few lines on a given arm."""
+
+from lwr_dyn.krl.controller import MachineData
+from lwr_dyn.krl.program import parse_program
+from lwr_dyn.krl.run import check_program, run_program
+
+HOME = "PTP {A1 0, A2 -90, A3 90, A4 0, A5 30, A6 0}"
+
+
+def run_of(arm, *lines, **settings):
+    text = "\n".join(["DEF a( )", "BAS(#VEL_PTP, 100)", "$VEL.CP = 0.2", *lines, "END", ""])
+    return run_program(parse_program(text, name="a"), arm, MachineData(**settings))
+
+
+def codes_of(arm, *lines):
+    text = "\n".join(["DEF a( )", "BAS(#VEL_PTP, 100)", "$VEL.CP = 0.2", *lines, "END", ""])
+    return [(d.position.line - 3, d.code) for d in check_program(parse_program(text, name="a"), arm)]
