@@ -1,0 +1,1 @@
+"""What acts on an arm from outside: walls that it touches, pushes against its links."""

@@ -1,0 +1,1 @@
+"""Control laws beyond the paper, one a file: they join the registry of controllers."""

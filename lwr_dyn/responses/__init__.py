@@ -1,0 +1,1 @@
+"""References that people bring (files, steps, chirps), and what a loop made of them."""
