@@ -10,7 +10,7 @@ from lwr_dyn.cli.options import OneOf, load_robot, print_json, robot_options
 from lwr_dyn.cli.row_options import OptionRule, refuse_unused, row_options
 from lwr_dyn.cli.run_report import run_record, run_text
 from lwr_dyn.control.controller_file import faults_in
-from lwr_dyn.control.controllers import CONTROLLERS, make_controller
+from lwr_dyn.control.controllers import CONTROLLERS, WRAPPERS, make_controller, split_name
 from lwr_dyn.dynamics.engines import ENGINES, dynamics_of
 from lwr_dyn.errors import DivergenceError, FileAccessError, OptionError
 from lwr_dyn.files import check_writable
@@ -28,7 +28,7 @@ from lwr_dyn.trajectory.references.tasks import REFERENCES
 
 
 class NameOrFile(OneOf):
-    """One of some names, or a Python file."""
+    """One of some names, or a Python file, with or without wrappers."""
 
     def get_metavar(self, param: click.Parameter, *_: Any, **__: Any) -> str:
         """The names, as the help shows them."""
@@ -36,7 +36,12 @@ class NameOrFile(OneOf):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """The name or path as it stands."""
-        return value if str(value).endswith(".py") else super().convert(value, param, ctx)
+        law, wrappers = split_name(str(value))
+        for wrapper in wrappers:
+            WRAPPERS[wrapper]
+        if not law.endswith(".py"):
+            super().convert(law, param, ctx)
+        return value
 
 
 def _option(name: str, text: str, kind: Any = bool, default: Any = None, multiple: bool = False) -> click.Option:
@@ -48,7 +53,8 @@ def _option(name: str, text: str, kind: Any = bool, default: Any = None, multipl
 
 
 TASK = _option("--task", "What the arm does.", OneOf(REFERENCES.names), "ist")
-CONTROLLER = _option("--controller", "A name, or a file of your own.", NameOrFile(CONTROLLERS.names), "pd-gravity")
+LAWS = NameOrFile(CONTROLLERS.names)
+CONTROLLER = _option("--controller", "A name, or a file of your own; NAME+friction adds friction.", LAWS, "pd-gravity")
 PLANT = [
     _option("--plant-reading", "Simulate another reading than the controller's.", str),
     _option("--plant-scale", "Factor on all masses of the plant.", float, 1.0),
@@ -96,7 +102,8 @@ RULES = (
 def command(robot: str, reading: str | None, tip: str | None, locks: tuple[str, ...], **given: Any) -> None:
     """Simulate ROBOT under a controller on a task; print errors, torques against limits, and the audit."""
     TASK_OPTIONS.refuse_unused(given["task"])
-    CONTROLLER_OPTIONS.refuse_unused(given["controller"])
+    law = split_name(given["controller"])[0]
+    CONTROLLER_OPTIONS.refuse_unused(law)
     refuse_unused(RULES, given)
     out = given["out"]
     _check_target(out, ".npz")
@@ -107,7 +114,7 @@ def command(robot: str, reading: str | None, tip: str | None, locks: tuple[str, 
     sampled = FUNCTIONS.load("sampled_notes")(setup) if FUNCTIONS["sampled_notes"].is_installed else None
     if sampled is not None and not given["json"]:
         _note(sampled.before)
-    run = _simulated(setup, given["controller"], out)
+    run = _simulated(setup, law, out)
     others = _other_files(run, given["csv"], pictures)
     if given["json"]:
         print_json({**run_record(run, arm), "sampled_loop": None if sampled is None else sampled.record})
@@ -141,10 +148,11 @@ command.params += [TASK, *OF_TASK, CONTROLLER, *CONTROLLER_OPTIONS.click_options
 
 def _setup(arm: Arm, robot: str, given: dict[str, Any]) -> Setup:
     payload, name = given["payload"], given["controller"]
+    law = split_name(name)[0]
     reference = REFERENCES.make(given["task"], arm, **TASK_OPTIONS.values(given["task"], given, arm))
     model = arm_with_payload(arm, payload) if given["payload_known"] else arm
     dynamics = dynamics_of(model, given["engine"])
-    controller = make_controller(name, model, dynamics, **CONTROLLER_OPTIONS.values(name, given, model))
+    controller = make_controller(name, model, dynamics, **CONTROLLER_OPTIONS.values(law, given, model))
     plant = arm if given["plant_reading"] is None else load(robot, given["plant_reading"], **arm.loaded_with)
     if given["plant_scale"] != 1.0:
         plant = arm_with_scaled_inertia(plant, given["plant_scale"])
@@ -152,7 +160,7 @@ def _setup(arm: Arm, robot: str, given: dict[str, Any]) -> Setup:
     engine = dynamics if plant_is_model else given["engine"]
     friction, note = _friction(plant, given["friction"], given["passive_refit"])
     encoder = _encoder(given["encoder_bits"], given["encoder_noise"], given["velocity_cutoff"])
-    with faults_in(name):
+    with faults_in(law):
         return prepare(
             arm, controller, reference, plant=plant, payload=payload, encoder=encoder, rate=given["rate"],
             method=given["method"], substeps=given["substeps"], continuous=given["continuous"], delay=given["delay"],

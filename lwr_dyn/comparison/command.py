@@ -11,7 +11,7 @@ from lwr_dyn.cli.row_options import row_options
 from lwr_dyn.comparison.comparison import RunComparison, comparison_of
 from lwr_dyn.comparison.plants import PLANTS, plant_case
 from lwr_dyn.comparison.study import ControllerStudy
-from lwr_dyn.control.controllers import CONTROLLERS
+from lwr_dyn.control.controllers import CONTROLLERS, WRAPPERS, split_name
 from lwr_dyn.errors import FileAccessError, OptionError, UnknownNameError
 from lwr_dyn.files import check_writable, ends_in, make_folder
 from lwr_dyn.model.run import Run
@@ -93,8 +93,11 @@ def _of_robot(
     TASKS.refuse_unused(given["task"])
     arm = load_robot(robots[0], reading, tip, locks)
     controllers = _listed("--controllers", given["controllers"], CONTROLLERS.names)
-    for name in (name for name in controllers if name not in CONTROLLERS.names and not name.endswith(".py")):
-        raise UnknownNameError("controller", name, (*CONTROLLERS.names, "or a file that ends in .py"))
+    for law, wrappers in map(split_name, controllers):
+        if law not in CONTROLLERS.names and not law.endswith(".py"):
+            raise UnknownNameError("controller", law, (*CONTROLLERS.names, "or a file that ends in .py"))
+        for wrapper in wrappers:
+            WRAPPERS[wrapper]
     cases = [plant_case(arm, text) for text in _listed("--plants", given["plants"], ())]
     reference = REFERENCES.make(given["task"], arm, **TASKS.values(given["task"], given, arm))
     folder = None if given["save"] is None else make_folder(given["save"])

@@ -7,7 +7,7 @@ from typing import Any
 from lwr_dyn.comparison.comparison import RunComparison, comparison_of
 from lwr_dyn.comparison.plants import PlantCase
 from lwr_dyn.control.controller_file import faults_in
-from lwr_dyn.control.controllers import make_controller
+from lwr_dyn.control.controllers import make_controller, split_name
 from lwr_dyn.control.protocol import Controller, label_of
 from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.errors import DivergenceError, OptionError
@@ -56,7 +56,7 @@ class ControllerStudy:
             if not chosen:
                 raise OptionError(kind, "none", "one or more")
         dynamics = dynamics_of(self.arm)
-        return [(name, make_controller(name, self.arm, dynamics)) for name in self.controllers]
+        return [(split_name(name)[0], make_controller(name, self.arm, dynamics)) for name in self.controllers]
 
     def _simulated(self, case: PlantCase, file: str, controller: Controller) -> Run:
         note = {"task": self.task} | ({"plant": ", ".join(case.words)} if case.words else {})

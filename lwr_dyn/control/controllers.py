@@ -1,6 +1,7 @@
 """Controllers by name, or from a Python file of one's own."""
 
 from collections.abc import Callable
+from inspect import signature
 from typing import Any
 
 from lwr_dyn.control.controller_file import controller_from_file
@@ -22,6 +23,28 @@ CONTROLLERS: Registry[Callable[..., Controller]] = Registry(
 )
 """Each row makes a controller: `factory(arm, dynamics, **options)`."""
 
+WRAPPERS: Registry[Callable[..., Controller]] = Registry(
+    "controller wrapper",
+    {
+        "friction": Row("lwr_dyn.feedback.friction_compensation:with_friction", "friction of dq_ref"),
+        "friction-measured": Row("lwr_dyn.feedback.friction_compensation:with_measured_friction", "friction of dq"),
+    },
+)
+"""What can be put around any controller, as "pid+friction": `factory(controller, arm, dynamics, **options)`."""
+
+
+def split_name(name: str) -> tuple[str, tuple[str, ...]]:
+    """The controller and its wrappers, innermost first.
+
+    >>> split_name("pid+friction")
+    ('pid', ('friction',))
+    """
+    inner, plus, last = name.rpartition("+")
+    if not plus or name.endswith(".py"):
+        return name, ()
+    law, wrappers = split_name(inner)
+    return law, (*wrappers, last)
+
 
 def make_controller(name: str, arm: Arm, engine: str | Dynamics = "pinocchio", **options: Any) -> Controller:
     """A controller by name, or from a file.
@@ -29,18 +52,18 @@ def make_controller(name: str, arm: Arm, engine: str | Dynamics = "pinocchio", *
     Parameters
     ----------
     name : str
-        A name of `CONTROLLERS`, or a path that ends in .py (see `controller_from_file`).
+        A name of `CONTROLLERS`, or a path that ends in .py (`controller_from_file`); then wrappers, as "pid+friction".
     arm : Arm
         The arm as the controller knows it.
     engine : str or Dynamics
         Computes the controller's model: a name, or dynamics that are already built for this arm.
     options
-        Of the row's factory, such as omega_n [rad/s], xi, velocity_error.
+        Of the row's factory, such as omega_n [rad/s], xi, velocity_error; those of a wrapper go to the wrapper.
 
     Raises
     ------
     UnknownNameError
-        No controller or engine of that name.
+        No controller, wrapper or engine of that name.
     OptionError, ShapeError
         An option that this controller does not know, gains that are not positive, inertias of the wrong shape.
     MissingDataError
@@ -49,7 +72,11 @@ def make_controller(name: str, arm: Arm, engine: str | Dynamics = "pinocchio", *
         A file that cannot be read, does not run, or holds no controller.
     """
     dynamics = dynamics_of(arm, engine) if isinstance(engine, str) else engine
-    if str(name).endswith(".py"):
-        return controller_from_file(name, arm, dynamics, **options)
-    controller: Controller = CONTROLLERS.make(name, arm, dynamics, **options)
+    law, wrappers = split_name(str(name))
+    own = {w: {k: options[k] for k in signature(WRAPPERS.load(w)).parameters if k in options} for w in wrappers}
+    rest = {k: value for k, value in options.items() if not any(k in keys for keys in own.values())}
+    make = controller_from_file if law.endswith(".py") else CONTROLLERS.make
+    controller: Controller = make(law, arm, dynamics, **rest)
+    for wrapper in wrappers:
+        controller = WRAPPERS.make(wrapper, controller, arm, dynamics, **own[wrapper])
     return controller

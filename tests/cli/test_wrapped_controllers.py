@@ -1,0 +1,42 @@
+"""Wrappers behind a controller's name on the command line."""
+
+import pytest
+
+pytest.importorskip("lwr_dyn.feedback.friction_compensation", reason="feedback is optional")
+
+TASK = ("--task", "hold", "--from-deg", "0,0,0,10,0,0,0", "--duration", "0.01")
+
+
+def test_simulate_takes_them(lwr_dyn_command):
+    code, out, err = lwr_dyn_command(
+        "simulate", "wam7", *TASK, "--controller", "inverse-dynamics+friction", "--omega-n", "20"
+    )
+    assert code == 0, err
+    assert "friction of dq_ref added" in out
+
+
+def test_compare_takes_them(lwr_dyn_command):
+    names = "inverse-dynamics,inverse-dynamics+friction-measured"
+    code, out, err = lwr_dyn_command("compare", "wam7", *TASK, "--controllers", names, "--plants", "friction")
+    assert code == 0, err
+    assert "friction of dq added" in out
+
+
+SIMULATE, COMPARE = ("simulate", "--controller"), ("compare", "--controllers")
+BAD = {
+    "no friction": (SIMULATE, "lwr4plus", ("inverse-dynamics+friction",), "friction of its joints not given"),
+    "no wrapper": (SIMULATE, "wam7", ("pid+fricton",), "did you mean friction?"),
+    "no law": (SIMULATE, "wam7", ("pdi+friction",), "did you mean"),
+    "not of this law": (SIMULATE, "wam7", ("inverse-dynamics+friction", "--ki", "3"), "would do nothing here"),
+    "compare, no wrapper": (COMPARE, "wam7", ("pid+fricton,pid",), "did you mean friction?"),
+    "compare, no law": (COMPARE, "wam7", ("pdi+friction,pid",), "did you mean pid?"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_names_are_one_line(lwr_dyn_command, case):
+    (command, option), robot, given, words = BAD[case]
+    code, _, err = lwr_dyn_command(command, robot, *TASK, option, *given)
+    assert code == 2
+    assert err.count("\n") == 1
+    assert words in err
