@@ -14,16 +14,20 @@ STEP = 1e-4
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LinearFeedback:
-    """tau = g(q) - position x - velocity v + I, dI/dt = -integral x, for small x = q - q_0 and v = dq at k poses q_0.
+    """tau = g(q) - position x - velocity v - torque tau_J + I, dI/dt = -integral x, near rest at k poses q_0.
 
-    `position` (k, n, n) [N m/rad], `velocity` (k, n, n) [N m s/rad]; `integral` (n,) [N m/(rad s)], None without one;
-    `gravity` is the model whose g(q) the controller adds, None where it adds a constant or nothing.
+    x = q - q_0, v = dq and the torque tau_J that joint sensors read are small deviations. `position` (k, n, n) [N m/rad],
+    `velocity` (k, n, n) [N m s/rad]; `integral` (n,) [N m/(rad s)], None without one; `gravity` is the model whose g(q)
+    the controller adds, None where it adds a constant or nothing; `torque` (k, n, n), None without torque feedback.
+    With `motor`, x and v are read on the motor side of elastic joints, whatever the arm's encoders are.
     """
 
     position: Array
     velocity: Array
     integral: Array | None = None
     gravity: Dynamics | None = None
+    torque: Array | None = None
+    motor: bool = False
 
 
 @runtime_checkable

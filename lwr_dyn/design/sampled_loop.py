@@ -1,14 +1,14 @@
 """The sampled loop at rest as a linear map from one sample to the next, and the spectral radius of that map.
 
-Near rest at q_0 the plant is B ddx + G dx = u with G = dg/dq, both at q_0; u is held over a sample T, so the step is
-exact (zero-order hold). The controller is its `LinearFeedback`. The loop is stable where every eigenvalue of the map
-lies within the unit circle. Speeds (C dq), friction, limits of torque and stops are left out: a moving arm is not at
-rest, and dry friction hides a weak instability. With the damping alone, and g compensated exactly, the limit is
+Near rest the plant is dz/dt = A z + B u (`RestingPlant`); u is held over a sample T, so the step is exact (zero-order
+hold). The controller is its `LinearFeedback`. The loop is stable where every eigenvalue of the map lies within the unit
+circle. Speeds (C dq), friction, limits of torque and stops are left out: a moving arm is not at rest, and dry friction
+hides a weak instability. With the damping alone, and g compensated exactly, the limit of a rigid arm is
 T lambda_max(B^-1 Kd) = 2.
 
 References
 ----------
-Astrom, Wittenmark, *Computer-Controlled Systems*, section 3.2 (zero-order hold, delay by more states).
+Astrom, Wittenmark, *Computer-Controlled Systems*, section 3.2 (zero-order hold, delays that are no whole samples).
 """
 
 from dataclasses import dataclass, replace
@@ -20,14 +20,13 @@ from numpy.typing import NDArray
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.control.linear_feedback import LinearFeedback, Linearised, gravity_stiffness
+from lwr_dyn.design.resting_plant import RestingPlant, rigid_plant
 from lwr_dyn.dynamics.protocol import Dynamics
 from lwr_dyn.errors import OptionError
 from lwr_dyn.simulation.options import MOST_DELAY
 
 GROWS = 1.0 + 1e-6
 """A spectral radius above it counts as unstable; rounding moves a double eigenvalue at 1 by about 1e-8."""
-TERMS = 9
-"""Of the series below: for |Z| <= 1/2 the next one is under 1e-18."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,121 +51,109 @@ class Sampling:
         if not (isinstance(self.delay, int) and 0 <= self.delay <= MOST_DELAY):
             raise OptionError("delay", self.delay, f"a whole number of samples from 0 to {MOST_DELAY}")
 
-
-def held_step(W: Array, T: float) -> tuple[Array, Array]:
-    """The exact step over T [s] of ddx = W x + a with a held, for W (k, n, n): (x, v) -> A (x, v) + b a.
-
-    With Z = W T^2: A = [[c, T s], [Z s / T, c]] and b = [T^2 e, T s], where c, s, e are the sums of Z^j / (2j)!,
-    Z^j / (2j + 1)! and Z^j / (2j + 2)!. Where Z is large the step is made of halves.
-
-    Returns
-    -------
-    A : (k, 2n, 2n) array
-    b : (k, 2n, n) array
-
-    >>> A, b = held_step(np.zeros((1, 1, 1)), 0.5)
-    >>> A[0].tolist(), b[0].ravel().tolist()
-    ([[1.0, 0.5], [0.0, 1.0]], [0.125, 0.5])
-    """
-    size = T * T * float(np.abs(W).sum(axis=-1).max(initial=0.0))
-    halvings = max(0, int(np.ceil(np.log2(max(size, 0.5) / 0.5) / 2)))
-    h = T / 2**halvings
-    Z, one = W * (h * h), np.eye(W.shape[-1])
-    c, s, e = one + 0 * Z, one + 0 * Z, one / 2 + 0 * Z
-    power, factorial = np.broadcast_to(one, Z.shape), 1.0
-    for j in range(1, TERMS):
-        power, factorial = power @ Z, factorial * (2 * j - 1) * (2 * j)
-        c, s, e = (
-            c + power / factorial,
-            s + power / (factorial * (2 * j + 1)),
-            e + power / (factorial * (2 * j + 1) * (2 * j + 2)),
-        )
-    A = np.block([[c, h * s], [Z @ s / h, c]])
-    b = np.concatenate([h * h * e, h * s], axis=-2)
-    for _ in range(halvings):
-        A, b = A @ A, A @ b + b
-    return A, b
+    @property
+    def filter_pole(self) -> float:
+        """Of the velocity filter, exp(-2 pi f_c T); 0 where speeds are not filtered."""
+        return 0.0 if self.cutoff_hz is None else exp(-2 * pi * self.cutoff_hz / self.rate)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RestingLoop:
-    """A plant and its controller near rest at k poses: B^-1 and B^-1 G (k, n, n), and the controller's matrices.
+    """A plant and its controller near rest at k poses.
 
     In `feedback.position` the gravity that the controller compensates is taken off already.
     """
 
-    inverse_inertia: Array
-    stiffness: Array
+    plant: RestingPlant
     feedback: LinearFeedback
 
     @classmethod
     def of(cls, dynamics: Dynamics, controller: Linearised, q: Array) -> Self:
-        """The loop at the poses q (k, n); `dynamics` are the plant's.
+        """The loop of a rigid arm at the poses q (k, n); `dynamics` are the plant's.
 
         Raises `OptionError` where the mass matrix of the plant is singular.
         """
-        try:
-            inverse = np.asarray(np.linalg.inv(dynamics.mass_matrix(q)), dtype=np.float64)
-        except np.linalg.LinAlgError:
-            raise OptionError("mass matrix", "singular", "an arm with inertia at every joint") from None
-        law, stiffness = controller.linear_feedback(q), gravity_stiffness(dynamics, q)
+        return cls.of_plant(rigid_plant(dynamics, q), controller.linear_feedback(q), q)
+
+    @classmethod
+    def of_plant(cls, plant: RestingPlant, law: LinearFeedback, q: Array) -> Self:
+        """The loop of any plant at the poses q (k, n), and of `law` there."""
         if law.gravity is not None:
-            compensated = stiffness if law.gravity is dynamics else gravity_stiffness(law.gravity, q)
-            law = replace(law, position=law.position - compensated, gravity=None)
-        return cls(inverse, inverse @ stiffness, law)
+            law = replace(law, position=law.position - gravity_stiffness(law.gravity, q), gravity=None)
+        return cls(plant, law)
 
     def at(self, rows: NDArray[np.signedinteger[Any]]) -> Self:
         """The loop at some of its poses."""
         law = self.feedback
-        part = LinearFeedback(law.position[rows], law.velocity[rows], law.integral)
-        return type(self)(self.inverse_inertia[rows], self.stiffness[rows], part)
+        torque = None if law.torque is None else law.torque[rows]
+        part = replace(law, position=law.position[rows], velocity=law.velocity[rows], torque=torque)
+        return type(self)(self.plant.at(rows), part)
 
     def damping_rates(self) -> Array:
-        """The largest |lambda| of B^-1 `velocity` at each pose, (k,) [1/s]."""
-        return np.asarray(np.abs(np.linalg.eigvals(self.inverse_inertia @ self.feedback.velocity)).max(axis=-1))
+        """The largest |lambda| at each pose, (k,) [1/s], of what the damping does to the speeds: B^-1 `velocity`."""
+        speeds = self.plant.velocity @ self.plant.B @ self.feedback.velocity
+        return np.asarray(np.abs(np.linalg.eigvals(speeds)).max(axis=-1))
 
-    def step_matrices(self, sampling: Sampling) -> Array:
-        """The map from one sample to the next at each pose, (k, N, N).
+    def step_matrices(self, sampling: Sampling, late: float = 0.0, scale: Array | float = 1.0) -> Array:
+        """The map from one sample to the next at each pose, (k, N', N').
 
-        The state is x, v; then the integral I, where there is one; x and the filtered speed of the last sample, where
-        speeds are filtered; and the commands that are on their way, newest first.
+        The state is that of the plant; then the integral I, where there is one; position and filtered speed of the
+        last sample, where speeds are filtered; and the commands that are on their way, newest first.
+
+        Parameters
+        ----------
+        sampling : Sampling
+        late : float
+            [s] A delay beside that of `sampling`, at least 0 and below a sample.
+        scale : float, (n,) or (k, n) array
+            Factor on the torque of each joint, 1 for the loop as it is.
         """
-        k, n, _ = self.stiffness.shape
-        law, T = self.feedback, 1.0 / sampling.rate
-        A, b = held_step(-self.stiffness, T)
+        k, N, n = self.plant.B.shape
+        law, T, plant = self.feedback, 1.0 / sampling.rate, self.plant
         integral, filtered = law.integral is not None, sampling.cutoff_hz is not None
-        first = n * (2 + integral + 2 * filtered)  # of the commands on their way
-        size = first + n * sampling.delay
-        X, V, I = slice(0, n), slice(n, 2 * n), slice(2 * n, 3 * n)  # noqa: E741
-        step, one = np.zeros((k, size, size)), np.eye(n)
-        speed = np.zeros((n, size))  # the measured speed, from the state
+        applied = law.torque is not None and plant.torque is None  # the sensor reads the torque applied last
+        kept = sampling.delay + (late > 0.0 or applied)
+        first = N + n * (integral + 2 * filtered)  # of the commands on their way
+        size, one = first + n * kept, np.eye(n)
+        Z, I = slice(0, N), slice(N, N + n)  # noqa: E741
+        step, speed = np.zeros((k, size, size)), np.zeros((n, size))
         if filtered:
             last_x, last_v = slice(first - 2 * n, first - n), slice(first - n, first)
-            pole = exp(-2 * pi * float(sampling.cutoff_hz or 0.0) * T)
-            speed[:, X], speed[:, last_x], speed[:, last_v] = (1 - pole) / T * one, (pole - 1) / T * one, pole * one
-            step[:, last_x, X], step[:, last_v] = one, speed
+            pole = sampling.filter_pole
+            speed[:, Z], speed[:, last_x] = (1 - pole) / T * plant.position, (pole - 1) / T * one
+            speed[:, last_v] = pole * one
+            step[:, last_x, Z], step[:, last_v] = plant.position, speed
         else:
-            speed[:, V] = one
+            speed[:, Z] = plant.velocity
+        sent = [np.eye(n, size, first + n * i) for i in range(kept)]
         command = -(law.velocity @ speed)
-        command[:, :, X] -= law.position
+        command[:, :, Z] -= law.position @ plant.position
+        if law.torque is not None:
+            read = sent[-1] if plant.torque is None else np.pad(plant.torque, ((0, 0), (0, 0), (0, size - N)))
+            command -= law.torque @ read
         if law.integral is not None:
-            command[:, :, I] = one
-            step[:, I, I], step[:, I, X] = one, -T * np.diag(law.integral)
-        arriving = command
-        if sampling.delay:
-            arriving = np.zeros((n, size))
-            arriving[:, size - n :] = one
+            command[:, :, I] += one
+            step[:, I, I], step[:, I, Z] = one, -T * np.diag(law.integral) @ plant.position
+        command *= np.broadcast_to(scale, (k, n))[:, :, None]
+        if kept:
             step[:, first : first + n] = command
             step[:, first + n :, first : size - n] = np.eye(size - n - first)
-        step[:, : 2 * n, : 2 * n] += A
-        step[:, : 2 * n] += b @ (self.inverse_inertia @ arriving)
+        now, before = (command, *sent)[sampling.delay], sent[-1] if late > 0.0 else None
+        A, b = plant.held(T - late)
+        step[:, Z] += b @ now
+        if before is not None:  # u[k - d - 1] for `late`, then u[k - d]
+            A_late, b_late = plant.held(late)
+            step[:, Z] += A @ b_late @ before
+            A = A @ A_late
+        step[:, Z, Z] += A
         return step
 
-    def radius(self, sampling: Sampling) -> Array:
-        """The spectral radius of each step, (k,): small deviations grow by it at each sample."""
+    def radius(self, sampling: Sampling, late: float = 0.0, scale: Array | float = 1.0) -> Array:
+        """The spectral radius of each step, (k,): small deviations grow by it at each sample; inf where it overflows."""
         with np.errstate(over="ignore", invalid="ignore"):
-            steps = self.step_matrices(sampling)
+            steps = self.step_matrices(sampling, late, scale)
         finite = np.isfinite(steps).all(axis=(-1, -2))
         out = np.full(len(steps), np.inf)
         out[finite] = np.abs(np.linalg.eigvals(steps[finite])).max(axis=-1)
         return out
+

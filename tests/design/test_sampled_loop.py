@@ -4,14 +4,13 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from scipy.linalg import expm
 
 import lwr_dyn
 from lwr_dyn.control.inverse_dynamics import InverseDynamics
 from lwr_dyn.control.linear_feedback import LinearFeedback
 from lwr_dyn.control.pd_gravity import PDGravity
 from lwr_dyn.control.pid import PID
-from lwr_dyn.design.sampled_loop import GROWS, RestingLoop, Sampling, held_step
+from lwr_dyn.design.sampled_loop import GROWS, RestingLoop, Sampling
 from lwr_dyn.errors import DivergenceError, OptionError
 from lwr_dyn.simulation.plant import arm_with_payload
 from lwr_dyn.simulation.sensors import Encoder
@@ -102,7 +101,7 @@ def test_the_matrix_of_one_step_is_the_derivative_of_the_simulated_step(make):
     """By central differences at rest, where the plant's gravity is held exactly."""
     controller, h = make(), 1e-4
     loop = RestingLoop.of(lwr_dynamics(), controller, BENT[None])
-    A, b = held_step(-loop.stiffness, 1e-3)
+    A, b = loop.plant.held(1e-3)
     gravity = lwr_dynamics().gravity_vector(BENT)
     law = loop.feedback
 
@@ -112,24 +111,12 @@ def test_the_matrix_of_one_step_is_the_derivative_of_the_simulated_step(make):
         return np.concatenate([run.q[-1] - BENT, run.dq[-1]])
 
     columns = [(after(*(h * e).reshape(2, 7)) - after(*(-h * e).reshape(2, 7))) / (2 * h) for e in np.eye(14)]
-    step = A[0] - b[0] @ loop.inverse_inertia[0] @ np.hstack([law.position[0], law.velocity[0]])
+    step = A[0] - b[0] @ np.hstack([law.position[0], law.velocity[0]])
     np.testing.assert_allclose(np.array(columns).T, step, atol=1e-6 * np.abs(step).max())
     command = controller(0.0, BENT + h * np.eye(7)[3], h * np.eye(7)[1], BENT, *np.zeros((2, 7)))
     back = make()(0.0, BENT - h * np.eye(7)[3], -h * np.eye(7)[1], BENT, *np.zeros((2, 7)))
     expected = -(law.position[0][:, 3] + law.velocity[0][:, 1])  # less dg/dq where the controller adds g
     np.testing.assert_allclose((command - back) / (2 * h), expected, rtol=1e-5, atol=1e-4)
-
-
-@pytest.mark.parametrize("T", [1e-3, 0.2])
-def test_the_held_step_is_the_matrix_exponential(T):
-    W = np.random.default_rng(1).normal(0, 60, (3, 4, 4))
-    A, b = held_step(W, T)
-    for k in range(3):
-        whole = np.zeros((12, 12))
-        whole[:4, 4:8], whole[4:8, :4], whole[4:8, 8:] = np.eye(4), W[k], np.eye(4)
-        whole = expm(whole * T)
-        assert np.abs(np.dstack([A[k] - whole[:8, :8]])).max() <= 1e-11 * np.abs(whole).max()
-        assert np.abs(b[k] - whole[:8, 8:]).max() <= 1e-11 * np.abs(whole).max()
 
 
 def test_at_all_poses_the_damping_alone_is_unstable_where_its_product_with_a_sample_passes_two():
