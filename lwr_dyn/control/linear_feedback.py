@@ -16,9 +16,9 @@ STEP = 1e-4
 class LinearFeedback:
     """tau = g(q) - position x - velocity v - torque tau_J + I, dI/dt = -integral x, near rest at k poses q_0.
 
-    x = q - q_0, v = dq and the torque tau_J that joint sensors read are small deviations. `position` (k, n, n) [N m/rad],
-    `velocity` (k, n, n) [N m s/rad]; `integral` (n,) [N m/(rad s)], None without one; `gravity` is the model whose g(q)
-    the controller adds, None where it adds a constant or nothing; `torque` (k, n, n), None without torque feedback.
+    Small deviations are x = q - q_0, v = dq, and the torque tau_J that joint sensors read. `position` (k, n, n)
+    [N m/rad], `velocity` (k, n, n) [N m s/rad]; `integral` (n,) [N m/(rad s)] and `torque` (k, n, n), None without;
+    `gravity` is the model whose g(q) the controller adds, None where it adds a constant or nothing.
     With `motor`, x and v are read on the motor side of elastic joints, whatever the arm's encoders are.
     """
 

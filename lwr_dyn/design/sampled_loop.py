@@ -149,11 +149,10 @@ class RestingLoop:
         return step
 
     def radius(self, sampling: Sampling, late: float = 0.0, scale: Array | float = 1.0) -> Array:
-        """The spectral radius of each step, (k,): small deviations grow by it at each sample; inf where it overflows."""
+        """The spectral radius of each step, (k,): small deviations grow by it at each sample; inf past all numbers."""
         with np.errstate(over="ignore", invalid="ignore"):
             steps = self.step_matrices(sampling, late, scale)
         finite = np.isfinite(steps).all(axis=(-1, -2))
         out = np.full(len(steps), np.inf)
         out[finite] = np.abs(np.linalg.eigvals(steps[finite])).max(axis=-1)
         return out
-
