@@ -5,6 +5,7 @@ that may also run continuously gives its memory a derivative (`WithMemory`), whi
 """
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Annotated, Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -39,6 +40,29 @@ class WithMemory(Protocol):
         self, memory: Array, q: Array, dq: Array, q_ref: Array, dq_ref: Array, ddq_ref: Array
     ) -> tuple[Array, Array]:
         """Torques (n,) and the derivative of the memory (m,) [per s]."""
+
+
+@dataclass(slots=True, eq=False)
+class JointReadings:
+    """What the sensors of all joints read at a sample, (n,) each; on rigid joints theta is q. Copy what you keep."""
+
+    theta: Array  # motor side, seen at the joint [rad or m]
+    dtheta: Array
+    q: Array  # link side [rad or m]
+    dq: Array
+    torque: Array
+    """Of the gear on the link [N m]; on rigid joints the torque of the motor that was last applied, 0 at first."""
+
+
+@runtime_checkable
+class WithJointSensors(Protocol):
+    """A controller that reads both sides of the gears, or joint torques: `sense` is called before each call.
+
+    Sampled runs only. A controller that wraps another hands the readings on.
+    """
+
+    def sense(self, readings: JointReadings, /) -> None:
+        """Take the readings of this sample."""
 
 
 def reset(controller: Controller) -> None:

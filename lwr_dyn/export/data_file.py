@@ -33,7 +33,7 @@ _UNITS = {
 """Quantity -> its SI unit."""
 _ROW = re.compile(r"(?<=/joint)\[@name='[^']*'\]|(?<=/transmission)\[joint/@name='[^']*'\]|(?<=\.values)\[\d+\]")
 """Which joint a cell is of: the rows of the columns are in the joints' order."""
-_LINEAR_LAST = ("limits", "friction", "gains", "rotors")
+_LINEAR_LAST = ("limits", "friction", "gains", "rotors", "elasticity")
 """Tables whose columns name the quantity of a turning joint first, that of a sliding one last."""
 
 
@@ -156,6 +156,8 @@ def _values(arm: Arm) -> dict[str, Columns]:
     if arm.gains is not None:
         gains = {"kp": arm.gains.Kp, "ki": arm.gains.Ki, "kd": arm.gains.Kd, "effort": arm.gains.effort}
         out["gains"] = {name: value.tolist() for name, value in gains.items() if value is not None}
+    if arm.elasticity is not None:
+        out["elasticity"] = {x: getattr(arm.elasticity, x).tolist() for x in ("stiffness", "damping")}
     if arm.drawing.radius or arm.drawing.pedestal:
         radius = {"radius": list(arm.drawing.radius)} if arm.drawing.radius else {}
         out["drawing"] = {"pedestal": [arm.drawing.pedestal], **radius}

@@ -17,6 +17,7 @@ from lwr_dyn.errors import MissingDataError, OptionError, UnknownNameError
 from lwr_dyn.model.chain import Body, Chain, lock_joint, with_payload
 from lwr_dyn.model.dh import JointKind
 from lwr_dyn.model.drawing import Drawing
+from lwr_dyn.model.elasticity import JointElasticity
 from lwr_dyn.model.file_layout import FileLayout
 from lwr_dyn.model.friction import JointFriction, symmetric
 from lwr_dyn.model.installation import Installation, Tool
@@ -117,10 +118,8 @@ class Arm:
     sources: Mapping[str, tuple[Source, ...]] = field(default_factory=dict)
     """Quantity ("link_3.mass", "joint_2.lower") -> the cells it was computed from."""
     errata: tuple[str, ...] = ()
-    digest: str = ""
-    """SHA-256 of the source file."""
-    file: str = ""
-    """Path of a user's own file, empty for a robot that comes with the package."""
+    digest: str = ""  # SHA-256 of the source file
+    file: str = ""  # path of a user's own file, empty for a robot that comes with the package
     loaded_with: Mapping[str, Any] = field(default_factory=dict)
     """The tip, locked joints, mount and tool it was loaded with, as JSON values."""
     friction: tuple[JointFriction | None, ...] = ()
@@ -129,6 +128,7 @@ class Arm:
     """The motor map; None if not given."""
     gains: JointGains | None = None
     """The gains of the arm's own joint controller; None if not given."""
+    elasticity: JointElasticity | None = None  # springs and dampers of the gears; None if not given
     layout: FileLayout | None = None
     """The rest of the URDF file that it was read from."""
     installation: Installation | None = None
@@ -217,8 +217,7 @@ class Arm:
     def with_locked_joint(self, joint: str, value: float) -> Arm:
         """The arm with one joint fixed at `value` [rad or m], so n - 1 joints.
 
-        Raises `UnknownNameError` for a joint that does not exist, `OptionError` for a value outside its limits, or
-        when no joint would be left.
+        Raises `UnknownNameError` for a joint that does not exist, `OptionError` outside its limits or for the last one.
         """
         if joint not in self.joint_names:
             raise UnknownNameError(f"joint of {self.name}", joint, self.joint_names)
@@ -238,6 +237,7 @@ class Arm:
             self, chain=chain, sources=sources, limits=tuple(self.limits[i] for i in kept),
             friction=tuple(self.friction[i] for i in kept) if self.friction else (),
             gains=None if self.gains is None else self.gains.of_joints(kept), transmission=None,
+            elasticity=None if self.elasticity is None else self.elasticity.of_joints(kept),
             drawing=replace(self.drawing, radius=tuple(self.drawing.radius[i] for i in kept if self.drawing.radius)),
         )  # fmt: skip
 

@@ -7,6 +7,7 @@ import numpy as np
 from lwr_dyn.arrays import read_only
 from lwr_dyn.model.arm import JointGains
 from lwr_dyn.model.chain import Rotor
+from lwr_dyn.model.elasticity import JointElasticity
 from lwr_dyn.model.friction import Direction, JointFriction
 from lwr_dyn.model.transmission import Transmission
 from lwr_dyn.papers.schema import FRICTION_OF_A_SIDE, SIDES, Paper
@@ -41,6 +42,14 @@ def gains_of(paper: Paper) -> JointGains | None:
     return JointGains(Kp, Kd, *(None if column is None else read_only(column.si()) for column in optional))
 
 
+def elasticity_of(paper: Paper) -> JointElasticity | None:
+    """Springs and dampers of the gears; None if not given."""
+    if "elasticity.stiffness" not in paper.columns:
+        return None
+    stiffness, damping = (paper.columns[f"elasticity.{name}"] for name in ("stiffness", "damping"))
+    return JointElasticity(stiffness.si(), damping.si(), f"{stiffness.kind}, {stiffness.where}")
+
+
 def friction_per_direction(paper: Paper) -> tuple[JointFriction, ...]:
     """Friction of every joint if the paper gives it per direction; empty otherwise."""
     if "friction.positive_coulomb" not in paper.columns:
@@ -66,6 +75,8 @@ def actuation_parts(paper: Paper) -> Iterator[tuple[str, tuple[Part, ...]]]:
     for i, joint in enumerate(paper.joints):
         product = [(f"rotors.{name}", i, "k_r^2 I_m") for name in ("gear_ratio", "inertia")]
         yield f"{joint}.armature", (*product, ("rotors.armature", i, "to SI"))
+        for name in ("stiffness", "damping"):
+            yield f"{joint}.{name}", ((f"elasticity.{name}", i, "to SI"),)
         for name in ("viscous", "coulomb"):
             yield f"{joint}.{name}", ((f"friction.{name}", i, "to SI"),)
         for name in (*(f"{side}_{x}" for side in SIDES for x in FRICTION_OF_A_SIDE), "offset", "covered"):

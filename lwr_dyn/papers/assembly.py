@@ -13,7 +13,15 @@ from lwr_dyn.model.chain import Body, Chain, ChainLink
 from lwr_dyn.model.dh import DHRow
 from lwr_dyn.model.drawing import Drawing, DrawnCylinder
 from lwr_dyn.model.spatial import Pose, from_rpy, steiner
-from lwr_dyn.papers.actuation import Part, actuation_parts, friction_per_direction, gains_of, rotor_of, transmission_of
+from lwr_dyn.papers.actuation import (
+    Part,
+    actuation_parts,
+    elasticity_of,
+    friction_per_direction,
+    gains_of,
+    rotor_of,
+    transmission_of,
+)
 from lwr_dyn.papers.schema import UNKNOWN, Column, Paper
 from lwr_dyn.papers.units import to_si
 
@@ -37,6 +45,7 @@ def arm_from_paper(paper: Paper) -> Arm:
         mastering=paper.numbers("poses.mastering"),
         sources=_sources(paper), errata=paper.reading.errata, digest=paper.digest,
         friction=friction_per_direction(paper), transmission=transmission_of(paper), gains=gains_of(paper),
+        elasticity=elasticity_of(paper),
     )  # fmt: skip
 
 

@@ -10,18 +10,18 @@ from lwr_dyn.model.dh import JointKind
 from lwr_dyn.papers.schema import SIDES, Column
 from lwr_dyn.papers.units import UNITS
 
-_OF_THE_JOINT = ("limits.", "friction.", "gains.")
+_OF_THE_JOINT = ("limits.", "friction.", "gains.", "elasticity.")
 """Tables whose units differ between revolute and prismatic joints."""
 _LINEAR = {"length", "velocity", "force", "damping", "stiffness", "integral gain", "mass"}
 _RATINGS = ("ratings.mass", "ratings.reach", "ratings.envelope_volume")
 _ABOVE_ZERO = (
     "limits.velocity", "limits.effort", "drawing.radius", "transmission.ratio",
-    "transmission.stage", "gains.kp", "gains.effort", "friction.covered", *_RATINGS,
+    "transmission.stage", "gains.kp", "gains.effort", "elasticity.stiffness", "friction.covered", *_RATINGS,
     *(f"friction.{side}_stribeck_velocity" for side in SIDES),
 )  # fmt: skip
 _AT_LEAST_ZERO = (
     "inertial.mass", "rotors.inertia", "rotors.armature", "friction.viscous", "friction.coulomb", "drawing.pedestal",
-    "gains.ki", "gains.kd", "base.mass",
+    "gains.ki", "gains.kd", "elasticity.damping", "base.mass",
     *(f"friction.{side}_{name}" for side in SIDES for name in ("coulomb", "static")),
 )  # fmt: skip
 LARGEST_GRAVITY = 1e3

@@ -39,6 +39,7 @@ class ColumnRule:
     """Whether a row, or a number in it, may be the word "unknown", which is read as NaN."""
 
 
+_SPRING = ("angular stiffness", "stiffness")
 _DAMPING, _FORCE, _SPEED = ("angular damping", "damping"), ("torque", "force"), ("angular velocity", "velocity")
 _POSE = {"xyz": ColumnRule((3,), ("length",), per_joint=False), "rpy": ColumnRule((3,), ("angle",), per_joint=False)}
 FRICTION_OF_A_SIDE = {"coulomb": _FORCE, "viscous": _DAMPING, "static": _FORCE, "stribeck_velocity": _SPEED}
@@ -96,15 +97,16 @@ TABLES: dict[str, dict[str, ColumnRule]] = {
         "signs": ColumnRule((PER_JOINT,), ("number",), required=True),
     },
     "gains": {
-        "kp": ColumnRule((), ("angular stiffness", "stiffness"), required=True),
+        "kp": ColumnRule((), _SPRING, required=True),
         "ki": ColumnRule((), ("angular integral gain", "integral gain")),
         "kd": ColumnRule((), _DAMPING, required=True),
         "effort": ColumnRule((), _FORCE),
     },
+    "elasticity": {x: ColumnRule((), q, required=True) for x, q in (("stiffness", _SPRING), ("damping", _DAMPING))},
     "friction": {
         "viscous": ColumnRule((), _DAMPING, may_be_unknown=True),
         "coulomb": ColumnRule((), _FORCE, may_be_unknown=True),
-        **{f"{s}_{name}": ColumnRule((), quantities) for s in SIDES for name, quantities in FRICTION_OF_A_SIDE.items()},
+        **{f"{s}_{x}": ColumnRule((), quantities) for s in SIDES for x, quantities in FRICTION_OF_A_SIDE.items()},
         "offset": ColumnRule((), _FORCE),
         "covered": ColumnRule((), _SPEED),
     },
@@ -114,10 +116,10 @@ TABLES: dict[str, dict[str, ColumnRule]] = {
 
 `base.xyz` and `base.rpy` place DH frame 0 in the base. `rotors` gives gear ratio and inertia of the rotor, or
 `armature`, its inertia reflected to the joint. The motor map is dq_m = T dq with T_ij = signs_ij ratio_j / stage_j.
-`friction` is one pair for both directions, or columns per direction that hold up to the speed `covered`. `poses` is a
-second description of the kinematics, all in the base: joint positions of the mastering pose, its wrist centre, the
-flange's position at zero, the flange's orientation in both, and each joint's axis at zero. `ratings` are data sheet
-values of the whole arm (`mass` includes the base).
+`elasticity` is each gear's spring and damper, seen at the joint. `friction` is one pair for both directions, or columns
+per direction that hold up to the speed `covered`. `poses` is a second description of the kinematics, all in the base:
+joint positions of the mastering pose, its wrist centre, the flange's position at zero, the flange's orientation in
+both, and each joint's axis at zero. `ratings` are data sheet values of the whole arm (`mass` includes the base).
 """
 
 

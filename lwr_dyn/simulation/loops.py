@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.control.protocol import Controller, WithMemory, saturate
+from lwr_dyn.control.protocol import Controller, JointReadings, WithJointSensors, WithMemory, saturate
 from lwr_dyn.errors import ShapeError
 from lwr_dyn.model.run import Reference
 from lwr_dyn.simulation.events import followable
@@ -57,6 +57,19 @@ def delayed(controller: Controller, samples: int) -> Controller:
     return late
 
 
+def sensed(controller: Controller, log: Log) -> Controller:
+    """The controller, given the readings of rigid joints before each call if it has joint sensors."""
+    if not isinstance(controller, WithJointSensors):
+        return controller
+    sense = controller.sense
+
+    def informed(t: float, q: Array, dq: Array, q_ref: Array, dq_ref: Array, ddq_ref: Array) -> Any:
+        sense(JointReadings(q, dq, q, dq, log.applied[log.done - 1]))  # at first the last row, which is still 0
+        return controller(t, q, dq, q_ref, dq_ref, ddq_ref)
+
+    return informed
+
+
 def _spans(steps: int, progress: Progress | None) -> Iterator[tuple[int, int]]:
     """The steps in pieces, with a report after each."""
     size = steps if progress is None else max(1, steps // REPORTS)
@@ -73,7 +86,7 @@ def run_sampled(setup: Setup, flow: Flow, log: Log, progress: Progress | None) -
     A step that the fast path rejects is computed again by `Flow`.
     """
     plant, options = setup.plant, setup.options
-    controller = delayed(setup.controller, options.delay)
+    controller = delayed(sensed(setup.controller, log), options.delay)
     n, h, effort = plant.n, 1 / options.rate, plant.effort
     fast = FastStep(flow, h, options.substeps)
     friction, work = log.friction, log.friction_work

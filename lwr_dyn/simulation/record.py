@@ -36,7 +36,7 @@ class Log:
     def blank(cls, setup: Setup) -> Self:
         """A log for the times of a setup, with the first state in it."""
         reference = setup.motion
-        samples, n = reference.q.shape
+        samples, n = reference.t.size, setup.plant.n
         states = np.zeros((samples, 2, n))
         states[0] = setup.start
         command, applied = np.zeros((2, samples, n))

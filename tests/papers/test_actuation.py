@@ -1,5 +1,6 @@
 """Rotors, motor maps, gains and friction per direction in a data file: read as they stand, or refused."""
 
+import numpy as np
 import pytest
 
 import lwr_dyn
@@ -27,6 +28,8 @@ DIRECTED = (
 MAP = "[transmission]\n" + column("ratio", [10, 20], "1") + column("stage", [1, 2], "1")
 PAIR = column("signs", [[1, -1], [1, 1]], "1")
 GAINS = "[gains]\n" + column("kp", [5, 6], ("N m/rad", "N/m")) + column("kd", [1, 2], DAMPING)
+
+SPRINGS = "[elasticity]\n" + column("stiffness", [5, 6], ("N m/rad", "N/m")) + column("damping", [0.5, 0], DAMPING)
 
 
 def loaded(tmp_path, more):
@@ -74,6 +77,19 @@ def test_gains_and_reflected_rotors(tmp_path):
     assert arm.armature.tolist() == [0.1, 0.2]
     assert arm.chain.links[0].rotor.reflected
     assert not any(f"joint_1.{part}" in lwr_dyn.load("lwr4plus").sources for part in ("gains.kp", "motors"))
+
+
+def test_springs_and_dampers_of_the_gears_with_their_sources(tmp_path):
+    arm = loaded(tmp_path, SPRINGS)
+    assert (arm.elasticity.stiffness.tolist(), arm.elasticity.damping.tolist()) == ([5, 6], [0.5, 0])
+    assert arm.elasticity.source == "assumed, page 1"
+    assert [s.cell for s in arm.sources["joint_2.stiffness"]] == ["elasticity.stiffness.values[1]"]
+    assert loaded(tmp_path, "").elasticity is None
+    lwr = lwr_dyn.load("lwr4plus")
+    assert {s.kind for j in lwr.joint_names for x in ("stiffness", "damping") for s in lwr.sources[f"{j}.{x}"]} == {
+        "assumed"
+    }
+    assert np.array_equal(lwr.elasticity.damping, 1e-3 * lwr.elasticity.stiffness)
 
 
 @pytest.mark.parametrize(
@@ -125,6 +141,10 @@ def test_gains_and_reflected_rotors(tmp_path):
             "[rotors]\n" + column("inertia", [1, 1], "kg m^2") + column("armature", [1, 1], ("kg m^2", "kg")),
             "rotors: armature and inertia; allowed: gear_ratio and inertia, or armature alone",
         ),
+        (SPRINGS.partition("damping")[0], "elasticity.damping: missing"),
+        (SPRINGS.replace("[5, 6]", "[5, 0]"), r"elasticity.stiffness.values\[1\]: 0.0; allowed: a number above 0"),
+        (SPRINGS.replace("[0.5, 0]", "[-1, 0]"), r"elasticity.damping.values\[0\]: -1.0; allowed: a number of at le"),
+        (SPRINGS.replace('"N/m"', '"N m/rad"'), "elasticity.stiffness.unit: 'N m/rad' for joint_2; allowed: a unit of"),
         (GAINS.replace("kd", "kv"), "gains.kd: missing"),
         (GAINS.replace("[5, 6]", "[5, 0]"), r"gains.kp.values\[1\]: 0.0; allowed: a number above 0"),
         (GAINS.replace('"N m/rad", ', '"N m", '), "gains.kp.unit: 'N m'; allowed: N m/rad, N/m"),

@@ -107,3 +107,26 @@ def test_progress_is_reported_about_a_hundred_times_and_ends_at_one():
     assert REPORTS <= len(shares) <= 2 * REPORTS
     assert shares == sorted(shares)
     assert shares[-1] == 1.0
+
+
+class Reader:
+    """Torques of a fixed sequence; it keeps what its joint sensors read."""
+
+    def __init__(self):
+        self.read = []
+
+    def sense(self, readings):
+        self.read.append((readings.theta is readings.q, readings.q.copy(), readings.dq.copy(), readings.torque.copy()))
+
+    def __call__(self, t, q, dq, q_ref, dq_ref, ddq_ref):
+        return np.full(7, 1e3 if t < 0.0015 else 1.0)
+
+
+@pytest.mark.parametrize("delay", [0, 2])
+def test_rigid_joints_read_one_position_and_the_torque_that_was_last_applied(delay):
+    law = Reader()
+    run = simulate(lwr(), law, joint_waves(), duration=0.006, delay=delay)
+    assert all(same for same, *_ in law.read)
+    assert np.array_equal([q for _, q, _, _ in law.read], run.q)
+    assert np.array_equal([dq for _, _, dq, _ in law.read], run.dq)
+    assert np.array_equal([torque for *_, torque in law.read], np.vstack([np.zeros(7), run.tau_applied[:-1]]))
