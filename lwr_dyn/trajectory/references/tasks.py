@@ -16,6 +16,7 @@ REFERENCES: Registry[Callable[..., Reference]] = Registry(
             "lwr_dyn.trajectory.references.ist:ist_clear_reference",
             "IST where every joint of the LWR 4+ keeps 50 deg to its limits",
         ),
+        "ist-clear-twice": Row("lwr_dyn.responses.twice:ist_clear_twice", "ist-clear, back to its start, and again"),
         "point-to-point": Row(
             "lwr_dyn.trajectory.references.joint_moves:one_move", "a move of the joints from rest to rest, a quintic"
         ),
