@@ -19,7 +19,9 @@ VelocityError = Annotated[bool, Option(bool, "Kd on dq_ref - dq, not the paper's
 
 
 class Controller(Protocol):
-    """A controller; it may also have `reset()`, and `name`, `label` and `parameters` (see `describe`)."""
+    """A controller; it may also have `reset()`, and `name`, `label` and `parameters` (see `describe`).
+
+    `signals`, a mapping of names to arrays (m,), is what it tells of itself after each call: `Run.signals` keeps it."""
 
     def __call__(self, t: float, q: Array, dq: Array, q_ref: Array, dq_ref: Array, ddq_ref: Array, /) -> Array:
         """Torques tau (n,) [N m] at time t [s], from measured q, dq and the reference.
@@ -72,7 +74,7 @@ def reset(controller: Controller) -> None:
         own_reset()
 
 
-def label_of(controller: Controller) -> str:
+def label_of(controller: Any) -> str:
     """The controller and its variant in words, such as "PD + gravity, damping on dq": the one name it is shown by.
 
     A controller with variants spells the variant out in `label`; others are shown by their name. Two controllers of
@@ -81,7 +83,7 @@ def label_of(controller: Controller) -> str:
     return str(getattr(controller, "label", _name_of(controller)))
 
 
-def describe(controller: Controller) -> dict[str, Any]:
+def describe(controller: Any) -> dict[str, Any]:
     """Name, label and parameters of a controller, for a run's meta.
 
     >>> describe(lambda t, q, dq, q_ref, dq_ref, ddq_ref: -dq)
@@ -91,7 +93,7 @@ def describe(controller: Controller) -> dict[str, Any]:
     return {"name": _name_of(controller), "label": label_of(controller), "parameters": dict(parameters)}
 
 
-def _name_of(controller: Controller) -> str:
+def _name_of(controller: Any) -> str:
     return str(getattr(controller, "name", getattr(controller, "__name__", type(controller).__name__)))
 
 
@@ -108,6 +110,18 @@ def saturate(tau: Array, effort: Array, out: Array | None = None) -> Array:
     """
     within: Array = np.maximum(np.minimum(tau, effort, out=out), -effort, out=out)
     return within
+
+
+def joint_torque(name: str, tau: object, n: int) -> Array:
+    """A torque as a float64 array (n,); raises `ShapeError` for text or another shape."""
+    allowed = f"{n} numbers, one a joint"
+    try:
+        array = np.asarray(tau, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ShapeError(name, "not an array of numbers", allowed) from None
+    if array.shape != (n,):
+        raise ShapeError(name, f"shape {array.shape}", allowed)
+    return array
 
 
 def positive_gains(name: str, value: ArrayLike, n: int) -> Array:

@@ -74,6 +74,8 @@ class Run:
     work: Mapping[str, Array]  # (k,) [J] each: done by each channel since t = 0
     events: tuple[Event, ...] = ()
     meta: Mapping[str, Any] = field(default_factory=dict)
+    signals: Mapping[str, Array] = field(default_factory=dict)
+    """(k, m) each: what a sampled controller tells of itself; "tau_external" (k, n) [N m] of a plant that is pushed."""
     setup: Any = None
     """The `lwr_dyn.simulation.setup.Setup` that was run; None for a run from a file."""
     _repr_html_ = repr_html
@@ -81,7 +83,8 @@ class Run:
     def __post_init__(self) -> None:
         for name in _ARRAYS:
             object.__setattr__(self, name, read_only(getattr(self, name)))
-        object.__setattr__(self, "work", {name: read_only(w) for name, w in self.work.items()})
+        for name in ("work", "signals"):
+            object.__setattr__(self, name, {key: read_only(value) for key, value in getattr(self, name).items()})
 
     def __repr__(self) -> str:
         robot, end = self.meta.get("robot", "unknown robot"), self.t[-1] if self.t.size else 0.0
@@ -104,13 +107,17 @@ class Run:
         Names are "time [s]", "energy [J]", "work_actuator [J]" ..., and of each joint from 1 "q1 [rad]", "dq1 [rad/s]",
         "q_ref1 [rad]", "dq_ref1 [rad/s]", "tau1 [N m]" (applied), "tau_command1 [N m]", "tau_friction1 [N m]"; m, m/s
         and N if it slides. A run whose record does not say which joints slide has no units of joints in its names.
+        Signals follow by their names, with 1, 2, ... where they have several numbers.
         """
         kinds, columns = self.meta.get("joint_units") or [""] * self.n, {"time [s]": self.t}
         for name in _ARRAYS[1:-1]:
             for j, kind in enumerate(kinds):
                 unit = _UNITS[name[0]].get(kind, "")
                 columns[f"{name.removesuffix('_applied')}{j + 1}{unit}"] = getattr(self, name)[:, j]
-        return columns | {"energy [J]": self.energy} | {f"work_{name} [J]": x for name, x in self.work.items()}
+        columns |= {"energy [J]": self.energy} | {f"work_{name} [J]": x for name, x in self.work.items()}
+        for name, x in self.signals.items():
+            columns |= {f"{name}{j + 1}" if x.shape[1] > 1 else name: x[:, j] for j in range(x.shape[1])}
+        return columns
 
     def to_dataframe(self) -> Any:
         """The columns as a `pandas.DataFrame`; `MissingPackageError` without the extra `notebook`."""
@@ -130,6 +137,7 @@ class Run:
             return write_file(path, other(self))
         arrays = {name: getattr(self, name) for name in _ARRAYS}
         arrays |= {f"work_{name}": value for name, value in self.work.items()}
+        arrays |= {f"signal_{name}": value for name, value in self.signals.items()}
         events = [[e.t, e.kind, e.joint, e.value] for e in self.events]
         record = {"schema": RUN_SCHEMA, "events": events, "meta": dict(self.meta)}
         arrays["record"] = np.frombuffer(json.dumps(record, sort_keys=True).encode(), dtype=np.uint8)
@@ -153,6 +161,7 @@ class Run:
             run = cls(
                 **{name: real_array(name, arrays[name]) for name in _ARRAYS},
                 work={name.removeprefix("work_"): x for name, x in arrays.items() if name.startswith("work_")},
+                signals={name.removeprefix("signal_"): x for name, x in arrays.items() if name.startswith("signal_")},
                 events=tuple(Event(*event) for event in events), meta=meta,
             )  # fmt: skip
         except FileAccessError:

@@ -26,6 +26,7 @@ def check_headers(path: Path, names: tuple[str, ...]) -> None:
     k, n = shapes["q"]
     expected = {name: (k,) if name in PER_TIME else (k, n) for name in names}
     expected |= {name: (k,) for name in shapes if name.startswith("work_")}
+    expected |= {name: (k, shapes[name][-1]) for name in shapes if name.startswith("signal_")}
     wrong = [name for name, shape in expected.items() if shapes[name] != shape]
     if wrong or n < 1 or 8 * sum(map(math.prod, shapes.values())) > LARGEST:
         raise ValueError("shapes")

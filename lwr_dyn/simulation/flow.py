@@ -1,6 +1,7 @@
 """Integrates one interval and handles every event in it: impacts at stops, joints that stick or are released.
 
-The state is y = (q, dq, work of the motors, work of friction, memory of the controller).
+The state is y = (q, dq, work of the motors, work of friction, memory of the controller); where external torques act,
+their work stands before the memory.
 """
 
 from collections.abc import Callable
@@ -14,6 +15,7 @@ from lwr_dyn.simulation.arm_friction import Mask
 from lwr_dyn.simulation.boxed_lcp import Sides
 from lwr_dyn.simulation.contact import ContactMode, contact_mode, impact, resolve_stick_slip
 from lwr_dyn.simulation.events import HOLDING, EventFunction, Interval, earliest, followable, possible_events
+from lwr_dyn.simulation.external import ExternalTorque
 from lwr_dyn.simulation.integrators import Integrator, Rates
 from lwr_dyn.simulation.plant import Plant
 
@@ -33,6 +35,7 @@ class Flow:
 
     plant: Plant
     integrate: Integrator
+    external: ExternalTorque | None = None
     stop_work: float = 0.0
     evaluations: int = 0  # of accelerations
     events: list[Event] = field(default_factory=list)
@@ -42,7 +45,10 @@ class Flow:
     stop_seconds: Array = field(init=False)  # time in which they did, interval by interval (n,) [s]
     _begun: bool = field(init=False, default=False)
 
+    works: int = field(init=False)  # entries of the state between dq and the memory
+
     def __post_init__(self) -> None:
+        self.works = 2 if self.external is None else 3
         self.stop_seconds = np.zeros(self.plant.n)
 
     def advance(self, drive: Drive, t: float, y: Array, h: float) -> Array:
@@ -90,7 +96,9 @@ class Flow:
 
     def _torque(self, drive: Drive, t: float, y: Array) -> Array:
         n = self.plant.n
-        return drive(t, y[:n], y[n : 2 * n], y[2 * n + 2 :])[0]
+        q, dq = y[:n], y[n : 2 * n]
+        tau = drive(t, q, dq, y[2 * n + self.works :])[0]
+        return tau if self.external is None else tau + self.external(t, q, dq)
 
     def _holding_torque(self, q: Array, dq: Array, net: Array) -> Array:
         self.evaluations += 1
@@ -129,12 +137,17 @@ class Flow:
 
     def _rates(self, drive: Drive) -> Rates:
         n, friction_torque, accelerate = self.plant.n, self.mode.friction_torque, self.mode.accelerator()
+        external, first = self.external, 2 * self.plant.n + self.works
 
         def rates(t: float, y: Array) -> Array:
             self.evaluations += 1
             q, dq = y[:n], y[n : 2 * n]
-            tau, memory_rate = drive(t, q, dq, y[2 * n + 2 :])
+            tau, memory_rate = drive(t, q, dq, y[first:])
             friction = friction_torque(dq)
+            if external is not None:
+                pushed = external(t, q, dq)
+                works = (tau @ dq, -(friction @ dq), pushed @ dq)
+                return np.concatenate([dq, accelerate(q, dq, tau + pushed - friction), works, memory_rate])
             return np.concatenate([dq, accelerate(q, dq, tau - friction), (tau @ dq, -(friction @ dq)), memory_rate])
 
         return rates

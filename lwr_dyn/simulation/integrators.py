@@ -7,6 +7,7 @@ from scipy.integrate import DOP853
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.simulation.arm_friction import FrictionTorque
+from lwr_dyn.simulation.external import ExternalTorque
 
 Rates = Callable[[float, Array], Array]
 """dx/dt of (t, x)."""
@@ -14,8 +15,9 @@ Integrator = Callable[[Rates, float, Array, float], Array]
 """x(t + h) of (rates, t, x, h)."""
 Accelerate = Callable[[Array, Array, Array], Array]
 """(q, dq, torque without the friction of moving joints) -> ddq, (n,) each."""
-HeldStep = Callable[[Array, Array, Array], float]
-"""`step(now, tau, after)` writes the state `after` (2, n) that follows `now` (2, n) under the torque tau (n,)."""
+HeldStep = Callable[[float, Array, Array, Array], tuple[float, ...]]
+"""`step(t, now, tau, after)` writes the state `after` (2, n) that follows `now` (2, n) under the torque tau (n,); it
+returns 0, the work of friction and, where they act, of external torques [J]."""
 
 NODES = (0.5, 0.5, 1.0)
 WEIGHTS = np.array([1, 2, 2, 1])
@@ -63,9 +65,14 @@ def dop853(rtol: float = 1e-12, atol: float = 1e-13) -> Integrator:
 
 
 def held_rk4(
-    forward: Accelerate, n: int, h: float, substeps: int = 1, friction: FrictionTorque | None = None
+    forward: Accelerate,
+    n: int,
+    h: float,
+    substeps: int = 1,
+    friction: FrictionTorque | None = None,
+    external: ExternalTorque | None = None,
 ) -> tuple[HeldStep, Callable[[], Array]]:
-    """RK4 over h [s] under a held torque, written for speed, for ddq = forward(q, dq, tau - friction(dq)).
+    """RK4 over h [s] under a held torque, written for speed, for ddq = forward(q, dq, tau - friction + external).
 
     For a second-order system the stages are combinations of q, dq and the accelerations k1..k4, so each is one small
     matrix product: q4 = q + h dq + h^2/2 k2, and so on. It is the method of `rk4`, to rounding.
@@ -73,7 +80,7 @@ def held_rk4(
     Returns
     -------
     step : callable
-        See `HeldStep`, states (2, n) = (q, dq); it returns the work of friction [J].
+        See `HeldStep`, states (2, n) = (q, dq).
     tangent : callable
         The speeds (n,) at the end of the last substep if the first acceleration in it had stayed.
     """
@@ -81,38 +88,39 @@ def held_rk4(
     *stages, end = _second_order_tables(d)
     table, stage, dot, repeats = np.zeros((6, n)), np.zeros((2, n)), np.dot, range(substeps)
     start, k1, (q0, dq0), (q, dq) = table[:2], table[2], table[:2], stage
-    later = [(c, table[:i], table[i], float(WEIGHTS[i - 2])) for i, c in enumerate(stages, start=3)]
+    later = [(c, table[:i], table[i]) for i, c in enumerate(stages, start=3)]
+    every = [(0.0, 1.0, np.eye(2), start, k1)]
+    every += [(c * d, float(w), *stage_of) for c, w, stage_of in zip(NODES, WEIGHTS[1:], later, strict=True)]
 
-    def frictionless(now: Array, tau: Array, after: Array) -> float:
+    def frictionless(t: float, now: Array, tau: Array, after: Array) -> tuple[float, ...]:
         state = now
         for _ in repeats:
             start[:] = state
             k1[:] = forward(q0, dq0, tau)
-            for coefficients, known, k, _ in later:
+            for coefficients, known, k in later:
                 dot(coefficients, known, out=stage)
                 k[:] = forward(q, dq, tau)
             dot(end, table, out=after)
             state = after
-        return 0.0
+        return 0.0, 0.0
 
-    def with_friction(now: Array, tau: Array, after: Array) -> float:
-        state, work = now, 0.0
-        for _ in repeats:
+    def loaded(t: float, now: Array, tau: Array, after: Array) -> tuple[float, ...]:
+        state, lost, gained = now, 0.0, 0.0
+        for i in repeats:
             start[:] = state
-            f = brake(dq0)
-            power = f.dot(dq0)
-            k1[:] = forward(q0, dq0, tau - f)
-            for coefficients, known, k, weight in later:
+            for node, weight, coefficients, known, k in every:
                 dot(coefficients, known, out=stage)
-                f = brake(dq)
-                power += weight * f.dot(dq)
-                k[:] = forward(q, dq, tau - f)
+                f, net = brake(dq), tau
+                if external is not None:
+                    push = external(t + i * d + node, q, dq)
+                    gained, net = gained + weight * push.dot(dq), tau + push
+                lost += weight * f.dot(dq)
+                k[:] = forward(q, dq, net - f)
             dot(end, table, out=after)
-            work -= power
             state = after
-        return float(work * d / 6)
+        return (0.0, -lost * d / 6) if external is None else (0.0, -lost * d / 6, gained * d / 6)
 
-    return (frictionless if friction is None else with_friction), lambda: dq0 + d * k1
+    return (frictionless if friction is None and external is None else loaded), lambda: dq0 + d * k1
 
 
 def _second_order_tables(h: float) -> list[Array]:

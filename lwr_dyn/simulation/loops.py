@@ -10,8 +10,14 @@ from typing import Any
 import numpy as np
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.control.protocol import Controller, JointReadings, WithJointSensors, WithMemory, saturate
-from lwr_dyn.errors import ShapeError
+from lwr_dyn.control.protocol import (
+    Controller,
+    JointReadings,
+    WithJointSensors,
+    WithMemory,
+    joint_torque,
+    saturate,
+)
 from lwr_dyn.model.run import Reference
 from lwr_dyn.simulation.events import followable
 from lwr_dyn.simulation.fast_step import FastStep
@@ -30,18 +36,6 @@ class Diverged(Exception):  # noqa: N818 (always turned into a DivergenceError)
 
     def __init__(self, k: int, command: Array) -> None:
         self.k, self.command = k, command
-
-
-def joint_torque(tau: object, n: int, k: int) -> Array:
-    """A controller's torque at sample k as a float64 array (n,); raises `ShapeError` for text or another shape."""
-    name, allowed = f"torque of the controller at sample {k}", f"{n} numbers, one a joint"
-    try:
-        array = np.asarray(tau, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise ShapeError(name, "not an array of numbers", allowed) from None
-    if array.shape != (n,):
-        raise ShapeError(name, f"shape {array.shape}", allowed)
-    return array
 
 
 def delayed(controller: Controller, samples: int) -> Controller:
@@ -89,7 +83,8 @@ def run_sampled(setup: Setup, flow: Flow, log: Log, progress: Progress | None) -
     controller = delayed(sensed(setup.controller, log), options.delay)
     n, h, effort = plant.n, 1 / options.rate, plant.effort
     fast = FastStep(flow, h, options.substeps)
-    friction, work = log.friction, log.friction_work
+    friction, signals = log.friction, log.signal_writer(setup.controller)
+    work = log.works
     measure, shape, reference = setup.sensor(), (n,), log.reference
     always_events = options.method != "rk4" or plant.friction.smooth is not None
     with_events = always_events or friction is not None or bool(plant.at_limit(log.states[0, 0]).any())
@@ -106,24 +101,27 @@ def run_sampled(setup: Setup, flow: Flow, log: Log, progress: Progress | None) -
             q, dq = measure(*now)
             tau = controller(t, q, dq, q_ref, dq_ref, ddq_ref)
             if tau.__class__ is not np.ndarray or tau.shape != shape:
-                tau = joint_torque(tau, n, k)
+                tau = joint_torque(f"torque of the controller at sample {k}", tau, n)
             command[:] = tau
+            signals(k)
             saturate(tau, effort, applied)
             log.done = k + 1
-            if not with_events and fast.take(now, applied, after):
+            if not with_events and fast.take(t, now, applied, after):
+                work[k + 1] = fast.work
                 if friction is not None:
-                    friction[k], work[k + 1] = fast.friction, fast.work
+                    friction[k] = fast.friction
                 continue
             _advance(flow, _holding(applied), log, k, h, _sampled_state(log, k))
             with_events = always_events
     q, dq = measure(*log.states[-1])
     tau = controller(float(log.t[-1]), q, dq, reference.q[-1], reference.dq[-1], reference.ddq[-1])
+    signals(len(log.t) - 1)
     _finish(flow, log, tau, _holding(log.applied[-1]), _sampled_state(log, -1))
 
 
 def _sampled_state(log: Log, k: int) -> Array:
     """State k for `Flow`, without memory."""
-    return np.concatenate([log.states[k].ravel(), (0.0, 0.0)])
+    return np.concatenate([log.states[k].ravel(), np.zeros(log.works.shape[1])])
 
 
 def _finish(flow: Flow, log: Log, tau: object, drive: Drive, y: Array) -> None:
@@ -141,7 +139,7 @@ def _holding(tau: Array) -> Drive:
 
 
 def _write_torque(flow: Flow, log: Log, k: int, tau: object) -> None:
-    log.command[k] = joint_torque(tau, flow.plant.n, k)
+    log.command[k] = joint_torque(f"torque of the controller at sample {k}", tau, flow.plant.n)
     saturate(log.command[k], flow.plant.effort, log.applied[k])
     log.done = k + 1
     if not np.isfinite(log.command[k]).all():
@@ -159,7 +157,7 @@ def _advance(flow: Flow, drive: Drive, log: Log, k: int, h: float, y: Array) -> 
     if not followable(y1, n, h):
         raise Diverged(k, log.command[k])
     log.states[k + 1] = y1[: 2 * n].reshape(2, n)
-    log.friction_work[k + 1] = y1[2 * n + 1] - y[2 * n + 1]
+    log.works[k + 1] = (y1 - y)[2 * n : 2 * n + flow.works]
     log.stop_work[k + 1] = flow.stop_work - before
     return y1
 
@@ -176,15 +174,13 @@ def run_continuous(setup: Setup, flow: Flow, log: Log, progress: Progress | None
         return saturate(tau, flow.plant.effort), rate
 
     def torque(k: int, y: Array) -> Array:
-        return unlimited(float(log.t[k]), y[:n], y[n : 2 * n], y[2 * n + 2 :])[0]
+        return unlimited(float(log.t[k]), y[:n], y[n : 2 * n], y[2 * n + flow.works :])[0]
 
     y = np.concatenate([_sampled_state(log, 0), np.zeros(memory_size)])
     for first, last in _spans(len(log.t) - 1, progress):
         for k in range(first, last):
             _write_torque(flow, log, k, torque(k, y))
-            after = _advance(flow, drive, log, k, h, y)
-            log.actuator_work[k + 1] = after[2 * n] - y[2 * n]
-            y = after
+            y = _advance(flow, drive, log, k, h, y)
     _finish(flow, log, torque(-1, y), drive, y)
 
 

@@ -177,9 +177,9 @@ class _Intervals:
         return np.abs(np.where(self.rest, holding, moving)), np.abs(self.after_q - end[0])
 
     def motion(self, x: Array, v: Array, s: float) -> tuple[Array, Array, Array]:
-        """ddq (k, n), 0 of joints at rest, with B (k, n, n) and tau - tau_friction - C dq - g (k, n)."""
+        """ddq (k, n), 0 of joints at rest, with B (k, n, n) and tau - tau_friction + tau_external - C dq - g (k, n)."""
         B, keep = self.dynamics.mass_matrix(x), ~self.rest
-        net = self.torque(s) - self.friction(v) - self.dynamics.bias_torque(x, v)
+        net = self.torque(s) - self.friction(v) - self.dynamics.bias_torque(x, v) + self.external(x, v, s)
         held = B * keep[:, :, None] * keep[:, None, :] + np.eye(self.run.n) * self.rest[:, None, :]
         return np.linalg.solve(held, (net * keep)[..., None])[..., 0], B, net
 
@@ -194,6 +194,11 @@ class _Intervals:
         others = [[j for j in range(nodes) if j != i] for i in range(nodes)]
         weights = np.prod((place - grid[others]) / (grid[:, None] - grid[others]), axis=-1)
         return np.asarray(np.einsum("km,kmn->kn", weights, around))
+
+    def external(self, x: Array, v: Array, s: float) -> Array:
+        """The plant's external torque (k, n) at a share s of each interval."""
+        act, times = self.run.setup.external, self.run.t[self.rows] + s * self.h[:, 0]
+        return np.zeros_like(x) if act is None else np.array([act(*at) for at in zip(times, x, v, strict=True)])
 
     def uncertainties(self) -> tuple[float, float]:
         """Of the torque between samples [N m], by what two nodes less change; of the motion, h^2 B^-1 of that."""

@@ -1,14 +1,15 @@
 """The `Log` that a loop fills, the `Run` built from it, and the error of a run that diverged."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from typing import Any, Self
 
 import numpy as np
 
 from lwr_dyn.arrays import Array
+from lwr_dyn.control.protocol import Controller
 from lwr_dyn.dynamics.protocol import mechanical_energy
-from lwr_dyn.errors import DivergenceError
+from lwr_dyn.errors import DivergenceError, ShapeError
 from lwr_dyn.model.dh import JointKind
 from lwr_dyn.model.run import Event, Motion, Run
 from lwr_dyn.simulation.audit import audit
@@ -26,11 +27,11 @@ class Log:
     command: Array
     applied: Array
     friction: Array | None  # tau_friction (k + 1, n) [N m]; None without friction
-    friction_work: Array
     stop_work: Array
-    actuator_work: Array  # of continuous runs only; under hold it is tau . (q_{k+1} - q_k), exactly
+    works: Array  # of motors, friction and, where they act, external torques, (k + 1, 2 or 3)
     continuous: bool
     done: int = 0  # samples of which state and torque are written
+    signals: dict[str, Array] = field(default_factory=dict)  # (k + 1, m) each
 
     @classmethod
     def blank(cls, setup: Setup) -> Self:
@@ -40,9 +41,9 @@ class Log:
         states = np.zeros((samples, 2, n))
         states[0] = setup.start
         command, applied = np.zeros((2, samples, n))
-        work, stop, actuator = np.zeros((3, samples))
+        stop, works = np.zeros(samples), np.zeros((samples, 2 if setup.external is None else 3))
         friction = None if setup.plant.friction.form == "none" else np.zeros((samples, n))
-        return cls(reference, states, command, applied, friction, work, stop, actuator, setup.options.continuous)
+        return cls(reference, states, command, applied, friction, stop, works, setup.options.continuous)
 
     @property
     def t(self) -> Array:
@@ -50,14 +51,32 @@ class Log:
         return self.reference.t
 
     def work(self) -> dict[str, Array]:
-        """Work of each channel since t = 0, (done,) [J] each: actuator, friction, stop."""
+        """Work of each channel since t = 0, (done,) [J] each: actuator, friction, stop, external."""
         done = self.done
-        steps = self.actuator_work[:done]
-        if not self.continuous:
+        steps, friction, *external = self.works[:done].T
+        if not self.continuous:  # under hold it is exactly
             travel = np.diff(self.states[:done, 0], axis=0)
             steps = np.concatenate([[0.0], np.einsum("ki,ki->k", self.applied[: done - 1], travel)])
-        channels = {"actuator": steps, "friction": self.friction_work[:done], "stop": self.stop_work[:done]}
+        channels = {"actuator": steps, "friction": friction, "stop": self.stop_work[:done]}
+        channels |= dict(zip(("external",), external, strict=False))
         return {name: np.cumsum(each) for name, each in channels.items()}
+
+    def signal_writer(self, controller: Controller) -> Callable[[int], None]:
+        """What keeps the controller's `signals`, if any, of sample k; it raises `ShapeError`."""
+        if not hasattr(controller, "signals"):
+            return lambda k: None
+
+        def write(k: int) -> None:
+            for name, value in controller.signals.items():
+                if name not in self.signals:
+                    self.signals[name] = np.full((len(self.t), np.size(value)), np.nan)
+                try:
+                    self.signals[name][k] = value
+                except (TypeError, ValueError):
+                    allowed = f"{self.signals[name].shape[1]} numbers, as at the first sample"
+                    raise ShapeError(f"signal {name} at sample {k}", f"shape {np.shape(value)}", allowed) from None
+
+        return write
 
 
 def run_of(setup: Setup, log: Log, flow: Flow, meta: Mapping[str, Any]) -> Run:
@@ -68,11 +87,15 @@ def run_of(setup: Setup, log: Log, flow: Flow, meta: Mapping[str, Any]) -> Run:
     tau_friction = np.zeros_like(dq) if log.friction is None else log.friction[done]
     events = [event for event in flow.events if event.t <= log.t[log.done - 1]]
     events += active_friction(log.t[done], dq, tau_friction)
+    signals = {name: each[done] for name, each in log.signals.items()}
+    if setup.external is not None:
+        rows = zip(log.t[done].tolist(), q, dq, strict=True)
+        signals["tau_external"] = np.array([setup.external(*row) for row in rows], dtype=np.float64)
     run = Run(
         t=log.t[done], q=q, dq=dq, q_ref=reference.q[done], dq_ref=reference.dq[done],
         tau_command=log.command[done], tau_applied=log.applied[done], tau_friction=tau_friction,
         energy=mechanical_energy(setup.plant.dynamics, q, dq), work=log.work(),
-        events=tuple(sorted(events, key=lambda event: event.t)), meta=meta, setup=setup,
+        events=tuple(sorted(events, key=lambda event: event.t)), meta=meta, setup=setup, signals=signals,
     )  # fmt: skip
     counted = {"evaluations": flow.evaluations, "at_stop_s": flow.stop_seconds.round(9).tolist()}
     return replace(run, meta={**meta, **counted, "audit": audit(run).to_json()})

@@ -17,6 +17,7 @@ from lwr_dyn.model.dh import JointKind
 from lwr_dyn.model.run import Motion, Reference
 from lwr_dyn.model.shown import short_repr
 from lwr_dyn.simulation.arm_friction import FrictionOption, chosen_friction
+from lwr_dyn.simulation.external import ExternalTorque, checked_external
 from lwr_dyn.simulation.options import (
     SimulationOptions,
     check_continuous,
@@ -58,6 +59,7 @@ class Setup:
     payload: Mapping[str, Any] | None
     friction_rate: float  # fastest rate at which friction brakes at the start [1/s]
     note: Mapping[str, Any]
+    external: ExternalTorque | None = None
     __repr__ = short_repr
 
     def sensor(self) -> Sensor:
@@ -79,6 +81,7 @@ class Setup:
             },
             "options": asdict(self.options), "encoder": None if self.encoder is None else asdict(self.encoder),
             "friction": friction.form != "none", "friction_law": {**friction.record(), "rate": self.friction_rate},
+            "external": None if self.external is None else describe(self.external),
             "seed": self.options.seed, "versions": versions(), "note": dict(self.note),
         }  # fmt: skip
 
@@ -102,6 +105,7 @@ def prepare(
     payload_com: ArrayLike = (0.0, 0.0, 0.0),
     payload_inertia: ArrayLike | None = None,
     friction: FrictionOption = "set-valued",
+    external: ExternalTorque | None = None,
     encoder: Encoder | None = None,
     saturate: bool = True,
     position_limits: bool = True,
@@ -135,10 +139,13 @@ def prepare(
     times = options.times(reference.duration if duration is None else duration)
     motion = sampled_reference(reference, times, simulated_plant.n)
     start = read_only(start_state(simulated_plant, motion, q0, dq0))
+    if external is not None:
+        checked_external(external, simulated_plant.n)(0.0, start[0], start[1])
     if encoder is not None:
         encoder.velocity_filter(rate)  # raises where it is too slow for the rate
     return Setup(
         arm, simulated_plant, controller, reference, motion, start, options, encoder,
         engine if isinstance(engine, str) else getattr(engine, "name", type(engine).__name__),
         load, friction_rate(simulated_plant, start[0], options), dict(meta or {}),
+        external,
     )  # fmt: skip

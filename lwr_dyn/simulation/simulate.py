@@ -14,6 +14,7 @@ from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Reference, Run
 from lwr_dyn.progress import progress as shown_progress
 from lwr_dyn.simulation.arm_friction import FrictionOption
+from lwr_dyn.simulation.external import ExternalTorque, checked_external
 from lwr_dyn.simulation.flow import Flow
 from lwr_dyn.simulation.loops import Diverged, Progress, run_continuous, run_sampled
 from lwr_dyn.simulation.record import Log, divergence, run_of
@@ -37,6 +38,7 @@ def simulate(
     payload_com: ArrayLike = (0.0, 0.0, 0.0),
     payload_inertia: ArrayLike | None = None,
     friction: FrictionOption = "set-valued",
+    external: ExternalTorque | None = None,
     encoder: Encoder | None = None,
     saturate: bool = True,
     position_limits: bool = True,
@@ -49,7 +51,7 @@ def simulate(
     meta: Mapping[str, Any] | None = None,
     progress: Progress | None = None,
 ) -> Run:
-    """The closed loop over time: B ddq + C dq + g = sat(tau) - tau_friction, tau = controller(t, state, reference).
+    """The closed loop over time: B ddq + C dq + g = sat(tau) - tau_friction + tau_external, tau = controller(...).
 
     Parameters
     ----------
@@ -74,6 +76,9 @@ def simulate(
     friction : {"set-valued", "smooth", "none"}, sequence of JointFriction, or function
         The plant's own friction, where its file gives any, with true stick; its tanh form (stiff: see `substeps`); or
         none. Friction of one's own, joint by joint, is set-valued; a function tau_friction(dq) must be smooth.
+    external : function, optional
+        tau_external(t, q, dq) (n,) [N m], on the links, such as a wall or a push (see `ExternalTorque`). A jump in it
+        costs the accuracy of the step that it falls in. `run.signals["tau_external"]` holds it at the samples.
     encoder : Encoder, optional
         What the controller sees; the true state if not given.
     saturate, position_limits : bool
@@ -110,7 +115,7 @@ def simulate(
     setup = prepare(
         arm, controller, reference, rate=rate, method=method, substeps=substeps, rtol=rtol, continuous=continuous,
         engine=engine, plant=plant, payload=payload, payload_com=payload_com, payload_inertia=payload_inertia,
-        friction=friction, encoder=encoder, saturate=saturate, position_limits=position_limits,
+        friction=friction, external=external, encoder=encoder, saturate=saturate, position_limits=position_limits,
         allow_unphysical=allow_unphysical, seed=seed, delay=delay, duration=duration, q0=q0, dq0=dq0, meta=meta,
     )  # fmt: skip
     with shown_progress("simulating", terminal=False) as report:
@@ -133,7 +138,8 @@ def run_setup(setup: Setup, progress: Progress | None = None) -> Run:
         The motion cannot be followed; its `run` holds what was computed.
     """
     plant, options = setup.plant, setup.options
-    flow, log, meta = Flow(plant, options.integrator()), Log.blank(setup), setup.record()
+    external = None if setup.external is None else checked_external(setup.external, plant.n)
+    flow, log, meta = Flow(plant, options.integrator(), external), Log.blank(setup), setup.record()
     reset(setup.controller)
     try:
         with np.errstate(over="ignore", invalid="ignore"):

@@ -191,8 +191,8 @@ LOOP_FAULTS = {
         dq=np.where(plant.at_limit(q) * dq > 0, 0.0, dq), stopped=plant.at_limit(q) * dq > 0, work=np.zeros(7))),
     "bounce": ("lwr_dyn.simulation.flow.impact", lambda plant, q, dq: SimpleNamespace(
         dq=np.where(plant.at_limit(q) * dq > 0, -0.5 * dq, dq), stopped=plant.at_limit(q) * dq > 0, work=np.zeros(7))),
-    "euler": ("lwr_dyn.simulation.fast_step.held_rk4", lambda forward, n, h, *_: (lambda now, tau, after: np.copyto(
-        after, now + h * np.array([now[1], forward(now[0], now[1], tau)])), None)),
+    "euler": ("lwr_dyn.simulation.fast_step.held_rk4", lambda forward, n, h, *_: (lambda t, now, tau, after: np.copyto(
+        after, now + h * np.array([now[1], forward(now[0], now[1], tau)])) or (0.0, 0.0), None)),
 }  # fmt: skip
 
 
@@ -211,8 +211,8 @@ def test_a_torque_that_is_not_the_one_written_down(monkeypatch):
     def stale(forward, n, h, *more):
         (step, tangent), last = true(forward, n, h, *more), np.zeros(n)
 
-        def late(now, tau, after):
-            work = step(now, last.copy(), after)
+        def late(t, now, tau, after):
+            work = step(t, now, last.copy(), after)
             last[:] = tau
             return work
 

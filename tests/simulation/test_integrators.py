@@ -18,7 +18,7 @@ def test_the_fast_step_is_rk4(substeps):
     state, tau = rng.uniform(-1, 1, (2, 7)), rng.uniform(-5, 5, 7)
     after = np.zeros((2, 7))
     step, tangent = held_rk4(forward, 7, 0.01, substeps)
-    assert step(state, tau, after) == 0.0
+    assert step(0.0, state, tau, after) == (0.0, 0.0)
     plain = rk4(substeps)(lambda t, x: np.concatenate([x[7:], forward(x[:7], x[7:], tau)]), 0.0, state.ravel(), 0.01)
     np.testing.assert_allclose(after.ravel(), plain, rtol=0, atol=ROUNDING * 100)
     assert np.abs(after - state).max() > 1e-3
@@ -41,7 +41,7 @@ def test_the_fast_step_with_friction_is_rk4_and_returns_its_work(substeps):
 
     after = np.zeros((2, 7))
     step, _ = held_rk4(forward, 7, 0.01, substeps, friction)
-    work = step(state, tau, after)
+    _, work = step(0.0, state, tau, after)
     plain = rk4(substeps)(rates, 0.0, np.append(state, 0.0), 0.01)
     np.testing.assert_allclose(after.ravel(), plain[:14], rtol=0, atol=ROUNDING * 100)
     assert work == pytest.approx(plain[14], rel=1e-11)

@@ -5,9 +5,10 @@ import pytest
 from hypothesis import given
 
 import lwr_dyn
+from lwr_dyn.control.protocol import joint_torque
 from lwr_dyn.errors import OptionError, ShapeError
 from lwr_dyn.simulation.audit import TOLERANCE, audit
-from lwr_dyn.simulation.loops import REPORTS, joint_torque
+from lwr_dyn.simulation.loops import REPORTS
 from lwr_dyn.simulation.simulate import simulate
 from lwr_dyn.simulation.swing import free_swing, no_torque
 from tests.arms import arms
@@ -88,7 +89,7 @@ def test_commands_arrive_late_by_the_delay_and_the_first_acts_until_then(samples
 
 @pytest.mark.parametrize("given", [[1, 2], (1.0, 2.0), np.array([1.0, 2.0], dtype=np.float32)])
 def test_torques_of_any_number_type_become_float64(given):
-    tau = joint_torque(given, 2, 0)
+    tau = joint_torque("torque", given, 2)
     assert (tau.dtype, tau.tolist()) == (np.float64, [1.0, 2.0])
 
 
@@ -96,9 +97,9 @@ def test_torques_of_any_number_type_become_float64(given):
     ("given", "fault"),
     [([1.0], r"shape \(1,\)"), (0.0, r"shape \(\)"), ("fast", "not an array of numbers"), (None, r"shape \(\)")],
 )
-def test_what_is_no_torque_names_the_sample(given, fault):
-    with pytest.raises(ShapeError, match=f"torque of the controller at sample 7: {fault}; allowed: 2 numbers"):
-        joint_torque(given, 2, 7)
+def test_what_is_no_torque_is_refused(given, fault):
+    with pytest.raises(ShapeError, match=f"torque of a push: {fault}; allowed: 2 numbers"):
+        joint_torque("torque of a push", given, 2)
 
 
 def test_progress_is_reported_about_a_hundred_times_and_ends_at_one():

@@ -33,8 +33,8 @@ def test_under_hold_the_work_is_torque_times_travel_and_continuous_runs_bring_th
     log = Log.blank(setup())
     log.states[:, 0, 0] = [0.0, 0.1, 0.4, 0.4]
     log.applied[:, 0] = [2.0, -1.0, 5.0, 7.0]
-    log.friction_work[:] = [0.0, -0.1, -0.2, -0.4]
-    log.actuator_work[:] = [0.0, 1.0, 1.0, 1.0]
+    log.works[:, 1] = [0.0, -0.1, -0.2, -0.4]
+    log.works[:, 0] = [0.0, 1.0, 1.0, 1.0]
     log.done = 3
     np.testing.assert_allclose(log.work()["actuator"], [0.0, 0.2, -0.1])
     np.testing.assert_allclose(log.work()["friction"], [0.0, -0.1, -0.3])
