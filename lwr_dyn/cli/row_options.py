@@ -88,7 +88,7 @@ def row_options(registry: Registry[Any], chooser: str, others: Iterable[click.Pa
     flags: dict[str, Flag] = {}
     for row in registry.names:
         for option in _options_of(registry, row):
-            name = option.flag or _flag_name(option)
+            name = option.flag or flag_name(option)
             flag = flags.get(name) or Flag(name, option.kind)
             if f"--{name}" not in taken and option.kind == flag.kind:
                 flags[name] = flag
@@ -104,7 +104,8 @@ def _options_of(registry: Registry[Any], row: str) -> Collection[Option]:
         return ()
 
 
-def _flag_name(option: Option) -> str:
+def flag_name(option: Option) -> str:
+    """The name of an option on the command line, derived from its keyword."""
     name = option.keyword.replace("_", "-")
     if option.kind in (Quantity.ANGLE, Quantity.ANGLES, Quantity.JOINT_POSITIONS):
         return f"{name}-deg"

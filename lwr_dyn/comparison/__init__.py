@@ -1,9 +1,13 @@
 """Runs side by side: `lwr_dyn.compare`, and `lwr-dyn compare` with its page.
 
-comparison  `RunComparison`: the table of the runs, its records, its figures
-conditions  what of a run's plant its controller does not know; which runs can be compared
-plants      what a controller can be confronted with: payload, other masses, friction, ...
-study       controllers x plants, simulated
-page        one HTML file; its charts
-command     `lwr-dyn compare`
+comparison        `RunComparison`: the table of the runs, its records, its figures
+compared_run      one of its runs; whether its loop is stable
+conditions        what of a run's plant its controller does not know; which runs can be compared
+plants            what a controller can be confronted with: payload, other masses, friction, ...
+controller_specs  controllers as texts, with options and wrappers
+study             controllers x plants, simulated, in several processes if wanted
+study_run         one run of a study
+part_of_run       a run from a time on; fewer samples of it
+page              one HTML file; its charts
+command           `lwr-dyn compare`
 """

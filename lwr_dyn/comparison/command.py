@@ -9,25 +9,37 @@ from click.core import ParameterSource
 from lwr_dyn.cli.options import OneOf, load_robot, print_json, robot_options
 from lwr_dyn.cli.row_options import row_options
 from lwr_dyn.comparison.comparison import RunComparison, comparison_of
+from lwr_dyn.comparison.controller_specs import controller_spec
 from lwr_dyn.comparison.plants import PLANTS, plant_case
 from lwr_dyn.comparison.study import ControllerStudy
-from lwr_dyn.control.controllers import CONTROLLERS, WRAPPERS, split_name
-from lwr_dyn.errors import FileAccessError, OptionError, UnknownNameError
+from lwr_dyn.control.controllers import CONTROLLERS
+from lwr_dyn.errors import FileAccessError, OptionError
 from lwr_dyn.files import check_writable, ends_in, make_folder
 from lwr_dyn.model.run import Run
 from lwr_dyn.progress import progress
+from lwr_dyn.responses.twice import Twice
 from lwr_dyn.trajectory.references.tasks import REFERENCES
 
 RUNS = ".npz"
 PLANTS_HELP = "What the controllers do not know of; A+B for both. " + "; ".join(
     f"{name}: {PLANTS[name].about}" for name in PLANTS.names
 )
+CONTROLLERS_HELP = (
+    "Names or files of your own; all names if not given. Options of simulate follow a colon: "
+    "pid:omega-n=20:velocity-error; wrappers a plus: pid+friction."
+)
 OWN = [
-    click.Option(["--controllers"], metavar="A,B,FILE.py", help="Names or files of your own; all names if not given."),
+    click.Option(["--controllers"], metavar="A,B:OPTION=VALUE,FILE.py", help=CONTROLLERS_HELP),
     click.Option(["--plants"], metavar="A,B=VALUE,A+B", default="nominal", show_default=True, help=PLANTS_HELP),
     click.Option(["--task"], type=OneOf(REFERENCES.names), default="ist", show_default=True, help="What the arm does."),
     click.Option(["--rate"], type=float, default=1000.0, show_default=True, help="Samples a second."),
     click.Option(["--no-stops"], is_flag=True, help="Let joints pass their position limits."),
+    click.Option(
+        ["--twice"], is_flag=True, help="Follow the task twice, 3 s back between; the second pass is compared."
+    ),
+    click.Option(
+        ["--processes"], type=int, default=1, show_default=True, help="How many simulate; the result is the same."
+    ),
     click.Option(["--save"], metavar="FOLDER", help="Write the runs there, as .npz."),
     click.Option(["--label", "labels"], multiple=True, metavar="TEXT", help="Name of a run file; once per file."),
     click.Option(["--html"], metavar="FILE", help="Write the page: one file that needs no network."),
@@ -93,22 +105,19 @@ def _of_robot(
     TASKS.refuse_unused(given["task"])
     arm = load_robot(robots[0], reading, tip, locks)
     controllers = _listed("--controllers", given["controllers"], CONTROLLERS.names)
-    for law, wrappers in map(split_name, controllers):
-        if law not in CONTROLLERS.names and not law.endswith(".py"):
-            raise UnknownNameError("controller", law, (*CONTROLLERS.names, "or a file that ends in .py"))
-        for wrapper in wrappers:
-            WRAPPERS[wrapper]
+    for text in controllers:
+        controller_spec(text)
     cases = [plant_case(arm, text) for text in _listed("--plants", given["plants"], ())]
     reference = REFERENCES.make(given["task"], arm, **TASKS.values(given["task"], given, arm))
+    if given["twice"]:
+        reference = Twice(reference)
     folder = None if given["save"] is None else make_folder(given["save"])
     fixed = (("rate", given["rate"]), ("position_limits", not given["no_stops"]))
-    study = ControllerStudy(arm, reference, controllers, cases, given["task"], fixed)
+    since = getattr(reference, "second", 0.0) if given["twice"] else 0.0
+    task = given["task"] + (" twice" if given["twice"] else "")
+    study = ControllerStudy(arm, reference, controllers, cases, task, fixed, since, folder=folder)
     with progress("comparing") as report:
-        compared, runs = study.run(report)
-    if folder is not None:
-        for i, run in enumerate(runs, 1):
-            run.save(folder / f"run_{i}.npz")
-    return compared
+        return study.run(report, given["processes"])[0]
 
 
 def _listed(option: str, text: str | None, default: tuple[str, ...]) -> list[str]:

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from lwr_dyn.comparison.compared_run import ComparedRun, TorqueCuts, torque_cuts
 from lwr_dyn.comparison.conditions import check_same, conditions
 from lwr_dyn.errors import OptionError
 from lwr_dyn.files import write_file
@@ -18,41 +19,11 @@ from lwr_dyn.notebook.plot import arms_of
 from lwr_dyn.notebook.quantities import path, tip_error
 from lwr_dyn.simulation.metrics import RIGID, Metrics, metrics
 from lwr_dyn.tables import Heading, Table
-from lwr_dyn.viewer.replayed_runs import ReplayedRun, facts, replayed_runs
+from lwr_dyn.viewer.replayed_runs import facts, replayed_runs
 
 BEST = " *"
+UNSTABLE = " !"
 UNKNOWN = "unknown"
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class ComparedRun:
-    """A run of a comparison: its controller and plant in words, and its figures of merit."""
-
-    shown: ReplayedRun
-    controller: str
-    plant: str
-    figures: Metrics
-
-    @property
-    def errors(self) -> dict[str, float]:
-        """RMS and largest error of the tip [mm]."""
-        return {"tip_rms_mm": self.figures.tip_rms_mm, "tip_max_mm": self.figures.tip_max_mm}
-
-    @property
-    def peak_torque(self) -> float:
-        """The largest torque of any joint [N m or N]."""
-        return float(self.figures.peak_torque.max())
-
-    @property
-    def share(self) -> float:
-        """The largest share of a known torque limit; NaN where none is known."""
-        use = self.figures.torque_use
-        return float(np.nanmax(use)) if np.isfinite(use).any() else float("nan")
-
-    @property
-    def audit(self) -> float:
-        """Energy that the audit leaves unexplained [J]; NaN for a run without one."""
-        return float(self.shown.run.audit.get("residual", float("nan")))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -94,7 +65,10 @@ class RunComparison:
         said = [f"errors of the tip: {RIGID}"]
         if any(len(group) > 1 for group in self.plants.values()):
             said.append("* the smallest of its plant")
+        if any(one.shakes for one in self.runs):
+            said.append("! unstable: a torque goes from one limit to the other again and again; it is not ranked")
         said += [f"{one.controller}, {one.plant}: limits {one.figures.limits}" for one in self.runs if _limited(one)]
+        said += [f"{one.controller}, {one.plant}: {_shaking(one)}" for one in self.runs if one.shakes]
         return (*said, *self.failures)
 
     def cells(self, one: ComparedRun) -> tuple[str, ...]:
@@ -105,9 +79,12 @@ class RunComparison:
         return (*errors, f"{one.peak_torque:.4g}", share, "kept" if one.figures.within_limits else "NOT kept", audit)
 
     def mark(self, one: ComparedRun, error: str) -> str:
-        """The mark of the smallest of several errors of a plant, else nothing."""
+        """The mark of the smallest of several errors of a plant, or of an unstable loop, else nothing."""
+        if one.shakes:
+            return UNSTABLE
         group = [other.errors[error] for other in self.plants[one.plant]]
-        return BEST if len(group) > 1 and one.errors[error] == min(group) else ""
+        still = [other.errors[error] for other in self.plants[one.plant] if not other.shakes]
+        return BEST if len(group) > 1 and one.errors[error] == min(still) else ""
 
     def record(self) -> dict[str, Any]:
         """The comparison as JSON values: one record a run, with all its figures of merit."""
@@ -115,8 +92,10 @@ class RunComparison:
             "title": self.title,
             "runs": [
                 {"controller": one.controller, "plant": one.plant, **one.errors,
-                 "peak_torque": one.peak_torque, "torque_share": one.share, "audit_residual_J": one.audit,
-                 "best": [name for name in one.errors if self.mark(one, name)], "metrics": one.figures.to_json()}
+                 "peak_torque": one.peak_torque, "torque_share": one.share, "torque_cut_share": one.cuts.share,
+                 "unstable": one.shakes, "audit_residual_J": one.audit,
+                 "best": [name for name in one.errors if self.mark(one, name) == BEST],
+                 "metrics": one.figures.to_json()}
                 for one in self.runs
             ],
             "failures": list(self.failures), "notes": list(self.notes),
@@ -158,6 +137,10 @@ def _limited(one: ComparedRun) -> bool:
     return not one.figures.within_limits
 
 
+def _shaking(one: ComparedRun) -> str:
+    return f"unstable, bounded by the torque limits alone: {one.cuts}"
+
+
 def compare(*runs: Run | str | Path, labels: Sequence[str] | None = None) -> RunComparison:
     """Runs of one robot on one reference, or their files, side by side: table, columns, figure, page.
 
@@ -180,28 +163,42 @@ def compare(*runs: Run | str | Path, labels: Sequence[str] | None = None) -> Run
 
 
 def comparison_of(
-    runs: Sequence[Run], names: Sequence[str], labels: Sequence[str] | None = None, failures: Sequence[str] = ()
+    runs: Sequence[Run],
+    names: Sequence[str],
+    labels: Sequence[str] | None = None,
+    failures: Sequence[str] = (),
+    figures: Sequence[tuple[Metrics, TorqueCuts]] | None = None,
+    least: int = 2,
 ) -> RunComparison:
     """A comparison of runs, which errors call by `names`.
+
+    `figures` are of the same runs with all their samples; they are computed if not given.
 
     Raises
     ------
     OptionError
-        Fewer than two runs, labels of another number, runs of different robots or references: with what differs.
+        Fewer than `least` runs, labels of another number, runs of different robots or references: with what differs.
     """
-    if len(runs) + len(failures) < 2 or not runs:
+    if len(runs) + len(failures) < least or not runs:
         raise OptionError("compare", f"{len(runs)} runs" if len(runs) != 1 else "one run", "two runs or more")
     arms = arms_of(runs)
     for run, name in zip(runs[1:], names[1:], strict=True):
         check_same(runs[0], names[0], run, name)
     plants = [conditions(run) for run in runs]
-    controllers = [facts(run).get("controller", "controller") for run in runs] if labels is None else list(labels)
+    controllers = [_controller(run) for run in runs] if labels is None else list(labels)
+    measured = figures or [(metrics(run, arm), torque_cuts(run, arm)) for run, arm in zip(runs, arms, strict=True)]
     shown = replayed_runs(runs, arms, None if labels is None else labels)
     compared = [
-        ComparedRun(one, controller, plant, metrics(one.run, one.arm))
-        for one, controller, plant in zip(shown, _unique(controllers, plants), plants, strict=True)
+        ComparedRun(one, controller, plant, *found)
+        for one, controller, plant, found in zip(shown, _unique(controllers, plants), plants, measured, strict=True)
     ]
     return RunComparison(tuple(compared), tuple(failures), _title(runs[0]))
+
+
+def _controller(run: Run) -> str:
+    """The controller's label, with options that a study gave it."""
+    given = (run.meta.get("note") or {}).get("controller_options")
+    return ", ".join([facts(run).get("controller", "controller"), *([given] if isinstance(given, str) else [])])
 
 
 def _unique(controllers: Sequence[str], plants: Sequence[str]) -> list[str]:
@@ -216,4 +213,5 @@ def _unique(controllers: Sequence[str], plants: Sequence[str]) -> list[str]:
 def _title(run: Run) -> str:
     known = facts(run)
     parts = [known.get("robot", "unknown robot"), *([known["task"]] if "task" in known else []), f"{run.t[-1]:g} s"]
-    return ", ".join(parts)
+    begun = (run.meta.get("note") or {}).get("since")
+    return ", ".join(parts) + ("" if begun is None else f" from {begun:g} s on")

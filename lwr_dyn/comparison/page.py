@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from html import escape
 
 from lwr_dyn.comparison.charts import chart_html, swatch
-from lwr_dyn.comparison.comparison import BEST, ComparedRun, RunComparison
+from lwr_dyn.comparison.compared_run import ComparedRun
+from lwr_dyn.comparison.comparison import BEST, UNSTABLE, RunComparison
 from lwr_dyn.notebook.quantities import path, tip_error
 from lwr_dyn.version import VERSION
 from lwr_dyn.viewer.look import font_faces, look_css
@@ -74,13 +75,14 @@ def _cells(compared: RunComparison, one: ComparedRun) -> str:
 def _cell(text: str) -> str:
     if text.endswith(BEST):
         return f'<td class="n"><b>{escape(text.removesuffix(BEST))}</b></td>'
-    return f'<td class="n{" bad" if text.startswith("NOT") else ""}">{escape(text)}</td>'
+    return f'<td class="n{" bad" if text.startswith("NOT") or text.endswith(UNSTABLE) else ""}">{escape(text)}</td>'
 
 
 def _sentences(compared: RunComparison) -> list[str]:
     """Of each plant with several runs, which controller has the smallest RMS error."""
     out = []
-    for plant, runs in compared.plants.items():
+    for plant, all_runs in compared.plants.items():
+        runs = [one for one in all_runs if not one.shakes]
         if len(runs) > 1:
             best, *_, worst = sorted(runs, key=lambda one: one.figures.tip_rms_mm)
             near = f"{escape(best.controller)} is nearest to the path, {best.figures.tip_rms_mm:.3g} mm RMS"

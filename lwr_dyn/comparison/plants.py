@@ -55,6 +55,9 @@ PLANTS: Registry[Callable[[PlantCase, str], PlantCase]] = Registry(
             "the arm's own, else Coulomb's; a share of the torque limits, as friction=0.05",
         ),
         "encoder": Row("lwr_dyn.comparison.plants:encoder", "bits a turn, as encoder=16"),
+        "noise": Row(
+            "lwr_dyn.comparison.plants:noise", "of the encoders, rad (m), one standard deviation, as noise=1e-5"
+        ),
         "delay": Row("lwr_dyn.comparison.plants:delay", "samples from a command to its torque, as delay=2"),
     },
 )
@@ -132,7 +135,15 @@ def friction(case: PlantCase, value: str) -> PlantCase:
 def encoder(case: PlantCase, value: str) -> PlantCase:
     """Positions rounded to the counts of an encoder, speeds from filtered differences."""
     bits = _whole("encoder", value, 40, "a number of bits from 1 to 40, as encoder=16")
-    return case.changed(f"encoder of {bits} bits", encoder=Encoder.of_bits(bits))
+    given: Encoder = case.options.get("encoder") or Encoder()
+    return case.changed(f"encoder of {bits} bits", encoder=replace(Encoder.of_bits(bits), noise=given.noise))
+
+
+def noise(case: PlantCase, value: str) -> PlantCase:
+    """Positions with Gaussian noise, the same at every run; speeds from filtered differences."""
+    deviation = _number("noise", value, "a standard deviation above 0, in rad or m, as noise=1e-5")
+    given: Encoder = case.options.get("encoder") or Encoder()
+    return case.changed(f"encoder noise of {deviation:g} rad or m", encoder=replace(given, noise=deviation))
 
 
 def delay(case: PlantCase, value: str) -> PlantCase:

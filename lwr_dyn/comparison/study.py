@@ -1,26 +1,32 @@
-"""Controllers x plants: every controller on every plant, on one reference."""
+"""Controllers x plants: every controller on every plant, on one reference, in one process or several."""
 
-from collections.abc import Sequence
+import warnings
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
+from multiprocessing import get_context
+from pathlib import Path
 from typing import Any
 
 from lwr_dyn.comparison.comparison import RunComparison, comparison_of
+from lwr_dyn.comparison.controller_specs import ControllerSpec, controller_spec
 from lwr_dyn.comparison.plants import PlantCase
-from lwr_dyn.control.controller_file import faults_in
-from lwr_dyn.control.controllers import make_controller, split_name
-from lwr_dyn.control.protocol import Controller, label_of
-from lwr_dyn.dynamics.engines import dynamics_of
-from lwr_dyn.errors import DivergenceError, OptionError
+from lwr_dyn.comparison.study_run import StudyFault, StudyRun, Workshop, begin, run_in_pool
+from lwr_dyn.errors import OptionError, RatingWarning
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Reference, Run
 from lwr_dyn.progress import Report
-from lwr_dyn.simulation.simulate import simulate
-from lwr_dyn.viewer.replayed_runs import PLAIN
+
+MANY = 24
+"""From so many runs on, pages and pictures keep `RATE` samples a second of each; its figures are of all samples."""
+RATE = 100.0
+MOST = 64
+"""Processes at most."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ControllerStudy:
-    """What is simulated: controllers by name or file, in the order of the table, on each plant."""
+    """What is simulated: controllers by text (see `controller_spec`), in the order of the table, on each plant."""
 
     arm: Arm
     reference: Reference
@@ -29,36 +35,64 @@ class ControllerStudy:
     task: str = ""
     options: tuple[tuple[str, Any], ...] = ()
     """Of `simulate`, for all runs."""
+    since: float = 0.0
+    """[s] Figures and pictures are of the run from here on."""
+    tuned: Mapping[str, Mapping[str, Any]] | None = None
+    """Controller as typed -> further options of its factory."""
+    folder: Path | None = None
+    """Where each run is saved whole, as run_1.npz and so on."""
 
-    def run(self, report: Report = lambda _: None) -> tuple[RunComparison, tuple[Run, ...]]:
-        """The comparison and its runs, plant by plant; a run that diverges is a line of `failures`.
+    @property
+    def specs(self) -> list[ControllerSpec]:
+        """The controllers; raises as `controller_spec`."""
+        return [controller_spec(text) for text in self.controllers]
 
-        Raises as `make_controller`, `simulate` and `comparison_of`; `DivergenceError` where every run diverges.
+    @property
+    def rate(self) -> float | None:
+        """Samples a second [Hz] that a run keeps once its figures are computed; None for all."""
+        return RATE if len(self.controllers) * len(self.plants) >= MANY else None
+
+    def run(self, report: Report = lambda _: None, processes: int = 1) -> tuple[RunComparison, tuple[Run, ...]]:
+        """The comparison and its runs, plant by plant, the same for any number of processes.
+
+        A run that diverges, or that its plant or its controller refuses, is a line of `failures`.
+
+        Raises as `make_controller`, `simulate` and `comparison_of`; where no run succeeds, what stopped the first.
         """
-        built = self._built()
-        runs, failures, fault = [], [], None
-        count = len(built) * len(self.plants)
-        for i, (case, (file, controller)) in enumerate((case, pair) for case in self.plants for pair in built):
-            report(i / count)
-            try:
-                runs.append(self._simulated(case, file, controller))
-            except DivergenceError as diverged:
-                fault = diverged
-                failures.append(f"{label_of(controller)}, {', '.join(case.words) or PLAIN}: {diverged}")
-        if fault is not None and not runs:
-            raise fault
-        names = [f"run {i}" for i in range(1, len(runs) + 1)]
-        return comparison_of(runs, names, failures=failures), tuple(runs)
-
-    def _built(self) -> list[tuple[str, Controller]]:
-        """Each controller with the name or file it came from."""
         for kind, chosen in (("controllers", self.controllers), ("plants", self.plants)):
             if not chosen:
                 raise OptionError(kind, "none", "one or more")
-        dynamics = dynamics_of(self.arm)
-        return [(split_name(name)[0], make_controller(name, self.arm, dynamics)) for name in self.controllers]
+        if not 1 <= processes <= MOST:
+            raise OptionError("processes", processes, f"from 1 to {MOST}")
+        workshop = Workshop(self)
+        workshop.make_all()
+        done: list[StudyRun] = []
+        failures, first = [], None
+        count = len(self.controllers) * len(self.plants)
+        results = _in_pool(self, count, processes) if processes > 1 else map(workshop.run, range(count))
+        for i, result in enumerate(results):
+            report((i + 1) / count)
+            if isinstance(result, StudyFault):
+                if result.stops:
+                    raise result.error()
+                first = first or result
+                failures.append(f"{result.controller}, {result.plant}: {result.text}")
+            else:
+                done.append(result)
+        if first is not None and not done:
+            raise first.error()
+        runs, names = [one.run for one in done], [f"run {i}" for i in range(1, len(done) + 1)]
+        figures = [one.figures for one in done]
+        return comparison_of(runs, names, failures=failures, figures=figures, least=1), tuple(runs)
 
-    def _simulated(self, case: PlantCase, file: str, controller: Controller) -> Run:
-        note = {"task": self.task} | ({"plant": ", ".join(case.words)} if case.words else {})
-        with faults_in(file):
-            return simulate(self.arm, controller, self.reference, **dict(self.options), **case.options, meta=note)
+
+def _in_pool(study: ControllerStudy, count: int, processes: int) -> Iterator[StudyRun | StudyFault]:
+    """The results in their order; what a process warns of is said here, once each."""
+    with ProcessPoolExecutor(processes, get_context("spawn"), begin, (study,)) as pool:
+        try:
+            for result, warned in pool.map(run_in_pool, range(count)):
+                for words in warned:
+                    warnings.warn(words, RatingWarning, stacklevel=2)
+                yield result
+        finally:
+            pool.shutdown(cancel_futures=True)

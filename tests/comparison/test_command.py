@@ -4,8 +4,10 @@ import json
 
 import pytest
 
+import lwr_dyn
 from lwr_dyn.comparison.plants import PLANTS
 from lwr_dyn.control.controllers import CONTROLLERS
+from lwr_dyn.responses.twice import part_of
 from tests.json_schemas import faults
 
 SHORT = ("--task", "hold", "--from-deg", "0,30,0,-60,0,30,0", "--duration", "0.02")
@@ -45,6 +47,18 @@ def test_without_a_choice_all_controllers_run_and_json_is_one_object(lwr_dyn_com
     assert {"tip_rms_mm", "tip_max_mm", "peak_torque", "torque_share", "audit_residual_J"} <= set(record["runs"][0])
 
 
+def test_twice_compares_the_second_pass(folder, lwr_dyn_command):
+    arguments = ("--controllers", "pid:omega-n=30", "--plants", "noise=1e-6", "--twice", "--save", "runs", "--json")
+    code, out, _ = lwr_dyn_command("compare", "lwr4plus", *SHORT, *arguments)
+    record = json.loads(out)
+    assert (code, len(record["runs"]), faults("compare", record)) == (0, 1, [])
+    assert record["title"] == "lwr4plus, hold twice, 0.02 s from 3.02 s on"
+    whole = lwr_dyn.Run.load("runs/run_1.npz")
+    assert whole.t[-1] == pytest.approx(3.04)
+    rest = lwr_dyn.compare(part_of(whole, 3.02), part_of(whole, 3.02)).runs[0]
+    assert record["runs"][0]["tip_rms_mm"] == rest.figures.tip_rms_mm
+
+
 BAD = {
     "nothing": ((), "Missing argument"),
     "a run and a robot": (
@@ -67,7 +81,6 @@ BAD = {
         ("lwr4plus", "--controllers", "empty.py,pid", *SHORT),
         "empty.py: no function of six",
     ),
-    "one run only": (("lwr4plus", "--controllers", "pid", *SHORT), "compare: one run; allowed: two runs or more"),
     "an option of another task": (("lwr4plus", *SHORT, "--timing", "smooth"), "--timing: would do nothing here"),
     "no masses": (("lwr4", *SHORT), "masses and inertias not given"),
 }

@@ -14,12 +14,13 @@ from lwr_dyn.comparison.study import ControllerStudy
 from lwr_dyn.errors import DivergenceError, LwrDynError
 from lwr_dyn.simulation.metrics import metrics
 
+POSE = np.radians([0, 30, 0, -60, 0, 30, 0])
 CONTROLLERS = ("pd-gravity", "inverse-dynamics")
 
 
 @pytest.fixture(scope="module")
 def move(arm):
-    return lwr_dyn.reference("point-to-point", arm, start=[0.0] * 7, end=[0.05] * 7, duration=0.3)
+    return lwr_dyn.reference("point-to-point", arm, start=POSE, end=POSE + 0.05, duration=0.3)
 
 
 @pytest.fixture(scope="module")

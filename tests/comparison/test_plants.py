@@ -6,6 +6,7 @@ import pytest
 import lwr_dyn
 from lwr_dyn.comparison.plants import PLANTS, plant_case
 from lwr_dyn.errors import LwrDynError
+from lwr_dyn.simulation.sensors import Encoder
 from tests.arms import random_arm
 
 
@@ -23,6 +24,7 @@ def test_each_name_changes_its_own(arm):
         assert a.mass == pytest.approx(1.1 * b.mass, rel=1e-15)
     assert plant_case(arm, "reading=printed").plant.reading == "printed"
     assert plant_case(arm, "delay=2").options["delay"] == 2
+    assert plant_case(arm, "noise=1e-4").options["encoder"] == Encoder(noise=1e-4)
     assert plant_case(arm, "encoder=12").options["encoder"].resolution == 2 * np.pi / 4096
 
 
@@ -45,6 +47,11 @@ def test_two_changes_add_up(arm):
     assert case.options["payload"] == 1.0
 
 
+def test_bits_and_noise_of_an_encoder_go_together_in_any_order(arm):
+    ours = [plant_case(arm, text).options["encoder"] for text in ("encoder=12+noise=1e-5", "noise=1e-5+encoder=12")]
+    assert ours == [Encoder.of_bits(12, 1e-5)] * 2
+
+
 def test_every_row_has_a_factory_and_a_line():
     assert all(callable(PLANTS.load(name)) and PLANTS[name].about for name in PLANTS.names)
 
@@ -55,6 +62,7 @@ BAD = {
     "no number": ("payload=a", "plant payload: 'a'; allowed: a mass"),
     "negative": ("scale=-1", "plant scale: '-1'; allowed: a factor above 0"),
     "infinite": ("scale=inf", "plant scale: 'inf'; allowed"),
+    "negative noise": ("noise=-1", "plant noise: '-1'; allowed: a standard deviation above 0"),
     "half a bit": ("encoder=1.5", "plant encoder: '1.5'; allowed: a number of bits from 1 to 40"),
     "too late": ("delay=2000", "plant delay: '2000'; allowed: a number of samples from 1 to 1000"),
     "value of nominal": ("nominal=1", "plant nominal: with the value '1'; allowed: nominal, without a value"),
