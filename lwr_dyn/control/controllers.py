@@ -19,6 +19,7 @@ CONTROLLERS: Registry[Callable[..., Controller]] = Registry(
         "inverse-dynamics": Row(
             "lwr_dyn.control.inverse_dynamics:tuned_inverse_dynamics", "inverse dynamics: the model linearises the arm"
         ),
+        "motor-pd": Row("lwr_dyn.feedback.motor_side_pd:tuned_motor_side_pd", "PD on the motor side of elastic joints"),
     },
 )
 """Each row makes a controller: `factory(arm, dynamics, **options)`."""

@@ -1,0 +1,186 @@
+"""Arms with elastic joints as matrices: near rest, and frozen at a moving state; continuous poles of their loops.
+
+    M(q) ddq + C dq + g = tau_J,   B_m ddtheta + tau_J = u,   tau_J = K (theta - q) + D (dtheta - dq)
+
+with M the inertia of the links alone (B(q) less the rotors' B_m). Deviations z = (q, theta, dq, dtheta) from a state
+of the links (q, dq, ddq), with the motors at theta = q + tau_J / K, follow dz/dt = A z + B u. At rest this is exact to
+first order; frozen where the arm moves, the matrices of one moment are taken as constant: an indication, no proof. This
+is Spong's reduced model: the rotors turn about axes that rest. Dry friction, torque limits and stops are left out, so a
+loop that is unstable here may swing on within its torque limits.
+
+References
+----------
+Spong, ASME J. Dynamic Systems, Measurement, and Control 109 (1987) 310.
+"""
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lwr_dyn.arrays import Array
+from lwr_dyn.control.linear_feedback import Linearised
+from lwr_dyn.control.protocol import Controller, JointReadings, WithJointSensors
+from lwr_dyn.design.resting_plant import RestingPlant
+from lwr_dyn.design.sampled_loop import RestingLoop
+from lwr_dyn.dynamics.engines import dynamics_of
+from lwr_dyn.dynamics.protocol import Dynamics
+from lwr_dyn.errors import MissingDataError, OptionError
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.elasticity import JointElasticity, chosen_elasticity
+from lwr_dyn.model.run import Motion
+
+SIDES = ("motor", "link")
+STEP = 1e-4
+"""[rad, rad/s] of the central differences of inverse dynamics."""
+LAW_STEP = 1e-5
+"""[rad, rad/s] of the central differences of a law, which springs of 1e4 N m/rad turn into 0.1 N m."""
+Poles = NDArray[np.complex128]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ElasticArm:
+    """An arm with elastic joints: `dynamics` of the rigid arm, springs and dampers, rotors B_m (n,) [kg m^2], encoders.
+
+    Raises
+    ------
+    OptionError
+        Encoders on no side of "motor" and "link"; a joint without rotor inertia.
+    """
+
+    dynamics: Dynamics
+    elasticity: JointElasticity
+    rotor: Array
+    encoders: str = "motor"
+
+    def __post_init__(self) -> None:
+        if self.encoders not in SIDES:
+            raise OptionError("encoders", repr(self.encoders), " or ".join(SIDES))
+        light = np.flatnonzero(~(self.rotor > 0.0))
+        if light.size:
+            name, value = f"rotor inertia of joint {light[0] + 1}", self.rotor[light[0]]
+            raise OptionError(name, f"{value:g} kg m^2", "above 0 where the joint is elastic")
+
+    @classmethod
+    def of(cls, arm: Arm, elasticity: JointElasticity | str | float = "file", encoders: str = "motor") -> Self:
+        """The arm with the stiffness of its file, or another; see `chosen_elasticity`, which says what it raises."""
+        chosen = chosen_elasticity(arm, elasticity)
+        if chosen is None:
+            raise MissingDataError(arm.name, "joint stiffness", "elastic joints")
+        return cls(dynamics_of(arm), chosen, arm.armature, encoders)
+
+    def spring_side(self, motion: Motion) -> Array:
+        """theta (k, n) [rad] of the motors where the links move so, to within the speed of the deflection."""
+        torque = self.dynamics.inverse_dynamics(motion.q, motion.dq, motion.ddq) - self.rotor * motion.ddq
+        return np.asarray(motion.q + torque / self.elasticity.stiffness)
+
+    def plant(self, motion: Motion) -> RestingPlant:
+        """A and B frozen at k states of the links, with torque sensors.
+
+        Raises `OptionError` where the mass matrix of the links is singular.
+        """
+        (k, n), one = motion.q.shape, np.eye(self.dynamics.n)
+        try:
+            inverse = np.linalg.inv(self.dynamics.mass_matrix(motion.q) - np.diag(self.rotor))
+        except np.linalg.LinAlgError:
+            raise OptionError("mass matrix of the links", "singular", "links with inertia at every joint") from None
+        by_q, by_dq = self._slopes(motion)
+        K, D = np.diag(self.elasticity.stiffness), np.diag(self.elasticity.damping)
+        gear = np.hstack([-K, K, -D, D])  # tau_J = gear z
+        A, B = np.zeros((k, 4 * n, 4 * n)), np.zeros((k, 4 * n, n))
+        A[:, : 2 * n, 2 * n :] = np.eye(2 * n)
+        A[:, 2 * n : 3 * n] = inverse @ gear
+        A[:, 2 * n : 3 * n, :n] -= inverse @ by_q
+        A[:, 2 * n : 3 * n, 2 * n : 3 * n] -= inverse @ by_dq
+        A[:, 3 * n :], B[:, 3 * n :] = -gear / self.rotor[:, None], one / self.rotor[:, None]
+        read = self._read(self.encoders == "motor")
+        return RestingPlant(A, B, *read, np.broadcast_to(gear, (k, n, 4 * n)))
+
+    def loop(self, controller: Linearised, q: Array) -> RestingLoop:
+        """The loop at rest at the link poses q (k, n), the law linearised at what it reads there; raises as `plant`."""
+        rest = at_rest(q)
+        motor = self.encoders == "motor" or controller.linear_feedback(q[:1]).motor
+        seen = self.spring_side(rest) if motor else q
+        plant, (position, velocity) = self.plant(rest), self._read(motor)
+        plant = RestingPlant(plant.A, plant.B, position, velocity, plant.torque)
+        return RestingLoop.of_plant(plant, controller.linear_feedback(seen), seen)
+
+    def frozen_poles(self, controller: Controller, motion: Motion) -> Poles:
+        """Poles (k, 4n) [1/s] frozen at k samples of a motion that the links follow exactly, largest real part first.
+
+        The law, with the motion as its reference, acts continuously with its memory held; it is differentiated by
+        central differences of its torque, so it needs no linear form. Raises as `plant`.
+        """
+        plant, n = self.plant(motion), self.dynamics.n
+        states = np.concatenate([motion.q, self.spring_side(motion), motion.dq, motion.dq], axis=1)
+        steps = LAW_STEP * np.eye(4 * n)
+        for k, z in enumerate(states):
+            ahead, behind = (
+                np.array([self._torque(controller, motion, k, z + s * step) for step in steps]) for s in (1.0, -1.0)
+            )
+            plant.A[k] += plant.B[k] @ (ahead - behind).T / (2 * LAW_STEP)
+        return by_growth(plant.A)
+
+    def _torque(self, controller: Controller, motion: Motion, k: int, z: Array) -> Array:
+        """What the law commands at sample k of its reference in the state z (4n,)."""
+        q, theta, dq, dtheta = z.reshape(4, -1)
+        if isinstance(controller, WithJointSensors):
+            gear = self.elasticity.stiffness * (theta - q) + self.elasticity.damping * (dtheta - dq)
+            controller.sense(JointReadings(theta, dtheta, q, dq, gear))
+        seen = (theta, dtheta) if self.encoders == "motor" else (q, dq)
+        return controller(float(motion.t[k]), *seen, motion.q[k], motion.dq[k], motion.ddq[k])
+
+    def _read(self, motor: bool) -> tuple[Array, Array]:
+        """Position and speed of a side in z, (n, 4n) each."""
+        n = self.dynamics.n
+        return np.eye(n, 4 * n, n * motor), np.eye(n, 4 * n, n * (2 + motor))
+
+    def _slopes(self, motion: Motion) -> tuple[Array, Array]:
+        """Derivatives (k, n, n) of inverse dynamics by q and by dq: column j is by joint j."""
+        step, torque = STEP * np.eye(self.dynamics.n), self.dynamics.inverse_dynamics
+        q, dq, ddq = motion.q[:, None], motion.dq[:, None], motion.ddq[:, None]
+        by_q = torque(q + step, dq, ddq) - torque(q - step, dq, ddq)
+        by_dq = torque(q, dq + step, ddq) - torque(q, dq - step, ddq)
+        return np.swapaxes(by_q, -1, -2) / (2 * STEP), np.swapaxes(by_dq, -1, -2) / (2 * STEP)
+
+
+def elastic_plant(
+    dynamics: Dynamics, elasticity: JointElasticity, rotor: Array, q: Array, side: str = "motor"
+) -> RestingPlant:
+    """The plant near rest at the link poses q (k, n), read on a side; raises as `ElasticArm` and its `plant`."""
+    return ElasticArm(dynamics, elasticity, rotor, side).plant(at_rest(q))
+
+
+def at_rest(q: Array) -> Motion:
+    """Poses q (k, n) as samples of a motion at rest."""
+    none = np.zeros_like(q)
+    return Motion(np.zeros(len(q)), q, none, none)
+
+
+def continuous_poles(loop: RestingLoop) -> Poles:
+    """Poles (k, N) [1/s] of a loop at rest whose law acts continuously, the largest real part first.
+
+    With an integral N is n more than the plant's. Where no torque sensors stand, a law that asks for them reads its own
+    torque.
+    """
+    plant, law = loop.plant, loop.feedback
+    k, N, n = plant.B.shape
+    back = law.position @ plant.position + law.velocity @ plant.velocity
+    if law.torque is not None and plant.torque is not None:
+        back = back + law.torque @ plant.torque
+    elif law.torque is not None:
+        back = np.asarray(np.linalg.solve(np.eye(n) + law.torque, back), dtype=np.float64)
+    closed = np.asarray(plant.A - plant.B @ back, dtype=np.float64)
+    if law.integral is not None:
+        augmented = np.zeros((k, N + n, N + n))
+        augmented[:, :N, :N], augmented[:, :N, N:] = closed, plant.B
+        augmented[:, N:, :N] = -law.integral[:, None] * plant.position
+        closed = augmented
+    return by_growth(closed)
+
+
+def by_growth(A: Array) -> Poles:
+    """Eigenvalues (k, N) of matrices (k, N, N), those with the largest real part first."""
+    poles = np.asarray(np.linalg.eigvals(A), dtype=np.complex128)
+    return np.take_along_axis(poles, np.argsort(-poles.real, axis=-1, kind="stable"), axis=-1)
