@@ -25,6 +25,9 @@ FUNCTIONS: Registry[Callable[..., Any]] = Registry(
         "batch_dynamics": Row("lwr_dyn.codegen.batch:batch_dynamics", "dynamics over rows of states", extra="batch"),
         "passive_refit": Row("lwr_dyn.identification.passive_refit:passive_refit", "nearest passive friction"),
         "dh_matrices_text": Row("lwr_dyn.symbolic.dh_matrices:dh_matrices_text", "DH matrices", extra="symbolic"),
+        "inertia_certificates": Row(
+            "lwr_dyn.inertia_bounds.certificate:inertia_certificates", "proven largest inertias", extra="batch"
+        ),
         "sampled_notes": Row("lwr_dyn.design.sampled_text:sampled_notes", "the sampled loop of a simulation"),
         "compare": Row("lwr_dyn.comparison.comparison:compare", "runs side by side"),
         "plot": Row("lwr_dyn.notebook.plot:plot", "pictures of runs", extra="plots"),

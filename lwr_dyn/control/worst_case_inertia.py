@@ -84,16 +84,16 @@ def worst_case_inertia(
     MissingDataError
         No inertias, or a sliding joint without limits.
     """
-    return _maximum(replace(_first_joint(arm, fixed or {}), joint=joint, sign=-1.0 if smallest else 1.0), starts)
+    return _maximum(replace(first_joint(arm, fixed or {}), joint=joint, sign=-1.0 if smallest else 1.0), starts)
 
 
 def worst_case_inertias(arm: Arm) -> tuple[InertiaMaximum, ...]:
     """Every joint's largest inertia; raises as `worst_case_inertia`."""
-    first = _first_joint(arm, {})
+    first = first_joint(arm, {})
     return tuple(_maximum(replace(first, joint=i)) for i in range(arm.n))
 
 
-def _first_joint(arm: Arm, fixed: Mapping[int, float]) -> JointInertia:
+def first_joint(arm: Arm, fixed: Mapping[int, float]) -> JointInertia:
     """The inertia at joint 0 over the joint box."""
     recursion = Recursion.of(chain_with_dynamics(arm))
     lower, upper = arm.lower.copy(), arm.upper.copy()
