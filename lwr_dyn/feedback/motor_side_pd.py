@@ -47,8 +47,8 @@ from lwr_dyn.model.elasticity import JointElasticity, chosen_elasticity
 from lwr_dyn.registry import Option
 
 NO_MEMORY = np.zeros(0)
-Stiffness = Annotated[
-    float | None, Option(float, "Largest joint stiffness that the law assumes, N m/rad; the file's if not given.")
+GearStiffness = Annotated[
+    float | None, Option(float, "Largest stiffness of a gear as the law assumes it, N m/rad; the file's if not given.")
 ]
 
 
@@ -178,7 +178,7 @@ def tuned_motor_side_pd(
     xi: DampingRatio = XI,
     feedforward: Annotated[bool, Option(bool, "Gravity of the reference only, no torque and acceleration.")] = True,
     lighter: Annotated[float, Option(float, "Torque feedback: rotors feel lighter by this factor; 1 is none.")] = 1.0,
-    stiffness: Stiffness = None,
+    gear_stiffness: GearStiffness = None,
     inertia: ArrayLike | None = None,
 ) -> MotorSidePD:
     """Motor-side PD with `worst_case_gains`, less the inertia that torque feedback takes off the rotors.
@@ -186,11 +186,11 @@ def tuned_motor_side_pd(
     Raises
     ------
     MissingDataError
-        Neither the arm's file nor `stiffness` gives a stiffness; no limits to search the worst-case inertia in.
+        Neither the arm's file nor `gear_stiffness` gives a stiffness; no limits to search the worst-case inertia in.
     OptionError, ShapeError
         As `worst_case_gains` and `MotorSidePD`.
     """
-    elasticity = cast(JointElasticity, chosen_elasticity(arm, "file" if stiffness is None else stiffness))
+    elasticity = cast(JointElasticity, chosen_elasticity(arm, "file" if gear_stiffness is None else gear_stiffness))
     gains = worst_case_gains(arm, omega_n, xi, inertia)
     if lighter > 1.0:
         felt = gains.Kp / omega_n**2 - arm.armature * (1.0 - 1.0 / lighter)

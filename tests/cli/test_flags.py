@@ -129,7 +129,8 @@ def test_huge_options_are_refused(lwr_dyn_command, options):
 )
 def test_an_option_that_would_do_nothing_is_refused(lwr_dyn_command, options, option, words):
     code, out, err = lwr_dyn_command("simulate", "lwr4plus", *HOLD, *options)
-    assert (code, out, err) == (2, "", f"lwr-dyn: {option}: would do nothing here; allowed: {words}\n")
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert err.startswith(f"lwr-dyn: {option}: would do nothing here; allowed: {words}")  # optional laws may follow
 
 
 def test_substeps_are_bounded(lwr_dyn_command):

@@ -1,5 +1,7 @@
 """The label of a controller: one label, one behaviour, over every variant that the registry can make."""
 
+from dataclasses import replace
+from inspect import signature
 from itertools import product
 
 import numpy as np
@@ -8,9 +10,11 @@ import pytest
 import lwr_dyn
 from lwr_dyn.control.controllers import CONTROLLERS, make_controller
 from lwr_dyn.control.protocol import describe, label_of
+from lwr_dyn.model.elasticity import JointElasticity
 from lwr_dyn.registry import options_of
 
-ARM = lwr_dyn.load("wam7")  # its file gives gains: every option can be tried
+STIFF = JointElasticity(np.full(7, 1e4), np.full(7, 10.0))
+ARM = replace(lwr_dyn.load("wam7"), elasticity=STIFF)  # its file gives gains: every option can be tried
 B = np.linspace(2.0, 0.1, ARM.n)
 """[kg m^2] Any inertias: the same gains for every controller that draws its own."""
 STATES = np.random.default_rng(3).uniform(-1.0, 1.0, (3, 5, ARM.n))
@@ -25,10 +29,10 @@ def behaviour(controller):
 
 def variants():
     """Every row of the registry under every choice of its switches."""
-    for name in CONTROLLERS.rows:
+    for name in (name for name, row in CONTROLLERS.rows.items() if row.is_installed):
         switches = [key for key, option in options_of(CONTROLLERS.load(name)).items() if option.kind is bool]
         for values in product([False, True], repeat=len(switches)):
-            known = {} if name == "inverse-dynamics" else {"inertia": B}
+            known = {"inertia": B} if "inertia" in signature(CONTROLLERS.load(name)).parameters else {}
             yield make_controller(name, ARM, **known, **dict(zip(switches, values, strict=True)))
 
 

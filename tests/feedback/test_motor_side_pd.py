@@ -167,7 +167,7 @@ def test_a_rigid_arm_is_followed_without_deflection(continuous):
 
 
 def test_what_it_is_made_of_is_told():
-    law = tuned_motor_side_pd(arm(), lwr_dyn.dynamics_of(arm()), inertia=WORST_CASE, omega_n=20.0, stiffness=3e4)
+    law = tuned_motor_side_pd(arm(), lwr_dyn.dynamics_of(arm()), inertia=WORST_CASE, omega_n=20.0, gear_stiffness=3e4)
     assert law.stiffness.tolist() == [3e4] * 4 + [1.8e4] * 3
     close(law.Kp, 400.0 * WORST_CASE)
     assert describe(law)["parameters"]["lighter"] == 1.0
@@ -181,7 +181,9 @@ def test_what_the_arm_does_not_give_is_said():
     wam = lwr_dyn.load("wam7")
     with pytest.raises(MissingDataError, match="stiffness not given"):
         make_controller("motor-pd", wam)
-    assert make_controller("motor-pd", wam, stiffness=1e4, inertia=np.ones(wam.n)).stiffness.tolist() == [1e4] * wam.n
+    assert (
+        make_controller("motor-pd", wam, gear_stiffness=1e4, inertia=np.ones(wam.n)).stiffness.tolist() == [1e4] * wam.n
+    )
 
 
 @pytest.mark.parametrize(
@@ -189,8 +191,8 @@ def test_what_the_arm_does_not_give_is_said():
     [
         ({"lighter": 0.5}, OptionError),
         ({"lighter": float("nan")}, OptionError),
-        ({"stiffness": 0.0}, OptionError),
-        ({"stiffness": -1e4}, OptionError),
+        ({"gear_stiffness": 0.0}, OptionError),
+        ({"gear_stiffness": -1e4}, OptionError),
         ({"omega_n": 0.0}, OptionError),
         ({"inertia": [1.0, 2.0]}, ShapeError),
     ],
