@@ -28,6 +28,11 @@ REFERENCES: Registry[Callable[..., Reference]] = Registry(
         "waypoints": Row(
             "lwr_dyn.cartesian.tasks:waypoints_reference", "the waypoints of a file, in space or of the joints"
         ),
+        "least-time": Row(
+            "lwr_dyn.design.time_optimal_task:least_time_reference",
+            "the path of another task in the least time that torques and speeds allow",
+            extra="design",
+        ),
         "hold": Row("lwr_dyn.trajectory.references.joint_moves:hold", "standing still"),
     },
 )

@@ -1,0 +1,187 @@
+"""The least time in which an arm can follow a path: `least_time`, by toppra, with a share of the torque kept back.
+
+The path stays what it is; only its motion profile changes. s(t) is made of parabolas, so q, dq and ddq are exact
+derivatives of each other. toppra keeps the limits at the points of a grid; they are measured between the points too,
+and where one is passed, the timing is found again with that limit lowered by what it was passed.
+
+Torques are those of the arm's own rigid model with its rotors and its friction. What is left out: the jerk is not
+bounded (dds jumps between intervals: elastic joints ring), and the torque that feedback needs is only kept as a share.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from lwr_dyn.arrays import Array, arm_argument, real_array
+from lwr_dyn.design.time_optimal_limits import JointBounds, Rows, Uses, friction_band, linear_limits, uses
+from lwr_dyn.design.time_optimal_pieces import JointPath, PathPiece, path_of_reference
+from lwr_dyn.design.time_optimal_profiles import on_samples, profile_of_squares
+from lwr_dyn.design.toppra_solver import fastest_squares
+from lwr_dyn.dynamics.engines import dynamics_of
+from lwr_dyn.dynamics.protocol import Dynamics
+from lwr_dyn.errors import MissingDataError, OptionError, ShapeError
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.run import Reference
+from lwr_dyn.trajectory.motion_profile import MotionProfile, positive_number
+
+INTERVALS = 1000
+"""Of the grid of each piece: with 200 the limits are passed by up to 10 times as much before they are lowered."""
+EFFORT_SHARE, SPEED_SHARE, RATE = 0.9, 0.95, 1000.0
+TRIALS, LOCAL = 16, 10
+"""How often the limits are lowered at most by what they were passed; the first times only where that was."""
+SPARE = 1e-4
+"""By how much more than it was passed a limit is lowered, times the square of the number of the trial."""
+REPLACED = ("duration", "smoothness", "timing")
+"""What a reference says of its own timing."""
+RULES = 0.98
+"""Of a limit: from here on it rules."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PieceTiming:
+    """The timing of one piece: its profile, what it uses of the limits, and how often it was found anew."""
+
+    profile: MotionProfile
+    uses: Uses
+    trials: int
+
+
+def least_time(
+    arm: Arm,
+    reference: Reference,
+    *,
+    effort_share: float = EFFORT_SHARE,
+    speed_share: float = SPEED_SHARE,
+    acceleration: ArrayLike | None = None,
+    rate: float | None = RATE,
+    intervals: int = INTERVALS,
+) -> Reference:
+    """The reference along the same path in the least time, from rest to rest; it stops where the path has a corner.
+
+    Parameters
+    ----------
+    arm : Arm
+        With limits of torque, or with `acceleration`.
+    reference : Reference
+        A path in space (`ist`), legs (`line`, `waypoints`), a move between joint positions, or a `CurveReference`, a
+        curve q(s) of one's own. Its timing does not matter.
+    effort_share, speed_share : float
+        Shares of the arm's limits that the motion itself may use, above 0 up to 1. The rest of the torque is kept for
+        feedback.
+    acceleration : float or (n,) array_like, optional
+        [rad/s^2 or m/s^2] Bound of the joints' accelerations.
+    rate : float, optional
+        [Hz] Samples a second of the controller: dds then only jumps at samples, and a torque that is held from one to
+        the next fits it; each piece takes a whole number of samples. None lets dds jump anywhere.
+    intervals : int
+        Of the grid of each piece, 20 to 20 000.
+
+    Returns
+    -------
+    Reference
+        Of the same kind; `about["timing"]` says what it keeps and which limits rule for how long, where the reference
+        has an `about`.
+
+    Raises
+    ------
+    OptionError, ShapeError
+        A share or bound outside what is allowed; a path that is not known apart from its timing; torques that are too
+        small to hold the arm on the path.
+    MissingDataError
+        No masses, or no limit of torque for a joint and no `acceleration`.
+    MissingPackageError
+        toppra is not installed.
+    """
+    bounds = _bounds(arm_argument(arm), effort_share, speed_share, acceleration)
+    if not (isinstance(intervals, int) and 20 <= intervals <= 20_000):
+        raise OptionError("intervals", intervals, "a whole number from 20 to 20000")
+    if rate is not None:
+        positive_number("rate", rate)
+    path, dynamics = path_of_reference(reference), dynamics_of(arm)
+    pieces = [_timed(arm, piece, dynamics, bounds, intervals, rate) for piece in path.pieces]
+    quick = path.timed([piece.profile for piece in pieces])
+    about = _about(arm, pieces, path, effort_share, speed_share, acceleration)
+    given: Any = quick
+    if hasattr(quick, "about"):
+        kept = {key: value for key, value in given.about.items() if key not in REPLACED}
+        given = replace(given, about={**kept, "timing": about})
+    out: Reference = given
+    return out
+
+
+def _bounds(arm: Arm, effort_share: float, speed_share: float, acceleration: ArrayLike | None) -> JointBounds:
+    for name, share in (("effort_share", effort_share), ("speed_share", speed_share)):
+        if not (isinstance(share, float | int) and 0.0 < share <= 1.0):
+            raise OptionError(name, share, "a share above 0, at most 1")
+    most = np.full(arm.n, np.inf) if acceleration is None else real_array("acceleration", acceleration)
+    if most.shape not in ((), (arm.n,)):
+        raise ShapeError("acceleration", f"shape {most.shape}", f"one number, or ({arm.n},)")
+    if not (most > 0.0).all():
+        raise OptionError("acceleration", float(most.min()), "a number above 0")
+    most = np.broadcast_to(most, (arm.n,))
+    free = [name for name, tau, a in zip(arm.joint_names, arm.effort, most, strict=True) if np.isinf(min(tau, a))]
+    if free:
+        raise MissingDataError(arm.name, f"limit of torque of {', '.join(free)}", "the least time, or an acceleration")
+    return JointBounds(effort_share * arm.effort, speed_share * arm.velocity, most, arm.friction_models())
+
+
+def _timed(
+    arm: Arm, piece: PathPiece, dynamics: Dynamics, bounds: JointBounds, intervals: int, rate: float | None
+) -> PieceTiming:
+    s = np.union1d(np.linspace(0.0, piece.length, intervals + 1), piece.breaks)
+    s = s[np.concatenate([[True], np.diff(s) > 1e-6 * piece.length])]
+    s[-1] = piece.length
+    lowered = np.ones((3, s.size - 1, arm.n))
+    for trial in range(1, TRIALS + 1):
+        profile = profile_of_squares(s, _solved(arm, piece, dynamics, bounds, s, lowered))
+        if rate is not None:
+            profile = on_samples(profile, rate)
+        found = uses(piece, dynamics, bounds, profile)
+        most = found.peaks().max()
+        if most <= 1.0:
+            return PieceTiming(profile, found, trial)
+        peaks = found.peaks_on(s) if trial < LOCAL else found.peaks()[:, None]
+        lowered /= np.where(peaks > 1.0, peaks * (1.0 + SPARE * trial**2), 1.0)
+    raise OptionError("path", f"its limits are passed by {most - 1.0:.2g} between points", "more intervals")
+
+
+def _solved(arm: Arm, piece: PathPiece, dynamics: Dynamics, bounds: JointBounds, s: Array, lowered: Array) -> Array:
+    """The squared speeds x (k,) at the grid s (k,) of the fastest timing from rest to rest."""
+    squares = fastest_squares(s, linear_limits(piece, dynamics, bounds, s, lowered))
+    if squares is None or not (squares[1:-1] > 0.0).all():
+        raise OptionError("path", _why_not(arm, piece, dynamics, bounds, s), "a path that the limits allow to follow")
+    return squares
+
+
+def _why_not(arm: Arm, piece: PathPiece, dynamics: Dynamics, bounds: JointBounds, s: Array) -> str:
+    """Why no timing was found: a joint whose torque does not hold the arm, where there is one."""
+    need = (np.abs(Rows.at(piece, dynamics, bounds, s).c) + friction_band(bounds)[1]) / bounds.effort
+    row, joint = np.unravel_index(int(np.argmax(need)), need.shape)
+    if need[row, joint] <= 1.0:
+        return "no timing was found"
+    share = f"{need[row, joint]:.3g} times the torque that it may use"
+    return f"{arm.joint_names[joint]} needs {share}, only to stand still, at {s[row] / piece.length:.0%} of the way"
+
+
+def _about(
+    arm: Arm, pieces: list[PieceTiming], path: JointPath, effort: float, speed: float, acceleration: ArrayLike | None
+) -> dict[str, Any]:
+    """What the timing keeps, as JSON values."""
+    kinds = ("torque", "speed", "acceleration")
+    peaks = np.max([piece.uses.peaks() for piece in pieces], axis=0)
+    total = sum(float(piece.uses.seconds.sum()) for piece in pieces)
+    ruled, free = dict.fromkeys(kinds, 0.0), 0.0
+    for piece in pieces:
+        most = np.array([getattr(piece.uses, kind).max(axis=1) for kind in kinds])
+        for k, kind in enumerate(kinds):
+            ruled[kind] += float(piece.uses.seconds[most[k] >= RULES].sum()) / total
+        free += float(piece.uses.seconds[(most < RULES).all(axis=0)].sum()) / total
+    bound = None if acceleration is None else np.asarray(acceleration, dtype=float).tolist()
+    return {
+        "value": "least time", "kind": "computed", "duration": sum(piece.profile.duration for piece in pieces),
+        "pieces": len(path.pieces), "effort_share": effort, "speed_share": speed, "acceleration": bound,
+        "use": dict(zip(kinds, peaks.max(axis=1).tolist(), strict=True)), "ruled_by": ruled, "ruled_by_none": free,
+        "note": "shares are of the limits that it may use; the jerk is not bounded",
+    }  # fmt: skip

@@ -1,0 +1,207 @@
+"""The least time along a path: closed forms, limits kept between points too, nothing left unused, a path unchanged."""
+
+import sys
+
+import numpy as np
+import pytest
+
+import lwr_dyn
+from lwr_dyn.design.time_optimal import least_time
+from lwr_dyn.design.time_optimal_pieces import CurveReference, path_of_reference
+from lwr_dyn.errors import MissingDataError, MissingPackageError, OptionError, ShapeError
+from lwr_dyn.kinematics.forward import forward_kinematics
+from lwr_dyn.simulation.metrics import metrics
+from lwr_dyn.simulation.plant import arm_with_payload
+from lwr_dyn.trajectory.motion_profile import constant_speed
+
+ARM = lwr_dyn.load("lwr4plus")
+START = [0.0, 0.5, 0.0, -1.2, 0.0, 0.6, 0.0]
+
+
+def move(joint, by, **options):
+    """A move of one joint from `START`, retimed."""
+    end = np.array(START)
+    end[joint] += by
+    reference = lwr_dyn.reference("point-to-point", ARM, start=START, end=end, duration=9.0)
+    return least_time(ARM, reference, **options)
+
+
+@pytest.fixture(scope="module")
+def ist():
+    return lwr_dyn.reference("ist", ARM, timing="smooth-blended")
+
+
+@pytest.fixture(scope="module")
+def quick(ist):
+    return least_time(ARM, ist, speed_share=1.0)
+
+
+def uses(reference, t, effort=ARM.effort):
+    """The largest shares of torque and speed at times t, by the other engine."""
+    motion = reference.sample(t)
+    tau = lwr_dyn.dynamics_of(ARM, "newton-euler").inverse_dynamics(motion.q, motion.dq, motion.ddq)
+    return np.abs(tau / effort).max(), np.abs(motion.dq / ARM.velocity).max()
+
+
+@pytest.mark.parametrize("rate", [None, 1000.0])
+def test_a_move_takes_the_time_of_the_closed_form(rate):
+    """At most a, from rest to rest: 2 sqrt(d / a); where the speed v is reached, d / v + v / a."""
+    assert move(0, 0.5, acceleration=2.0, rate=rate).duration == pytest.approx(2.0 * np.sqrt(0.5 / 2.0), rel=2e-3)
+    v = ARM.velocity[6]
+    trapezoid = 2.0 / v + v / 10.0
+    found = move(6, 2.0, acceleration=10.0, speed_share=1.0, rate=rate).duration
+    assert found == pytest.approx(trapezoid, rel=2e-3)
+    assert found > trapezoid - 1e-9
+
+
+def test_no_limit_is_passed_between_the_points_of_the_grid_either(quick):
+    t = np.random.default_rng(1).uniform(0.0, quick.duration, 4000)
+    torque, speed = uses(quick, t)
+    assert 0.8 < torque <= 0.9 * (1.0 + 1e-6)
+    assert 0.99 < speed <= 1.0 + 1e-6
+
+
+def test_ist_takes_the_least_time_of_the_lwr(quick):
+    assert quick.duration == pytest.approx(1.870, abs=0.002)
+    about = quick.about["timing"]
+    assert about["ruled_by"]["speed"] > 0.9
+    assert about["pieces"] == 2
+    assert "smoothness" not in quick.about
+
+
+def test_at_every_moment_some_limit_rules(ist):
+    """What has room everywhere could be faster."""
+    free = least_time(ARM, ist, rate=None, intervals=300)
+    assert free.about["timing"]["ruled_by_none"] < 0.02
+
+
+def test_it_is_faster_than_any_uniform_scaling(ist, quick):
+    t = np.linspace(0.0, ist.duration, 3000)
+    motion = ist.sample(t)
+    fastest = np.abs(motion.dq / ARM.velocity).max()
+    assert quick.duration < 0.95 * ist.duration * fastest
+
+
+def test_the_path_is_not_changed(ist, quick):
+    t = np.linspace(0.0, quick.duration, 500)
+    tip = forward_kinematics(ARM.chain, quick.sample(t).q)[:, :3, 3]
+    assert np.abs(tip - ist.poses.path.at(quick.poses.profile.at(t).s).p).max() < 1e-9
+    ends = quick.sample(np.array([0.0, quick.duration]))
+    assert ends.q == pytest.approx(ist.sample(np.array([0.0, ist.duration])).q, abs=1e-12)
+    assert np.abs(ends.dq).max() < 1e-9
+
+
+def test_derivatives_are_exact(quick):
+    knots = quick.poses.profile.knots
+    t, h = 0.5 * (knots[:-1] + knots[1:])[::7], 1e-6
+    ahead, behind, motion = quick.sample(t + h), quick.sample(t - h), quick.sample(t)
+    assert (ahead.q - behind.q) / (2.0 * h) == pytest.approx(motion.dq, abs=1e-7)
+    assert (ahead.dq - behind.dq) / (2.0 * h) == pytest.approx(motion.ddq, abs=1e-3)
+
+
+def test_back_along_the_path_takes_as_long():
+    """C(q, dq) dq is even in dq, so the torques of the way back are those of the way, in reverse order."""
+    to = np.array([0.4, -0.3, 0.5, 0.6, 0.2, -0.4, 0.3])
+
+    def curve(s):
+        bend = np.sin(2.0 * s)[:, None]
+        q = np.array(START) + np.outer(s, to) + 0.2 * bend
+        return q, to + 0.4 * np.cos(2.0 * s)[:, None] * np.ones(7), -0.8 * bend * np.ones(7)
+
+    def back(s):
+        q, first, second = curve(1.0 - s)
+        return q, -first, second
+
+    there, again = (
+        least_time(ARM, CurveReference(f, constant_speed(1.0, 1.0)), rate=None, intervals=400) for f in (curve, back)
+    )
+    assert there.duration == pytest.approx(again.duration, rel=1e-4)
+    assert there.sample(np.array([there.duration])).q == pytest.approx(again.sample(np.array([0.0])).q, abs=1e-9)
+
+
+def test_less_of_the_limits_takes_longer(ist):
+    times = [
+        least_time(ARM, ist, effort_share=e, speed_share=v, intervals=100).duration
+        for e, v in ((1.0, 1.0), (0.7, 1.0), (0.7, 0.5))
+    ]
+    assert times == sorted(times)
+    assert times[2] > times[0] + 1.0
+
+
+def test_the_simulated_arm_keeps_what_the_timing_left_it(ist):
+    """IST as printed, with stops at its corners: 90 % of the torque, 95 % of the speed."""
+    reference = least_time(ARM, lwr_dyn.reference("ist", ARM))
+    run = lwr_dyn.simulate(ARM, lwr_dyn.controller("inverse-dynamics", ARM), reference)
+    figures = metrics(run, ARM)
+    assert figures.within_limits
+    assert not (np.abs(run.tau_command) > ARM.effort).any()
+    assert figures.tip_max_mm < 0.15
+    assert reference.about["timing"]["pieces"] == 4
+
+
+def test_legs_and_their_stops():
+    line = lwr_dyn.reference("line", ARM, start=START, to_xyz=[-0.3, 0.2, 0.5])
+    quick = least_time(ARM, line, intervals=300)
+    assert quick.duration < line.duration
+    torque, speed = uses(quick, np.linspace(0.0, quick.duration, 1500))
+    assert torque <= 0.9 * (1.0 + 1e-6)
+    assert speed <= 0.95 * (1.0 + 1e-6)
+    assert type(quick) is type(line)
+
+
+def test_the_weight_of_a_payload_takes_time(ist):
+    heavy = arm_with_payload(ARM, 7.0)
+    assert (
+        least_time(heavy, lwr_dyn.reference("ist", heavy, timing="smooth-blended"), intervals=300).duration
+        > least_time(ARM, ist, intervals=300).duration
+    )
+
+
+def test_friction_of_the_arm_is_part_of_the_torque():
+    arm = lwr_dyn.load("wam7")
+    assert any(arm.friction_models())
+    start, end = np.array([0.0, -1.0, 0, 1.6, 0, 0, 0]), np.array([1.5, -1.0, 0.5, 1.0, 0, 0.4, 0])
+    slow = lwr_dyn.reference("point-to-point", arm, start=start, end=end, duration=5.0)
+    quick = least_time(arm, slow, acceleration=50.0)
+    motion = quick.sample(np.linspace(0.0, quick.duration, 1000)[1:-1])
+    tau = lwr_dyn.dynamics_of(arm).inverse_dynamics(motion.q, motion.dq, motion.ddq)
+    models = zip(arm.friction_models(), motion.dq.T, strict=True)
+    tau += np.column_stack([model.torque(dq) if model else 0.0 * dq for model, dq in models])
+    assert (np.abs(tau) <= 0.9 * arm.effort * (1.0 + 1e-6)).all()
+
+
+BAD = [
+    (dict(effort_share=0.0), OptionError, "effort_share: 0.0; allowed: a share above 0, at most 1"),
+    (dict(speed_share=1.2), OptionError, "speed_share"),
+    (dict(acceleration=-1.0), OptionError, "acceleration: -1.0; allowed: a number above 0"),
+    (dict(acceleration=[1.0, 2.0]), ShapeError, "acceleration: shape (2,)"),
+    (dict(intervals=3), OptionError, "intervals: 3"),
+    (dict(rate=-1.0), OptionError, "rate"),
+    (dict(effort_share=0.05), OptionError, "joint_2 needs"),
+]
+
+
+@pytest.mark.parametrize(("options", "error", "words"), BAD)
+def test_bad_options_are_one_line(ist, options, error, words):
+    with pytest.raises(error) as caught:
+        least_time(ARM, ist, **options)
+    assert words in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_what_has_no_path_or_no_limits_is_refused(ist):
+    with pytest.raises(OptionError, match="only stands still"):
+        least_time(ARM, lwr_dyn.reference("hold", ARM, q=START))
+    with pytest.raises(OptionError, match="not known apart from its timing"):
+        path_of_reference(type("Other", (), {"duration": 1.0, "sample": None})())
+    urdf_like = lwr_dyn.load("kr30ha")
+    if not np.isfinite(urdf_like.effort).all():
+        slow = lwr_dyn.reference("point-to-point", urdf_like, start=[0.0] * 6, end=[0.1] * 6)
+        with pytest.raises(MissingDataError, match="limit of torque"):
+            least_time(urdf_like, slow)
+
+
+def test_without_toppra_the_extra_is_named(ist, monkeypatch):
+    monkeypatch.setitem(sys.modules, "toppra.algorithm", None)
+    with pytest.raises(MissingPackageError, match=r"pip install 'lwr_dyn\[design\]'"):
+        least_time(ARM, ist)
