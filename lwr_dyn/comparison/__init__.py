@@ -9,5 +9,6 @@ study             controllers x plants, simulated, in several processes if wante
 study_run         one run of a study
 part_of_run       a run from a time on; fewer samples of it
 page              one HTML file; its charts
+pair_page         any two of the runs replayed side by side, chosen from lists
 command           `lwr-dyn compare`
 """

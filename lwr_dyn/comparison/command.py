@@ -1,5 +1,6 @@
 """`lwr-dyn compare`: run files side by side, or controllers x plants simulated on one task."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ from lwr_dyn.cli.options import OneOf, load_robot, print_json, robot_options
 from lwr_dyn.cli.row_options import row_options
 from lwr_dyn.comparison.comparison import RunComparison, comparison_of
 from lwr_dyn.comparison.controller_specs import controller_spec
+from lwr_dyn.comparison.pair_page import write_pair
 from lwr_dyn.comparison.plants import PLANTS, plant_case
 from lwr_dyn.comparison.study import ControllerStudy
 from lwr_dyn.control.controllers import CONTROLLERS
@@ -43,10 +45,18 @@ OWN = [
     click.Option(["--save"], metavar="FOLDER", help="Write the runs there, as .npz."),
     click.Option(["--label", "labels"], multiple=True, metavar="TEXT", help="Name of a run file; once per file."),
     click.Option(["--html"], metavar="FILE", help="Write the page: one file that needs no network."),
+    click.Option(["--replay"], metavar="FILE", help="Write a page that replays any two of the runs side by side."),
     click.Option(["--json"], is_flag=True, help="One JSON object."),
 ]
-OF_FILES = ("targets", "labels", "html", "json")
+OF_FILES = ("targets", "labels", "html", "replay", "json")
 """What run files can be compared with; the rest is for a robot."""
+
+
+PAGES: dict[str, Callable[[str, RunComparison], None]] = {
+    "html": lambda path, compared: compared.save(path),
+    "replay": write_pair,
+}
+"""Option -> what writes its page."""
 
 
 @click.command("compare")
@@ -56,23 +66,23 @@ def command(robot: tuple[str, ...], reading: str | None, tip: str | None, locks:
 
     Each plant is the arm of the controllers' model, changed in one thing that they do not know of.
     """
-    html = given["html"]
-    if html is not None and not ends_in(html, ".html"):
-        raise FileAccessError(html, "does not end in .html", "a path that ends in .html")
-    if html is not None:
-        check_writable(html)
+    pages = {given[name]: write for name, write in PAGES.items() if given[name] is not None}
+    for page in pages:
+        if not ends_in(page, ".html"):
+            raise FileAccessError(page, "does not end in .html", "a path that ends in .html")
+        check_writable(page)
     files = [target for target in robot if ends_in(target, RUNS)]
     if files and len(files) < len(robot):
         raise OptionError("compare", "run files and a robot", "run files alone, or one robot")
     compared = _of_files(files, given) if files else _of_robot(robot, reading, tip, locks, given)
-    if html is not None:
-        compared.save(html)
+    for page, write in pages.items():
+        write(page, compared)
     if given["json"]:
         print_json(compared.record())
         return
     click.echo(compared.table.text())
-    if html is not None:
-        click.echo(f"wrote {html}")
+    for page in pages:
+        click.echo(f"wrote {page}")
 
 
 command.params = [p for p in command.params if p.name != "robot"]

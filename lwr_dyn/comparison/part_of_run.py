@@ -1,6 +1,7 @@
 """Parts of a run: from a time on, as the second pass of a task done twice; fewer samples of it, for pages."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -43,4 +44,7 @@ def thinned(run: Run, rate: float) -> Run:
         return run
     rows = subsample(run.t.size, stride)
     arrays = {name: getattr(run, name)[rows] for name in _SAMPLED}
-    return replace(run, **arrays, work={name: values[rows] for name, values in run.work.items()})
+    kept: dict[str, Any] = {
+        what: {name: x[rows] for name, x in getattr(run, what).items()} for what in ("work", "signals")
+    }
+    return replace(run, **arrays, **kept)

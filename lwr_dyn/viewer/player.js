@@ -4,13 +4,11 @@ class Player {
   // `covered` as of the stage; `keys` is the element that receives keys.
   constructor(data, { covered, keys = document } = {}) {
     this.stage = new Stage(document.getElementById("stage"), data, covered);
-    this.runs = this.stage.runs;
-    this.duration = Math.max(0, ...this.runs.map((run) => run.t[run.t.length - 1]));
+    this.#take();
     this.time = 0;
     this.playing = false;
     this.watchers = [];
     this.keys = keys;
-    this.cards = this.runs.map((run, i) => this.#card(run, i));
     this.strip = new Strip(document.getElementById("strip"), this.runs, this.duration, (t) => this.setTime(t));
     this.#controls();
     this.#switches(data.start);
@@ -35,6 +33,25 @@ class Player {
     this.stage.viewer.set_dirty();
   }
 
+  // Puts another run of the same arm in the place of run i, at the same time; what is shown stays as it is.
+  replace(i, record) {
+    this.stage.replace(i, record);
+    this.#take();
+    this.runs.forEach((_, k) => this.stage.showRun(k, true));
+    this.strip.replace(this.runs, this.duration);
+    document.getElementById("scrub").max = this.duration;
+    ["reference", "trace", "target", "frames", "beside"].forEach((id) => document.getElementById(id).dispatchEvent(new Event("change")));
+    this.setTime(this.time);
+  }
+
+  // The runs of the stage, their duration, and a card for each.
+  #take() {
+    this.runs = this.stage.runs;
+    this.duration = Math.max(0, ...this.runs.map((run) => run.t[run.t.length - 1]));
+    document.getElementById("cards").replaceChildren();
+    this.cards = this.runs.map((run, i) => this.#card(run, i));
+  }
+
   // `tell(time)` is called now and whenever the time changes.
   watch(tell) {
     this.watchers.push(tell);
@@ -57,6 +74,7 @@ class Player {
       time: () => this.time,
       play: (on = true) => this.play(on),
       playing: () => this.playing,
+      replace: (run, record) => this.replace(run, record),
       flangePose: (run = 0) => this.stage.flangePose(run),
       stage: this.stage,
     };

@@ -90,7 +90,7 @@ def replay_html(
     data["start"] = {"trace": trace, "frames": frames, "beside": layout == "beside"}
     parts = {
         "title": escape(headline),
-        "policy": _policy(live),
+        "policy": replay_policy(live),
         "style": "\n".join([font_faces(), look_css(), resource_text("player.css"), resource_text("page.css")]),
         "controls": resource_text("controls.html"),
         "meshcat": meshcat_bundle(),
@@ -149,7 +149,8 @@ def run_record(shown: ReplayedRun, stride: int = 1) -> dict[str, Any]:
     }
 
 
-def _policy(live: bool) -> str:
+def replay_policy(live: bool) -> str:
+    """What the page may load: what stands in it; live also the server's messages."""
     connect = "connect-src 'self' ws:" if live else "connect-src 'none'"
     inside = "script-src 'unsafe-inline'; style-src 'unsafe-inline'; font-src data:; img-src data: blob:"
     return f"default-src 'none'; {inside}; {connect}"

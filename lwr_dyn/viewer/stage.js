@@ -66,6 +66,15 @@ class Stage {
     return parts;
   }
 
+  // Puts another run of the same arm in the place of run i.
+  replace(i, record) {
+    ["trace", "reference"].forEach((path) => this.viewer.delete_path(this.arms[i].root.concat(path)));
+    this.arms[i] = this.#run(record, i);
+    this.runs = this.arms.slice(0, this.runs.length);
+    this.framed = this.runs;
+    this.repaint();
+  }
+
   // A still keeps its pose; it is hidden until it is chosen.
   #settle(still) {
     const tip = this.flangePose(this.arms.indexOf(still)).map((row) => row[3]);

@@ -4,13 +4,8 @@ const FAR_APART = 30;
 
 class Strip {
   constructor(canvas, runs, duration, onPick) {
-    Object.assign(this, { canvas, runs, duration, visible: runs.map(() => true) });
-    const peaks = runs.map((run) => run.tipError.reduce((a, b) => Math.max(a, b), 0)), largest = Math.max(1e-9, ...peaks);
-    // Runs whose peaks are far apart share a logarithmic axis, of at most six decades.
-    this.logarithmic = Math.min(...peaks) > 0 && largest > FAR_APART * Math.min(...peaks);
-    const decade = Math.floor(Math.log10(Math.min(...peaks))) - 1;
-    this.low = this.logarithmic ? Math.max(10 ** decade, 10 ** (Math.ceil(Math.log10(largest)) - 6)) : 0;
-    this.high = this.logarithmic ? 10 ** Math.ceil(Math.log10(largest)) : largest;
+    this.canvas = canvas;
+    this.#load(runs, duration);
     const pick = (event) => {
       if (event.buttons & 1) onPick(this.timeAt(event.offsetX));
     };
@@ -23,6 +18,22 @@ class Strip {
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.redraw());
     document.fonts.ready.then(() => this.redraw());
     this.redraw();
+  }
+
+  // Shows other runs.
+  replace(runs, duration) {
+    this.#load(runs, duration);
+    this.redraw();
+  }
+
+  #load(runs, duration) {
+    Object.assign(this, { runs, duration, visible: runs.map(() => true) });
+    const peaks = runs.map((run) => run.tipError.reduce((a, b) => Math.max(a, b), 0)), largest = Math.max(1e-9, ...peaks);
+    // Runs whose peaks are far apart share a logarithmic axis, of at most six decades.
+    this.logarithmic = Math.min(...peaks) > 0 && largest > FAR_APART * Math.min(...peaks);
+    const decade = Math.floor(Math.log10(Math.min(...peaks))) - 1;
+    this.low = this.logarithmic ? Math.max(10 ** decade, 10 ** (Math.ceil(Math.log10(largest)) - 6)) : 0;
+    this.high = this.logarithmic ? 10 ** Math.ceil(Math.log10(largest)) : largest;
   }
 
   // Names stand at the ends of the lines where there is room.
