@@ -20,6 +20,15 @@ CONTROLLERS: Registry[Callable[..., Controller]] = Registry(
             "lwr_dyn.control.inverse_dynamics:tuned_inverse_dynamics", "inverse dynamics: the model linearises the arm"
         ),
         "motor-pd": Row("lwr_dyn.feedback.motor_side_pd:tuned_motor_side_pd", "PD on the motor side of elastic joints"),
+        "joint-impedance": Row(
+            "lwr_dyn.feedback.joint_impedance:tuned_joint_impedance", "joints as springs; the damping fits every pose"
+        ),
+        "cartesian-impedance": Row(
+            "lwr_dyn.feedback.cartesian_impedance:tuned_cartesian_impedance", "the tip as a spring in space"
+        ),
+        "hand-guiding": Row(
+            "lwr_dyn.feedback.hand_guiding:tuned_hand_guiding", "weight and friction carried; a hand moves the arm"
+        ),
     },
 )
 """Each row makes a controller: `factory(arm, dynamics, **options)`."""

@@ -18,6 +18,8 @@ from lwr_dyn.urdf.writer import urdf_text
 
 PinocchioModel = Any
 """pinocchio.Model; the wheel ships no types."""
+rotation_vector: Callable[[Array], Array] = pin.log3
+"""The vector (3,) [rad] about which a rotation (3, 3) turns, up to half a turn."""
 
 
 def pinocchio_model(arm: Arm) -> PinocchioModel:
@@ -54,9 +56,9 @@ def flange_poses(model: PinocchioModel, q: Array, tip: str = "") -> Array:
 
 
 def flange_and_jacobian(arm: Arm) -> Callable[[Array], tuple[Array, Array]]:
-    """Pinocchio's q (n,) -> pose of the flange (4, 4) and its Jacobian (6, n), linear rows over angular, base frame."""
+    """Pinocchio's q (n,) -> pose of the flange, or tool point, (4, 4) and its Jacobian (6, n), linear rows over angular."""
     model = pinocchio_model(arm)
-    data, flange = model.createData(), model.getFrameId("flange", pin.FrameType.BODY)
+    data, flange = model.createData(), model.nframes - 1  # the last: the tool where the arm has one
 
     def pose_and_jacobian(q: Array) -> tuple[Array, Array]:
         pin.computeJointJacobians(model, data, q)  # computeFrameJacobian would leave the poses of the joints stale

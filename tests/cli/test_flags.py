@@ -123,7 +123,6 @@ def test_huge_options_are_refused(lwr_dyn_command, options):
         (("--encoder-bits", "16", "--seed", "3"), "--seed", "with --encoder-noise"),
         (("--velocity-cutoff", "50"), "--velocity-cutoff", "with --encoder-bits or --encoder-noise"),
         (("--timing", "quintic"), "--timing", "with --task ist, ist-clear"),
-        (("--no-feedforward",), "--no-feedforward", "with --controller inverse-dynamics"),
         (("--method", "dop853", "--substeps", "2"), "--substeps", "with --method rk4"),
     ],
 )

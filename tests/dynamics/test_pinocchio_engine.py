@@ -9,9 +9,15 @@ from lwr_dyn.kinematics.forward import jacobian
 from tests.arms import random_arm
 from tests.tolerances import METRES
 
+INSTALLED = lwr_dyn.load(
+    "lwr4plus", mount="wall", tool={"xyz": [0.05, 0.02, 0.15], "rpy": [0.1, 0.4, 0.2], "mass": 0.5}
+)
+
 
 @pytest.mark.parametrize(
-    "arm", [lwr_dyn.load("lwr4plus"), random_arm(3, "RPRR"), random_arm(4, "R")], ids=lambda a: a.name
+    "arm",
+    [lwr_dyn.load("lwr4plus"), INSTALLED, random_arm(3, "RPRR"), random_arm(4, "R")],
+    ids=["lwr4plus", "with mount and tool", "RPRR", "R"],
 )
 def test_flange_and_jacobian_are_those_of_the_chain(arm):
     pose_and_jacobian = flange_and_jacobian(arm)
