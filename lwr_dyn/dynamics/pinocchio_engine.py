@@ -56,7 +56,7 @@ def flange_poses(model: PinocchioModel, q: Array, tip: str = "") -> Array:
 
 
 def flange_and_jacobian(arm: Arm) -> Callable[[Array], tuple[Array, Array]]:
-    """Pinocchio's q (n,) -> pose of the flange or tool (4, 4), its Jacobian (6, n), linear over angular rows, base frame."""
+    """Pinocchio's q (n,) -> pose (4, 4) and Jacobian (6, n) of flange or tool, linear rows over angular, base frame."""
     model = pinocchio_model(arm)
     data, flange = model.createData(), model.nframes - 1  # the last: the tool where the arm has one
 
