@@ -153,7 +153,8 @@ class CartesianImpedance:
         if frequency[-1] < SLOWEST:
             inside += self._extra(frequency) * joint.T.dot(root.T.dot(late))
         tau = self._carried(q, dq, dq_ref, ddq_ref) + J.T.dot(self.stiffness * off)
-        return tau + root.dot(pull + joint.dot(inside))
+        tau += root.dot(pull + joint.dot(inside))
+        return tau
 
     def offset(self, T_ref: Array, T: Array) -> Array:
         """e (6,) [m, rad] from poses (4, 4): the way and the turn from T to T_ref, in axes of the base."""

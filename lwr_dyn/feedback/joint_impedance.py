@@ -86,7 +86,8 @@ class JointImpedance:
         root, joint, _, task = found
         damped = task.dot(self._root * (dq_ref - dq))
         tau = self._carried(q, dq, dq_ref, ddq_ref) + self.stiffness * (q_ref - q)
-        return tau + root.dot(joint.dot((2.0 * self.xi) * damped))
+        tau += root.dot(joint.dot((2.0 * self.xi) * damped))
+        return tau
 
     def damping(self, q: Array) -> Array:
         """D(q) (n, n) [N m s/rad] at one pose q (n,)."""

@@ -28,7 +28,7 @@ SLIPS = (
     ("self.posture**2 * error", "self.posture * error"),
     ("root.T.dot(self.posture", "root.dot(self.posture"),
     ("tau = self._carried(q, dq, dq_ref, ddq_ref) +", "tau ="),
-    ("return tau + root.dot(", "return tau + root.T.dot("),
+    ("tau += root.dot(", "tau += root.T.dot("),
     ("+ self.posture**2 * free", "- self.posture**2 * free"),
     ("self.posture_damping * free", "self.posture * free"),
     ("self._extra(frequency) * joint.T", "-self._extra(frequency) * joint.T"),

@@ -17,7 +17,7 @@ SLIPS = (
     ("self._root * (dq_ref - dq)", "self._root * (dq - dq_ref)"),
     ("self._root * (dq_ref - dq)", "self._root * (-dq)"),
     ("joint.dot((2.0 * self.xi) * damped)", "joint.dot(self.xi * damped)"),
-    ("tau + root.dot(joint", "tau + root.T.dot(joint"),
+    ("tau += root.dot(joint", "tau += root.T.dot(joint"),
     ("tau = self._carried(q, dq, dq_ref, ddq_ref) +", "tau ="),
     ("self._carried(q, dq, dq_ref, ddq_ref)", "self._carried(q, dq, ddq_ref, dq_ref)"),
     ("joint * np.sqrt(2.0 * self.xi * frequency)", "joint * np.sqrt(self.xi * frequency)"),
