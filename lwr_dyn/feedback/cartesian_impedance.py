@@ -152,7 +152,7 @@ class CartesianImpedance:
         inside = (2.0 * self.xi) * along - joint.T.dot(pull)
         if frequency[-1] < SLOWEST:
             inside += self._extra(frequency) * joint.T.dot(root.T.dot(late))
-        tau = self._carried(q, dq, dq_ref, ddq_ref) + J.T.dot(self.stiffness * off)
+        tau: Array = self._carried(q, dq, dq_ref, ddq_ref) + J.T.dot(self.stiffness * off)
         tau += root.dot(pull + joint.dot(inside))
         return tau
 

@@ -23,9 +23,7 @@ def carried_torque(dynamics: Dynamics, feedforward: bool) -> CarriedTorque:
     torque, bias, gravity = raw.inverse_dynamics, raw.bias_torque, raw.gravity_vector
 
     def carried(q: Array, dq: Array, dq_ref: Array, ddq_ref: Array) -> Array:
-        tau: Array = torque(q, 0.5 * (dq + dq_ref), ddq_ref)
-        tau -= bias(q, 0.5 * (dq - dq_ref))
-        tau += gravity(q)
+        tau: Array = torque(q, 0.5 * (dq + dq_ref), ddq_ref) - bias(q, 0.5 * (dq - dq_ref)) + gravity(q)
         return tau
 
     def held(q: Array, dq: Array, dq_ref: Array, ddq_ref: Array) -> Array:

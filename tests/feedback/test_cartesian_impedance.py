@@ -27,7 +27,7 @@ SLIPS = (
     ("T_ref[:3, 3] - T[:3, 3]", "T[:3, 3] - T_ref[:3, 3]"),
     ("self.posture**2 * error", "self.posture * error"),
     ("root.T.dot(self.posture", "root.dot(self.posture"),
-    ("tau = self._carried(q, dq, dq_ref, ddq_ref) +", "tau ="),
+    ("tau: Array = self._carried(q, dq, dq_ref, ddq_ref) +", "tau ="),
     ("tau += root.dot(", "tau += root.T.dot("),
     ("+ self.posture**2 * free", "- self.posture**2 * free"),
     ("self.posture_damping * free", "self.posture * free"),

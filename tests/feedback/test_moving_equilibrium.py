@@ -8,8 +8,8 @@ from tests.slips import uncaught
 SLIPS = (
     ("0.5 * (dq + dq_ref)", "(dq + dq_ref)"),
     ("0.5 * (dq - dq_ref)", "0.5 * (dq + dq_ref)"),
-    ("tau -= bias(q", "tau += bias(q"),
-    ("tau += gravity(q)\n", "tau += 0.0\n"),
+    ("- bias(q", "+ bias(q"),
+    ("+ gravity(q)\n", "\n"),
     ("(dq + dq_ref), ddq_ref)", "(dq + dq_ref), 0.0 * ddq_ref)"),
     ("carried if feedforward else held", "held if feedforward else carried"),
 )
