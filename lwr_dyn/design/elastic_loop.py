@@ -175,7 +175,8 @@ def continuous_poles(loop: RestingLoop) -> Poles:
     if law.integral is not None:
         augmented = np.zeros((k, N + n, N + n))
         augmented[:, :N, :N], augmented[:, :N, N:] = closed, plant.B
-        augmented[:, N:, :N] = -law.integral[:, None] * plant.position
+        integral = np.diag(law.integral) if law.integral.ndim == 1 else law.integral
+        augmented[:, N:, :N] = -integral @ plant.position
         closed = augmented
     return by_growth(closed)
 
