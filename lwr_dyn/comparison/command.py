@@ -125,7 +125,9 @@ def _of_robot(
     fixed = (("rate", given["rate"]), ("position_limits", not given["no_stops"]))
     since = getattr(reference, "second", 0.0) if given["twice"] else 0.0
     task = given["task"] + (" twice" if given["twice"] else "")
-    study = ControllerStudy(arm, reference, controllers, cases, task, fixed, since, folder=folder)
+    study = ControllerStudy(
+        arm, reference, controllers, cases, task, fixed, since, lenient=given["controllers"] is None, folder=folder
+    )
     with progress("comparing") as report:
         return study.run(report, given["processes"])[0]
 

@@ -52,6 +52,12 @@ class ComparedRun:
     cuts: TorqueCuts
 
     @property
+    def typed(self) -> str:
+        """The controller as it was typed; its label where the run does not say."""
+        typed = (self.shown.run.meta.get("note") or {}).get("typed")
+        return typed if isinstance(typed, str) else self.controller
+
+    @property
     def errors(self) -> dict[str, float]:
         """RMS and largest error of the tip [mm]."""
         return {"tip_rms_mm": self.figures.tip_rms_mm, "tip_max_mm": self.figures.tip_max_mm}

@@ -13,6 +13,7 @@ from lwr_dyn.comparison.compared_run import ComparedRun, TorqueCuts, torque_cuts
 from lwr_dyn.comparison.conditions import check_same, conditions
 from lwr_dyn.errors import OptionError
 from lwr_dyn.files import write_file
+from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
 from lwr_dyn.notebook.markup import line
 from lwr_dyn.notebook.plot import arms_of
@@ -91,7 +92,7 @@ class RunComparison:
         return {
             "title": self.title,
             "runs": [
-                {"controller": one.controller, "plant": one.plant, **one.errors,
+                {"controller": one.controller, "typed": one.typed, "plant": one.plant, **one.errors,
                  "peak_torque": one.peak_torque, "torque_share": one.share, "torque_cut_share": one.cuts.share,
                  "unstable": one.shakes, "audit_residual_J": one.audit,
                  "best": [name for name in one.errors if self.mark(one, name) == BEST],
@@ -168,11 +169,12 @@ def comparison_of(
     labels: Sequence[str] | None = None,
     failures: Sequence[str] = (),
     figures: Sequence[tuple[Metrics, TorqueCuts]] | None = None,
+    arms: Sequence[Arm] | None = None,
     least: int = 2,
 ) -> RunComparison:
     """A comparison of runs, which errors call by `names`.
 
-    `figures` are of the same runs with all their samples; they are computed if not given.
+    `figures` are of the same runs with all their samples, `arms` are theirs; both are found out if not given.
 
     Raises
     ------
@@ -181,7 +183,7 @@ def comparison_of(
     """
     if len(runs) + len(failures) < least or not runs:
         raise OptionError("compare", f"{len(runs)} runs" if len(runs) != 1 else "one run", "two runs or more")
-    arms = arms_of(runs)
+    arms = arms or arms_of(runs)
     for run, name in zip(runs[1:], names[1:], strict=True):
         check_same(runs[0], names[0], run, name)
     plants = [conditions(run) for run in runs]

@@ -3,7 +3,7 @@
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
@@ -12,7 +12,7 @@ from lwr_dyn.comparison.comparison import RunComparison, comparison_of
 from lwr_dyn.comparison.controller_specs import ControllerSpec, controller_spec
 from lwr_dyn.comparison.plants import PlantCase
 from lwr_dyn.comparison.study_run import StudyFault, StudyRun, Workshop, begin, run_in_pool
-from lwr_dyn.errors import OptionError, RatingWarning
+from lwr_dyn.errors import MissingDataError, MissingPackageError, OptionError, RatingWarning
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Reference, Run
 from lwr_dyn.progress import Report
@@ -39,6 +39,8 @@ class ControllerStudy:
     """[s] Figures and pictures are of the run from here on."""
     tuned: Mapping[str, Mapping[str, Any]] | None = None
     """Controller as typed -> further options of its factory."""
+    lenient: bool = False
+    """Whether a controller that cannot be made for the arm is a line of `failures` too."""
     folder: Path | None = None
     """Where each run is saved whole, as run_1.npz and so on."""
 
@@ -64,12 +66,11 @@ class ControllerStudy:
                 raise OptionError(kind, "none", "one or more")
         if not 1 <= processes <= MOST:
             raise OptionError("processes", processes, f"from 1 to {MOST}")
-        workshop = Workshop(self)
-        workshop.make_all()
+        study, failures = self._makeable()
         done: list[StudyRun] = []
-        failures, first = [], None
-        count = len(self.controllers) * len(self.plants)
-        results = _in_pool(self, count, processes) if processes > 1 else map(workshop.run, range(count))
+        first = None
+        count = len(study.controllers) * len(self.plants)
+        results = _in_pool(study, count, processes) if processes > 1 else map(Workshop(study).run, range(count))
         for i, result in enumerate(results):
             report((i + 1) / count)
             if isinstance(result, StudyFault):
@@ -82,8 +83,26 @@ class ControllerStudy:
         if first is not None and not done:
             raise first.error()
         runs, names = [one.run for one in done], [f"run {i}" for i in range(1, len(done) + 1)]
-        figures = [one.figures for one in done]
-        return comparison_of(runs, names, failures=failures, figures=figures, least=1), tuple(runs)
+        compared = comparison_of(
+            runs, names, failures=failures, figures=[one.figures for one in done], arms=[self.arm] * len(runs), least=1
+        )
+        return compared, tuple(runs)
+
+    def _makeable(self) -> tuple["ControllerStudy", list[str]]:
+        """The study with the controllers that can be made, which is tried before anything is simulated."""
+        workshop, kept, failures = Workshop(self), [], []
+        for spec in self.specs:
+            try:
+                workshop.controller(spec)
+            except (MissingDataError, MissingPackageError) as fault:
+                if not self.lenient:
+                    raise
+                failures.append(f"{spec.text}: {fault}")
+            else:
+                kept.append(spec.text)
+        if not kept:
+            raise OptionError("controllers", "none that can be made", failures[0])
+        return replace(self, controllers=tuple(kept)), failures
 
 
 def _in_pool(study: ControllerStudy, count: int, processes: int) -> Iterator[StudyRun | StudyFault]:

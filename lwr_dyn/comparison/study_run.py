@@ -68,11 +68,6 @@ class Workshop:
     made: dict[str, Controller] = field(default_factory=dict)
     models: list[Dynamics] = field(default_factory=list)
 
-    def make_all(self) -> None:
-        """Make every controller, so that a fault in one is known before anything is simulated."""
-        for spec in self.study.specs:
-            self.controller(spec)
-
     def controller(self, spec: ControllerSpec) -> Controller:
         """The controller; raises as `make_controller`."""
         if spec.text not in self.made:
@@ -103,7 +98,7 @@ class Workshop:
 
     def _simulated(self, spec: ControllerSpec, controller: Controller, case: PlantCase) -> Run:
         study, words = self.study, option_words({**spec.options, **self.tuned(spec)})
-        note = {"task": study.task, "plant": ", ".join(case.words), "controller_options": words}
+        note = {"task": study.task, "plant": ", ".join(case.words), "controller_options": words, "typed": spec.text}
         said = {name: text for name, text in note.items() if text or name == "task"}
         with faults_in(spec.base):
             return simulate(study.arm, controller, study.reference, **dict(study.options), **case.options, meta=said)

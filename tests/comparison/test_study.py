@@ -92,10 +92,22 @@ def test_a_large_study_keeps_fewer_samples_and_the_figures_of_all(arm, move, mon
 
 def test_each_controller_is_made_once(arm, move):
     workshop = Workshop(study(arm, move, "pid", plants=("nominal", "payload=1")))
-    workshop.make_all()
+    workshop.run(0)
     made = dict(workshop.made)
     workshop.run(1)
     assert workshop.made == made
+
+
+def test_a_law_that_the_arm_does_not_feed_is_left_out_only_where_all_are_asked_for(move):
+    wam = lwr_dyn.load("wam7")
+    hold = lwr_dyn.reference("hold", wam, q=[0.1] * 7, duration=0.02)
+    chosen = ControllerStudy(wam, hold, ["pid", "motor-pd"], [plant_case(wam, "nominal")], lenient=True)
+    compared, _ = chosen.run()
+    assert compared.failures == ("motor-pd: wam7: joint stiffness not given; needed for elastic joints",)
+    with pytest.raises(LwrDynError, match="joint stiffness"):
+        replace(chosen, lenient=False).run()
+    with pytest.raises(LwrDynError, match="none that can be made"):
+        replace(chosen, controllers=["motor-pd"]).run()
 
 
 @pytest.mark.parametrize("processes", [0, -1, 1000])
