@@ -39,6 +39,7 @@ WRAPPERS: Registry[Callable[..., Controller]] = Registry(
         "friction": Row("lwr_dyn.feedback.friction_compensation:with_friction", "friction of dq_ref"),
         "friction-measured": Row("lwr_dyn.feedback.friction_compensation:with_measured_friction", "friction of dq"),
         "motor-side": Row("lwr_dyn.feedback.motor_side:on_motor_side", "reads the motor side of elastic joints"),
+        "observer": Row("lwr_dyn.feedback.observed:observed", "external torque and collisions by a momentum observer"),
     },
 )
 """What can be put around any controller, as "pid+friction": `factory(controller, arm, dynamics, **options)`."""

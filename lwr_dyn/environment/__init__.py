@@ -1,1 +1,4 @@
-"""What acts on an arm from outside: walls that it touches, pushes against its links."""
+"""What acts on an arm from outside: walls that it touches, pushes against its links.
+
+push  Push: a force at a point of the arm, with a smooth course over time
+"""
