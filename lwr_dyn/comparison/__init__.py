@@ -8,6 +8,7 @@ controller_specs  controllers as texts, with options and wrappers
 study             controllers x plants, simulated, in several processes if wanted
 study_run         one run of a study
 part_of_run       a run from a time on; fewer samples of it
+cross_table       plants down and controllers across, in Markdown
 page              one HTML file; its charts
 pair_page         any two of the runs replayed side by side, chosen from lists
 command           `lwr-dyn compare`

@@ -11,8 +11,9 @@ from lwr_dyn.cli.options import OneOf, load_robot, print_json, robot_options
 from lwr_dyn.cli.row_options import row_options
 from lwr_dyn.comparison.comparison import RunComparison, comparison_of
 from lwr_dyn.comparison.controller_specs import controller_spec
+from lwr_dyn.comparison.cross_table import cross_table
 from lwr_dyn.comparison.pair_page import write_pair
-from lwr_dyn.comparison.plants import PLANTS, plant_case
+from lwr_dyn.comparison.plants import PLANTS, arm_with_friction, plant_case
 from lwr_dyn.comparison.study import ControllerStudy
 from lwr_dyn.control.controllers import CONTROLLERS
 from lwr_dyn.errors import FileAccessError, OptionError
@@ -30,10 +31,15 @@ CONTROLLERS_HELP = (
     "Names or files of your own; all names if not given. Options of simulate follow a colon: "
     "pid:omega-n=20:velocity-error; wrappers a plus: pid+friction."
 )
+FRICTION_HELP = (
+    "Coulomb friction of an arm that gives none, a share of its torque limits: of the plant `friction`, and known to "
+    "wrappers such as pid+friction."
+)
 OWN = [
     click.Option(["--controllers"], metavar="A,B:OPTION=VALUE,FILE.py", help=CONTROLLERS_HELP),
     click.Option(["--plants"], metavar="A,B=VALUE,A+B", default="nominal", show_default=True, help=PLANTS_HELP),
     click.Option(["--task"], type=OneOf(REFERENCES.names), default="ist", show_default=True, help="What the arm does."),
+    click.Option(["--friction"], type=float, metavar="SHARE", help=FRICTION_HELP),
     click.Option(["--rate"], type=float, default=1000.0, show_default=True, help="Samples a second."),
     click.Option(["--no-stops"], is_flag=True, help="Let joints pass their position limits."),
     click.Option(
@@ -46,9 +52,12 @@ OWN = [
     click.Option(["--label", "labels"], multiple=True, metavar="TEXT", help="Name of a run file; once per file."),
     click.Option(["--html"], metavar="FILE", help="Write the page: one file that needs no network."),
     click.Option(["--replay"], metavar="FILE", help="Write a page that replays any two of the runs side by side."),
+    click.Option(
+        ["--markdown"], is_flag=True, help="One table in Markdown, plants down and controllers across: RMS, mm."
+    ),
     click.Option(["--json"], is_flag=True, help="One JSON object."),
 ]
-OF_FILES = ("targets", "labels", "html", "replay", "json")
+OF_FILES = ("targets", "labels", "html", "replay", "markdown", "json")
 """What run files can be compared with; the rest is for a robot."""
 
 
@@ -80,7 +89,7 @@ def command(robot: tuple[str, ...], reading: str | None, tip: str | None, locks:
     if given["json"]:
         print_json(compared.record())
         return
-    click.echo(compared.table.text())
+    click.echo(_markdown(compared) if given["markdown"] else compared.table.text())
     for page in pages:
         click.echo(f"wrote {page}")
 
@@ -91,6 +100,12 @@ command.params = [
     click.Argument(["robot"], nargs=-1, required=True, metavar="RUN.npz OTHER.npz ... | ROBOT"),
     *command.params, *OWN[:3], *TASKS.click_options(), *OWN[3:],
 ]  # fmt: skip
+
+
+def _markdown(compared: RunComparison) -> str:
+    """The table and, below it, why a pair has no run or is not ranked."""
+    below = "".join(f"\n- {one}" for one in compared.failures)
+    return cross_table(compared.record()["runs"]) + (f"\n{below}" if below else "")
 
 
 def _of_files(files: list[str], given: dict[str, Any]) -> RunComparison:
@@ -114,6 +129,8 @@ def _of_robot(
         raise OptionError("--label", "would do nothing here", "with run files")
     TASKS.refuse_unused(given["task"])
     arm = load_robot(robots[0], reading, tip, locks)
+    if given["friction"] is not None:
+        arm = arm_with_friction(arm, given["friction"])
     controllers = _listed("--controllers", given["controllers"], CONTROLLERS.names)
     for text in controllers:
         controller_spec(text)

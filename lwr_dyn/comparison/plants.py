@@ -13,7 +13,7 @@ from lwr_dyn.arrays import number_of
 from lwr_dyn.errors import OptionError
 from lwr_dyn.loading import load_with_paper
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.friction import symmetric
+from lwr_dyn.model.friction import JointFriction, symmetric
 from lwr_dyn.registry import Registry, Row
 from lwr_dyn.simulation.plant import arm_with_scaled_inertia
 from lwr_dyn.simulation.sensors import Encoder
@@ -123,13 +123,26 @@ def friction(case: PlantCase, value: str) -> PlantCase:
     if not value and any(case.plant.friction_models()):
         return case.changed(friction="set-valued")
     share = _number("friction", value or ASSUMED, "a share of the torque limits above 0, as friction=0.05")
-    effort = case.plant.effort
-    if not np.isfinite(effort).all():
-        known = f"{case.arm.name} has no friction of its own, and joints without a torque limit"
-        raise OptionError("plant friction", known, "an arm with one of them")
-    models = [symmetric(share * limit, 0.0) for limit in effort.tolist()]
+    models = coulomb_friction(case.plant, share)
     assumed = "" if value else "assumed "
     return case.changed(f"{assumed}Coulomb friction, {100 * share:.3g} % of the torque limits", friction=models)
+
+
+def coulomb_friction(arm: Arm, share: float) -> tuple[JointFriction, ...]:
+    """Coulomb friction of each joint as a share of its torque limit; raises `OptionError` where one is unknown."""
+    if not np.isfinite(arm.effort).all():
+        known = f"{arm.name} has no friction of its own, and joints without a torque limit"
+        raise OptionError("plant friction", known, "an arm with one of them")
+    return tuple(symmetric(share * limit, 0.0) for limit in arm.effort.tolist())
+
+
+def arm_with_friction(arm: Arm, share: float) -> Arm:
+    """The arm with `coulomb_friction` as if its file gave it; raises `OptionError` for an arm that has its own."""
+    if any(arm.friction_models()):
+        raise OptionError("friction", "a share of the torque limits", f"none: {arm.name} has friction of its own")
+    if not (np.isfinite(share) and share > 0.0):
+        raise OptionError("friction", share, "a share of the torque limits above 0, as 0.01")
+    return replace(arm, friction=coulomb_friction(arm, share))
 
 
 def encoder(case: PlantCase, value: str) -> PlantCase:

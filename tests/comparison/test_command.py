@@ -48,6 +48,18 @@ def test_without_a_choice_all_controllers_run_and_json_is_one_object(lwr_dyn_com
     assert {"tip_rms_mm", "tip_max_mm", "peak_torque", "torque_share", "audit_residual_J"} <= set(record["runs"][0])
 
 
+def test_one_table_in_markdown_with_friction_that_a_law_knows(lwr_dyn_command):
+    task = ("--task", "point-to-point", "--from-deg", "0,30,0,-60,0,30,0", "--to-deg", "5,35,5,-55,5,35,5")
+    laws = "inverse-dynamics,inverse-dynamics+friction"
+    code, out, _ = lwr_dyn_command("compare", "lwr4plus", *task, "--duration", "0.5", "--controllers", laws,
+                                   "--plants", "friction", "--friction", "0.01", "--markdown")  # fmt: skip
+    head, _, row = out.splitlines()
+    assert (code, head) == (0, "| plant | `inverse-dynamics` | `inverse-dynamics+friction` |")
+    cells = row.strip("| ").split(" | ")
+    assert cells[0] == "friction"
+    assert float(cells[1]) > 10.0 * float(cells[2].strip("*"))
+
+
 def test_twice_compares_the_second_pass(folder, lwr_dyn_command):
     arguments = ("--controllers", "pid:omega-n=30", "--plants", "noise=1e-6", "--twice", "--save", "runs", "--json")
     code, out, _ = lwr_dyn_command("compare", "lwr4plus", *SHORT, *arguments)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.comparison.plants import PLANTS, plant_case
+from lwr_dyn.comparison.plants import PLANTS, arm_with_friction, plant_case
 from lwr_dyn.errors import LwrDynError
 from lwr_dyn.simulation.sensors import Encoder
 from tests.arms import random_arm
@@ -45,6 +45,30 @@ def test_two_changes_add_up(arm):
         np.testing.assert_allclose(a.inertia_com, 1.2 * b.inertia_com, rtol=1e-15)
     assert case.plant.reading == "printed"
     assert case.options["payload"] == 1.0
+
+
+def test_assumed_friction_of_an_arm_is_that_of_its_plant_and_of_its_laws(arm):
+    rough = arm_with_friction(arm, 0.01)
+    assert [model.torque(1.0).item() for model in rough.friction_models()] == (0.01 * arm.effort).tolist()
+    assert plant_case(rough, "friction").options["friction"] == "set-valued"
+    assert plant_case(rough, "nominal").options["friction"] == "none"
+    law = lwr_dyn.controller("inverse-dynamics+friction", rough)
+    speeds = np.full(7, 1.0)
+    added = law(0.0, *[np.zeros(7)] * 3, speeds, np.zeros(7)) - lwr_dyn.controller("inverse-dynamics", arm)(
+        0.0, *[np.zeros(7)] * 3, speeds, np.zeros(7)
+    )
+    np.testing.assert_allclose(added, 0.01 * arm.effort, rtol=1e-9)
+
+
+@pytest.mark.parametrize(("share", "words"), [(0.0, "friction: 0.0"), (float("nan"), "friction: nan")])
+def test_a_share_of_friction_that_cannot_be_is_refused(share, words, arm):
+    with pytest.raises(LwrDynError, match=words):
+        arm_with_friction(arm, share)
+
+
+def test_an_arm_with_friction_keeps_its_own():
+    with pytest.raises(LwrDynError, match="wam7 has friction of its own"):
+        arm_with_friction(lwr_dyn.load("wam7"), 0.01)
 
 
 def test_bits_and_noise_of_an_encoder_go_together_in_any_order(arm):
