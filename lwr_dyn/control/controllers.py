@@ -29,6 +29,8 @@ CONTROLLERS: Registry[Callable[..., Controller]] = Registry(
         "hand-guiding": Row(
             "lwr_dyn.feedback.hand_guiding:tuned_hand_guiding", "weight and friction carried; a hand moves the arm"
         ),
+        "adaptive": Row("lwr_dyn.feedback.adaptive:tuned_adaptive", "Slotine and Li: learns load, and friction"),
+        "robust": Row("lwr_dyn.feedback.robust:tuned_robust", "passivity-based, for a load out of a set"),
     },
 )
 """Each row makes a controller: `factory(arm, dynamics, **options)`."""

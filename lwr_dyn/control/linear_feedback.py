@@ -17,8 +17,8 @@ class LinearFeedback:
     """tau = g(q) - position x - velocity v - torque tau_J + I, dI/dt = -integral x, near rest at k poses q_0.
 
     Small deviations are x = q - q_0, v = dq, and the torque tau_J that joint sensors read. `position` (k, n, n)
-    [N m/rad], `velocity` (k, n, n) [N m s/rad]; `integral` (n,) [N m/(rad s)] and `torque` (k, n, n), None without;
-    `gravity` is the model whose g(q) the controller adds, None where it adds a constant or nothing.
+    [N m/rad], `velocity` (k, n, n) [N m s/rad]; `integral` (n,) or (k, n, n) [N m/(rad s)] and `torque` (k, n, n), None
+    without; `gravity` is the model whose g(q) the controller adds, None where it adds a constant or nothing.
     With `motor`, x and v are read on the motor side of elastic joints, whatever the arm's encoders are.
     """
 

@@ -86,7 +86,8 @@ class RestingLoop:
         """The loop at some of its poses."""
         law = self.feedback
         torque = None if law.torque is None else law.torque[rows]
-        part = replace(law, position=law.position[rows], velocity=law.velocity[rows], torque=torque)
+        integral = law.integral if law.integral is None or law.integral.ndim == 1 else law.integral[rows]
+        part = LinearFeedback(law.position[rows], law.velocity[rows], integral, law.gravity, torque, law.motor)
         return type(self)(self.plant.at(rows), part)
 
     def damping_rates(self) -> Array:
@@ -132,8 +133,9 @@ class RestingLoop:
             read = sent[-1] if plant.torque is None else np.pad(plant.torque, ((0, 0), (0, 0), (0, size - N)))
             command -= law.torque @ read
         if law.integral is not None:
+            integral_matrix = np.diag(law.integral) if law.integral.ndim == 1 else law.integral
             command[:, :, I] += one
-            step[:, I, I], step[:, I, Z] = one, -T * np.diag(law.integral) @ plant.position
+            step[:, I, I], step[:, I, Z] = one, -T * integral_matrix @ plant.position
         command *= np.broadcast_to(scale, (k, n))[:, :, None]
         if kept:
             step[:, first : first + n] = command

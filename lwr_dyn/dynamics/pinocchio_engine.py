@@ -82,6 +82,7 @@ class PinocchioCalls:
         "mechanical_energy",
         "model",
         "potential_energy",
+        "torque_regressor",
     )
 
     def __init__(self, model: PinocchioModel) -> None:
@@ -93,6 +94,7 @@ class PinocchioCalls:
         self.inverse_dynamics = partial(pin.rnea, model, self.data)
         self.forward_dynamics = partial(pin.aba, model, self.data)
         self.potential_energy = partial(pin.computePotentialEnergy, model, self.data)
+        self.torque_regressor = partial(pin.computeJointTorqueRegressor, model, self.data)  # no rotors
         self.mechanical_energy = partial(pin.computeMechanicalEnergy, model, self.data)
 
 

@@ -1,5 +1,9 @@
 """Control laws beyond the paper, one a file: they join the registry of controllers.
 
+adaptive               Slotine and Li: the load, and friction, are learnt while tracking
+adapted_parameters     which parameters are adapted, their gains and bounds
+slotine_li_regressor   torques with two velocities as a linear function of the parameters
+robust                 passivity-based: a load out of a set is held down by a term of fixed size
 wrapped                what is put around a controller
 momentum_observer      MomentumObserver: the external torque from those of the motors
 collision_threshold    levels that the estimate passes only in a collision
