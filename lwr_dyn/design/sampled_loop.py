@@ -77,9 +77,15 @@ class RestingLoop:
 
     @classmethod
     def of_plant(cls, plant: RestingPlant, law: LinearFeedback, q: Array) -> Self:
-        """The loop of any plant at the poses q (k, n), and of `law` there."""
+        """The loop of any plant at the poses q (k, n), and of `law` there.
+
+        A law of the motor side takes the torque of a rigid joint for that of its sensor.
+        """
         if law.gravity is not None:
             law = replace(law, position=law.position - gravity_stiffness(law.gravity, q), gravity=None)
+        if law.torque is not None and law.motor and plant.torque is None:  # tau_J = u: solved for u
+            solve = np.linalg.inv(np.eye(plant.n) + law.torque)
+            law = replace(law, position=solve @ law.position, velocity=solve @ law.velocity, torque=None)
         return cls(plant, law)
 
     def at(self, rows: NDArray[np.signedinteger[Any]]) -> Self:
@@ -96,10 +102,7 @@ class RestingLoop:
         return np.asarray(np.abs(np.linalg.eigvals(speeds)).max(axis=-1))
 
     def step_matrices(self, sampling: Sampling, late: float = 0.0, scale: Array | float = 1.0) -> Array:
-        """The map from one sample to the next at each pose, (k, N', N').
-
-        The state is that of the plant; then the integral I, where there is one; position and filtered speed of the
-        last sample, where speeds are filtered; and the commands that are on their way, newest first.
+        """The map from one sample to the next at each pose, (k, N', N'), on the state of `open_loop`.
 
         Parameters
         ----------
@@ -109,6 +112,20 @@ class RestingLoop:
         scale : float, (n,) or (k, n) array
             Factor on the torque of each joint, 1 for the loop as it is.
         """
+        step, entry, command = self.open_loop(sampling, late)
+        k, n = command.shape[:2]
+        return step + entry @ (np.broadcast_to(scale, (k, n))[:, :, None] * command)
+
+    def open_loop(self, sampling: Sampling, late: float = 0.0) -> tuple[Array, Array, Array]:
+        """The loop cut where the controller's torques u (n,) leave it: s -> A s + B u, and u = C s closes it.
+
+        The state s is that of the plant; then the integral I, where there is one; position and filtered speed of the
+        last sample, where speeds are filtered; and the commands that are on their way, newest first.
+
+        Returns
+        -------
+        A, B, C : (k, N', N'), (k, N', n) and (k, n, N') arrays
+        """
         k, N, n = self.plant.B.shape
         law, T, plant = self.feedback, 1.0 / sampling.rate, self.plant
         integral, filtered = law.integral is not None, sampling.cutoff_hz is not None
@@ -117,7 +134,7 @@ class RestingLoop:
         first = N + n * (integral + 2 * filtered)  # of the commands on their way
         size, one = first + n * kept, np.eye(n)
         Z, I = slice(0, N), slice(N, N + n)  # noqa: E741
-        step, speed = np.zeros((k, size, size)), np.zeros((n, size))
+        step, entry, speed = np.zeros((k, size, size)), np.zeros((k, size, n)), np.zeros((n, size))
         if filtered:
             last_x, last_v = slice(first - 2 * n, first - n), slice(first - n, first)
             pole = sampling.filter_pole
@@ -136,19 +153,20 @@ class RestingLoop:
             integral_matrix = np.diag(law.integral) if law.integral.ndim == 1 else law.integral
             command[:, :, I] += one
             step[:, I, I], step[:, I, Z] = one, -T * integral_matrix @ plant.position
-        command *= np.broadcast_to(scale, (k, n))[:, :, None]
         if kept:
-            step[:, first : first + n] = command
+            entry[:, first : first + n] = one
             step[:, first + n :, first : size - n] = np.eye(size - n - first)
-        now, before = (command, *sent)[sampling.delay], sent[-1] if late > 0.0 else None
         A, b = plant.held(T - late)
-        step[:, Z] += b @ now
-        if before is not None:  # u[k - d - 1] for `late`, then u[k - d]
+        if sampling.delay:
+            step[:, Z] += b @ sent[sampling.delay - 1]
+        else:
+            entry[:, Z] = b
+        if late > 0.0:  # u[k - d - 1] acts for `late`, then u[k - d]
             A_late, b_late = plant.held(late)
-            step[:, Z] += A @ b_late @ before
+            step[:, Z] += A @ b_late @ sent[-1]
             A = A @ A_late
         step[:, Z, Z] += A
-        return step
+        return step, entry, command
 
     def radius(self, sampling: Sampling, late: float = 0.0, scale: Array | float = 1.0) -> Array:
         """The spectral radius of each step, (k,): small deviations grow by it at each sample; inf past all numbers."""

@@ -1,15 +1,15 @@
 """Where in the joint box, or along a motion, a sampled loop is unstable at rest: share, worst pose, least rate."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize
 
 from lwr_dyn.arrays import Array, freeze_arrays
 from lwr_dyn.control.linear_feedback import Linearised
+from lwr_dyn.design.joint_box import climb, joint_box, wilson_interval
 from lwr_dyn.design.sampled_loop import GROWS, RestingLoop, Sampling
 from lwr_dyn.dynamics.protocol import Dynamics
 from lwr_dyn.model.arm import Arm
@@ -23,26 +23,14 @@ STARTS = 2
 """Worst poses, by radius and by damping each, from which the worst one is searched."""
 CANDIDATES = 256
 """Worst poses, by radius and by damping each, at which the least rate is confirmed."""
-DIFFERENCE = 1e-5
-"""[rad or m] Step of the search's slopes."""
 SLOWEST, FASTEST = 1.0, 1e6
 """[Hz] The least rate is searched between these."""
 
 
-def joint_box(arm: Arm) -> tuple[Array, Array, tuple[str, ...]]:
-    """Lower and upper position limits (n,) [rad or m], and the joints whose limits are unknown.
-
-    An unknown limit is taken as half a turn to both sides, or as 1 m for a sliding joint.
-    """
-    kinds = (link.kind for link in arm.chain.links)
-    reach = np.array([np.pi if kind is JointKind.REVOLUTE else 1.0 for kind in kinds])
-    unknown = ~(np.isfinite(arm.lower) & np.isfinite(arm.upper))
-    lower, upper = (np.where(unknown, side * reach, x) for side, x in ((-1.0, arm.lower), (1.0, arm.upper)))
-    return lower, upper, tuple(name for name, is_unknown in zip(arm.joint_names, unknown, strict=True) if is_unknown)
-
-
 Rows = NDArray[np.signedinteger[Any]]
 """Indices of poses."""
+Loops = Callable[[Array], RestingLoop]
+"""Poses q (k, n) -> the loops there."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -90,6 +78,11 @@ class SampledStability:
         return f"{100 * self.share:.1f} +- {100 * self.standard_error:.1f} %"
 
     @property
+    def interval(self) -> tuple[float, float]:
+        """Of `share`, as that of the whole box, at 95 %; see `wilson_interval`."""
+        return wilson_interval(self.unstable, self.poses)
+
+    @property
     def standard_error(self) -> float:
         """Of `share`, as that of the whole box: sqrt(p (1 - p) / N)."""
         return float(np.sqrt(self.share * (1.0 - self.share) / self.poses))
@@ -125,21 +118,19 @@ def stability_in_box(
     OptionError
         A plant whose mass matrix is singular.
     """
+    return box_stability(arm, lambda x: RestingLoop.of(dynamics, controller, x), sampling, poses, seed)
+
+
+def box_stability(arm: Arm, loops: Loops, sampling: Sampling, poses: int = POSES, seed: int = SEED) -> SampledStability:
+    """The same of any loops over the joint box of an arm: `loops` gives those at the poses q (k, n)."""
     lower, upper, unknown = joint_box(arm)
     q = np.random.default_rng(seed).uniform(lower, upper, (poses, arm.n))
-    loop = RestingLoop.of(dynamics, controller, q)
+    loop = loops(q)
     radii, rates = loop.radius(sampling), loop.damping_rates()
-
-    def radius_near(x: Array) -> Array:
-        return RestingLoop.of(dynamics, controller, x).radius(sampling)
-
-    def damping_near(x: Array) -> Array:
-        return RestingLoop.of(dynamics, controller, x).damping_rates()
-
-    ends = [_climb(radius_near, q[i], lower, upper) for i in _largest(radii, STARTS)]
-    ends += [_climb(damping_near, q[i], lower, upper) for i in _largest(rates, STARTS)]
+    ends = [climb(lambda x: loops(x).radius(sampling), q[i], lower, upper) for i in _largest(radii, STARTS)]
+    ends += [climb(lambda x: loops(x).damping_rates(), q[i], lower, upper) for i in _largest(rates, STARTS)]
     found = np.array([*ends, q[int(np.argmax(radii))]])
-    at_ends = RestingLoop.of(dynamics, controller, found)
+    at_ends = loops(found)
     end_radii = at_ends.radius(sampling)
     worst = int(np.argmax(end_radii))
     candidates = np.union1d(_largest(radii, CANDIDATES), _largest(rates, CANDIDATES))
@@ -157,7 +148,11 @@ def stability_along(
 ) -> SampledStability:
     """The sampled loop at rest at up to `places` poses of a motion q (k, n); raises as `stability_in_box`."""
     rows = q[np.unique(np.linspace(0, len(q) - 1, min(places, len(q))).astype(int))]
-    loop = RestingLoop.of(dynamics, controller, rows)
+    return stability_at(RestingLoop.of(dynamics, controller, rows), sampling, rows)
+
+
+def stability_at(loop: RestingLoop, sampling: Sampling, rows: Array) -> SampledStability:
+    """The same of a loop at all its poses, the rows (k, n)."""
     radii = loop.radius(sampling)
     worst, unstable = int(np.argmax(radii)), int((radii > GROWS).sum())
     return SampledStability(
@@ -167,19 +162,6 @@ def stability_along(
 
 def _largest(values: Array, count: int) -> Rows:
     return np.argsort(-values, kind="stable")[:count]
-
-
-def _climb(function: Any, start: Array, lower: Array, upper: Array) -> Array:
-    """A local maximum of log function(q (k, n)) inside the box, by L-BFGS-B with differences of one batch."""
-    n = start.size
-    offsets = DIFFERENCE * np.concatenate([np.zeros((1, n)), np.eye(n), -np.eye(n)])
-
-    def descent(x: Array) -> tuple[float, Array]:
-        values = -np.log(np.clip(function(x + offsets), 1e-300, 1e300))
-        return float(values[0]), (values[1 : n + 1] - values[n + 1 :]) / (2 * DIFFERENCE)
-
-    end = minimize(descent, start, jac=True, method="L-BFGS-B", bounds=list(zip(lower, upper, strict=True)))
-    return np.asarray(np.clip(end.x, lower, upper))
 
 
 def _least_rate(loop: RestingLoop, sampling: Sampling) -> float | None:

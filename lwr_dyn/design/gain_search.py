@@ -1,0 +1,221 @@
+"""The largest natural frequency omega_n with which a law keeps a stated margin, over poses and over several plants.
+
+The margin is max |S_ii| over frequency, joints, poses and plants. It does not grow steadily with omega_n: a law that
+adds g(q) feeds positions back positively, and low gains lift |S_ii| again. So the search comes from above: down in
+steps of `STEP` to the first omega_n that keeps the margin, then bisection between it and the one above.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from inspect import signature
+from itertools import product
+from typing import Any
+
+import numpy as np
+
+from lwr_dyn.arrays import Array, freeze_arrays, joint_array
+from lwr_dyn.control.controllers import CONTROLLERS, make_controller, split_name
+from lwr_dyn.control.protocol import Controller
+from lwr_dyn.control.worst_case_inertia import worst_case_inertias
+from lwr_dyn.design.joint_box import climb, joint_box
+from lwr_dyn.design.law_differences import law_at_rest
+from lwr_dyn.design.loop_case import LoopCase, reads_motor
+from lwr_dyn.design.loop_response import PlantResponse, frequency_grid, sensitivity
+from lwr_dyn.design.resting_plant import RestingPlant
+from lwr_dyn.design.sampled_loop import GROWS, RestingLoop
+from lwr_dyn.dynamics.engines import dynamics_of
+from lwr_dyn.dynamics.protocol import Dynamics
+from lwr_dyn.errors import OptionError
+from lwr_dyn.model.arm import Arm
+
+PEAK = 1.7
+"""Of |S_ii|: by it the gain of any one joint may grow by 2.4 or fall by 0.63, and its phase by 34 deg."""
+POSES, SEED = 200, 0
+"""Poses drawn evenly from the joint box."""
+LEAST, STEP, CLOSE = 0.5, 1.2, 1.003
+"""The search ends at LEAST [rad/s]; its steps from above, and the ratio at which the bisection ends."""
+PART = 25
+"""Poses that are computed at once; those where the last try failed come first."""
+CLIMBS, CLIMBED = 3, 0.005
+"""Times that a pose is searched that is worse than the worst one, and added; by less of the margin it is no worse."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TunedFrequency:
+    """The largest omega_n [rad/s] that keeps the margin, and what stands in the way of a larger one.
+
+    omega_n is None where none from `LEAST` up does; then the rest is of `LEAST`. `at_most` says that the largest one
+    tried already keeps it. `peak` is max |S_ii| with this omega_n (inf where the loop is unstable), at the pose `q`
+    (n,) and the 0-based `joint` in `case`; `poses` were looked at in each case.
+    """
+
+    omega_n: float | None
+    peak: float
+    limit: float
+    case: LoopCase
+    q: Array
+    joint: int
+    poses: int
+    at_most: bool = False
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, "q")
+
+    def to_json(self) -> dict[str, Any]:
+        """The result as JSON values."""
+        return {
+            "omega_n": self.omega_n, "peak": self.peak, "limit": self.limit, "case": self.case.words, "q": self.q,
+            "joint": self.joint + 1, "poses": self.poses, "at_most": self.at_most,
+        }  # fmt: skip
+
+
+def largest_omega_n(
+    arm: Arm,
+    controller: str | Callable[[float], Controller],
+    cases: Sequence[LoopCase] = (LoopCase(),),
+    *,
+    q: Array | None = None,
+    peak: float = PEAK,
+    poses: int = POSES,
+    seed: int = SEED,
+    most: float | None = None,
+    dynamics: Dynamics | None = None,
+    **options: Any,
+) -> TunedFrequency:
+    """The largest omega_n with which a controller keeps max |S_ii| <= peak in every case.
+
+    Parameters
+    ----------
+    arm : Arm
+        Of the plant and, by name, of the controller's model.
+    controller : str or function
+        A name as of `make_controller` whose law has an option omega_n, or a function omega_n -> controller.
+    cases : sequence of LoopCase
+        All of them must keep the margin, as the set {rigid with a delay of 1 to 4 samples, elastic}.
+    q : (k, n) array_like, optional
+        Poses, such as those of a motion; if not given `poses` drawn evenly from the joint box, to which the worst one
+        that a search finds is added.
+    peak : float
+        The margin, above 1.
+    most : float, optional
+        omega_n [rad/s] from which the search comes down; 1 rad a sample of the first case if not given.
+    dynamics : Dynamics, optional
+        Of the plant; Pinocchio's of the arm if not given.
+    options
+        Of the controller, by name only.
+
+    Raises
+    ------
+    OptionError
+        No cases, a margin not above 1, a controller without omega_n, or one that cannot be linearised.
+    ShapeError, MissingDataError, UnknownNameError
+        As `LoopCase.plant` and `make_controller`.
+    """
+    if not cases:
+        raise OptionError("cases", "none", "at least one LoopCase")
+    if not (np.isfinite(peak) and peak > 1.0):
+        raise OptionError("margin, the largest |S_ii|", peak, "a number above 1")
+    plant_dynamics = dynamics_of(arm) if dynamics is None else dynamics
+    make = _maker(arm, controller, options) if isinstance(controller, str) else controller
+    lower, upper, _ = joint_box(arm)
+    if q is None:
+        rows = np.random.default_rng(seed).uniform(lower, upper, (poses, arm.n))
+    else:
+        rows = np.atleast_2d(joint_array("q", q, arm.n))
+    search = _Search(arm, plant_dynamics, make, tuple(cases), peak)
+    search.add(*(rows[i : i + PART] for i in range(0, len(rows), PART)))
+    found = search.from_above(most if most is not None else cases[0].rate)
+    for _ in range(CLIMBS if q is None else 0):
+        worse = search.worse_pose(found, lower, upper)
+        if worse is None:
+            break
+        search.add(worse[None])
+        found = search.from_above(STEP * (found.omega_n or LEAST))
+    return found
+
+
+def _maker(arm: Arm, name: str, options: dict[str, Any]) -> Callable[[float], Controller]:
+    """omega_n -> controller; the search of the largest inertias, where a law needs it, is done once."""
+    law, model = split_name(name)[0], dynamics_of(arm)
+    if law.endswith(".py"):
+        raise OptionError("controller", law, "a name of a law with an option omega_n, or a function of omega_n")
+    known = signature(CONTROLLERS.load(law)).parameters
+    if "omega_n" not in known:
+        raise OptionError("controller", f"{law}, which has no option omega_n", "a law that is tuned by omega_n")
+    if "inertia" in known and "inertia" not in options:
+        options = {**options, "inertia": [w.value for w in worst_case_inertias(arm)]}
+    return lambda omega_n: make_controller(name, arm, model, omega_n=omega_n, **options)
+
+
+@dataclass(slots=True, eq=False)
+class _Search:
+    arm: Arm
+    dynamics: Dynamics
+    make: Callable[[float], Controller]
+    cases: tuple[LoopCase, ...]
+    peak: float
+    parts: list[Array] = field(default_factory=list)
+    order: list[tuple[int, int]] = field(default_factory=list)  # (part, case), those that failed last in front
+    responses: dict[tuple[Any, ...], tuple[RestingPlant, PlantResponse, Array]] = field(default_factory=dict)
+
+    def add(self, *parts: Array) -> None:
+        """Poses to be looked at, (k, n) each, before those that are there."""
+        self.order[:0] = product(range(len(self.parts), len(self.parts) + len(parts)), range(len(self.cases)))
+        self.parts += parts
+
+    def from_above(self, top: float) -> TunedFrequency:
+        """The first omega_n from above that keeps the margin, refined by bisection."""
+        high, low = top, top
+        found, holds = self.judged(low)
+        while not holds and low > LEAST:
+            high, low = low, max(low / STEP, LEAST)
+            found, holds = self.judged(low)
+        if not holds:
+            return found
+        while high > CLOSE * low:
+            middle = float(np.sqrt(low * high))
+            tried, holds = self.judged(middle)
+            low, high, found = (middle, high, tried) if holds else (low, middle, found)
+        return replace(found, omega_n=low, at_most=low == top)
+
+    def judged(self, omega_n: float) -> tuple[TunedFrequency, bool]:
+        """The worst of all cases and poses with this omega_n, and whether it keeps the margin; ends where it cannot."""
+        controller = self.make(omega_n)
+        k = sum(map(len, self.parts))
+        worst = TunedFrequency(None, -1.0, self.peak, self.cases[0], self.parts[0][0], 0, k)
+        for place in self.order:
+            q, case = self.parts[place[0]], self.cases[place[1]]
+            peaks = self.peaks(controller, case, q, place[0])
+            i, joint = np.unravel_index(int(np.argmax(peaks)), peaks.shape)
+            if peaks[i, joint] > worst.peak:
+                worst = replace(worst, peak=float(peaks[i, joint]), case=case, q=q[i], joint=int(joint))
+            if worst.peak > self.peak:
+                self.order.remove(place)
+                self.order.insert(0, place)
+                return worst, False
+        return worst, True
+
+    def peaks(self, controller: Controller, case: LoopCase, q: Array, part: int | None = None) -> Array:
+        """max |S_ii| (k, n) at the poses q; the response of the plant is kept for poses of a part."""
+        motor = reads_motor(controller, q)
+        key = (part, case.rate, case.encoders, motor, id(case.elasticity))
+        kept = self.responses.get(key) if part is not None else None
+        if kept is None:
+            plant = case.plant(self.arm, self.dynamics, q, motor)
+            response = PlantResponse.of(plant, case.rate, frequency_grid(case.rate))
+            kept = plant, response, case.seen(self.arm, self.dynamics, q, motor)
+            if part is not None:
+                self.responses[key] = kept
+        loop = RestingLoop.of_plant(kept[0], law_at_rest(controller, kept[2]).feedback, kept[2])
+        found = np.abs(sensitivity(kept[1].loop_gain(loop.feedback, case.sampling))).max(axis=1)
+        found[loop.radius(case.sampling) > GROWS] = np.inf
+        return np.asarray(found)
+
+    def worse_pose(self, found: TunedFrequency, lower: Array, upper: Array) -> Array | None:
+        """A pose near the worst one that breaks the margin with the omega_n found; None where the search meets none."""
+        if found.omega_n is None:
+            return None
+        controller = self.make(found.omega_n)
+        end = climb(lambda x: self.peaks(controller, found.case, x).max(axis=1), found.q, lower, upper)
+        worst = float(self.peaks(controller, found.case, end[None]).max())
+        return end if worst > (1.0 + CLIMBED) * self.peak else None

@@ -1,0 +1,113 @@
+"""The largest omega_n with a stated margin: it keeps it, a little more does not, in the simulated arm neither."""
+
+import numpy as np
+import pytest
+
+import lwr_dyn
+from lwr_dyn.design.gain_search import largest_omega_n
+from lwr_dyn.design.loop_case import LoopCase
+from lwr_dyn.design.loop_response import largest_sensitivity
+from lwr_dyn.errors import MissingDataError, OptionError, UnknownNameError
+from tests.design.margin_cases import arm, dynamics, law, linear
+from tests.simulation.sample_runs import one_joint
+
+
+def ist(reading="physical", count=9):
+    task = lwr_dyn.reference("ist", arm(reading))
+    return task.sample(np.linspace(0, task.duration, count)).q
+
+
+@pytest.mark.parametrize(
+    ("reading", "controller", "delay", "omega_n"),
+    [
+        ("computed", "pd-gravity", 1, 23.8),
+        ("physical", "pd-gravity", 1, 50.6),
+        ("physical", "pid", 4, 17.2),
+        ("physical", "inverse-dynamics", 1, 164.0),
+        ("physical", "inverse-dynamics", 4, 55.0),
+    ],
+)
+def test_the_known_frequencies_on_the_ist_task(reading, controller, delay, omega_n):
+    """Trials of another program: PD and PID 23.8 and 50.6, 17.2; inverse dynamics 164 and 55 rad/s."""
+    found = largest_omega_n(arm(reading), controller, [LoopCase(delay=delay)], q=ist(reading))
+    assert found.omega_n == pytest.approx(omega_n, rel=0.02)
+    assert 1.68 < found.peak <= 1.7
+
+
+def test_it_keeps_the_margin_and_a_little_more_does_not():
+    q, case = ist(), LoopCase(delay=2)
+    found = largest_omega_n(arm(), "pd-gravity", [case], q=q, peak=1.5)
+    loops = [case.loop(arm(), dynamics(), law("pd-gravity", omega_n=f * found.omega_n), q) for f in (1.0, 1.02)]
+    peaks = [largest_sensitivity(loop, case.sampling) for loop in loops]
+    assert peaks[0].max() <= 1.5 * (1 + 1e-4) < peaks[1].max()
+    k, joint = np.unravel_index(peaks[0].argmax(), peaks[0].shape)
+    assert joint == found.joint
+    np.testing.assert_allclose(q[k], found.q)
+    assert found.peak == pytest.approx(peaks[0].max(), rel=1e-4)
+
+
+def test_all_cases_must_keep_it_and_the_one_that_stops_it_is_named():
+    cases = [LoopCase(delay=1), LoopCase(delay=4), LoopCase(elasticity=1e4)]
+    alone = [largest_omega_n(arm(), "inverse-dynamics", [case], q=ist(count=4)).omega_n for case in cases]
+    found = largest_omega_n(arm(), "inverse-dynamics", cases, q=ist(count=4))
+    assert found.omega_n == pytest.approx(min(alone), rel=0.005)
+    assert found.case == cases[int(np.argmin(alone))]
+    assert alone[2] < alone[1] < alone[0]
+
+
+def test_over_the_box_the_worst_pose_that_a_search_finds_counts():
+    drawn = largest_omega_n(arm(), "pd-gravity", [LoopCase(delay=1)], poses=20)
+    on_twenty = np.random.default_rng(0).uniform(arm().lower, arm().upper, (20, 7))
+    given = largest_omega_n(arm(), "pd-gravity", [LoopCase(delay=1)], q=on_twenty)
+    assert drawn.omega_n < given.omega_n
+    assert drawn.poses > 20
+
+
+def test_where_none_keeps_it_there_is_none():
+    found = largest_omega_n(arm("computed"), "pd-gravity", [LoopCase(delay=1)], poses=50)
+    assert found.omega_n is None
+    assert found.peak > 1.7
+    assert found.to_json()["omega_n"] is None
+
+
+def test_low_gains_may_break_the_margin_that_higher_ones_keep():
+    """Gravity compensation feeds positions back positively: the search comes from above."""
+    q = ist()
+    case, low = LoopCase(delay=1), law("pd-gravity", omega_n=1.0)
+    assert largest_sensitivity(case.loop(arm(), dynamics(), low, q), case.sampling).max() > 1.7
+    assert largest_omega_n(arm(), "pd-gravity", [case], q=q).omega_n > 50
+
+
+def test_a_slider_by_hand_and_what_is_tried_at_most():
+    """m dv = -Kd v with Kd = m omega: v+ = (1 - T omega) v, |S| = 1 / (1 - T omega / 2) at half the rate."""
+    slider = one_joint(mass=2.0)
+
+    def damper(omega_n):
+        return linear(np.zeros((1, 1, 1)), np.full((1, 1, 1), 2.0 * omega_n))
+
+    found = largest_omega_n(slider, damper, [LoopCase(rate=1000.0)], q=[[0.0]], peak=2.0, most=5000.0)
+    assert found.omega_n == pytest.approx(1000.0, rel=0.01)
+    assert not found.at_most
+    assert largest_omega_n(slider, damper, [LoopCase()], q=[[0.0]], peak=2.0, most=300.0).at_most
+
+
+@pytest.mark.parametrize(
+    ("changed", "error", "fault"),
+    [
+        ({"cases": []}, OptionError, "cases: none"),
+        ({"peak": 1.0}, OptionError, "a number above 1"),
+        ({"controller": "pdd"}, UnknownNameError, "pdd"),
+        ({"controller": "mine.py"}, OptionError, "a law with an option omega_n"),
+        ({"cases": [LoopCase(elasticity="file")], "arm": one_joint()}, MissingDataError, "stiffness"),
+    ],
+)
+def test_bad_input_is_named(changed, error, fault):
+    given = {"arm": arm(), "controller": "inverse-dynamics", "cases": [LoopCase()], "poses": 3} | changed
+    with pytest.raises(error, match=fault):
+        largest_omega_n(given.pop("arm"), given.pop("controller"), given.pop("cases"), **given)
+
+
+@pytest.mark.parametrize("bad", [{"rate": 0.0}, {"delay": 1.5}, {"cutoff_hz": 600.0}, {"encoders": "both"}])
+def test_cases_that_cannot_be_are_refused(bad):
+    with pytest.raises(OptionError, match="allowed"):
+        LoopCase(**bad)

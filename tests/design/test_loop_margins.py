@@ -1,0 +1,155 @@
+"""Gain and delay margins of one loop: known by hand, met by the simulated arm, and not met by planted slips."""
+
+import numpy as np
+import pytest
+
+from lwr_dyn.design import loop_margins, sampled_loop
+from lwr_dyn.design.loop_margins import delay_margin, margins_at
+from lwr_dyn.design.sampled_loop import GROWS, RestingLoop, Sampling
+from lwr_dyn.errors import DivergenceError, OptionError
+from lwr_dyn.simulation.simulate import simulate
+from tests.design.margin_cases import BENT, arm, dynamics, law, sliders
+from tests.simulation.sample_runs import StandStill
+from tests.slips import uncaught
+
+AT = Sampling(1000.0, 1)
+
+
+@pytest.fixture(scope="module")
+def bent():
+    return margins_at(RestingLoop.of(dynamics(), law("pd-gravity"), BENT[None]), AT, BENT)
+
+
+def check(module):
+    """Sliders known by hand: v+ = (1 - a) v with a = T Kd / m, held for a sample."""
+    loop, free = sliders(2.0, 5.0, Kd=[500.0, 2500.0]), Sampling(1000.0)  # a = 0.25, 0.5
+    found = module.margins_at(loop, free, np.zeros(2))
+    np.testing.assert_allclose(found.gain_up, [8.0, 4.0], rtol=2e-4)
+    np.testing.assert_allclose(found.gain_down, 0.0, atol=1e-9)
+    assert found.all_up == pytest.approx(4.0, rel=2e-4)
+    np.testing.assert_allclose(np.sort(found.poles.real), [0.5, 0.75, 1.0, 1.0], atol=1e-7)
+    np.testing.assert_allclose(found.peak, [1 / (1 - a / 2) for a in (0.25, 0.5)], rtol=1e-4)  # at half the rate
+    # late by f samples: z^2 - (1 - a (1 - f)) z + a f, stable to f = 1 / a
+    fast = sliders(2.0, Kd=3000.0)  # a = 1.5
+    assert module.delay_margin(fast, free) == pytest.approx(1e-3 / 1.5, rel=1e-3)
+    assert np.isinf(module.delay_margin(sliders(2.0, Kd=1.0), free))
+    assert np.isinf(module.delay_margin(sliders(2.0, Kd=1.0), Sampling(1000.0, 80)))
+    # one sample late: z^2 - z + a, stable to a = 1
+    late = module.margins_at(loop, AT, np.zeros(2))
+    np.testing.assert_allclose(late.gain_up, [4.0, 2.0], rtol=2e-4)
+    unstable = module.margins_at(sliders(2.0, Kd=5000.0), free, np.zeros(1))
+    assert not unstable.is_stable
+    assert np.isnan([unstable.gain_up[0], unstable.all_down, unstable.delay_margin]).all()
+    # with an integral the gain may not fall for ever: s^3 + 2 xi w s^2 + w^2 s + ki, ki < 2 w^3, nearly continuous
+    integral = module.margins_at(sliders(1.0, Kp=100.0, Kd=20.0, integral=500.0), Sampling(10000.0), np.zeros(1))
+    assert integral.gain_down[0] == pytest.approx(0.25, rel=0.02)  # c 20 * c 100 = c 500
+
+
+SLIPS = (
+    ("1.0 + (factors[:, None] - 1.0) * joints", "1.0 + (factors[:, None] - 1.0) * (1 - joints)"),
+    ("unstable(1.0 / factors)", "unstable(factors)"),
+    ("return up, 1.0 / _first", "return up, _first"),
+    ("low, high = (low, middle) if unstable(np.array([middle]))[0] else (middle, high)",
+     "low, high = (middle, high) if unstable(np.array([middle]))[0] else (low, middle)"),
+    ("delay=sampling.delay + whole", "delay=sampling.delay"),
+    ("(samples - whole) * T)", "(1 - samples + whole) * T)"),
+    ("return low * T", "return low"),
+    ("> GROWS)", "> 1.2)"),
+    ("np.argsort(-np.abs(poles)", "np.argsort(np.abs(poles)"),
+)  # fmt: skip
+
+
+def test_planted_slips_are_caught():
+    assert not uncaught(loop_margins.__name__, SLIPS, check)
+
+
+STEP_SLIPS = (
+    ("plant.held(T - late)", "plant.held(T)"),
+    ("A @ b_late @ sent[-1]", "b_late @ sent[-1]"),
+    ("A @ b_late @ sent[-1]", "A @ b_late @ sent[0]"),
+    ("entry[:, Z] = b", "entry[:, Z] = 2 * b"),
+    ("sent[sampling.delay - 1]", "sent[0]"),
+    ("step + entry @", "step - entry @"),
+)
+
+
+def step_check(module):
+    """The step with delays of a sample and a part is what u, piece by piece, does to the plant."""
+    loop = module.RestingLoop.of(dynamics(), law("pd-gravity"), BENT[None])
+    sampling, f = module.Sampling(1000.0, 2), 0.3e-3
+    step = loop.step_matrices(sampling, f)[0]
+    rng = np.random.default_rng(0)
+    z, sent = rng.normal(size=14), rng.normal(size=(3, 7))  # newest first
+    state = np.concatenate([z, sent.ravel()])
+    for _ in range(4):
+        u = -loop.feedback.position[0] @ z[:7] - loop.feedback.velocity[0] @ z[7:]
+        for T, torque in ((f, sent[2]), (1e-3 - f, sent[1])):
+            A, b = loop.plant.held(T)
+            z = A[0] @ z + b[0] @ torque
+        sent = np.array([u, *sent[:2]])
+        state = step @ state
+        np.testing.assert_allclose(state, np.concatenate([z, sent.ravel()]), rtol=1e-9, atol=1e-9)
+    twice = module.RestingLoop.of(dynamics(), law("pd-gravity"), BENT[None]).step_matrices(module.Sampling(), scale=2.0)
+    A, b = loop.plant.held(1e-3)
+    law_rows = np.hstack([loop.feedback.position[0], loop.feedback.velocity[0]])
+    np.testing.assert_allclose(twice[0], A[0] - 2 * b[0] @ law_rows, atol=1e-9)
+
+
+def test_planted_slips_in_the_step_are_caught():
+    assert not uncaught(sampled_loop.__name__, STEP_SLIPS, step_check)
+
+
+@pytest.mark.parametrize(("factor", "grows"), [(0.97, False), (1.03, True)])
+@pytest.mark.parametrize("joint", [0, 1])
+def test_the_simulated_arm_turns_unstable_where_the_gain_margin_says(joint, factor, grows, bent):
+    scale = 1 + (factor * bent.gain_up[joint] - 1) * np.eye(7)[joint]
+    assert swings(scale, AT.delay) is grows
+
+
+def swings(scale, delay, samples=400):
+    """Whether a small deviation of the simulated, nonlinear loop grows, its torques scaled about those at rest."""
+    held, control = dynamics().gravity_vector(BENT), law("pd-gravity")
+
+    def scaled(*state):
+        return held + scale * (control(*state) - held)
+
+    try:
+        run = simulate(
+            arm(), scaled, StandStill(BENT, samples * 1e-3), q0=BENT + 1e-8, delay=delay, saturate=False,
+            position_limits=False,
+        )  # fmt: skip
+    except DivergenceError:
+        return True
+    speed = np.abs(run.dq).max(axis=1)
+    return bool(speed[-50:].max() > speed[len(speed) // 2 - 50 : len(speed) // 2].max())
+
+
+def test_the_simulated_arm_turns_unstable_at_the_delay_margin(bent):
+    whole = int(bent.delay_margin * 1000.0)
+    assert bent.delay_margin > 0
+    assert not swings(1.0, AT.delay + whole)
+    assert swings(1.0, AT.delay + whole + 1)
+
+
+def test_gain_and_delay_margins_are_where_the_radius_passes_one(bent):
+    loop = RestingLoop.of(dynamics(), law("pd-gravity"), BENT[None])
+    T = 1e-3
+    for share, stable in ((0.999, True), (1.001, False)):
+        late = share * bent.delay_margin
+        whole = int(late / T)
+        radius = loop.radius(Sampling(1000.0, 1 + whole), late - whole * T)[0]
+        assert (radius <= GROWS) is np.bool_(stable)
+        assert (loop.radius(AT, scale=share * bent.all_up)[0] <= GROWS) is np.bool_(stable)
+    assert delay_margin(loop, AT) == bent.delay_margin
+
+
+def test_a_loop_of_several_poses_is_refused():
+    with pytest.raises(OptionError, match="2 poses; allowed: one pose"):
+        margins_at(RestingLoop.of(dynamics(), law("pd-gravity"), np.array([BENT, BENT])), AT, BENT)
+
+
+def test_margins_as_json_are_numbers(bent):
+    record = bent.to_json()
+    assert record["stable"] is True
+    assert record["poles"].shape == (21, 2)
+    assert record["radius"] == bent.radius

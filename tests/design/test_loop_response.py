@@ -1,0 +1,127 @@
+"""The loop over frequency, against its own state space, against loops cut one at a time, and against planted slips."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from lwr_dyn.design import loop_response
+from lwr_dyn.design.loop_case import LoopCase
+from lwr_dyn.design.loop_response import (
+    frequency_grid,
+    largest_sensitivity,
+    loop_gain,
+    sensitivity,
+)
+from lwr_dyn.design.sampled_loop import RestingLoop, Sampling
+from tests.design.margin_cases import BENT, arm, dynamics, law, sliders
+from tests.slips import uncaught
+
+HZ = frequency_grid(1000.0, 23)
+Q = np.array([BENT, 0.5 * BENT])
+
+
+def rigid(name):
+    return RestingLoop.of(dynamics(), law(name), Q)
+
+
+def elastic(torque):
+    loop = LoopCase(elasticity="file").loop(arm(), dynamics(), law("pd-gravity"), Q)
+    return replace(loop, feedback=replace(loop.feedback, torque=torque * np.ones((2, 1, 1)) * np.eye(7)))
+
+
+def last_torque():
+    loop = rigid("pd-gravity")
+    return replace(loop, feedback=replace(loop.feedback, torque=0.3 * np.ones((2, 1, 1)) * np.eye(7)))
+
+
+CASES = (
+    (lambda: rigid("pd-gravity"), Sampling(1000.0)),
+    (lambda: rigid("inverse-dynamics"), Sampling(1000.0, 3)),
+    (lambda: rigid("pid"), Sampling(1000.0, 1, 80.0)),
+    (lambda: elastic(2.0), Sampling(1000.0, 2)),
+    (last_torque, Sampling(1000.0, 1)),
+)
+
+
+def of_states(loop, sampling):
+    """L (k, f, n, n) from the state space of the cut loop."""
+    A, B, C = loop.open_loop(sampling)
+    z = np.exp(2j * np.pi * HZ / sampling.rate)[:, None, None]
+    return -C[:, None] @ np.linalg.solve(z * np.eye(A.shape[-1]) - A[:, None], B[:, None] + 0j)
+
+
+def one_cut(loop, sampling, joint):
+    """L_i (k, f): the loop cut at one joint, all others closed."""
+    A, B, C = loop.open_loop(sampling)
+    others = [j for j in range(loop.plant.n) if j != joint]
+    A = A + B[:, :, others] @ C[:, others]
+    z = np.exp(2j * np.pi * HZ / sampling.rate)[:, None, None]
+    state = np.linalg.solve(z * np.eye(A.shape[-1]) - A[:, None], B[:, None, :, joint, None] + 0j)
+    return -(C[:, None, joint, None] @ state)[..., 0, 0]
+
+
+def check(module):
+    for make, sampling in CASES:
+        loop = make()
+        found, expected = module.loop_gain(loop, sampling, HZ), of_states(loop, sampling)
+        size = np.abs(expected).max(axis=(0, 2, 3))[:, None, None]
+        assert (np.abs(found - expected) <= 1e-8 * size).all()
+    loop, sampling = rigid("pid"), Sampling(1000.0, 1)
+    singles = module.single_loops(module.loop_gain(loop, sampling, HZ))
+    for joint in (0, 3, 6):
+        np.testing.assert_allclose(singles[:, :, joint], one_cut(loop, sampling, joint), rtol=1e-6)
+    slider, grid = sliders(2.0, Kp=5e3, Kd=250.0), frequency_grid(1000.0, 20000)
+    values = 1 / np.abs(1 + of_states_on(slider, Sampling(1000.0, 1), grid))
+    peak, hz = module.refined_peaks(slider, Sampling(1000.0, 1))
+    assert peak[0] == pytest.approx(values.max(), rel=1e-4)
+    assert hz[0] == pytest.approx(grid[values.argmax()], rel=0.02)
+    both = module.largest_sensitivity(sliders(2.0, 2.0, Kp=5e3, Kd=[250.0, 2.5e3]), Sampling(1000.0, 1))
+    assert np.isinf(both).all()
+    assert module.largest_sensitivity(slider, Sampling(1000.0, 1))[0, 0] == pytest.approx(values.max(), rel=2e-3)
+
+
+def of_states_on(loop, sampling, hz):
+    A, B, C = (part[0] for part in loop.open_loop(sampling))
+    return np.array([-(C @ np.linalg.solve(z * np.eye(len(A)) - A, B))[0, 0] for z in np.exp(2j * np.pi * hz / 1000)])
+
+
+SLIPS = (
+    ("z**-sampling.delay", "z**sampling.delay"),
+    ("z**-sampling.delay * total", "total"),
+    ("law.position[:, None] @ self.position + law", "law.position[:, None] @ self.position - law"),
+    ("(1 - pole) / T * (1 - 1 / z)", "(1 - pole) / T * (1 - z)"),
+    ("(1 - pole / z) * self.position", "(1 - pole * z) * self.position"),
+    ("(T / (z - 1))", "(T * z / (z - 1))"),
+    ("np.eye(law.torque.shape[-1]) / z", "np.eye(law.torque.shape[-1])"),
+    ("1.0 / sensitivity(gain) - 1.0", "1.0 - 1.0 / sensitivity(gain)"),
+    ("z[..., None, None] * np.eye(plant.size) - A", "z[..., None, None] * np.eye(plant.size) + A"),
+    ("> GROWS] = np.inf", "> 2 * GROWS] = np.inf"),
+    ("np.eye(gain.shape[-1]) + gain", "np.eye(gain.shape[-1]) - gain"),
+    ("values.argmax(axis=1)", "values.argmin(axis=1)"),
+)
+
+
+def test_planted_slips_are_caught():
+    assert not uncaught(loop_response.__name__, SLIPS, check)
+
+
+def test_the_peak_bounds_what_one_gain_may_do():
+    """|1 + L_i| >= 1 / Ms: a factor up to Ms / (Ms - 1) on one joint leaves the loop stable."""
+    loop, sampling = rigid("pd-gravity"), Sampling(1000.0, 2)
+    peaks = largest_sensitivity(loop, sampling)
+    for joint in range(7):
+        up = peaks[:, joint] / (peaks[:, joint] - 1 + 1e-12)
+        scale = 1 + (0.99 * np.minimum(up, 1e3) - 1)[:, None] * np.eye(7)[joint]
+        assert (loop.radius(sampling, scale=scale) < 1).all()
+
+
+def test_sensitivity_does_not_change_with_the_units_of_the_joints():
+    gain = loop_gain(rigid("pd-gravity"), Sampling(1000.0, 1), HZ)
+    units = np.diag([1.0, 57.3, 1e3, 1e-3, 2.0, 5.0, 0.1])
+    np.testing.assert_allclose(sensitivity(units @ gain @ np.linalg.inv(units)), sensitivity(gain), rtol=1e-8)
+
+
+def test_inverse_dynamics_is_seven_equal_loops_whatever_the_pose():
+    alone = largest_sensitivity(sliders(1.0, Kp=2500.0, Kd=100.0), Sampling(1000.0, 4))[0, 0]
+    np.testing.assert_allclose(largest_sensitivity(rigid("inverse-dynamics"), Sampling(1000.0, 4)), alone, rtol=2e-3)

@@ -1,0 +1,163 @@
+"""`lwr_dyn.margins`: shares of the joint box, poles of the simulated step, the worst pose and its joint."""
+
+import json
+
+import numpy as np
+import pytest
+
+from lwr_dyn.design.joint_box import wilson_interval
+from lwr_dyn.design.loop_case import LoopCase
+from lwr_dyn.design.loop_response import largest_sensitivity
+from lwr_dyn.design.margins import margins
+from lwr_dyn.dynamics.protocol import ungated
+from lwr_dyn.errors import MissingDataError, OptionError, ShapeError, UnknownNameError
+from lwr_dyn.simulation.integrators import held_rk4
+from lwr_dyn.simulation.plant import arm_with_payload
+from lwr_dyn.simulation.simulate import simulate
+from lwr_dyn.tables import json_text
+from tests.design.margin_cases import BENT, arm, dynamics, law
+from tests.simulation.sample_runs import StandStill, one_joint
+
+KNOWN = {"computed": 0.230, "printed": 0.172, "physical": 0.0}
+"""Unstable share of the joint box at 1 kHz: PD with gravity, default gains, 2000 poses, by another program."""
+
+
+def in_box(reading="physical", controller=None, poses=200, **options):
+    return margins(
+        arm(reading), controller or law("pd-gravity", reading), engine=dynamics(reading), poses=poses, **options
+    )
+
+
+@pytest.mark.parametrize("reading", KNOWN)
+def test_the_unstable_share_of_the_box_is_the_known_one(reading):
+    found = in_box(reading, poses=2000).stability
+    assert abs(found.share - KNOWN[reading]) <= 0.03
+    assert found.interval == wilson_interval(found.unstable, 2000)
+    assert found.interval[0] <= KNOWN[reading] <= found.interval[1]
+
+
+def simulated_step(control, q, T=1e-3):
+    """z -> the deviation from rest at q after one sample of the simulated loop."""
+    advance, _ = held_rk4(ungated(dynamics()).forward_dynamics, 7, T, substeps=2)
+
+    def after(z):
+        start, end = np.array([q + z[:7], z[7:]]), np.empty((2, 7))
+        advance(0.0, start, control(0.0, *start, q, *np.zeros((2, 7))), end)
+        return (end - [q, np.zeros(7)]).ravel()
+
+    return after
+
+
+def test_poles_are_those_of_the_simulated_step_at_forty_poses():
+    """By central differences of 1e-4 rad and rad/s. Inverse dynamics has double poles, which 1e-8 splits by 1e-4: of it
+    the matrices are compared."""
+    h = 1e-4
+    for q in np.random.default_rng(4).uniform(arm().lower, arm().upper, (40, 7)):
+        for name in ("pd-gravity", "inverse-dynamics"):
+            after = simulated_step(law(name), q)
+            step = np.array([after(e) - after(-e) for e in h * np.eye(14)]).T / (2 * h)
+            loop = LoopCase().loop(arm(), dynamics(), law(name), q[None])
+            exact = loop.step_matrices(LoopCase().sampling)[0]
+            assert np.abs(step - exact).max() <= 1e-6 * np.abs(exact).max()
+            if name == "pd-gravity":
+                apart = np.abs(np.linalg.eigvals(step)[:, None] - np.linalg.eigvals(exact))
+                assert max(apart.min(axis=0).max(), apart.min(axis=1).max()) <= 1e-7
+
+
+def test_that_step_is_the_one_of_simulate():
+    z = 1e-4 * np.linspace(-1, 1, 14)
+    run = simulate(
+        arm(), law("pd-gravity"), StandStill(BENT, 1e-3), q0=BENT + z[:7], dq0=z[7:], substeps=2, saturate=False,
+        position_limits=False, friction="none",
+    )  # fmt: skip
+    after = simulated_step(law("pd-gravity"), BENT)(z)
+    np.testing.assert_allclose(np.concatenate([run.q[-1] - BENT, run.dq[-1]]), after, rtol=1e-9, atol=1e-15)
+
+
+@pytest.mark.parametrize("reading", ["computed", "physical"])
+def test_the_worst_pose_is_as_bad_as_the_report_says(reading):
+    found = in_box(reading)
+    worst = found.worst
+    if worst.is_stable:
+        peaks = largest_sensitivity(found.loops(worst.q[None]), found.case.sampling)[0]
+        assert worst.peak.max() == pytest.approx(peaks.max(), rel=1e-3)
+        rows = np.random.default_rng(1).uniform(arm().lower, arm().upper, (200, 7))
+        assert peaks.max() >= largest_sensitivity(found.loops(rows), found.case.sampling).max()
+    else:
+        assert worst.radius == pytest.approx(found.stability.radius)
+    assert found.worst_joint == "joint_1"
+
+
+def test_the_joint_that_moves_most_is_the_one_that_simulate_shows():
+    found = in_box("computed")
+    run = simulate(
+        arm("computed"), law("pd-gravity", "computed"), StandStill(found.worst.q, 0.01), q0=found.worst.q + 1e-9,
+        saturate=False, position_limits=False, friction="none",
+    )  # fmt: skip
+    energy = run.dq[6] ** 2 * np.diag(dynamics("computed").mass_matrix(found.worst.q))
+    assert found.joint == int(np.argmax(energy))
+
+
+def test_a_plain_function_is_judged_as_the_law_that_it_is_and_this_is_said():
+    own, plain = in_box(q=[BENT]), in_box(controller=lambda *state: law("pd-gravity")(*state), q=[BENT])
+    assert own.notes == ()
+    assert "linearised by central differences" in plain.notes[0]
+    assert plain.worst.radius == pytest.approx(own.worst.radius, abs=1e-7)
+    np.testing.assert_allclose(plain.worst.gain_up, own.worst.gain_up, rtol=1e-3)
+    assert "central differences" in str(plain)
+
+
+def test_a_payload_that_the_model_does_not_know_and_a_delay_cost_margin():
+    free, loaded = (in_box(q=[BENT], plant=x) for x in (None, arm_with_payload(arm(), 7.0)))
+    late = in_box(q=[BENT], delay=3)
+    assert late.worst.delay_margin < free.worst.delay_margin
+    assert late.worst.peak.max() > free.worst.peak.max()
+    assert abs(loaded.worst.radius - free.worst.radius) > 1e-5
+
+
+def test_elastic_joints_are_judged_and_read_the_side_that_is_asked_for():
+    link, motor = (in_box(q=[BENT], elasticity=1e4, encoders=side) for side in ("link", "motor"))
+    rigid = in_box(q=[BENT])
+    assert not link.worst.is_stable
+    assert motor.worst.is_stable
+    assert (link.loop.plant.size, rigid.loop.plant.size) == (28, 14)
+    stiff = in_box(q=[BENT], elasticity=1e8)
+    np.testing.assert_allclose(stiff.worst.peak, rigid.worst.peak, rtol=2e-3)
+
+
+def test_the_record_has_what_programs_ask_for():
+    record = json.loads(json_text(in_box("computed", poses=50).record()))
+    assert {"unstable_share", "least_rate_hz", "worst_q", "worst_joint"} <= set(record)
+    assert record["unstable_share"] == record["unstable"] / 50
+    assert record["worst"]["gain_up"] == [None] * 7
+    assert not record["holds"]
+
+
+def test_the_text_says_what_was_left_out_and_where_it_is_worst():
+    text = str(in_box(q=[BENT], delay=1))
+    assert "without speeds, friction, torque limits and stops" in text
+    assert "0 of 1 given poses" in text
+    assert "all torques may come later by: " in text
+    unstable = str(in_box("computed", poses=100))
+    assert "changes its sign at each sample; joint_1 moves most; no margins there" in unstable
+
+
+@pytest.mark.parametrize(
+    ("changed", "error", "fault"),
+    [
+        ({"limit": 1.0}, OptionError, "a number above 1"),
+        ({"poses": 0}, OptionError, "a whole number above 0"),
+        ({"q": [0.0]}, ShapeError, "7 numbers"),
+        ({"controller": "pd-gravty"}, UnknownNameError, "did you mean pd-gravity"),
+        ({"rate": -1.0}, OptionError, "a number above 0"),
+        ({"delay": 101}, OptionError, "from 0 to 100"),
+        ({"elasticity": "file", "arm": one_joint()}, MissingDataError, "stiffness"),
+        ({"elasticity": -1.0}, OptionError, "above 0"),
+        ({"cutoff_hz": 500.0}, OptionError, "below 500 Hz"),
+        ({"arm": "lwr4plus"}, OptionError, "an arm"),
+    ],
+)
+def test_bad_input_is_named(changed, error, fault):
+    given = {"arm": arm(), "controller": "inverse-dynamics", "poses": 3} | changed
+    with pytest.raises(error, match=fault):
+        margins(given.pop("arm"), given.pop("controller"), **given)
