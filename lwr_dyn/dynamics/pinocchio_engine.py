@@ -72,6 +72,7 @@ class PinocchioCalls:
     """Pinocchio's functions bound to one model and its data, nothing checked. Not for use by two threads at once."""
 
     __slots__ = (
+        "acceleration_slopes",
         "bias_torque",
         "coriolis_matrix",
         "data",
@@ -93,6 +94,8 @@ class PinocchioCalls:
         self.bias_torque = partial(pin.nonLinearEffects, model, self.data)
         self.inverse_dynamics = partial(pin.rnea, model, self.data)
         self.forward_dynamics = partial(pin.aba, model, self.data)
+        self.acceleration_slopes = partial(pin.computeABADerivatives, model, self.data)
+        """(q, dq, tau) -> slopes (n, n) of ddq over q, over dq, and over tau, which is B^-1."""
         self.potential_energy = partial(pin.computePotentialEnergy, model, self.data)
         self.torque_regressor = partial(pin.computeJointTorqueRegressor, model, self.data)  # no rotors
         self.mechanical_energy = partial(pin.computeMechanicalEnergy, model, self.data)

@@ -31,6 +31,7 @@ class Audit:
     actuator_gap: float | None  # actuator work against sum tau . (q_{k+1} - q_k) [J]; None for continuous runs
     energy_gap: float | None  # change of energy against another engine's [J]; None without one
     other_road: OtherRoad | None  # None where no other engine can judge the run
+    tolerance: float = TOLERANCE  # of the energies [J]
 
     @property
     def worst_energy(self) -> float:
@@ -41,7 +42,7 @@ class Audit:
     def worst(self) -> float:
         """The largest gap, of energy or of inverse dynamics, as a share of its tolerance."""
         road = 0.0 if self.other_road is None else self.other_road.share
-        return float(np.max([self.worst_energy / TOLERANCE, road]))
+        return float(np.max([self.worst_energy / self.tolerance, road]))
 
     def is_closed(self) -> bool:
         """Whether every gap is within its tolerance; NaN is not."""
@@ -51,7 +52,7 @@ class Audit:
         """The audit as JSON values."""
         return {
             "residual": self.residual, "energy_change": self.energy_change, "channels": dict(self.channels),
-            "actuator_gap": self.actuator_gap, "energy_gap": self.energy_gap, "tolerance": TOLERANCE,
+            "actuator_gap": self.actuator_gap, "energy_gap": self.energy_gap, "tolerance": self.tolerance,
             "inverse_dynamics": None if self.other_road is None else self.other_road.to_json(),
             "closed": self.is_closed(),
         }  # fmt: skip

@@ -74,15 +74,17 @@ def _spans(steps: int, progress: Progress | None) -> Iterator[tuple[int, int]]:
             progress(last / steps)
 
 
-def run_sampled(setup: Setup, flow: Flow, log: Log, progress: Progress | None) -> None:
+def run_sampled(
+    setup: Setup, flow: Flow, log: Log, progress: Progress | None, fast_step: type[FastStep] = FastStep
+) -> None:
     """Torques held from sample to sample.
 
-    A step that the fast path rejects is computed again by `Flow`.
+    A step that the fast path, a `fast_step`, rejects is computed again by `Flow`.
     """
     plant, options = setup.plant, setup.options
     controller = delayed(sensed(setup.controller, log), options.delay)
     n, h, effort = plant.n, 1 / options.rate, plant.effort
-    fast = FastStep(flow, h, options.substeps)
+    fast = fast_step(flow, h, options.substeps)
     friction, signals = log.friction, log.signal_writer(setup.controller)
     work = log.works
     measure, shape, reference = setup.sensor(), (n,), log.reference

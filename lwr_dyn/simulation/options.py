@@ -17,7 +17,7 @@ MOST_SUBSTEPS = 1000
 MOST_DELAY = 100
 MOST_SAMPLES = 1e7
 """A run of more does not fit a common memory: 7 joints take 0.5 kB a sample."""
-METHODS = ("rk4", "dop853")
+METHODS = ("rk4", "dop853", "radau")
 GRID = 1e-9
 """Share of a step by which a duration may miss the grid of samples."""
 STABLE = 2.7

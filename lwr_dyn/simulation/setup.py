@@ -14,6 +14,7 @@ from lwr_dyn.dynamics.protocol import Dynamics
 from lwr_dyn.errors import OptionError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind
+from lwr_dyn.model.elasticity import JointElasticity, chosen_elasticity
 from lwr_dyn.model.run import Motion, Reference
 from lwr_dyn.model.shown import short_repr
 from lwr_dyn.simulation.arm_friction import FrictionOption, chosen_friction
@@ -29,6 +30,8 @@ from lwr_dyn.simulation.plant import Plant, arm_with_payload, plant_of
 from lwr_dyn.simulation.sensors import Encoder, Sensor
 from lwr_dyn.tables import json_text
 from lwr_dyn.version import VERSION
+
+ENCODERS = ("motor", "link")
 
 
 def arm_record(arm: Arm) -> dict[str, Any]:
@@ -60,6 +63,8 @@ class Setup:
     friction_rate: float  # fastest rate at which friction brakes at the start [1/s]
     note: Mapping[str, Any]
     external: ExternalTorque | None = None
+    elasticity: JointElasticity | None = None  # of the plant; None for rigid joints
+    encoders: str = ENCODERS[0]  # the side of elastic joints that the controller's q and dq are of
     __repr__ = short_repr
 
     def sensor(self) -> Sensor:
@@ -82,11 +87,26 @@ class Setup:
             "options": asdict(self.options), "encoder": None if self.encoder is None else asdict(self.encoder),
             "friction": friction.form != "none", "friction_law": {**friction.record(), "rate": self.friction_rate},
             "external": None if self.external is None else describe(self.external),
+            "elasticity": None if self.elasticity is None else {
+                "stiffness": self.elasticity.stiffness.tolist(), "damping": self.elasticity.damping.tolist(),
+                "source": self.elasticity.source, "encoders": self.encoders,
+            },
             "seed": self.options.seed, "versions": versions(), "note": dict(self.note),
         }  # fmt: skip
 
     def __str__(self) -> str:
         return json_text(self.record())
+
+
+def _elastic(
+    arm: Arm, option: JointElasticity | str | float | None, encoders: str, method: str
+) -> JointElasticity | None:
+    if encoders not in ENCODERS:
+        raise OptionError("encoders", repr(encoders), ", ".join(ENCODERS))
+    for name, given in (("method", method == "radau"), ("encoders", encoders != ENCODERS[0])):
+        if given and option is None:
+            raise OptionError(name, "would do nothing with rigid joints", "with elastic joints")
+    return chosen_elasticity(arm, option)
 
 
 def prepare(
@@ -106,6 +126,8 @@ def prepare(
     payload_inertia: ArrayLike | None = None,
     friction: FrictionOption = "set-valued",
     external: ExternalTorque | None = None,
+    elasticity: JointElasticity | str | float | None = None,
+    encoders: str = "motor",
     encoder: Encoder | None = None,
     saturate: bool = True,
     position_limits: bool = True,
@@ -132,7 +154,7 @@ def prepare(
         com = np.asarray(payload_com, dtype=float).tolist()
         inertia = None if payload_inertia is None else np.asarray(payload_inertia, dtype=float).tolist()
         load = {"mass": float(payload), "com": com, "inertia": inertia}
-    chosen = chosen_friction(simulated, friction)
+    chosen, elastic = chosen_friction(simulated, friction), _elastic(simulated, elasticity, encoders, method)
     simulated_plant = plant_of(simulated, engine, chosen, saturate, position_limits, allow_unphysical)
     if continuous:
         check_continuous(controller, encoder, delay)
@@ -146,6 +168,6 @@ def prepare(
     return Setup(
         arm, simulated_plant, controller, reference, motion, start, options, encoder,
         engine if isinstance(engine, str) else getattr(engine, "name", type(engine).__name__),
-        load, friction_rate(simulated_plant, start[0], options), dict(meta or {}),
-        external,
+        load, 0.0 if elastic else friction_rate(simulated_plant, start[0], options), dict(meta or {}),
+        external, elastic, encoders,
     )  # fmt: skip

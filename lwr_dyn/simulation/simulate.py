@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -11,8 +11,10 @@ from numpy.typing import ArrayLike
 from lwr_dyn.control.protocol import Controller, reset
 from lwr_dyn.dynamics.protocol import Dynamics
 from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.elasticity import JointElasticity
 from lwr_dyn.model.run import Reference, Run
 from lwr_dyn.progress import progress as shown_progress
+from lwr_dyn.registry import Registry, Row
 from lwr_dyn.simulation.arm_friction import FrictionOption
 from lwr_dyn.simulation.external import ExternalTorque, checked_external
 from lwr_dyn.simulation.flow import Flow
@@ -20,6 +22,14 @@ from lwr_dyn.simulation.loops import Diverged, Progress, run_continuous, run_sam
 from lwr_dyn.simulation.record import Log, divergence, run_of
 from lwr_dyn.simulation.sensors import Encoder
 from lwr_dyn.simulation.setup import Setup, prepare
+
+LOOPS: Registry[Callable[[Setup, Progress | None], Run]] = Registry(
+    "loop",
+    {
+        "rigid": Row("lwr_dyn.simulation.simulate:run_rigid", "sampled or continuous, rigid joints"),
+        "elastic": Row("lwr_dyn.elastic.run:run_elastic", "sampled, elastic joints"),
+    },
+)
 
 
 def simulate(
@@ -39,6 +49,8 @@ def simulate(
     payload_inertia: ArrayLike | None = None,
     friction: FrictionOption = "set-valued",
     external: ExternalTorque | None = None,
+    elasticity: JointElasticity | str | float | None = None,
+    encoders: str = "motor",
     encoder: Encoder | None = None,
     saturate: bool = True,
     position_limits: bool = True,
@@ -79,6 +91,11 @@ def simulate(
     external : function, optional
         tau_external(t, q, dq) (n,) [N m], on the links, such as a wall or a push (see `ExternalTorque`). A jump in it
         costs the accuracy of the step that it falls in. `run.signals["tau_external"]` holds it at the samples.
+    elasticity : JointElasticity, "file" or float, optional
+        Springs and dampers between the motors and the links: one's own, the arm's, or the arm's with this largest
+        stiffness [N m/rad]; rigid if not given. The run's q and dq are then the link's; friction acts on the motors.
+    encoders : {"motor", "link"}
+        The side of elastic joints whose positions the controller gets as q and dq.
     encoder : Encoder, optional
         What the controller sees; the true state if not given.
     saturate, position_limits : bool
@@ -115,8 +132,9 @@ def simulate(
     setup = prepare(
         arm, controller, reference, rate=rate, method=method, substeps=substeps, rtol=rtol, continuous=continuous,
         engine=engine, plant=plant, payload=payload, payload_com=payload_com, payload_inertia=payload_inertia,
-        friction=friction, external=external, encoder=encoder, saturate=saturate, position_limits=position_limits,
-        allow_unphysical=allow_unphysical, seed=seed, delay=delay, duration=duration, q0=q0, dq0=dq0, meta=meta,
+        friction=friction, external=external, elasticity=elasticity, encoders=encoders, encoder=encoder,
+        saturate=saturate, position_limits=position_limits, allow_unphysical=allow_unphysical, seed=seed, delay=delay,
+        duration=duration, q0=q0, dq0=dq0, meta=meta,
     )  # fmt: skip
     with shown_progress("simulating", terminal=False) as report:
         return run_setup(setup, report if progress is None else progress)
@@ -137,6 +155,11 @@ def run_setup(setup: Setup, progress: Progress | None = None) -> Run:
     DivergenceError
         The motion cannot be followed; its `run` holds what was computed.
     """
+    return LOOPS.load("rigid" if setup.elasticity is None else "elastic")(setup, progress)
+
+
+def run_rigid(setup: Setup, progress: Progress | None = None) -> Run:
+    """As `run_setup`, of rigid joints."""
     plant, options = setup.plant, setup.options
     external = None if setup.external is None else checked_external(setup.external, plant.n)
     flow, log, meta = Flow(plant, options.integrator(), external), Log.blank(setup), setup.record()

@@ -30,7 +30,7 @@ def slider(friction="none", **limits):
     [
         ({"rate": 0.0}, "rate: 0.0; allowed: a number above 0"),
         ({"rtol": np.nan}, "rtol: nan; allowed: a number above 0"),
-        ({"method": "euler"}, "method: 'euler'; allowed: rk4, dop853"),
+        ({"method": "euler"}, "method: 'euler'; allowed: rk4, dop853, radau"),
         ({"substeps": 1001}, "substeps: 1001; allowed: a whole number from 1 to 1000"),
         ({"seed": -1}, "seed: -1; allowed: a whole number from 0 on"),
         ({"seed": 0.5}, "seed: 0.5; allowed: a whole number from 0 on"),
