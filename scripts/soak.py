@@ -21,6 +21,7 @@ LINES = {
     "core": "suite:core",
     "coverage": "identification:coverage",
     "data_mutants": "surveys:data_mutants",
+    "false_alarms": "collisions:false_alarms",
     "foreign_arms": "surveys:foreign_arms",
     "foreign_lint": "surveys:foreign_lint",
     "fuzz": "fuzz:fuzz",
@@ -40,6 +41,7 @@ LINES = {
     "passivity": "compliance:passivity",
     "poses": "poses:poses",
     "properties": "suite:properties",
+    "pushes": "collisions:pushes",
     "recovery": "audit:recovery",
     "runs": "checks:runs",
 }
