@@ -14,7 +14,7 @@ import numpy as np
 
 from lwr_dyn.codegen.ldl import ldl_factor, ldl_solve
 from lwr_dyn.codegen.pose_layout import POSE
-from lwr_dyn.codegen.symbolic_functions import column, scalars
+from lwr_dyn.codegen.symbolic_dynamics import column, scalars
 from lwr_dyn.kinematics.forward import jacobian_at, joint_axes
 from lwr_dyn.kinematics.pose_solver import SearchRanges
 from lwr_dyn.model.chain import Chain
