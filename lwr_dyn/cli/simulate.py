@@ -6,6 +6,7 @@ from typing import Any
 
 import click
 
+from lwr_dyn.arrays import number_of
 from lwr_dyn.cli.options import OneOf, load_robot, print_json, robot_options
 from lwr_dyn.cli.row_options import OptionRule, refuse_unused, row_options
 from lwr_dyn.cli.run_report import run_record, run_text
@@ -20,9 +21,10 @@ from lwr_dyn.model.run import Run
 from lwr_dyn.model.shown import format_of
 from lwr_dyn.progress import progress
 from lwr_dyn.simulation.arm_friction import FORMS, FrictionOption
+from lwr_dyn.simulation.options import METHODS
 from lwr_dyn.simulation.plant import arm_with_payload, arm_with_scaled_inertia
 from lwr_dyn.simulation.sensors import Encoder
-from lwr_dyn.simulation.setup import Setup, prepare
+from lwr_dyn.simulation.setup import ENCODERS, Setup, prepare
 from lwr_dyn.simulation.simulate import run_setup
 from lwr_dyn.trajectory.references.tasks import REFERENCES
 
@@ -61,6 +63,8 @@ PLANT = [
     _option("--payload", "Point mass at the flange, or at the tool centre point, kg.", float, 0.0),
     _option("--payload-known", "Build the controller's model with the payload."),
     _option("--friction", "Friction of the plant.", OneOf(FORMS), FORMS[0]),
+    _option("--elastic", "Elastic joints: the largest stiffness, N m/rad, or `file` for the arm's own.", str),
+    _option("--encoders", "The side of elastic joints that the controller gets.", OneOf(ENCODERS), ENCODERS[0]),
     _option("--passive-refit", "Use the nearest friction that feeds no energy in."),
 ]
 LOOP = [
@@ -74,7 +78,7 @@ LOOP = [
     _option("--rate", "Samples a second.", float, 1000.0),
     _option("--delay", "Delay from a command to its torque, samples.", int, 0),
     _option("--continuous", "The controller runs at every moment, not at samples."),
-    _option("--method", "Method of integration.", OneOf(["rk4", "dop853"]), "rk4"),
+    _option("--method", "Method of integration.", OneOf(METHODS), METHODS[0]),
     _option("--substeps", "RK4 steps a sample.", int, 1),
     _option("--engine", "Engine of the dynamics.", OneOf(ENGINES.names), "pinocchio"),
     _option("--out", "Run file to write, .npz.", str),
@@ -88,7 +92,8 @@ LOOP = [
 RULES = (
     OptionRule("payload-known", lambda given: given["payload"] != 0.0, "with --payload"),
     OptionRule("seed", lambda given: given["encoder_noise"] != 0.0, "with --encoder-noise"),
-    OptionRule("substeps", lambda given: given["method"] == "rk4", "with --method rk4"),
+    OptionRule("substeps", lambda given: given["method"] != "dop853", "with --method rk4 or radau"),
+    OptionRule("encoders", lambda given: given["elastic"] is not None, "with --elastic"),
     OptionRule(
         "velocity-cutoff",
         lambda given: given["encoder_bits"] is not None or given["encoder_noise"] != 0.0,
@@ -111,7 +116,9 @@ def command(robot: str, reading: str | None, tip: str | None, locks: tuple[str, 
     pictures = [FUNCTIONS.load("plot_writer")(wish) for wish in given["plot"]]
     arm = load_robot(robot, reading, tip, locks)
     setup = _setup(arm, robot, given)
-    sampled = FUNCTIONS.load("sampled_notes")(setup) if FUNCTIONS["sampled_notes"].is_installed else None
+    sampled = None
+    if FUNCTIONS["sampled_notes"].is_installed and setup.elasticity is None:
+        sampled = FUNCTIONS.load("sampled_notes")(setup)
     if sampled is not None and not given["json"]:
         _note(sampled.before)
     run = _simulated(setup, law, out)
@@ -164,10 +171,19 @@ def _setup(arm: Arm, robot: str, given: dict[str, Any]) -> Setup:
         return prepare(
             arm, controller, reference, plant=plant, payload=payload, encoder=encoder, rate=given["rate"],
             method=given["method"], substeps=given["substeps"], continuous=given["continuous"], delay=given["delay"],
-            engine=engine, saturate=not given["no_saturation"], position_limits=not given["no_stops"],
-            seed=given["seed"], allow_unphysical=given["allow_unphysical"], friction=friction,
+            elasticity=_elastic(given["elastic"]), encoders=given["encoders"], engine=engine, seed=given["seed"],
+            saturate=not given["no_saturation"], position_limits=not given["no_stops"],
+            allow_unphysical=given["allow_unphysical"], friction=friction,
             meta={"task": getattr(reference, "about", {}).get("task", given["task"]), **_plant_note(given), **note},
         )  # fmt: skip
+
+
+def _elastic(text: str | None) -> str | float | None:
+    """The option `elasticity` of `simulate`."""
+    try:
+        return text if text in (None, "file") else number_of(str(text))
+    except ValueError:
+        raise OptionError("--elastic", repr(text), "a stiffness in N m/rad, or file") from None
 
 
 def _plant_note(given: dict[str, Any]) -> dict[str, Any]:
@@ -175,6 +191,9 @@ def _plant_note(given: dict[str, Any]) -> dict[str, Any]:
     reading, scale = given["plant_reading"], given["plant_scale"]
     parts = [f"reading {reading}"] if reading is not None else []
     parts += [f"masses times {scale:g}"] if scale != 1.0 else []
+    if given["elastic"] is not None:
+        stiffness = "" if given["elastic"] == "file" else f" of {given['elastic']} N m/rad"
+        parts += [f"elastic joints{stiffness}, {given['encoders']} encoders"]
     known = {"payload_known": True} if given["payload_known"] else {}
     return ({"plant": ", ".join(parts)} if parts else {}) | known
 

@@ -151,10 +151,10 @@ def test_a_payload_over_the_rated_one_is_warned_of_in_one_line(lwr_dyn_command):
 
 
 def test_each_rule_refuses_its_option_where_it_has_no_effect():
-    given = {"payload": 0.0, "method": "dop853", "encoder_bits": None, "encoder_noise": 0.0}
-    used = {"payload": 1.0, "method": "rk4", "encoder_bits": None, "encoder_noise": 1e-4}
-    assert [rule.holds(given) for rule in simulate.RULES] == [False] * 4
-    assert [rule.holds(used) for rule in simulate.RULES] == [True] * 4
+    given = {"payload": 0.0, "method": "dop853", "encoder_bits": None, "encoder_noise": 0.0, "elastic": None}
+    used = {"payload": 1.0, "method": "rk4", "encoder_bits": None, "encoder_noise": 1e-4, "elastic": "file"}
+    assert [rule.holds(given) for rule in simulate.RULES] == [False] * 5
+    assert [rule.holds(used) for rule in simulate.RULES] == [True] * 5
 
 
 def test_a_controller_is_a_name_or_a_python_file():
