@@ -95,6 +95,7 @@ def part_of(run: Run, start: float, end: float | None = None) -> Run:
     return replace(
         run, **arrays, t=run.t[part] - run.t[part.start],
         work={name: work[part] - work[part.start] for name, work in run.work.items()},
+        signals={name: signal[part] for name, signal in run.signals.items()},
         events=tuple(replace(e, t=e.t - start) for e in run.events if start <= e.t <= last), meta=meta, setup=None,
     )  # fmt: skip
 

@@ -43,6 +43,10 @@ def test_a_part_of_a_run_is_a_run():
     assert second.work["actuator"][0] == 0.0
     assert second.work["actuator"][-1] == pytest.approx(run.work["actuator"][-1] - run.work["actuator"][3500])
     assert metrics(second, ARM).tip_rms_mm > 0.0
+    learnt = lwr_dyn.simulate(ARM, lwr_dyn.controller("adaptive", ARM), MOVE)
+    np.testing.assert_array_equal(
+        part_of(learnt, 3.5).signals["adapted_payload"], learnt.signals["adapted_payload"][3500:]
+    )
     assert part_of(run, 0.0, 2.0).t.size == 2001
     with pytest.raises(OptionError, match="part of a run"):
         part_of(run, 9.0)

@@ -1,0 +1,257 @@
+"""The adaptive law: its Lyapunov function at random states and along motions, linear form, bounds, what it gains."""
+
+import json
+
+import numpy as np
+import pytest
+
+import lwr_dyn
+from lwr_dyn.control.controllers import make_controller
+from lwr_dyn.control.linear_feedback import gravity_stiffness
+from lwr_dyn.control.protocol import WithMemory, describe
+from lwr_dyn.errors import MissingDataError, OptionError
+from lwr_dyn.feedback import adaptive
+from lwr_dyn.feedback.adapted_parameters import AdaptedParameters, scaled_gains
+from lwr_dyn.feedback.slotine_li_regressor import SlotineLiRegressor
+from lwr_dyn.model.friction import symmetric
+from lwr_dyn.responses.twice import Twice, part_of
+from lwr_dyn.simulation.metrics import metrics
+from lwr_dyn.simulation.sensors import Encoder
+from lwr_dyn.trajectory.references.ist import ist_clear_reference
+from tests.feedback.lyapunov import ARM, LOAD, STATES, Instant, missing_load
+from tests.slips import uncaught
+
+MODEL, TRUE = lwr_dyn.dynamics_of(ARM), lwr_dyn.dynamics_of(LOAD, "newton-euler")
+PLANT = lwr_dyn.dynamics_of(LOAD).ungated
+THETA = missing_load()
+OMEGA, GAIN = 50.0, 100.0
+COULOMB, VISCOUS = np.linspace(2.0, 0.5, 7), np.linspace(0.5, 0.1, 7)
+
+
+def made(module=adaptive, **options):
+    return module.tuned_adaptive(ARM, MODEL, **({"omega_n": OMEGA, "adapt_gain": GAIN} | options))
+
+
+def check_law(module):
+    """dV/dt = -k s^T B s - s^T F_v s exactly, with friction F_c tanh(dq_ref / width) + F_v dq in the true arm."""
+    law = made(module, adapt_friction=True)
+    truth = np.concatenate([THETA, COULOMB, VISCOUS])
+    gains = np.concatenate([scaled_gains(GAIN), *law.friction_gains])
+    assert (law.friction_gains > 0.0).all()
+    memory = np.random.default_rng(2).uniform(0.01, 0.1, law.memory_size)  # inside the bounds
+    for state in STATES:
+        law._effort = np.full(7, np.inf)
+        at = Instant.of(TRUE, OMEGA, *state)
+        tau, rate = law.torque_and_rate(memory, *state)
+        friction = COULOMB * np.tanh(state[3] / 5e-3) + VISCOUS * state[1]
+        fall = at.power(tau - friction) + (memory - truth) @ (rate / gains)
+        assert fall == pytest.approx(-at.damping - at.s @ (VISCOUS * at.s), rel=1e-9)
+    check_memory(module)
+    check_linear_form(module)
+
+
+def check_memory(module):
+    """Explicit Euler from call to call, inside the bounds; outward rates there are zero, all where torque is cut."""
+    law, state = made(module), STATES[0]
+    law._effort = np.full(7, np.inf)
+    _, rate = law.torque_and_rate(np.zeros(10), *state)
+    law(0.0, *state)
+    law(0.002, *state)
+    np.testing.assert_allclose(law.signals["adapted_payload"], 0.002 * rate, rtol=1e-12)
+    for bound in (law.adapted.lower, law.adapted.upper):
+        _, held = law.torque_and_rate(bound, *state)
+        _, free = law.torque_and_rate(bound * (1 - 1e-9), *state)
+        outward = np.sign(bound) * free > 0.0
+        assert outward.any()
+        assert (held[outward] == 0.0).all()
+        np.testing.assert_allclose(held[~outward], free[~outward], rtol=1e-5)
+    law(10.0, *state)  # a long time at that rate
+    assert (law.signals["adapted_payload"] >= law.adapted.lower).all()
+    assert (law.signals["adapted_payload"] <= law.adapted.upper).all()
+    law._effort = np.full(7, 1e-3)
+    assert not law.torque_and_rate(np.zeros(10), *state)[1].any()
+    law.reset()
+    assert not law.signals["adapted_payload"].any()
+
+
+def check_linear_form(module):
+    """Against differences of torque and rate at rest."""
+    law, still, h = made(module), np.zeros(7), 1e-6
+    q_0 = STATES[1, 0]
+    form = law.linear_feedback(q_0[None])
+
+    def slopes(place):
+        columns = []
+        for j in range(7):
+            ends = []
+            for side in (h, -h):
+                q, dq = (q_0 + side * np.eye(7)[j], still) if place == 0 else (q_0, side * np.eye(7)[j])
+                ends.append(np.concatenate(law.torque_and_rate(np.zeros(10), q, dq, q_0, still, still)))
+            columns.append((ends[0] - ends[1]) / (2 * h))
+        return np.array(columns).T
+
+    by_x, by_v = slopes(0), slopes(1)
+    columns = law.adapted.columns(SlotineLiRegressor(ARM)(q_0, still, still, still))
+    G = -columns @ by_v[7:]  # torque per position of the memory that follows the speed
+    stiffness = gravity_stiffness(form.gravity, q_0)
+    np.testing.assert_allclose(form.velocity[0], -by_v[:7], rtol=0, atol=1e-4)
+    np.testing.assert_allclose(form.position[0], stiffness - by_x[:7] + G, rtol=0, atol=1e-2)
+    np.testing.assert_allclose(form.integral[0], -columns @ by_x[7:], rtol=0, atol=1e-2)
+    assert np.abs(G).max() > 100.0
+
+
+SLIPS = [
+    ("dq_r = dq_ref + Lambda", "dq_r = dq_ref - Lambda"),
+    ("s = dq - dq_r", "s = dq_r - dq"),
+    ("(dq_ref - dq - s)", "(dq_ref - dq + s)"),
+    ("rate = -self._gains * slope", "rate = self._gains * slope"),
+    (" + self._armature * a", ""),
+    ("self._armature * a ", "self._armature * ddq_ref "),
+    (" + columns @ memory[:first]", ""),
+    ("shape * s, dq_r * s", "shape * s, dq * s"),
+    ("(self._coulomb + memory[first", "(self._coulomb - memory[first"),
+    ("tau += (self._viscous + memory[self._split :]) * dq_r", "tau += (self._viscous + memory[self._split :]) * dq"),
+    ("(memory >= self._upper) & (rate > 0.0)", "(memory >= self._upper) & (rate < 0.0)"),
+    ("(t - self._t) * self._rate", "self._rate"),
+    ("np.minimum(np.maximum(moved, self._lower), self._upper)", "moved"),
+    ("(np.abs(tau) > self._effort).any()", "False"),
+    ("k * Lambda * B + G, (k", "k * Lambda * B, (k"),
+    ("(k + Lambda) * B", "k * B"),
+    ("Lambda * G, self._dynamics", "G, self._dynamics"),
+]
+
+
+def test_its_lyapunov_function_falls_by_the_damping_alone():
+    check_law(adaptive)
+
+
+def test_slips_are_caught():
+    assert not uncaught("lwr_dyn.feedback.adaptive", SLIPS, check_law)
+
+
+def test_base_parameters_move_every_torque_that_parameters_can_move():
+    law = made(adapt="base")
+    regressor, W = SlotineLiRegressor(ARM), law.adapted.W
+    assert W.shape == (70, 43)  # what is known of an arm with seven turning joints, the first one upright
+    Y = np.concatenate([regressor(*state[[0, 1, 3, 4]]) for state in STATES])
+    any_change = np.random.default_rng(4).normal(size=70)
+    theta = np.linalg.lstsq(Y @ W, Y @ any_change, rcond=None)[0]
+    np.testing.assert_allclose(Y @ W @ theta, Y @ any_change, rtol=0, atol=1e-8)
+    at, (tau, rate) = Instant.of(TRUE, OMEGA, *STATES[0]), law.torque_and_rate(np.zeros(43), *STATES[0])
+    truth = np.linalg.lstsq(Y @ W, Y[:, -10:] @ THETA, rcond=None)[0]
+    law._effort[:] = np.inf
+    tau, rate = law.torque_and_rate(np.zeros(43), *STATES[0])
+    assert at.power(tau) - truth @ rate == pytest.approx(-at.damping, rel=1e-8)
+    assert law.signals["adapted_base"].shape == (70,)
+
+
+MOVE = ist_clear_reference(ARM, duration=7.0)
+
+
+def lyapunov(law, q, dq, theta, motion, k):
+    s = dq - motion.dq[k] - OMEGA * (motion.q[k] - q)
+    return s @ PLANT.mass_matrix(q) @ s / 2 + ((theta - THETA) ** 2 / (2 * law.adapted.gains)).sum()
+
+
+def test_evaluated_continuously_its_lyapunov_function_never_rises():
+    """Law and plant in every stage of RK4, from a start beside the reference."""
+    law, h, steps = made(), 1e-3, 1000
+    motion = MOVE.sample(np.arange(2 * steps + 1) * h / 2)
+    x = np.concatenate([motion.q[0] + 0.01, motion.dq[0], np.zeros(10)])
+
+    def rates(x, k):
+        q, dq, theta = x[:7], x[7:14], x[14:]
+        tau, rate = law.torque_and_rate(theta, q, dq, motion.q[k], motion.dq[k], motion.ddq[k])
+        return np.concatenate([dq, PLANT.forward_dynamics(q, dq, tau), rate])
+
+    V = [lyapunov(law, x[:7], x[7:14], x[14:], motion, 0)]
+    for k in range(0, 2 * steps, 2):
+        k1 = rates(x, k)
+        k2 = rates(x + h / 2 * k1, k + 1)
+        k3 = rates(x + h / 2 * k2, k + 1)
+        k4 = rates(x + h * k3, k + 2)
+        x = x + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+        V.append(lyapunov(law, x[:7], x[7:14], x[14:], motion, k + 2))
+    assert np.diff(V).max() <= 1e-14 * V[0]
+    assert V[-1] < 0.5 * V[0]
+
+
+def test_sampled_its_lyapunov_function_rises_by_the_square_of_the_step():
+    rises = []
+    for rate in (1000, 2000, 4000):
+        law = made()
+        run = lwr_dyn.simulate(LOAD, law, MOVE, rate=rate, duration=0.4)
+        motion = MOVE.sample(run.t)
+        rows = zip(run.q, run.dq, run.signals["adapted_payload"], strict=True)
+        V = np.array([lyapunov(law, *row, motion, k) for k, row in enumerate(rows)])
+        rises.append(np.diff(V).max() / V[0])
+    order = np.log2(np.divide(rises[:-1], rises[1:]))
+    print(rises, order)
+    assert rises[0] > 1e-6
+    np.testing.assert_allclose(order, 2.0, atol=0.3)
+
+
+def second_pass(arm, law, move, **options):
+    run = lwr_dyn.simulate(arm, law, move, payload=3.0, **options)
+    return metrics(part_of(run, move.second), arm).tip_rms_mm, run
+
+
+def test_with_an_unknown_load_the_second_pass_is_a_hundred_times_better():
+    move = Twice(MOVE, 2.0)
+    fixed, _ = second_pass(ARM, make_controller("inverse-dynamics", ARM, MODEL), move)
+    learnt, run = second_pass(ARM, make_controller("adaptive", ARM, MODEL), move)
+    assert fixed > 100.0 * learnt
+    mass, first = run.signals["adapted_payload"][-1][[0, 3]]
+    assert mass == pytest.approx(3.0, rel=0.01)
+    assert first == pytest.approx(3.0 * 0.078, rel=0.02)  # the flange is 78 mm from the last joint
+
+
+def test_with_friction_noise_and_delay_it_is_ten_times_better():
+    move = Twice(MOVE, 2.0)
+    plant = {"friction": [symmetric(level, 0.5) for level in COULOMB], "encoder": Encoder(0.0, 1e-5), "delay": 1}
+    fixed, _ = second_pass(ARM, make_controller("inverse-dynamics", ARM, MODEL), move, **plant)
+    learnt, run = second_pass(ARM, make_controller("adaptive", ARM, MODEL, adapt_friction=True), move, **plant)
+    print(fixed, learnt)
+    assert fixed > 10.0 * learnt
+    np.testing.assert_allclose(run.signals["adapted_coulomb"][-1], COULOMB, rtol=0.3)
+
+
+def test_it_can_run_continuously_and_describes_itself():
+    law = make_controller("adaptive", ARM, MODEL, adapt_friction=True)
+    assert isinstance(law, WithMemory)
+    record = json.loads(json.dumps(describe(law)))
+    assert record["label"] == "adaptive (payload, friction)"
+    assert len(record["parameters"]["gains"]) == 10
+    run = lwr_dyn.simulate(
+        ARM, make_controller("adaptive", ARM, MODEL), MOVE, payload=3.0, continuous=True, duration=0.05
+    )
+    assert np.abs(run.q - run.q_ref).max() < 1e-2
+
+
+BAD = {
+    "set": ({"adapt": "all"}, "adapt: 'all'; allowed: payload, base"),
+    "gain": ({"adapt_gain": 0.0}, "adapt_gain: 0.0; allowed: a number above 0"),
+    "omega": ({"omega_n": -1.0}, "omega_n"),
+    "friction": ({"adapt_friction": True, "friction_gain": float("nan")}, "friction_gain"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_options_are_one_line(case):
+    options, words = BAD[case]
+    with pytest.raises(OptionError, match=words):
+        make_controller("adaptive", ARM, MODEL, **options)
+
+
+def test_an_arm_without_inertias_is_refused():
+    with pytest.raises(MissingDataError):
+        make_controller("adaptive", lwr_dyn.load("lwr4"))
+
+
+def test_the_bounds_hold_every_load_that_the_arm_carries():
+    adapted = AdaptedParameters.of("payload", ARM, SlotineLiRegressor(ARM), 1.0)
+    assert (adapted.lower < THETA).all()
+    assert (adapted.upper > THETA).all()
+    wam = lwr_dyn.load("wam7")
+    friction = make_controller("adaptive", wam, adapt_friction=True).signals["adapted_coulomb"]
+    assert friction[0] == pytest.approx((4.4748 + 4.3609) / 2)  # starts from the friction that was identified
