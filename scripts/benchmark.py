@@ -16,6 +16,7 @@ from importlib.metadata import version
 
 import numpy as np
 import pinocchio as pin
+from benchmarks.control_laws import control_laws
 from benchmarks.dynamics_peers import mujoco_calls, mujoco_loop, toolbox_calls
 from benchmarks.friction import with_friction
 from benchmarks.inverse_kinematics import all_solutions
@@ -138,6 +139,7 @@ PARTS: dict[str, Callable[[int], None]] = {
     "calls": single_calls,
     "batches": batches,
     "loop": closed_loop,
+    "control": control_laws,
     "friction": with_friction,
     "processes": starts,
     "kernels": kernels,
