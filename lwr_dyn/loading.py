@@ -31,6 +31,7 @@ FUNCTIONS: Registry[Callable[..., Any]] = Registry(
         "sampled_notes": Row("lwr_dyn.design.sampled_text:sampled_notes", "the sampled loop of a simulation"),
         "compare": Row("lwr_dyn.comparison.comparison:compare", "runs side by side"),
         "plot": Row("lwr_dyn.notebook.plot:plot", "pictures of runs", extra="plots"),
+        "responses": Row("lwr_dyn.responses.response_text:responses_said", "what a loop made of a step or a chirp"),
         "show": Row("lwr_dyn.explorer.shown:show", "an arm or a run in the browser"),
         "plot_writer": Row("lwr_dyn.notebook.plot:plot_writer", "the option --plot", extra="plots"),
         "kuka_units": Row("lwr_dyn.krl.kuka_units:KukaUnits", "poses in mm and deg, Status, Turn", extra="krl"),

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from lwr_dyn.loading import FUNCTIONS
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind
 from lwr_dyn.model.run import Run
@@ -17,7 +18,8 @@ from lwr_dyn.viewer.replayed_runs import facts
 def run_record(run: Run, arm: Arm) -> dict[str, Any]:
     """Metrics, audit, events and the record of the setup."""
     events = [{"t": e.t, "kind": e.kind, "joint": e.joint, "value": e.value} for e in run.events]
-    return {"metrics": metrics(run, arm).to_json(), "events": events, "meta": dict(run.meta)}
+    found = {"metrics": metrics(run, arm).to_json(), "responses": _responses(run, arm)[1]}
+    return {**found, "events": events, "meta": dict(run.meta)}
 
 
 def run_text(run: Run, arm: Arm, full: bool = False) -> str:
@@ -29,7 +31,12 @@ def run_text(run: Run, arm: Arm, full: bool = False) -> str:
         f"limits of position, speed and torque: {figures.limits}",
         *audit_lines(run.audit),
     ]
-    return "\n".join([*lines, *friction_lines(run, arm)])
+    return "\n".join([*lines, *friction_lines(run, arm), *_responses(run, arm)[0]])
+
+
+def _responses(run: Run, arm: Arm) -> tuple[list[str], list[dict[str, Any]]]:
+    """Answers to steps and chirps as lines and records; both empty without the package `responses`."""
+    return FUNCTIONS.load("responses")(run, arm) if FUNCTIONS["responses"].is_installed else ([], [])
 
 
 def _title(run: Run, arm: Arm) -> str:

@@ -56,7 +56,8 @@ def plot(runs: Run | Sequence[Run], quantity: str = "overview", labels: Sequence
     ----------
     runs : Run or sequence of Run
     quantity : str
-        overview, tip error, path, torque, position error, velocity error, position, velocity, friction or energy.
+        overview, tip error, path, torque, position error, velocity error, position, velocity, friction, energy, or
+        response (of a step or a chirp).
     labels : sequence of str, optional
         One per run; the controllers' names if not given.
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 from lwr_dyn.errors import UnknownNameError
 from lwr_dyn.model.dh import JointKind
 from lwr_dyn.plotting.run_figures import path_figure, tip_error_figure, torque_figure
+from lwr_dyn.responses.response_figures import response_figures
 from lwr_dyn.viewer.figures import Curve, Figure, Level, Panel, Series, SeriesName
 from lwr_dyn.viewer.replayed_runs import ReplayedRun
 
@@ -77,6 +78,7 @@ QUANTITIES: Mapping[str, Callable[[Runs], tuple[Figure, ...]]] = {
     "velocity": velocity,
     "friction": friction,
     "energy": energy,
+    "response": response_figures,
 }
 """Name -> the figures of runs, side by side."""
 

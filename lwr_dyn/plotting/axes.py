@@ -81,6 +81,19 @@ def logarithmic_axis(values: Array, decades: int = 6) -> Axis:
     return Axis(10.0**bottom, 10.0**top, tuple(10.0**k for k in range(bottom, top + 1, every)), True)
 
 
+def frequency_axis(values: Array) -> Axis:
+    """A logarithmic axis over positive numbers as they are; ticks at 1, 2, 5 times powers of ten, or at powers.
+
+    >>> frequency_axis(np.array([0.6, 45.0])).ticks
+    (1.0, 2.0, 5.0, 10.0, 20.0)
+    """
+    low, high = float(np.nanmin(values)), float(np.nanmax(values))
+    powers = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
+    steps = _STEPS if high < 200.0 * low else _STEPS[:1]
+    ticks = tuple(10.0**k * step for k in powers for step in steps if low <= 10.0**k * step <= high)
+    return Axis(low, high, ticks or (low, high), True)
+
+
 def _ticks(low: float, high: float, most: int) -> tuple[float, ...]:
     """Multiples of a round step within the axis: at most `most`, at least two."""
     scale = 10.0 ** math.floor(math.log10((high - low) / most))

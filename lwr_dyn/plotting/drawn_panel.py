@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.plotting.axes import NEAR_LEVEL, Axis, axis_of, logarithmic_axis
+from lwr_dyn.plotting.axes import NEAR_LEVEL, Axis, axis_of, frequency_axis, logarithmic_axis
 from lwr_dyn.viewer.figures import GREY, Curve, Figure, Level, Panel, Series
 from lwr_dyn.viewer.replayed_runs import ReplayedRun
 
@@ -14,6 +14,8 @@ LIMIT = "limit"
 """The label of levels that a gauge can stand for."""
 FAR_APART = 30.0
 """Tip errors of runs that differ by more than this factor get a logarithmic axis."""
+FREQUENCY = "Hz"
+"""The unit of x that has a logarithmic axis."""
 ROUNDING = 1e-9
 """Of a level, such as a limit: curves that stay below this share of it are drawn as the zero that they are,"""
 _AROUND_ZERO = 1e-3
@@ -133,7 +135,8 @@ def _panel(figure: Figure, panel: Panel, curves: tuple[DrawnCurve, ...], time: A
     largest = max((abs(level.value) for level in far if level.axis == "y"), default=0.0)
     if np.nanmax(np.abs(up), initial=0.0) < ROUNDING * largest:
         up = np.append(up, [-_AROUND_ZERO * largest, _AROUND_ZERO * largest])
-    x, y = time or axis_of(across), _vertical(figure, curves, up)
+    x = time or (frequency_axis(across) if figure.x_unit == FREQUENCY else axis_of(across))
+    y = _vertical(figure, curves, up)
     if figure.equal_aspect:
         x, y = _same_scale(across, up)
     return DrawnPanel(panel, curves, x, y, near, far, factor)

@@ -84,6 +84,8 @@ _CAPTION: dict[str, Any] = {"loc": "left", "fontsize": 9.5, "fontweight": 600, "
 def _set_axes(axes: Axes, laid: FigureLayout, one: DrawnPanel) -> None:
     axes.set_xlim(one.x.low, one.x.high)
     axes.set_ylim(one.y.low, one.y.high)
+    if one.x.is_logarithmic:
+        axes.set_xscale("log")
     if one.y.is_logarithmic:
         axes.set_yscale("log")
     if one.magnified > 1:

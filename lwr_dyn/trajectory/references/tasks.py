@@ -17,22 +17,16 @@ REFERENCES: Registry[Callable[..., Reference]] = Registry(
             "IST where every joint of the LWR 4+ keeps 50 deg to its limits",
         ),
         "ist-clear-twice": Row("lwr_dyn.responses.twice:ist_clear_twice", "ist-clear, back to its start, and again"),
-        "point-to-point": Row(
-            "lwr_dyn.trajectory.references.joint_moves:one_move", "a move of the joints from rest to rest, a quintic"
-        ),
-        "lspb": Row(
-            "lwr_dyn.trajectory.references.joint_moves:timed_lspb_move",
-            "a move of the joints with a trapezoid of speed",
-        ),
+        "point-to-point": Row("lwr_dyn.trajectory.references.joint_moves:one_move", "a quintic from rest to rest"),
+        "lspb": Row("lwr_dyn.trajectory.references.joint_moves:timed_lspb_move", "a move with a trapezoid of speed"),
         "line": Row("lwr_dyn.cartesian.tasks:line_reference", "a straight line of the tip, of any arm"),
         "waypoints": Row(
-            "lwr_dyn.cartesian.tasks:waypoints_reference", "the waypoints of a file, in space or of the joints"
+            "lwr_dyn.cartesian.tasks:waypoints_reference", "waypoints in a file, of the tip or the joints"
         ),
-        "least-time": Row(
-            "lwr_dyn.design.time_optimal_task:least_time_reference",
-            "the path of another task in the least time that torques and speeds allow",
-            extra="design",
-        ),
+        "least-time": Row("lwr_dyn.design.time_optimal_task:least_time_reference", "paths in the least time", "design"),
+        "csv": Row("lwr_dyn.responses.motion_reference:csv_reference", "a motion from a CSV: joint positions or poses"),
+        "step": Row("lwr_dyn.responses.excitations:step_reference", "a step of one joint, or of each in turn"),
+        "chirp": Row("lwr_dyn.responses.excitations:chirp_reference", "a chirp of one joint, or of each in turn"),
         "hold": Row("lwr_dyn.trajectory.references.joint_moves:hold", "standing still"),
     },
 )
