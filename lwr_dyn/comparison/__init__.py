@@ -7,6 +7,7 @@ plants            what a controller can be confronted with: payload, other masse
 controller_specs  controllers as texts, with options and wrappers
 study             controllers x plants, simulated, in several processes if wanted
 study_run         one run of a study
+tuning            omega_n of every controller for one margin along the task
 part_of_run       a run from a time on; fewer samples of it
 cross_table       plants down and controllers across, in Markdown
 page              one HTML file; its charts

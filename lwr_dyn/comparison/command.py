@@ -31,6 +31,10 @@ CONTROLLERS_HELP = (
     "Names or files of your own; all names if not given. Options of simulate follow a colon: "
     "pid:omega-n=20:velocity-error; wrappers a plus: pid+friction."
 )
+TUNED_HELP = (
+    "Give each controller its largest omega-n with |S_ii| <= PEAK at poses of the task, rigid with a delay of 1 to 4 "
+    "samples, and with elastic gears if the arm has them."
+)
 FRICTION_HELP = (
     "Coulomb friction of an arm that gives none, a share of its torque limits: of the plant `friction`, and known to "
     "wrappers such as pid+friction."
@@ -39,6 +43,7 @@ OWN = [
     click.Option(["--controllers"], metavar="A,B:OPTION=VALUE,FILE.py", help=CONTROLLERS_HELP),
     click.Option(["--plants"], metavar="A,B=VALUE,A+B", default="nominal", show_default=True, help=PLANTS_HELP),
     click.Option(["--task"], type=OneOf(REFERENCES.names), default="ist", show_default=True, help="What the arm does."),
+    click.Option(["--tuned"], type=float, metavar="PEAK", help=TUNED_HELP),
     click.Option(["--friction"], type=float, metavar="SHARE", help=FRICTION_HELP),
     click.Option(["--rate"], type=float, default=1000.0, show_default=True, help="Samples a second."),
     click.Option(["--no-stops"], is_flag=True, help="Let joints pass their position limits."),
@@ -143,8 +148,9 @@ def _of_robot(
     since = getattr(reference, "second", 0.0) if given["twice"] else 0.0
     task = given["task"] + (" twice" if given["twice"] else "")
     study = ControllerStudy(
-        arm, reference, controllers, cases, task, fixed, since, lenient=given["controllers"] is None, folder=folder
-    )
+        arm, reference, controllers, cases, task, fixed, since, given["tuned"], folder=folder,
+        lenient=given["controllers"] is None,
+    )  # fmt: skip
     with progress("comparing") as report:
         return study.run(report, given["processes"])[0]
 

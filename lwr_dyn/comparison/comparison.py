@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -35,6 +35,8 @@ class RunComparison:
     failures: tuple[str, ...] = ()
     """Runs that could not be finished, each with the reason."""
     title: str = ""
+    tuned: Mapping[str, Any] = field(default_factory=dict)
+    """Controller as typed -> its `TunedFrequency`, of a study with gains of one margin."""
 
     def __repr__(self) -> str:
         return (
@@ -70,6 +72,7 @@ class RunComparison:
             said.append("! unstable: a torque goes from one limit to the other again and again; it is not ranked")
         said += [f"{one.controller}, {one.plant}: limits {one.figures.limits}" for one in self.runs if _limited(one)]
         said += [f"{one.controller}, {one.plant}: {_shaking(one)}" for one in self.runs if one.shakes]
+        said += [f"{name}: {_margin(one)}" for name, one in self.tuned.items()]
         return (*said, *self.failures)
 
     def cells(self, one: ComparedRun) -> tuple[str, ...]:
@@ -99,6 +102,7 @@ class RunComparison:
                  "metrics": one.figures.to_json()}
                 for one in self.runs
             ],
+            "tuned": {name: one.to_json() for name, one in self.tuned.items()},
             "failures": list(self.failures), "notes": list(self.notes),
         }  # fmt: skip
 
@@ -136,6 +140,11 @@ class RunComparison:
 
 def _limited(one: ComparedRun) -> bool:
     return not one.figures.within_limits
+
+
+def _margin(one: Any) -> str:
+    limit = f"|S_ii| reaches {one.peak:.3g} of {one.limit:g}"
+    return f"omega_n {one.omega_n:.3g} rad/s, where {limit} ({one.case.words}, joint {one.joint + 1})"
 
 
 def _shaking(one: ComparedRun) -> str:

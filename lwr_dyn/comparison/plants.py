@@ -20,6 +20,7 @@ from lwr_dyn.simulation.sensors import Encoder
 
 ASSUMED = "0.05"
 """Share of the torque limits that is Coulomb friction where the arm has none of its own and no share is given."""
+SIDES = ("motor", "link")
 FRICTIONLESS: Mapping[str, Any] = {"friction": "none"}
 
 
@@ -58,6 +59,11 @@ PLANTS: Registry[Callable[[PlantCase, str], PlantCase]] = Registry(
         "noise": Row(
             "lwr_dyn.comparison.plants:noise", "of the encoders, rad (m), one standard deviation, as noise=1e-5"
         ),
+        "elastic": Row(
+            "lwr_dyn.comparison.plants:elastic",
+            "gears with the springs of the arm's file; the largest stiffness in N m/rad, as elastic=3e4",
+        ),
+        "encoders": Row("lwr_dyn.comparison.plants:encoders", "of elastic joints, as elastic+encoders=link"),
         "delay": Row("lwr_dyn.comparison.plants:delay", "samples from a command to its torque, as delay=2"),
     },
 )
@@ -162,7 +168,24 @@ def noise(case: PlantCase, value: str) -> PlantCase:
 def delay(case: PlantCase, value: str) -> PlantCase:
     """Torques that act some samples after their command."""
     samples = _whole("delay", value, 1000, "a number of samples from 1 to 1000, as delay=2")
-    return case.changed(f"delay of {samples} samples", delay=samples)
+    return case.changed(f"delay of {samples} sample{'s' if samples > 1 else ''}", delay=samples)
+
+
+def elastic(case: PlantCase, value: str) -> PlantCase:
+    """Joints whose gears are springs, as the arm's file has them or of another stiffness; laws read the motors."""
+    if not value:
+        return case.changed("elastic joints", elasticity="file")
+    stiffness = _number("elastic", value, "the largest stiffness above 0, in N m/rad, as elastic=3e4")
+    return case.changed(f"elastic joints, {stiffness:g} N m/rad", elasticity=stiffness)
+
+
+def encoders(case: PlantCase, value: str) -> PlantCase:
+    """Elastic joints whose encoders are on the side of the links, or of the motors."""
+    if "elasticity" not in case.options:
+        raise OptionError("plant encoders", "on rigid joints", "after elastic: elastic+encoders=link")
+    if value not in SIDES:
+        raise OptionError("plant encoders", repr(value) if value else "no value", " or ".join(SIDES))
+    return case.changed(f"encoders on the {value} side", encoders=value)
 
 
 def _no_value(name: str, value: str) -> None:

@@ -6,7 +6,7 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from multiprocessing import get_context
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from lwr_dyn.comparison.comparison import RunComparison, comparison_of
 from lwr_dyn.comparison.controller_specs import ControllerSpec, controller_spec
@@ -16,6 +16,9 @@ from lwr_dyn.errors import MissingDataError, MissingPackageError, OptionError, R
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Reference, Run
 from lwr_dyn.progress import Report
+
+if TYPE_CHECKING:
+    from lwr_dyn.design.gain_search import TunedFrequency
 
 MANY = 24
 """From so many runs on, pages and pictures keep `RATE` samples a second of each; its figures are of all samples."""
@@ -37,8 +40,10 @@ class ControllerStudy:
     """Of `simulate`, for all runs."""
     since: float = 0.0
     """[s] Figures and pictures are of the run from here on."""
+    peak: float | None = None
+    """Of |S_ii|, to which omega_n of each controller is tuned (`comparison.tuning`); as typed if not given."""
     tuned: Mapping[str, Mapping[str, Any]] | None = None
-    """Controller as typed -> further options of its factory."""
+    """Controller as typed -> further options of its factory; what `run` fills in for a `peak`."""
     lenient: bool = False
     """Whether a controller that cannot be made for the arm is a line of `failures` too."""
     folder: Path | None = None
@@ -67,8 +72,15 @@ class ControllerStudy:
         if not 1 <= processes <= MOST:
             raise OptionError("processes", processes, f"from 1 to {MOST}")
         study, failures = self._makeable()
+        frequencies = study.frequencies(report)
+        failures += [
+            f"{text}: no omega_n keeps |S_ii| <= {self.peak:g}, {one.case.words}, joint {one.joint + 1}"
+            for text, one in frequencies.items()
+            if one.omega_n is None
+        ]
+        study, frequencies = study._tuned(frequencies)
         done: list[StudyRun] = []
-        first = None
+        faults: list[StudyFault] = []
         count = len(study.controllers) * len(self.plants)
         results = _in_pool(study, count, processes) if processes > 1 else map(Workshop(study).run, range(count))
         for i, result in enumerate(results):
@@ -76,17 +88,37 @@ class ControllerStudy:
             if isinstance(result, StudyFault):
                 if result.stops:
                     raise result.error()
-                first = first or result
-                failures.append(f"{result.controller}, {result.plant}: {result.text}")
+                faults.append(result)
             else:
                 done.append(result)
-        if first is not None and not done:
-            raise first.error()
+        if faults and not done:
+            raise faults[0].error()
         runs, names = [one.run for one in done], [f"run {i}" for i in range(1, len(done) + 1)]
+        failures += [f"{one.controller}, {one.plant}: {one.text}" for one in faults]
         compared = comparison_of(
             runs, names, failures=failures, figures=[one.figures for one in done], arms=[self.arm] * len(runs), least=1
         )
-        return compared, tuple(runs)
+        return replace(compared, tuned=frequencies), tuple(runs)
+
+    def _tuned(
+        self, frequencies: Mapping[str, "TunedFrequency"]
+    ) -> tuple["ControllerStudy", Mapping[str, "TunedFrequency"]]:
+        """The study with its omega_n, without the controllers that have none; and those that have one."""
+        found = {text: one for text, one in frequencies.items() if one.omega_n is not None}
+        kept = [text for text in self.controllers if text in found or text not in frequencies]
+        if not kept:
+            raise OptionError("tuned", self.peak, "a higher peak: no controller keeps it at any omega_n")
+        options = {text: {"omega_n": one.omega_n} for text, one in found.items()}
+        return replace(self, controllers=tuple(kept), tuned=options or self.tuned), found
+
+    def frequencies(self, report: Report = lambda _: None) -> Mapping[str, "TunedFrequency"]:
+        """Controller as typed -> its tuned omega_n; empty without a `peak`. Raises as `tuned_frequencies`."""
+        if self.peak is None:
+            return {}
+        from lwr_dyn.comparison.tuning import tuned_frequencies
+
+        rate = dict(self.options).get("rate", 1000.0)
+        return tuned_frequencies(self.arm, self.specs, self.reference, self.peak, rate, report)
 
     def _makeable(self) -> tuple["ControllerStudy", list[str]]:
         """The study with the controllers that can be made, which is tried before anything is simulated."""

@@ -11,7 +11,8 @@ import argparse
 import lwr_dyn
 from lwr_dyn.comparison.plants import plant_case
 from lwr_dyn.comparison.study import ControllerStudy
-from lwr_dyn.control.controllers import CONTROLLERS
+
+CONTROLLERS = ("pd-gravity", "pid", "inverse-dynamics")
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -27,7 +28,7 @@ def main(arguments: list[str] | None = None) -> None:
     reference = lwr_dyn.reference(options.task, arm, timing=options.timing)
     plants = [plant_case(arm, text) for text in options.plants.split(",")]
     fixed = (("position_limits", not options.no_stops),)
-    compared, _ = ControllerStudy(arm, reference, CONTROLLERS.names, plants, options.task, fixed).run()
+    compared, _ = ControllerStudy(arm, reference, CONTROLLERS, plants, options.task, fixed).run()
     print(compared.table.text())
     if options.html:
         compared.save(options.html)

@@ -71,6 +71,13 @@ def test_an_arm_with_friction_keeps_its_own():
         arm_with_friction(lwr_dyn.load("wam7"), 0.01)
 
 
+def test_elastic_gears_are_those_of_the_file_or_of_a_stiffness(arm):
+    assert plant_case(arm, "elastic").options["elasticity"] == "file"
+    soft = plant_case(arm, "elastic=5e3+encoders=link")
+    assert (soft.options["elasticity"], soft.options["encoders"]) == (5e3, "link")
+    assert soft.words == ("elastic joints, 5000 N m/rad", "encoders on the link side")
+
+
 def test_bits_and_noise_of_an_encoder_go_together_in_any_order(arm):
     ours = [plant_case(arm, text).options["encoder"] for text in ("encoder=12+noise=1e-5", "noise=1e-5+encoder=12")]
     assert ours == [Encoder.of_bits(12, 1e-5)] * 2
@@ -87,6 +94,9 @@ BAD = {
     "negative": ("scale=-1", "plant scale: '-1'; allowed: a factor above 0"),
     "infinite": ("scale=inf", "plant scale: 'inf'; allowed"),
     "negative noise": ("noise=-1", "plant noise: '-1'; allowed: a standard deviation above 0"),
+    "encoders of rigid joints": ("encoders=link", "plant encoders: on rigid joints; allowed: after elastic"),
+    "another side": ("elastic+encoders=top", "plant encoders: 'top'; allowed: motor or link"),
+    "no stiffness": ("elastic=0", "plant elastic: '0'; allowed: the largest stiffness above 0"),
     "half a bit": ("encoder=1.5", "plant encoder: '1.5'; allowed: a number of bits from 1 to 40"),
     "too late": ("delay=2000", "plant delay: '2000'; allowed: a number of samples from 1 to 1000"),
     "value of nominal": ("nominal=1", "plant nominal: with the value '1'; allowed: nominal, without a value"),
