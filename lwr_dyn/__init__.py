@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from lwr_dyn.front import ik_solver as ik_solver
     from lwr_dyn.front import inverse_kinematics as inverse_kinematics
     from lwr_dyn.front import load as load
+    from lwr_dyn.front import margins as margins
     from lwr_dyn.front import plot as plot
     from lwr_dyn.front import readings as readings
     from lwr_dyn.front import reference as reference
@@ -42,6 +43,7 @@ __all__ = [
     "ik_solver",
     "inverse_kinematics",
     "load",
+    "margins",
     "plot",
     "readings",
     "reference",

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from lwr_dyn.codegen.batch import BatchDynamics
     from lwr_dyn.comparison.comparison import compare as compare
     from lwr_dyn.control.protocol import Controller
+    from lwr_dyn.design.margins import margins as margins
     from lwr_dyn.dynamics.protocol import Dynamics
     from lwr_dyn.explorer.shown import show as show
     from lwr_dyn.kinematics.inverse import inverse_kinematics as inverse_kinematics
@@ -36,7 +37,7 @@ _ELSEWHERE = {
     "simulate": "lwr_dyn.simulation.simulate",
 }
 """Functions that are offered as they stand in their modules."""
-_LENT = ("compare", "plot", "show")
+_LENT = ("compare", "margins", "plot", "show")
 """Functions of optional packages that are offered as they stand."""
 
 

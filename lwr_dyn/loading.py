@@ -29,6 +29,8 @@ FUNCTIONS: Registry[Callable[..., Any]] = Registry(
             "lwr_dyn.inertia_bounds.certificate:inertia_certificates", "proven largest inertias", extra="batch"
         ),
         "sampled_notes": Row("lwr_dyn.design.sampled_text:sampled_notes", "the sampled loop of a simulation"),
+        "margins": Row("lwr_dyn.design.margins:margins", "margins of a sampled loop"),
+        "loop_pictures": Row("lwr_dyn.plotting.loop_pictures:LoopPictures", "pictures of a loop", extra="plots"),
         "compare": Row("lwr_dyn.comparison.comparison:compare", "runs side by side"),
         "plot": Row("lwr_dyn.notebook.plot:plot", "pictures of runs", extra="plots"),
         "responses": Row("lwr_dyn.responses.response_text:responses_said", "what a loop made of a step or a chirp"),

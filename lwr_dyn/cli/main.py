@@ -36,6 +36,7 @@ COMMANDS: Registry[click.Command] = Registry(
         ),
         "fk": Row("lwr_dyn.cli.fk:command", "Pose of the flange; the DH matrices in symbols."),
         "gains": Row("lwr_dyn.design.command:command", "Worst-case inertia of each joint, and gains from it."),
+        "margins": Row("lwr_dyn.design.margins_command:command", "Margins of a sampled loop, over all poses."),
         "ik": Row(
             "lwr_dyn.ik_solvers.command:command",
             "Joint positions for a pose: all branches, with limits and reach kept apart.",

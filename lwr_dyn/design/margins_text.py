@@ -55,9 +55,7 @@ def margins_text(report: MarginReport) -> str:
     )  # fmt: skip
     rows = list(zip(report.arm.joint_names, worst.peak, worst.peak_hz, worst.gain_up, worst.gain_down, strict=True))
     rows.append(("all together", None, None, worst.all_up, worst.all_down))
-    title = (
-        f"worst pose {where}, {report.worst_joint}: a deviation falls {worst.radius:.4g}-fold a sample at the slowest"
-    )
+    title = f"worst pose {where}, {report.worst_joint}; of the slowest deviation a sample leaves {worst.radius:.4g}"
     delay = f"{1e3 * worst.delay_margin:.3g} ms" if np.isfinite(worst.delay_margin) else "more than was tried"
     return "\n".join([*lines, Table(title, headings, rows).text(), f"all torques may come later by: {delay}"])
 

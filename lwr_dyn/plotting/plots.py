@@ -77,7 +77,7 @@ def check_figure(path: str | Path) -> None:
     """
     for target in figure_paths(path):
         check_writable(target)
-    with _drawing_class():
+    with drawing_class():
         pass
 
 
@@ -87,7 +87,7 @@ def figure_bytes(figures: Figure | Sequence[Figure], kind: str, runs: Runs = ())
         raise OptionError("kind", repr(kind), "png, svg")
     drawing, out = draw(figures, runs), io.BytesIO()
     metadata = {"Software": None} if kind == "png" else {"Date": None, "Creator": None}
-    with _drawing_class():
+    with drawing_class():
         drawing.savefig(out, format=kind, dpi=_DPI, metadata=metadata)
     return out.getvalue()
 
@@ -103,10 +103,10 @@ def draw(figures: Figure | Sequence[Figure], runs: Runs = ()) -> Drawing:
         Matplotlib is not installed.
     """
     parts = [figures] if isinstance(figures, Figure) else list(figures)
-    with _drawing_class() as drawing_class:
+    with drawing_class() as drawn_by:
         laid = [layout_of(figure, runs) for figure in parts]
         size = sum(one.width for one in laid), max(one.height for one in laid)
-        drawing: Drawing = drawing_class(figsize=size)
+        drawing: Drawing = drawn_by(figsize=size)
         ratios = [one.width for one in laid]
         places = drawing.subfigures(1, len(parts), squeeze=False, wspace=0.0, width_ratios=ratios)[0]
         for place, one in zip(places, laid, strict=True):
@@ -118,7 +118,7 @@ def draw(figures: Figure | Sequence[Figure], runs: Runs = ()) -> Drawing:
 
 
 @contextmanager
-def _drawing_class() -> Iterator[Any]:
+def drawing_class() -> Iterator[Any]:
     """Matplotlib's class of figures, under its own defaults and ours."""
     try:
         from matplotlib import style

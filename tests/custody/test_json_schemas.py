@@ -18,6 +18,7 @@ RUNS = {
     "check": ("check lwr4", "check kr30ha --reading printed"),
     "fk": ("fk lwr4 --q-deg 0,90,90,-90,0,90,0", "fk kr30ha --axes-deg A2=-90,A3=90"),
     "gains": ("gains lwr4plus",),
+    "margins": ("margins lwr4plus --poses 20", "margins lwr4plus --reading physical --q-deg 0,30,0,-60,0,30,0"),
     "ik": ("ik kr30ha --xyz-mm 91,-1139,1392 --abc-deg 0,0,0", "ik lwr4plus --xyz 0,0,2 --rpy 0,0,0"),
     "kernels": ("kernels kr30ha",),
     "simulate": (HOLD, f"{HOLD} --payload 3 --controller pid --encoder-bits 16 --mount ceiling --friction none"),

@@ -1,0 +1,71 @@
+"""Pictures of margins: what the curves and the map show, and the joints of a map."""
+
+import numpy as np
+import pytest
+
+from lwr_dyn.design.loop_response import loop_gain, single_loops
+from lwr_dyn.design.margin_pictures import ACROSS, loop_curves, picture_writer, pose_map
+from lwr_dyn.design.margins import margins
+from lwr_dyn.errors import FileAccessError, OptionError, UnknownNameError
+from tests.design.margin_cases import BENT, arm, dynamics, law
+from tests.simulation.sample_runs import one_joint
+
+
+@pytest.fixture(scope="module")
+def report():
+    return margins(arm(), law("pd-gravity"), engine=dynamics(), q=[BENT], delay=1)
+
+
+def test_the_curves_are_the_loops_cut_at_each_joint(report):
+    data = loop_curves(report)
+    gain = loop_gain(report.loop, report.case.sampling, data["hz"][::100])
+    np.testing.assert_allclose(data["loops"]["joint_3"][::100], single_loops(gain)[0, :, 2], rtol=1e-9)
+    assert data["shown"] == report.worst_joint
+    assert max(np.abs(1 / (1 + x)).max() for x in data["loops"].values()) == pytest.approx(
+        report.worst.peak.max(), rel=1e-3
+    )
+
+
+def test_the_map_holds_all_other_joints_and_shows_where_it_is(report):
+    axes, peaks, here, (title, note) = pose_map(report, (1, 3))
+    assert [label for label, _ in axes] == ["joint_2, deg", "joint_4, deg"]
+    assert here == pytest.approx(np.degrees(BENT[[1, 3]]))
+    q = BENT.copy()
+    column, row = 12, 30
+    q[1], q[3] = np.radians(axes[0][1][column]), np.radians(axes[1][1][row])
+    at = margins(arm(), law("pd-gravity"), engine=dynamics(), q=[q], delay=1)
+    assert peaks.shape == (ACROSS, ACROSS)
+    assert peaks[row, column] == pytest.approx(at.worst.peak.max(), rel=0.02)
+    assert "lwr4plus, reading physical" in title
+    assert "other joints as at the worst pose" in note
+
+
+def test_the_joints_that_change_nothing_are_not_those_of_the_map(report):
+    across, up = pose_map(report)[0]
+    assert "joint_1" not in across[0] + up[0]  # the inertias do not change with it
+    assert "joint_7" not in across[0] + up[0]
+
+
+def test_joints_of_a_map_that_cannot_be_are_refused(report):
+    for joints in ((0, 0), (0, 7), (-1, 2)):
+        with pytest.raises(OptionError, match="two of the joints 1 to 7"):
+            pose_map(report, joints)
+    slider = one_joint(mass=2.0)
+    alone = margins(slider, lambda t, q, dq, q_ref, dq_ref, ddq_ref: -100 * (q - q_ref) - 20 * dq, q=[[0.0]])
+    with pytest.raises(OptionError, match="one joint"):
+        pose_map(alone)
+
+
+@pytest.mark.parametrize(
+    ("wish", "error"), [("chart", UnknownNameError), ("bode.pdf", FileAccessError), ("none/bode.png", FileAccessError)]
+)
+def test_wishes_that_cannot_be_are_refused_before_the_work(wish, error, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(error):
+        picture_writer(wish)
+
+
+def test_a_map_is_written_as_png_and_svg(report, tmp_path):
+    png, svg = picture_writer(str(tmp_path / "map.png"))(report, (1, 3))
+    assert png.read_bytes()[:4] == b"\x89PNG"
+    assert svg.stat().st_size > 5000

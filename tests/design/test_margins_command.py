@@ -1,0 +1,110 @@
+"""`lwr-dyn margins` as a user types it."""
+
+import json
+
+import pytest
+
+POSE = ("--q-deg", "0,30,0,-60,0,30,0")
+PHYSICAL = ("lwr4plus", "--reading", "physical")
+
+
+def test_the_json_has_the_keys_that_programs_read(lwr_dyn_command):
+    code, out, _ = lwr_dyn_command("margins", "lwr4plus", "--poses", "100", "--json")
+    record = json.loads(out)
+    assert code == 0
+    assert 0.1 < record["unstable_share"] < 0.4
+    assert 6000 < record["least_rate_hz"] < 7000
+    assert (len(record["worst_q"]), record["worst_joint"]) == (7, "joint_1")
+
+
+@pytest.mark.parametrize(
+    ("options", "code"), [((), 0), (("--limit", "1.7"), 0), (("--limit", "1.01"), 1), (("--delay", "30"), 0)]
+)
+def test_a_limit_that_is_given_and_not_kept_is_exit_1(options, code, lwr_dyn_command):
+    assert lwr_dyn_command("margins", *PHYSICAL, *POSE, *options)[0] == code
+
+
+def test_options_of_the_controller_the_loop_and_the_plant_reach_the_loop(lwr_dyn_command):
+    def worst(*options):
+        return json.loads(lwr_dyn_command("margins", *PHYSICAL, *POSE, "--json", *options)[1])["worst"]
+
+    plain = worst()
+    for options in (
+        ("--omega-n", "20"), ("--controller", "inverse-dynamics+motor-side"), ("--delay", "1", "--rate", "2000"),
+        ("--velocity-cutoff", "100"), ("--payload", "7"), ("--plant-reading", "computed"),
+    ):  # fmt: skip
+        assert worst(*options)["radius"] != plain["radius"], options
+    link, motor = (worst("--elastic", "1e4", "--encoders", side) for side in ("link", "motor"))
+    assert (link["stable"], motor["stable"]) == (False, True)
+
+
+def test_poses_along_a_task(lwr_dyn_command):
+    code, out, _ = lwr_dyn_command("margins", *PHYSICAL, "--task", "ist", "--json", "--controller", "inverse-dynamics")
+    record = json.loads(out)
+    assert (code, record["poses"], record["where"]) == (0, 200, "given poses")
+
+
+def test_a_file_of_ones_own_is_linearised_and_this_is_said(lwr_dyn_command, tmp_path):
+    own = tmp_path / "own.py"
+    own.write_text(
+        "def make(arm, dynamics):\n"
+        "    def law(t, q, dq, q_ref, dq_ref, ddq_ref):\n"
+        "        return dynamics.inverse_dynamics(q, dq, 2500 * (q_ref - q) - 100 * dq)\n"
+        "    return law\n"
+    )
+    code, out, _ = lwr_dyn_command("margins", *PHYSICAL, *POSE, "--controller", str(own))
+    assert code == 0
+    assert "note: the controller has no linear_feedback(q): linearised by central differences" in out
+    own.write_text("def controller(t, q, dq, q_ref, dq_ref, ddq_ref):\n    return q_ref - qq\n")
+    code, _, err = lwr_dyn_command("margins", *PHYSICAL, *POSE, "--controller", str(own))
+    assert (code, err.count("\n")) == (2, 1)
+    assert "own.py: line 2: NameError" in err
+
+
+def test_pictures_are_written_and_named(lwr_dyn_command, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    code, out, _ = lwr_dyn_command("margins", *PHYSICAL, *POSE, "--plot", "bode", "--plot", "my_nyquist.svg")
+    assert code == 0
+    written = [line.removeprefix("wrote ") for line in out.splitlines() if line.startswith("wrote ")]
+    assert written == ["bode.png", "bode.svg", "my_nyquist.png", "my_nyquist.svg"]
+    assert all((tmp_path / name).stat().st_size > 5000 for name in written)
+
+
+@pytest.mark.parametrize(
+    ("options", "fault"),
+    [
+        (("--rate", "0"), "rate: 0.0; allowed: a number above 0"),
+        (("--delay", "200"), "a whole number of samples from 0 to 100"),
+        (("--delay", "60", "--task", "hold", "--from-deg", "0,30,0,-60,0,30,0", "--duration", "0.05"),
+         "--delay: 60 samples at 1000 Hz; allowed: less than the 0.05 s of the task"),
+        (("--limit", "0.9"), "limit of |S_ii|: 0.9; allowed: a number above 1"),
+        (("--poses", "0"), "poses: 0; allowed: a whole number above 0"),
+        (("--elastic", "soft"), "--elastic: 'soft'; allowed: a stiffness in N m/rad, or file"),
+        (("--elastic", "-1"), "stiffness"),
+        (("--encoders", "link"), "--encoders: would do nothing here; allowed: with --elastic"),
+        (("--velocity-cutoff", "600"), "below 500 Hz"),
+        (("--controller", "nothing"), "nothing"),
+        ((*POSE, "--poses", "5"), "--poses: would do nothing here"),
+        ((*POSE, "--task", "ist"), "--task: would do nothing here; allowed: without --q-deg"),
+        ((*POSE, "--from-deg", "0,0,0,0,0,0,0"), "--from-deg: would do nothing here"),
+        (("--q-deg", "0,0"), "--q-deg: 2 numbers"),
+        (("--plot", "chart"), "no picture named 'chart'"),
+        (("--plot", "bode.pdf"), "ends in .pdf"),
+        (("--map-joints", "1,2"), "--map-joints: would do nothing here; allowed: with --plot map"),
+        ((*POSE, "--plot", "map", "--map-joints", "1,9"), "two of the joints 1 to 7"),
+        ((*POSE, "--plot", "map", "--map-joints", "1.5,2"), "two joints counted from 1"),
+    ],
+)  # fmt: skip
+def test_bad_input_is_one_line(options, fault, lwr_dyn_command, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    code, out, err = lwr_dyn_command("margins", *PHYSICAL, *options)
+    assert (code, out) == (2, "")
+    assert err.count("\n") == 1
+    assert fault in err
+    assert not list(tmp_path.iterdir())
+
+
+def test_an_arm_without_inertias_is_refused(lwr_dyn_command):
+    code, out, err = lwr_dyn_command("margins", "lwr4")
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert "masses and inertias not given" in err
