@@ -13,8 +13,8 @@ from lwr_dyn.arrays import Array
 from lwr_dyn.audit.envelope import SECTION, working_envelope
 from lwr_dyn.checks.verdict import Verdict
 from lwr_dyn.errors import LwrDynError
+from lwr_dyn.ik_solvers.six_joint_geometry import wrist_arm_geometry
 from lwr_dyn.kinematics.forward import forward_kinematics, joint_axes
-from lwr_dyn.kinematics.six_joint_geometry import wrist_arm_geometry
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.spatial import from_rpy
 from lwr_dyn.papers.schema import Paper

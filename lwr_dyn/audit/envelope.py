@@ -23,7 +23,7 @@ import numpy as np
 from lwr_dyn.arrays import Array
 from lwr_dyn.audit.envelope_arcs import EnvelopeArc, pieces
 from lwr_dyn.errors import MissingDataError
-from lwr_dyn.kinematics.six_joint_geometry import SixJointGeometry, require_wrist_arm
+from lwr_dyn.ik_solvers.six_joint_geometry import SixJointGeometry, require_wrist_arm
 from lwr_dyn.model.arm import Arm
 
 BESIDE = 1e-7

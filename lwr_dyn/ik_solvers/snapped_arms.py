@@ -13,14 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lwr_dyn.arrays import Array
+from lwr_dyn.ik_solvers.six_joint_branches import ClosedForm, branch_result
+from lwr_dyn.ik_solvers.six_joint_geometry import WRIST_ARM, SixJointGeometry, planar_arm, six_axes
+from lwr_dyn.ik_solvers.spherical_wrist import closed_form
 from lwr_dyn.kinematics import numeric
 from lwr_dyn.kinematics.arm_geometry import meeting_point
 from lwr_dyn.kinematics.branches import joint_ranges, wrap
 from lwr_dyn.kinematics.forward import JointAxes, forward_kinematics
-from lwr_dyn.kinematics.six_joint_branches import ClosedForm, branch_result
-from lwr_dyn.kinematics.six_joint_geometry import WRIST_ARM, SixJointGeometry, planar_arm, six_axes
 from lwr_dyn.kinematics.solution import IkSolver, InverseResult, PoseProblem
-from lwr_dyn.kinematics.spherical_wrist import closed_form
 from lwr_dyn.model.chain import Chain
 from lwr_dyn.model.spatial import turn_about
 

@@ -15,12 +15,12 @@ from functools import partial
 import numpy as np
 
 from lwr_dyn.arrays import Array
+from lwr_dyn.ik_solvers.six_joint_branches import SixJointBranches
+from lwr_dyn.ik_solvers.six_joint_geometry import SixJointGeometry
 from lwr_dyn.ik_solvers.snapped_arms import snapped_arm, solve_pose
+from lwr_dyn.ik_solvers.spherical_wrist import ball_angles, ball_rotation, elbow_angles, shoulder_angles, turned
 from lwr_dyn.kinematics.branches import REACH_SLACK, JointRanges
-from lwr_dyn.kinematics.six_joint_branches import SixJointBranches
-from lwr_dyn.kinematics.six_joint_geometry import SixJointGeometry
 from lwr_dyn.kinematics.solution import IkSolver
-from lwr_dyn.kinematics.spherical_wrist import ball_angles, ball_rotation, elbow_angles, shoulder_angles, turned
 
 PARALLEL_ARM = "a six-joint arm with axis 2 perpendicular to 1, 3 and 4 parallel to 2, 5 and 6 that meet"
 

@@ -19,7 +19,7 @@ IK_SOLVERS: Registry[IkSolver[Any]] = Registry(
     "solver",
     {
         "srs": Row("lwr_dyn.kinematics.srs_solver:SOLVER", "S-R-S arms with an arm angle, in closed form"),
-        "spherical-wrist": Row("lwr_dyn.kinematics.spherical_wrist:SOLVER", "six joints, in closed form"),
+        "spherical-wrist": Row("lwr_dyn.ik_solvers.spherical_wrist:SOLVER", "six joints, in closed form"),
         "three-parallel": Row("lwr_dyn.ik_solvers.three_parallel:SOLVER", "six joints, in closed form, polished"),
         "rounded-wrist": Row("lwr_dyn.ik_solvers.snapped_arms:SOLVER", "six joints, the nearest closed form, polished"),
         "numeric": Row("lwr_dyn.kinematics.numeric:SOLVER", "any arm, by damped least squares from many starts"),

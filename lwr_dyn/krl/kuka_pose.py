@@ -16,8 +16,8 @@ import numpy as np
 
 from lwr_dyn.arrays import Array, fixed_array
 from lwr_dyn.errors import OptionError
+from lwr_dyn.ik_solvers.six_joint_geometry import require_wrist_arm, wrist_arm_geometry
 from lwr_dyn.kinematics.forward import forward_kinematics, joint_axes
-from lwr_dyn.kinematics.six_joint_geometry import require_wrist_arm, wrist_arm_geometry
 from lwr_dyn.kinematics.solution import Solution
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.spatial import from_rpy, rot_z

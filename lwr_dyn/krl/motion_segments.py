@@ -14,8 +14,8 @@ import numpy as np
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.errors import OptionError
+from lwr_dyn.ik_solvers.spherical_wrist import all_branches
 from lwr_dyn.kinematics.forward import jacobian_at, joint_axes, velocity_product_at
-from lwr_dyn.kinematics.spherical_wrist import all_branches
 from lwr_dyn.krl.diagnostics import ExecutionError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.trajectory.motion_profile import MotionProfile

@@ -7,8 +7,8 @@ import numpy as np
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.errors import OptionError
+from lwr_dyn.ik_solvers.spherical_wrist import all_branches
 from lwr_dyn.kinematics.forward import forward_kinematics, jacobian_at, joint_axes
-from lwr_dyn.kinematics.spherical_wrist import all_branches
 from lwr_dyn.krl.diagnostics import ExecutionError, Report
 from lwr_dyn.krl.kuka_pose import status
 from lwr_dyn.krl.motion_segments import STILL, TURN, CartesianSegment, MotionSegment, PosePath, PtpSegment

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import lwr_dyn
+from lwr_dyn.ik_solvers.six_joint_branches import SixJointBranches
 from lwr_dyn.ik_solvers.snapped_arms import snapped_arm, solve_pose
 from lwr_dyn.kinematics.branches import wrap
-from lwr_dyn.kinematics.six_joint_branches import SixJointBranches
 from lwr_dyn.kinematics.solution import PoseProblem
 from tests.ik_solvers.six_joint_arms import PARALLEL, TABLES, against_search, six_joint_arm
 

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import lwr_dyn
+from lwr_dyn.ik_solvers.six_joint_branches import NEAR_SINGULAR
 from lwr_dyn.ik_solvers.snapped_arms import snapped_arm
 from lwr_dyn.ik_solvers.three_parallel import closed_form
 from lwr_dyn.kinematics.branches import joint_ranges, wrap
-from lwr_dyn.kinematics.six_joint_branches import NEAR_SINGULAR
 from tests.ik_solvers.six_joint_arms import PARALLEL, six_joint_arm
 
 POSE, FOUND = 1e-11, 1e-8

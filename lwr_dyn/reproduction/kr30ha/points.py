@@ -14,9 +14,9 @@ import numpy as np
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.audit.printed_number import agrees
+from lwr_dyn.ik_solvers.six_joint_geometry import require_wrist_arm
 from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.kinematics.inverse import inverse_kinematics
-from lwr_dyn.kinematics.six_joint_geometry import require_wrist_arm
 from lwr_dyn.kinematics.solution import Solution, joint_distance, nearest_solution
 from lwr_dyn.krl.kuka_pose import KukaPose, pose_of_matrix, status, turn
 from lwr_dyn.model.arm import Arm

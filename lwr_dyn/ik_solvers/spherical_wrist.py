@@ -15,9 +15,9 @@ from functools import partial
 import numpy as np
 
 from lwr_dyn.arrays import Array
+from lwr_dyn.ik_solvers.six_joint_branches import SixJointBranches, solve_pose
+from lwr_dyn.ik_solvers.six_joint_geometry import WRIST_ARM, SixJointGeometry, require_wrist_arm, wrist_arm_geometry
 from lwr_dyn.kinematics.branches import ALIGNED, REACH_SLACK, JointRanges, elbow_bend, joint_ranges, wrap
-from lwr_dyn.kinematics.six_joint_branches import SixJointBranches, solve_pose
-from lwr_dyn.kinematics.six_joint_geometry import WRIST_ARM, SixJointGeometry, require_wrist_arm, wrist_arm_geometry
 from lwr_dyn.kinematics.solution import IkSolver
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.spatial import turn_about

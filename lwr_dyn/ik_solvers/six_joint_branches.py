@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lwr_dyn.arrays import Array
+from lwr_dyn.ik_solvers.six_joint_geometry import SixJointGeometry
 from lwr_dyn.kinematics.branches import BRANCHES, REACH_SLACK, JointRanges, joint_ranges, wrap
-from lwr_dyn.kinematics.six_joint_geometry import SixJointGeometry
 from lwr_dyn.kinematics.solution import InverseResult, PoseProblem, turned_result
 
 NEAR_SINGULAR = 1e-5

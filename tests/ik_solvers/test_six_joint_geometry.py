@@ -7,7 +7,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.errors import OptionError
-from lwr_dyn.kinematics.six_joint_geometry import planar_arm, require_wrist_arm, six_axes, wrist_arm_geometry
+from lwr_dyn.ik_solvers.six_joint_geometry import planar_arm, require_wrist_arm, six_axes, wrist_arm_geometry
 from tests.arms import random_arm
 
 KR30 = lwr_dyn.load("kr30ha")
