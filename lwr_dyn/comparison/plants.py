@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from lwr_dyn.arrays import number_of
+from lwr_dyn.environment.wall import Wall
 from lwr_dyn.errors import OptionError
 from lwr_dyn.loading import load_with_paper
 from lwr_dyn.model.arm import Arm
@@ -65,6 +66,7 @@ PLANTS: Registry[Callable[[PlantCase, str], PlantCase]] = Registry(
         ),
         "encoders": Row("lwr_dyn.comparison.plants:encoders", "of elastic joints, as elastic+encoders=link"),
         "delay": Row("lwr_dyn.comparison.plants:delay", "samples from a command to its torque, as delay=2"),
+        "table": Row("lwr_dyn.comparison.plants:table", "a compliant table below the tip, z in m, as table=0.1"),
     },
 )
 """Each row changes a case: `factory(case, value)`, value as text, "" where none is given."""
@@ -186,6 +188,18 @@ def encoders(case: PlantCase, value: str) -> PlantCase:
     if value not in SIDES:
         raise OptionError("plant encoders", repr(value) if value else "no value", " or ".join(SIDES))
     return case.changed(f"encoders on the {value} side", encoders=value)
+
+
+def table(case: PlantCase, value: str) -> PlantCase:
+    """A horizontal `Wall` with its defaults, at a height z [m] in the base, under the tip."""
+    try:
+        height = number_of(value)
+    except ValueError:
+        height = np.nan
+    if not np.isfinite(height):
+        raise OptionError("plant table", repr(value) if value else "no value", "a height in m, as table=0.1")
+    wall = Wall(case.plant, [0.0, 0.0, height], [0.0, 0.0, 1.0])
+    return case.changed(f"a table at {height:g} m", external=wall)
 
 
 def _no_value(name: str, value: str) -> None:

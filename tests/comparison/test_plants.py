@@ -24,6 +24,8 @@ def test_each_name_changes_its_own(arm):
         assert a.mass == pytest.approx(1.1 * b.mass, rel=1e-15)
     assert plant_case(arm, "reading=printed").plant.reading == "printed"
     assert plant_case(arm, "delay=2").options["delay"] == 2
+    table = plant_case(arm, "table=-0.1").options["external"]
+    assert (table.place.tolist(), table.normal.tolist()) == ([0.0, 0.0, -0.1], [0.0, 0.0, 1.0])
     assert plant_case(arm, "noise=1e-4").options["encoder"] == Encoder(noise=1e-4)
     assert plant_case(arm, "encoder=12").options["encoder"].resolution == 2 * np.pi / 4096
 
@@ -99,6 +101,7 @@ BAD = {
     "no stiffness": ("elastic=0", "plant elastic: '0'; allowed: the largest stiffness above 0"),
     "half a bit": ("encoder=1.5", "plant encoder: '1.5'; allowed: a number of bits from 1 to 40"),
     "too late": ("delay=2000", "plant delay: '2000'; allowed: a number of samples from 1 to 1000"),
+    "no height": ("table", "plant table: no value; allowed: a height in m, as table=0.1"),
     "value of nominal": ("nominal=1", "plant nominal: with the value '1'; allowed: nominal, without a value"),
     "twice": ("payload=1+payload=2", "payload twice; allowed: each change once"),
     "reading last": ("scale=2+reading=printed", "plant reading: after a change of masses"),
