@@ -67,16 +67,17 @@ class ElasticDynamics:
         return out
 
     def mass_matrix(self, x: Array) -> Array:
-        """diag(M, B), (2n, 2n)."""
-        n = self.joints
-        B = np.diag(np.concatenate([self.rotor, self.rotor]))
-        B[:n, :n] = self._links.mass_matrix(x[:n])
+        """diag(M, B), (..., 2n, 2n)."""
+        n, links = self.joints, self._links if x.ndim == 1 else self.links
+        B = np.zeros((*x.shape, 2 * n))
+        B[..., :n, :n] = links.mass_matrix(x[..., :n])
+        B[..., np.arange(n, 2 * n), np.arange(n, 2 * n)] = self.rotor
         return B
 
     def bias_torque(self, x: Array, dx: Array) -> Array:
-        """(C dq + g - s, s), (2n,)."""
-        n, gear = self.joints, self.gear_torque(x, dx)
-        return np.concatenate([self._links.bias_torque(x[:n], dx[:n]) - gear, gear])
+        """(C dq + g - s, s), (..., 2n)."""
+        n, links, gear = self.joints, self._links if x.ndim == 1 else self.links, self.gear_torque(x, dx)
+        return np.concatenate([links.bias_torque(x[..., :n], dx[..., :n]) - gear, gear], axis=-1)
 
     def link_rows(self, x: Array, dx: Array, tau: Array, out: Array, external: Array | None = None) -> None:
         """Writes the slopes of ddq over (q, theta, dq, dtheta) into `out` (n, 4n).

@@ -52,6 +52,7 @@ class HeldExponential:
     ) -> None:
         n2, n = model.n, model.joints
         self._model, self._friction, self._sides = model, mode.friction, mode.sides
+        self._couple = getattr(model, "couple", None)  # the slopes of what it leaves out are not in J
         self._h, self._external = h / substeps, external
         self._part = self._h / NODES
         self._exponential = MatrixExponential(2 * n2 + 2)
@@ -103,11 +104,15 @@ class HeldExponential:
             self._choose_unit(link)
         link[:, :n2] *= d / self._w
         link[:, n2:] *= d
+        if self._couple is not None:
+            self._write_motors()
         if slope is not None:
             i = np.arange(n)
             A[n2 + n + i, n2 + n + i] = d * (self._motors[i, 3, i] - self._moving * slope[n:] / model.rotor)
         A[:n2, -1] = (d * self._w) * dx
         A[n2 : 2 * n2, -1] = d * model.forward_dynamics(x, dx, net)
+        if self._couple is not None:
+            self._couple(x, A[n2 : 2 * n2, : 2 * n2])
         if self._external is not None:
             later = d * model.forward_dynamics(x, dx, self._net(t + d, x, dx, tau))
             A[n2 : 2 * n2, -2] = later - A[n2 : 2 * n2, -1]
@@ -121,10 +126,10 @@ class HeldExponential:
     def _correct(self, t: float, state: Array, tau: Array, part: Array) -> None:
         """Adds what the linearised motion leaves out, as it is seen at the nodes of its own path.
 
-        It grows with the square of time; of an external torque with a kink also with time.
+        It grows with the square of time; where J has not all slopes, or an external torque has a kink, also with time.
         """
         pull, last = self._pull, self._left_out(t, state, tau, NODES)
-        if self._external is None:
+        if self._external is None and self._couple is None:
             np.multiply(GROWTH[1], last, out=pull)
         else:
             half = self._left_out(t, state, tau, NODES // 2)
@@ -165,10 +170,14 @@ class HeldExponential:
 
     def _choose_unit(self, link: Array) -> None:
         """`w`, and with it what stays in the matrix: speeds over positions, and the rows of the motors."""
-        n, n2, d = self._model.joints, self._model.n, self._part
+        n2, d = self._model.n, self._part
         fastest = max(np.abs(link[:, :n2]).max(), np.abs(self._motors[:, :2]).max())
         self._w = w = float(2.0 ** np.round(np.log2(np.sqrt(fastest))))
         self._A[:n2, n2 : 2 * n2] = d * w * np.eye(n2)
+        self._write_motors()
+
+    def _write_motors(self) -> None:
+        n, n2, d, w = self._model.joints, self._model.n, self._part, self._w
         rows = self._A[n2 + n : 2 * n2, : 2 * n2].reshape(n, 4, n)
         rows[:, :2], rows[:, 2:] = d / w * self._motors[:, :2], d * self._motors[:, 2:]
 

@@ -37,13 +37,17 @@ class ElasticFlow(Flow):
 
 
 class ElasticStep(FastStep):
-    """The usual step by the exponential of the linearised motion; where a link rests, `Flow` takes it."""
+    """The usual step by the exponential of the linearised motion.
+
+    Where a link rests, or a motor of the full model, `Flow` takes it.
+    """
 
     def take(self, t: float, now: Array, tau: Array, after: Array) -> bool:
         """As `FastStep.take`; the work of the dampers goes to the flow."""
         flow: Any = self._flow
         n = flow.plant.arm.n
-        if flow.mode.at_rest[:n].any() or not FastStep.take(self, t, now, tau, after):
+        resting = flow.mode.at_rest if flow.plant.model.rotors == "full" else flow.mode.at_rest[:n]
+        if resting.any() or not FastStep.take(self, t, now, tau, after):
             return False
         flow.damped.append(self._held.damped)
         return True

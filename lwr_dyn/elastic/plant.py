@@ -10,6 +10,7 @@ import numpy as np
 from lwr_dyn.arrays import Array, read_only
 from lwr_dyn.dynamics.engines import ENGINES
 from lwr_dyn.elastic.dynamics import ElasticDynamics
+from lwr_dyn.elastic.full_model import FullElasticDynamics
 from lwr_dyn.errors import MissingDataError, OptionError, RatingWarning
 from lwr_dyn.simulation.arm_friction import FORMS, ArmFriction
 from lwr_dyn.simulation.plant import Plant
@@ -32,7 +33,7 @@ class ElasticPlant(Plant):
 
 
 def elastic_plant(setup: Setup) -> ElasticPlant:
-    """The plant of a setup with `elasticity`.
+    """The plant of a setup with `elasticity`: of the full model where the engine has rotors "full", else reduced.
 
     Raises
     ------
@@ -45,7 +46,9 @@ def elastic_plant(setup: Setup) -> ElasticPlant:
     assert elasticity is not None
     if setup.engine not in ENGINES.names:
         raise OptionError("engine", f"{setup.engine} with elastic joints", ", ".join(ENGINES.names))
-    model = ElasticDynamics(plant.arm, elasticity, setup.engine)
+    full = getattr(plant.ungated, "rotors", "armature") == "full"
+    links = "pinocchio" if full else setup.engine  # the recursion is written to be read, not to be fast
+    model = (FullElasticDynamics if full else ElasticDynamics)(plant.arm, elasticity, links)
     _check_rotors(setup, model)
     free = np.full(plant.arm.n, np.inf)
     return ElasticPlant(

@@ -63,6 +63,7 @@ def _step(rates: Rates, t: float, x: Array, d: float, f0: Array, J: Array, m: in
         change = (newton @ rest[:, :m].ravel()).reshape(3, m)
         z[:, :m] += change
         z[:, m:] += rest[:, m:]
+        z[:, (f == 0.0).all(axis=0)] = 0.0  # what rests stays to the last bit: Newton's matrix leaves roundings
         size = float(np.abs(change).max())
         if not np.isfinite(size):
             break

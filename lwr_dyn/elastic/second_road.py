@@ -14,7 +14,6 @@ from collections.abc import Callable
 import numpy as np
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.elastic.dynamics import ElasticDynamics
 from lwr_dyn.elastic.plant import ElasticPlant
 from lwr_dyn.elastic.radau import STAGES, TIMES
 from lwr_dyn.model.run import Run
@@ -60,16 +59,14 @@ class _ElasticIntervals:
 
     def __init__(self, run: Run, plant: ElasticPlant, rows: Rows) -> None:
         other = "pinocchio" if plant.model.name == "newton-euler" else "newton-euler"
-        self.model = ElasticDynamics(plant.arm, run.setup.elasticity, other)
+        self.model = type(plant.model)(plant.arm, run.setup.elasticity, other)
         x, dx = (np.hstack(pair) for pair in ((run.q, run.signals["theta"]), (run.dq, run.signals["dtheta"])))
         self.x, self.dx, self.after_x, self.after_dx = x[rows], dx[rows], x[rows + 1], dx[rows + 1]
         self.t, self.h = run.t[rows], np.diff(run.t)[rows][:, None]
         self.tau, self.recorded, self.external = run.tau_applied[rows], run.tau_friction[rows], run.setup.external
-        n = run.n
         still = (self.dx == 0.0) & (self.after_dx == 0.0) & (self.x == self.after_x) & plant.friction.directional
         self.moves = ~still
         self.frictions = [_friction(plant, d, a, s) for d, a, s in zip(self.dx, self.after_dx, still, strict=True)]
-        self.rest: Mask = still[:, n:]
 
     def residuals(self) -> tuple[Array, Array]:
         """Residuals (k, 2n) [N m] and gaps (k, 2n) [rad]."""
@@ -77,11 +74,11 @@ class _ElasticIntervals:
         x, dx = self.x, self.dx
         for i in range(HALVES):
             x, dx = self._step(x, dx, i / HALVES, self.h / HALVES)
-        torque = (self.after_dx - dx) / self.h
-        torque[:, :n] = np.einsum("kij,kj->ki", self.model.links.mass_matrix(self.x[:, :n]), torque[:, :n])
-        torque[:, n:] *= self.model.rotor
-        holding = self.tau - self.model.gear_torque(self.x, self.dx) - self.recorded
-        torque[:, n:] = np.where(self.rest, holding, torque[:, n:])
+        B = self.model.mass_matrix(self.x)
+        torque = np.einsum("kij,kj->ki", B, (self.after_dx - dx) / self.h)
+        start = self._acceleration(self.x, self.dx, 0.0)
+        needed = self._force(self.x, self.dx, 0.0) - np.einsum("kij,kj->ki", B, start)
+        torque[:, n:] = np.where(self.moves[:, n:], torque[:, n:], needed[:, n:] - self.recorded)
         return np.abs(torque), np.abs(self.after_x - x)
 
     def scale(self) -> float:
@@ -90,17 +87,23 @@ class _ElasticIntervals:
         return float(max(1.0, gears, np.abs(self.tau).max()))
 
     def _acceleration(self, x: Array, dx: Array, share: float) -> Array:
-        """(k, 2n) at a share of the intervals."""
-        n, model = self.model.joints, self.model
-        q, dq, gear = x[:, :n], dx[:, :n], model.gear_torque(x, dx)
-        net = gear - model.links.bias_torque(q, dq)
+        """(k, 2n) at a share of the intervals, 0 of motors at rest."""
+        both, rest = self.moves[:, :, None] * self.moves[:, None, :], np.eye(x.shape[1]) * ~self.moves[:, None, :]
+        B = self.model.mass_matrix(x) * both + rest
+        return np.asarray(np.linalg.solve(B, (self._force(x, dx, share) * self.moves)[..., None])[..., 0])
+
+    def _force(self, x: Array, dx: Array, share: float) -> Array:
+        """Torques less friction and less what the motion needs, (k, 2n)."""
+        n = self.model.joints
+        force = -self.model.bias_torque(x, dx)
+        force[:, n:] += self.tau
         if self.external is not None:
             times = (self.t + share * self.h[:, 0]).tolist()
-            net += np.array([self.external(*row) for row in zip(times, q, dq, strict=True)])
-        friction = np.array([f(v)[n:] if f else np.zeros(n) for f, v in zip(self.frictions, dx, strict=True)])
-        links = np.linalg.solve(model.links.mass_matrix(q), net[..., None])[..., 0]
-        motors = (self.tau - gear - friction) / model.rotor
-        return np.asarray(np.hstack([links, motors]) * self.moves)
+            force[:, :n] += np.array([self.external(*row) for row in zip(times, x[:, :n], dx[:, :n], strict=True)])
+        for row, friction, v in zip(force, self.frictions, dx, strict=True):
+            if friction is not None:
+                row -= friction(v)
+        return np.asarray(force)
 
     def _step(self, x: Array, dx: Array, share: float, d: Array) -> tuple[Array, Array]:
         """One step of Radau IIA 5 of d (k, 1) [s], from the share of the interval that is done."""

@@ -120,7 +120,7 @@ def audit(run: Run, dynamics: Dynamics | None = None) -> Audit:
     Parameters
     ----------
     run : Run
-        As `simulate` gives it; of a run from a file only the energy can be judged again.
+        As `simulate` gives it; of a run from a file, or of elastic joints, only the energy can be judged again.
     dynamics : Dynamics, optional
         The plant's dynamics by any engine: the energies are then computed once more, from q and dq.
 
@@ -130,7 +130,7 @@ def audit(run: Run, dynamics: Dynamics | None = None) -> Audit:
     """
     actuator_gap = energy_gap = None
     change = run.energy - run.energy[0]
-    if not run.meta.get("options", {}).get("continuous", False):
+    if run.meta.get("elasticity") is None and not run.meta.get("options", {}).get("continuous", False):
         held = np.einsum("ki,ki->k", run.tau_applied[:-1], np.diff(run.q, axis=0))
         actuator_gap = float(np.abs(run.work["actuator"] - np.concatenate([[0.0], np.cumsum(held)])).max())
     if dynamics is not None:
@@ -142,5 +142,5 @@ def audit(run: Run, dynamics: Dynamics | None = None) -> Audit:
         channels={name: float(each[-1]) for name, each in run.work.items()},
         actuator_gap=actuator_gap,
         energy_gap=energy_gap,
-        other_road=other_road(run),
+        other_road=None if run.meta.get("elasticity") else other_road(run),
     )

@@ -18,6 +18,7 @@ from lwr_dyn.simulation.stop_contacts import StopContacts, stop_contacts
 
 MILLI = 1e3
 RIGID = "rigid links and joints"
+ELASTIC = "rigid links, elastic joints"
 """What every error of the tip is computed with. A real arm bends, in its joints first: a drive with elastic gears (the
 LWR's) leaves an error at the tip that no figure here contains."""
 
@@ -45,9 +46,9 @@ class ErrorFigures:
 class Metrics:
     """Position errors in mrad (mm for a sliding joint), velocity errors in mrad/s, the tip's in mm.
 
-    The errors of the tip are those of an arm with rigid links and joints: what elastic joints add is not in them. A use
-    is a peak over its limit, NaN where the limit is unknown. Where a joint met its stop, the figures are not the
-    controller's alone; `caveat` says both in words.
+    The errors of the tip are those of an arm with rigid links: what their bending adds is not in them, nor, where the
+    joints were rigid, what elastic ones add. A use is a peak over its limit, NaN where the limit is unknown. Where a
+    joint met its stop, the figures are not the controller's alone; `caveat` says both in words.
     """
 
     position_mrad: ErrorFigures
@@ -62,6 +63,7 @@ class Metrics:
     limit_margin: Array  # least distance from the position limits [rad], negative beyond one
     saturated_s: Array  # time in which the command was beyond the torque limit [s]
     stops: StopContacts
+    bodies: str = RIGID
     __repr__ = short_repr
     _repr_html_ = repr_html
 
@@ -91,8 +93,8 @@ class Metrics:
 
     @property
     def caveat(self) -> str:
-        """What the errors of the tip rest on, in words: `RIGID`, and the stops that joints met."""
-        return "; ".join([RIGID, *([self.stops.sentence()] if self.stops.met else [])])
+        """What the errors of the tip rest on, in words: `RIGID` or `ELASTIC`, and the stops that joints met."""
+        return "; ".join([self.bodies, *([self.stops.sentence()] if self.stops.met else [])])
 
     def to_json(self) -> dict[str, Any]:
         """The figures as JSON values; None for NaN and infinity; "tip_caveat" is `caveat`, "at_stop_s" is by joint."""
@@ -125,6 +127,7 @@ def metrics(run: Run, arm: Arm) -> Metrics:
         limit_margin=read_only(np.minimum(run.q - arm.lower, arm.upper - run.q).min(axis=0)),
         saturated_s=read_only(steps @ (command > effort)),
         stops=stop_contacts(run, arm),
+        bodies=RIGID if run.meta.get("elasticity") is None else ELASTIC,
     )
 
 
@@ -138,7 +141,7 @@ def _use(peak: Array, limit: Array) -> Array:
 
 def _json(value: Any) -> Any:
     if isinstance(value, Metrics | ErrorFigures):
-        return {f.name: _json(getattr(value, f.name)) for f in fields(value) if f.name != "stops"}
+        return {f.name: _json(getattr(value, f.name)) for f in fields(value) if f.name not in ("stops", "bodies")}
     if isinstance(value, np.ndarray):
         return [_json(float(x)) for x in value]
     return value if np.isfinite(value) else None

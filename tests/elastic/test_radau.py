@@ -39,3 +39,12 @@ def test_work_is_summed_beside_the_motion():
 def test_a_step_that_fails_is_not_finite(rates):
     with np.errstate(all="ignore"):
         assert np.isnan(radau(1)(rates, 0.0, np.array([1.0]), 1.0)).all()
+
+
+def test_what_rests_stays_to_the_last_bit():
+    def rates(t, y):
+        q, rest, dq, still = y
+        return np.array([dq, still, -1e4 * (q - rest) - 10.0 * dq, 0.0])
+
+    end = radau(4, 3)(rates, 0.0, np.array([1.0, 0.3, 0.0, 0.0]), 0.01)
+    assert (end[1], end[3]) == (0.3, 0.0)

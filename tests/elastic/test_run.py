@@ -8,6 +8,8 @@ import pytest
 from lwr_dyn.errors import DivergenceError
 from lwr_dyn.model.elasticity import JointElasticity
 from lwr_dyn.model.run import Run
+from lwr_dyn.simulation.audit import audit
+from lwr_dyn.simulation.metrics import metrics
 from lwr_dyn.simulation.other_road import uneventful
 from lwr_dyn.simulation.simulate import simulate
 from tests.elastic.elastic_arms import FRICTION, law, physical, short_run
@@ -140,3 +142,11 @@ def test_a_run_file_keeps_the_motors(tmp_path):
 def test_what_means_nothing_is_refused(options, message):
     with pytest.raises(ValueError, match=message):
         short_run(**options)
+
+
+def test_figures_of_an_elastic_run_say_so():
+    run = short_run(duration=0.01)
+    assert metrics(run, physical()).caveat == "rigid links, elastic joints"
+    again = audit(replace(run, setup=None))
+    assert again.residual == run.audit["residual"]
+    assert (again.actuator_gap, again.other_road) == (None, None)
