@@ -18,6 +18,7 @@ from lwr_dyn.responses.twice import Twice, part_of
 from lwr_dyn.simulation.metrics import metrics
 from lwr_dyn.simulation.sensors import Encoder
 from lwr_dyn.trajectory.references.ist import ist_clear_reference
+from lwr_dyn.trajectory.references.joint_moves import point_to_point
 from tests.feedback.lyapunov import ARM, LOAD, STATES, Instant, missing_load
 from tests.slips import uncaught
 
@@ -146,6 +147,7 @@ def test_base_parameters_move_every_torque_that_parameters_can_move():
 
 
 MOVE = ist_clear_reference(ARM, duration=7.0)
+SHORT = point_to_point(ARM, [[0.3, -1.2, 0.2, 0.9, -1.5, 1.1, -0.6], [0.8, -0.6, 0.5, 1.4, -1.0, 0.6, 0.2]], [2.0])
 
 
 def lyapunov(law, q, dq, theta, motion, k):
@@ -214,6 +216,17 @@ def test_with_friction_noise_and_delay_it_is_ten_times_better():
     print(fixed, learnt)
     assert fixed > 10.0 * learnt
     np.testing.assert_allclose(run.signals["adapted_coulomb"][-1], COULOMB, rtol=0.3)
+
+
+def test_on_elastic_joints_it_is_ten_times_better():
+    """The real plant's springs (K = 1e4 N m/rad), encoders on the links, half of the rigid arm's gain."""
+    move = Twice(SHORT, 1.0)
+    plant = {"elasticity": "file", "encoders": "link"}
+    fixed, _ = second_pass(ARM, make_controller("inverse-dynamics", ARM, MODEL, omega_n=25.0), move, **plant)
+    learnt, run = second_pass(ARM, make_controller("adaptive", ARM, MODEL, omega_n=25.0), move, **plant)
+    print(fixed, learnt)
+    assert fixed > 10.0 * learnt
+    assert max(run.meta["cut_share"]) == 0.0
 
 
 def test_it_can_run_continuously_and_describes_itself():
