@@ -43,7 +43,7 @@ from lwr_dyn.model.friction import FRICTIONLESS
 from lwr_dyn.registry import Option
 
 GAIN = 10.0
-"""[kg/J] g of `scaled_gains`. At 1 kHz and without friction 10 to 100 was tried on the LWR 4+; with friction that is not
+"""[kg/J] g of `scaled_gains`. At 1 kHz without friction 10 to 100 was tried on the LWR 4+; with friction that is not
 adapted, 30 is too much for the light wrist of its reading `computed`."""
 FRICTION_GAIN = 30.0
 """[1/s^2] Of Coulomb friction, times the inertia of the joint."""
