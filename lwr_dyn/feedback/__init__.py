@@ -8,5 +8,6 @@ wrapped                what is put around a controller
 momentum_observer      MomentumObserver: the external torque from those of the motors
 collision_threshold    levels that the estimate passes only in a collision
 observed               Observed: a momentum observer beside any controller
+observer_figure        its estimate, levels and the truth as a figure
 friction_compensation  friction of the reference's or the measured velocity added to any law
 """

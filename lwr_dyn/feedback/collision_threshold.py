@@ -72,7 +72,9 @@ class CollisionThreshold:
 
     def record(self) -> dict[str, Any]:
         """The threshold as JSON values."""
-        return {"bias": self.bias.tolist(), "noise": self.noise, "cutoff_hz": self.cutoff_hz, "sigmas": SIGMAS}
+        inertia = None if self.inertia is None else self.inertia.tolist()
+        noise = {"noise": self.noise, "cutoff_hz": self.cutoff_hz, "sigmas": SIGMAS}
+        return {"bias": self.bias.tolist(), "inertia": inertia, **noise}
 
 
 def noise_gain(gain: float, cutoff_hz: float, interval: float) -> float:
