@@ -18,7 +18,7 @@ Not covered: sampling. Inside the layer the term is damping of size rho H^2 / ep
 damping; once no sample falls inside the layer it is a switch: torque chatters and the error no longer falls with eps.
 Delay and noise bound the layer in the same way; a torque limit takes the term away.
 
-The honest figure: at the default layer the robust term takes 5 to 30 % off the error that the law has without it; most
+The honest figure: at the default layer the robust term takes 5 to 31 % off the error that the law has without it; most
 of what it gains over a law without load comes from half of the largest load in its model. Adaptation does far more.
 
 Source: Spong, "On the robust control of robot manipulators", IEEE Trans. Automatic Control 37(11) (1992), with the
