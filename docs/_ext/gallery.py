@@ -51,9 +51,10 @@ def gallery_text(root: Path) -> str:
     parts = []
     for card in cards(root):
         commands = "\n".join(f"$ {command}" for command in card["commands"])
-        replayed = f"$ lwr-dyn replay {' '.join(card['runs'])} --html {card['name']}.html"
+        if "runs" in card:
+            commands += f"\n$ lwr-dyn replay {' '.join(card['runs'])} --html {card['name']}.html"
         parts += [f"## {card['title']}", card["text"], picture(card["name"], card["title"], root)]
-        parts += [f":::{{dropdown}} Commands\n```console\n{commands}\n{replayed}\n```\n:::"]
+        parts += [f":::{{dropdown}} Commands\n```console\n{commands}\n```\n:::"]
     return "\n\n".join(parts)
 
 
@@ -114,7 +115,10 @@ def make_pages(app: Sphinx) -> None:
 
 
 def write_page(card: Card, folder: Path, path: Path) -> None:
-    """The page that replays a card's runs."""
+    """The page that replays a card's runs, or that its commands have written."""
+    if "page" in card:
+        shutil.copyfile(folder / card["page"], path)
+        return
     runs = [lwr_dyn.Run.load(folder / name) for name in card["runs"]]
     lwr_dyn.replay(runs, path, title=card["title"])
 
