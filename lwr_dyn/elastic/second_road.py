@@ -20,19 +20,18 @@ from lwr_dyn.model.run import Run
 from lwr_dyn.simulation.arm_friction import FrictionTorque, Mask
 from lwr_dyn.simulation.other_road import OtherRoad, Rows, uneventful
 
-JUDGED = 100
-"""Intervals of a run, evenly spread; each costs as much as 40 steps of the run."""
+JUDGED = 50
+"""Intervals of a run, evenly spread."""
 HALVES = 2
 """Radau steps an interval."""
 METHOD_TORQUE = 1e-6
 """Of the largest torque: what the two methods may differ by, seen as a torque over an interval; 1e-9 to 1e-7 seen."""
 METHOD_GAP = 1e-9
 """[rad] by which the two methods may differ in an interval; 1e-12 to 1e-10 seen."""
-NEWTON_STEPS = 12
-CHANGE = 1e-15
-"""[rad, rad/s] Smaller changes end Newton's iteration."""
-SLOPE_STEP = 1e-6
-"""[rad, rad/s] of the differences for its slopes."""
+NEWTON_STEPS = 20
+CHANGE = 1e-13
+"""[rad, rad/s] Smaller changes end Newton's iteration, and so do changes below `ROUNDING` that do not halve."""
+ROUNDING = 1e-9
 
 
 def second_road(run: Run, plant: ElasticPlant, most: int = JUDGED) -> OtherRoad | None:
@@ -59,7 +58,7 @@ class _ElasticIntervals:
 
     def __init__(self, run: Run, plant: ElasticPlant, rows: Rows) -> None:
         other = "pinocchio" if plant.model.name == "newton-euler" else "newton-euler"
-        self.model = type(plant.model)(plant.arm, run.setup.elasticity, other)
+        self.own, self.model = plant.model, type(plant.model)(plant.arm, run.setup.elasticity, other)
         x, dx = (np.hstack(pair) for pair in ((run.q, run.signals["theta"]), (run.dq, run.signals["dtheta"])))
         self.x, self.dx, self.after_x, self.after_dx = x[rows], dx[rows], x[rows + 1], dx[rows + 1]
         self.t, self.h = run.t[rows], np.diff(run.t)[rows][:, None]
@@ -70,14 +69,14 @@ class _ElasticIntervals:
 
     def residuals(self) -> tuple[Array, Array]:
         """Residuals (k, 2n) [N m] and gaps (k, 2n) [rad]."""
-        n = self.model.joints
+        n, every = self.model.joints, np.arange(len(self.t))
         x, dx = self.x, self.dx
         for i in range(HALVES):
-            x, dx = self._step(x, dx, i / HALVES, self.h / HALVES)
+            x, dx = self._step(x, dx, self.t + i / HALVES * self.h[:, 0], self.h / HALVES)
         B = self.model.mass_matrix(self.x)
         torque = np.einsum("kij,kj->ki", B, (self.after_dx - dx) / self.h)
-        start = self._acceleration(self.x, self.dx, 0.0)
-        needed = self._force(self.x, self.dx, 0.0) - np.einsum("kij,kj->ki", B, start)
+        start = self._acceleration(self.x, self.dx, self.t, every)
+        needed = self._force(self.x, self.dx, self.t, every) - np.einsum("kij,kj->ki", B, start)
         torque[:, n:] = np.where(self.moves[:, n:], torque[:, n:], needed[:, n:] - self.recorded)
         return np.abs(torque), np.abs(self.after_x - x)
 
@@ -86,48 +85,61 @@ class _ElasticIntervals:
         gears = np.abs(self.model.gear_torque(self.x, self.dx)).max()
         return float(max(1.0, gears, np.abs(self.tau).max()))
 
-    def _acceleration(self, x: Array, dx: Array, share: float) -> Array:
-        """(k, 2n) at a share of the intervals, 0 of motors at rest."""
-        both, rest = self.moves[:, :, None] * self.moves[:, None, :], np.eye(x.shape[1]) * ~self.moves[:, None, :]
-        B = self.model.mass_matrix(x) * both + rest
-        return np.asarray(np.linalg.solve(B, (self._force(x, dx, share) * self.moves)[..., None])[..., 0])
+    def _acceleration(self, x: Array, dx: Array, t: Array, rows: Rows) -> Array:
+        """(m, 2n) at times t (m,) of the intervals `rows` (m,), 0 of motors at rest."""
+        moves = self.moves[rows]
+        rest = np.eye(x.shape[1]) * ~moves[:, None, :]
+        B = self.model.mass_matrix(x) * (moves[:, :, None] * moves[:, None, :]) + rest
+        return np.asarray(np.linalg.solve(B, (self._force(x, dx, t, rows) * moves)[..., None])[..., 0])
 
-    def _force(self, x: Array, dx: Array, share: float) -> Array:
-        """Torques less friction and less what the motion needs, (k, 2n)."""
+    def _force(self, x: Array, dx: Array, t: Array, rows: Rows) -> Array:
+        """Torques less friction and less what the motion needs, (m, 2n)."""
         n = self.model.joints
         force = -self.model.bias_torque(x, dx)
-        force[:, n:] += self.tau
+        force[:, n:] += self.tau[rows]
         if self.external is not None:
-            times = (self.t + share * self.h[:, 0]).tolist()
-            force[:, :n] += np.array([self.external(*row) for row in zip(times, x[:, :n], dx[:, :n], strict=True)])
-        for row, friction, v in zip(force, self.frictions, dx, strict=True):
+            states = zip(t.tolist(), x[:, :n], dx[:, :n], strict=True)
+            force[:, :n] += np.array([self.external(*state) for state in states])
+        for row, at, v in zip(force, rows, dx, strict=True):
+            friction = self.frictions[at]
             if friction is not None:
                 row -= friction(v)
         return np.asarray(force)
 
-    def _step(self, x: Array, dx: Array, share: float, d: Array) -> tuple[Array, Array]:
-        """One step of Radau IIA 5 of d (k, 1) [s], from the share of the interval that is done."""
-        k, m = x.shape[0], 2 * x.shape[1]
-        half = m // 2
+    def _slopes(self, x: Array, dx: Array) -> Array:
+        """Slopes (k, 4n, 4n) of the rates by the run's own model: they only decide how fast Newton's iteration ends."""
+        n, model, (k, m) = self.model.joints, self.own, x.shape
+        J = np.zeros((k, 2 * m, 2 * m))
+        J[:, :m, m:] = np.eye(m)
+        i = np.arange(n)
+        for row, (J_k, q, v) in enumerate(zip(J, x, dx, strict=True)):
+            model.link_rows(q, v, np.concatenate([np.zeros(n), self.tau[row]]), J_k[m : m + n])
+            for block, slope in enumerate(model.motor_slopes()):
+                J_k[m + n + i, block * n + i] = slope
+        J[:, m:] *= self.moves[:, :, None]
+        return J
 
-        def rates(y: Array, at: float) -> Array:
-            return np.hstack([y[:, half:], self._acceleration(y[:, :half], y[:, half:], at)])
-
+    def _step(self, x: Array, dx: Array, t: Array, d: Array) -> tuple[Array, Array]:
+        """One step of Radau IIA 5 of d (k, 1) [s] from t (k,)."""
+        k, half = x.shape
+        m, every = 2 * half, np.arange(k)
+        stages, moments = np.repeat(every, 3), (t[:, None] + TIMES * d).ravel()
         y = np.hstack([x, dx])
-        f0, J = rates(y, share), np.empty((k, m, m))
-        for j in range(m):
-            moved = y.copy()
-            moved[:, j] += SLOPE_STEP
-            J[:, :, j] = (rates(moved, share) - f0) / SLOPE_STEP
-        newton = np.eye(3 * m) - np.einsum("ij,kab->kiajb", STAGES, J).reshape(k, 3 * m, 3 * m) * d[:, :, None]
-        newton, z = np.linalg.inv(newton), TIMES[None, :, None] * (d * f0)[:, None, :]
+        f0 = np.hstack([dx, self._acceleration(x, dx, t, every)])
+        blocks = np.einsum("ij,kab->kiajb", STAGES, self._slopes(x, dx)).reshape(k, 3 * m, 3 * m)
+        newton, z = np.linalg.inv(np.eye(3 * m) - blocks * d[:, :, None]), TIMES[None, :, None] * (d * f0)[:, None, :]
+        before = np.inf
         for _ in range(NEWTON_STEPS):
-            f = np.stack([rates(y + z[:, i], share + c / HALVES) for i, c in enumerate(TIMES)], axis=1)
+            at = (y[:, None, :] + z).reshape(3 * k, m)
+            ddx = self._acceleration(at[:, :half], at[:, half:], moments, stages)
+            f = np.hstack([at[:, half:], ddx]).reshape(k, 3, m)
             rest = d[:, :, None] * np.einsum("ij,kja->kia", STAGES, f) - z
             change = np.einsum("kab,kb->ka", newton, rest.reshape(k, 3 * m)).reshape(k, 3, m)
             z = z + change
-            if not np.abs(change).max() > CHANGE:
+            size = float(np.abs(change).max())
+            if not size > CHANGE or (size < ROUNDING and size > before / 2):
                 break
+            before = size
         end = y + z[:, 2]
         return end[:, :half], end[:, half:]
 

@@ -64,6 +64,8 @@ class SimulationOptions:
             samples = f"{self.rate:g} samples a second over {duration:g} s"
             raise OptionError("rate, duration", samples, f"at most {MOST_SAMPLES:.0e} samples in all")
         steps = max(1, int(np.ceil(duration * self.rate - GRID)))
+        if self.delay > steps:
+            raise OptionError("delay", f"{self.delay} samples in a run of {steps}", "a delay shorter than the run")
         return np.arange(steps + 1) / self.rate
 
 

@@ -107,3 +107,10 @@ def test_the_rate_of_viscous_friction_is_that_of_a_braked_mass_and_bounds_the_st
     assert friction_rate(stiff, q, SimulationOptions(substeps=need)) == rate
     with pytest.raises(OptionError, match=f"smooth, .*substeps from {need} on, method dop853, or friction set"):
         friction_rate(stiff, q, SimulationOptions(substeps=need - 1))
+
+
+def test_a_delay_longer_than_the_run_is_refused():
+    options = SimulationOptions(delay=5)
+    assert options.times(0.005).size == 6
+    with pytest.raises(OptionError, match="delay: 5 samples in a run of 4; allowed: a delay shorter than the run"):
+        options.times(0.004)
