@@ -15,7 +15,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from lwr_dyn.arrays import Array, arm_argument, real_array
-from lwr_dyn.design.time_optimal_limits import JointBounds, Rows, Uses, friction_band, linear_limits, uses
+from lwr_dyn.design.time_optimal_limits import (
+    JointBounds,
+    Rows,
+    Uses,
+    friction_band,
+    linear_limits,
+    rows_of_intervals,
+    uses,
+)
 from lwr_dyn.design.time_optimal_pieces import JointPath, PathPiece, path_of_reference
 from lwr_dyn.design.time_optimal_profiles import on_samples, profile_of_squares
 from lwr_dyn.design.toppra_solver import fastest_squares
@@ -134,8 +142,12 @@ def _timed(
     s = s[np.concatenate([[True], np.diff(s) > 1e-6 * piece.length])]
     s[-1] = piece.length
     lowered = np.ones((3, s.size - 1, arm.n))
+    rows = rows_of_intervals(piece, dynamics, bounds, s)
     for trial in range(1, TRIALS + 1):
-        profile = profile_of_squares(s, _solved(arm, piece, dynamics, bounds, s, lowered))
+        squares = fastest_squares(s, linear_limits(*rows, bounds, s, lowered))
+        if squares is None or not (squares[1:-1] > 0.0).all():
+            raise OptionError("path", _why_not(arm, rows[0], bounds, s), "a path that the limits allow to follow")
+        profile = profile_of_squares(s, squares)
         if rate is not None:
             profile = on_samples(profile, rate)
         found = uses(piece, dynamics, bounds, profile)
@@ -147,22 +159,14 @@ def _timed(
     raise OptionError("path", f"its limits are passed by {most - 1.0:.2g} between points", "more intervals")
 
 
-def _solved(arm: Arm, piece: PathPiece, dynamics: Dynamics, bounds: JointBounds, s: Array, lowered: Array) -> Array:
-    """The squared speeds x (k,) at the grid s (k,) of the fastest timing from rest to rest."""
-    squares = fastest_squares(s, linear_limits(piece, dynamics, bounds, s, lowered))
-    if squares is None or not (squares[1:-1] > 0.0).all():
-        raise OptionError("path", _why_not(arm, piece, dynamics, bounds, s), "a path that the limits allow to follow")
-    return squares
-
-
-def _why_not(arm: Arm, piece: PathPiece, dynamics: Dynamics, bounds: JointBounds, s: Array) -> str:
+def _why_not(arm: Arm, rows: Rows, bounds: JointBounds, s: Array) -> str:
     """Why no timing was found: a joint whose torque does not hold the arm, where there is one."""
-    need = (np.abs(Rows.at(piece, dynamics, bounds, s).c) + friction_band(bounds)[1]) / bounds.effort
+    need = (np.abs(rows.c) + friction_band(bounds)[1]) / bounds.effort
     row, joint = np.unravel_index(int(np.argmax(need)), need.shape)
     if need[row, joint] <= 1.0:
         return "no timing was found"
     share = f"{need[row, joint]:.3g} times the torque that it may use"
-    return f"{arm.joint_names[joint]} needs {share}, only to stand still, at {s[row] / piece.length:.0%} of the way"
+    return f"{arm.joint_names[joint]} needs {share}, only to stand still, at {s[row] / s[-1]:.0%} of the way"
 
 
 def _about(

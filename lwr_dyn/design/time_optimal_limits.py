@@ -25,7 +25,7 @@ from lwr_dyn.trajectory.motion_profile import MotionProfile
 
 INSIDE = 1e-9
 """Share of the piece by which its ends and the ends of intervals are approached from inside."""
-PLACES = (0.02, 0.25, 0.5, 0.75, 0.98)
+PLACES = (0.25, 0.5, 0.75)
 """Of an interval, where its uses are measured besides its ends."""
 
 
@@ -128,16 +128,18 @@ def uses(piece: PathPiece, dynamics: Dynamics, bounds: JointBounds, profile: Mot
     )
 
 
-def linear_limits(
-    piece: PathPiece, dynamics: Dynamics, bounds: JointBounds, s: Array, lowered: Array | float = 1.0
-) -> LinearLimits:
+def rows_of_intervals(piece: PathPiece, dynamics: Dynamics, bounds: JointBounds, s: Array) -> tuple[Rows, Rows]:
+    """The rows at the begin and at the end of each interval of the grid s (m + 1,), seen from inside it."""
+    side = INSIDE * np.diff(s)
+    begin, end = (Rows.at(piece, dynamics, bounds, at) for at in (s[:-1] + side, s[1:] - side))
+    return begin, end
+
+
+def linear_limits(begin: Rows, end: Rows, bounds: JointBounds, s: Array, lowered: Array | float = 1.0) -> LinearLimits:
     """The limits on the grid s (m + 1,): those at both ends of the interval that begins there, each as a share.
 
     `lowered` (3, m, n): factors on the limits of torque, speed and acceleration on each interval.
     """
-    side = INSIDE * np.diff(s)
-    begin = Rows.at(piece, dynamics, bounds, s[:-1] + side)
-    end = Rows.at(piece, dynamics, bounds, s[1:] - side)
     factors = np.broadcast_to(lowered, (3, *begin.c.shape))
     twice = 2.0 * np.diff(s)[:, None]  # x at the end is x + 2 ds u
     a = np.hstack([begin.a, end.a + twice * end.b, begin.first, end.first + twice * end.second])

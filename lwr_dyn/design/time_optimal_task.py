@@ -28,7 +28,7 @@ def least_time_reference(
     ] = None,
     switch_rate: Annotated[float, Option(float, "Acceleration jumps at samples only, this many a second.")] = RATE,
     timing: Annotated[
-        str | None, Option(MOTION_PROFILES, "Says how the path is rounded at corners (smooth: stops there).")
+        str | None, Option(MOTION_PROFILES, "Rounds the path; smooth-blended if not given, smooth stops at corners.")
     ] = None,
     shift: Annotated[ArrayLike | None, Option(Quantity.POINT, "Moves the letters, m in frame 0.")] = None,
     start: Annotated[
