@@ -16,6 +16,7 @@ Line = Callable[[], tuple[str, bool] | tuple[str, bool, str]]
 """One count: the result in words, whether it holds, and perhaps a table of its own that is printed at the end."""
 
 LINES = {
+    "adaptation": "adaptation:adaptation",
     "branches": "branches:branches",
     "checks": "checks:checks",
     "core": "suite:core",

@@ -9,24 +9,30 @@ import lwr_dyn
 from lwr_dyn.control.controllers import make_controller
 from lwr_dyn.control.linear_feedback import gravity_stiffness
 from lwr_dyn.control.protocol import WithMemory, describe
+from lwr_dyn.design.sampled_loop import RestingLoop, Sampling
 from lwr_dyn.errors import MissingDataError, OptionError
 from lwr_dyn.feedback import adaptive
 from lwr_dyn.feedback.adapted_parameters import AdaptedParameters, scaled_gains
 from lwr_dyn.feedback.slotine_li_regressor import SlotineLiRegressor
-from lwr_dyn.model.friction import symmetric
-from lwr_dyn.responses.twice import Twice, part_of
-from lwr_dyn.simulation.metrics import metrics
-from lwr_dyn.simulation.sensors import Encoder
+from lwr_dyn.responses.twice import Twice
 from lwr_dyn.trajectory.references.ist import ist_clear_reference
 from lwr_dyn.trajectory.references.joint_moves import point_to_point
-from tests.feedback.lyapunov import ARM, LOAD, STATES, Instant, missing_load
+from tests.feedback.learning import (
+    COULOMB,
+    ELASTIC,
+    FRICTION,
+    MODEL,
+    THETA,
+    along_a_continuous_loop,
+    largest_rise,
+    second_pass,
+)
+from tests.feedback.lyapunov import ARM, LOAD, STATES, Instant
 from tests.slips import uncaught
 
-MODEL, TRUE = lwr_dyn.dynamics_of(ARM), lwr_dyn.dynamics_of(LOAD, "newton-euler")
-PLANT = lwr_dyn.dynamics_of(LOAD).ungated
-THETA = missing_load()
+TRUE = lwr_dyn.dynamics_of(LOAD, "newton-euler")
 OMEGA, GAIN = 50.0, 100.0
-COULOMB, VISCOUS = np.linspace(2.0, 0.5, 7), np.linspace(0.5, 0.1, 7)
+VISCOUS = np.linspace(0.5, 0.1, 7)
 
 
 def made(module=adaptive, **options):
@@ -150,58 +156,22 @@ MOVE = ist_clear_reference(ARM, duration=7.0)
 SHORT = point_to_point(ARM, [[0.3, -1.2, 0.2, 0.9, -1.5, 1.1, -0.6], [0.8, -0.6, 0.5, 1.4, -1.0, 0.6, 0.2]], [2.0])
 
 
-def lyapunov(law, q, dq, theta, motion, k):
-    s = dq - motion.dq[k] - OMEGA * (motion.q[k] - q)
-    return s @ PLANT.mass_matrix(q) @ s / 2 + ((theta - THETA) ** 2 / (2 * law.adapted.gains)).sum()
-
-
 def test_evaluated_continuously_its_lyapunov_function_never_rises():
-    """Law and plant in every stage of RK4, from a start beside the reference."""
-    law, h, steps = made(), 1e-3, 1000
-    motion = MOVE.sample(np.arange(2 * steps + 1) * h / 2)
-    x = np.concatenate([motion.q[0] + 0.01, motion.dq[0], np.zeros(10)])
-
-    def rates(x, k):
-        q, dq, theta = x[:7], x[7:14], x[14:]
-        tau, rate = law.torque_and_rate(theta, q, dq, motion.q[k], motion.dq[k], motion.ddq[k])
-        return np.concatenate([dq, PLANT.forward_dynamics(q, dq, tau), rate])
-
-    V = [lyapunov(law, x[:7], x[7:14], x[14:], motion, 0)]
-    for k in range(0, 2 * steps, 2):
-        k1 = rates(x, k)
-        k2 = rates(x + h / 2 * k1, k + 1)
-        k3 = rates(x + h / 2 * k2, k + 1)
-        k4 = rates(x + h * k3, k + 2)
-        x = x + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
-        V.append(lyapunov(law, x[:7], x[7:14], x[14:], motion, k + 2))
+    V = along_a_continuous_loop(made(), MOVE, 1000)
     assert np.diff(V).max() <= 1e-14 * V[0]
     assert V[-1] < 0.5 * V[0]
 
 
 def test_sampled_its_lyapunov_function_rises_by_the_square_of_the_step():
-    rises = []
-    for rate in (1000, 2000, 4000):
-        law = made()
-        run = lwr_dyn.simulate(LOAD, law, MOVE, rate=rate, duration=0.4)
-        motion = MOVE.sample(run.t)
-        rows = zip(run.q, run.dq, run.signals["adapted_payload"], strict=True)
-        V = np.array([lyapunov(law, *row, motion, k) for k, row in enumerate(rows)])
-        rises.append(np.diff(V).max() / V[0])
-    order = np.log2(np.divide(rises[:-1], rises[1:]))
-    print(rises, order)
+    rises = [largest_rise(made(), MOVE, rate, 0.4) for rate in (1000, 2000, 4000)]
     assert rises[0] > 1e-6
-    np.testing.assert_allclose(order, 2.0, atol=0.3)
-
-
-def second_pass(arm, law, move, **options):
-    run = lwr_dyn.simulate(arm, law, move, payload=3.0, **options)
-    return metrics(part_of(run, move.second), arm).tip_rms_mm, run
+    np.testing.assert_allclose(np.log2(np.divide(rises[:-1], rises[1:])), 2.0, atol=0.3)
 
 
 def test_with_an_unknown_load_the_second_pass_is_a_hundred_times_better():
     move = Twice(MOVE, 2.0)
-    fixed, _ = second_pass(ARM, make_controller("inverse-dynamics", ARM, MODEL), move)
-    learnt, run = second_pass(ARM, make_controller("adaptive", ARM, MODEL), move)
+    fixed, _ = second_pass("inverse-dynamics", move)
+    learnt, run = second_pass("adaptive", move)
     assert fixed > 100.0 * learnt
     mass, first = run.signals["adapted_payload"][-1][[0, 3]]
     assert mass == pytest.approx(3.0, rel=0.01)
@@ -210,23 +180,32 @@ def test_with_an_unknown_load_the_second_pass_is_a_hundred_times_better():
 
 def test_with_friction_noise_and_delay_it_is_ten_times_better():
     move = Twice(MOVE, 2.0)
-    plant = {"friction": [symmetric(level, 0.5) for level in COULOMB], "encoder": Encoder(0.0, 1e-5), "delay": 1}
-    fixed, _ = second_pass(ARM, make_controller("inverse-dynamics", ARM, MODEL), move, **plant)
-    learnt, run = second_pass(ARM, make_controller("adaptive", ARM, MODEL, adapt_friction=True), move, **plant)
-    print(fixed, learnt)
+    fixed, _ = second_pass("inverse-dynamics", move, plant=FRICTION)
+    learnt, run = second_pass("adaptive", move, plant=FRICTION, adapt_friction=True)
     assert fixed > 10.0 * learnt
     np.testing.assert_allclose(run.signals["adapted_coulomb"][-1], COULOMB, rtol=0.3)
 
 
 def test_on_elastic_joints_it_is_ten_times_better():
-    """The real plant's springs (K = 1e4 N m/rad), encoders on the links, half of the rigid arm's gain."""
+    """The springs of the data file (K = 1e4 N m/rad), encoders on the links, half of the rigid arm's gain."""
     move = Twice(SHORT, 1.0)
-    plant = {"elasticity": "file", "encoders": "link"}
-    fixed, _ = second_pass(ARM, make_controller("inverse-dynamics", ARM, MODEL, omega_n=25.0), move, **plant)
-    learnt, run = second_pass(ARM, make_controller("adaptive", ARM, MODEL, omega_n=25.0), move, **plant)
-    print(fixed, learnt)
+    fixed, _ = second_pass("inverse-dynamics", move, plant=ELASTIC, omega_n=25.0)
+    learnt, run = second_pass("adaptive", move, plant=ELASTIC, omega_n=25.0)
     assert fixed > 10.0 * learnt
     assert max(run.meta["cut_share"]) == 0.0
+
+
+def test_its_linear_form_tells_where_the_sampled_loop_is_unstable():
+    """A small deviation at rest grows or dies as the spectral radius says, adaptation included."""
+    pose, still = SHORT.waypoints[0], point_to_point(ARM, [SHORT.waypoints[0]] * 2, [0.2])
+    for gain, grows in ((10.0, False), (1e4, True)):
+        law = made(adapt_gain=gain)
+        radius = RestingLoop.of(MODEL, law, pose[None]).radius(Sampling(1000.0))[0]
+        run = lwr_dyn.simulate(ARM, law, still, q0=pose + 1e-9, saturate=False)
+        error = np.linalg.norm(run.q - run.q_ref, axis=1)
+        assert (radius > 1.01) == grows
+        assert (error[200] > 10 * error[100]) == grows
+        assert radius < 1.05
 
 
 def test_it_can_run_continuously_and_describes_itself():
