@@ -74,6 +74,20 @@ def test_it_watches_the_link_side_of_elastic_joints():
         last = torque
 
 
+def test_a_push_on_elastic_joints_is_seen_through_the_torque_sensors():
+    """Plant with springs; the law reads the motors, the observer the links: a thousandth of the push is left."""
+    arm = lwr_dyn.load("lwr4plus", reading="physical")
+    push = Push(arm, (20.0, 0.0, 0.0), start=0.05, duration=0.15, rise=0.03)
+    law = make_controller("inverse-dynamics+observer", arm, omega_n=20.0)
+    run = simulate(arm, law, joint_waves(), duration=0.25, external=push, elasticity="file")
+    true, seen = run.signals["tau_external"], run.signals["external_torque"]
+    ideal = np.zeros_like(true)
+    for k in range(1, len(true)):
+        ideal[k] = np.exp(-0.05) * ideal[k - 1] + (1 - np.exp(-0.05)) * (true[k - 1] + true[k]) / 2
+    assert np.abs(seen - ideal).max() < 1e-3 * np.abs(true).max()
+    assert np.abs(run.signals["torque_sensor"] - run.tau_applied).max() > 0.1  # not the torque of the motors
+
+
 def test_a_continuous_run_is_refused():
     for name in ("inverse-dynamics+observer", "pid+observer"):
         with pytest.raises(OptionError, match="continuous"):

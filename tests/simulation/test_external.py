@@ -5,7 +5,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.control.inverse_dynamics import InverseDynamics
-from lwr_dyn.errors import OptionError, ShapeError
+from lwr_dyn.errors import FileAccessError, OptionError, ShapeError
 from lwr_dyn.model.friction import Direction, JointFriction
 from lwr_dyn.model.run import Run
 from lwr_dyn.simulation import other_road
@@ -41,7 +41,7 @@ def friction(level=2.0, static=2.5):
     "options",
     [
         {}, {"substeps": 3}, {"method": "dop853"}, {"continuous": True, "substeps": 4}, {"friction": friction()},
-        {"engine": "newton-euler"},
+        {"engine": "newton-euler", "duration": 0.1},
     ],
     ids=str,
 )  # fmt: skip
@@ -136,6 +136,16 @@ def test_signals_are_kept_in_run_file_and_columns(tmp_path):
     assert again.work["external"][-1] == run.work["external"][-1]
     with pytest.raises(ValueError, match="read-only"):
         run.signals["pair"][0] = 1.0
+
+
+def test_a_file_whose_signal_has_another_length_is_refused(tmp_path):
+    simulate(lwr(), law(), joint_waves(), duration=0.01, external=waves).save(tmp_path / "run.npz")
+    with np.load(tmp_path / "run.npz") as stored:
+        arrays = dict(stored)
+    arrays["signal_tau_external"] = arrays["signal_tau_external"][:-1]
+    np.savez(tmp_path / "broken.npz", **arrays)
+    with pytest.raises(FileAccessError, match="not a whole run file"):
+        Run.load(tmp_path / "broken.npz")
 
 
 def test_a_signal_that_changes_its_length_is_refused():
