@@ -3,6 +3,11 @@
 adaptive               Slotine and Li: the load, and friction, are learnt while tracking
 adapted_parameters     which parameters are adapted, their gains and bounds
 slotine_li_regressor   torques with two velocities as a linear function of the parameters
+joint_impedance        joints as springs and dampers
+cartesian_impedance    the tip as a spring and damper in space, the free joints as another
+hand_guiding           weight and friction carried; a hand moves the arm
+damping_design         damping from inertia and stiffness, without an inverse of J
+moving_equilibrium     the torque that moves a compliant arm along its reference
 robust                 passivity-based: a load out of a set is held down by a term of fixed size
 wrapped                what is put around a controller
 momentum_observer      MomentumObserver: the external torque from those of the motors
