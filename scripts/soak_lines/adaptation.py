@@ -27,11 +27,12 @@ def adaptation() -> tuple[str, bool, str]:
             rows.append((reading, name, f"{fixed:.4g}", f"{learnt:.2g}", f"{fixed / learnt:.0f}", f"{asked:g}"))
     once = lwr_dyn.reference("ist-clear", ARM)
     law = lwr_dyn.controller("adaptive", ARM, adapt_gain=100.0)
-    V = along_a_continuous_loop(law, once, 14000)
+    V = along_a_continuous_loop(law, once, 28000, h=5e-4)  # at 1 ms RK4 itself leaves 1.5e-14 at a jump of the jerk
     rise = np.diff(V).max() / V[0]
     rises = [largest_rise(law, once, rate, 14.0) for rate in (1000, 2000, 4000)]
     order = np.log2(np.divide(rises[:-1], rises[1:]))
     holds &= bool(rise <= 1e-14 and (np.abs(order - 2.0) < 0.3).all())
     table = aligned(rows, ("reading", "plant", "inverse dynamics, mm", "adaptive, mm", "times", "asked"))
-    words = f"V rises by {rise:.1e} V0 continuously; sampled by {', '.join(f'{r:.1e}' for r in rises)} at 1, 2, 4 kHz"
+    held = ", ".join(f"{x:.1e}" for x in rises)
+    words = f"V rises by {rise:.1e} V0 continuously (RK4, 0.5 ms); held by {held} at 1, 2, 4 kHz"
     return f"{words}: order {order[0]:.2f}, {order[1]:.2f}", bool(holds), table
