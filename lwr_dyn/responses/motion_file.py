@@ -27,6 +27,8 @@ _COLUMN = re.compile(r"(time|x|y|z|roll|pitch|yaw|q[1-9]\d{0,2})\s*(?:\[([^\]]*)
 ALLOWED = "time, and q1, q2, ... or x, y, z, roll, pitch, yaw"
 LEAST_ROWS, MOST_ROWS = 6, 1_000_000
 """A spline of degree 5 needs six points."""
+LARGEST, SHORTEST = 1e9, 1e-6
+"""Numbers beyond, and times closer together [s], come from a broken file, and would lose their digits."""
 
 
 class MotionFileError(FaultError, ValueError):
@@ -134,8 +136,9 @@ def _column(file: str, name: str, k: int, width: int, rows: Sequence[Sequence[st
             out[i] = number_of(row[k].strip())
         except ValueError:
             out[i] = np.nan
-        if not np.isfinite(out[i]):
-            raise MotionFileError(file, f"line {numbers[i]}, column {name}", repr(row[k].strip()), "a finite number")
+        if not abs(out[i]) <= LARGEST:
+            allowed = f"a finite number up to {LARGEST:g}"
+            raise MotionFileError(file, f"line {numbers[i]}, column {name}", repr(row[k].strip()), allowed)
     return out
 
 
@@ -143,8 +146,8 @@ def _motion(
     file: str, columns: Mapping[str, Array], numbers: Sequence[int], in_degrees: bool, left_out: tuple[str, ...]
 ) -> RecordedMotion:
     t = columns["time"]
-    if not (np.diff(t) > 0.0).all():
-        row = int(np.argmax(np.diff(t) <= 0.0)) + 1
+    if not (np.diff(t) >= SHORTEST).all():
+        row = int(np.argmax(np.diff(t) < SHORTEST)) + 1
         found = f"{t[row]:g} s after {t[row - 1]:g} s"
         raise MotionFileError(file, f"line {numbers[row]}, column time", found, "rising times")
     t = t - t[0]

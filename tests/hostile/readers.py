@@ -19,7 +19,7 @@ import numpy as np
 import lwr_dyn
 from lwr_dyn.errors import LwrDynError
 from tests.hostile.changes import VALUES, changed
-from tests.hostile.recordings import log_csv, log_parquet, run_file, written
+from tests.hostile.recordings import log_csv, log_parquet, motion_csv, run_file, written
 
 ROOT = Path(__file__).resolve().parents[2]
 GOOD = "tests/hostile/good"
@@ -198,8 +198,8 @@ def _command(*words: str) -> int:
 
 READERS: dict[str, Reader] = {
     "robot TOML": robot_file, "URDF": urdf, "URDF judged": urdf_judged, "xacro": xacro, "CSV log": log_csv,
-    "Parquet log": log_parquet, "run npz": run_file, "KRL and --set": krl, "lint sheet": sheet, "evidence": evidence,
-    "tool and mount": tool, "command line": command_line,
+    "CSV motion": motion_csv, "Parquet log": log_parquet, "run npz": run_file, "KRL and --set": krl,
+    "lint sheet": sheet, "evidence": evidence, "tool and mount": tool, "command line": command_line,
 }  # fmt: skip
 
 
