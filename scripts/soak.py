@@ -23,6 +23,7 @@ LINES = {
     "coverage": "identification:coverage",
     "data_mutants": "surveys:data_mutants",
     "elastic": "elastic:elastic",
+    "elastic_ist": "elastic:elastic_ist",
     "false_alarms": "collisions:false_alarms",
     "foreign_arms": "surveys:foreign_arms",
     "foreign_lint": "surveys:foreign_lint",
