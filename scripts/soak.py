@@ -24,6 +24,7 @@ LINES = {
     "data_mutants": "surveys:data_mutants",
     "elastic": "elastic:elastic",
     "elastic_ist": "elastic:elastic_ist",
+    "elastic_plant": "elastic_plant:elastic_plant",
     "false_alarms": "collisions:false_alarms",
     "foreign_arms": "surveys:foreign_arms",
     "foreign_lint": "surveys:foreign_lint",

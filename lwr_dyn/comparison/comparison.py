@@ -18,7 +18,7 @@ from lwr_dyn.model.run import Run
 from lwr_dyn.notebook.markup import line
 from lwr_dyn.notebook.plot import arms_of
 from lwr_dyn.notebook.quantities import path, tip_error
-from lwr_dyn.simulation.metrics import RIGID, Metrics, metrics
+from lwr_dyn.simulation.metrics import Metrics, metrics
 from lwr_dyn.tables import Heading, Table
 from lwr_dyn.viewer.replayed_runs import facts, replayed_runs
 
@@ -64,8 +64,8 @@ class RunComparison:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What the numbers rest on: rigid links and joints, stops, limits that were not kept, runs that failed."""
-        said = [f"errors of the tip: {RIGID}"]
+        """What the numbers rest on: rigid or elastic joints, stops, limits that were not kept, runs that failed."""
+        said = [f"errors of the tip: {' or '.join(dict.fromkeys(one.figures.bodies for one in self.runs))}"]
         if any(len(group) > 1 for group in self.plants.values()):
             said.append("* the smallest of its plant")
         if any(one.shakes for one in self.runs):

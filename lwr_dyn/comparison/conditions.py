@@ -23,6 +23,7 @@ def conditions(run: Run) -> str:
     words = [known[key] for key in ("plant", "payload") if key in known]
     law, options = meta.get("friction_law") or {}, meta.get("options") or {}
     found = {
+        "elastic": meta.get("elasticity") is not None,
         "friction": law.get("form", "none") != "none", "encoder": meta.get("encoder") is not None,
         "delay": bool(options.get("delay")),
     }  # fmt: skip

@@ -127,8 +127,13 @@ def metrics(run: Run, arm: Arm) -> Metrics:
         limit_margin=read_only(np.minimum(run.q - arm.lower, arm.upper - run.q).min(axis=0)),
         saturated_s=read_only(steps @ (command > effort)),
         stops=stop_contacts(run, arm),
-        bodies=RIGID if run.meta.get("elasticity") is None else ELASTIC,
+        bodies=tip_model(run),
     )
+
+
+def tip_model(run: Run) -> str:
+    """`RIGID` or `ELASTIC`, as a run's joints were."""
+    return RIGID if run.meta.get("elasticity") is None else ELASTIC
 
 
 def _tip(arm: Arm, q: Array) -> Array:

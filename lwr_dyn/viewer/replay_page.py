@@ -16,7 +16,7 @@ from lwr_dyn.files import write_file
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.installation import ends_of
 from lwr_dyn.model.run import Run
-from lwr_dyn.simulation.metrics import RIGID
+from lwr_dyn.simulation.metrics import tip_model
 from lwr_dyn.simulation.stop_contacts import stop_contacts
 from lwr_dyn.urdf.geometry import floor_height, stand_foot
 from lwr_dyn.viewer import scene
@@ -127,7 +127,7 @@ def run_record(shown: ReplayedRun, stride: int = 1) -> dict[str, Any]:
     return {
         "label": shown.label,
         "place": shown.place,
-        "tip_model": RIGID,
+        "tip_model": tip_model(run),
         "stops": stop_contacts(run, arm).sentence(),
         "facts": [[name, value] for name, value in facts(run).items() if value != shown.label],
         "joints": [

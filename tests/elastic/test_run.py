@@ -12,6 +12,8 @@ from lwr_dyn.simulation.audit import audit
 from lwr_dyn.simulation.metrics import metrics
 from lwr_dyn.simulation.other_road import uneventful
 from lwr_dyn.simulation.simulate import simulate
+from lwr_dyn.viewer.replay_page import run_record
+from lwr_dyn.viewer.replayed_runs import replayed_runs
 from tests.elastic.elastic_arms import FRICTION, law, physical, short_run
 from tests.simulation.sample_runs import MIDDLE, StandStill, joint_waves
 
@@ -147,6 +149,7 @@ def test_what_means_nothing_is_refused(options, message):
 def test_figures_of_an_elastic_run_say_so():
     run = short_run(duration=0.01)
     assert metrics(run, physical()).caveat == "rigid links, elastic joints"
+    assert run_record(replayed_runs([run], [physical()])[0])["tip_model"] == "rigid links, elastic joints"
     again = audit(replace(run, setup=None))
     assert again.residual == run.audit["residual"]
     assert (again.actuator_gap, again.other_road) == (None, None)
