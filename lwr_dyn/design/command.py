@@ -1,20 +1,41 @@
 """`lwr-dyn gains`: each joint's largest inertia, how it was searched, and gains for a second-order loop."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import click
 import numpy as np
 
-from lwr_dyn.cli.options import load_robot, print_json, robot_options
-from lwr_dyn.control.gains import OMEGA_N, XI, second_order_gains
+from lwr_dyn.cli.options import OneOf, load_robot, print_json, robot_options
+from lwr_dyn.cli.row_options import OptionRule, refuse_unused
+from lwr_dyn.control.gains import OMEGA_N, XI, Gains, second_order_gains
 from lwr_dyn.control.worst_case_inertia import InertiaMaximum, worst_case_inertias
+from lwr_dyn.design.elastic_loop import SIDES
+from lwr_dyn.design.gain_search import PEAK, check_margin
+from lwr_dyn.design.loop_case import LoopCase
+from lwr_dyn.design.margin_gains import MarginGains, margin_gains
+from lwr_dyn.design.margins_command import ELASTIC_HELP, given_elasticity
 from lwr_dyn.design.sampled_gains import judge_of_gains
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind
+from lwr_dyn.model.elasticity import chosen_elasticity
 from lwr_dyn.progress import progress
+from lwr_dyn.registry import REQUIRED, options_of
 from lwr_dyn.tables import aligned
+from lwr_dyn.trajectory.references.tasks import REFERENCES
 
+TASKS = tuple(
+    name
+    for name in REFERENCES.names
+    if all(option.default is not REQUIRED for option in options_of(REFERENCES.load(name)).values())
+)
+"""Tasks that need no options."""
+ON_TASK = 50
+"""Poses of a task."""
+RULES = tuple(
+    OptionRule(name, lambda given: given["margin"] is not None, "with --margin") for name in ("task", "elastic")
+)
+RULES += (OptionRule("encoders", lambda given: given["elastic"] is not None, "with --elastic"),)
 HEAD = ("joint", "b [kg m^2]", "Kp [N m/rad]", "Kd [N m s/rad]", "where (deg; * any)")
 """Units of turning joints; sliding ones are in kg, N/m, N s/m and m."""
 
@@ -25,6 +46,17 @@ HEAD = ("joint", "b [kg m^2]", "Kp [N m/rad]", "Kd [N m s/rad]", "where (deg; * 
 @click.option("--xi", default=XI, show_default=True, help="Damping ratio.")
 @click.option("--rate", default=1000.0, show_default=True, help="Samples a second at which the loop is judged.")
 @click.option("--delay", default=0, show_default=True, help="Delay of the torque, samples.")
+@click.option(
+    "--margin",
+    type=float,
+    is_flag=False,
+    flag_value=PEAK,
+    metavar="[MS]",
+    help=f"Add the largest omega-n with |S_ii| up to MS ({PEAK:g} if not given) at this rate and delay; half a minute.",
+)
+@click.option("--task", type=OneOf(TASKS), help="With --margin: at the poses of a task, not over the joint box.")
+@click.option("--elastic", metavar="K|file", help=f"With --margin: {ELASTIC_HELP[0].lower()}{ELASTIC_HELP[1:]}")
+@click.option("--encoders", type=OneOf(SIDES), default=SIDES[0], show_default=True, help="With --elastic: their side.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object.")
 def command(
     robot: str,
@@ -35,17 +67,24 @@ def command(
     xi: float,
     rate: float,
     delay: int,
+    margin: float | None,
+    task: str | None,
+    elastic: str | None,
+    encoders: str,
     as_json: bool,
 ) -> None:
-    """Worst-case inertia of each joint over its limits, Kp = omega_n^2 b and Kd = 2 xi omega_n b, and where sampling
-    makes the loop unstable."""
+    """Worst-case inertia of each joint over its limits, Kp = omega_n^2 b and Kd = 2 xi omega_n b, where sampling makes
+    the loop unstable, and with --margin the largest omega_n that keeps a margin."""
+    refuse_unused(RULES, {"margin": margin, "elastic": elastic})
     second_order_gains([1.0], omega_n, xi)  # refuse bad options before the search
     judge = judge_of_gains(rate, delay)
     arm = load_robot(robot, reading, tip, locks)
+    search = None if margin is None else _margin_search(arm, margin, (rate, delay), task, elastic, encoders)
     with progress("searching the largest inertias"):
         maxima = worst_case_inertias(arm)
         gains = second_order_gains([w.value for w in maxima], omega_n, xi)
         sampled = judge(arm, gains)
+        kept = search(gains) if search is not None else None
     if as_json:
         records = [
             {"joint": arm.joint_names[w.joint], "b": w.value, "q": w.q, "free": list(w.free), "search": w.statement()}
@@ -53,7 +92,7 @@ def command(
             for w in maxima
         ]
         about = {"robot": arm.name, "reading": arm.reading, "omega_n": omega_n, "xi": xi}
-        print_json({**about, "joints": records, "sampled": sampled.record})
+        print_json({**about, "joints": records, "sampled": sampled.record, "margin": kept and kept.record()})
         return
     click.echo(
         f"{arm.name}, reading {arm.reading}: max B_ii over the joint box, omega_n = {omega_n:g} rad/s, xi = {xi:g}"
@@ -72,6 +111,27 @@ def command(
     for line in searched(arm, maxima):
         click.echo(line)
     click.echo(f"\n{sampled.table.text()}")
+    if kept is not None:
+        click.echo(f"\n{kept.table.text()}")
+
+
+def _margin_search(
+    arm: Arm, limit: float, sampled: tuple[float, int], task: str | None, elastic: str | None, encoders: str
+) -> Callable[[Gains], MarginGains]:
+    """What searches the largest omega_n of each controller: rigid, and elastic where a stiffness is given.
+
+    Raises before the search what options cannot be.
+    """
+    check_margin(limit)
+    cases = [LoopCase(*sampled)]
+    if elastic is not None:
+        elasticity = chosen_elasticity(arm, given_elasticity(elastic))
+        cases.append(LoopCase(*sampled, None, elasticity, encoders))
+    q = None
+    if task is not None:
+        reference = REFERENCES.make(task, arm)
+        q = np.asarray(reference.sample(np.linspace(0.0, reference.duration, ON_TASK)).q)
+    return lambda gains: margin_gains(arm, limit, cases, gains, q)
 
 
 def searched(arm: Arm, maxima: Sequence[InertiaMaximum]) -> list[str]:

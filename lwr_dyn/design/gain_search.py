@@ -113,8 +113,7 @@ def largest_omega_n(
     """
     if not cases:
         raise OptionError("cases", "none", "at least one LoopCase")
-    if not (np.isfinite(peak) and peak > 1.0):
-        raise OptionError("margin, the largest |S_ii|", peak, "a number above 1")
+    check_margin(peak)
     plant_dynamics = dynamics_of(arm) if dynamics is None else dynamics
     make = _maker(arm, controller, options) if isinstance(controller, str) else controller
     lower, upper, _ = joint_box(arm)
@@ -132,6 +131,12 @@ def largest_omega_n(
         search.add(worse[None])
         found = search.from_above(STEP * (found.omega_n or LEAST))
     return found
+
+
+def check_margin(peak: float) -> None:
+    """Raise `OptionError` for a largest |S_ii| that is not above 1."""
+    if not (np.isfinite(peak) and peak > 1.0):
+        raise OptionError("margin, the largest |S_ii|", peak, "a number above 1")
 
 
 def _maker(arm: Arm, name: str, options: dict[str, Any]) -> Callable[[float], Controller]:

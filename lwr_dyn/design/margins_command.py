@@ -82,8 +82,9 @@ def command(robot: str, reading: str | None, tip: str | None, locks: tuple[str, 
     with progress("judging the loop"), faults_in(law):
         report = margins(
             arm, given["controller"], q=_poses(arm, given), rate=given["rate"], delay=given["delay"],
-            cutoff_hz=given["velocity_cutoff"], elasticity=_elastic(given["elastic"]), encoders=given["encoders"],
-            plant=_plant(arm, robot, given), limit=given["limit"], poses=given["poses"], seed=given["seed"],
+            cutoff_hz=given["velocity_cutoff"], elasticity=given_elasticity(given["elastic"]),
+            encoders=given["encoders"], plant=_plant(arm, robot, given), limit=given["limit"], poses=given["poses"],
+            seed=given["seed"],
             **CONTROLLERS_OPTIONS.values(law, given, arm),
         )  # fmt: skip
     joints = _map_joints(given["map_joints"])
@@ -136,7 +137,7 @@ def _plant(arm: Arm, robot: str, given: dict[str, Any]) -> Arm | None:
     return None if plant is arm else plant
 
 
-def _elastic(text: str | None) -> str | float | None:
+def given_elasticity(text: str | None) -> str | float | None:
     """The option `elasticity` of `margins`; raises `OptionError`."""
     try:
         return text if text in (None, "file") else number_of(str(text))

@@ -14,7 +14,7 @@ from lwr_dyn.simulation.setup import prepare
 from lwr_dyn.viewer.replay_page import replay_html
 
 ROOT = Path(__file__).resolve().parents[2]
-OF_FACTORIES = {"controller", "reference"}
+OF_FACTORIES = {"controller", "margins", "reference"}
 """Their options are those of the row or the page that is chosen, so they cannot be listed."""
 
 

@@ -2,7 +2,13 @@
 
 import json
 
+import numpy as np
 import pytest
+
+import lwr_dyn
+from lwr_dyn.control.gains import second_order_gains
+from lwr_dyn.design.loop_case import LoopCase
+from lwr_dyn.design.margin_gains import margin_gains
 
 
 def test_gains_as_json(lwr_dyn_command):
@@ -44,3 +50,43 @@ def test_joints_whose_search_ended_elsewhere_too_are_named(lwr_dyn_command):
     at = lines.index("searched from 129 to 256 starts a joint; all ended at these values, except:")
     assert lines[at + 1].startswith("  A2: 81% ended here")
     assert lines[at + 2] == ""
+
+
+def test_with_a_margin_the_largest_omega_n_of_each_controller_is_added(lwr_dyn_command):
+    words = ("--reading", "physical", "--delay", "1", "--margin", "--task", "ist", "--elastic", "1e4")
+    record = json.loads(lwr_dyn_command("gains", "lwr4plus", *words, "--json")[1])["margin"]
+    found = {(row["controller"], row["case"].split()[0]): row["omega_n"] for row in record["controllers"]}
+    assert record["limit"] == 1.7
+    rigid = {name: omega_n for (name, case), omega_n in found.items() if case == "rigid,"}
+    assert rigid == pytest.approx({"pd-gravity": 50.0, "pid": 50.0, "inverse-dynamics": 164.0}, rel=0.02)
+    assert all(found[name, "elastic"] < 0.3 * omega_n for name, omega_n in rigid.items())
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("--margin", "0.5", "--task", "ist"), "margin, the largest |S_ii|: 0.5; allowed: a number above 1"),
+        (("--task", "ist"), "--task: would do nothing here; allowed: with --margin"),
+        (("--elastic", "1e4"), "--elastic: would do nothing here; allowed: with --margin"),
+        (
+            ("--margin", "--task", "ist", "--encoders", "link"),
+            "--encoders: would do nothing here; allowed: with --elastic",
+        ),
+        (("--margin", "--task", "ist", "--elastic", "0"), "stiffness"),
+        (("--margin", "--task", "hold"), "'hold'"),
+    ],
+)
+def test_a_margin_that_cannot_be_is_one_line(words, message, lwr_dyn_command):
+    code, out, err = lwr_dyn_command("gains", "lwr4plus", *words)
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert message in err
+
+
+def test_the_margin_table_names_what_stops_a_larger_frequency():
+    arm = lwr_dyn.load("lwr4plus", "physical")
+    gains = second_order_gains(np.ones(7), 50.0, 1.0)
+    found = margin_gains(arm, 1.5, [LoopCase(delay=2)], gains, np.zeros((1, 7)) + 0.5, most=60.0)
+    rows = {row[0]: row for row in found.table.rows}
+    assert rows["inverse-dynamics"][2:] == ("over 60", "nothing that was tried")
+    assert rows["pd-gravity"][3].endswith("at (29 29 29 29 29 29 29) deg")
+    assert "at 1 poses of the task" in found.table.title
