@@ -34,8 +34,10 @@ POSES, SEED = 200, 0
 """Poses drawn evenly from the joint box."""
 LEAST, STEP, CLOSE = 0.5, 1.2, 1.003
 """The search ends at LEAST [rad/s]; its steps from above, and the ratio at which the bisection ends."""
-PART = 25
+PART = 10
 """Poses that are computed at once; those where the last try failed come first."""
+COUNT = 100
+"""Frequencies: neighbours differ by 10 %, and a peak of 1.7 is met to 0.1 %."""
 CLIMBS, CLIMBED = 3, 0.005
 """Times that a pose is searched that is worse than the worst one, and added; by less of the margin it is no worse."""
 
@@ -207,7 +209,7 @@ class _Search:
         kept = self.responses.get(key) if part is not None else None
         if kept is None:
             plant = case.plant(self.arm, self.dynamics, q, motor)
-            response = PlantResponse.of(plant, case.rate, frequency_grid(case.rate))
+            response = PlantResponse.of(plant, case.rate, frequency_grid(case.rate, COUNT))
             kept = plant, response, case.seen(self.arm, self.dynamics, q, motor)
             if part is not None:
                 self.responses[key] = kept

@@ -39,11 +39,11 @@ def test_it_keeps_the_margin_and_a_little_more_does_not():
     found = largest_omega_n(arm(), "pd-gravity", [case], q=q, peak=1.5)
     loops = [case.loop(arm(), dynamics(), law("pd-gravity", omega_n=f * found.omega_n), q) for f in (1.0, 1.02)]
     peaks = [largest_sensitivity(loop, case.sampling) for loop in loops]
-    assert peaks[0].max() <= 1.5 * (1 + 1e-4) < peaks[1].max()
+    assert peaks[0].max() <= 1.5 * (1 + 1e-3) < peaks[1].max()  # its grid of frequencies is coarser
     k, joint = np.unravel_index(peaks[0].argmax(), peaks[0].shape)
     assert joint == found.joint
     np.testing.assert_allclose(q[k], found.q)
-    assert found.peak == pytest.approx(peaks[0].max(), rel=1e-4)
+    assert found.peak == pytest.approx(peaks[0].max(), rel=1e-3)
 
 
 def test_all_cases_must_keep_it_and_the_one_that_stops_it_is_named():
