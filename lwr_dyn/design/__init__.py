@@ -2,6 +2,7 @@
 
 - `resting_plant`: RestingPlant, a plant near rest as matrices, its exact step with the torque held;
 - `elastic_loop`: arms with elastic joints as matrices, at rest and frozen along a motion; continuous poles;
+- `elastic_table`: where laws are stable on elastic joints: poles at a moment, unstable shares of the joint box;
 - `loop_case`: LoopCase, how a loop is sampled and whether its joints are elastic;
 - `law_differences`: the linear form of a controller that gives none, by differences;
 - `sampled_loop`: RestingLoop, the sampled loop at rest as a linear map, its spectral radius;

@@ -8,6 +8,8 @@ cartesian_impedance    the tip as a spring and damper in space, the free joints 
 hand_guiding           weight and friction carried; a hand moves the arm
 damping_design         damping from inertia and stiffness, without an inverse of J
 moving_equilibrium     the torque that moves a compliant arm along its reference
+motor_side_pd          PD on the motor side of elastic joints, with torque feedback
+motor_side             any law on the motor side, with the deflection under gravity taken off
 robust                 passivity-based: a load out of a set is held down by a term of fixed size
 wrapped                what is put around a controller
 momentum_observer      MomentumObserver: the external torque from those of the motors
