@@ -21,13 +21,13 @@ workspace ends: outward no law gives the stiffness.
 
 Stability, in continuous time, rigid, with the exact model, constant reference, w = 0: V = dq^T B dq / 2 + e^T K e / 2
 has dV/dt = -dq^T (J^T D J + d N B) dq + v^T f, both matrices positive semidefinite: passive from outer force to speed
-of the tip. The posture spring w is projected and no gradient: with it the loop can take up energy in a closed motion;
-it is damped by d, and set point regulation is asymptotic away from singular poses (Ott, chapter 4). Along a moving
-reference the feed-forward is exact on it and V is not monotone beside it.
+of the tip. The posture spring w is projected and no gradient: in a closed motion of the joints it can give energy, d
+takes it out again, and nothing is proven with it. Along a moving reference the feed-forward is exact on it and V is
+not monotone beside it.
 
-What takes this away: sampling (a held spring feeds in about T K v^2 / 2 of power), delay, encoder filters, torque
-limits, elastic joints. Dry friction tau_c at rest holds the tip off by up to |Jbar^T tau_c| / K: a law without
-friction compensation gives its stiffness only up to that force.
+What takes this away: sampling (a held torque takes about omega T / 4 off the damping ratio of a mode of omega rad/s),
+delay, encoder filters, torque limits, elastic joints. Dry friction tau_c at rest holds the tip off by up to |Jbar^T
+tau_c| / K: a law without friction compensation gives its stiffness only up to that force.
 
 Sources: Khatib, IEEE J. Robotics and Automation 3 (1987) (Jbar, N); Albu-Schaeffer, Ott, Frese, Hirzinger, ICRA 2003
 (damping design); Ott, "Cartesian impedance control of redundant and flexible-joint robots", Springer 2008; Paden,
@@ -45,7 +45,7 @@ from lwr_dyn.control.gains import XI, DampingRatio
 from lwr_dyn.control.linear_feedback import LinearFeedback
 from lwr_dyn.control.protocol import positive_gains
 from lwr_dyn.dynamics.protocol import Dynamics, ungated
-from lwr_dyn.errors import OptionError
+from lwr_dyn.errors import MissingDataError, OptionError
 from lwr_dyn.feedback.damping_design import Modes, modes, no_torque_known
 from lwr_dyn.feedback.joint_impedance import Feedforward
 from lwr_dyn.feedback.moving_equilibrium import carried_torque
@@ -55,7 +55,7 @@ from lwr_dyn.registry import Option
 TRANSLATION, ROTATION = 2000.0, 200.0
 """[N/m], [N m/rad]"""
 POSTURE = 15.0
-"""[rad/s] Natural frequency of the posture spring: one of 5 N m/rad takes ten seconds to settle."""
+"""[rad/s] Natural frequency of the posture spring."""
 SLOWEST = 0.1
 """[rad/s] Modes of the tip below it are damped as if they had it."""
 TASK = 6
@@ -87,9 +87,11 @@ class CartesianImpedance:
     Raises
     ------
     OptionError
-        A number that is not above 0 (`posture`: below 0), an arm with fewer than six joints.
+        A number that is not above 0 (`posture`: below 0).
     ShapeError
         A stiffness of another shape.
+    MissingDataError
+        An arm with fewer than six joints.
     """
 
     name = "cartesian-impedance"
@@ -108,8 +110,8 @@ class CartesianImpedance:
         from lwr_dyn.dynamics.pinocchio_engine import flange_and_jacobian, rotation_vector  # a heavy library
 
         if arm.n < TASK:
-            raise OptionError(
-                f"{arm.name} with cartesian-impedance", f"{arm.n} joints", "six or more, which hold a pose"
+            raise MissingDataError(
+                arm.name, f"six joints or more (it has {arm.n})", "cartesian-impedance, to hold a pose"
             )
         if not (np.isfinite(posture) and posture >= 0.0):
             raise OptionError("posture", posture, "a number, at least 0")
@@ -198,5 +200,5 @@ def tuned_cartesian_impedance(
     posture: Annotated[float, Option(float, "Natural frequency of the posture spring, rad/s; 0: none.")] = POSTURE,
     feedforward: Feedforward = True,
 ) -> CartesianImpedance:
-    """Cartesian impedance; raises `OptionError` as `CartesianImpedance`."""
+    """Cartesian impedance; raises as `CartesianImpedance`."""
     return CartesianImpedance(arm, dynamics, stiffness, rotation, xi, posture, feedforward=feedforward)

@@ -142,7 +142,7 @@ def test_a_stiffness_of_another_shape_is_refused(stiffness):
 
 def test_an_arm_with_five_joints_is_refused():
     arm = lwr_dyn.load("lwr4plus", lock={"joint_3": 0.0, "joint_5": 0.0})
-    with pytest.raises(OptionError, match="six or more"):
+    with pytest.raises(MissingDataError, match="six joints or more"):
         lwr_dyn.controller("cartesian-impedance", arm)
 
 
