@@ -35,7 +35,15 @@ def last_torque():
     return replace(loop, feedback=replace(loop.feedback, torque=0.3 * np.ones((2, 1, 1)) * np.eye(7)))
 
 
+def coupled():
+    """A law whose integral couples the joints, as the adaptive one's."""
+    loop = rigid("pid")
+    matrices = 300.0 * np.random.default_rng(0).normal(size=(2, 7, 7))
+    return replace(loop, feedback=replace(loop.feedback, integral=matrices))
+
+
 CASES = (
+    (coupled, Sampling(1000.0, 1)),
     (lambda: rigid("pd-gravity"), Sampling(1000.0)),
     (lambda: rigid("inverse-dynamics"), Sampling(1000.0, 3)),
     (lambda: rigid("pid"), Sampling(1000.0, 1, 80.0)),
@@ -97,6 +105,7 @@ SLIPS = (
     ("1.0 / sensitivity(gain) - 1.0", "1.0 - 1.0 / sensitivity(gain)"),
     ("z[..., None, None] * np.eye(plant.size) - A", "z[..., None, None] * np.eye(plant.size) + A"),
     ("> GROWS] = np.inf", "> 2 * GROWS] = np.inf"),
+    ("else law.integral[:, None]", "else np.swapaxes(law.integral, 1, 2)[:, None]"),
     ("np.eye(gain.shape[-1]) + gain", "np.eye(gain.shape[-1]) - gain"),
     ("values.argmax(axis=1)", "values.argmin(axis=1)"),
 )

@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from lwr_dyn.design import resting_plant
 from lwr_dyn.design.resting_plant import RestingPlant, rigid_plant
 from tests.simulation.sample_runs import MIDDLE, lwr_dynamics
+from tests.slips import uncaught
 
 
 @pytest.mark.parametrize("T", [1e-3, 0.3])
@@ -22,8 +24,9 @@ def test_a_pendulum_and_a_falling_one_known_by_hand(T):
     np.testing.assert_allclose(Bd[:, 1, 0], s / w, rtol=1e-12)
 
 
-def test_the_held_step_is_what_the_equations_of_motion_do_near_rest():
-    plant, dynamics, T, h = rigid_plant(lwr_dynamics(), MIDDLE[None]), lwr_dynamics(), 0.02, 1e-6
+def check(module):
+    """The held step is what the equations of motion do near rest."""
+    plant, dynamics, T, h = module.rigid_plant(lwr_dynamics(), MIDDLE[None]), lwr_dynamics(), 0.02, 1e-6
     Ad, Bd = plant.held(T)
     z, u = h * np.linspace(-1, 1, 14), h * np.linspace(2, 3, 7)
     tau = dynamics.gravity_vector(MIDDLE) + u
@@ -35,6 +38,20 @@ def test_the_held_step_is_what_the_equations_of_motion_do_near_rest():
     found = end - np.concatenate([MIDDLE, np.zeros(7)])
     expected = Ad[0] @ z + Bd[0] @ u
     np.testing.assert_allclose(found, expected, atol=1e-4 * np.abs(expected).max())
+
+
+SLIPS = (
+    ("-inverse @ gravity_stiffness", "inverse @ gravity_stiffness"),
+    ("A[:, :n, n:]", "A[:, n:, n:]"),
+    ("gravity_stiffness(dynamics, q), inverse", "gravity_stiffness(dynamics, q), dynamics.mass_matrix(q)"),
+    ("self.A * T, self.B * T", "self.A * T, self.B"),
+    ("self.A * T, self.B * T", "self.A, self.B * T"),
+    ("step[:, :N, :N], step[:, :N, N:]", "step[:, :N, :N], 2 * step[:, :N, N:]"),
+)
+
+
+def test_planted_slips_are_caught():
+    assert not uncaught(resting_plant.__name__, SLIPS, check)
 
 
 def test_a_part_of_the_poses_is_the_plant_of_these_poses():
