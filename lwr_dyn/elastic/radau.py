@@ -24,7 +24,8 @@ STAGES = np.array(
     ]
 )
 TIMES = STAGES.sum(axis=1)
-MOST_ITERATIONS = 30
+MOST_ITERATIONS = 100
+"""Steep friction, whose slope changes within a step, takes 40; smooth motion takes 5."""
 CHANGE = 1e-14
 """Of the largest entry of the state: smaller changes of the stages are rounding."""
 SLOPE_STEP = 1e-7

@@ -22,13 +22,13 @@ from lwr_dyn.simulation.other_road import OtherRoad, Rows, uneventful
 
 JUDGED = 50
 """Intervals of a run, evenly spread."""
-HALVES = 2
-"""Radau steps an interval."""
+STEPS = 2
+"""Radau steps for each step of the run."""
 METHOD_TORQUE = 1e-6
 """Of the largest torque: what the two methods may differ by, seen as a torque over an interval; 1e-9 to 1e-7 seen."""
 METHOD_GAP = 1e-9
 """[rad] by which the two methods may differ in an interval; 1e-12 to 1e-10 seen."""
-NEWTON_STEPS = 20
+NEWTON_STEPS = 100
 CHANGE = 1e-13
 """[rad, rad/s] Smaller changes end Newton's iteration, and so do changes below `ROUNDING` that do not halve."""
 ROUNDING = 1e-9
@@ -62,6 +62,7 @@ class _ElasticIntervals:
         x, dx = (np.hstack(pair) for pair in ((run.q, run.signals["theta"]), (run.dq, run.signals["dtheta"])))
         self.x, self.dx, self.after_x, self.after_dx = x[rows], dx[rows], x[rows + 1], dx[rows + 1]
         self.t, self.h = run.t[rows], np.diff(run.t)[rows][:, None]
+        self.substeps = run.setup.options.substeps
         self.tau, self.recorded, self.external = run.tau_applied[rows], run.tau_friction[rows], run.setup.external
         still = (self.dx == 0.0) & (self.after_dx == 0.0) & (self.x == self.after_x) & plant.friction.directional
         self.moves = ~still
@@ -71,8 +72,9 @@ class _ElasticIntervals:
         """Residuals (k, 2n) [N m] and gaps (k, 2n) [rad]."""
         n, every = self.model.joints, np.arange(len(self.t))
         x, dx = self.x, self.dx
-        for i in range(HALVES):
-            x, dx = self._step(x, dx, self.t + i / HALVES * self.h[:, 0], self.h / HALVES)
+        parts = STEPS * self.substeps
+        for i in range(parts):
+            x, dx = self._step(x, dx, self.t + i / parts * self.h[:, 0], self.h / parts)
         B = self.model.mass_matrix(self.x)
         torque = np.einsum("kij,kj->ki", B, (self.after_dx - dx) / self.h)
         start = self._acceleration(self.x, self.dx, self.t, every)

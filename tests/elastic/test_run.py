@@ -98,7 +98,7 @@ def test_at_rest_the_springs_carry_the_arm():
 
 
 def test_both_engines_move_it_alike():
-    one, other = short_run(duration=0.02), short_run(duration=0.02, engine="newton-euler")
+    one, other = short_run(duration=0.004), short_run(duration=0.004, engine="newton-euler")
     assert np.abs(one.q - other.q).max() <= 1e-9
     assert other.audit["inverse_dynamics"]["engine"] == "pinocchio and Radau IIA 5"
     assert other.audit["closed"]
@@ -153,3 +153,9 @@ def test_figures_of_an_elastic_run_say_so():
     again = audit(replace(run, setup=None))
     assert again.residual == run.audit["residual"]
     assert (again.actuator_gap, again.other_road) == (None, None)
+
+
+def test_steep_smooth_friction_is_followed():
+    run = short_run(friction=lambda dq: 5.0 * np.tanh(dq / 0.01), duration=0.02, substeps=4)
+    assert run.audit["residual"] <= 1e-7
+    assert run.work["friction"][-1] < 0.0
