@@ -76,12 +76,11 @@ def _response(run: Run, arm: Arm | None, joint: int, size: float, begin: float, 
     target = (run.q_ref[rows, joint][0] - run.q[rows, joint][0]) / size  # 1 where it was at rest on its reference
     low, high = (_first(t, y - share * target) for share in RISE)
     outside = np.flatnonzero(np.abs(y - target) > BAND * abs(target))
-    settled = outside.size == 0 or outside[-1] + 1 < t.size
     settling = _first(t, BAND * abs(target) - np.abs(y - target), int(outside[-1]) if outside.size else 0)
     last = t >= t[-1] - LAST * window
     return StepResponse(
         joint=joint + 1, size=size, rise=high - low, peak=float(t[np.argmax(y)]),
-        overshoot=max(0.0, float(y.max() - target)), settling=settling if settled else np.nan,
+        overshoot=max(0.0, float(y.max() - target)), settling=settling,
         left=float(np.mean(target - y[last])), cut=seconds_cut(run, arm, rows), t=t, y=y,
     )  # fmt: skip
 

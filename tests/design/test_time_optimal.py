@@ -99,6 +99,24 @@ def test_derivatives_are_exact(quick):
     assert (ahead.dq - behind.dq) / (2.0 * h) == pytest.approx(motion.ddq, abs=1e-3)
 
 
+def test_place_and_speed_do_not_jump(quick):
+    profile = quick.poses.profile
+    c, step = profile.coefficients, np.diff(profile.knots)
+    ends = c[:, 0] + step * (c[:, 1] + step * c[:, 2]), c[:, 1] + 2.0 * step * c[:, 2]
+    for at_end, begin in zip(ends, (c[:, 0], c[:, 1]), strict=True):
+        assert at_end[:-1] == pytest.approx(begin[1:], abs=1e-12)
+
+
+def test_behind_a_corner_the_new_direction_counts():
+    """At a corner's moment, where the arm rests, the acceleration is along the way that follows."""
+    for shift in ([0.0, 0.0, 0.0], [0.01, 0.03, -0.07]):
+        path = lwr_dyn.reference("ist", ARM, shift=shift)
+        quick = least_time(ARM, path, intervals=60)
+        profile = quick.poses.profile
+        rests = profile.knots[1:-1][profile.coefficients[1:, 1] == 0.0]
+        assert profile.at(rests).s.tolist() == [corner.s for corner in path.poses.path.corners()]
+
+
 def test_back_along_the_path_takes_as_long():
     """C(q, dq) dq is even in dq, so the torques of the way back are those of the way, in reverse order."""
     to = np.array([0.4, -0.3, 0.5, 0.6, 0.2, -0.4, 0.3])
@@ -162,7 +180,7 @@ def test_friction_of_the_arm_is_part_of_the_torque():
     assert any(arm.friction_models())
     start, end = np.array([0.0, -1.0, 0, 1.6, 0, 0, 0]), np.array([1.5, -1.0, 0.5, 1.0, 0, 0.4, 0])
     slow = lwr_dyn.reference("point-to-point", arm, start=start, end=end, duration=5.0)
-    quick = least_time(arm, slow, acceleration=50.0)
+    quick = least_time(arm, slow)
     motion = quick.sample(np.linspace(0.0, quick.duration, 1000)[1:-1])
     tau = lwr_dyn.dynamics_of(arm).inverse_dynamics(motion.q, motion.dq, motion.ddq)
     models = zip(arm.friction_models(), motion.dq.T, strict=True)
