@@ -156,10 +156,10 @@ def _pose_path(reference: PosePathReference) -> JointPath:
     for begin, end in pairwise(cuts):
         inside = path.starts[(path.starts > begin) & (path.starts < end)]
         pieces.append(PathPiece(_shifted(sample, float(begin)), float(end - begin), inside - begin))
-    return JointPath(tuple(pieces), lambda profiles: with_profile(_joined(profiles, cuts)))
+    return JointPath(tuple(pieces), lambda profiles: with_profile(joined(profiles, cuts)))
 
 
-def _joined(profiles: Sequence[MotionProfile], cuts: Array) -> MotionProfile:
+def joined(profiles: Sequence[MotionProfile], cuts: Array) -> MotionProfile:
     """Profiles end to end, each from its cut on without rounding: at a corner, the tangent behind it counts."""
     whole = concatenate(profiles)
     c = whole.coefficients.copy()

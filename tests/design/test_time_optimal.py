@@ -107,16 +107,6 @@ def test_place_and_speed_do_not_jump(quick):
         assert at_end[:-1] == pytest.approx(begin[1:], abs=1e-12)
 
 
-def test_behind_a_corner_the_new_direction_counts():
-    """At a corner's moment, where the arm rests, the acceleration is along the way that follows."""
-    for shift in ([0.0, 0.0, 0.0], [0.01, 0.03, -0.07]):
-        path = lwr_dyn.reference("ist", ARM, shift=shift)
-        quick = least_time(ARM, path, intervals=60)
-        profile = quick.poses.profile
-        rests = profile.knots[1:-1][profile.coefficients[1:, 1] == 0.0]
-        assert profile.at(rests).s.tolist() == [corner.s for corner in path.poses.path.corners()]
-
-
 def test_back_along_the_path_takes_as_long():
     """C(q, dq) dq is even in dq, so the torques of the way back are those of the way, in reverse order."""
     to = np.array([0.4, -0.3, 0.5, 0.6, 0.2, -0.4, 0.3])

@@ -38,6 +38,7 @@ def test_a_chirp_is_drawn_as_magnitude_and_phase(chirp):
     picture = lwr_dyn.plot([chirp, chirp], "response", labels=["a", "b"])
     magnitude, phase = picture.figures[0].panels
     assert [curve.label for curve in magnitude.curves] == ["a", "b"]
+    assert magnitude.curves[0].y.max() == pytest.approx(20.0 * math.log10(2.0 / math.sqrt(3.0)), abs=0.02)
     assert magnitude.levels[0].value == pytest.approx(20.0 * math.log10(math.sqrt(0.5)))
     assert phase.curves[0].y.min() < -90.0
     assert picture.figure.axes[0].get_xscale() == "log"
