@@ -4,12 +4,14 @@ import numpy as np
 import pytest
 
 import lwr_dyn
+from lwr_dyn.design import gain_search
 from lwr_dyn.design.gain_search import largest_omega_n
 from lwr_dyn.design.loop_case import LoopCase
 from lwr_dyn.design.loop_response import largest_sensitivity
 from lwr_dyn.errors import MissingDataError, OptionError, UnknownNameError
 from tests.design.margin_cases import arm, dynamics, law, linear
 from tests.simulation.sample_runs import one_joint
+from tests.slips import uncaught
 
 
 def ist(reading="physical", count=9):
@@ -78,17 +80,35 @@ def test_low_gains_may_break_the_margin_that_higher_ones_keep():
     assert largest_omega_n(arm(), "pd-gravity", [case], q=q).omega_n > 50
 
 
-def test_a_slider_by_hand_and_what_is_tried_at_most():
+def damper(omega_n):
+    return linear(np.zeros((1, 1, 1)), np.full((1, 1, 1), 2.0 * omega_n))
+
+
+def check(module):
     """m dv = -Kd v with Kd = m omega: v+ = (1 - T omega) v, |S| = 1 / (1 - T omega / 2) at half the rate."""
     slider = one_joint(mass=2.0)
-
-    def damper(omega_n):
-        return linear(np.zeros((1, 1, 1)), np.full((1, 1, 1), 2.0 * omega_n))
-
-    found = largest_omega_n(slider, damper, [LoopCase(rate=1000.0)], q=[[0.0]], peak=2.0, most=5000.0)
+    found = module.largest_omega_n(slider, damper, [LoopCase()], q=[[0.0]], peak=2.0, most=5000.0)
     assert found.omega_n == pytest.approx(1000.0, rel=0.01)
+    assert found.peak == pytest.approx(2.0, rel=0.01)
     assert not found.at_most
-    assert largest_omega_n(slider, damper, [LoopCase()], q=[[0.0]], peak=2.0, most=300.0).at_most
+    assert module.largest_omega_n(slider, damper, [LoopCase()], q=[[0.0]], peak=2.0, most=300.0).at_most
+    both = [LoopCase(rate=500.0), LoopCase()]
+    assert module.largest_omega_n(slider, damper, both, q=[[0.0]], peak=2.0).omega_n == pytest.approx(500.0, rel=0.01)
+
+
+SLIPS = (
+    ("if holds else (low, middle, found)", "if not holds else (low, middle, found)"),
+    ("if peaks[i, joint] > worst.peak", "if peaks[i, joint] < worst.peak"),
+    ("if worst.peak > self.peak", "if worst.peak > 2 * self.peak"),
+    ("at_most=low == top", "at_most=low != top"),
+    ("> GROWS] = np.inf", "> 9 * GROWS] = np.inf"),
+    ("while not holds and low > LEAST", "while holds and low > LEAST"),
+    ("while high > CLOSE * low", "while high > 3 * low"),
+)
+
+
+def test_planted_slips_are_caught():
+    assert not uncaught(gain_search.__name__, SLIPS, check)
 
 
 @pytest.mark.parametrize(
