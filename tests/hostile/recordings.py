@@ -39,15 +39,16 @@ def motion_csv(folder: Path, rng: random.Random) -> bool:
     """A motion as CSV, and the reference that it makes."""
     from lwr_dyn.responses.motion_reference import csv_reference
 
-    t = np.cumsum(np.full(rng.choice((5, 6, 20)), 0.05))
-    joints = rng.random() < 0.7
+    t = np.cumsum(np.full(rng.choice((8, 12, 20)), 0.05))
+    joints = rng.random() < 0.6
     q = 0.2 * np.sin(np.outer(t, range(1, 8))) + [0.0, 0.5, 0.0, -1.2, 0.0, 0.6, 0.0]
     poses = np.column_stack([-0.4 + 0.1 * t, 0.1 * t, 0.3 + 0.0 * t, np.full((t.size, 3), 0.1)])
     names = [f"q{k}" for k in range(1, 8)] if joints else ["x", "y", "z", "roll", "pitch", "yaw"]
     unit = rng.choice(("", " [deg]", " [rad]")) if joints else ""
     rows = [[f"{x:.6g}" for x in row] for row in np.column_stack([t, q if joints else poses])]
     head = ["time", *(name + unit for name in names)]
-    path = written(folder, "x.csv", changed("\n".join(",".join(row) for row in [head, *rows]), rng))
+    text = "\n".join(",".join(row) for row in [head, *rows])
+    path = written(folder, "x.csv", changed(text, rng) if rng.random() < 0.6 else text)
     arm = lwr_dyn.load("lwr4plus")
     csv_reference(arm, file=str(path)).sample(np.linspace(-0.1, 1.0, 20))
     return True
