@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from lwr_dyn.arrays import Array, arm_argument, joint_array
 from lwr_dyn.control.controllers import make_controller
 from lwr_dyn.control.protocol import Controller, label_of
+from lwr_dyn.design.gain_search import PEAK
 from lwr_dyn.design.joint_box import climb, joint_box, wilson_interval
 from lwr_dyn.design.law_differences import law_at_rest
 from lwr_dyn.design.loop_case import LoopCase
@@ -26,7 +27,7 @@ from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.elasticity import JointElasticity
 from lwr_dyn.model.shown import short_repr
 
-LIMIT = 1.7
+LIMIT = PEAK
 """Of |S_ii|, the margin that is asked for if no other is."""
 PEAK_POSES = 300
 """Of the poses drawn, so many are judged by |S_ii| too."""

@@ -11,13 +11,14 @@ and none moves while a torque is at its limit.
 
 Stability
 ---------
-Continuous time, rigid arm, true parameters inside the bounds, no torque at its limit, friction viscous or none:
-V = s^T B s / 2 + theta_err^T Gamma^-1 theta_err / 2, B the true mass matrix, has dV/dt = -k s^T B s (viscous friction
-takes more), so the error of the motion goes to zero and the parameters stay bounded. They need not become the true
-ones: that takes a motion that excites all of them. K_D = k B_hat keeps the poles where the arm turns light.
+Continuous time, rigid arm, true parameters inside the bounds, no torque at its limit, no friction, or viscous friction
+that is adapted: V = s^T B s / 2 + theta_err^T Gamma^-1 theta_err / 2, B the true mass matrix and theta_err with the
+error of friction, has dV/dt = -k s^T B s - s^T F_v s, so the error of the motion goes to zero and the parameters stay
+bounded. They need not become the true ones: that takes a motion that excites all of them. K_D = k B_hat keeps the poles
+where the arm turns light.
 
 Not covered by it: dry friction (F_c follows tanh of the reference speed, not the sign of dq; what is left near
-turning points stays as an error, and without `adapt_friction` the law charges friction to the load); sampling, where
+turning points stays as an error); any friction without `adapt_friction`: it is charged to the load; sampling, where
 V rises by terms of order T^2 a step, and the gain of the adaptation is bounded by the rate; delay and encoder noise,
 against which the bounds keep the parameters; torque limits; elastic joints, which bear about half of the gain that a
 fixed law does. Near rest `linear_feedback` judges these, with the adaptation in it.

@@ -136,9 +136,7 @@ def step_reference(
     arm: Arm,
     *,
     start: Start,
-    size: Annotated[float, Option(Quantity.ANGLE, "Size of the step or amplitude of the chirp, deg.")] = np.radians(
-        0.5
-    ),
+    size: Size = STEP,
     joint: Joint = None,
     duration: Annotated[float, Option(float, "Time for each step or sweep, s.")] = 0.5,
 ) -> StepReference:
@@ -174,9 +172,7 @@ def chirp_reference(
     arm: Arm,
     *,
     start: Start,
-    size: Annotated[float, Option(Quantity.ANGLE, "Size of the step or amplitude of the chirp, deg.")] = np.radians(
-        0.2
-    ),
+    size: Size = AMPLITUDE,
     joint: Joint = None,
     low: Annotated[float, Option(float, "Frequency at which a sweep begins, Hz.")] = 0.5,
     high: Annotated[float, Option(float, "Frequency at which a sweep ends, Hz.")] = 50.0,

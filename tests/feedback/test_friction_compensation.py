@@ -147,6 +147,5 @@ def test_the_reference_side_wins_where_joints_turn_round():
     for name in ("inverse-dynamics", "inverse-dynamics+friction", "inverse-dynamics+friction-measured"):
         run = lwr_dyn.simulate(ARM, make_controller(name, ARM, DYNAMICS), move)
         error[name.rpartition("+")[2]] = np.sqrt(np.mean((run.q - run.q_ref) ** 2))
-    print(error)
     assert error["friction"] < 0.05 * error["inverse-dynamics"]
     assert error["friction"] < error["friction-measured"] < 0.5 * error["inverse-dynamics"]

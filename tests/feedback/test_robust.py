@@ -101,7 +101,6 @@ def test_its_honest_figure():
     empty, middle = (make_controller("inverse-dynamics", arm) for arm in (ARM, MIDDLE))
     law = make_controller("robust", ARM, MODEL)
     at_end = [error(one, MOST) for one in (empty, middle, law)]
-    print(at_end)
     assert at_end[0] > 3.0 * at_end[2]
     assert at_end[1] > 1.05 * at_end[2]
     assert at_end[1] < 3.0 * at_end[2]
