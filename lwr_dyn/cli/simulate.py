@@ -56,7 +56,8 @@ def _option(name: str, text: str, kind: Any = bool, default: Any = None, multipl
 
 TASK = _option("--task", "What the arm does.", OneOf(REFERENCES.names), "ist")
 LAWS = NameOrFile(CONTROLLERS.names)
-CONTROLLER = _option("--controller", "A name, or a file of your own; NAME+friction adds friction.", LAWS, "pd-gravity")
+AROUND = f"A name, or a file of your own; behind it +{', +'.join(WRAPPERS.names)}."
+CONTROLLER = _option("--controller", AROUND, LAWS, "pd-gravity")
 PLANT = [
     _option("--plant-reading", "Simulate another reading than the controller's.", str),
     _option("--plant-scale", "Factor on all masses of the plant.", float, 1.0),

@@ -25,6 +25,7 @@ def test_sides():
     plant = elastic_plant(setup())
     assert plant.n == 14
     assert np.array_equal(plant.upper, [*physical().upper, *[np.inf] * 7])
+    assert np.array_equal(plant.lower, [*physical().lower, *[-np.inf] * 7])
     assert np.array_equal(plant.effort, [*[np.inf] * 7, *physical().effort])
     assert plant.model.rotor.tolist() == physical().armature.tolist()
     assert np.abs(plant.model.links.mass_matrix(np.zeros(7)) @ np.eye(7)[0])[0] < 3.0 - plant.model.rotor[0]

@@ -1,10 +1,13 @@
 """A reference twice: its parts, its smoothness, and the parts of its run."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import lwr_dyn
 from lwr_dyn.errors import OptionError
+from lwr_dyn.model.run import Event
 from lwr_dyn.responses.twice import Twice, part_of
 from lwr_dyn.simulation.metrics import metrics
 from lwr_dyn.trajectory.references.joint_moves import point_to_point
@@ -48,6 +51,8 @@ def test_a_part_of_a_run_is_a_run():
         part_of(learnt, 3.5).signals["adapted_payload"], learnt.signals["adapted_payload"][3500:]
     )
     assert part_of(run, 0.0, 2.0).t.size == 2001
+    eventful = replace(run, events=(Event(1.0, "slip", 2), Event(4.5, "stick", 3)))
+    assert part_of(eventful, MOVE.second).events == (Event(1.0, "stick", 3),)  # counted from the part's own start
     with pytest.raises(OptionError, match="part of a run"):
         part_of(run, 9.0)
 
