@@ -1,6 +1,6 @@
 """Run the ranking of docs/ranking.md again: four commands, their numbers in docs/ranking.json, the tables in the page.
 
-python scripts/ranking.py                   all four, then the page (half an hour on two cores)
+python scripts/ranking.py                   all four, then the page (a quarter of an hour on two free cores)
 python scripts/ranking.py ist-physical      one of them; the others keep their numbers
 python scripts/ranking.py --page            the page alone, from the numbers that are there
 """
@@ -13,7 +13,7 @@ import re
 import shlex
 import subprocess
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -37,8 +37,11 @@ PLANTS = (
     "nominal", "scale=1.1", "payload=3", "payload=7", "friction", "noise=1e-5", "delay=1", "delay=2", "delay=4",
     "payload=3+friction+noise=1e-5+delay=1", "elastic", "elastic+payload=3", "elastic+encoders=link",
 )  # fmt: skip
+FEW = ("nominal", "payload=3", "friction", "payload=3+friction+noise=1e-5+delay=1", "elastic")
+"""On the longer task."""
 MOVE = ("--from-deg", "0,30,0,-60,0,30,0", "--to-deg", "60,60,30,-90,60,-30,90", "--duration", "2.5")
 TASKS = {"ist": ("--task", "ist-clear"), "move": ("--task", "point-to-point", *MOVE)}
+PLANTS_OF = {"ist": FEW, "move": PLANTS}
 READINGS = ("physical", "computed")
 STUDIES = tuple(f"{task}-{reading}" for task in TASKS for reading in READINGS)
 FIGURES = (
@@ -60,7 +63,7 @@ def command(study: str) -> tuple[str, ...]:
     task, _, reading = study.partition("-")
     return (
         "compare", "lwr4plus", "--reading", reading, *TASKS[task], "--twice", "--tuned", f"{PEAK:g}",
-        "--friction", "0.01", "--controllers", ",".join(controllers(reading)), "--plants", ",".join(PLANTS),
+        "--friction", "0.01", "--controllers", ",".join(controllers(reading)), "--plants", ",".join(PLANTS_OF[task]),
     )  # fmt: skip
 
 
@@ -86,12 +89,27 @@ def parts(numbers: Mapping[str, Any]) -> dict[str, str]:
     """What stands in the places of the page."""
     out = {"gains": gains(numbers)}
     for study, record in numbers.items():
-        made = f"lwr_dyn {record['version']}, commit {record['commit'][:10]}, {record['date']}"
-        failures = "".join(f"\n- {one}" for one in record["failures"])
+        made = f"Made by lwr_dyn {record['version']}, commit {record['commit'][:10]}, {record['date']}"
+        failures = "".join(f"\n- {one}" for one in grouped(record["failures"]))
         below = f"\n\nNo run, and why:\n{failures}" if failures else ""
-        out[study] = (
-            f"{cross_table(record['runs'])}{below}\n\nMade by ({made}):\n\n```text\n{folded(record['command'])}\n```"
-        )
+        out[study] = f"{cross_table(record['runs'])}{below}\n\n{made}:\n\n```text\n{folded(record['command'])}\n```"
+    return out
+
+
+def grouped(failures: Sequence[str]) -> list[str]:
+    """Failures with the same reason as one line: what their pairs have in common at the end, and how many they are."""
+    of_reason: dict[str, list[list[str]]] = {}
+    for one in failures:
+        pair, _, reason = one.partition(": ")
+        of_reason.setdefault(reason, []).append(pair.split(", "))
+    out = []
+    for reason, pairs in of_reason.items():
+        same: list[str] = []
+        for words in zip(*(reversed(pair) for pair in pairs), strict=False):
+            if len(set(words)) > 1:
+                break
+            same.insert(0, words[0])
+        out.append(f"{', '.join(same)}{f' ({len(pairs)} pairs)' if len(pairs) > 1 else ''}: {reason}")
     return out
 
 
@@ -102,7 +120,12 @@ def gains(numbers: Mapping[str, Any]) -> str:
     for one in CONTROLLERS:
         typed = [one.format(ADAPTS[study.partition("-")[2]]) for study in studies]
         cells = [numbers[study]["tuned"].get(name) for study, name in zip(studies, typed, strict=True)]
-        words = [f"{x['omega_n']:.3g} ({x['case'].replace(', 1000 Hz', '')})" if x else "none" for x in cells]
+        words = [
+            f"{x['omega_n']:.3g} ({x['case'].replace(', 1000 Hz', '').replace(' (motor encoders)', '')})"
+            if x
+            else "none"
+            for x in cells
+        ]
         lines.append([f"`{one.format('')}`", *words])
     return "\n".join(f"| {' | '.join(cells)} |" for cells in lines)
 
@@ -128,10 +151,12 @@ def filled(page: str, numbers: Mapping[str, Any]) -> str:
 def main() -> None:
     """As the module says."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("studies", nargs="*", choices=[*STUDIES, []], default=[])
+    parser.add_argument("studies", nargs="*", metavar="STUDY", help=", ".join(STUDIES))
     parser.add_argument("--page", action="store_true", help="fill the page only")
     parser.add_argument("--processes", type=int, default=2)
     given = parser.parse_args()
+    for unknown in set(given.studies) - set(STUDIES):
+        parser.error(f"no study {unknown}; known: {', '.join(STUDIES)}")
     numbers = json.loads(NUMBERS.read_text("utf-8")) if NUMBERS.is_file() else {}
     for study in () if given.page else given.studies or STUDIES:
         numbers[study] = measured(study, given.processes)

@@ -92,7 +92,7 @@ class Workshop:
                 run.save(study.folder / f"run_{index + 1}.npz")
             part = since(run, study.since)
         except REFUSALS as fault:
-            return StudyFault(label_of(controller), ", ".join(case.words) or PLAIN, str(fault), fault)
+            return StudyFault(label_of(controller), _plant_words(case), str(fault), fault)
         figures = metrics(part, study.arm), torque_cuts(part, study.arm)
         return StudyRun(part if study.rate is None else replace(thinned(part, study.rate), setup=None), figures)
 
@@ -102,6 +102,11 @@ class Workshop:
         said = {name: text for name, text in note.items() if text or name == "task"}
         with faults_in(spec.base):
             return simulate(study.arm, controller, study.reference, **dict(study.options), **case.options, meta=said)
+
+
+def _plant_words(case: PlantCase) -> str:
+    load = [f"{case.options['payload']:g} kg"] if "payload" in case.options else []
+    return ", ".join([*case.words, *load]) or PLAIN
 
 
 def option_words(options: Mapping[str, Any]) -> str:
