@@ -1,4 +1,4 @@
-"""`lwr-dyn gains`: each joint's largest inertia, how it was searched, and gains for a second-order loop."""
+"""`lwr-dyn gains`: each joint's largest inertia, what is proven of it, and gains for a second-order loop."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -10,6 +10,7 @@ from lwr_dyn.cli.options import OneOf, load_robot, print_json, robot_options
 from lwr_dyn.cli.row_options import OptionRule, refuse_unused
 from lwr_dyn.control.gains import OMEGA_N, XI, Gains, second_order_gains
 from lwr_dyn.control.worst_case_inertia import InertiaMaximum, worst_case_inertias
+from lwr_dyn.design.certified import certificates, certified
 from lwr_dyn.design.elastic_loop import SIDES
 from lwr_dyn.design.gain_search import PEAK, check_margin
 from lwr_dyn.design.loop_case import LoopCase
@@ -85,10 +86,12 @@ def command(
         gains = second_order_gains([w.value for w in maxima], omega_n, xi)
         sampled = judge(arm, gains)
         kept = search(gains) if search is not None else None
+        proven = certificates(arm, maxima)
     if as_json:
+        bounds = [None] * arm.n if proven is None else [x.to_json() for x in proven]
         records = [
             {"joint": arm.joint_names[w.joint], "b": w.value, "q": w.q, "free": list(w.free), "search": w.statement()}
-            | {"Kp": gains.Kp[w.joint], "Kd": gains.Kd[w.joint]}
+            | {"certificate": bounds[w.joint], "Kp": gains.Kp[w.joint], "Kd": gains.Kd[w.joint]}
             for w in maxima
         ]
         about = {"robot": arm.name, "reading": arm.reading, "omega_n": omega_n, "xi": xi}
@@ -108,7 +111,7 @@ def command(
         for w in maxima
     ]
     click.echo(aligned(rows, HEAD))
-    for line in searched(arm, maxima):
+    for line in searched(arm, maxima) if proven is None else certified(arm, proven):
         click.echo(line)
     click.echo(f"\n{sampled.table.text()}")
     if kept is not None:

@@ -38,14 +38,39 @@ def test_bad_input_is_one_line(words, message, lwr_dyn_command):
     assert message in err
 
 
-def test_how_the_maxima_were_searched_is_said_once(lwr_dyn_command):
+def test_what_is_proven_of_the_maxima_is_said_once(lwr_dyn_command):
+    lines = lwr_dyn_command("gains", "lwr4plus")[1].splitlines()
+    said = [line for line in lines if "certified" in line]
+    assert len(said) == 1
+    assert said[0].startswith("certified: nowhere in the joint box more than ")
+    assert not [line for line in lines if "searched" in line]
+    rows = json.loads(lwr_dyn_command("gains", "lwr4plus", "--json")[1])["joints"]
+    assert all(row["b"] <= row["certificate"]["upper"] <= row["b"] * (1 + 1e-6) for row in rows)
+
+
+def test_joints_whose_bound_is_not_near_are_named(lwr_dyn_command, monkeypatch):
+    monkeypatch.setattr("lwr_dyn.inertia_bounds.certificate.MOST_BOXES", 40)
+    lines = lwr_dyn_command("gains", "lwr4plus")[1].splitlines()
+    at = next(k for k, line in enumerate(lines) if line.startswith("certified"))
+    assert lines[at].endswith(", except:")
+    assert "joint_1: certified: nowhere in the joint box above " in lines[at + 1]
+    assert "NOT as asked" in lines[at + 1]
+
+
+@pytest.fixture
+def without_proofs(monkeypatch):
+    monkeypatch.setattr("lwr_dyn.design.command.certificates", lambda arm, maxima: None)
+
+
+def test_without_proofs_how_the_maxima_were_searched_is_said_once(lwr_dyn_command, without_proofs):
     lines = lwr_dyn_command("gains", "lwr4plus")[1].splitlines()
     assert [line for line in lines if "searched" in line] == [
         "searched from 129 to 256 starts a joint; all ended at these values"
     ]
+    assert json.loads(lwr_dyn_command("gains", "lwr4plus", "--json")[1])["joints"][0]["certificate"] is None
 
 
-def test_joints_whose_search_ended_elsewhere_too_are_named(lwr_dyn_command):
+def test_joints_whose_search_ended_elsewhere_too_are_named(lwr_dyn_command, without_proofs):
     lines = lwr_dyn_command("gains", "kr30ha")[1].splitlines()
     at = lines.index("searched from 129 to 256 starts a joint; all ended at these values, except:")
     assert lines[at + 1].startswith("  A2: 81% ended here")
