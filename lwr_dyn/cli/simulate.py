@@ -172,15 +172,15 @@ def _setup(arm: Arm, robot: str, given: dict[str, Any]) -> Setup:
         return prepare(
             arm, controller, reference, plant=plant, payload=payload, encoder=encoder, rate=given["rate"],
             method=given["method"], substeps=given["substeps"], continuous=given["continuous"], delay=given["delay"],
-            elasticity=_elastic(given["elastic"]), encoders=given["encoders"], engine=engine, seed=given["seed"],
-            saturate=not given["no_saturation"], position_limits=not given["no_stops"],
+            elasticity=given_elasticity(given["elastic"]), encoders=given["encoders"], engine=engine,
+            seed=given["seed"], saturate=not given["no_saturation"], position_limits=not given["no_stops"],
             allow_unphysical=given["allow_unphysical"], friction=friction,
             meta={"task": getattr(reference, "about", {}).get("task", given["task"]), **_plant_note(given), **note},
         )  # fmt: skip
 
 
-def _elastic(text: str | None) -> str | float | None:
-    """The option `elasticity` of `simulate`."""
+def given_elasticity(text: str | None) -> str | float | None:
+    """What `--elastic` asks for, as the option `elasticity` of `simulate`; raises `OptionError`."""
     try:
         return text if text in (None, "file") else number_of(str(text))
     except ValueError:

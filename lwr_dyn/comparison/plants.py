@@ -18,10 +18,10 @@ from lwr_dyn.model.friction import JointFriction, symmetric
 from lwr_dyn.registry import Registry, Row
 from lwr_dyn.simulation.plant import arm_with_scaled_inertia
 from lwr_dyn.simulation.sensors import Encoder
+from lwr_dyn.simulation.setup import ENCODERS
 
 ASSUMED = "0.05"
 """Share of the torque limits that is Coulomb friction where the arm has none of its own and no share is given."""
-SIDES = ("motor", "link")
 FRICTIONLESS: Mapping[str, Any] = {"friction": "none"}
 
 
@@ -185,8 +185,8 @@ def encoders(case: PlantCase, value: str) -> PlantCase:
     """Elastic joints whose encoders are on the side of the links, or of the motors."""
     if "elasticity" not in case.options:
         raise OptionError("plant encoders", "on rigid joints", "after elastic: elastic+encoders=link")
-    if value not in SIDES:
-        raise OptionError("plant encoders", repr(value) if value else "no value", " or ".join(SIDES))
+    if value not in ENCODERS:
+        raise OptionError("plant encoders", repr(value) if value else "no value", " or ".join(ENCODERS))
     return case.changed(f"encoders on the {value} side", encoders=value)
 
 

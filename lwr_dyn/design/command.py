@@ -8,20 +8,21 @@ import numpy as np
 
 from lwr_dyn.cli.options import OneOf, load_robot, print_json, robot_options
 from lwr_dyn.cli.row_options import OptionRule, refuse_unused
+from lwr_dyn.cli.simulate import given_elasticity
 from lwr_dyn.control.gains import OMEGA_N, XI, Gains, second_order_gains
 from lwr_dyn.control.worst_case_inertia import InertiaMaximum, worst_case_inertias
 from lwr_dyn.design.certified import certificates, certified
-from lwr_dyn.design.elastic_loop import SIDES
 from lwr_dyn.design.gain_search import PEAK, check_margin
 from lwr_dyn.design.loop_case import LoopCase
 from lwr_dyn.design.margin_gains import MarginGains, margin_gains
-from lwr_dyn.design.margins_command import ELASTIC_HELP, given_elasticity
+from lwr_dyn.design.margins_command import ELASTIC_HELP
 from lwr_dyn.design.sampled_gains import judge_of_gains
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind
 from lwr_dyn.model.elasticity import chosen_elasticity
 from lwr_dyn.progress import progress
 from lwr_dyn.registry import REQUIRED, options_of
+from lwr_dyn.simulation.setup import ENCODERS
 from lwr_dyn.tables import aligned
 from lwr_dyn.trajectory.references.tasks import REFERENCES
 
@@ -57,7 +58,9 @@ HEAD = ("joint", "b [kg m^2]", "Kp [N m/rad]", "Kd [N m s/rad]", "where (deg; * 
 )
 @click.option("--task", type=OneOf(TASKS), help="With --margin: at the poses of a task, not over the joint box.")
 @click.option("--elastic", metavar="K|file", help=f"With --margin: {ELASTIC_HELP[0].lower()}{ELASTIC_HELP[1:]}")
-@click.option("--encoders", type=OneOf(SIDES), default=SIDES[0], show_default=True, help="With --elastic: their side.")
+@click.option(
+    "--encoders", type=OneOf(ENCODERS), default=ENCODERS[0], show_default=True, help="With --elastic: their side."
+)
 @click.option("--json", "as_json", is_flag=True, help="One JSON object.")
 def command(
     robot: str,

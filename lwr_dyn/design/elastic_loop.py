@@ -30,8 +30,8 @@ from lwr_dyn.errors import MissingDataError, OptionError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.elasticity import JointElasticity, chosen_elasticity
 from lwr_dyn.model.run import Motion
+from lwr_dyn.simulation.setup import ENCODERS
 
-SIDES = ("motor", "link")
 STEP = 1e-4
 """[rad, rad/s] of the central differences of inverse dynamics."""
 LAW_STEP = 1e-5
@@ -55,8 +55,8 @@ class ElasticArm:
     encoders: str = "motor"
 
     def __post_init__(self) -> None:
-        if self.encoders not in SIDES:
-            raise OptionError("encoders", repr(self.encoders), " or ".join(SIDES))
+        if self.encoders not in ENCODERS:
+            raise OptionError("encoders", repr(self.encoders), " or ".join(ENCODERS))
         light = np.flatnonzero(~(self.rotor > 0.0))
         if light.size:
             name, value = f"rotor inertia of joint {light[0] + 1}", self.rotor[light[0]]

@@ -6,7 +6,7 @@ from lwr_dyn.arrays import Array
 from lwr_dyn.control.linear_feedback import Linearised
 from lwr_dyn.control.protocol import Controller
 from lwr_dyn.control.velocity import FilteredDifference
-from lwr_dyn.design.elastic_loop import SIDES, ElasticArm, at_rest
+from lwr_dyn.design.elastic_loop import ElasticArm, at_rest
 from lwr_dyn.design.law_differences import law_at_rest
 from lwr_dyn.design.resting_plant import RestingPlant, rigid_plant
 from lwr_dyn.design.sampled_loop import RestingLoop, Sampling
@@ -14,6 +14,7 @@ from lwr_dyn.dynamics.protocol import Dynamics
 from lwr_dyn.errors import OptionError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.elasticity import JointElasticity, chosen_elasticity
+from lwr_dyn.simulation.setup import ENCODERS
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,8 +50,8 @@ class LoopCase:
         Sampling(self.rate, self.delay)
         if self.cutoff_hz is not None:
             FilteredDifference(self.cutoff_hz, self.rate)
-        if self.encoders not in SIDES:
-            raise OptionError("encoders", repr(self.encoders), " or ".join(SIDES))
+        if self.encoders not in ENCODERS:
+            raise OptionError("encoders", repr(self.encoders), " or ".join(ENCODERS))
 
     @property
     def sampling(self) -> Sampling:

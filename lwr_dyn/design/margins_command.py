@@ -8,13 +8,12 @@ import click
 import numpy as np
 from click.core import ParameterSource
 
-from lwr_dyn.arrays import Array, number_of
+from lwr_dyn.arrays import Array
 from lwr_dyn.cli.options import NUMBERS, OneOf, from_degrees, load_robot, print_json, robot_options
 from lwr_dyn.cli.row_options import OptionRule, refuse_unused, row_options
-from lwr_dyn.cli.simulate import CONTROLLER
+from lwr_dyn.cli.simulate import CONTROLLER, given_elasticity
 from lwr_dyn.control.controller_file import faults_in
 from lwr_dyn.control.controllers import CONTROLLERS, split_name
-from lwr_dyn.design.elastic_loop import SIDES
 from lwr_dyn.design.margin_pictures import picture_writer
 from lwr_dyn.design.margins import LIMIT, MarginReport, margins
 from lwr_dyn.design.sampled_stability import PLACES, POSES, SEED
@@ -23,6 +22,7 @@ from lwr_dyn.loading import load_with_paper
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.progress import progress
 from lwr_dyn.simulation.plant import arm_with_payload
+from lwr_dyn.simulation.setup import ENCODERS
 from lwr_dyn.trajectory.references.tasks import REFERENCES
 
 ELASTIC_HELP = "Elastic joints: the largest stiffness, N m/rad, or `file` for the arm's own."
@@ -33,7 +33,7 @@ LOOP = [
 ]
 PLANT = [
     click.Option(["--elastic"], metavar="K|file", help=ELASTIC_HELP),
-    click.Option(["--encoders"], type=OneOf(SIDES), default=SIDES[0], show_default=True,
+    click.Option(["--encoders"], type=OneOf(ENCODERS), default=ENCODERS[0], show_default=True,
                  help="The side of elastic joints that the controller gets."),
     click.Option(["--payload"], type=float, default=0.0, show_default=True,
                  help="Point mass at the flange that the controller does not know, kg."),
@@ -135,14 +135,6 @@ def _plant(arm: Arm, robot: str, given: dict[str, Any]) -> Arm | None:
     if payload != 0.0:
         plant = arm_with_payload(plant, payload)
     return None if plant is arm else plant
-
-
-def given_elasticity(text: str | None) -> str | float | None:
-    """The option `elasticity` of `margins`; raises `OptionError`."""
-    try:
-        return text if text in (None, "file") else number_of(str(text))
-    except ValueError:
-        raise OptionError("--elastic", repr(text), "a stiffness in N m/rad, or file") from None
 
 
 def _map_joints(numbers: tuple[float, ...] | None) -> tuple[int, int] | None:
