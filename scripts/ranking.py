@@ -32,7 +32,7 @@ CONTROLLERS = (
     "cartesian-impedance",
 )  # fmt: skip
 ADAPTS = {"physical": "", "computed": ":adapt-gain=3"}
-"""With the default, 30, no omega_n keeps the margin on light rotors."""
+"""With the default, 10, no omega_n keeps the margin on light rotors."""
 PLANTS = (
     "nominal", "scale=1.1", "payload=3", "payload=7", "friction", "noise=1e-5", "delay=1", "delay=2", "delay=4",
     "payload=3+friction+noise=1e-5+delay=1", "elastic", "elastic+payload=3", "elastic+encoders=link",

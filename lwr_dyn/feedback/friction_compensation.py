@@ -29,9 +29,9 @@ import numpy as np
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.control.linear_feedback import LinearFeedback, diagonal
-from lwr_dyn.control.protocol import Controller
+from lwr_dyn.control.protocol import Controller, describe
 from lwr_dyn.dynamics.protocol import Dynamics
-from lwr_dyn.errors import MissingDataError, ShapeError
+from lwr_dyn.errors import MissingDataError, OptionError, ShapeError
 from lwr_dyn.feedback.wrapped import Wrapped
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.friction import JointFriction, smooth_friction
@@ -115,7 +115,16 @@ def with_friction(
         The arm's friction is unknown and none is given.
     ShapeError
         Another number of joints.
+    OptionError
+        A controller whose friction is compensated already: twice is too much.
     """
+    within = controller
+    while isinstance(within, Wrapped):
+        if isinstance(within, FrictionCompensation):
+            raise OptionError(
+                "controller", f"{describe(controller)['name']} with friction again", "friction compensated once"
+            )
+        within = within.inner
     models = arm.friction_models() if friction is None else tuple(friction)
     if len(models) != arm.n:
         raise ShapeError("friction", f"{len(models)} joints", f"{arm.n}, one a joint, None where there is none")

@@ -102,9 +102,14 @@ def test_names_with_wrappers():
     assert split_name("pid+friction+observer") == ("pid", ("friction", "observer"))
     assert split_name("a+b/mine.py") == ("a+b/mine.py", ())
     assert split_name("a+b/mine.py+friction") == ("a+b/mine.py", ("friction",))
-    twice = make_controller("inverse-dynamics+friction+friction-measured", ARM, omega_n=20.0, friction_width=0.5)
-    assert twice.name == "inverse-dynamics+friction+friction-measured"
+    both = {"friction_width": 0.5, "observer_gain": 30.0}
+    twice = make_controller("inverse-dynamics+friction+observer", ARM, omega_n=20.0, **both)
+    assert twice.name == "inverse-dynamics+friction+observer"
     assert (twice.width, twice.inner.width, twice.Kp[0]) == (0.5, 0.5, 400.0)
+    assert twice.parameters["observer"]["gain"] == [30.0] * ARM.n
+    for again in ("inverse-dynamics+friction+friction", "inverse-dynamics+friction-measured+observer+friction"):
+        with pytest.raises(OptionError, match="friction again; allowed: friction compensated once"):
+            make_controller(again, ARM)
     with pytest.raises(AttributeError):
         twice.nothing  # noqa: B018
     assert set(split_name(name)[0] for name in CONTROLLERS.names) == set(CONTROLLERS.names)
