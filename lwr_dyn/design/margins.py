@@ -118,7 +118,7 @@ def margins(
     engine: str | Dynamics = "pinocchio",
     **options: Any,
 ) -> MarginReport:
-    """The sampled loop of an arm near rest: share of unstable poses, least rate, |S_ii|, gain and delay margins.
+    """The sampled loop of an arm near rest: share of unstable poses, least rate, ``|S_ii|``, gain and delay margins.
 
     The plant is linearised at each pose and held exactly over a sample, with delay, velocity filter and elastic joints.
     Speeds, friction, torque limits and stops are left out.
@@ -137,7 +137,7 @@ def margins(
     plant : Arm, optional
         The arm that moves, such as one with a payload; `arm` if not given.
     limit : float
-        Of |S_ii|, above 1.
+        Of ``|S_ii|``, above 1.
     poses, seed : int
         Number of poses drawn evenly from the joint box, and the seed of the drawing.
     engine : str or Dynamics
