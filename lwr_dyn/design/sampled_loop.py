@@ -29,6 +29,10 @@ GROWS = 1.0 + 1e-6
 """A spectral radius above it counts as unstable; rounding moves a double eigenvalue at 1 by about 1e-8."""
 
 
+BLOCK = 4_000_000
+"""Entries of the step matrices that are held at once; with what they are built from about 200 MB."""
+
+
 @dataclass(frozen=True, slots=True)
 class Sampling:
     """How a controller is sampled: `rate` [Hz], `delay` in whole samples, cut-off of a velocity filter [Hz] if any.
@@ -170,9 +174,14 @@ class RestingLoop:
 
     def radius(self, sampling: Sampling, late: float = 0.0, scale: Array | float = 1.0) -> Array:
         """The spectral radius of each step, (k,): small deviations grow by it at each sample; inf past all numbers."""
-        with np.errstate(over="ignore", invalid="ignore"):
-            steps = self.step_matrices(sampling, late, scale)
-        finite = np.isfinite(steps).all(axis=(-1, -2))
-        out = np.full(len(steps), np.inf)
-        out[finite] = np.abs(np.linalg.eigvals(steps[finite])).max(axis=-1)
+        k, n = self.plant.B.shape[0], self.plant.n
+        states = self.plant.B.shape[1] + n * (sampling.delay + 4)  # at most
+        scales = np.broadcast_to(scale, (k, n))
+        out = np.full(k, np.inf)
+        count = max(1, BLOCK // states**2)
+        for rows in (np.arange(i, min(i + count, k)) for i in range(0, k, count)):
+            with np.errstate(over="ignore", invalid="ignore"):
+                steps = self.at(rows).step_matrices(sampling, late, scales[rows])
+            finite = np.isfinite(steps).all(axis=(-1, -2))
+            out[rows[finite]] = np.abs(np.linalg.eigvals(steps[finite])).max(axis=-1)
         return out

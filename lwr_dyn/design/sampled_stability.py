@@ -23,6 +23,8 @@ STARTS = 2
 """Worst poses, by radius and by damping each, from which the worst one is searched."""
 CANDIDATES = 256
 """Worst poses, by radius and by damping each, at which the least rate is confirmed."""
+WHOLE_DELAY, FEWEST = 5, 10
+"""[samples] Beyond this delay fewer poses are judged by default, at least so many; see `judged_count`."""
 SLOWEST, FASTEST = 1.0, 1e6
 """[Hz] The least rate is searched between these."""
 
@@ -97,8 +99,22 @@ class SampledStability:
         }  # fmt: skip
 
 
+def judged_count(count: int, delay: int) -> int:
+    """How many of `count` poses are judged: their eigenvalues cost about the cube of the states, 2 + delay a joint.
+
+    >>> [judged_count(2000, delay) for delay in (0, 5, 10, 20, 100)]
+    [2000, 2000, 396, 64, 10]
+    """
+    return min(count, max(FEWEST, int(count * ((2 + WHOLE_DELAY) / (2 + delay)) ** 3)))
+
+
 def stability_in_box(
-    arm: Arm, dynamics: Dynamics, controller: Linearised, sampling: Sampling, poses: int = POSES, seed: int = SEED
+    arm: Arm,
+    dynamics: Dynamics,
+    controller: Linearised,
+    sampling: Sampling,
+    poses: int | None = None,
+    seed: int = SEED,
 ) -> SampledStability:
     """The sampled loop at rest over the joint box of an arm.
 
@@ -110,24 +126,34 @@ def stability_in_box(
         Of the arm that moves, with its payload.
     controller : Linearised
     sampling : Sampling
-    poses, seed : int
-        Number of poses drawn evenly, and the seed of the drawing.
+    poses : int, optional
+        Number of poses drawn evenly; if not given `judged_count` of `POSES`, and beyond `WHOLE_DELAY` no worse radius
+        is searched from the worst of them.
+    seed : int
+        Of the drawing.
 
     Raises
     ------
     OptionError
         A plant whose mass matrix is singular.
     """
-    return box_stability(arm, lambda x: RestingLoop.of(dynamics, controller, x), sampling, poses, seed)
+    starts = 0 if poses is None and sampling.delay > WHOLE_DELAY else STARTS
+    drawn = judged_count(POSES, sampling.delay) if poses is None else poses
+    return box_stability(arm, lambda x: RestingLoop.of(dynamics, controller, x), sampling, drawn, seed, starts)
 
 
-def box_stability(arm: Arm, loops: Loops, sampling: Sampling, poses: int = POSES, seed: int = SEED) -> SampledStability:
-    """The same of any loops over the joint box of an arm: `loops` gives those at the poses q (k, n)."""
+def box_stability(
+    arm: Arm, loops: Loops, sampling: Sampling, poses: int = POSES, seed: int = SEED, starts: int = STARTS
+) -> SampledStability:
+    """The same of any loops over the joint box of an arm: `loops` gives those at the poses q (k, n).
+
+    From `starts` poses of largest radius a larger one is searched.
+    """
     lower, upper, unknown = joint_box(arm)
     q = np.random.default_rng(seed).uniform(lower, upper, (poses, arm.n))
     loop = loops(q)
     radii, rates = loop.radius(sampling), loop.damping_rates()
-    ends = [climb(lambda x: loops(x).radius(sampling), q[i], lower, upper) for i in _largest(radii, STARTS)]
+    ends = [climb(lambda x: loops(x).radius(sampling), q[i], lower, upper) for i in _largest(radii, starts)]
     ends += [climb(lambda x: loops(x).damping_rates(), q[i], lower, upper) for i in _largest(rates, STARTS)]
     found = np.array([*ends, q[int(np.argmax(radii))]])
     at_ends = loops(found)
@@ -144,9 +170,13 @@ def box_stability(arm: Arm, loops: Loops, sampling: Sampling, poses: int = POSES
 
 
 def stability_along(
-    dynamics: Dynamics, controller: Linearised, sampling: Sampling, q: Array, places: int = PLACES
+    dynamics: Dynamics, controller: Linearised, sampling: Sampling, q: Array, places: int | None = None
 ) -> SampledStability:
-    """The sampled loop at rest at up to `places` poses of a motion q (k, n); raises as `stability_in_box`."""
+    """The sampled loop at rest at up to `places` poses of a motion q (k, n), if not given `judged_count` of `PLACES`.
+
+    Raises as `stability_in_box`.
+    """
+    places = judged_count(PLACES, sampling.delay) if places is None else places
     rows = q[np.unique(np.linspace(0, len(q) - 1, min(places, len(q))).astype(int))]
     return stability_at(RestingLoop.of(dynamics, controller, rows), sampling, rows)
 

@@ -7,7 +7,6 @@ from typing import Any
 from lwr_dyn.control.linear_feedback import Linearised
 from lwr_dyn.design.sampled_loop import Sampling
 from lwr_dyn.design.sampled_stability import (
-    POSES,
     SEED,
     SampledStability,
     pose_text,
@@ -41,8 +40,8 @@ def stability_table(arm: Arm, results: Mapping[str, SampledStability]) -> Table:
     """One row a controller: the unstable share of the joint box, the worst pose found, the least rate."""
     first = next(iter(results.values()))
     title = (
-        f"Sampled at {sampling_text(first.sampling)}: unstable at rest, of {POSES} poses drawn evenly from the joint"
-        f" box (seed {SEED}); linear, without friction and torque limits"
+        f"Sampled at {sampling_text(first.sampling)}: unstable at rest, of {first.poses} poses drawn evenly from the"
+        f" joint box (seed {SEED}); linear, without friction and torque limits"
     )
     headings = (
         "controller", "unstable", Heading("holds from", format=rate_text),

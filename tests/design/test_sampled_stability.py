@@ -118,3 +118,34 @@ def test_the_record_says_what_was_drawn_and_a_singular_plant_is_refused():
     flat = SimpleNamespace(mass_matrix=lambda q: np.zeros((len(q), 7, 7)))
     with pytest.raises(OptionError, match="singular"):
         stability_in_box(lwr(), flat, controller, Sampling(), poses=2)
+
+
+def test_long_delays_are_judged_at_fewer_poses_and_the_search_is_left_out(monkeypatch):
+    sizes, matrices = [], RestingLoop.step_matrices
+    monkeypatch.setattr(
+        RestingLoop, "step_matrices", lambda self, *given: (sizes.append(out := matrices(self, *given)), out)[1]
+    )
+    monkeypatch.setattr("lwr_dyn.design.sampled_stability._least_rate", lambda loop, sampling: None)
+    arm, dynamics, controller = default("computed")
+    found = stability_in_box(arm, dynamics, controller, Sampling(1000.0, 20))
+    assert found.poses == 64
+    assert sum(len(size) for size in sizes) < 150
+    path = stability_along(dynamics, controller, Sampling(1000.0, 20), np.tile(found.worst, (500, 1)))
+    assert path.poses == 10
+
+
+def test_many_poses_of_a_long_delay_are_held_in_parts(monkeypatch):
+    arm, dynamics, controller = default("computed")
+    q = np.random.default_rng(1).uniform(arm.lower, arm.upper, (7, 7))
+    loop, scale = RestingLoop.of(dynamics, controller, q), np.linspace(0.5, 1.5, 49).reshape(7, 7)
+    at_once = loop.radius(Sampling(1000.0, 2), 1e-4, scale)
+    largest, matrices = [], RestingLoop.step_matrices
+
+    def watched(self, *given):
+        largest.append(len(self.plant.B))
+        return matrices(self, *given)
+
+    monkeypatch.setattr(RestingLoop, "step_matrices", watched)
+    monkeypatch.setattr("lwr_dyn.design.sampled_loop.BLOCK", 3 * (14 + 7 * 6) ** 2)
+    assert loop.radius(Sampling(1000.0, 2), 1e-4, scale) == pytest.approx(at_once, rel=1e-12)
+    assert largest == [3, 3, 1]
