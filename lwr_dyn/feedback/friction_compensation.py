@@ -32,7 +32,7 @@ from lwr_dyn.control.linear_feedback import LinearFeedback, diagonal
 from lwr_dyn.control.protocol import Controller, describe
 from lwr_dyn.dynamics.protocol import Dynamics
 from lwr_dyn.errors import MissingDataError, OptionError, ShapeError
-from lwr_dyn.feedback.wrapped import Wrapped
+from lwr_dyn.feedback.wrapped import Wrapped, layers_of
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.friction import JointFriction, smooth_friction
 
@@ -118,13 +118,13 @@ def with_friction(
     OptionError
         A controller whose friction is compensated already: twice is too much.
     """
-    within = controller
-    while isinstance(within, Wrapped):
-        if isinstance(within, FrictionCompensation):
+    for layer in layers_of(controller):
+        adapts = getattr(layer, "friction_gains", None) is not None
+        if adapts or isinstance(layer, FrictionCompensation):
+            word = "adapted friction, and friction" if adapts else "friction"
             raise OptionError(
-                "controller", f"{describe(controller)['name']} with friction again", "friction compensated once"
+                "controller", f"{describe(controller)['name']} with {word} again", "friction compensated once"
             )
-        within = within.inner
     models = arm.friction_models() if friction is None else tuple(friction)
     if len(models) != arm.n:
         raise ShapeError("friction", f"{len(models)} joints", f"{arm.n}, one a joint, None where there is none")

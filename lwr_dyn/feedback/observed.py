@@ -7,11 +7,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.control.protocol import Controller, JointReadings, positive_gains, reset, saturate
+from lwr_dyn.control.protocol import Controller, JointReadings, describe, positive_gains, reset, saturate
 from lwr_dyn.dynamics.protocol import Dynamics
+from lwr_dyn.errors import OptionError
 from lwr_dyn.feedback.collision_threshold import CUTOFF, NOISE, PAYLOAD, CollisionThreshold, box_threshold
 from lwr_dyn.feedback.momentum_observer import GAIN, MomentumObserver
-from lwr_dyn.feedback.wrapped import Wrapped
+from lwr_dyn.feedback.wrapped import Wrapped, layers_of
 from lwr_dyn.model.arm import Arm
 
 SAMPLED_ONLY = ("memory_size", "torque_and_rate")
@@ -133,8 +134,10 @@ def observed(
     Raises
     ------
     ShapeError, OptionError
-        A gain or level of the wrong shape, or not above 0; a payload error or noise below 0.
+        A gain or level of the wrong shape, or not above 0; a payload error or noise below 0; an observer already.
     """
+    if any(isinstance(layer, Observed) for layer in layers_of(controller)):
+        raise OptionError("controller", f"{describe(controller)['name']} with observer again", "one observer")
     observer, link_side = (
         MomentumObserver(dynamics, observer_gain),
         MomentumObserver(dynamics, observer_gain, arm.armature),

@@ -1,5 +1,6 @@
 """What is put around a controller: it adds to the torques, and offers what the inner controller offers."""
 
+from collections.abc import Iterator
 from typing import Any
 
 from lwr_dyn.arrays import Array
@@ -7,6 +8,14 @@ from lwr_dyn.control.protocol import Controller, describe
 
 OFFERED = ("reset", "sense", "linear_feedback", "memory_size")
 """Parts of the interfaces of a controller that a wrapper passes on as they stand, where the inner one has them."""
+
+
+def layers_of(controller: Controller) -> Iterator[Controller]:
+    """The controller, and what its wrappers stand around, from the outermost to the law."""
+    yield controller
+    while isinstance(controller, Wrapped):
+        controller = controller.inner
+        yield controller
 
 
 class Wrapped:

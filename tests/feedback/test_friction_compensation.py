@@ -154,3 +154,15 @@ def test_the_reference_side_wins_where_joints_turn_round():
         error[name.rpartition("+")[2]] = np.sqrt(np.mean((run.q - run.q_ref) ** 2))
     assert error["friction"] < 0.05 * error["inverse-dynamics"]
     assert error["friction"] < error["friction-measured"] < 0.5 * error["inverse-dynamics"]
+
+
+def test_friction_that_is_adapted_is_not_compensated_too():
+    with pytest.raises(OptionError, match="adapted friction, and friction again; allowed: friction compensated once"):
+        make_controller("adaptive+observer+friction", ARM, adapt_friction=True)
+    assert make_controller("adaptive+friction", ARM).name == "adaptive+friction"
+
+
+def test_a_second_observer_is_refused():
+    for again in ("pid+observer+observer", "pid+observer+friction+observer"):
+        with pytest.raises(OptionError, match=r"observer.* with observer again; allowed: one observer"):
+            make_controller(again, ARM)
