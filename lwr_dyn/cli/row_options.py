@@ -124,7 +124,7 @@ def _help(flag: Flag, registry: Registry[Any]) -> str:
     lines, defaults = _by_value(flag, "help"), _by_value(flag, "default")
     shared = len(flag.rows) == len(registry.names)
     text = " ".join(line if shared and len(lines) == 1 else f"{rows}: {line}" for line, rows in lines.items())
-    values = [x if len(defaults) == 1 else f"{x} ({rows})" for x, rows in defaults.items()]
+    values = [x if rows == ", ".join(flag.rows) else f"{x} ({rows})" for x, rows in defaults.items()]
     return text if flag.kind is bool or not values else f"{text}  [default: {', '.join(values)}]"
 
 

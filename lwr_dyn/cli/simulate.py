@@ -155,8 +155,7 @@ command.params += [TASK, *OF_TASK, CONTROLLER, *CONTROLLER_OPTIONS.click_options
 
 
 def _setup(arm: Arm, robot: str, given: dict[str, Any]) -> Setup:
-    payload, name = given["payload"], given["controller"]
-    law = split_name(name)[0]
+    payload, name, law = given["payload"], given["controller"], split_name(given["controller"])[0]
     reference = REFERENCES.make(given["task"], arm, **TASK_OPTIONS.values(given["task"], given, arm))
     model = arm_with_payload(arm, payload) if given["payload_known"] else arm
     dynamics = dynamics_of(model, given["engine"])
@@ -182,9 +181,11 @@ def _setup(arm: Arm, robot: str, given: dict[str, Any]) -> Setup:
 def given_elasticity(text: str | None) -> str | float | None:
     """What `--elastic` asks for, as the option `elasticity` of `simulate`; raises `OptionError`."""
     try:
-        return text if text in (None, "file") else number_of(str(text))
+        if text in (None, "file") or 0.0 < number_of(str(text)) < float("inf"):
+            return text if text in (None, "file") else number_of(str(text))
     except ValueError:
-        raise OptionError("--elastic", repr(text), "a stiffness in N m/rad, or file") from None
+        pass
+    raise OptionError("--elastic", repr(text), "a stiffness above 0 in N m/rad, or file")
 
 
 def _plant_note(given: dict[str, Any]) -> dict[str, Any]:

@@ -12,12 +12,13 @@ from lwr_dyn.cli.row_options import row_options
 from lwr_dyn.comparison.comparison import RunComparison, comparison_of
 from lwr_dyn.comparison.controller_specs import controller_spec
 from lwr_dyn.comparison.cross_table import cross_table
-from lwr_dyn.comparison.pair_page import write_pair
+from lwr_dyn.comparison.page import comparison_html
+from lwr_dyn.comparison.pair_page import pair_html
 from lwr_dyn.comparison.plants import PLANTS, arm_with_friction, plant_case
 from lwr_dyn.comparison.study import ControllerStudy
 from lwr_dyn.control.controllers import CONTROLLERS
 from lwr_dyn.errors import FileAccessError, OptionError
-from lwr_dyn.files import check_writable, ends_in, make_folder
+from lwr_dyn.files import check_writable, ends_in, make_folder, write_files
 from lwr_dyn.model.run import Run
 from lwr_dyn.progress import progress
 from lwr_dyn.responses.twice import Twice
@@ -66,11 +67,8 @@ OF_FILES = ("targets", "labels", "html", "replay", "markdown", "json")
 """What run files can be compared with; the rest is for a robot."""
 
 
-PAGES: dict[str, Callable[[str, RunComparison], None]] = {
-    "html": lambda path, compared: compared.save(path),
-    "replay": write_pair,
-}
-"""Option -> what writes its page."""
+PAGES: dict[str, Callable[[RunComparison], str]] = {"html": comparison_html, "replay": pair_html}
+"""Option -> what makes its page."""
 
 
 @click.command("compare")
@@ -80,7 +78,7 @@ def command(robot: tuple[str, ...], reading: str | None, tip: str | None, locks:
 
     Each plant is the arm of the controllers' model, changed in one thing that they do not know of.
     """
-    pages = {given[name]: write for name, write in PAGES.items() if given[name] is not None}
+    pages = {given[name]: make for name, make in PAGES.items() if given[name] is not None}
     for page in pages:
         if not ends_in(page, ".html"):
             raise FileAccessError(page, "does not end in .html", "a path that ends in .html")
@@ -89,8 +87,7 @@ def command(robot: tuple[str, ...], reading: str | None, tip: str | None, locks:
     if files and len(files) < len(robot):
         raise OptionError("compare", "run files and a robot", "run files alone, or one robot")
     compared = _of_files(files, given) if files else _of_robot(robot, reading, tip, locks, given)
-    for page, write in pages.items():
-        write(page, compared)
+    write_files({Path(page): make(compared) for page, make in pages.items()})
     if given["json"]:
         print_json(compared.record())
         return

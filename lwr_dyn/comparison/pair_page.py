@@ -7,14 +7,12 @@ import json
 from collections.abc import Sequence
 from dataclasses import replace
 from html import escape
-from pathlib import Path
 from typing import Any
 
 from lwr_dyn.comparison.compared_run import ComparedRun
 from lwr_dyn.comparison.comparison import RunComparison
 from lwr_dyn.comparison.part_of_run import thinned
 from lwr_dyn.errors import OptionError
-from lwr_dyn.files import write_file
 from lwr_dyn.viewer import scene
 from lwr_dyn.viewer.look import font_faces, look_css
 from lwr_dyn.viewer.page_parts import (
@@ -60,11 +58,6 @@ def pair_html(compared: RunComparison) -> str:
         "player": "\n".join(player),
     }
     return fill_template(resource_text("page.html"), parts)
-
-
-def write_pair(path: str | Path, compared: RunComparison) -> None:
-    """Write `pair_html(compared)` to a file; raises as it does, and `FileAccessError`."""
-    write_file(path, pair_html(compared))
 
 
 def pair_data(compared: RunComparison) -> dict[str, Any]:

@@ -29,10 +29,9 @@ from lwr_dyn.arrays import Array
 from lwr_dyn.control.linear_feedback import LinearFeedback
 from lwr_dyn.control.protocol import Controller, JointReadings, positive_gains, reset
 from lwr_dyn.dynamics.protocol import Dynamics, ungated
-from lwr_dyn.feedback.motor_side_pd import GearStiffness
+from lwr_dyn.feedback.motor_side_pd import GearStiffness, assumed_elasticity
 from lwr_dyn.feedback.wrapped import Wrapped
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.elasticity import JointElasticity, chosen_elasticity
 
 
 class MotorSide(Wrapped):
@@ -105,5 +104,5 @@ def on_motor_side(
     OptionError
         A stiffness that is not above 0.
     """
-    elasticity = cast(JointElasticity, chosen_elasticity(arm, "file" if gear_stiffness is None else gear_stiffness))
+    elasticity = assumed_elasticity(arm, gear_stiffness)
     return MotorSide(controller, dynamics, elasticity.stiffness)

@@ -52,6 +52,16 @@ GearStiffness = Annotated[
 ]
 
 
+def assumed_elasticity(arm: Arm, gear_stiffness: float | None) -> JointElasticity:
+    """The gears as a law assumes them: the file's, or with another largest stiffness [N m/rad].
+
+    Raises `OptionError` for a stiffness that is not above 0, `MissingDataError` where neither gives one.
+    """
+    if gear_stiffness is not None and not 0.0 < gear_stiffness < np.inf:
+        raise OptionError("gear_stiffness", f"{gear_stiffness:g}", "a number above 0 in N m/rad")
+    return cast(JointElasticity, chosen_elasticity(arm, "file" if gear_stiffness is None else gear_stiffness))
+
+
 class MotorSidePD:
     """The law of this module.
 
@@ -190,7 +200,7 @@ def tuned_motor_side_pd(
     OptionError, ShapeError
         As `worst_case_gains` and `MotorSidePD`.
     """
-    elasticity = cast(JointElasticity, chosen_elasticity(arm, "file" if gear_stiffness is None else gear_stiffness))
+    elasticity = assumed_elasticity(arm, gear_stiffness)
     gains = worst_case_gains(arm, omega_n, xi, inertia)
     if lighter > 1.0:
         felt = gains.Kp / omega_n**2 - arm.armature * (1.0 - 1.0 / lighter)

@@ -40,3 +40,18 @@ def test_bad_names_are_one_line(lwr_dyn_command, case):
     assert code == 2
     assert err.count("\n") == 1
     assert words in err
+
+
+@pytest.mark.parametrize("value", ["0", "-1", "inf", "nan"])
+def test_a_stiffness_that_is_not_above_zero_is_refused_by_the_name_of_its_option(lwr_dyn_command, value):
+    code, _, err = lwr_dyn_command("simulate", "lwr4plus", *TASK, "--elastic", value)
+    assert (code, err.count("\n")) == (2, 1)
+    assert f"--elastic: {value!r}; allowed: a stiffness above 0 in N m/rad, or file" in err
+    code, _, err = lwr_dyn_command("simulate", "lwr4plus", *TASK, "--controller", "motor-pd", "--gear-stiffness", value)
+    assert (code, err.count("\n")) == (2, 1)
+    assert f"gear_stiffness: {value}; allowed: a number above 0 in N m/rad" in err
+
+
+def test_a_default_of_one_law_is_not_shown_as_that_of_all(lwr_dyn_command):
+    text = "".join(lwr_dyn_command("simulate", "--help")[1].split())
+    assert "[default:2000.0(cartesian-impedance)]" in text

@@ -122,3 +122,11 @@ def test_the_help_names_every_plant(lwr_dyn_command):
     code, out, _ = lwr_dyn_command("compare", "--help")
     assert code == 0
     assert all(name in out for name in (*PLANTS.names, "payload=3", "--controllers", "--task"))
+
+
+def test_where_one_page_cannot_be_made_none_is_written(folder, lwr_dyn_command):
+    arguments = ("--controllers", "pid", "--html", "a.html", "--replay", "b.html")
+    code, _, err = lwr_dyn_command("compare", "lwr4plus", *SHORT, *arguments)
+    assert (code, err.count("\n")) == (2, 1)
+    assert "two runs or more" in err
+    assert list(folder.iterdir()) == []

@@ -79,7 +79,7 @@ def test_pictures_are_written_and_named(lwr_dyn_command, tmp_path, monkeypatch):
          "--delay: 60 samples at 1000 Hz; allowed: less than the 0.05 s of the task"),
         (("--limit", "0.9"), "limit of |S_ii|: 0.9; allowed: a number above 1"),
         (("--poses", "0"), "poses: 0; allowed: a whole number above 0"),
-        (("--elastic", "soft"), "--elastic: 'soft'; allowed: a stiffness in N m/rad, or file"),
+        (("--elastic", "soft"), "--elastic: 'soft'; allowed: a stiffness above 0 in N m/rad, or file"),
         (("--elastic", "-1"), "stiffness"),
         (("--encoders", "link"), "--encoders: would do nothing here; allowed: with --elastic"),
         (("--velocity-cutoff", "600"), "below 500 Hz"),

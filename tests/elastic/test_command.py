@@ -31,8 +31,8 @@ def test_a_run_and_its_record(lwr_dyn_command):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (("--elastic", "0"), 'stiffness: 0.0; allowed: "file", a number above 0 in N m/rad'),
-        (("--elastic", "soft"), "--elastic: 'soft'; allowed: a stiffness in N m/rad, or file"),
+        (("--elastic", "0"), "--elastic: '0'; allowed: a stiffness above 0 in N m/rad, or file"),
+        (("--elastic", "soft"), "--elastic: 'soft'; allowed: a stiffness above 0 in N m/rad, or file"),
         (("--encoders", "link"), "--encoders: would do nothing here; allowed: with --elastic"),
         (("--method", "radau"), "method: would do nothing with rigid joints; allowed: with elastic joints"),
         (("--elastic", "1e4", "--method", "dop853"), "method: dop853 with elastic joints; allowed: rk4"),
