@@ -117,12 +117,10 @@ def command(robot: str, reading: str | None, tip: str | None, locks: tuple[str, 
     pictures = [FUNCTIONS.load("plot_writer")(wish) for wish in given["plot"]]
     arm = load_robot(robot, reading, tip, locks)
     setup = _setup(arm, robot, given)
-    sampled = None
-    if FUNCTIONS["sampled_notes"].is_installed and setup.elasticity is None:
-        sampled = FUNCTIONS.load("sampled_notes")(setup)
-    if sampled is not None and not given["json"]:
-        _note(sampled.before)
-    run = _simulated(setup, law, out)
+    sampled = FUNCTIONS.load("sampled_notes")(setup) if FUNCTIONS["sampled_notes"].is_installed else None
+    said = None if given["json"] else sampled
+    _note([] if said is None else said.before)
+    run = _simulated(setup, law, out, [] if said is None else said.once_begun)
     others = _other_files(run, given["csv"], pictures)
     if given["json"]:
         print_json({**run_record(run, arm), "sampled_loop": None if sampled is None else sampled.record})
@@ -209,16 +207,18 @@ def _check_target(out: str | None, ending: str) -> None:
         check_writable(out)
 
 
-def _simulated(setup: Setup, controller: str, out: str | None) -> Run:
-    """The run, saved in `out`; `controller` is a name or a file."""
+def _simulated(setup: Setup, controller: str, out: str | None, notes: list[str]) -> Run:
+    """The run, saved in `out`; `controller` is a name or a file, and a run that is not refused has `notes`."""
     try:
         with progress("simulating") as report, faults_in(controller):
             run = run_setup(setup, report)
     except DivergenceError as fault:
+        _note(notes)
         if out is not None and isinstance(fault.run, Run):
             fault.run.save(out)
             click.echo(f"kept what was computed in {out}")
         raise
+    _note(notes)
     if out is not None:
         run.save(out)
     return run

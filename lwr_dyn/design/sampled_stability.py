@@ -177,8 +177,14 @@ def stability_along(
     Raises as `stability_in_box`.
     """
     places = judged_count(PLACES, sampling.delay) if places is None else places
-    rows = q[np.unique(np.linspace(0, len(q) - 1, min(places, len(q))).astype(int))]
+    rows = places_of(q, places)
     return stability_at(RestingLoop.of(dynamics, controller, rows), sampling, rows)
+
+
+def places_of(q: Array, places: int) -> Array:
+    """Up to `places` poses of a motion q (k, n), evenly over its samples."""
+    rows: Array = q[np.unique(np.linspace(0, len(q) - 1, min(places, len(q))).astype(int))]
+    return rows
 
 
 def stability_at(loop: RestingLoop, sampling: Sampling, rows: Array) -> SampledStability:

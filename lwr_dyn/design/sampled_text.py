@@ -5,14 +5,21 @@ from dataclasses import dataclass
 from typing import Any
 
 from lwr_dyn.control.linear_feedback import Linearised
+from lwr_dyn.design.loop_case import LoopCase
 from lwr_dyn.design.sampled_loop import Sampling
 from lwr_dyn.design.sampled_stability import (
+    PLACES,
+    POSES,
     SEED,
+    STARTS,
+    WHOLE_DELAY,
     SampledStability,
+    box_stability,
+    judged_count,
+    places_of,
     pose_text,
     rate_text,
-    stability_along,
-    stability_in_box,
+    stability_at,
 )
 from lwr_dyn.errors import OptionError
 from lwr_dyn.model.arm import Arm
@@ -58,16 +65,27 @@ def judged_setup(setup: Setup) -> dict[str, SampledStability] | None:
     """The sampled loop of a setup "in_box" and "along_reference"; None where the linear theory does not apply.
 
     It does not for a continuous run, for a controller without a linear form, nor where the plant's mass matrix is
-    singular.
+    singular or an elastic joint has no rotor. Elastic joints are judged by Spong's model, whatever the engine.
     """
     controller, options, plant = setup.controller, setup.options, setup.plant
     if options.continuous or not isinstance(controller, Linearised):
         return None
-    sampling = Sampling(options.rate, options.delay, None if setup.encoder is None else setup.encoder.cutoff_hz)
+    cutoff_hz = None if setup.encoder is None else setup.encoder.cutoff_hz
+    case = LoopCase(options.rate, options.delay, cutoff_hz, setup.elasticity, setup.encoders)
+    rows = places_of(setup.motion.q, judged_count(PLACES, options.delay))
+    poses, starts = judged_count(POSES, options.delay), 0 if options.delay > WHOLE_DELAY else STARTS
     try:
         return {
-            "in_box": stability_in_box(plant.arm, plant.dynamics, controller, sampling),
-            "along_reference": stability_along(plant.dynamics, controller, sampling, setup.motion.q),
+            "in_box": box_stability(
+                plant.arm,
+                lambda q: case.loop(plant.arm, plant.dynamics, controller, q),
+                case.sampling,
+                poses,
+                starts=starts,
+            ),
+            "along_reference": stability_at(
+                case.loop(plant.arm, plant.dynamics, controller, rows), case.sampling, rows
+            ),
         }
     except OptionError:
         return None
@@ -78,9 +96,11 @@ class SampledNotes:
     """What to say of a simulation's sampled loop: lines before and after the run, and the record for JSON.
 
     What could not be judged is said after the run: a controller's file that fails gives its one line of error alone.
+    A run of elastic joints may be refused when it begins: what is known of it is said when it ends or diverges.
     """
 
     before: list[str]
+    once_begun: list[str]
     after: list[str]
     record: dict[str, Any] | None
 
@@ -88,7 +108,9 @@ class SampledNotes:
 def sampled_notes(setup: Setup) -> SampledNotes:
     """The notes of a simulation that is about to run."""
     judged = judged_setup(setup)
-    return SampledNotes(stability_lines(setup.plant.arm, judged), not_judged_lines(setup), stability_record(judged))
+    lines, refusable = stability_lines(setup.plant.arm, judged), setup.elasticity is not None
+    before, once_begun = ([], lines) if refusable else (lines, [])
+    return SampledNotes(before, once_begun, not_judged_lines(setup), stability_record(judged))
 
 
 def not_judged_lines(setup: Setup) -> list[str]:

@@ -4,6 +4,7 @@ import json
 
 import pytest
 
+import lwr_dyn
 from lwr_dyn.design.sampled_loop import Sampling
 from lwr_dyn.design.sampled_text import sampling_text, stability_lines
 from tests.simulation.sample_runs import lwr
@@ -88,3 +89,36 @@ def test_a_controller_without_a_linear_form_is_named_as_not_judged(lwr_dyn_comma
         "note: whether sampling makes this loop unstable is not judged: the controller has no linear_feedback(q)"
     ]
     assert notes(lwr_dyn_command("simulate", "lwr4plus", *HOLD, "--controller", mine, "--continuous")[2]) == []
+
+
+@pytest.mark.parametrize(("encoders", "unstable"), [("link", 2000), ("motor", 0)])
+def test_elastic_joints_are_judged_as_such(encoders, unstable, lwr_dyn_command):
+    """Rigid, this loop holds; on springs PD holds from the motors' side, and nowhere from the links'."""
+    options = ("--reading", "physical", "--elastic", "1e4", "--encoders", encoders)
+    code, out, err = lwr_dyn_command("simulate", "lwr4plus", *HOLD, *options)
+    found = notes(err)
+    assert code == 0
+    assert "limits of position, speed and torque: kept" in out  # the run itself does not show it
+    assert len(found) == (2 if unstable else 0)
+    if unstable:
+        assert f"this loop is unstable at rest in {unstable} of 2000 poses of the joint box; " in found[0]
+        assert found[1].startswith("note: at 51 of 51 poses of this reference it is unstable; ")
+
+
+def test_what_is_said_of_elastic_joints_agrees_with_the_margins(lwr_dyn_command):
+    options = ("--reading", "physical", "--controller", "inverse-dynamics", "--elastic", "file", "--json")
+    judged = json.loads(lwr_dyn_command("simulate", "lwr4plus", *HOLD, *options)[1])["sampled_loop"]
+    report = lwr_dyn.margins(lwr_dyn.load("lwr4plus", reading="physical"), "inverse-dynamics", elasticity="file")
+    assert 0 < report.stability.unstable < report.stability.poses
+    assert judged["in_box"]["unstable"] == report.stability.unstable
+    assert judged["in_box"]["least_rate"] == pytest.approx(report.stability.least_rate)
+    assert judged["along_reference"]["unstable"] == 0
+
+
+def test_what_is_known_of_elastic_joints_is_said_of_a_run_that_diverges_too(lwr_dyn_command):
+    elastic = ("--reading", "physical", "--elastic", "1e4", "--encoders", "link", "--no-saturation", "--no-stops")
+    move = ("--task", "point-to-point", "--from-deg", "0,30,0,-60,0,30,0", "--to-deg", "9,30,0,-60,0,30,0")
+    code, out, err = lwr_dyn_command("simulate", "lwr4plus", *move, "--duration", "0.5", *elastic)
+    assert (code, out) == (2, "")
+    assert len(notes(err)) == 2
+    assert err.splitlines()[-1].startswith("lwr-dyn: ")

@@ -12,7 +12,8 @@ SHORT = (*HOLD, "--duration", "0.02", "--controller", "inverse-dynamics")
 
 def test_a_run_and_its_record(lwr_dyn_command):
     code, out, err = lwr_dyn_command(*SHORT, "--elastic", "file")
-    assert (code, err) == (0, "")
+    assert code == 0
+    assert all(line.startswith("note: ") for line in err.splitlines())  # this law is unstable in some of the box
     assert "damper -" in out
     assert "inverse dynamics by newton-euler and Radau IIA 5 at" in out
     assert "plant elastic joints, motor encoders" in out
