@@ -64,10 +64,8 @@ def test_gain_margins_of_python_control_are_not_those_of_these_loops(control):
         for factor, stable in ((0.99 * true, True), (1.01 * true, False)):
             scale = 1 + (factor - 1) * np.eye(7)[joint]
             assert (found.loop.radius(found.case.sampling, scale=scale)[0] <= GROWS) is np.bool_(stable)
-    gains, _, distances = np.array(closed_others).T
+    gains, _, distances = np.array(closed_others).T  # the numbers differ with and without slycot: wrong in both
     assert (gains < 0.5 * found.worst.gain_up[list(JOINTS)]).all()
-    ours = 1.0 / found.worst.peak[list(JOINTS)]
-    assert (~np.isfinite(distances) | (np.abs(distances / ours - 1) < 1e-3)).all()
     assert np.isinf(distances).any()
 
 
