@@ -31,7 +31,7 @@ def wilson_interval(found: int, tries: int, z: float = 1.959964) -> tuple[float,
     Wilson, J. Am. Stat. Assoc. 22 (1927) 209: it stays within 0 to 1 and says something where none, or all, are met.
 
     >>> [round(x, 4) for x in wilson_interval(459, 2000)], [round(x, 4) for x in wilson_interval(0, 2000)]
-    ([0.2116, 0.2485], [0.0, 0.0019])
+    ([0.2116, 0.2484], [0.0, 0.0019])
     """
     share, weight = found / tries, z * z / tries
     middle, half = share + weight / 2, z * np.sqrt(share * (1 - share) / tries + weight / tries / 4)

@@ -44,7 +44,7 @@ class Course:
     def share(self, t: float) -> float:
         """S(t) of the force, 0 to 1.
 
-        >>> Course(1.0, 0.5, 0.1).share(1.05)
+        >>> round(Course(1.0, 0.5, 0.1).share(1.05), 12)
         0.5
         """
         x = min(t - self.start, self.start + self.duration - t) / self.rise
