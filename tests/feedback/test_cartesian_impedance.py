@@ -7,7 +7,7 @@ import lwr_dyn
 from lwr_dyn.errors import MissingDataError, OptionError, ShapeError
 from lwr_dyn.feedback.cartesian_impedance import SLOWEST, CartesianImpedance
 from lwr_dyn.kinematics.forward import jacobian
-from tests.feedback.written_out import ARM, REGULAR, ROAD_A, ROAD_B, cartesian_impedance, states, tip_inertia
+from tests.feedback.written_out import ARM, REGULAR, ROAD_A, ROAD_B, cartesian_impedance, slope, states, tip_inertia
 from tests.slips import uncaught
 
 K, XI, W, D = np.array([2000.0, 1500.0, 1000.0, 150.0, 150.0, 150.0]), 0.7, 12.0, 20.0
@@ -54,18 +54,6 @@ def check(law):
     rest = np.zeros(7)
     tau = controller(0.0, SINGULAR, lost, SINGULAR, rest, rest) - ROAD_A.gravity_vector(SINGULAR)
     np.testing.assert_allclose(lost @ tau, -2.0 * XI * SLOWEST, rtol=1e-4)
-
-
-def slope(controller, pose, which):
-    """-d(tau - g)/dq or -d tau/d dq at rest at a pose, by central differences."""
-    step, rest = 1e-5, np.zeros(pose.size)
-
-    def torque(x):
-        q, dq = (pose + x, rest) if which == 0 else (pose, x)
-        return controller(0.0, q, dq, pose, rest, rest) - ROAD_A.gravity_vector(q)
-
-    columns = [(torque(-step * e) - torque(step * e)) / (2.0 * step) for e in np.eye(pose.size)]
-    return np.array(columns).T
 
 
 def test_planted_slips_are_caught():

@@ -6,7 +6,7 @@ import pytest
 import lwr_dyn
 from lwr_dyn.errors import MissingDataError, OptionError, ShapeError
 from lwr_dyn.feedback.joint_impedance import JointImpedance
-from tests.feedback.written_out import ARM, REGULAR, ROAD_A, ROAD_B, carried, joint_impedance, states
+from tests.feedback.written_out import ARM, REGULAR, ROAD_A, ROAD_B, carried, joint_impedance, slope, states
 from tests.slips import uncaught
 
 K, XI = np.array([900.0, 800.0, 500.0, 400.0, 90.0, 60.0, 40.0]), 0.7
@@ -34,18 +34,6 @@ def check(law):
     for k, pose in enumerate(poses):
         np.testing.assert_allclose(linear.position[k], slope(controller, pose, 0), rtol=0, atol=1e-5 * K.max())
         np.testing.assert_allclose(linear.velocity[k], slope(controller, pose, 1), rtol=0, atol=1e-8 * K.max())
-
-
-def slope(controller, pose, which):
-    """-d(tau - g)/dq or -d tau/d dq at rest at a pose, by central differences."""
-    step, rest = 1e-5, np.zeros(pose.size)
-
-    def torque(x):
-        q, dq = (pose + x, rest) if which == 0 else (pose, x)
-        return controller(0.0, q, dq, pose, rest, rest) - ROAD_A.gravity_vector(q)
-
-    columns = [(torque(-step * e) - torque(step * e)) / (2.0 * step) for e in np.eye(pose.size)]
-    return np.array(columns).T
 
 
 def test_planted_slips_are_caught():

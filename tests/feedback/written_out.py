@@ -69,3 +69,15 @@ def cartesian_impedance(arm, dynamics, state, K, xi, w, d):
     posture = dynamics.mass_matrix(q) @ (w**2 * (q_ref - q) + d * (dq_ref - dq))
     tau = carried(dynamics, q, dq, dq_ref, ddq_ref) + J.T @ (K * tip_offset(arm, q_ref, q) + D @ late)
     return tau + posture - J.T @ (Jbar.T @ posture)
+
+
+def slope(controller, pose, which):
+    """-d(tau - g)/dq or -d tau/d dq at rest at a pose, by central differences."""
+    step, rest = 1e-5, np.zeros(pose.size)
+
+    def torque(x):
+        q, dq = (pose + x, rest) if which == 0 else (pose, x)
+        return controller(0.0, q, dq, pose, rest, rest) - ROAD_A.gravity_vector(q)
+
+    columns = [(torque(-step * e) - torque(step * e)) / (2.0 * step) for e in np.eye(pose.size)]
+    return np.array(columns).T
