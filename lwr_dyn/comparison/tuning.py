@@ -15,7 +15,7 @@ from lwr_dyn.control.controllers import CONTROLLERS
 from lwr_dyn.design.gain_search import TunedFrequency, largest_omega_n
 from lwr_dyn.design.loop_case import LoopCase
 from lwr_dyn.dynamics.engines import dynamics_of
-from lwr_dyn.elastic.plant import SLOWEST
+from lwr_dyn.elastic.plant import SLOWEST, fastest_on_motors
 from lwr_dyn.errors import OptionError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Reference
@@ -76,11 +76,8 @@ def cases_of(arm: Arm, rate: float, poses: Array) -> tuple[LoopCase, ...]:
 
 
 def is_elastic(arm: Arm, rate: float, poses: Array) -> bool:
-    """Whether the arm gives the stiffness of its gears, and has rotors that a law on the motors' side can drive.
-
-    As the elastic plant has it, a rotor B_m is too light where B_m rate / B_ii is below `SLOWEST`.
-    """
+    """Whether the arm gives the stiffness of its gears, and has rotors that a law on the motors' side can drive."""
     if arm.elasticity is None or not (arm.armature > 0.0).all():
         return False
-    rigid = np.diagonal(dynamics_of(arm).mass_matrix(poses), axis1=-2, axis2=-1)
-    return bool((rate * arm.armature / rigid >= SLOWEST).all())
+    B = dynamics_of(arm).mass_matrix(poses)
+    return bool((fastest_on_motors(rate, arm.armature, B) >= SLOWEST).all())

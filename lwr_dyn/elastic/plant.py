@@ -58,6 +58,14 @@ def elastic_plant(setup: Setup) -> ElasticPlant:
     )  # fmt: skip
 
 
+def fastest_on_motors(rate: float, rotor: Array, B: Array) -> Array:
+    """B_m / (B_ii T) (..., n) [rad/s] at `rate` = 1/T [Hz], for rotors (n,) [kg m^2] and mass matrices B (..., n, n).
+
+    A law on the motors' side that is tuned to more shakes the rotor; less than `SLOWEST` is refused.
+    """
+    return np.asarray(rate * rotor / np.diagonal(B, axis1=-2, axis2=-1))
+
+
 def _check_rotors(setup: Setup, model: ElasticDynamics) -> None:
     """A law on the motors' side, tuned to omega_n on the rigid inertia B_ii, damps the rotor alone with 2 omega_n B_ii.
 
@@ -67,8 +75,8 @@ def _check_rotors(setup: Setup, model: ElasticDynamics) -> None:
     bare = np.flatnonzero(model.rotor <= 0.0)
     if bare.size:
         raise MissingDataError(arm.name, f"rotor inertia of {arm.joint_names[bare[0]]}", "elastic joints")
-    rigid = np.diagonal(setup.plant.ungated.mass_matrix(setup.start[0]))
-    fastest = rate * model.rotor / rigid
+    B = setup.plant.ungated.mass_matrix(setup.start[0])
+    rigid, fastest = np.diagonal(B), fastest_on_motors(rate, model.rotor, B)
     j = int(np.argmin(fastest))
     if fastest[j] >= SLOWEST or setup.options.allow_unphysical:
         return
