@@ -1,0 +1,62 @@
+"""What rollouts give: metrics of every run, flags, and each run again, whole, by `simulate`."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lwr_dyn.arrays import Array
+from lwr_dyn.errors import OptionError
+from lwr_dyn.model.run import Run
+from lwr_dyn.model.shown import repr_html, short_repr
+
+STOP, NOT_FINITE, OUT_OF_RANGE = "stop", "not finite", "out of range"
+FLAGS = ("", STOP, NOT_FINITE, OUT_OF_RANGE)
+"""What ended a run's course in the kernel, in words: nothing; a joint reached its stop, which the kernel does not have;
+a state or torque that is not finite; a speed of a turn a sample, or an angle beyond the range reduction."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Rollouts:
+    """Runs of one closed loop with parameters of their own. The plant has no stick friction and no stops.
+
+    Runs that met a stop, or left what the kernel can follow, carry a flag; their metrics are those of `simulate` where
+    they were handed over (`simulated`), else NaN.
+    """
+
+    metrics: Mapping[str, Array]
+    """By name, a row a run: tip_rms, tip_max, tip_final (runs,) [m]; position_rms, position_max (runs, n) [rad];
+    peak_torque, peak_command, torque_rms, peak_speed (runs, n); saturated_s (runs, n) [s]; limit_margin (runs, n)
+    [rad]; first_violation (runs,) [s], inf for none; tip_q95 ... (runs,) [m] for quantiles over time."""
+    flags: tuple[str, ...]
+    """One of `FLAGS` a run."""
+    simulated: NDArray[np.bool_]
+    """(runs,): whether the metrics are those of `simulate`."""
+    t: Array | None = None
+    """Times (k,) [s] of the recorded samples; None without a record."""
+    q: Array | None = None
+    """(runs, k, n) [rad or m]; NaN for runs with a flag."""
+    dq: Array | None = None
+    tau: Array | None = None
+    """Torques that were applied, (runs, k, n) [N m]."""
+    setup: Mapping[str, Any] = field(default_factory=dict)
+    """What was computed, as JSON values: arm, plant, law, options, first run, digest of the kernel."""
+    again: Callable[[int], Run] | None = field(default=None, repr=False)
+    __repr__ = short_repr
+    _repr_html_ = repr_html
+
+    @property
+    def count(self) -> int:
+        """Number of runs."""
+        return len(self.flags)
+
+    def run(self, i: int) -> Run:
+        """Run `i` (from 0) again, whole, by `simulate` with the same plant, gains and noise.
+
+        Raises `OptionError` for a number outside, and as `simulate`, above all `DivergenceError`.
+        """
+        if self.again is None or not -self.count <= i < self.count:
+            raise OptionError("run", i, f"0 to {self.count - 1}")
+        return self.again(i % self.count)
