@@ -8,7 +8,9 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+import casadi
 import numpy as np
+from numpy.typing import NDArray
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.codegen import lean_recursion as lean
@@ -39,7 +41,7 @@ class BaseParameters:
         return np.ascontiguousarray(self._whole[self.kept])
 
     @cached_property
-    def kept(self) -> Array:
+    def kept(self) -> NDArray[np.intp]:
         """Places of the kept ones among 10 n, ascending."""
         return np.flatnonzero(self._whole.any(axis=1))
 
@@ -65,6 +67,27 @@ class BaseParameters:
         for place, value in zip(self.kept.tolist(), values, strict=True):
             out[place // 10][place % 10] = value
         return out
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SymbolicAngle:
+    """An angle by its cosine and sine, as NumPy's `cos` and `sin` take it."""
+
+    cosine: Any
+    sine: Any
+
+    @classmethod
+    def of(cls, angle: Any) -> "SymbolicAngle":
+        """Of a symbol."""
+        return cls(casadi.cos(angle), casadi.sin(angle))
+
+    def cos(self) -> Any:
+        """The cosine."""
+        return self.cosine
+
+    def sin(self) -> Any:
+        """The sine."""
+        return self.sine
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,22 +131,27 @@ class SymbolicModel:
         """As `inverse_dynamics` of other bodies (see `bodies`), with the rotors of this model."""
         dq, ddq = ([0.0] * self.n if x is None else _each(x) for x in (dq, ddq))
         pull = self.pull if gravity else ZERO
-        tau = lean.inverse_dynamics(self.frames, bodies, pull, _each(q), dq, ddq)
+        tau = lean.inverse_dynamics(self.frames, bodies, pull, self._positions(q), dq, ddq)
         return column([add(a, multiply(j, b)) for a, j, b in zip(tau, self.armature, ddq, strict=True)])
 
     def mass_matrix(self, q: Any) -> list[list[Any]]:
         """B(q) with rotors, as rows of scalars."""
-        B = lean.mass_matrix(self.frames, self.bodies, _each(q))
+        B = lean.mass_matrix(self.frames, self.bodies, self._positions(q))
         for i, armature in enumerate(self.armature):
             B[i][i] = add(B[i][i], armature)
         return B
 
     def forward_dynamics(self, q: Any, dq: Any, tau: Any) -> Any:
         """ddq = B^-1 (tau - C dq - g) as a column, pivots from the last joint first."""
-        import casadi
-
         B = casadi.vertcat(*(column(row).T for row in self.mass_matrix(q)))
         return ldl_solve(ldl_factor(B), tau - self.torque(self.bodies, q, dq, None))
+
+    def _positions(self, q: Any) -> list[Any]:
+        """Angles as `SymbolicAngle`, unless they are given so; positions of sliding joints as they are."""
+        return [
+            SymbolicAngle.of(x) if frame.is_turning and not isinstance(x, SymbolicAngle) else x
+            for frame, x in zip(self.frames, _each(q), strict=True)
+        ]
 
 
 def armature_of(chain: Chain) -> Array:
