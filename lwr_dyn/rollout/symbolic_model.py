@@ -24,14 +24,14 @@ from lwr_dyn.model.vectors import ZERO, Vector, add, multiply
 
 
 @dataclass(frozen=True, eq=False)
-class BaseParameters:
+class KeptParameters:
     """The inertial parameters of a chain on which its torque depends, in the frames of its joints' axes."""
 
     chain: Chain
     frames: tuple[AxisFrame, ...]
 
     @classmethod
-    def of(cls, chain: Chain) -> "BaseParameters":
+    def of(cls, chain: Chain) -> "KeptParameters":
         """With the frames of the chain."""
         return cls(chain, axis_frames(chain))
 
@@ -104,8 +104,8 @@ class SymbolicModel:
 
     @classmethod
     def of(cls, chain: Chain, values: Any = None, armature: Any = None) -> "SymbolicModel":
-        """Of a chain: its own constants, or symbols for the kept `BaseParameters` and for the armature."""
-        base = BaseParameters.of(chain)
+        """Of a chain: its own constants, or symbols for the kept `KeptParameters` and for the armature."""
+        base = KeptParameters.of(chain)
         bodies = base.bodies(base.own.tolist() if values is None else _each(values))
         return cls(
             base.frames,
