@@ -146,7 +146,22 @@ def _groups(call: str, width: int, lanes: int) -> str:
 def body_lines(
     code: StraightLineCode, slots: dict[tuple[str, int, int], int], flag: int, results: int, lanes: int
 ) -> list[str]:
-    """Lines of the loop over lanes."""
+    """Lines of the loop over lanes, with the results in slots one after the other."""
+    places = [flag, *range(results, results + len(code.results))]
+    return placed_lines(code, slots, places, lanes)
+
+
+_FORMS = {
+    ">": "1.0 if {0} > {1} else 0.0", "?": "{1} if {0} > 0.5 else 0.0", "min": "{1} if {0} > {1} else {0}",
+    "max": "{1} if {1} > {0} else {0}", "sqrt": "sqrt({0})", "abs": "abs({0})", "2^": "two_to({0})",
+    "exponent": "exponent({0})", "significand": "significand({0})",
+}  # fmt: skip
+
+
+def placed_lines(
+    code: StraightLineCode, slots: dict[tuple[str, int, int], int], places: Sequence[int], lanes: int
+) -> list[str]:
+    """Lines of the loop over lanes: inputs from `slots`; flag and results go to `places`."""
     lines, names = [], []
     for i, node in enumerate(code.nodes):
         if node.op in ("const", "zero"):
@@ -155,13 +170,9 @@ def body_lines(
         names.append(f"v{i}")
         if node.op == "in":
             lines.append(f"v{i} = b[{slots[node] * lanes} + k]")
-        elif node.op == ">":
-            lines.append(f"v{i} = 1.0 if {names[node.a]} > {names[node.b]} else 0.0")
-        elif node.op == "sqrt":
-            lines.append(f"v{i} = sqrt({names[node.a]})")
         elif node.op in OPERATIONS:
-            lines.append(f"v{i} = {names[node.a]} {node.op} {names[node.b]}")
-    for j, value in enumerate((code.flag, *code.results)):
-        place = flag if j == 0 else results + j - 1
+            form = _FORMS.get(node.op, f"{{0}} {node.op} {{1}}")
+            lines.append(f"v{i} = {form.format(names[node.a], names[node.b])}")
+    for place, value in zip(places, (code.flag, *code.results), strict=True):
         lines.append(f"b[{place * lanes} + k] = {'-' if value.sign < 0 else ''}{names[value.node]}")
     return [f"        {line}" for line in lines]

@@ -36,9 +36,10 @@ _UNLINKED = ctypes.CFUNCTYPE(None)(_unlinked)
 def straight_line(dtype: str) -> Callable[[Callable[[Any], None]], Any]:
     """A decorator: the function `body(b)` of one loop ``for k in range(W)`` as a numba intrinsic on arrays of `dtype`.
 
-    Statements are ``v = b[I + k]``, ``v = x + y`` (also - * /), ``v = 1.0 if x > y else 0.0``, ``v = sqrt(x)``,
-    ``b[I + k] = x`` and ``b[I + k] = -x``, where x and y are names or numbers (of the type of b), and I a multiple of
-    W. The intrinsic calls a function of the module `intrinsic.assembly`, which `machine_code.compiled` links.
+    Statements are ``v = b[I + k]``, ``v = x + y`` (also - * /), ``v = z if x > y else w``, ``v = f(x)`` with f of
+    sqrt, abs, two_to, exponent, significand (the last three of float64 alone), ``b[I + k] = x`` and ``b[I + k] = -x``,
+    where x, y, z, w are names or numbers (of the type of b), and I a multiple of W. The intrinsic calls a function of
+    the module `intrinsic.assembly`, which `machine_code.compiled` links.
     """
 
     def decorate(function: Callable[[Any], None]) -> Any:
@@ -96,24 +97,38 @@ class _Lanes:
         index = ir.Constant(ir.IntType(64), subscript.slice.left.value)
         return self.builder.bitcast(self.builder.gep(self.data, [index]), self.vector.as_pointer())
 
-    def _number(self, x: float) -> Any:
+    def constant(self, x: float) -> Any:
         return ir.Constant(self.vector, [ir.Constant(self.number, x)] * self.lanes)
 
-    def _root(self) -> Any:
-        name = f"llvm.sqrt.v{self.lanes}f{64 if self.number == ir.DoubleType() else 32}"
+    def _call(self, name: str, x: Any) -> Any:
+        if name in _BITS:
+            return _BITS[name](self, x)
         kind = ir.FunctionType(self.vector, [self.vector])
-        return cgutils.get_or_insert_function(self.builder.module, kind, name)
+        full = f"llvm.{_INTRINSICS[name]}.v{self.lanes}f{64 if self.number == ir.DoubleType() else 32}"
+        return self.builder.call(cgutils.get_or_insert_function(self.builder.module, kind, full), [x])
+
+    def whole(self, x: int) -> Any:
+        """A whole number in every lane."""
+        return ir.Constant(ir.VectorType(ir.IntType(64), self.lanes), [ir.Constant(ir.IntType(64), x)] * self.lanes)
+
+    def bits(self, x: Any) -> Any:
+        """The bits of float64 numbers."""
+        return self.builder.bitcast(x, ir.VectorType(ir.IntType(64), self.lanes))
+
+    def number_of(self, bits: Any) -> Any:
+        """The other way."""
+        return self.builder.bitcast(bits, self.vector)
 
     def _value(self, node: Any) -> Any:
         match node:
             case ast.Name():
                 return self.names[node.id]
             case ast.Constant(value=float() as x):
-                return self._number(x)
+                return self.constant(x)
             case ast.Subscript():
                 return self.builder.load(self._place(node), align=self.align)
-            case ast.Call(func=ast.Name(id="sqrt")):
-                return self.builder.call(self._root(), [self._value(node.args[0])])
+            case ast.Call(func=ast.Name(id=name)):
+                return self._call(name, self._value(node.args[0]))
             case ast.UnaryOp():
                 return self.builder.fneg(self._value(node.operand))
             case ast.BinOp():
@@ -122,6 +137,33 @@ class _Lanes:
             case ast.IfExp(test=ast.Compare() as test):
                 left, right = self._value(test.left), self._value(test.comparators[0])
                 above = self.builder.fcmp_ordered(">", left, right)
-                return self.builder.select(above, self._number(1.0), self._number(0.0))
+                return self.builder.select(above, self._value(node.body), self._value(node.orelse))
             case _:
                 raise SyntaxError(f"not a straight-line statement: {ast.unparse(node)}")
+
+
+_MAGIC, _ONE, _HIGH = 1.5 * 2.0**52, 1023 << 52, 0x433 << 52
+"""Its sum with a whole number holds that in its low bits; the bits of 1.0 and of 2^52."""
+
+
+def _two_to(lanes: _Lanes, x: Any) -> Any:
+    """2^x of whole x from -1022 to 1023."""
+    builder = lanes.builder
+    low = builder.shl(lanes.bits(builder.fadd(x, lanes.constant(_MAGIC))), lanes.whole(52))
+    return lanes.number_of(builder.add(low, lanes.whole(_ONE)))
+
+
+def _exponent(lanes: _Lanes, x: Any) -> Any:
+    builder = lanes.builder
+    biased = builder.or_(builder.lshr(lanes.bits(x), lanes.whole(52)), lanes.whole(_HIGH))
+    return builder.fsub(lanes.number_of(biased), lanes.constant(2.0**52 + 1023.0))
+
+
+def _significand(lanes: _Lanes, x: Any) -> Any:
+    builder = lanes.builder
+    fraction = builder.and_(lanes.bits(x), lanes.whole((1 << 52) - 1))
+    return lanes.number_of(builder.or_(fraction, lanes.whole(_ONE)))
+
+
+_INTRINSICS = {"sqrt": "sqrt", "abs": "fabs"}
+_BITS = {"two_to": _two_to, "exponent": _exponent, "significand": _significand}

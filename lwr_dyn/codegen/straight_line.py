@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import casadi
 
+from lwr_dyn.codegen import elementary
 from lwr_dyn.codegen.sincos import SinCos
 
 
@@ -21,14 +22,18 @@ class Value(NamedTuple):
 
 
 class Node(NamedTuple):
-    """`in` (row = array, column), `const` (its value), or an operation on nodes: + - * /, > (1.0 or 0.0) or sqrt."""
+    """`in` (row = array, column), `const` (its value), or an operation on nodes; of one node a = b.
+
+    Beside + - * / and sqrt: > gives 1.0 or 0.0; min and max give the first where a node is NaN; ? gives b where a is
+    1.0, else 0.0; abs; 2^ of a whole number; exponent e and significand m of 2^e m, 1 <= m < 2.
+    """
 
     op: str
     a: Any
     b: Any = None
 
 
-OPERATIONS = ("+", "-", "*", "/", ">", "sqrt")
+OPERATIONS = ("+", "-", "*", "/", ">", "sqrt", "min", "max", "?", "abs", "2^", "exponent", "significand")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -165,10 +170,10 @@ class _Writer:
             case casadi.OP_LT:
                 return self.is_positive(self.plus(x[1], self.minus(x[0])))
             case _:
-                raise NotImplementedError(f"CasADi operation {op} in a symbolic function")
+                return elementary.apply(self, op, x)
 
 
-def straight_line_code(function: Any, sincos: SinCos) -> StraightLineCode:
+def straight_line_code(function: Any, sincos: SinCos, is_flagged: bool = True) -> StraightLineCode:
     """The code of a CasADi function with one output vector.
 
     Parameters
@@ -177,6 +182,8 @@ def straight_line_code(function: Any, sincos: SinCos) -> StraightLineCode:
         Of SX; angles enter only through sines and cosines.
     sincos : SinCos
         Range reduction and polynomials of the number type.
+    is_flagged : bool
+        Without, the flag is 0: the function judges its numbers itself.
     """
     writer = _Writer(sincos)
     work: dict[int, Value] = {}
@@ -197,7 +204,7 @@ def straight_line_code(function: Any, sincos: SinCos) -> StraightLineCode:
         else:
             work[out[0]] = writer.apply(op, [work[i] for i in arguments])
     ordered = [results.get(i) or writer.number(0.0) for i in range(function.size1_out(0))]
-    flag = _flag(writer, inputs)
+    flag = _flag(writer, inputs) if is_flagged else writer.number(0.0)
     return _without_the_unused(writer.nodes, ordered, flag)
 
 
