@@ -170,7 +170,7 @@ class _Writer:
             case casadi.OP_LT:
                 return self.is_positive(self.plus(x[1], self.minus(x[0])))
             case _:
-                return elementary.apply(self, op, x)
+                return Value(*elementary.apply(self, op, x))
 
 
 def straight_line_code(function: Any, sincos: SinCos, is_flagged: bool = True) -> StraightLineCode:
