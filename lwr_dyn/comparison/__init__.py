@@ -10,7 +10,7 @@ study_run         one run of a study
 tuning            omega_n of every controller for one margin along the task
 part_of_run       a run from a time on; fewer samples of it
 cross_table       plants down and controllers across, in Markdown
-page              one HTML file; its charts
+page              one HTML file
 pair_page         any two of the runs replayed side by side, chosen from lists
 command           `lwr-dyn compare`
 """

@@ -6,17 +6,12 @@ There is no script, and nothing is loaded; light and dark follow the reader's sy
 from collections.abc import Sequence
 from html import escape
 
-from lwr_dyn.comparison.charts import chart_html, swatch
 from lwr_dyn.comparison.compared_run import ComparedRun
 from lwr_dyn.comparison.comparison import BEST, UNSTABLE, RunComparison
 from lwr_dyn.notebook.quantities import path, tip_error
-from lwr_dyn.version import VERSION
-from lwr_dyn.viewer.look import font_faces, look_css
-from lwr_dyn.viewer.page_parts import fill_template, resource_text
+from lwr_dyn.plotting.charts import chart_html, swatch
+from lwr_dyn.plotting.document import document_html
 from lwr_dyn.viewer.replayed_runs import ReplayedRun, replayed_runs
-
-_POLICY = "default-src 'none'; style-src 'unsafe-inline'; font-src data:; img-src data:; base-uri 'none'"
-_PACKAGE = "lwr_dyn.comparison"
 
 
 def comparison_html(compared: RunComparison) -> str:
@@ -25,15 +20,11 @@ def comparison_html(compared: RunComparison) -> str:
     table = f'<div class="scroll" tabindex="0" role="region" aria-label="Runs">{_table(compared)}</div>'
     notes = "".join(f'<p class="note">{escape(note)}</p>' for note in page_notes(compared))
     said = "".join(f"<li>{sentence}</li>" for sentence in _sentences(compared))
-    parts = {
-        "policy": _POLICY,
-        "title": escape(compared.title),
-        "style": "\n".join((look_css(), font_faces(), resource_text("page.css", _PACKAGE))),
-        "main": f'<h1>{escape(compared.title)}</h1><ul class="say">{said}</ul>'
-        f'<section class="card">{table}{notes}</section>{sections}',
-        "footer": f"Made by lwr_dyn {VERSION}, lwr-dyn compare.",
-    }
-    return fill_template(resource_text("page.html", _PACKAGE), parts)
+    main = (
+        f'<h1>{escape(compared.title)}</h1><ul class="say">{said}</ul>'
+        f'<section class="card">{table}{notes}</section>{sections}'
+    )
+    return document_html(compared.title, "comparison", main, "lwr-dyn compare")
 
 
 def page_notes(compared: RunComparison) -> list[str]:

@@ -8,9 +8,9 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.comparison import page
-from lwr_dyn.comparison.charts import POINTS, chart_html
 from lwr_dyn.comparison.page import comparison_html
 from lwr_dyn.notebook.quantities import path, tip_error
+from lwr_dyn.plotting.charts import POINTS, chart_html
 from lwr_dyn.plotting.drawn_panel import drawn_panels
 from lwr_dyn.viewer.replayed_runs import replayed_runs
 from tests.axe import SCREENS, faint_texts, seen, sideways, violations

@@ -33,7 +33,7 @@ def chart_html(figure: Figure, runs: Sequence[ReplayedRun]) -> str:
     )
     if not figure.over_time:
         return f'<figure class="path">{head}{plane}{_scale(panel)}</figure>'
-    up, across = _marks(panel.y, "yt", "top"), _marks(panel.x, "xt", "left", "s")
+    up, across = tick_marks(panel.y, "yt", "top"), tick_marks(panel.x, "xt", "left", "s")
     return f'<figure>{head}<div class="area">{up}{plane}{_ends(panel)}{across}</div>{_names(panel)}</figure>'
 
 
@@ -67,7 +67,8 @@ def _grid(panel: DrawnPanel) -> str:
     return f'<path class="grid" d="{"".join(f"M0,{down}H{WIDTH}" for down in downs)}"/>'
 
 
-def _marks(axis: Axis, kind: str, side: str, unit: str = "") -> str:
+def tick_marks(axis: Axis, kind: str, side: str, unit: str = "") -> str:
+    """The ticks of an axis as texts at the "left" or "top" side of their places; `kind` is their class."""
     labels = list(axis.labels)
     labels[-1] += f" {unit}" if unit else ""
     places = [float(axis.share(tick)) for tick in axis.ticks]
