@@ -4,7 +4,6 @@ comparison        `RunComparison`: the table of the runs, its records, its figur
 compared_run      one of its runs; whether its loop is stable
 conditions        what of a run's plant its controller does not know; which runs can be compared
 plants            what a controller can be confronted with: payload, other masses, friction, ...
-controller_specs  controllers as texts, with options and wrappers
 study             controllers x plants, simulated, in several processes if wanted
 study_run         one run of a study
 tuning            omega_n of every controller for one margin along the task

@@ -10,7 +10,6 @@ from click.core import ParameterSource
 from lwr_dyn.cli.options import OneOf, load_robot, print_json, robot_options
 from lwr_dyn.cli.row_options import row_options
 from lwr_dyn.comparison.comparison import RunComparison, comparison_of
-from lwr_dyn.comparison.controller_specs import controller_spec
 from lwr_dyn.comparison.cross_table import cross_table
 from lwr_dyn.comparison.page import comparison_html
 from lwr_dyn.comparison.pair_page import pair_html
@@ -18,6 +17,7 @@ from lwr_dyn.comparison.plants import PLANTS, arm_with_friction, plant_case
 from lwr_dyn.comparison.study import ControllerStudy
 from lwr_dyn.control.controllers import CONTROLLERS
 from lwr_dyn.errors import FileAccessError, OptionError
+from lwr_dyn.feedback.controller_specs import controller_spec
 from lwr_dyn.files import check_writable, ends_in, make_folder, write_files
 from lwr_dyn.model.run import Run
 from lwr_dyn.progress import progress

@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lwr_dyn.comparison.comparison import RunComparison, comparison_of
-from lwr_dyn.comparison.controller_specs import ControllerSpec, controller_spec
 from lwr_dyn.comparison.plants import PlantCase
 from lwr_dyn.comparison.study_run import StudyFault, StudyRun, Workshop, begin, run_in_pool
 from lwr_dyn.errors import MissingDataError, MissingPackageError, OptionError, RatingWarning
+from lwr_dyn.feedback.controller_specs import ControllerSpec, controller_spec
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Reference, Run
 from lwr_dyn.progress import Report

@@ -8,7 +8,6 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from lwr_dyn.comparison.compared_run import TorqueCuts, torque_cuts
-from lwr_dyn.comparison.controller_specs import ControllerSpec
 from lwr_dyn.comparison.part_of_run import since, thinned
 from lwr_dyn.comparison.plants import PlantCase
 from lwr_dyn.control.controller_file import faults_in
@@ -23,6 +22,7 @@ from lwr_dyn.errors import (
     OptionError,
     RatingWarning,
 )
+from lwr_dyn.feedback.controller_specs import ControllerSpec
 from lwr_dyn.model.run import Run
 from lwr_dyn.simulation.metrics import Metrics, metrics
 from lwr_dyn.simulation.simulate import simulate

@@ -10,13 +10,13 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.comparison.controller_specs import ControllerSpec
 from lwr_dyn.control.controllers import CONTROLLERS
 from lwr_dyn.design.gain_search import TunedFrequency, largest_omega_n
 from lwr_dyn.design.loop_case import LoopCase
 from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.elastic.plant import SLOWEST, fastest_on_motors
 from lwr_dyn.errors import OptionError
+from lwr_dyn.feedback.controller_specs import ControllerSpec
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Reference
 from lwr_dyn.progress import Report

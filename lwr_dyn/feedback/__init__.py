@@ -11,6 +11,7 @@ moving_equilibrium     the torque that moves a compliant arm along its reference
 motor_side_pd          PD on the motor side of elastic joints, with torque feedback
 motor_side             any law on the motor side, with the deflection under gravity taken off
 robust                 passivity-based: a load out of a set is held down by a term of fixed size
+controller_specs       controllers as texts, with options and wrappers
 wrapped                what is put around a controller
 momentum_observer      MomentumObserver: the external torque from those of the motors
 collision_threshold    levels that the estimate passes only in a collision

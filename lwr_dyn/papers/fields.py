@@ -4,7 +4,7 @@ import tomllib
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from lwr_dyn.errors import PaperError
+from lwr_dyn.errors import PaperError, did_you_mean
 
 _TYPE_NAMES = {str: "text", int: "an integer", dict: "a table", list: "a list"}
 _REQUIRED = object()
@@ -43,7 +43,8 @@ class Fields:
     def refuse_unknown(self) -> None:
         """Raise `PaperError` for a field that was not read."""
         for key in self._unread:
-            raise PaperError(self._file, self._name(key), "unknown field", ", ".join(self._read))
+            found = f"unknown field{did_you_mean(key, self._read)}"
+            raise PaperError(self._file, self._name(key), found, ", ".join(self._read))
 
 
 def parse_toml(text: str, file: str, parse_float: Callable[[str], Any] = float) -> dict[str, Any]:

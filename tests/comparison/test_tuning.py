@@ -5,12 +5,12 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.comparison import tuning
-from lwr_dyn.comparison.controller_specs import controller_spec
 from lwr_dyn.comparison.plants import plant_case
 from lwr_dyn.comparison.study import ControllerStudy
 from lwr_dyn.comparison.tuning import cases_of, poses_of, tuned_frequencies
 from lwr_dyn.design.gain_search import largest_omega_n
 from lwr_dyn.errors import LwrDynError
+from lwr_dyn.feedback.controller_specs import controller_spec
 
 POSE = np.radians([0, 30, 0, -60, 0, 30, 0])
 LAWS = ("inverse-dynamics", "inverse-dynamics:no-gravity+observer")

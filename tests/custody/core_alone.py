@@ -12,7 +12,7 @@ ROOT = Path(__file__).resolve().parents[2]
 OPTIONAL = (
     "arm_setup", "audit", "cartesian", "codegen", "comparison", "design", "elastic", "environment", "explorer",
     "export", "feedback", "identification", "ik_solvers", "inertia_bounds", "krl", "notebook", "parity", "plotting",
-    "reproduction", "responses", "rollout", "symbolic",
+    "reproduction", "responses", "rollout", "sweeps", "symbolic",
 )  # fmt: skip
 """Packages of `lwr_dyn` that the core must run without."""
 NEEDED = ("pytest", "hypothesis")

@@ -1,7 +1,7 @@
 """Controllers of a study as texts: a name or a file, its options, and what is wrapped around it.
 
-`pid:omega-n=20:velocity-error` gives a row its options, by the names that they have in `lwr-dyn simulate`; a switch has
-no value. `pid:omega-n=20+friction` adds a wrapper, as `A+B` adds a change to a plant.
+`pid:omega-n=20:velocity-error` gives a row its options, by the names that they have in `lwr-dyn simulate` (`omega_n` is
+read too); a switch has no value. `pid:omega-n=20+friction` adds a wrapper, as `A+B` adds a change to a plant.
 """
 
 import re
@@ -16,7 +16,7 @@ from lwr_dyn.cli.row_options import flag_name
 from lwr_dyn.control.controllers import CONTROLLERS, WRAPPERS, make_controller
 from lwr_dyn.control.protocol import Controller
 from lwr_dyn.dynamics.protocol import Dynamics
-from lwr_dyn.errors import OptionError, UnknownNameError
+from lwr_dyn.errors import OptionError, UnknownNameError, did_you_mean
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.registry import Option, Quantity, Registry, options_of
 
@@ -67,7 +67,7 @@ def controller_spec(text: str) -> ControllerSpec:
         raise OptionError("controller", repr(text), FORM)
     base, wrappers = parts["base"].strip(), tuple(name.strip() for name in parts["wrappers"].split("+")[1:])
     pairs = [option.partition("=") for option in parts["options"].split(":")[1:]]
-    given = [(name.strip(), value.strip()) for name, _, value in pairs]
+    given = [(name.strip().replace("_", "-"), value.strip()) for name, _, value in pairs]
     for name, _ in given:
         if [other for other, _ in given].count(name) > 1:
             raise OptionError(f"controller {text!r}", f"{name} twice", "each option once")
@@ -91,7 +91,8 @@ def _option(base: str, name: str, value: str) -> tuple[str, Any]:
     _check(base, base)
     known = {option.flag or flag_name(option): option for option in options_of(CONTROLLERS.load(base)).values()}
     if name not in known:
-        raise OptionError(f"controller {base}", f"option {name!r}", ", ".join(known) or "no options")
+        found = f"option {name!r}{did_you_mean(name, known)}"
+        raise OptionError(f"controller {base}", found, ", ".join(known) or "no options")
     option = known[name]
     return option.keyword, _value(f"controller {base}: {name}", option, name, value)
 

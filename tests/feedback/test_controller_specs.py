@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.comparison.controller_specs import controller_spec
 from lwr_dyn.errors import LwrDynError
+from lwr_dyn.feedback.controller_specs import controller_spec
 
 
 def test_options_reach_the_factory_under_their_names_in_simulate(arm):
@@ -44,7 +44,10 @@ BAD = {
     "unknown": ("pdi", "no controller named 'pdi' (did you mean pid?)"),
     "unknown with options": ("pdi:omega-n=2", "no controller named 'pdi'"),
     "empty": (":omega-n=2", "no controller named ''"),
-    "unknown option": ("pid:omega=2", "controller pid: option 'omega'; allowed: omega-n, xi, ki, velocity-error"),
+    "unknown option": (
+        "pid:omega=2",
+        "controller pid: option 'omega' (did you mean omega-n?); allowed: omega-n, xi, ki, velocity-error",
+    ),
     "no value": ("pid:omega-n", "controller pid: omega-n: no value; allowed: omega-n=VALUE (Natural frequency, rad/s)"),
     "no number": ("pid:omega-n=fast", "controller pid: omega-n: 'fast'; allowed: a number (Natural"),
     "a switch with a value": ("pid:velocity-error=yes", "with the value 'yes'; allowed: velocity-error, without a"),

@@ -1,0 +1,8 @@
+"""Studies of many closed loops: what is varied, and what it does to the metrics.
+
+study_file           SweepStudy: a study as its TOML file has it; reads it strictly
+parameter_paths      what can be varied, by path: unit, words, bounds, how many draws
+distributions        VariedParameter: a path and how its values are distributed
+sampling             the points of the unit cube: grid, Sobol, Latin hypercube, random, Saltelli
+metric_table         the metrics of a run by name: unit, words, which side is bad
+"""
