@@ -33,6 +33,11 @@ def _unlinked() -> None:
 _UNLINKED = ctypes.CFUNCTYPE(None)(_unlinked)
 
 
+def unlinked_address() -> Any:
+    """What the name of a function stands for until `machine_code.compiled` has linked its code."""
+    return ctypes.cast(_UNLINKED, ctypes.c_void_p).value
+
+
 def straight_line(dtype: str) -> Callable[[Callable[[Any], None]], Any]:
     """A decorator: the function `body(b)` of one loop ``for k in range(W)`` as a numba intrinsic on arrays of `dtype`.
 
@@ -45,7 +50,7 @@ def straight_line(dtype: str) -> Callable[[Callable[[Any], None]], Any]:
     def decorate(function: Callable[[Any], None]) -> Any:
         text = textwrap.dedent(inspect.getsource(function))
         name = f"lwr_dyn_body_{hashlib.sha256(text.encode()).hexdigest()[:16]}_{dtype}"
-        llvm.add_symbol(name, ctypes.cast(_UNLINKED, ctypes.c_void_p).value)
+        llvm.add_symbol(name, unlinked_address())
 
         @intrinsic  # type: ignore[untyped-decorator]
         def lowered(typing_context: Any, b: Any) -> Any:

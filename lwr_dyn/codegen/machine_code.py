@@ -36,7 +36,10 @@ def target_machine() -> Any:
 
 
 def compiled(text: str) -> tuple[bytes, str]:
-    """Object code of a kernel's source, compiled by numba, and the name of its function."""
+    """Object code of a kernel's source, compiled by numba, and the name of its function.
+
+    The source defines `kernel` and any number of functions with an `assembly`, which are linked to it.
+    """
     file = f"<lwr_dyn kernel {next(_NUMBER)}>"
     linecache.cache[file] = (len(text), None, text.splitlines(keepends=True), file)
     names: dict[str, Any] = {"__name__": file}
@@ -48,7 +51,8 @@ def compiled(text: str) -> tuple[bytes, str]:
     machine = target_machine()
     module = llvm.parse_assembly(kernel.inspect_llvm())
     _strip(module, kernel.native_name, machine)
-    module.link_in(llvm.parse_assembly(names["body"].assembly))
+    for assembly in [each.assembly for each in names.values() if hasattr(each, "assembly")]:
+        module.link_in(llvm.parse_assembly(assembly))
     missing = [f.name for f in module.functions if f.is_declaration and not f.name.startswith("llvm.")]
     if missing:  # numba's helpers are missing when the code is loaded without numba
         raise RuntimeError(f"a generated kernel calls {', '.join(missing)}: it must stand alone")

@@ -56,12 +56,16 @@ class Encoder:
         """The filter for readings at `rate` [Hz]; raises `OptionError` for a cut-off not below half of it."""
         return FilteredDifference(self.cutoff_hz, rate)
 
+    def noise_of(self, samples: int, n: int, seed: int) -> Array:
+        """What is added to each reading before rounding, (samples, n) [rad or m]."""
+        return np.random.default_rng(seed).normal(0.0, self.noise, (samples, n))
+
     def sensor(self, q0: Array, dq0: Array, samples: int, rate: float, seed: int) -> Sensor:
         """A sensor for one run of `samples` readings at `rate` [Hz]; the same seed gives the same noise.
 
         The velocity filter starts at the first reading with velocity dq0.
         """
-        noise = iter(np.random.default_rng(seed).normal(0.0, self.noise, (samples, q0.size)))
+        noise = iter(self.noise_of(samples, q0.size, seed))
         resolution, velocity = self.resolution, self.velocity_filter(rate)
         begun = False
 
