@@ -5,4 +5,10 @@ parameter_paths      what can be varied, by path: unit, words, bounds, how many 
 distributions        VariedParameter: a path and how its values are distributed
 sampling             the points of the unit cube: grid, Sobol, Latin hypercube, random, Saltelli
 metric_table         the metrics of a run by name: unit, words, which side is bad
+controller_runs      ControllerRuns: the runs of one controller as columns
+metric_words         a metric for people, and which values are bad
+intervals            quantiles by order statistics, shares by Clopper and Pearson
+influence            what each parameter does where all vary: the numbers of a tornado
+outwards             which parameter alone breaks a limit first
+sobol_indices        Sobol indices of a Saltelli design
 """
