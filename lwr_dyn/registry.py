@@ -4,11 +4,13 @@ A row names a factory. Keywords of the factory that are annotated with an `Optio
 the command line; their defaults stand in the factory's signature and nowhere else.
 """
 
+import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from enum import Enum
+from functools import lru_cache
 from importlib import import_module
-from importlib.metadata import entry_points
+from importlib.metadata import EntryPoints, entry_points
 from importlib.util import find_spec
 from inspect import Parameter, signature
 from types import MappingProxyType
@@ -171,12 +173,18 @@ class Registry(Generic[T]):
         return factory(*arguments, **options)
 
     def _added(self) -> dict[str, Row]:
-        points = entry_points(group=f"lwr_dyn.{self.kind}")
+        points = _entry_points(*sys.path).select(group=f"lwr_dyn.{self.kind}")
         return {
             point.name: Row(point.value, f"from {point.dist.name if point.dist else point.module}")
             for point in points
             if point.name not in self.rows
         }
+
+
+@lru_cache(maxsize=1)
+def _entry_points(*places: str) -> EntryPoints:
+    """What the packages in these places offer; read once, since it opens a file of every package installed."""
+    return entry_points()
 
 
 def check_options(subject: str, factory: Callable[..., Any], given: int, options: Mapping[str, Any]) -> None:

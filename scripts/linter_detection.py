@@ -14,13 +14,11 @@ import sys
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
-from functools import lru_cache
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
-from lwr_dyn import registry  # noqa: E402
 from lwr_dyn.errors import LwrDynError  # noqa: E402
 from lwr_dyn.files import write_file  # noqa: E402
 from tests.audit.urdf import detection_tables as tables  # noqa: E402
@@ -67,11 +65,6 @@ def source_digest() -> str:
     return hashlib.sha256(b"".join(path.read_bytes() for path in files)).hexdigest()[:12]
 
 
-def _look_once() -> None:
-    """Rules that other packages add are looked for once in a process, not at each file."""
-    registry.entry_points = lru_cache(registry.entry_points)
-
-
 def arm_verdicts(arm: JudgedArm, digest: str, share: float) -> tuple[list[PlantVerdict], list[Alarm], int]:
     """The verdicts of one arm, kept in a file; its alarms; its moving links with shapes that were judged good."""
     kept = KEPT / f"{arm.name}-{digest}-{share:g}.jsonl"
@@ -90,7 +83,7 @@ def measured(half: str, processes: int = 2, share: float = 1.0, names: Sequence[
     good = [a for a in judged_arms() if a.half == half and a.judgement == "good" and (not names or a.name in names)]
     here = [arm for arm in good if arm.is_as_judged]
     digest = source_digest()
-    with ProcessPoolExecutor(processes, initializer=_look_once) as pool:
+    with ProcessPoolExecutor(processes) as pool:
         jobs = {arm.name: pool.submit(arm_verdicts, arm, digest, share) for arm in here}
         results = {name: job.result() for name, job in jobs.items()}
     absent = tuple(arm.name for arm in good if arm not in here)

@@ -1,4 +1,4 @@
-"""Hypothesis profiles, and a browser that has no network.
+"""Hypothesis profiles, a browser that has no network, and how tests are spread over workers.
 
 Hypothesis runs a seeded share of its examples here; `scripts/soak.py` runs the full counts.
 """
@@ -9,21 +9,34 @@ from collections.abc import Iterator
 import pytest
 from hypothesis import HealthCheck, settings
 
+from tests.distribution import in_order, scheduler
 from tests.examples import SOAK
 from tests.headless import browser_window
 
+os.environ.setdefault("OMP_NUM_THREADS", "1")  # a worker a core: threads of BLAS would wait for each other, up to 10 s
 slow_machine = [HealthCheck.too_slow, HealthCheck.data_too_large]
 settings.register_profile("ci", max_examples=25, deadline=None, derandomize=True, suppress_health_check=slow_machine)
 settings.register_profile("soak", max_examples=SOAK, deadline=None, suppress_health_check=slow_machine)
 settings.load_profile(os.environ.get("LWR_DYN_HYPOTHESIS", "ci"))
 
 
+def pytest_collection_modifyitems(items) -> None:
+    items[:] = in_order(items)
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config, log):
+    return scheduler(config, log) if config.getoption("dist") == "load" else None
+
+
 @pytest.fixture(scope="session", autouse=True)
 def kernel_cache(tmp_path_factory) -> Iterator:
-    """Kernels that tests compile are kept for the session, not in the user's cache."""
+    """Kernels that tests compile are kept for the session and all its workers, not in the user's cache."""
+    base = tmp_path_factory.getbasetemp()
+    base = base.parent if "PYTEST_XDIST_WORKER" in os.environ else base
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("LWR_DYN_CACHE", str(tmp_path_factory.mktemp("kernels")))
-        patch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("user")))  # of the key that signs them
+        patch.setenv("LWR_DYN_CACHE", str(base / "kernels"))
+        patch.setenv("XDG_CACHE_HOME", str(base / "user"))  # of the key that signs them
         yield
 
 
