@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 from enum import Enum
 from functools import lru_cache
 from importlib import import_module
-from importlib.metadata import EntryPoints, entry_points
+from importlib.metadata import entry_points
 from importlib.util import find_spec
 from inspect import Parameter, signature
 from types import MappingProxyType
@@ -182,7 +182,7 @@ class Registry(Generic[T]):
 
 
 @lru_cache(maxsize=1)
-def _entry_points(*places: str) -> EntryPoints:
+def _entry_points(*places: str) -> Any:
     """What the packages in these places offer; read once, since it opens a file of every package installed."""
     return entry_points()
 
