@@ -11,4 +11,8 @@ intervals            quantiles by order statistics, shares by Clopper and Pearso
 influence            what each parameter does where all vary: the numbers of a tornado
 outwards             which parameter alone breaks a limit first
 sobol_indices        Sobol indices of a Saltelli design
+tune                 gains for a stated aim, found on some runs, judged on others
+gain_aim, gain_box   what a search of gains aims at, and between which bounds it walks
+bounded_search       differential evolution under one bound, and the Pareto front of what it looked at
+gain_verdict         gains beside the given ones, on runs that the search has not seen
 """
