@@ -15,4 +15,7 @@ tune                 gains for a stated aim, found on some runs, judged on other
 gain_aim, gain_box   what a search of gains aims at, and between which bounds it walks
 bounded_search       differential evolution under one bound, and the Pareto front of what it looked at
 gain_verdict         gains beside the given ones, on runs that the search has not seen
+summary              SweepSummary: what the runs of all controllers say
+summary_words        its numbers as texts, with intervals
+summary_tables       its tables for the terminal, its record for --json
 """

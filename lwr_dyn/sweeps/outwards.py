@@ -24,7 +24,7 @@ Evaluate = Callable[[Mapping[str, NDArray[Any]]], Mapping[str, Array]]
 class Span:
     """A parameter's nominal value and its range; `draws` move together where a path has several.
 
-    One that is chosen by name has no range: it stays as it is. `is_whole` has whole numbers only, as a delay.
+    One that is chosen by name has no range: it stays as it is. `values` are those it can have, such as the delays.
     """
 
     path: str
@@ -32,7 +32,7 @@ class Span:
     lowest: float = 0.0
     highest: float = 0.0
     draws: int = 1
-    is_whole: bool = False
+    values: tuple[float, ...] = ()
 
     @property
     def ends(self) -> tuple[float, ...]:
@@ -46,8 +46,23 @@ class Span:
     def at(self, share: Array | float, end: float) -> Array:
         """The value at a share of the way from the nominal value to an end."""
         start = float(self.nominal)
-        value = start + np.asarray(share) * (end - start)
-        return np.asarray(np.rint(value) if self.is_whole else value)
+        value = np.asarray(start + np.asarray(share, dtype=np.float64) * (end - start))
+        if not self.values:
+            return value
+        known = np.array([start, *self.values])
+        return np.asarray(known[np.abs(value[..., None] - known).argmin(axis=-1)])
+
+    def before(self, value: float, end: float, step: float) -> float:
+        """The value in front of one on the way to an end: the one before among `values`, or `step` of the way less."""
+        start = float(self.nominal)
+        if not self.values:
+            return value - step * (end - start)
+        nearer = [
+            one
+            for one in (start, *self.values)
+            if 0.0 <= (one - start) / (end - start) < (value - start) / (end - start)
+        ]
+        return max(nearer, key=lambda one: abs(one - start))
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,8 +132,7 @@ def _line(span: Span, end: float, shares: Array, broken: Mapping[str, NDArray[np
     metric = next(name for name, rows in broken.items() if rows[at])
     share = float(shares[at])
     last = float(span.at(share, end))
-    kept = last - np.sign(end - float(span.nominal)) if span.is_whole else float(span.at(share - STEPS**-2.0, end))
-    return FirstBreak(span.path, end, share, float(kept), last, metric)
+    return FirstBreak(span.path, end, share, span.before(last, end, STEPS**-2.0), last, metric)
 
 
 def _first(broken: Mapping[str, NDArray[np.bool_]]) -> int | None:

@@ -8,7 +8,7 @@ from lwr_dyn.sweeps.outwards import STEPS, Span, outward_search
 
 TIP, MARGIN = metric_words("tip_max"), metric_words("limit_margin")
 SPANS = [Span("payload.mass", 0.0, 0.0, 7.0), Span("arm.mass", 1.0, 0.8, 1.2), Span("arm.com", 0.0, -0.01, 0.01, 21),
-         Span("reading", "computed"), Span("loop.delay", 0.0, 1.0, 4.0, is_whole=True)]  # fmt: skip
+         Span("reading", "computed"), Span("loop.delay", 0.0, 1.0, 4.0, values=(1.0, 2.0, 3.0, 4.0))]  # fmt: skip
 
 
 def evaluate(values):
