@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from lwr_dyn.front import reference as reference
     from lwr_dyn.front import replay as replay
     from lwr_dyn.front import robots as robots
+    from lwr_dyn.front import rollouts as rollouts
     from lwr_dyn.front import show as show
     from lwr_dyn.front import simulate as simulate
     from lwr_dyn.front import urdf_text as urdf_text
@@ -49,6 +50,7 @@ __all__ = [
     "reference",
     "replay",
     "robots",
+    "rollouts",
     "show",
     "simulate",
     "urdf_text",

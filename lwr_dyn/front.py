@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from lwr_dyn.model.arm import Arm
     from lwr_dyn.model.run import Reference, Run
     from lwr_dyn.notebook.plot import plot as plot
+    from lwr_dyn.rollout.rollouts import rollouts as rollouts
     from lwr_dyn.simulation.simulate import simulate as simulate
 
 
@@ -37,7 +38,7 @@ _ELSEWHERE = {
     "simulate": "lwr_dyn.simulation.simulate",
 }
 """Functions that are offered as they stand in their modules."""
-_LENT = ("compare", "margins", "plot", "show")
+_LENT = ("compare", "margins", "plot", "rollouts", "show")
 """Functions of optional packages that are offered as they stand."""
 
 

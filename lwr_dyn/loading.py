@@ -33,6 +33,7 @@ FUNCTIONS: Registry[Callable[..., Any]] = Registry(
         "loop_pictures": Row("lwr_dyn.plotting.loop_pictures:LoopPictures", "pictures of a loop", extra="plots"),
         "compare": Row("lwr_dyn.comparison.comparison:compare", "runs side by side"),
         "plot": Row("lwr_dyn.notebook.plot:plot", "pictures of runs", extra="plots"),
+        "rollouts": Row("lwr_dyn.rollout.rollouts:rollouts", "many runs of a closed loop at once", extra="batch"),
         "responses": Row("lwr_dyn.responses.response_text:responses_said", "what a loop made of a step or a chirp"),
         "show": Row("lwr_dyn.explorer.shown:show", "an arm or a run in the browser"),
         "plot_writer": Row("lwr_dyn.notebook.plot:plot_writer", "the option --plot", extra="plots"),

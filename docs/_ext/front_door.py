@@ -14,7 +14,7 @@ SUBJECTS = {
     "Robots": ("robots", "readings", "load", "urdf_text"),
     "Dynamics": ("engines", "dynamics_of", "batch_dynamics"),
     "Kinematics": ("forward_kinematics", "inverse_kinematics", "ik_solver"),
-    "Motion": ("controller", "reference", "simulate", "Run"),
+    "Motion": ("controller", "reference", "simulate", "rollouts", "Run"),
 }
 """Headings and their names; a name that stands under none comes under "Pictures and results"."""
 

@@ -1,10 +1,12 @@
 """Rollouts: whole closed loops of many runs at once, in one kernel generated for arm and law, reduced on the way.
 
-rollouts           `rollouts`, the front door
-result             `Rollouts`: metrics of all runs, and each run again by `simulate`
-symbolic_model     an arm's dynamics on symbols, of plant and law
-philox             random numbers by counting: those of a run depend on its number alone
-philox_code        the same as vector instructions for drivers
-sensing            encoder, velocity filter and delay on symbols
-counted_encoder    `CountedEncoder`, with which `simulate` repeats the noise of a run
+rollouts           `rollouts`, the front door; result is `Rollouts`, each run again by `simulate` (replay)
+loop_setup         the loop that all runs share, checked; run_parameters what differs from run to run
+laws               controllers in the form that kernels take
+symbolic_model     an arm's dynamics on symbols; symbolic_plant with friction, tip and a step of RK4 (small_turn)
+sensing            encoder and delay; philox, philox_code, counted_encoder their noise; smooth_friction
+step               one sample as a straight line on the slots of a run; step_figures its sums and extremes
+step_source        the driver over blocks of runs; kernel compiles, keeps and runs it
+task_of_runs       parameters -> what a kernel takes; bodies_of_runs inertial parameters and arms of runs
+figures            metrics from sums and extremes, or from a `Run`; flagged_runs those that `simulate` computes
 """

@@ -43,6 +43,8 @@ class Rollouts:
     """Torques that were applied, (runs, k, n) [N m]."""
     setup: Mapping[str, Any] = field(default_factory=dict)
     """What was computed, as JSON values: arm, plant, law, options, first run, digest of the kernel."""
+    digest: str = ""
+    """Of all on which the kernel depends but processor and versions: runs of one digest may stand side by side."""
     again: Callable[[int], Run] | None = field(default=None, repr=False)
     __repr__ = short_repr
     _repr_html_ = repr_html

@@ -1,0 +1,134 @@
+"""The loop that rollouts share, checked as `simulate` checks it: arms, references at every sample, options."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import isfinite
+from typing import Any
+
+import numpy as np
+
+from lwr_dyn.arrays import Array
+from lwr_dyn.control.protocol import Controller
+from lwr_dyn.dynamics.engines import dynamics_of
+from lwr_dyn.errors import OptionError
+from lwr_dyn.kinematics.forward import forward_kinematics
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.run import Motion, Reference
+from lwr_dyn.rollout.smooth_friction import check_friction, friction_table
+from lwr_dyn.rollout.step import MOST_DELAY
+from lwr_dyn.simulation.arm_friction import SMOOTH_SPEED
+from lwr_dyn.simulation.sensors import Encoder
+from lwr_dyn.simulation.setup import prepare
+
+FRICTIONS = ("none", "smooth")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LoopSetup:
+    """What all runs share: see `rollouts` for the fields. `motions` are the references at all samples."""
+
+    arm: Arm
+    plant: Arm
+    controller: Controller
+    references: tuple[Reference, ...]
+    motions: tuple[Motion, ...]
+    rate: float
+    substeps: int
+    friction: str
+    friction_width: float
+    saturate: bool
+    position_limits: bool
+    delay: int
+    encoder: Encoder | None
+    seed: int
+    duration: float
+
+    @property
+    def samples(self) -> int:
+        """Samples of a run."""
+        return int(self.motions[0].t.size)
+
+    @property
+    def t(self) -> Array:
+        """Times of the samples [s]."""
+        return self.motions[0].t
+
+    def table(self) -> Array:
+        """Rows of all references, (references, samples, 3 n + 3): q, dq, ddq, and the place of the tip."""
+        rows = [
+            np.hstack([m.q, m.dq, m.ddq, forward_kinematics(self.plant.chain, m.q)[:, :3, 3]]) for m in self.motions
+        ]
+        return np.ascontiguousarray(np.stack(rows))
+
+    def record(self) -> dict[str, Any]:
+        """The options as JSON values."""
+        names = ("rate", "substeps", "friction", "saturate", "position_limits", "delay", "seed", "duration")
+        width = {} if self.friction == "none" else {"friction_width": self.friction_width}
+        return {name: getattr(self, name) for name in names} | width
+
+
+def loop_setup(
+    arm: Arm,
+    controller: Controller,
+    reference: Reference | Sequence[Reference],
+    *,
+    rate: float = 1000.0,
+    substeps: int = 1,
+    plant: Arm | None = None,
+    friction: str = "none",
+    friction_width: float = SMOOTH_SPEED,
+    saturate: bool = True,
+    position_limits: bool = True,
+    delay: int = 0,
+    encoder: Encoder | None = None,
+    seed: int = 0,
+    duration: float | None = None,
+) -> LoopSetup:
+    """The loop, checked as `simulate` checks it; parameters and errors as of `rollouts`."""
+    references = tuple(reference) if isinstance(reference, Sequence) else (reference,)
+    simulated = arm if plant is None else plant
+    if not references:
+        raise OptionError("reference", "an empty sequence", "a reference, or several")
+    _check_friction(simulated, friction, friction_width)
+    if not (isinstance(delay, int) and 0 <= delay <= MOST_DELAY):
+        raise OptionError("delay", delay, f"a whole number from 0 to {MOST_DELAY}")
+    long = max(float(each.duration) for each in references) if duration is None else duration
+    setups = [
+        prepare(
+            arm, controller, each, rate=rate, substeps=substeps, plant=plant, friction="none", encoder=encoder,
+            saturate=saturate, position_limits=position_limits, seed=seed, delay=delay, duration=long,
+        )
+        for each in references
+    ]  # fmt: skip
+    return LoopSetup(
+        arm, simulated, controller, references, tuple(setup.motion for setup in setups), rate, substeps,
+        "smooth" if friction == "smooth" else "none", friction_width, saturate, position_limits, delay, encoder, seed,
+        long,
+    )  # fmt: skip
+
+
+def _check_friction(plant: Arm, friction: str, width: float) -> None:
+    if friction not in (*FRICTIONS, "set-valued"):
+        raise OptionError("friction", repr(friction), ", ".join(FRICTIONS))
+    if friction == "set-valued" and any(plant.friction_models()):
+        other = "friction 'smooth' with friction_width [rad/s], or simulate"
+        raise OptionError("friction", "'set-valued': a kernel has no true stick", other)
+    if friction == "smooth":
+        friction_table(plant.friction_models())
+        if not (isfinite(width) and width > 0.0):
+            raise OptionError("friction_width", width, "a speed above 0")
+
+
+def check_smooth_friction(setup: LoopSetup, given: Mapping[str, Array]) -> None:
+    """Raise `OptionError` for friction of single runs without "smooth", or too stiff for the step where runs begin.
+
+    The mass matrix is that of the setup's plant.
+    """
+    own = given.get("friction")
+    if setup.friction != "smooth":
+        if own is not None:
+            raise OptionError("friction", f"{setup.friction!r} with a parameter friction", "'smooth'")
+        return
+    tables = friction_table(setup.plant.friction_models()) if own is None else own
+    B = dynamics_of(setup.plant).mass_matrix(setup.motions[0].q[0])
+    check_friction(B, tables, setup.friction_width, setup.rate, setup.substeps)
