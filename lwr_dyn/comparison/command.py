@@ -13,10 +13,11 @@ from lwr_dyn.comparison.comparison import RunComparison, comparison_of
 from lwr_dyn.comparison.cross_table import cross_table
 from lwr_dyn.comparison.page import comparison_html
 from lwr_dyn.comparison.pair_page import pair_html
-from lwr_dyn.comparison.plants import PLANTS, arm_with_friction, plant_case
+from lwr_dyn.comparison.plants import PLANTS, plant_case
 from lwr_dyn.comparison.study import ControllerStudy
 from lwr_dyn.control.controllers import CONTROLLERS
 from lwr_dyn.errors import FileAccessError, OptionError
+from lwr_dyn.feedback.assumed_friction import arm_with_friction
 from lwr_dyn.feedback.controller_specs import controller_spec
 from lwr_dyn.files import check_writable, ends_in, make_folder, write_files
 from lwr_dyn.model.run import Run

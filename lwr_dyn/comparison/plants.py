@@ -12,9 +12,9 @@ import numpy as np
 from lwr_dyn.arrays import number_of
 from lwr_dyn.environment.wall import Wall
 from lwr_dyn.errors import OptionError
+from lwr_dyn.feedback.assumed_friction import coulomb_friction
 from lwr_dyn.loading import load_with_paper
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.friction import JointFriction, symmetric
 from lwr_dyn.registry import Registry, Row
 from lwr_dyn.simulation.plant import arm_with_scaled_inertia
 from lwr_dyn.simulation.sensors import Encoder
@@ -134,23 +134,6 @@ def friction(case: PlantCase, value: str) -> PlantCase:
     models = coulomb_friction(case.plant, share)
     assumed = "" if value else "assumed "
     return case.changed(f"{assumed}Coulomb friction, {100 * share:.3g} % of the torque limits", friction=models)
-
-
-def coulomb_friction(arm: Arm, share: float) -> tuple[JointFriction, ...]:
-    """Coulomb friction of each joint as a share of its torque limit; raises `OptionError` where one is unknown."""
-    if not np.isfinite(arm.effort).all():
-        known = f"{arm.name} has no friction of its own, and joints without a torque limit"
-        raise OptionError("plant friction", known, "an arm with one of them")
-    return tuple(symmetric(share * limit, 0.0) for limit in arm.effort.tolist())
-
-
-def arm_with_friction(arm: Arm, share: float) -> Arm:
-    """The arm with `coulomb_friction` as if its file gave it; raises `OptionError` for an arm that has its own."""
-    if any(arm.friction_models()):
-        raise OptionError("friction", "a share of the torque limits", f"none: {arm.name} has friction of its own")
-    if not (np.isfinite(share) and share > 0.0):
-        raise OptionError("friction", share, "a share of the torque limits above 0, as 0.01")
-    return replace(arm, friction=coulomb_friction(arm, share))
 
 
 def encoder(case: PlantCase, value: str) -> PlantCase:

@@ -12,6 +12,7 @@ motor_side_pd          PD on the motor side of elastic joints, with torque feedb
 motor_side             any law on the motor side, with the deflection under gravity taken off
 robust                 passivity-based: a load out of a set is held down by a term of fixed size
 controller_specs       controllers as texts, with options and wrappers
+assumed_friction       Coulomb friction as a share of the torque limits
 wrapped                what is put around a controller
 momentum_observer      MomentumObserver: the external torque from those of the motors
 collision_threshold    levels that the estimate passes only in a collision

@@ -20,7 +20,8 @@ class Fields:
         self._read: list[str] = []
         self._file, self._path = file, path
 
-    def _name(self, key: str) -> str:
+    def name_of(self, key: str) -> str:
+        """The name of a field in messages."""
         return f"{self._path}.{key}" if self._path else key
 
     def take(self, key: str, kind: type, default: Any = _REQUIRED) -> Any:
@@ -28,23 +29,23 @@ class Fields:
         self._read.append(key)
         if key not in self._unread:
             if default is _REQUIRED:
-                raise PaperError(self._file, self._name(key), "missing", _TYPE_NAMES.get(kind, "a value"))
+                raise PaperError(self._file, self.name_of(key), "missing", _TYPE_NAMES.get(kind, "a value"))
             return default
         value = self._unread.pop(key)
         if not isinstance(value, kind) or (kind is int and isinstance(value, bool)):
-            raise PaperError(self._file, self._name(key), repr(value), _TYPE_NAMES.get(kind, kind.__name__))
+            raise PaperError(self._file, self.name_of(key), repr(value), _TYPE_NAMES.get(kind, kind.__name__))
         return value
 
     def take_one_of(self, key: str, allowed: Sequence[str], default: Any = _REQUIRED) -> str:
         """The text of `key`, one of the allowed words (or the default); raises `PaperError`."""
         value = self.take(key, str, default)
-        return str(value) if value is default else choice(value, allowed, self._file, self._name(key))
+        return str(value) if value is default else choice(value, allowed, self._file, self.name_of(key))
 
     def refuse_unknown(self) -> None:
         """Raise `PaperError` for a field that was not read."""
         for key in self._unread:
             found = f"unknown field{did_you_mean(key, self._read)}"
-            raise PaperError(self._file, self._name(key), found, ", ".join(self._read))
+            raise PaperError(self._file, self.name_of(key), found, ", ".join(self._read))
 
 
 def parse_toml(text: str, file: str, parse_float: Callable[[str], Any] = float) -> dict[str, Any]:

@@ -1,11 +1,12 @@
 """What a study can vary, by path: unit, words, bounds, what a usual distribution is, and how many numbers a run has.
 
-`arm.mass` is one factor for all links, `arm.mass.3` that of link 3 alone; with `each = true`, `arm.mass` is one factor
-a link, each drawn by itself. `controller.OPTION` and `task.OPTION` are the options of `lwr-dyn simulate`.
+`arm.mass` is a factor for each link, drawn by itself; `arm.mass.all` one for all of them, `arm.mass.3` that of link 3
+alone. `controller.OPTION` and `task.OPTION` are the options of `lwr-dyn simulate`.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import product
 from types import MappingProxyType
 
 import numpy as np
@@ -13,6 +14,7 @@ import numpy as np
 from lwr_dyn.errors import OptionError, UnknownNameError
 
 AXES = ("x", "y", "z")
+ALL = "all"
 OPTION = "OPTION"
 """Stands for the name of an option in the paths of controller and task."""
 
@@ -108,33 +110,32 @@ PATHS: Mapping[str, PathRow] = MappingProxyType(
 
 @dataclass(frozen=True, slots=True)
 class ParameterPath:
-    """A path that was read: its row, the number of its link or joint (from 1), its axis, or its option."""
+    """A path that was read: its row, the number of its link or joint (from 1) or "all", its axis, or its option."""
 
     text: str
     name: str
     row: PathRow
-    number: int | None = None
+    number: str = ""
     axis: str = ""
     option: str = ""
 
-    def columns(self, n: int, each: bool) -> tuple[str, ...]:
-        """Names of its numbers of a run, for an arm of n joints; `each`: every link or joint by itself."""
-        row, axes = self.row, [f".{self.axis}"] if self.axis else [f".{axis}" for axis in AXES]
+    def columns(self, n: int) -> tuple[str, ...]:
+        """Names of its numbers of a run, for an arm of n joints."""
         if self.option:
             return (self.text,)
-        numbers = [""] if self.number is None else [f".{self.number}"]
-        if row.of and self.number is None and (each or row.axes):
-            numbers = [f".{i}" for i in range(1, n + 1)]
-        return tuple(f"{self.name}{number}{axis}" for number in numbers for axis in (axes if row.axes else [""]))
+        axes = [self.axis] if self.axis else list(AXES)
+        numbers = [self.number] if self.number else [str(i) for i in range(1, n + 1)]
+        lists = [numbers] * bool(self.row.of) + [axes] * self.row.axes
+        return tuple(".".join([self.name, *part]) for part in product(*lists))
 
 
 def parameter_path(text: str, n: int) -> ParameterPath:
     """The path of a text for an arm of n joints; raises `UnknownNameError`, which says what is near, and `OptionError`.
 
-    >>> parameter_path("arm.com.3.z", 7).columns(7, each=False)
+    >>> parameter_path("arm.com.3.z", 7).columns(7)
     ('arm.com.3.z',)
-    >>> len(parameter_path("arm.com", 7).columns(7, each=False))
-    21
+    >>> [len(parameter_path(text, 7).columns(7)) for text in ("arm.com", "arm.com.all", "arm.mass", "payload.mass")]
+    [21, 3, 7, 1]
     """
     group, _, option = text.partition(".")
     if group in ("controller", "task") and option:
@@ -145,7 +146,7 @@ def parameter_path(text: str, n: int) -> ParameterPath:
     if not name:
         raise UnknownNameError("parameter path", text, PATHS)
     row, rest = PATHS[name], parts[len(name.split(".")) :]
-    number, axis = None, ""
+    number, axis = "", ""
     if rest and row.of:
         number = _number(rest.pop(0), row.of, name, n)
     if rest and row.axes:
@@ -157,13 +158,12 @@ def parameter_path(text: str, n: int) -> ParameterPath:
     return ParameterPath(text, name, row, number, axis)
 
 
-def _number(text: str, of: str, name: str, n: int) -> int:
-    if not (text.isascii() and text.isdigit() and 1 <= int(text) <= n):
-        raise OptionError(f"parameter path {name}", repr(text), f"the number of a {of}, from 1 to {n}")
-    return int(text)
+def _number(text: str, of: str, name: str, n: int) -> str:
+    if text != ALL and text not in map(str, range(1, n + 1)):
+        raise OptionError(f"parameter path {name}", repr(text), f"the number of a {of}, from 1 to {n}, or {ALL}")
+    return text
 
 
 def _forms(name: str, row: PathRow) -> str:
-    forms = [name] + [f"{name}.3"] * bool(row.of)
-    deeper = f"{forms[-1]}.z" if row.axes else ""
-    return " or ".join([*forms, deeper] if deeper else forms)
+    forms = [name, *([f"{name}.all", f"{name}.3"] if row.of else [])]
+    return " or ".join([*forms, f"{forms[-1]}.z"] if row.axes else forms)

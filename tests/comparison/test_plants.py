@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.comparison.plants import PLANTS, arm_with_friction, plant_case
+from lwr_dyn.comparison.plants import PLANTS, plant_case
 from lwr_dyn.errors import LwrDynError
+from lwr_dyn.feedback.assumed_friction import arm_with_friction
 from lwr_dyn.simulation.sensors import Encoder
 from tests.arms import random_arm
 

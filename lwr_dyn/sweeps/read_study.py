@@ -1,0 +1,165 @@
+"""Reads a study's file: TOML, strict; what is wrong is one line with the file and the field."""
+
+from collections.abc import Iterable
+from dataclasses import replace
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+from lwr_dyn.errors import FileAccessError, PaperError
+from lwr_dyn.feedback.controller_specs import ControllerSpec
+from lwr_dyn.files import ends_in, read_bytes, read_text
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.papers.fields import Fields, parse_toml
+from lwr_dyn.simulation.options import SimulationOptions
+from lwr_dyn.simulation.sensors import Encoder
+from lwr_dyn.sweeps.metric_table import metric_row
+from lwr_dyn.sweeps.parameter_checks import check_parameters
+from lwr_dyn.sweeps.parameter_fields import read_parameter, refuse_overlaps
+from lwr_dyn.sweeps.sampling import METHODS, grid_runs
+from lwr_dyn.sweeps.study_fields import number_at, take_number, take_numbers, take_texts
+from lwr_dyn.sweeps.study_file import SweepStudy
+from lwr_dyn.sweeps.study_setup import arm_of_study, field_of, is_task, option_name, references_of_study, spec_of_study
+from lwr_dyn.sweeps.task_fields import missing_option, read_task
+
+NEEDED = "a study, as `lwr-dyn new study` writes it"
+FRICTIONS = ("none", "smooth")
+ON_LEVELS = "values, levels (low, high, count) or a fixed value"
+
+
+def read_study(path: str | Path) -> SweepStudy:
+    """The study of a `.toml` file, checked against its arm, task and controllers; nothing is simulated.
+
+    Raises
+    ------
+    FileAccessError
+        A file that cannot be read, or does not end in .toml.
+    PaperError
+        What is wrong in which field.
+    MissingPackageError
+        A task or a controller of an optional package whose dependency is not installed.
+    """
+    if not ends_in(path, ".toml"):
+        raise FileAccessError(str(path), "does not end in .toml", NEEDED)
+    text = read_text(path, NEEDED)
+    return study_of_text(text, Path(path))
+
+
+def study_of_text(text: str, path: Path) -> SweepStudy:
+    """The study of a file's text; files that it names are looked for beside `path`. Raises as `read_study`."""
+    file = path.name
+    fields = Fields(parse_toml(text, file), file, "")
+    study = _base(fields, file, path, text)
+    with field_of(file, "robot"):
+        arm = arm_of_study(study)
+        arm.require_dynamics()
+    task = read_task(fields.take("task", dict), file, path.parent, arm)
+    tables = fields.take("parameter", list, [])
+    parameters = tuple(read_parameter(table, file, i, arm.n) for i, table in enumerate(tables))
+    refuse_overlaps(parameters, file)
+    study = replace(study, task=task.name, task_options=task.options, parameters=parameters)
+    study = _with_loop(fields, study, arm, file)
+    specs = _checked_controllers(study, file)
+    check_parameters(study, arm, file)
+    lacking = missing_option(task, {option_name(one.path) for one in parameters if is_task(one.path)})
+    if lacking is not None:
+        raise PaperError(file, f"task.{lacking}", "missing", f"a value, which the task {task.name} needs")
+    study = _measured(fields, _sampled(fields, study, file), file)
+    fields.refuse_unknown()
+    files = [*task.files, *(Path(spec.base) for spec in specs if spec.is_file)]
+    study = replace(study, sources={**study.sources, **_digests(files)})
+    with field_of(file, "task"):
+        for reference in references_of_study(study):
+            _options(study).times(study.loop.get("duration", reference.duration))
+    return study
+
+
+def _base(fields: Fields, file: str, path: Path, text: str) -> SweepStudy:
+    """Robot, controllers and friction that is assumed."""
+    robot, name = fields.take("robot", str), fields.take("name", str, path.stem)
+    sources = {}
+    if ends_in(robot, ".toml", ".urdf", ".xacro"):
+        with field_of(file, "robot"):
+            sources = _digests((path.parent / robot,))
+        robot = str((path.parent / robot).resolve())
+    share = take_number(fields, "assumed_friction", file, above=0.0)
+    reading, texts = fields.take("reading", str, ""), take_texts(fields, "controllers", file)
+    return SweepStudy(
+        name, robot, reading, texts, "", runs=1, assumed_friction=share, file=str(path), text=text, sources=sources
+    )
+
+
+def _digests(files: Iterable[Path]) -> dict[str, str]:
+    """SHA-256 of files by their names."""
+    return {each.name: sha256(read_bytes(each, "a file that the study names")).hexdigest() for each in files}
+
+
+def _checked_controllers(study: SweepStudy, file: str) -> list[ControllerSpec]:
+    """The controllers as texts; their factories are called when the study runs."""
+    specs = []
+    for i, text in enumerate(study.controllers):
+        with field_of(file, f"controllers[{i}]"):
+            specs.append(spec_of_study(study, text))
+    return specs
+
+
+def _with_loop(fields: Fields, study: SweepStudy, arm: Arm, file: str) -> SweepStudy:
+    """`[loop]`: how every loop is closed and computed."""
+    table = Fields(fields.take("loop", dict, {}), file, "loop")
+    varied = any(one.path.startswith("friction.") for one in study.parameters)
+    default = "smooth" if varied or any(arm.friction_models()) else "none"
+    loop: dict[str, Any] = {
+        "rate": take_number(table, "rate", file, 1000.0, above=0.0),
+        "substeps": table.take("substeps", int, 1),
+        "friction": table.take_one_of("friction", FRICTIONS, default),
+    }
+    for key in ("duration", "friction_width"):
+        loop[key] = take_number(table, key, file, above=0.0)
+    for key in ("saturate", "position_limits", "hand_over"):
+        loop[key] = table.take(key, bool, None)
+    cutoff = take_number(table, "cutoff_hz", file, 100.0, above=0.0) or 0.0
+    table.refuse_unknown()
+    loop = {key: value for key, value in loop.items() if value is not None}
+    study = replace(study, loop=loop, cutoff_hz=cutoff)
+    with field_of(file, "loop"):
+        _options(study)
+        Encoder(cutoff_hz=cutoff).velocity_filter(loop["rate"])
+    return study
+
+
+def _options(study: SweepStudy) -> SimulationOptions:
+    return SimulationOptions(rate=study.loop["rate"], substeps=study.loop["substeps"])
+
+
+def _sampled(fields: Fields, study: SweepStudy, file: str) -> SweepStudy:
+    """`[sampling]`: how the runs are drawn, how many, in which chunks."""
+    table = Fields(fields.take("sampling", dict, {}), file, "sampling")
+    method = table.take_one_of("method", METHODS, "sobol")
+    facts = {key: table.take(key, int, default) for key, default in (("seed", 0), ("chunk", 500), ("keep", 3))}
+    if method == "grid":
+        for i, one in enumerate(study.parameters):
+            if not one.values:
+                raise PaperError(file, f"parameter[{i}].distribution", f"{one.distribution} in a grid", ON_LEVELS)
+    runs = table.take("runs", int, grid_runs(study.levels) if method == "grid" else 256)
+    table.refuse_unknown()
+    with field_of(file, "sampling"):
+        return replace(study, method=method, runs=runs, **facts)
+
+
+def _measured(fields: Fields, study: SweepStudy, file: str) -> SweepStudy:
+    """`[metrics]` and `[limits]`: what is measured of a run beside the usual, and what is asked of it."""
+    table = Fields(fields.take("metrics", dict, {}), file, "metrics")
+    tolerance = take_number(table, "tolerance", file, above=0.0)
+    shares = take_numbers(table, "quantiles", file, ())
+    table.refuse_unknown()
+    for i, share in enumerate(shares):
+        if not 0.0 < share < 1.0:
+            raise PaperError(file, f"metrics.quantiles[{i}]", repr(share), "a share between 0 and 1, as 0.95")
+    limits = {}
+    for name, bound in fields.take("limits", dict, {}).items():
+        with field_of(file, f"limits.{name}"):
+            row = metric_row(name, shares)
+        limits[name] = number_at(bound, file, f"limits.{name}", f"a number, in {row.unit}")
+    if "first_violation" in limits and tolerance is None:
+        raise PaperError(file, "limits.first_violation", "without a tolerance", "metrics.tolerance beside it, in m")
+    return replace(study, tolerance=tolerance, quantiles=shares, limits=limits)
