@@ -1,6 +1,11 @@
 """Studies of many closed loops: what is varied, and what it does to the metrics.
 
-study_file           SweepStudy: a study as its TOML file has it; reads it strictly
+study_file           SweepStudy: a study as a record: values of its runs, its digest
+read_study           the study of a TOML file, read strictly
+task_fields, parameter_fields, study_fields   the tables of the file
+parameter_checks     whether what varies exists in the arm, the controllers, the task
+study_setup          arm, references and controllers of a study
+new_study            `lwr-dyn new study`
 parameter_paths      what can be varied, by path: unit, words, bounds, how many draws
 distributions        VariedParameter: a path and how its values are distributed
 sampling             the points of the unit cube: grid, Sobol, Latin hypercube, random, Saltelli

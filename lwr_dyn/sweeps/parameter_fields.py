@@ -92,7 +92,7 @@ def _bound(fields: Fields, key: str, row: PathRow, file: str, field: str) -> flo
 def _inside(value: Any, row: PathRow, file: str, field: str) -> float:
     number = number_at(value, file, field, row.allowed)
     if not row.allows(number):
-        raise PaperError(file, field, repr(value), row.allowed)
+        raise PaperError(file, field, f"{number:g}", row.allowed)
     return number
 
 

@@ -1,13 +1,13 @@
 """Reads a study's file: TOML, strict; what is wrong is one line with the file and the field."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
 from lwr_dyn.errors import FileAccessError, PaperError
-from lwr_dyn.feedback.controller_specs import ControllerSpec
+from lwr_dyn.feedback.controller_specs import controller_spec
 from lwr_dyn.files import ends_in, read_bytes, read_text
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.papers.fields import Fields, parse_toml
@@ -19,7 +19,7 @@ from lwr_dyn.sweeps.parameter_fields import read_parameter, refuse_overlaps
 from lwr_dyn.sweeps.sampling import METHODS, grid_runs
 from lwr_dyn.sweeps.study_fields import number_at, take_number, take_numbers, take_texts
 from lwr_dyn.sweeps.study_file import SweepStudy
-from lwr_dyn.sweeps.study_setup import arm_of_study, field_of, is_task, option_name, references_of_study, spec_of_study
+from lwr_dyn.sweeps.study_setup import arm_of_study, field_of, is_task, option_name, references_of_study
 from lwr_dyn.sweeps.task_fields import missing_option, read_task
 
 NEEDED = "a study, as `lwr-dyn new study` writes it"
@@ -50,24 +50,26 @@ def study_of_text(text: str, path: Path) -> SweepStudy:
     file = path.name
     fields = Fields(parse_toml(text, file), file, "")
     study = _base(fields, file, path, text)
+    tables = {name: Fields(fields.take(name, dict, {}), file, name) for name in ("loop", "sampling", "metrics")}
+    limits, listed = fields.take("limits", dict, {}), fields.take("parameter", list, [])
+    given = fields.take("task", dict)
+    fields.refuse_unknown()
     with field_of(file, "robot"):
         arm = arm_of_study(study)
         arm.require_dynamics()
-    task = read_task(fields.take("task", dict), file, path.parent, arm)
-    tables = fields.take("parameter", list, [])
-    parameters = tuple(read_parameter(table, file, i, arm.n) for i, table in enumerate(tables))
+    task = read_task(given, file, path.parent, arm)
+    parameters = tuple(read_parameter(table, file, i, arm.n) for i, table in enumerate(listed))
     refuse_overlaps(parameters, file)
     study = replace(study, task=task.name, task_options=task.options, parameters=parameters)
-    study = _with_loop(fields, study, arm, file)
-    specs = _checked_controllers(study, file)
+    study = _with_loop(tables["loop"], study, arm, file)
+    sources = {**study.sources, **_digests(task.files), **_controller_files(study, path.parent, file)}
+    study = replace(study, sources=sources)
     check_parameters(study, arm, file)
     lacking = missing_option(task, {option_name(one.path) for one in parameters if is_task(one.path)})
     if lacking is not None:
         raise PaperError(file, f"task.{lacking}", "missing", f"a value, which the task {task.name} needs")
-    study = _measured(fields, _sampled(fields, study, file), file)
-    fields.refuse_unknown()
-    files = [*task.files, *(Path(spec.base) for spec in specs if spec.is_file)]
-    study = replace(study, sources={**study.sources, **_digests(files)})
+    study = _sampled(tables["sampling"], study, file)
+    study = _measured(tables["metrics"], limits, study, file)
     with field_of(file, "task"):
         for reference in references_of_study(study):
             _options(study).times(study.loop.get("duration", reference.duration))
@@ -94,18 +96,18 @@ def _digests(files: Iterable[Path]) -> dict[str, str]:
     return {each.name: sha256(read_bytes(each, "a file that the study names")).hexdigest() for each in files}
 
 
-def _checked_controllers(study: SweepStudy, file: str) -> list[ControllerSpec]:
-    """The controllers as texts; their factories are called when the study runs."""
-    specs = []
+def _controller_files(study: SweepStudy, folder: Path, file: str) -> dict[str, str]:
+    """SHA-256 of the controllers' files; raises `PaperError` for a controller that does not exist."""
+    found: dict[str, str] = {}
     for i, text in enumerate(study.controllers):
         with field_of(file, f"controllers[{i}]"):
-            specs.append(spec_of_study(study, text))
-    return specs
+            spec = controller_spec(text)
+            found |= _digests([folder / spec.base] if spec.is_file else [])
+    return found
 
 
-def _with_loop(fields: Fields, study: SweepStudy, arm: Arm, file: str) -> SweepStudy:
+def _with_loop(table: Fields, study: SweepStudy, arm: Arm, file: str) -> SweepStudy:
     """`[loop]`: how every loop is closed and computed."""
-    table = Fields(fields.take("loop", dict, {}), file, "loop")
     varied = any(one.path.startswith("friction.") for one in study.parameters)
     default = "smooth" if varied or any(arm.friction_models()) else "none"
     loop: dict[str, Any] = {
@@ -131,9 +133,8 @@ def _options(study: SweepStudy) -> SimulationOptions:
     return SimulationOptions(rate=study.loop["rate"], substeps=study.loop["substeps"])
 
 
-def _sampled(fields: Fields, study: SweepStudy, file: str) -> SweepStudy:
+def _sampled(table: Fields, study: SweepStudy, file: str) -> SweepStudy:
     """`[sampling]`: how the runs are drawn, how many, in which chunks."""
-    table = Fields(fields.take("sampling", dict, {}), file, "sampling")
     method = table.take_one_of("method", METHODS, "sobol")
     facts = {key: table.take(key, int, default) for key, default in (("seed", 0), ("chunk", 500), ("keep", 3))}
     if method == "grid":
@@ -146,9 +147,8 @@ def _sampled(fields: Fields, study: SweepStudy, file: str) -> SweepStudy:
         return replace(study, method=method, runs=runs, **facts)
 
 
-def _measured(fields: Fields, study: SweepStudy, file: str) -> SweepStudy:
+def _measured(table: Fields, given: Mapping[str, Any], study: SweepStudy, file: str) -> SweepStudy:
     """`[metrics]` and `[limits]`: what is measured of a run beside the usual, and what is asked of it."""
-    table = Fields(fields.take("metrics", dict, {}), file, "metrics")
     tolerance = take_number(table, "tolerance", file, above=0.0)
     shares = take_numbers(table, "quantiles", file, ())
     table.refuse_unknown()
@@ -156,7 +156,7 @@ def _measured(fields: Fields, study: SweepStudy, file: str) -> SweepStudy:
         if not 0.0 < share < 1.0:
             raise PaperError(file, f"metrics.quantiles[{i}]", repr(share), "a share between 0 and 1, as 0.95")
     limits = {}
-    for name, bound in fields.take("limits", dict, {}).items():
+    for name, bound in given.items():
         with field_of(file, f"limits.{name}"):
             row = metric_row(name, shares)
         limits[name] = number_at(bound, file, f"limits.{name}", f"a number, in {row.unit}")
