@@ -28,7 +28,7 @@ def inverse_dynamics(
     frames: Sequence[AxisFrame], bodies: Sequence[Body], gravity: Vector, q: Any, dq: Any, ddq: Any
 ) -> list[Scalar]:
     """Torques of the bodies alone, B ddq + C dq + g, one scalar a joint; a literal 0.0 drops its terms."""
-    turns = [_Turn.of(angle) for angle in q]
+    turns = _turns(frames, q)
     omega, domega, a = ZERO, ZERO, -gravity
     motions = []
     for i, frame in enumerate(frames):
@@ -68,7 +68,7 @@ def mass_matrix(frames: Sequence[AxisFrame], bodies: Sequence[Body], q: Any) -> 
     """B of the bodies: column i is the torque of the composite body behind joint i at a unit acceleration of it."""
     n = len(frames)
     B: list[list[Scalar]] = [[0.0] * n for _ in range(n)]
-    turns, composite = [_Turn.of(angle) for angle in q], _Composite.of([0.0] * 10)
+    turns, composite = _turns(frames, q), _Composite.of([0.0] * 10)
     for i in reversed(range(n)):
         composite = composite.with_body(_Composite.of(bodies[i]))
         force, moment = composite.pushed(frames[i].is_turning)
@@ -133,6 +133,11 @@ class _Turn:
         """The other way."""
         x = add(multiply(self.c, v.x), multiply(self.s, v.y))
         return Vector(x, subtract(multiply(self.c, v.y), multiply(self.s, v.x)), v.z)
+
+
+def _turns(frames: Sequence[AxisFrame], q: Any) -> list[_Turn]:
+    """The turn of each joint; of a sliding one none."""
+    return [_Turn.of(x) if frame.is_turning else _Turn(1.0, 0.0) for frame, x in zip(frames, q, strict=True)]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

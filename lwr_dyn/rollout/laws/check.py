@@ -1,6 +1,7 @@
 """Whether a controller acts as its kernel form: torques at a few states, with the memory of both."""
 
 from collections.abc import Callable, Mapping
+from math import isfinite
 from typing import Any
 
 import casadi
@@ -85,7 +86,9 @@ def differences(
         for k, state in enumerate(sequence):
             own = np.asarray(controller(k * STEP, *np.array(state)), dtype=np.float64)
             tau, memory = step(*state, memory, values, STEP)
-            apart = float(np.nan_to_num(np.abs(tau - own).max(), nan=np.inf))
-            off, share = max(off, apart), max(share, apart / max(float(np.abs(own).max()), 1.0))
+            apart, size = float(np.abs(tau - own).max()), max(1.0, float(np.abs(own).max()))
+            if not isfinite(apart / size):
+                return np.inf, np.inf
+            off, share = max(off, apart), max(share, apart / size)
     reset(controller)
     return off, share

@@ -19,10 +19,16 @@ SAME = 1e-13
 """Of the largest torque at a sample: a hundred roundings."""
 
 
+INERTIA = (2.9, 2.9, 0.5, 0.5, 0.01, 0.005, 0.002)
+"""[kg m^2] For the gains of laws that would search it over the joint box."""
+SEARCHING = ("pd-gravity", "pid", "motor-pd", "joint-impedance")
+
+
 @cache
-def made(name, **options):
-    """A controller of `ARM`, made once: its gains are searched over the joint box."""
-    return make_controller(name, ARM, MODEL, **options)
+def made(name, arm=None, **options):
+    """A controller of `ARM`, or of another arm."""
+    given = {"inertia": INERTIA} if name.partition("+")[0] in SEARCHING else {}
+    return make_controller(name, ARM if arm is None else arm, "pinocchio", **given, **options)
 
 
 def other_values(form, **given):
