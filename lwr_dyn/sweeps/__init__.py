@@ -10,6 +10,12 @@ parameter_paths      what can be varied, by path: unit, words, bounds, how many 
 distributions        VariedParameter: a path and how its values are distributed
 sampling             the points of the unit cube: grid, Sobol, Latin hypercube, random, Saltelli
 metric_table         the metrics of a run by name: unit, words, which side is bad
+manifest             what made results: study, kernels, versions; results of two makers are never mixed
+sweep_folder         the folder of a sweep: files written whole or not at all, one writer, what a kill left is cleared
+chunk_file           the runs of a chunk as a Parquet file
+results              SweepResults: a folder as arrays
+tasks, processes     chunks by threads, and by processes that may die
+cluster              chunks on a Dask cluster
 controller_runs      ControllerRuns: the runs of one controller as columns
 metric_words         a metric for people, and which values are bad
 intervals            quantiles by order statistics, shares by Clopper and Pearson
