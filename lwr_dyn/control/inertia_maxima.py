@@ -19,11 +19,11 @@ _STEP = 1e-5
 
 
 def diagonal(recursion: Recursion, i: int, q: Array) -> Array:
-    """B_ii(q), (...), for q (..., n): the torque at joint i of a unit acceleration of joint i."""
-    n = len(recursion.links)
-    unit = [1.0 if j == i else 0.0 for j in range(n)]
-    split = [q[..., j] for j in range(n)]
-    tau: Any = inverse_dynamics(recursion.links, ZERO, split, [0.0] * n, unit, recursion.rotors)[i]
+    """B_ii(q), (...), for q (..., n): the torque at joint i of a unit acceleration of joint i; links before it rest."""
+    links = recursion.links[i:]
+    unit = [1.0] + [0.0] * (len(links) - 1)
+    split = [q[..., i + j] for j in range(len(links))]
+    tau: Any = inverse_dynamics(links, ZERO, split, [0.0] * len(links), unit, recursion.rotors)[0]
     return np.broadcast_to(np.asarray(tau, dtype=np.float64), q.shape[:-1])
 
 
@@ -42,6 +42,11 @@ class JointInertia:
     def moving(self) -> list[int]:
         """Joints that can change the value: those behind joint i that are not held."""
         return [j for j in range(self.joint + 1, len(self.kinds)) if self.upper[j] > self.lower[j]]
+
+    @property
+    def content(self) -> str:
+        """Everything that the values depend on, apart from the joint and the sign."""
+        return repr((self.recursion, self.kinds, self.lower.tolist(), self.upper.tolist()))
 
     def at(self, q: Array) -> Array:
         """The values (...) [kg m^2; kg for a sliding joint] at q (..., n)."""

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
+from lwr_dyn.arrays import Array, read_only
 from lwr_dyn.control.inertia_maxima import JointInertia, with_joint_values
 from lwr_dyn.dynamics.newton_euler import Recursion
 from lwr_dyn.dynamics.unknown_inertia import chain_with_dynamics
@@ -37,6 +37,9 @@ FREE = 1e-5
 """Relative: a joint that changes the value by less, moved alone through its whole range, counts as free; papers print
 four digits, and products of 1e-7 kg m^2 would otherwise tie every joint to an odd angle."""
 MAXIMISERS_SHOWN = 8
+KEPT = 32
+"""Arms whose maxima are kept."""
+_found: dict[str, tuple["InertiaMaximum", ...]] = {}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -88,9 +91,13 @@ def worst_case_inertia(
 
 
 def worst_case_inertias(arm: Arm) -> tuple[InertiaMaximum, ...]:
-    """Every joint's largest inertia; raises as `worst_case_inertia`."""
+    """Every joint's largest inertia; raises as `worst_case_inertia`. Those of the last arms are kept in memory."""
     first = first_joint(arm, {})
-    return tuple(_maximum(replace(first, joint=i)) for i in range(arm.n))
+    if first.content not in _found:
+        if len(_found) >= KEPT:
+            del _found[next(iter(_found))]
+        _found[first.content] = tuple(_maximum(replace(first, joint=i)) for i in range(arm.n))
+    return _found[first.content]
 
 
 def first_joint(arm: Arm, fixed: Mapping[int, float]) -> JointInertia:
@@ -172,6 +179,6 @@ def _summary(inertia: JointInertia, q: Array, value: Array) -> InertiaMaximum:
     distinct = np.unique(np.where(np.isnan(rows), np.inf, rows + 0.0), axis=0)
     shown = tuple(tuple(float("nan") if np.isinf(x) else float(x) for x in row) for row in distinct[:MAXIMISERS_SHOWN])
     return InertiaMaximum(
-        joint=inertia.joint, value=best, q=at, free=tuple(free), maximisers=shown, distinct=len(distinct),
+        joint=inertia.joint, value=best, q=read_only(at), free=tuple(free), maximisers=shown, distinct=len(distinct),
         runner_up=None, starts=len(q), share=float(np.mean(close)),
     )  # fmt: skip

@@ -19,6 +19,9 @@ GAP = 1e-6
 MOST_BOXES = 2_000_000
 IDLE = 0.1
 """Share of the gap that joints may add which are left out."""
+KEPT = 256
+"""Certificates that are kept in memory."""
+_proven: dict[tuple[Any, ...], "InertiaCertificate"] = {}
 HALVING = 20 * float(np.finfo(np.float64).eps)
 """Rounding of one halving, relative to the largest control value: five products and sums of rounded entries."""
 
@@ -87,7 +90,12 @@ def inertia_certificate(arm: Arm, maximum: InertiaMaximum, gap: float = GAP) -> 
     if not (np.isfinite(gap) and 0.0 < gap < 1.0):
         raise OptionError("gap", gap, "above 0 and below 1")
     inertia = replace(first_joint(arm, {}), joint=maximum.joint)
-    return _certificate(inertia, maximum, gap)
+    key = (inertia.content, maximum.joint, maximum.value, gap, MOST_BOXES)
+    if key not in _proven:
+        if len(_proven) >= KEPT:
+            del _proven[next(iter(_proven))]
+        _proven[key] = _certificate(inertia, maximum, gap)
+    return _proven[key]
 
 
 def inertia_certificates(

@@ -114,3 +114,16 @@ def test_sliding_joints_are_searched_to_their_ends_and_to_their_vertex(seed):
 def test_an_arm_without_masses_has_no_inertia():
     with pytest.raises(MissingDataError):
         worst_case_inertias(lwr_dyn.load("lwr4"))
+
+
+def test_maxima_are_kept_by_the_content_of_the_arm(monkeypatch):
+    first = worst_case_inertias(lwr_dyn.load("lwr4plus"))
+    assert worst_case_inertias(lwr_dyn.load("lwr4plus")) is first
+    assert not first[0].q.flags.writeable
+    other = worst_case_inertias(lwr_dyn.load("lwr4plus", reading="physical"))
+    assert other[0].value != first[0].value
+    arm = lwr_dyn.load("lwr4plus")
+    narrow = replace(arm, limits=tuple(replace(limit, upper=0.9 * limit.upper) for limit in arm.limits))
+    assert worst_case_inertias(narrow)[0].value != first[0].value
+    monkeypatch.setattr("lwr_dyn.control.worst_case_inertia.KEPT", 1)
+    assert worst_case_inertias(lwr_dyn.load("lwr4plus", reading="printed")) is not first

@@ -71,6 +71,15 @@ def test_the_bound_holds_without_time_to_close_the_gap(arm, monkeypatch):
     assert "NOT as asked" in certificate.statement()
 
 
+def test_certificates_are_kept_by_the_content_of_the_arm(arm):
+    maximum = worst_case_inertia(arm, 4)
+    first = inertia_certificate(arm, maximum)
+    assert inertia_certificate(lwr_dyn.load("lwr4plus"), worst_case_inertia(arm, 4)) is first
+    assert inertia_certificate(arm, maximum, 1e-7).gap_asked == 1e-7
+    wider = replace(arm, limits=tuple(JointLimits(2 * x.lower, 2 * x.upper) for x in arm.limits))
+    assert inertia_certificate(wider, maximum) is not first
+
+
 def test_the_table_is_that_of_the_mass_matrix(arm):
     table = InertiaTable.of(replace(first_joint(arm, {}), joint=3))
     assert table.joints == (4, 5, 6)
