@@ -11,9 +11,9 @@ from lwr_dyn.arrays import Array
 from lwr_dyn.control.protocol import Controller
 from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.errors import OptionError
-from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Motion, Reference
+from lwr_dyn.rollout.known_reference import known_reference, reference_rows
 from lwr_dyn.rollout.smooth_friction import check_friction, friction_table
 from lwr_dyn.rollout.step import MOST_DELAY
 from lwr_dyn.simulation.arm_friction import SMOOTH_SPEED
@@ -55,10 +55,7 @@ class LoopSetup:
 
     def table(self) -> Array:
         """Rows of all references, (references, samples, 3 n + 3): q, dq, ddq, and the place of the tip."""
-        rows = [
-            np.hstack([m.q, m.dq, m.ddq, forward_kinematics(self.plant.chain, m.q)[:, :3, 3]]) for m in self.motions
-        ]
-        return np.ascontiguousarray(np.stack(rows))
+        return np.ascontiguousarray(np.stack([reference_rows(motion, self.plant.chain) for motion in self.motions]))
 
     def record(self) -> dict[str, Any]:
         """The options as JSON values."""
@@ -86,6 +83,7 @@ def loop_setup(
 ) -> LoopSetup:
     """The loop, checked as `simulate` checks it; parameters and errors as of `rollouts`."""
     references = tuple(reference) if isinstance(reference, Sequence) else (reference,)
+    known = tuple(known_reference(each) for each in references)
     simulated = arm if plant is None else plant
     if not references:
         raise OptionError("reference", "an empty sequence", "a reference, or several")
@@ -98,7 +96,7 @@ def loop_setup(
             arm, controller, each, rate=rate, substeps=substeps, plant=plant, friction="none", encoder=encoder,
             saturate=saturate, position_limits=position_limits, seed=seed, delay=delay, duration=long,
         )
-        for each in references
+        for each in known
     ]  # fmt: skip
     return LoopSetup(
         arm, simulated, controller, references, tuple(setup.motion for setup in setups), rate, substeps,

@@ -5,7 +5,7 @@ A plant and a law each have one. Joint vectors are casadi columns or sequences o
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import casadi
@@ -30,10 +30,11 @@ class KeptParameters:
     chain: Chain
     frames: tuple[AxisFrame, ...]
 
-    @classmethod
-    def of(cls, chain: Chain) -> "KeptParameters":
-        """With the frames of the chain."""
-        return cls(chain, axis_frames(chain))
+    @staticmethod
+    @lru_cache(maxsize=32)
+    def of(chain: Chain) -> "KeptParameters":
+        """With the frames of the chain; the same object for the same chain."""
+        return KeptParameters(chain, axis_frames(chain))
 
     @cached_property
     def matrix(self) -> Array:
