@@ -83,6 +83,9 @@ def loop_setup(
 ) -> LoopSetup:
     """The loop, checked as `simulate` checks it; parameters and errors as of `rollouts`."""
     references = tuple(reference) if isinstance(reference, Sequence) else (reference,)
+    for each in references:
+        if not hasattr(each, "sample"):
+            raise OptionError("reference", repr(each), "a Reference, with `sample(t)` and `duration`, or several")
     known = tuple(known_reference(each) for each in references)
     simulated = arm if plant is None else plant
     if not references:
@@ -115,6 +118,17 @@ def _check_friction(plant: Arm, friction: str, width: float) -> None:
         friction_table(plant.friction_models())
         if not (isfinite(width) and width > 0.0):
             raise OptionError("friction_width", width, "a speed above 0")
+
+
+def check_starts(setup: LoopSetup, given: Mapping[str, Array]) -> None:
+    """Raise `OptionError` for a run that starts outside the position limits."""
+    if not (setup.position_limits and "q0" in given):
+        return
+    q0, lower, upper = given["q0"], setup.plant.lower, setup.plant.upper
+    for run, joint in np.argwhere((q0 < lower) | (q0 > upper))[:1].tolist():
+        allowed = f"{lower[joint]:.6g} to {upper[joint]:.6g}, or position_limits=False"
+        name = f"q0 of run {run}, {setup.plant.joint_names[joint]}"
+        raise OptionError(name, f"{q0[run, joint]:.6g}", allowed)
 
 
 def check_smooth_friction(setup: LoopSetup, given: Mapping[str, Array]) -> None:

@@ -16,7 +16,7 @@ from lwr_dyn.rollout.figures import checked_quantiles, figures_of, metrics_of_co
 from lwr_dyn.rollout.flagged_runs import settle
 from lwr_dyn.rollout.kernel import rollout_kernel
 from lwr_dyn.rollout.laws.forms import law_form
-from lwr_dyn.rollout.loop_setup import check_smooth_friction, loop_setup
+from lwr_dyn.rollout.loop_setup import check_smooth_friction, check_starts, loop_setup
 from lwr_dyn.rollout.replay import simulated_run
 from lwr_dyn.rollout.result import Rollouts
 from lwr_dyn.rollout.run_parameters import parameter_shapes, run_parameters
@@ -111,6 +111,7 @@ def rollouts(
     form, shares = law_form(law, arm), checked_quantiles(quantiles)
     shapes = parameter_shapes(arm.n, form.parameters)
     count, given = run_parameters(parameters or {}, runs, shapes, len(setup.references))
+    check_starts(setup, given)
     check_smooth_friction(setup, given)
     plan = plan_of(setup, form, given)
     kernel = rollout_kernel(plan)

@@ -47,7 +47,10 @@ def run_parameters(
         if name not in shapes:
             raise UnknownNameError("parameter of rollouts", name, shapes)
     arrays = {name: real_array(f"parameter {name}", value) for name, value in given.items()}
-    rows = {name: len(array) if array.ndim else 0 for name, array in arrays.items()}
+    for name, array in arrays.items():
+        if array.ndim == 0:
+            raise ShapeError(f"parameter {name}", "a single number", "an array with a row a run")
+    rows = {name: len(array) for name, array in arrays.items()}
     count = next(iter(rows.values()), None) if runs is None else runs
     if count is None:
         raise OptionError("runs", "not given", "a number of runs, or parameters with a row for each")

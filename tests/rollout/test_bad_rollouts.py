@@ -1,0 +1,102 @@
+"""What rollouts refuse, in one clear line."""
+
+import numpy as np
+import pytest
+
+import lwr_dyn
+from lwr_dyn.errors import LwrDynError, MissingDataError, NotPhysicalError, OptionError, ShapeError, UnknownNameError
+from lwr_dyn.model.friction import symmetric
+from lwr_dyn.rollout.laws.no_form import NoKernelFormError
+from tests.rollout.test_rollouts import ARM, IST, OWN
+
+LAW = lwr_dyn.controller("inverse-dynamics", ARM)
+NAN = np.full(3, np.nan)
+
+
+@pytest.mark.parametrize(
+    ("given", "error", "words"),
+    [
+        ({"inertias": [OWN]}, UnknownNameError, "did you mean inertia"),
+        ({"Kpp": [1.0]}, UnknownNameError, "known: inertia.*Kp, Kd"),
+        ({"inertia": [OWN[:69]]}, ShapeError, r"\(1, 70\)"),
+        ({"inertia": [3.0]}, ShapeError, r"\(1, 70\)"),
+        ({"payload": 2.0}, ShapeError, "a single number"),
+        ({"payload": [1.0, 2.0], "Kp": [100.0]}, ShapeError, "1 rows; allowed: 2 rows"),
+        ({"payload": []}, OptionError, "from 1 to"),
+        ({"payload": NAN}, ShapeError, "finite"),
+        ({"payload": [0.0, -1.0]}, OptionError, "-1 in run 1"),
+        ({"payload_com": [[0.0, 0.0, 0.1]]}, OptionError, "without payload"),
+        ({"delay": [0, 9]}, OptionError, "9 in run 1"),
+        ({"delay": [0.5]}, OptionError, "whole numbers"),
+        ({"reference": [1]}, OptionError, "from 0 to 0"),
+        ({"friction": np.zeros((1, 5, 7))}, OptionError, "'smooth'"),
+        ({"effort": [-1.0]}, OptionError, "from 0 on"),
+        ({"Kp": ["a"]}, ShapeError, "numbers"),
+    ],
+)
+def test_parameters_that_cannot_be_are_refused(given, error, words):
+    with pytest.raises(error, match=words):
+        lwr_dyn.rollouts(ARM, LAW, IST, parameters=given, duration=0.1)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"runs": 0}, "from 1 to"),
+        ({"runs": 2.0}, "from 1 to"),
+        ({"runs": None}, "not given"),
+        ({"rate": 0.0}, "above 0"),
+        ({"duration": 0.0}, "above 0"),
+        ({"substeps": 0}, "from 1"),
+        ({"delay": 9}, "from 0 to 8"),
+        ({"friction": "stick"}, "none, smooth"),
+        ({"friction": "smooth", "friction_width": 0.0}, "above 0"),
+        ({"quantiles": (1.0,)}, "between 0 and 1"),
+        ({"tolerance": -1.0}, "above 0"),
+        ({"record": -1}, "from 0"),
+        ({"threads": 0}, "from 1"),
+        ({"first_run": -1}, "from 0"),
+        ({"seed": -1}, "from 0"),
+    ],
+)
+def test_options_that_cannot_be_are_refused(options, words):
+    with pytest.raises(OptionError, match=words):
+        lwr_dyn.rollouts(ARM, LAW, IST, **{"runs": 1, "duration": 0.1} | options)
+
+
+def test_true_stick_is_refused_and_its_smooth_form_named():
+    arm = lwr_dyn.load("lwr4plus")
+    object.__setattr__(arm, "friction", (symmetric(1.0, 0.5),) * 7)
+    law = lwr_dyn.controller("inverse-dynamics", arm)
+    with pytest.raises(OptionError, match="no true stick; allowed: friction 'smooth'"):
+        lwr_dyn.rollouts(arm, law, IST, runs=1, friction="set-valued", duration=0.1)
+    with pytest.raises(OptionError, match="substeps from"):
+        lwr_dyn.rollouts(arm, law, IST, runs=1, friction="smooth", duration=0.1)
+
+
+def test_other_things_that_cannot_be_are_refused():
+    with pytest.raises(NoKernelFormError):
+        lwr_dyn.rollouts(ARM, lambda t, q, dq, q_ref, dq_ref, ddq_ref: -dq, IST, runs=1)
+    with pytest.raises(UnknownNameError):
+        lwr_dyn.rollouts(ARM, "inverse-dynamic", IST, runs=1)
+    with pytest.raises(OptionError, match="a Reference"):
+        lwr_dyn.rollouts(ARM, LAW, None, runs=1)
+    with pytest.raises(OptionError, match="empty sequence"):
+        lwr_dyn.rollouts(ARM, LAW, [], runs=1)
+    with pytest.raises(OptionError, match="an arm"):
+        lwr_dyn.rollouts("lwr4plus", LAW, IST, runs=1)
+    with pytest.raises((MissingDataError, NotPhysicalError)):
+        lwr_dyn.rollouts(ARM, LAW, IST, runs=1, plant=lwr_dyn.load("lwr4"), duration=0.1)
+    with pytest.raises(LwrDynError):
+        lwr_dyn.rollouts(ARM, LAW, IST, runs=1, plant=lwr_dyn.load("kr30ha"), duration=0.1)
+
+
+def test_a_start_outside_the_limits_is_refused():
+    with pytest.raises(OptionError, match="q0 of run 1"):
+        lwr_dyn.rollouts(ARM, LAW, IST, parameters={"q0": [IST.sample(np.zeros(1)).q[0], [9.0] * 7]}, duration=0.1)
+
+
+def test_a_run_that_was_not_made_is_refused():
+    done = lwr_dyn.rollouts(ARM, LAW, IST, parameters={"inertia": [OWN]}, duration=0.1)
+    with pytest.raises(OptionError, match="0 to 0"):
+        done.run(1)
