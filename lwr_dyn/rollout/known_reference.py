@@ -37,7 +37,8 @@ class KnownReference:
 
 def known_reference(reference: Reference) -> KnownReference:
     """The same object for the same reference of this package; a user's own may change, and is sampled at every call."""
-    return _kept(reference) if type(reference).__module__.startswith("lwr_dyn.") else KnownReference(reference)
+    own: Any = reference
+    return _kept(own) if type(own).__module__.startswith("lwr_dyn.") else KnownReference(reference)
 
 
 @lru_cache(maxsize=_KEPT)

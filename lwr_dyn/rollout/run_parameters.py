@@ -46,10 +46,7 @@ def run_parameters(
     for name in given:
         if name not in shapes:
             raise UnknownNameError("parameter of rollouts", name, shapes)
-    arrays = {name: real_array(f"parameter {name}", value) for name, value in given.items()}
-    for name, array in arrays.items():
-        if array.ndim == 0:
-            raise ShapeError(f"parameter {name}", "a single number", "an array with a row a run")
+    arrays = {name: _rows(name, value) for name, value in given.items()}
     rows = {name: len(array) for name, array in arrays.items()}
     count = next(iter(rows.values()), None) if runs is None else runs
     if count is None:
@@ -62,6 +59,13 @@ def run_parameters(
     whole = {name: _whole(name, array, shapes[name]) for name, array in arrays.items()}
     _check(whole, references)
     return count, whole
+
+
+def _rows(name: str, value: Any) -> Array:
+    array = real_array(f"parameter {name}", value)
+    if array.ndim == 0:
+        raise ShapeError(f"parameter {name}", "a single number", "an array with a row a run")
+    return array
 
 
 def _whole(name: str, array: Array, shape: tuple[int, ...]) -> Array:
