@@ -5,6 +5,8 @@ read_study           the study of a TOML file, read strictly
 task_fields, parameter_fields, study_fields   the tables of the file
 parameter_checks     whether what varies exists in the arm, the controllers, the task
 study_setup          arm, references and controllers of a study
+plant_rows           values of the paths as parameters of the plants
+rollout_arguments    values of the paths as keywords of `lwr_dyn.rollouts`, for one controller
 new_study            `lwr-dyn new study`
 parameter_paths      what can be varied, by path: unit, words, bounds, how many draws
 distributions        VariedParameter: a path and how its values are distributed

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 from lwr_dyn.errors import UnknownNameError
+from lwr_dyn.rollout.figures import quantile_name
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,16 +35,6 @@ METRICS: Mapping[str, MetricRow] = MappingProxyType(
     }
 )
 """Metrics of every run, in SI units; `tip_q95` and the like come with the quantiles of a study."""
-
-
-def quantile_name(share: float) -> str:
-    """The metric of a quantile over time of the tip error.
-
-    >>> quantile_name(0.95), quantile_name(0.999), quantile_name(0.5)
-    ('tip_q95', 'tip_q999', 'tip_q50')
-    """
-    digits = f"{share:.9f}".removeprefix("0.").rstrip("0")
-    return f"tip_q{digits.ljust(2, '0')}"
 
 
 def metric_row(name: str, quantiles: tuple[float, ...] = ()) -> MetricRow:

@@ -15,7 +15,7 @@ from lwr_dyn.papers.catalog import readings
 from lwr_dyn.registry import Option, options_of
 from lwr_dyn.sweeps.distributions import VariedParameter
 from lwr_dyn.sweeps.study_file import SweepStudy
-from lwr_dyn.sweeps.study_setup import MOST_REFERENCES, is_task, option_name, spec_of_study
+from lwr_dyn.sweeps.study_setup import MOST_REFERENCES, field_of, is_task, option_name, spec_of_study, try_controller
 from lwr_dyn.trajectory.references.tasks import REFERENCES
 
 SEPARATE = "each in one place"
@@ -92,6 +92,9 @@ class ParameterCheck:
                 known = {key: x for key, x in _options(spec).items() if x.kind in (int, float)}
                 keyword = option_name(self.one.path)
                 self._number(keyword, known, f"controller {text}", keyword in spec.options, f"controller {text!r}")
+            for end in (self.one.lowest, self.one.highest):
+                with field_of(self.file, self.field):
+                    try_controller(self.study, text, {option_name(self.one.path): end})
 
     def _number(self, keyword: str, known: dict[str, Option], owner: str, given: bool, place: str) -> None:
         if keyword not in known:

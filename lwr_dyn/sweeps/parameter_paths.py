@@ -80,7 +80,7 @@ PATHS: Mapping[str, PathRow] = MappingProxyType(
             "where the payload is, in the flange's frame", "m", "uniform -0.05 to 0.05", nominal=0.0, axes=True
         ),
         "payload.known": PathRow(
-            "share of the payload that the controller's model has",
+            "share of the payload that the controller's model has; robust has a middle load of its own in its place",
             usual="choice 0, 1", least=0.0, most=1.0, nominal=0.0
         ),
         "friction.coulomb": PathRow(

@@ -19,7 +19,7 @@ from lwr_dyn.sweeps.parameter_fields import read_parameter, refuse_overlaps
 from lwr_dyn.sweeps.sampling import METHODS, grid_runs
 from lwr_dyn.sweeps.study_fields import number_at, take_number, take_numbers, take_texts
 from lwr_dyn.sweeps.study_file import SweepStudy
-from lwr_dyn.sweeps.study_setup import arm_of_study, field_of, is_task, option_name, references_of_study
+from lwr_dyn.sweeps.study_setup import arm_of_study, field_of, is_task, option_name, references_of_study, try_controller
 from lwr_dyn.sweeps.task_fields import missing_option, read_task
 
 NEEDED = "a study, as `lwr-dyn new study` writes it"
@@ -64,6 +64,7 @@ def study_of_text(text: str, path: Path) -> SweepStudy:
     study = _with_loop(tables["loop"], study, arm, file)
     sources = {**study.sources, **_digests(task.files), **_controller_files(study, path.parent, file)}
     study = replace(study, sources=sources)
+    _try_controllers(study, file)
     check_parameters(study, arm, file)
     lacking = missing_option(task, {option_name(one.path) for one in parameters if is_task(one.path)})
     if lacking is not None:
@@ -104,6 +105,15 @@ def _controller_files(study: SweepStudy, folder: Path, file: str) -> dict[str, s
             spec = controller_spec(text)
             found |= _digests([folder / spec.base] if spec.is_file else [])
     return found
+
+
+def _try_controllers(study: SweepStudy, file: str) -> None:
+    """Raise `PaperError` for a controller that cannot be made; a file may need options that are varied."""
+    varied = any(one.path.startswith("controller.") for one in study.parameters)
+    for i, text in enumerate(study.controllers):
+        with field_of(file, f"controllers[{i}]"):
+            if not (varied and controller_spec(text).is_file):
+                try_controller(study, text, {})
 
 
 def _with_loop(table: Fields, study: SweepStudy, arm: Arm, file: str) -> SweepStudy:

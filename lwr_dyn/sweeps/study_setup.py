@@ -3,10 +3,12 @@
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from functools import lru_cache
+from inspect import signature
 from itertools import product
 from pathlib import Path
 from typing import Any
 
+from lwr_dyn.control.controllers import CONTROLLERS
 from lwr_dyn.control.protocol import Controller
 from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.errors import FaultError, LwrDynError, MissingPackageError, PaperError, UnknownNameError
@@ -88,6 +90,18 @@ def spec_of_study(study: SweepStudy, text: str) -> ControllerSpec:
         return spec
     place = str((Path(study.file).parent / spec.base).resolve()) if study.file else spec.base
     return ControllerSpec(text, place, spec.options, spec.wrappers)
+
+
+def try_controller(study: SweepStudy, text: str, options: Mapping[str, Any]) -> None:
+    """Make a controller to see that it can be made; without the search for its gains. Raises as `make_controller`."""
+    arm, spec = arm_of_study(study), spec_of_study(study, text)
+    unit = {"inertia": [1.0] * arm.n} if takes_inertia(spec) else {}
+    spec.make(arm, dynamics_of(arm), {**unit, **options})
+
+
+def takes_inertia(spec: ControllerSpec) -> bool:
+    """Whether a controller's gains are made from the largest inertia of each joint."""
+    return not spec.is_file and "inertia" in signature(CONTROLLERS.load(spec.base)).parameters
 
 
 def controller_of_study(study: SweepStudy, text: str, options: Mapping[str, Any] | None = None) -> Controller:

@@ -136,6 +136,15 @@ FAULTS = {
         HEAD.replace("omega_n", "omega"),
         "controllers[1]: controller robust: option 'omega' (did you mean omega-n?)",
     ),
+    "a controller's number": (
+        HEAD.replace("omega_n=20", "omega_n=-2"),
+        "controllers[1]: omega_n: -2.0; allowed: a number above 0",
+    ),
+    "friction to compensate": (HEAD.replace("robust:omega_n=20", "pid+friction"), "friction of its joints not given"),
+    "a gain that is not possible": (
+        parameter("controller.omega_n", "low = -1\nhigh = 20").replace(":omega_n=20", ""),
+        "parameter[0]: omega_n: -1.0; allowed: a number above 0",
+    ),
     "a controller twice": (
         HEAD.replace("robust:omega_n=20", "inverse-dynamics"),
         "'inverse-dynamics' twice; allowed: each",

@@ -50,14 +50,15 @@ def law_form(controller: Controller, arm: Arm) -> LawForm:
     MissingDataError
         The arm has no inertias.
     """
-    form = _form(controller, arm)
+    form = unchecked_form(controller, arm)
     check_form(form, controller, arm)
     return form
 
 
-def _form(controller: Controller, arm: Arm) -> LawForm:
+def unchecked_form(controller: Controller, arm: Arm) -> LawForm:
+    """`law_form` without a look at the torque: for more controllers of a kind whose first was checked."""
     if type(controller) is FrictionCompensation:
-        return FrictionForm.of(controller, _form(controller.inner, arm))
+        return FrictionForm.of(controller, unchecked_form(controller.inner, arm))
     name = str(getattr(controller, "name", ""))
     if isinstance(controller, Wrapped) or name not in LAW_FORMS.names:
         raise _without(controller)
