@@ -6,14 +6,15 @@ import pytest
 import lwr_dyn
 from lwr_dyn.control.controllers import CONTROLLERS, make_controller
 from lwr_dyn.control.pid import PID
+from lwr_dyn.model.chain import first_links
 from lwr_dyn.rollout.laws.check import CLOSE, form_function, states_of
 from lwr_dyn.rollout.laws.forms import LAW_FORMS, law_form
 from lwr_dyn.rollout.laws.no_form import NoKernelFormError
 from lwr_dyn.simulation.plant import arm_with_payload, arm_with_scaled_inertia
-from tests.rollout.laws.beside import ARM, made
+from tests.rollout.laws.beside import ARM, WHOLE, made
 from tests.slips import uncaught
 
-WAM = lwr_dyn.load("wam7")
+SMALL_WAM = ARM.with_chain(first_links(lwr_dyn.load("wam7").chain, 4))
 
 
 @pytest.mark.parametrize("name", LAW_FORMS.names)
@@ -24,11 +25,11 @@ def test_every_form_is_found_by_its_controller(name):
 
 
 def test_wrappers_are_taken_off_one_by_one():
-    law = made("pid+friction-measured", WAM)
-    form = law_form(law, WAM)
+    law = made("pid+friction-measured")
+    form = law_form(law, ARM)
     assert form.name == "pid+friction-measured"
     assert form.inner.name == "pid"
-    assert law.inner.integral.tolist() == [0.0] * 7  # the check leaves no memory behind
+    assert law.inner.integral.tolist() == [0.0] * ARM.n  # the check leaves no memory behind
 
 
 class Doubled(PID):
@@ -51,23 +52,23 @@ def changed(name, **attributes):
 REFUSED = {
     "joint-impedance": (lambda: made("joint-impedance"), "joint impedance has no form that kernels take; allowed: pd"),
     "hand-guiding": (lambda: made("hand-guiding"), "has no form"),
-    "cartesian-impedance": (lambda: made("cartesian-impedance"), "has no form"),
+    "cartesian-impedance": (lambda: made("cartesian-impedance", WHOLE), "has no form"),
     "pid+observer": (lambda: made("pid+observer"), "momentum observer has no form"),
-    "pid+motor-side": (lambda: made("pid+motor-side"), "on the motor side has no form"),
+    "pid+motor-side": (lambda: made("pid+motor-side", WHOLE), "on the motor side has no form"),
     "function": (lambda: lambda t, q, dq, q_ref, dq_ref, ddq_ref: -dq, r"<lambda> \(function\) has no form that"),
     "subclass": (lambda: Doubled(100.0, 10.0, ARM.effort), r"PID, damping on dq \(Doubled\) has no form"),
     "another arm": (lambda: made("pd-gravity", arm_with_payload(ARM, 1e-6)), r"not that of its kernel form"),
-    "another robot": (lambda: make_controller("inverse-dynamics", WAM), r"form for lwr4plus \(computed\), by up to"),
+    "another robot": (lambda: made("inverse-dynamics", SMALL_WAM), r"form for lwr4plus \(computed\), by up to"),
     "another mass": (
         lambda: make_controller("adaptive", arm_with_scaled_inertia(ARM, 1 + 1e-7)), "allowed: a controller made for"
     ),
-    "another rotor": (lambda: changed("robust", _armature=np.zeros(7)), "not that of its kernel form"),
+    "another rotor": (lambda: changed("robust", _armature=np.zeros(4)), "not that of its kernel form"),
     "another rule": (lambda: changed("pid", _gravity=lambda q: 0 * q), "not that of its kernel form"),
     "an engine of one's own": (
         lambda: make_controller("inverse-dynamics", ARM, lwr_dyn.dynamics_of(ARM, "newton-euler", rotors="full")),
         "not that of its kernel form",
     ),
-    "not finite": (lambda: changed("pd-gravity", Kp=np.full(7, np.nan)), "not that of its kernel form"),
+    "not finite": (lambda: changed("pd-gravity", Kp=np.full(4, np.nan)), "not that of its kernel form"),
 }  # fmt: skip
 
 
@@ -103,11 +104,11 @@ def check_check(module):
     assert share() < 1e-13
     for name in ("Kp", "Kd", "Ki", "tracking_time"):
         assert share(**{name: values[name] * (1 + 1e-3)}) > CLOSE, name
-        assert share(**{name: np.full(7, np.nan)}) == np.inf
+        assert share(**{name: np.full(4, np.nan)}) == np.inf
     module.check_form(form, law, ARM)
     assert is_refused(module, form, made("pid", omega_n=50.0 * (1 + 1e-8)))
     states = module.states_of(ARM)
-    assert states.shape == (3, 4, 5, 7)
+    assert states.shape == (3, 4, 5, 4)
     assert (states[..., 2, :] > ARM.lower).all()
     assert (states[..., 2, :] < ARM.upper).all()
     errors = np.abs(states[..., 0, :] - states[..., 2, :]).max(axis=(1, 2))

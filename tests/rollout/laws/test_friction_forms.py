@@ -12,7 +12,7 @@ from lwr_dyn.rollout.laws.passivity_forms import AdaptiveForm
 from tests.rollout.laws.beside import ARM, check_beside, made
 from tests.slips import uncaught
 
-FRICTION = tuple(JointFriction(Direction(2.0 + i, 0.5), Direction(1.0, 0.2 + i), 0.3 * i) for i in range(7))
+FRICTION = tuple(JointFriction(Direction(2.0 + i, 0.5), Direction(1.0, 0.2 + i), 0.3 * i) for i in range(ARM.n))
 
 
 def check_law(module):

@@ -22,7 +22,7 @@ def check_pid(module):
     for options in ({}, {"velocity_error": True, "xi": 0.7}, {"gravity": False}):
         law = made("pid", **options)
         form = module.PIDForm.of(law, ARM)
-        limits = np.linspace(200.0, 10.0, 7)
+        limits = np.linspace(200.0, 10.0, ARM.n)
         cases = {"law_effort": limits}, {"law_effort": limits, "Ki": 1e6}
         check_beside(form, law, *cases, knows_arm=options.get("gravity", True))
 

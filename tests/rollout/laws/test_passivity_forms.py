@@ -28,7 +28,7 @@ def check_adaptive(module):
     check_beside(form, law, LEARNT, *limited, {**LEARNT, "friction_gains": 1e6, "law_effort": 1e4})
     law = form.controller(ARM, other_values(form, **LEARNT))
     form = module.AdaptiveForm.of(law, ARM)
-    stored = np.arange(48.0).reshape(2, 24)
+    stored = np.arange(36.0).reshape(2, 18)
     law._theta = stored[1]
     shown = form.signals(stored)
     assert shown.keys() == law.signals.keys()
