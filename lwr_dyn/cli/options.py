@@ -154,6 +154,16 @@ def from_degrees(arm: Arm, values: tuple[float, ...], name: str) -> Array:
     return np.where(turning, np.radians(q), q)
 
 
+def given_elasticity(text: str | None) -> str | float | None:
+    """What `--elastic` asks for, as the option `elasticity` of `simulate`; raises `OptionError`."""
+    try:
+        if text in (None, "file") or 0.0 < number_of(str(text)) < float("inf"):
+            return text if text in (None, "file") else number_of(str(text))
+    except ValueError:
+        pass
+    raise OptionError("--elastic", repr(text), "a stiffness above 0 in N m/rad, or file")
+
+
 def print_json(record: Any) -> None:
     """One JSON object on stdout."""
     click.echo(json_text(record))

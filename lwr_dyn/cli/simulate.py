@@ -6,8 +6,7 @@ from typing import Any
 
 import click
 
-from lwr_dyn.arrays import number_of
-from lwr_dyn.cli.options import OneOf, load_robot, print_json, robot_options
+from lwr_dyn.cli.options import OneOf, given_elasticity, load_robot, print_json, robot_options
 from lwr_dyn.cli.row_options import OptionRule, refuse_unused, row_options
 from lwr_dyn.cli.run_report import run_record, run_text
 from lwr_dyn.control.controller_file import faults_in
@@ -25,7 +24,7 @@ from lwr_dyn.simulation.options import METHODS
 from lwr_dyn.simulation.plant import arm_with_payload, arm_with_scaled_inertia
 from lwr_dyn.simulation.sensors import Encoder
 from lwr_dyn.simulation.setup import ENCODERS, Setup, prepare
-from lwr_dyn.simulation.simulate import run_setup
+from lwr_dyn.simulation.simulate import LOOPS, run_setup
 from lwr_dyn.trajectory.references.tasks import REFERENCES
 
 
@@ -81,6 +80,7 @@ LOOP = [
     _option("--continuous", "The controller runs at every moment, not at samples."),
     _option("--method", "Method of integration.", OneOf(METHODS), METHODS[0]),
     _option("--substeps", "RK4 steps a sample.", int, 1),
+    _option("--loop", "compiled: the whole loop in generated code, without stops and stick.", OneOf(LOOPS.names)),
     _option("--engine", "Engine of the dynamics.", OneOf(ENGINES.names), "pinocchio"),
     _option("--out", "Run file to write, .npz.", str),
     _option("--csv", "File of columns to write, .csv; `lwr-dyn identify` reads it.", str),
@@ -170,20 +170,10 @@ def _setup(arm: Arm, robot: str, given: dict[str, Any]) -> Setup:
             arm, controller, reference, plant=plant, payload=payload, encoder=encoder, rate=given["rate"],
             method=given["method"], substeps=given["substeps"], continuous=given["continuous"], delay=given["delay"],
             elasticity=given_elasticity(given["elastic"]), encoders=given["encoders"], engine=engine,
-            seed=given["seed"], saturate=not given["no_saturation"], position_limits=not given["no_stops"],
-            allow_unphysical=given["allow_unphysical"], friction=friction,
+            loop=given["loop"], seed=given["seed"], saturate=not given["no_saturation"], friction=friction,
+            position_limits=not given["no_stops"], allow_unphysical=given["allow_unphysical"],
             meta={"task": getattr(reference, "about", {}).get("task", given["task"]), **_plant_note(given), **note},
         )  # fmt: skip
-
-
-def given_elasticity(text: str | None) -> str | float | None:
-    """What `--elastic` asks for, as the option `elasticity` of `simulate`; raises `OptionError`."""
-    try:
-        if text in (None, "file") or 0.0 < number_of(str(text)) < float("inf"):
-            return text if text in (None, "file") else number_of(str(text))
-    except ValueError:
-        pass
-    raise OptionError("--elastic", repr(text), "a stiffness above 0 in N m/rad, or file")
 
 
 def _plant_note(given: dict[str, Any]) -> dict[str, Any]:

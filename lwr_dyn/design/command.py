@@ -6,9 +6,8 @@ from collections.abc import Callable, Sequence
 import click
 import numpy as np
 
-from lwr_dyn.cli.options import OneOf, load_robot, print_json, robot_options
+from lwr_dyn.cli.options import OneOf, given_elasticity, load_robot, print_json, robot_options
 from lwr_dyn.cli.row_options import OptionRule, refuse_unused
-from lwr_dyn.cli.simulate import given_elasticity
 from lwr_dyn.control.gains import OMEGA_N, XI, Gains, second_order_gains
 from lwr_dyn.control.worst_case_inertia import InertiaMaximum, worst_case_inertias
 from lwr_dyn.design.certified import certificates, certified

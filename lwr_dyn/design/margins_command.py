@@ -9,9 +9,17 @@ import numpy as np
 from click.core import ParameterSource
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.cli.options import NUMBERS, OneOf, from_degrees, load_robot, print_json, robot_options
+from lwr_dyn.cli.options import (
+    NUMBERS,
+    OneOf,
+    from_degrees,
+    given_elasticity,
+    load_robot,
+    print_json,
+    robot_options,
+)
 from lwr_dyn.cli.row_options import OptionRule, refuse_unused, row_options
-from lwr_dyn.cli.simulate import CONTROLLER, given_elasticity
+from lwr_dyn.cli.simulate import CONTROLLER
 from lwr_dyn.control.controller_file import faults_in
 from lwr_dyn.control.controllers import CONTROLLERS, split_name
 from lwr_dyn.design.margin_pictures import picture_writer

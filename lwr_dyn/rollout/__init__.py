@@ -9,4 +9,8 @@ step               one sample as a straight line on the slots of a run; step_fig
 step_source        the driver over blocks of runs; kernel compiles, keeps and runs it
 task_of_runs       parameters -> what a kernel takes; bodies_of_runs inertial parameters and arms of runs
 figures            metrics from sums and extremes, or from a `Run`; flagged_runs those that `simulate` computes
+compiled_loop      `run_compiled`: one run with every sample, the loop "compiled" of `simulate`
+whole_source       its kernel as Python text
+whole_kernel       its kernel, compiled
+loop_limits        what it lacks, refused by name
 """

@@ -105,7 +105,7 @@ def rollout_source(plan: StepPlan, lanes: int) -> RolloutSource:
     """The source of a plan's kernel in blocks of `lanes` runs."""
     slots, names = plan.slots, ("body", "motion")
     n = plan.plant.n
-    parts = [_body(plan, step, name, lanes) for step, name in zip(steps(plan), names, strict=False)]
+    parts = [body_text(plan, step, name, lanes) for step, name in zip(steps(plan), names, strict=False)]
     calls = ["body(b)"] + [f"for _ in range({plan.substeps}):", "    motion(b)"] * (plan.substeps > 1)
     imports = ""
     if plan.noise == "philox":
@@ -135,7 +135,7 @@ def row_width(plan: StepPlan) -> int:
     return sum(widths[name] for name in SAMPLE[1:]) - (widths["chance"] if plan.noise == "philox" else 0)
 
 
-def _body(plan: StepPlan, step: Step, name: str, lanes: int) -> tuple[str, int, int]:
+def body_text(plan: StepPlan, step: Step, name: str, lanes: int) -> tuple[str, int, int]:
     """A step as a function of the block, its operations, and those with fused multiply-add."""
     slots = plan.slots
     code = straight_line_code(step.function, sincos("float64"), is_flagged=False)

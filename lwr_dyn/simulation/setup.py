@@ -65,6 +65,7 @@ class Setup:
     external: ExternalTorque | None = None
     elasticity: JointElasticity | None = None  # of the plant; None for rigid joints
     encoders: str = ENCODERS[0]  # the side of elastic joints that the controller's q and dq are of
+    loop: str | None = None  # the row of `LOOPS` that was asked for
     __repr__ = short_repr
 
     def sensor(self) -> Sensor:
@@ -91,7 +92,7 @@ class Setup:
                 "stiffness": self.elasticity.stiffness.tolist(), "damping": self.elasticity.damping.tolist(),
                 "source": self.elasticity.source, "encoders": self.encoders,
             },
-            "seed": self.options.seed, "versions": versions(), "note": dict(self.note),
+            "seed": self.options.seed, "loop": self.loop, "versions": versions(), "note": dict(self.note),
         }  # fmt: skip
 
     def __str__(self) -> str:
@@ -134,6 +135,7 @@ def prepare(
     allow_unphysical: bool = False,
     seed: int = 0,
     delay: int = 0,
+    loop: str | None = None,
     duration: float | None = None,
     q0: ArrayLike | None = None,
     dq0: ArrayLike | None = None,
@@ -169,5 +171,5 @@ def prepare(
         arm, simulated_plant, controller, reference, motion, start, options, encoder,
         engine if isinstance(engine, str) else getattr(engine, "name", type(engine).__name__),
         load, 0.0 if elastic else friction_rate(simulated_plant, start[0], options), dict(meta or {}),
-        external, elastic, encoders,
+        external, elastic, encoders, loop,
     )  # fmt: skip

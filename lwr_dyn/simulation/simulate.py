@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from lwr_dyn.control.protocol import Controller, reset
 from lwr_dyn.dynamics.protocol import Dynamics
+from lwr_dyn.errors import OptionError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.elasticity import JointElasticity
 from lwr_dyn.model.run import Reference, Run
@@ -28,6 +29,7 @@ LOOPS: Registry[Callable[[Setup, Progress | None], Run]] = Registry(
     {
         "rigid": Row("lwr_dyn.simulation.simulate:run_rigid", "sampled or continuous, rigid joints"),
         "elastic": Row("lwr_dyn.elastic.run:run_elastic", "sampled, elastic joints"),
+        "compiled": Row("lwr_dyn.rollout.compiled_loop:run_compiled", "one kernel, neither stops nor stick", "batch"),
     },
 )
 
@@ -57,6 +59,7 @@ def simulate(
     allow_unphysical: bool = False,
     seed: int = 0,
     delay: int = 0,
+    loop: str | None = None,
     duration: float | None = None,
     q0: ArrayLike | None = None,
     dq0: ArrayLike | None = None,
@@ -106,6 +109,8 @@ def simulate(
         Of the encoder's noise.
     delay : int
         Samples from a command of the controller to its torque; until it arrives, the first command acts.
+    loop : {"rigid", "elastic", "compiled"}, optional
+        As the joints are, if not given; "compiled" computes the whole loop in generated code, see `run_compiled`.
     duration : float, optional
         [s]; the reference's if not given.
     q0, dq0 : (n,) array_like, optional
@@ -134,7 +139,7 @@ def simulate(
         engine=engine, plant=plant, payload=payload, payload_com=payload_com, payload_inertia=payload_inertia,
         friction=friction, external=external, elasticity=elasticity, encoders=encoders, encoder=encoder,
         saturate=saturate, position_limits=position_limits, allow_unphysical=allow_unphysical, seed=seed, delay=delay,
-        duration=duration, q0=q0, dq0=dq0, meta=meta,
+        loop=loop, duration=duration, q0=q0, dq0=dq0, meta=meta,
     )  # fmt: skip
     with shown_progress("simulating", terminal=False) as report:
         return run_setup(setup, report if progress is None else progress)
@@ -154,8 +159,13 @@ def run_setup(setup: Setup, progress: Progress | None = None) -> Run:
     ------
     DivergenceError
         The motion cannot be followed; its `run` holds what was computed.
+    OptionError, UnknownNameError
+        A loop that does not fit the setup, or that does not exist.
     """
-    return LOOPS.load("rigid" if setup.elasticity is None else "elastic")(setup, progress)
+    usual = "rigid" if setup.elasticity is None else "elastic"
+    if {setup.loop, usual} == {"rigid", "elastic"}:
+        raise OptionError("loop", repr(setup.loop), f"{usual}, as the joints are, or compiled")
+    return LOOPS.load(setup.loop or usual)(setup, progress)
 
 
 def run_rigid(setup: Setup, progress: Progress | None = None) -> Run:
