@@ -71,12 +71,16 @@ def tick_marks(axis: Axis, kind: str, side: str, unit: str = "") -> str:
     """The ticks of an axis as texts at the "left" or "top" side of their places; `kind` is their class."""
     labels = list(axis.labels)
     labels[-1] += f" {unit}" if unit else ""
-    places = [float(axis.share(tick)) for tick in axis.ticks]
+    return marks([float(axis.share(tick)) for tick in axis.ticks], labels, kind, side)
+
+
+def marks(places: Sequence[float], labels: Sequence[str], kind: str, side: str) -> str:
+    """Texts at shares of an axis, from its left or from its lower end."""
     shares = places if side == "left" else [1.0 - place for place in places]
-    marks = "".join(
+    spans = "".join(
         f'<span style="{side}:{100 * at:.1f}%">{escape(text)}</span>' for at, text in zip(shares, labels, strict=True)
     )
-    return f'<div class="{kind}" aria-hidden="true">{marks}</div>'
+    return f'<div class="{kind}" aria-hidden="true">{spans}</div>'
 
 
 def _ends(panel: DrawnPanel) -> str:

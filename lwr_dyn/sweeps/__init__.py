@@ -31,4 +31,9 @@ gain_verdict         gains beside the given ones, on runs that the search has no
 summary              SweepSummary: what the runs of all controllers say
 summary_words        its numbers as texts, with intervals
 summary_tables       its tables for the terminal, its record for --json
+report_page          the report as one HTML file
+distribution_charts  histograms, and the shares of the worst runs
+influence_charts     tornado, Sobol indices, how far each parameter goes before a limit breaks
+parallel_lines       runs as lines over all parameters
+worst_runs           the worst runs with their parameters; their replay inside the page
 """

@@ -63,6 +63,12 @@ class Influence:
         return max(self.parts, key=lambda part: part.estimate.value)
 
     @property
+    def extent(self) -> float:
+        """From the least to the largest value of the parameter; 0 for a choice by name."""
+        low, high = self.parts[0].low, self.parts[-1].high
+        return 0.0 if isinstance(low, str) or isinstance(high, str) else high - low
+
+    @property
     def swing(self) -> float:
         """Largest less smallest quantile; inf where runs diverged in some parts only."""
         low, high = self.best.estimate.value, self.worst.estimate.value

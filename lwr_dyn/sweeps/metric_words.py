@@ -1,6 +1,6 @@
 """A metric of a run for people: its words, a unit that suits its size, and in which direction it is bad."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from math import inf
 
@@ -8,10 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lwr_dyn.arrays import Array
+from lwr_dyn.model.dh import JointKind
 from lwr_dyn.sweeps.metric_table import metric_row
 
-SHOWN = {"m": ("mm", 1e3), "rad or m": ("mrad or mm", 1e3)}
-"""Unit of the table -> the unit for people, and how many of it are one; others stay."""
+SHOWN = {"m": ("mm", 1e3), "rad": ("mrad", 1e3), "rad or m": ("mrad or mm", 1e3)}
+"""Unit -> the unit for people, and how many of it are one; others stay."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,8 +40,8 @@ class MetricWords:
         return np.asarray(self.badness(values) <= self.worse * bound)
 
 
-def metric_words(name: str, quantiles: Sequence[float] = ()) -> MetricWords:
-    """The words of a metric; `quantiles` over time are those of the study.
+def metric_words(name: str, quantiles: Sequence[float] = (), kinds: Collection[JointKind] = ()) -> MetricWords:
+    """The words of a metric; `quantiles` over time are those of the study, `kinds` the kinds of the arm's joints.
 
     Raises
     ------
@@ -52,6 +53,14 @@ def metric_words(name: str, quantiles: Sequence[float] = ()) -> MetricWords:
     ('mrad or mm', -1, [-0.2, inf])
     """
     row = metric_row(name, tuple(quantiles))
-    unit, factor = SHOWN.get(row.unit, (row.unit, 1.0))
+    units = row.unit.split(" or ")  # of a turning joint, of a sliding one
+    own = (
+        units[0]
+        if set(kinds) == {JointKind.REVOLUTE}
+        else units[-1]
+        if set(kinds) == {JointKind.PRISMATIC}
+        else row.unit
+    )
+    unit, factor = SHOWN.get(own, (own, 1.0))
     title = f"{row.words}, worst joint" if row.per_joint else row.words
     return MetricWords(name, title, unit, factor, -1 if row.at_least else 1)

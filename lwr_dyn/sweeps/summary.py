@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.errors import OptionError
+from lwr_dyn.model.arm import Arm
 from lwr_dyn.sweeps.controller_runs import ControllerRuns
 from lwr_dyn.sweeps.influence import Influence, columns, influences
 from lwr_dyn.sweeps.intervals import QuantileEstimate, ShareEstimate, quantile_of, share_of
@@ -33,10 +34,14 @@ Evaluate = Callable[[str, Mapping[str, NDArray[Any]]], Mapping[str, Array]]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MetricFigures:
-    """One metric of one controller. Quantiles and influences are of `badness`, a number a run (k,)."""
+    """One metric of one controller: `badness` of every run (k,), and what its `sample` (m,) says.
+
+    The sample are the runs that are drawn independently; quantiles, shares and influences are theirs.
+    """
 
     words: MetricWords
     badness: Array
+    sample: Array
     quantiles: tuple[QuantileEstimate, ...]
     influence: tuple[Influence, ...]
     bound: float | None = None
@@ -90,7 +95,10 @@ class SweepSummary:
 
 
 def summarise(
-    study: SweepStudy, controllers: Mapping[str, ControllerRuns], evaluate: Evaluate | None = None
+    study: SweepStudy,
+    controllers: Mapping[str, ControllerRuns],
+    evaluate: Evaluate | None = None,
+    arm: Arm | None = None,
 ) -> SweepSummary:
     """The figures of a study from its runs.
 
@@ -101,6 +109,8 @@ def summarise(
         Controller as typed -> its runs; those that are not computed yet are missing.
     evaluate : callable, optional
         Makes further runs, to find which parameter breaks a limit first; without it that is not said.
+    arm : Arm, optional
+        Of the study: its joints decide the units of their metrics.
 
     Raises
     ------
@@ -109,10 +119,11 @@ def summarise(
     UnknownNameError
         A limit on a metric that is not there.
     """
-    limits = {metric_words(name, study.quantiles): bound for name, bound in study.limits.items()}
+    kinds = () if arm is None else [joint.kind for joint in arm.joints()]
+    limits = {metric_words(name, study.quantiles, kinds): bound for name, bound in study.limits.items()}
     focus = tuple(limits)
     if not any(words.name.startswith("tip_") for words in focus):
-        focus = (metric_words(PLAIN_METRIC), *focus)
+        focus = (metric_words(PLAIN_METRIC, study.quantiles), *focus)
     made = {}
     for name, runs in controllers.items():
         if not runs.count:
@@ -171,10 +182,10 @@ def _figures(
         sample = badness[chosen]
         quantiles = tuple(quantile_of(sample, share) for share in SHARES) if sample.size else ()
         rows = {name: column[chosen] for name, column in drawn.items()}
-        found[words.name] = MetricFigures(
-            words, badness, quantiles, influences(sample, rows, TORNADO) if sample.size else (), limits.get(words),
-            _share(inside[words][chosen]) if words in limits else None, _indices(study, runs, words, badness),
-        )  # fmt: skip
+        moved = influences(sample, rows, TORNADO) if sample.size else ()
+        within = _share(inside[words][chosen]) if words in limits else None
+        indices = _indices(study, runs, words, badness)
+        found[words.name] = MetricFigures(words, badness, sample, quantiles, moved, limits.get(words), within, indices)
     first = found[min(focus, key=_order).name]
     order = np.lexsort((runs.run, -first.badness))
     events = {"simulated": runs.simulated, **{flag: runs.flags == flag for flag in np.unique(runs.flags) if flag}}

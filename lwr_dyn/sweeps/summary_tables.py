@@ -1,6 +1,7 @@
 """A summary as tables for the terminal, and as a record for `--json`."""
 
 from collections.abc import Iterator
+from math import floor, log10
 from typing import Any
 
 from lwr_dyn.sweeps.influence import Influence
@@ -48,7 +49,7 @@ def quantile_table(summary: SweepSummary, words: MetricWords) -> Table:
     heads = [_quantile_head(found, words) for found in first.quantiles]
     limit = f"{_bound(words, first)} kept" if first.within is not None else ""
     rows = [
-        (name, str(one.badness.size), *([share_text(one.within, summary.is_sample)] if one.within is not None else []),
+        (name, str(one.sample.size), *([share_text(one.within, summary.is_sample)] if one.within is not None else []),
          *(quantile_text(words, found, summary.is_sample) for found in one.quantiles))
         for name, one in figures.items()
     ]  # fmt: skip
@@ -93,20 +94,21 @@ def influence_table(summary: SweepSummary) -> Table:
 
 def _parts(words: MetricWords, one: Influence) -> Iterator[str]:
     for part in (one.best, one.worst):
-        yield part_words(part.low, part.high)
+        yield part_words(part.low, part.high, one.extent)
         yield value_text(words, part.estimate.value)
     yield "yes" if one.is_clear else "no"
     rho = one.correlation
     yield "" if rho is None else f"{words.worse * rho.value:+.2f}"
 
 
-def part_words(low: float | str, high: float | str) -> str:
-    """The values of a part.
+def part_words(low: float | str, high: float | str, whole: float = 0.0) -> str:
+    """The values of a part, rounded to a thousandth of the `whole` range of the parameter.
 
-    >>> part_words(0.0, 1.4), part_words(2.0, 2.0), part_words("printed", "printed")
+    >>> part_words(0.0001, 1.4, 7.0), part_words(2.0, 2.0), part_words("printed", "printed")
     ('0 to 1.4', '2', 'printed')
     """
-    ends = [end if isinstance(end, str) else f"{end:.3g}" for end in (low, high)]
+    digits = 2 - floor(log10(whole)) if whole > 0.0 else 12
+    ends = [end if isinstance(end, str) else f"{round(end, digits) + 0.0:.4g}" for end in (low, high)]
     return ends[0] if low == high else " to ".join(ends)
 
 

@@ -11,7 +11,7 @@ from lwr_dyn.sweeps.intervals import quantile_of, share_of
 from lwr_dyn.sweeps.summary import sample_rows, spans, summarise
 from lwr_dyn.sweeps.summary_tables import event_table, outward_table, quantile_table, summary_record, summary_text
 from lwr_dyn.sweeps.summary_words import percent
-from tests.sweeps.made_up import CONTROLLERS, evaluate, metrics_of, runs_of, study, varied
+from tests.sweeps.made_up import CONTROLLERS, evaluate, metrics_of, runs_of, study, varied, without_divergence
 
 MADE = study(4000)
 RUNS = runs_of(MADE)
@@ -38,7 +38,7 @@ def test_a_lower_bound_is_judged_from_below(summary):
     margin = RUNS[CONTROLLERS[1]].metrics["limit_margin"].min(axis=1)
     found = one.words.shown(one.quantiles[1].value)
     assert np.mean(1e3 * margin >= found) == pytest.approx(0.95, abs=1e-3)
-    assert one.quantiles[1].value == pytest.approx(-np.sort(margin)[200], abs=1e-12)
+    assert one.quantiles[1].value == -np.sort(np.nan_to_num(margin, nan=-np.inf))[200]
 
 
 def test_the_worst_runs_are_the_worst(summary):
@@ -87,7 +87,7 @@ def test_a_saltelli_design_has_indices_and_its_quantiles_rest_on_two_rows_of_eac
 
 
 def test_a_study_that_is_not_finished_keeps_its_groups():
-    made = study(8 * 64, "saltelli")
+    made = without_divergence(study(8 * 64, "saltelli"))
     parts = runs_of(made)[CONTROLLERS[0]], runs_of(made, 0, 8 * 40 + 3)[CONTROLLERS[0]]
     whole, part = (summarise(made, {CONTROLLERS[0]: one}).controllers[CONTROLLERS[0]] for one in parts)
     assert part.metrics["limit_margin"].indices.groups == 32
