@@ -14,6 +14,7 @@ from gallery import first_picture, gallery_text
 from reports import reports_text
 from sphinx.application import Sphinx
 from sphinx.environment import BuildEnvironment
+from study_parts import metrics_text, paths_text, study_text
 
 from lwr_dyn.papers.catalog import template
 
@@ -34,7 +35,10 @@ PARTS = {
     "errors": errors_text,
     "first-picture": first_picture,
     "gallery": gallery_text,
+    "metrics": metrics_text,
+    "paths": paths_text,
     "reports": reports_text,
+    "study": study_text,
     "template": template_text,
 }
 """Name -> function of the project's root that gives Markdown."""

@@ -15,7 +15,15 @@ from lwr_dyn.papers.catalog import readings
 from lwr_dyn.registry import Option, options_of
 from lwr_dyn.sweeps.distributions import VariedParameter
 from lwr_dyn.sweeps.study_file import SweepStudy
-from lwr_dyn.sweeps.study_setup import MOST_REFERENCES, field_of, is_task, option_name, spec_of_study, try_controller
+from lwr_dyn.sweeps.study_setup import (
+    MOST_REFERENCES,
+    arm_of_study,
+    field_of,
+    is_task,
+    option_name,
+    spec_of_study,
+    try_controller,
+)
 from lwr_dyn.trajectory.references.tasks import REFERENCES
 
 SEPARATE = "each in one place"
@@ -46,6 +54,13 @@ class ParameterCheck:
                 raise self.refuse(
                     f"no reading named {name!r}{did_you_mean(str(name), known)}", ", ".join(known), "values"
                 )
+
+        for name in map(str, self.one.values):
+            with field_of(self.file, f"{self.field}.values"):
+                other = arm_of_study(self.study, name)
+            if not same_frames(self.arm, other):
+                found = f"{name}, with other frames of the links than {self.arm.reading}"
+                raise self.refuse(found, "readings that differ in masses, rotors or limits alone", "values")
 
     def armature(self) -> None:
         """Rotors that the arm gives."""
@@ -121,6 +136,16 @@ CHECKS: dict[str, Callable[[ParameterCheck], None]] = {
     "controller": ParameterCheck.of_controller,
 }
 """Start of a path -> its check."""
+
+
+def same_frames(one: Arm, other: Arm) -> bool:
+    """Whether two arms have the same joints at the same places, to rounding, and the same gravity."""
+    if [link.kind for link in one.chain.links] != [link.kind for link in other.chain.links]:
+        return False
+    poses = [[p.matrix() for link in a.chain.links for p in (link.before, link.after)] for a in (one, other)]
+    ends = [[a.chain.flange.matrix()] for a in (one, other)]
+    same = np.allclose(poses[0] + ends[0], poses[1] + ends[1], rtol=0.0, atol=1e-12)
+    return bool(same and np.array_equal(one.chain.gravity, other.chain.gravity))
 
 
 def check_parameters(study: SweepStudy, arm: Arm, file: str) -> None:

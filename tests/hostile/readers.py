@@ -152,6 +152,53 @@ def tool(folder: Path, rng: random.Random) -> bool:
     return True
 
 
+STUDY = """robot = "lwr4plus"
+reading = "physical"
+controllers = ["inverse-dynamics", "robust:omega_n=20"]
+[task]
+name = "hold"
+from-deg = [0, 30, 0, -60, 0, 30, 0]
+[loop]
+rate = 500
+cutoff_hz = 100
+[sampling]
+method = "random"
+runs = 64
+chunk = 16
+[metrics]
+quantiles = [0.95]
+[limits]
+tip_q95 = 1e-3
+[[parameter]]
+path = "arm.com"
+mean = 0
+deviation = 0.003
+high = 0.01
+[[parameter]]
+path = "payload.mass"
+low = 0
+high = 7
+[[parameter]]
+path = "task.duration"
+values = [0.5, 1]
+[[parameter]]
+path = "limits.torque.all"
+low = 0.8
+high = 1
+count = 3
+"""
+
+
+def study(folder: Path, rng: random.Random) -> bool:
+    """A study of many runs, and the values of its first and last run."""
+    from lwr_dyn.sweeps.read_study import read_study
+
+    read = read_study(written(folder, "x.toml", changed(STUDY, rng)))
+    for first in {0, read.count - 1}:
+        assert all(len(values) == 1 for values in read.values(first, first + 1).values())
+    return True
+
+
 COMMANDS = (
     ("list",), ("list", "--json"), ("fk", "lwr4plus", "--q-deg", "0,10,0,-20,0,30,0"), ("krl", "write", "x.toml"),
     ("fk", "lwr4", "--q", "0,0,0,0,0,0,0"), ("fk", "x.urdf", "--q", "0.1,0.2", "--json"), ("fk", "--help"),
@@ -199,7 +246,8 @@ def _command(*words: str) -> int:
 READERS: dict[str, Reader] = {
     "robot TOML": robot_file, "URDF": urdf, "URDF judged": urdf_judged, "xacro": xacro, "CSV log": log_csv,
     "CSV motion": motion_csv, "Parquet log": log_parquet, "run npz": run_file, "KRL and --set": krl,
-    "lint sheet": sheet, "evidence": evidence, "tool and mount": tool, "command line": command_line,
+    "lint sheet": sheet, "evidence": evidence, "tool and mount": tool, "study": study,
+    "command line": command_line,
 }  # fmt: skip
 
 

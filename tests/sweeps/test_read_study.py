@@ -334,7 +334,9 @@ def test_joints_without_limits_and_rotors_are_named(read):
     text = HEAD.replace("lwr4plus", "kr30ha").replace('reading = "physical"', "").partition("from-deg")[0] + pose
     for path, words in (
         ("limits.torque", "limits.torque, and A1 of kr30ha has no torque limit; allowed: joints with one"),
+        ("reading", "printed, with other frames of the links than kuka; allowed: readings that differ in"),
         ("arm.armature", "arm.armature, and kr30ha gives no rotors; allowed: an arm with rotors"),
     ):
+        values = '["kuka", "printed"]' if path == "reading" else "[1, 2]"
         with pytest.raises(PaperError, match=words):
-            read(text + f'[[parameter]]\npath = "{path}"\nvalues = [1, 2]\n')
+            read(text + f'[[parameter]]\npath = "{path}"\nvalues = {values}\n')

@@ -32,6 +32,11 @@ def test_the_seed_decides(method):
     assert (all_points(method) != all_points(method, seed=4)).mean() > 0.9
 
 
+@pytest.mark.parametrize("method", ["sobol", "random", "latin-hypercube", "grid"])
+def test_no_point_comes_twice(method):
+    assert len(np.unique(all_points(method), axis=0)) == RUNS
+
+
 @pytest.mark.parametrize(("method", "error"), [("sobol", 2e-3), ("latin-hypercube", 5e-4), ("random", 4e-2)])
 def test_means_are_those_of_the_cube(method, error):
     np.testing.assert_allclose(all_points(method).mean(axis=0), 0.5, atol=error)

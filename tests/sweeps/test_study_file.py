@@ -46,6 +46,13 @@ def test_values_follow_the_distributions(study):
     assert set(values["reading"]) == {"printed", "physical"}
 
 
+def test_each_number_is_drawn_by_itself(study):
+    values = study.values(0, 1500)
+    columns = [values["payload.mass"], *values["arm.com"].T, values["loop.delay"], values["reading"] == "printed"]
+    correlations = np.corrcoef(np.array(columns, dtype=float)) - np.eye(len(columns))
+    assert np.abs(correlations).max() < 0.1
+
+
 def test_a_normal_distribution_without_ends_is_normal():
     free = VariedParameter("arm.mass", "normal", ("arm.mass",), mean=1.0, deviation=0.1)
     shares = np.array([0.0, 0.15865525393145707, 0.5, 0.9772498680518208])
