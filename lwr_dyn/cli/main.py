@@ -49,6 +49,7 @@ COMMANDS: Registry[click.Command] = Registry(
         "replay": Row("lwr_dyn.cli.replay:command", "Show runs in the browser: one file without network, or live."),
         "simulate": Row("lwr_dyn.cli.simulate:command", "A task under a controller: run file, metrics, audit."),
         "compare": Row("lwr_dyn.comparison.command:command", "Runs side by side: controllers x plants, or run files."),
+        "sweep": Row("lwr_dyn.sweeps.command:command", "A study of many runs, its cost stated ahead.", extra="sweeps"),
         "identify": Row(
             "lwr_dyn.identification.command:command",
             "Friction, or friction and inertia, from logs of an arm that moved.",

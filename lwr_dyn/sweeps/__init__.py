@@ -12,6 +12,11 @@ parameter_paths      what can be varied, by path: unit, words, bounds, how many 
 distributions        VariedParameter: a path and how its values are distributed
 sampling             the points of the unit cube: grid, Sobol, Latin hypercube, random, Saltelli
 metric_table         the metrics of a run by name: unit, words, which side is bad
+command              `lwr-dyn sweep`
+sweep                sweep: every chunk that is missing, made and written
+workshop             SweepWorkshop: a study in one thread, its runs in rows
+simulated_rows       runs of a controller without a kernel form, by `simulate`
+cost                 what a sweep will cost, measured on its first runs
 manifest             what made results: study, kernels, versions; results of two makers are never mixed
 sweep_folder         the folder of a sweep: files written whole or not at all, one writer, what a kill left is cleared
 chunk_file           the runs of a chunk as a Parquet file

@@ -116,6 +116,17 @@ class SweepFolder:
                     left.unlink()
 
 
+def manifest_in(folder: Path) -> SweepManifest | None:
+    """The manifest in a folder, None in an empty one; raises `FileAccessError` for a folder with other files only."""
+    if (folder / MANIFEST).exists():
+        return SweepManifest.read(str(folder / MANIFEST), read_text(folder / MANIFEST, "a manifest of a sweep"))
+    names = sorted(path.name for path in folder.iterdir())
+    others = [name for name in names if name != STUDY and not name.endswith(_UNFINISHED)]
+    if others:
+        raise FileAccessError(str(folder), f"holds {others[0]} and no sweep", "an empty folder or a new one")
+    return None
+
+
 def write_whole(path: Path, data: bytes) -> None:
     """Write a file, forced to the disk before it gets its name; raises `FileAccessError` and leaves nothing."""
     temporary = path.with_name(f".{path.name}.{os.getpid()}{_UNFINISHED}")

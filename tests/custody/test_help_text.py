@@ -24,7 +24,7 @@ from tests.identification.conftest import START, _fourier
 from tests.identification.simulated import ideal_cruise
 from tests.krl.test_command import TASK
 
-SLOW = {"sensitivity", "reproduce"}
+SLOW = {"sensitivity", "reproduce", "sweep"}
 """Half a minute and more; tests of their packages run them."""
 
 
