@@ -14,6 +14,7 @@ from lwr_dyn.errors import OptionError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Motion, Reference
 from lwr_dyn.rollout.known_reference import known_reference, reference_rows
+from lwr_dyn.rollout.philox import MOST_SEED
 from lwr_dyn.rollout.smooth_friction import check_friction, friction_table
 from lwr_dyn.rollout.step import MOST_DELAY
 from lwr_dyn.simulation.arm_friction import SMOOTH_SPEED
@@ -93,6 +94,8 @@ def loop_setup(
     _check_friction(simulated, friction, friction_width)
     if not (isinstance(delay, int) and 0 <= delay <= MOST_DELAY):
         raise OptionError("delay", delay, f"a whole number from 0 to {MOST_DELAY}")
+    if encoder is not None and type(encoder).sensor is not Encoder.sensor:
+        raise OptionError("encoder", f"{type(encoder).__name__}, with a sensor of its own", "an Encoder")
     long = max(float(each.duration) for each in references) if duration is None else duration
     setups = [
         prepare(
@@ -101,6 +104,8 @@ def loop_setup(
         )
         for each in known
     ]  # fmt: skip
+    if seed > MOST_SEED:
+        raise OptionError("seed", seed, "a whole number below 2^64")
     return LoopSetup(
         arm, simulated, controller, references, tuple(setup.motion for setup in setups), rate, substeps,
         "smooth" if friction == "smooth" else "none", friction_width, saturate, position_limits, delay, encoder, seed,
