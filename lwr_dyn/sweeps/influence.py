@@ -2,7 +2,8 @@
 
 Two measures, from the same runs: a quantile of the metric among the runs of each fifth of a parameter, lowest to
 highest (of each level where there are few), and Spearman's rank correlation. The first is in the unit of the metric and
-sees what rises at both ends; the second says the direction.
+sees what rises at both ends; the second says the direction. The largest of many quantiles differ by chance too, so the
+test of Kruskal and Wallis says beside them whether the runs of the parts differ at all.
 """
 
 from collections.abc import Mapping, Sequence
@@ -12,7 +13,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import norm, rankdata
+from scipy.stats import kruskal, norm, rankdata
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.errors import ShapeError
@@ -45,10 +46,15 @@ class RankCorrelation:
 
 @dataclass(frozen=True, slots=True)
 class Influence:
-    """Of one parameter on one metric; `parts` from the lowest values of the parameter to the highest."""
+    """Of one parameter on one metric; `parts` from the lowest values of the parameter to the highest.
+
+    `chance` is the probability that parts without any effect differ so much somewhere among all parameters: that of
+    Kruskal and Wallis, times the number of parameters (Bonferroni), at most 1.
+    """
 
     path: str
     parts: tuple[PartQuantile, ...]
+    chance: float
     correlation: RankCorrelation | None
     """None where the parameter is chosen by name."""
 
@@ -76,8 +82,8 @@ class Influence:
 
     @property
     def is_clear(self) -> bool:
-        """Whether the intervals of the largest and of the smallest quantile do not meet."""
-        return self.worst.estimate.low > self.best.estimate.high
+        """Whether its parts differ by more than chance."""
+        return self.chance < 1.0 - LEVEL
 
 
 def influences(
@@ -93,8 +99,8 @@ def influences(
     ShapeError
         A parameter with another number of runs.
     """
-    found = []
-    for path, column in columns(values).items():
+    found, drawn = [], columns(values)
+    for path, column in drawn.items():
         if column.shape != metric.shape:
             raise ShapeError(path, f"shape {column.shape}", f"{metric.shape}, one value a run")
         cut = [rows for rows in parts_of(column) if rows.size]
@@ -102,8 +108,16 @@ def influences(
             continue
         parts = tuple(_part(column[rows], metric[rows], share, level) for rows in cut)
         correlation = None if is_by_name(column) else rank_correlation(column, metric, level)
-        found.append(Influence(path, parts, correlation))
+        found.append(Influence(path, parts, _chance([metric[rows] for rows in cut], len(drawn)), correlation))
     return tuple(sorted(found, key=lambda one: (-one.is_clear, -one.swing)))
+
+
+def _chance(parts: Sequence[Array], tried: int) -> float:
+    whole = np.concatenate(parts)
+    if whole.min() == whole.max():
+        return 1.0
+    ranks = np.split(rankdata(whole), np.cumsum([part.size for part in parts])[:-1])  # a run that diverged has the last
+    return min(1.0, tried * float(kruskal(*ranks).pvalue))
 
 
 def _part(column: NDArray[Any], metric: Array, share: float, level: float) -> PartQuantile:

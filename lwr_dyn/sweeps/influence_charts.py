@@ -55,7 +55,7 @@ def _bar(each: Influence, one: MetricFigures, axis: Axis, unit: str) -> str:
     a, b = _places(one, axis, _low(each), _high(each))
     c, d = _places(one, axis, each.worst.estimate.low, each.worst.estimate.high)
     rho = "" if each.correlation is None else f"; rank correlation {words.worse * each.correlation.value:+.2f}"
-    clear = "" if each.is_clear else "; not clear, the intervals meet"
+    clear = "" if each.is_clear else "; could be chance"
     parts = [
         f"{value_text(words, part.estimate.value)} at {part_words(part.low, part.high, each.extent)} {unit}".rstrip()
         for part in (each.best, each.worst)

@@ -5,6 +5,7 @@ quantile of theirs varies less as a rule, so that the same interval is then a ca
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 from math import ceil, inf, log
 
 import numpy as np
@@ -95,14 +96,21 @@ def quantile_of(values: ArrayLike, share: float, level: float = LEVEL) -> Quanti
     for name, number in (("share", share), ("level", level)):
         if not 0.0 < number < 1.0:
             raise OptionError(name, number, "between 0 and 1")
-    n, half = ordered.size, 0.5 * (1.0 - level)
-    lower = int(binom.ppf(half, n, share))  # the least k with P(X <= k) >= half, so that P(X < k) < half
-    upper = int(binom.ppf(1.0 - half, n, share)) + 1  # P(X >= upper) <= half
+    n = ordered.size
+    lower, upper = interval_ranks(n, share, level)
     value = float(ordered[min(max(ceil(n * share * (1.0 - 1e-15)), 1), n) - 1])
     low = float(ordered[lower - 1]) if lower >= 1 else -inf
     high = float(ordered[upper - 1]) if upper <= n else inf
     beyond = int(n - np.searchsorted(ordered, value, side="right"))
     return QuantileEstimate(share, value, low, high, n, beyond, runs_needed(share, level), level)
+
+
+@lru_cache(maxsize=1024)
+def interval_ranks(n: int, share: float, level: float) -> tuple[int, int]:
+    """The ranks l and u (from 1) of `quantile_of`; l = 0 and u = n + 1 are not among n runs."""
+    half = 0.5 * (1.0 - level)
+    lower = int(binom.ppf(half, n, share))  # the least k with P(X <= k) >= half, so that P(X < k) < half
+    return lower, int(binom.ppf(1.0 - half, n, share)) + 1  # P(X >= upper) <= half
 
 
 def runs_needed(share: float, level: float = LEVEL) -> int:

@@ -130,8 +130,8 @@ def outward_search(spans: Sequence[Span], limits: Mapping[MetricWords, float], e
 def _line(span: Span, end: float, shares: Array, broken: Mapping[str, NDArray[np.bool_]]) -> FirstBreak:
     at = _index(broken)
     metric = next(name for name, rows in broken.items() if rows[at])
-    share = float(shares[at])
-    last = float(span.at(share, end))
+    last = float(span.at(shares[at], end))
+    share = (last - float(span.nominal)) / (end - float(span.nominal))
     return FirstBreak(span.path, end, share, span.before(last, end, STEPS**-2.0), last, metric)
 
 

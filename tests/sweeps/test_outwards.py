@@ -37,7 +37,7 @@ def test_a_margin_breaks_downwards_and_at_its_worst_joint():
     found = outward_search(SPANS, {MARGIN: 0.0}, evaluate)
     (broken,) = [line for line in found.lines if line.share is not None]
     assert (broken.path, broken.metric) == ("loop.delay", "limit_margin")
-    assert (broken.kept, broken.broken) == (3.0, 4.0)  # a delay is a whole number of samples
+    assert (broken.kept, broken.broken, broken.share) == (3.0, 4.0, 1.0)  # a delay is a whole number of samples
 
 
 def test_what_is_broken_at_the_nominal_values_is_said_and_nothing_searched():
