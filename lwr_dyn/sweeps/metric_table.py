@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 from lwr_dyn.errors import UnknownNameError
-from lwr_dyn.rollout.figures import quantile_name
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,9 +42,18 @@ def metric_row(name: str, quantiles: tuple[float, ...] = ()) -> MetricRow:
     >>> metric_row("tip_rms").unit
     'm'
     """
-    shares = {quantile_name(share): share for share in quantiles}
+    shares = _names(quantiles)
     if name in shares:
         return MetricRow("m", f"error of the tip, {100 * shares[name]:g} % quantile over time")
     if name not in METRICS:
         raise UnknownNameError("metric", name, (*METRICS, *(shares or ("tip_q95 with quantiles = [0.95]",))))
     return METRICS[name]
+
+
+def _names(quantiles: tuple[float, ...]) -> dict[str, float]:
+    """Metric -> share of time; the rollouts, which name them, are imported where there is one."""
+    if not quantiles:
+        return {}
+    from lwr_dyn.rollout.figures import quantile_name
+
+    return {quantile_name(share): share for share in quantiles}

@@ -14,6 +14,7 @@ from lwr_dyn.papers.fields import Fields, parse_toml
 from lwr_dyn.simulation.options import SimulationOptions
 from lwr_dyn.simulation.sensors import Encoder
 from lwr_dyn.sweeps.metric_table import metric_row
+from lwr_dyn.sweeps.nominal_values import with_nominal_values
 from lwr_dyn.sweeps.parameter_checks import check_parameters
 from lwr_dyn.sweeps.parameter_fields import read_parameter, refuse_overlaps
 from lwr_dyn.sweeps.sampling import METHODS, grid_runs
@@ -66,6 +67,7 @@ def study_of_text(text: str, path: Path) -> SweepStudy:
     study = replace(study, sources=sources)
     _try_controllers(study, file)
     check_parameters(study, arm, file)
+    study = with_nominal_values(study, arm)
     lacking = missing_option(task, {option_name(one.path) for one in parameters if is_task(one.path)})
     if lacking is not None:
         raise PaperError(file, f"task.{lacking}", "missing", f"a value, which the task {task.name} needs")

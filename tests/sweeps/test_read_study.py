@@ -110,6 +110,24 @@ def test_assumed_friction_is_in_the_model(read):
     assert study.loop["friction"] == "smooth"
 
 
+def test_nominal_values_are_those_of_the_model(read):
+    free = HEAD.replace(":omega_n=20", "").replace("duration = 0.5\n", "")
+    paths = (
+        "friction.coulomb.all",
+        "friction.viscous.1",
+        "controller.omega_n",
+        "task.duration",
+        "loop.delay",
+        "arm.mass.2",
+    )
+    tables = "".join(f'[[parameter]]\npath = "{path}"\nvalues = [1, 2]\n' for path in paths)
+    assert [one.nominal for one in read(free + tables).parameters] == [0.0, 0.0, 50.0, 2.0, 0.0, 1.0]
+    assumed = read("assumed_friction = 0.02\n" + free + tables)
+    assert [one.nominal for one in assumed.parameters[:2]] == [0.02, 0.0]
+    wam = free.replace("lwr4plus", "wam7").replace('reading = "physical"', "").replace("-60", "60")
+    assert [one.nominal for one in read(wam + tables).parameters[:2]] == [None, None]
+
+
 def parameter(path, rest):
     return f'{HEAD}[[parameter]]\npath = "{path}"\n{rest}\n'
 
