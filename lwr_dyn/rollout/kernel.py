@@ -96,8 +96,9 @@ class RolloutKernel:
                 last = min(first + BLOCK, runs)
                 self._block(task, out, desk, trace, first, last)
                 if task.quantiles:
-                    errors = np.sqrt(trace[: last - first])
-                    out.quantiles[first:last] = np.quantile(errors, task.quantiles, axis=1).T
+                    with np.errstate(invalid="ignore"):  # of runs that are not finite
+                        errors = np.sqrt(trace[: last - first])
+                        out.quantiles[first:last] = np.quantile(errors, task.quantiles, axis=1).T
 
         if threads == 1 or len(left) == 1:
             work()

@@ -15,16 +15,17 @@ WHOLE = ("command", "applied", "friction_torque", "friction_work")
 """What a log of every sample needs beside the state at it: torques there, and the work of friction until the next."""
 OF_JOINTS = (
     "q", "dq", "position_squares", "position_worst", "torque_worst", "command_worst", "torque_squares", "speed_worst",
-    "saturated", "margin", "command", "applied", "friction_torque", "armature", "effort", "lower", "upper",
+    "saturated", "margin", "command", "applied", "friction_torque", "armature", "effort", "rating", "lower", "upper",
 )  # fmt: skip
 """Those with a number a joint."""
 CONSTANTS = (
-    "plant", "armature", "effort", "lower", "upper", "friction", "model", "resolution", "noise", "delay", "tolerance",
-    "last", "nothing",
+    "plant", "armature", "effort", "rating", "lower", "upper", "friction", "model", "resolution", "noise", "delay",
+    "tolerance", "last", "nothing",
 )  # fmt: skip
-"""Of a run: kept parameters of plant and model, limits, friction, encoder, delay, tip error^2, last sample, 0.
+"""Of a run: kept parameters of plant and model, limits, friction, encoder, delay, tip error^2, last sample.
 
-`nothing` is a 0 that no compiler knows: 0 x is NaN where x is not finite."""
+Commands are cut at `effort`, and judged by `rating`, which is the same where torques saturate. `nothing` is a 0 that no
+compiler knows: 0 x is NaN where x is not finite."""
 SAMPLE = ("sample", "reference", "tip", "chance")
 """Of a sample: its number, q_ref, dq_ref, ddq_ref, the tip's place, uniform numbers or noise."""
 GAIN = "gain "

@@ -22,7 +22,7 @@ from lwr_dyn.rollout.step_figures import figures
 from lwr_dyn.rollout.symbolic_model import KeptParameters, SymbolicModel
 from lwr_dyn.rollout.symbolic_plant import SymbolicPlant
 
-GENERATOR = 1
+GENERATOR = 2
 """Version of the step and its driver: raised when they compute otherwise, so that cached kernels are not used."""
 MOST_DELAY = 8
 """[samples] Longest delay of a kernel that has one."""
@@ -76,7 +76,7 @@ class StepPlan:
         arms = [KernelSpec("", arm.chain, None).digest("rollout") for arm in (self.arm, self.plant)]
         text = [
             f"rollout generator {GENERATOR}", *arms, self.form.name, self.form.digest,
-            repr(dict(self.form.parameters)), repr(self.form.memory),
+            repr(dict(self.slots.widths)),
             *(repr(getattr(self, name)) for name in _PLAIN),
         ]  # fmt: skip
         return hashlib.sha256("\n".join(text).encode()).hexdigest()

@@ -23,7 +23,7 @@ def figures(x: Mapping[str, Any], tip: Vector, command: Any, applied: Any) -> di
     away = casadi.vertcat(tip.x, tip.y, tip.z) - x["tip"]
     square = casadi.dot(away, away)
     margin = casadi.fmin(q - x["lower"], x["upper"] - q)
-    cut = casadi.fabs(command) > x["effort"]
+    cut = casadi.fabs(command) > x["rating"]
     moves = x["sample"] < x["last"]  # the last sample has no duration
     late = casadi.if_else(square > x["tolerance"], x["sample"], 1e300)
     return {

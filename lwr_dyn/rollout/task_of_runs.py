@@ -43,10 +43,10 @@ def common_row(setup: LoopSetup, plan: StepPlan, slots: Slots, tolerance: float 
     """The numbers of a run without parameters of its own, (slots,)."""
     plant, form, motion = setup.plant, plan.form, setup.motions[0]
     encoder = setup.encoder or DEFAULT_ENCODER
-    effort = plant.effort if setup.saturate else np.full(plant.n, np.inf)
     values = {
         **STARTS, "q": motion.q[0], "dq": motion.dq[0], "memory": form.start(), "armature": armature_of(plant.chain),
-        "effort": finite_limits(effort), "lower": plant.lower, "upper": plant.upper,
+        "effort": _cut(setup, plant.effort), "rating": finite_limits(plant.effort), "lower": plant.lower,
+        "upper": plant.upper,
         "tolerance": np.inf if tolerance is None else tolerance**2, "last": setup.samples - 1.0,
         "delay": float(setup.delay), "resolution": encoder.resolution, "noise": encoder.noise,
         **{GAIN + name: value for name, value in form.values().items()},
@@ -61,6 +61,11 @@ def common_row(setup: LoopSetup, plan: StepPlan, slots: Slots, tolerance: float 
     return row
 
 
+def _cut(setup: LoopSetup, effort: Array) -> Array:
+    """The torques at which commands are cut."""
+    return finite_limits(effort if setup.saturate else np.full_like(effort, np.inf))
+
+
 def task_of(
     setup: LoopSetup, plan: StepPlan, kernel: RolloutKernel, given: Mapping[str, Array], runs: int,
     tolerance: float | None, quantiles: tuple[float, ...], stride: int, first_run: int,
@@ -73,10 +78,8 @@ def task_of(
         columns |= {"q": starts[:, 0], "dq": starts[:, 1]}
     columns |= {slot: given[name] for name, slot in DIRECT.items() if name in given}
     columns |= {GAIN + name: given[name] for name in plan.form.parameters if name in given}
-    if "effort" in columns:
-        columns["effort"] = finite_limits(
-            columns["effort"] if setup.saturate else np.full((runs, plan.plant.n), np.inf)
-        )
+    if "effort" in given:
+        columns |= {"effort": _cut(setup, given["effort"]), "rating": finite_limits(given["effort"])}
     for slot, varies, arm, prefix in (
         ("plant", plan.varies_plant, setup.plant, ""), ("model", plan.varies_model, setup.arm, "model_")
     ):  # fmt: skip

@@ -57,6 +57,7 @@ def test_parameters_that_cannot_be_are_refused(given, error, words):
         ({"threads": 0}, "from 1"),
         ({"first_run": -1}, "from 0"),
         ({"seed": -1}, "from 0"),
+        ({"seed": 2**64}, "below 2"),
     ],
 )
 def test_options_that_cannot_be_are_refused(options, words):
