@@ -15,6 +15,7 @@ sampling             the points of the unit cube: grid, Sobol, Latin hypercube, 
 metric_table         the metrics of a run by name: unit, words, which side is bad
 command              `lwr-dyn sweep`
 sweep                sweep: every chunk that is missing, made and written
+finished             figures, page and worst runs of a sweep
 workshop             SweepWorkshop: a study in one thread, its runs in rows
 simulated_rows       runs of a controller without a kernel form, by `simulate`
 cost                 what a sweep will cost, measured on its first runs

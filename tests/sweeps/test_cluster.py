@@ -7,6 +7,7 @@ import socket
 import time
 from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
 from threading import Thread
 from types import SimpleNamespace
 
@@ -17,7 +18,9 @@ from lwr_dyn.errors import LwrDynError
 from lwr_dyn.sweeps import cluster
 from lwr_dyn.sweeps.cluster import SchedulerError, WorkerVersionError, connected, on_cluster, refuse_other_versions
 from lwr_dyn.sweeps.manifest import versions
+from lwr_dyn.sweeps.sweep import sweep
 from lwr_dyn.sweeps.tasks import Chunk, ChunkFault
+from tests.sweeps.small import OWN, contents, small_study
 
 CHUNKS = [Chunk(0, k, 4 * k, 4 * k + 4) for k in range(9)]
 
@@ -58,6 +61,24 @@ def test_a_worker_of_another_version_is_refused(local_cluster, monkeypatch):
     monkeypatch.setattr(cluster, "versions", lambda: versions() | {"numba": "0.1"})
     with pytest.raises(WorkerVersionError, match=r"worker tcp://\S+ has numba \S+, here is 0\.1"):
         connected(local_cluster.scheduler_address).__enter__()
+
+
+def test_a_sweep_on_a_cluster_gives_the_bytes_of_one_here_though_a_worker_dies(local_cluster, tmp_path):
+    study = small_study(tmp_path)
+    sweep(study, tmp_path / "here", threads=1)
+    workers = [nanny.pid for nanny in local_cluster.workers.values()]
+    chunks = []
+
+    def kill(report):
+        if isinstance(report, float):
+            chunks.append(report)
+            if len(chunks) == 4:
+                os.kill(workers[0], signal.SIGKILL)
+
+    done = sweep(study, tmp_path / "there", scheduler=local_cluster.scheduler_address, report=kill)
+    assert (done.made, done.failures, done.cost.workers) == ({OWN: 12}, {OWN: {}}, 3)
+    assert not Path(f"/proc/{workers[0]}").exists()
+    assert contents(tmp_path / "there") == contents(tmp_path / "here")
 
 
 @pytest.mark.parametrize(

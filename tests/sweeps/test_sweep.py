@@ -7,12 +7,14 @@ import random
 import signal
 import time
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import lwr_dyn
 from lwr_dyn.errors import FileAccessError, OptionError
+from lwr_dyn.model.run import Run
 from lwr_dyn.rollout.rollouts import rollouts
 from lwr_dyn.sweeps import sweep_folder
 from lwr_dyn.sweeps.cost import duration, size
@@ -161,12 +163,19 @@ def test_a_chunk_whose_controller_fails_is_named_and_the_rest_is_made(tmp_path, 
     assert results.missing == {OWN: (), "mine.py": (2,)}
     assert results.failures["mine.py"][2].startswith(why)
     assert results.controllers["mine.py"].run.tolist() == [0, 1, 3]
+    first = out
     code, out, err = lwr_dyn_command(*line, "--json")
     record = json.loads(out)
     assert (code, faults("sweep", record), record["complete"]) == (1, [], False)
     assert [(each["made"], each["kept"]) for each in record["controllers"]] == [(0, 2), (0, 3)]
     assert [each["chunk"] for each in record["controllers"][1]["failures"]] == [2]
     assert err.startswith("Cost\n")
+    assert record["summary"]["controllers"]["mine.py"]["runs"] == 3
+    for path in (record["report"], *record["worst"]):
+        assert f"wrote {path}\n" in first
+        assert Path(path).is_file()
+    assert len(record["worst"]) == 6
+    assert Run.load(record["worst"][-1]).meta["controller"]["name"] == "mine.py"
 
 
 BAD = [
