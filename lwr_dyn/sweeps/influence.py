@@ -2,8 +2,8 @@
 
 Two measures, from the same runs: a quantile of the metric among the runs of each fifth of a parameter, lowest to
 highest (of each level where there are few), and Spearman's rank correlation. The first is in the unit of the metric and
-sees what rises at both ends; the second says the direction. The largest of many quantiles differ by chance too, so the
-test of Kruskal and Wallis says beside them whether the runs of the parts differ at all.
+sees what rises at both ends; the second says the direction. The largest of many quantiles differ by chance too, so
+two tests say beside them whether the runs of the parts differ at all.
 """
 
 from collections.abc import Mapping, Sequence
@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import kruskal, norm, rankdata
+from scipy.stats import chi2_contingency, kruskal, norm, rankdata
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.errors import ShapeError
@@ -24,6 +24,8 @@ MOST_LEVELS = 6
 """A parameter with at most so many different values is cut by value."""
 LEAST = 10
 """Runs in a part below which a parameter is not cut."""
+FEWEST = 5
+"""Expected runs of a part above the quantile, below which only the test of Kruskal and Wallis is asked."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,8 +50,8 @@ class RankCorrelation:
 class Influence:
     """Of one parameter on one metric; `parts` from the lowest values of the parameter to the highest.
 
-    `chance` is the probability that parts without any effect differ so much somewhere among all parameters: that of
-    Kruskal and Wallis, times the number of parameters (Bonferroni), at most 1.
+    `chance` is the probability that parts without any effect differ so much somewhere among all parameters, in their
+    ranks (Kruskal and Wallis) or in their shares above the quantile of all runs (chi-squared), by Bonferroni.
     """
 
     path: str
@@ -108,16 +110,21 @@ def influences(
             continue
         parts = tuple(_part(column[rows], metric[rows], share, level) for rows in cut)
         correlation = None if is_by_name(column) else rank_correlation(column, metric, level)
-        found.append(Influence(path, parts, _chance([metric[rows] for rows in cut], len(drawn)), correlation))
+        found.append(Influence(path, parts, _chance([metric[rows] for rows in cut], share, len(drawn)), correlation))
     return tuple(sorted(found, key=lambda one: (-one.is_clear, -one.swing)))
 
 
-def _chance(parts: Sequence[Array], tried: int) -> float:
-    whole = np.concatenate(parts)
+def _chance(parts: Sequence[Array], share: float, tried: int) -> float:
+    """Of the test of Kruskal and Wallis, or of the shares above the whole's quantile, whichever sees more; times 2."""
+    whole, sizes = np.concatenate(parts), np.array([part.size for part in parts])
     if whole.min() == whole.max():
         return 1.0
-    ranks = np.split(rankdata(whole), np.cumsum([part.size for part in parts])[:-1])  # a run that diverged has the last
-    return min(1.0, tried * float(kruskal(*ranks).pvalue))
+    ranks = np.split(rankdata(whole), np.cumsum(sizes)[:-1])  # a run that diverged has the last
+    above = np.array([(rank > share * whole.size).sum() for rank in ranks])
+    chances = [float(kruskal(*ranks).pvalue)]
+    if min(above.sum(), (sizes - above).sum()) * sizes.min() >= FEWEST * whole.size:
+        chances.append(float(chi2_contingency([above, sizes - above]).pvalue))
+    return min(1.0, 2.0 * tried * min(chances))
 
 
 def _part(column: NDArray[Any], metric: Array, share: float, level: float) -> PartQuantile:

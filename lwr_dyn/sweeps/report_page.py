@@ -155,7 +155,7 @@ def _influence(summary: SweepSummary, inks: Mapping[str, str], units: Mapping[st
     about = (
         f"Bars: the {100 * TORNADO:g} % quantile of {words.title} among the runs of each fifth of a parameter (of each "
         "value where it has few), from the best fifth to the worst; all other parameters vary. The thin line is the "
-        "95 % interval at the worst. A hollow bar could be chance (Kruskal and Wallis, 5 % over all parameters)."
+        "95 % interval at the worst. A hollow bar could be chance (5 % over all parameters)."
     )
     tornado = _each(
         summary, inks, "What each parameter does", about,
