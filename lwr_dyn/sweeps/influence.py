@@ -7,7 +7,7 @@ two tests say beside them whether the runs of the parts differ at all.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import atanh, sqrt, tanh
 from typing import Any
 
@@ -25,7 +25,10 @@ MOST_LEVELS = 6
 LEAST = 10
 """Runs in a part below which a parameter is not cut."""
 FEWEST = 5
-"""Expected runs of a part above the quantile, below which only the test of Kruskal and Wallis is asked."""
+"""Expected runs of a cell below which the test of chi-squared is not asked."""
+FOLLOWS = 0.01
+"""Probability below which two parameters count as going together."""
+MOST_COMPARED = 20
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,6 +62,9 @@ class Influence:
     chance: float
     correlation: RankCorrelation | None
     """None where the parameter is chosen by name."""
+    along: tuple[str, ...] = ()
+    """Parameters with more effect whose parts its own parts follow in these runs: few runs of many parameters can be
+    drawn so that two of them go together, and then the effect may be the other's."""
 
     @property
     def best(self) -> PartQuantile:
@@ -111,7 +117,11 @@ def influences(
         parts = tuple(_part(column[rows], metric[rows], share, level) for rows in cut)
         correlation = None if is_by_name(column) else rank_correlation(column, metric, level)
         found.append(Influence(path, parts, _chance([metric[rows] for rows in cut], share, len(drawn)), correlation))
-    return tuple(sorted(found, key=lambda one: (-one.is_clear, -one.swing)))
+    found.sort(key=lambda one: (-one.is_clear, -one.swing))
+    clear = [one.path for one in found if one.is_clear][:MOST_COMPARED]
+    places = {path: _places(drawn[path]) for path in clear}
+    along = {path: tuple(a for a in clear[:k] if _follows(places[path], places[a])) for k, path in enumerate(clear)}
+    return tuple(replace(one, along=along.get(one.path, ())) for one in found)
 
 
 def _chance(parts: Sequence[Array], share: float, tried: int) -> float:
@@ -125,6 +135,23 @@ def _chance(parts: Sequence[Array], share: float, tried: int) -> float:
     if min(above.sum(), (sizes - above).sum()) * sizes.min() >= FEWEST * whole.size:
         chances.append(float(chi2_contingency([above, sizes - above]).pvalue))
     return min(1.0, 2.0 * tried * min(chances))
+
+
+def _places(column: NDArray[Any]) -> NDArray[np.int64]:
+    """The number of the part of every run (runs,)."""
+    place = np.zeros(column.size, dtype=np.int64)
+    for k, rows in enumerate(parts_of(column)):
+        place[rows] = k
+    return place
+
+
+def _follows(a: NDArray[np.int64], b: NDArray[np.int64]) -> bool:
+    """Whether the parts of two parameters are not independent in these runs (chi-squared)."""
+    counts = np.zeros((a.max() + 1, b.max() + 1))
+    np.add.at(counts, (a, b), 1.0)
+    counts = counts[counts.any(axis=1)][:, counts.any(axis=0)]
+    expected = np.outer(counts.sum(axis=1), counts.sum(axis=0)) / a.size
+    return bool(expected.min() >= FEWEST and chi2_contingency(counts).pvalue < FOLLOWS)
 
 
 def _part(column: NDArray[Any], metric: Array, share: float, level: float) -> PartQuantile:

@@ -96,7 +96,7 @@ def _parts(words: MetricWords, one: Influence) -> Iterator[str]:
     for part in (one.best, one.worst):
         yield part_words(part.low, part.high, one.extent)
         yield value_text(words, part.estimate.value)
-    yield "yes" if one.is_clear else "no"
+    yield f"with {', '.join(one.along)}" if one.along else "yes" if one.is_clear else "no"
     rho = one.correlation
     yield "" if rho is None else f"{words.worse * rho.value:+.2f}"
 
@@ -196,7 +196,7 @@ def _metric(summary: SweepSummary, one: MetricFigures) -> dict[str, Any]:
     return {
         "bound": one.bound, "kept": _share(one.within, summary.is_sample), "quantiles": quantiles,
         "influence": [
-            {"parameter": each.path, "clear": each.is_clear,
+            {"parameter": each.path, "clear": each.is_clear, "goes_along_with": list(each.along),
              "rank_correlation": None if each.correlation is None else sign * each.correlation.value,
              "parts": [{"from": part.low, "to": part.high, "quantile": finite(sign * part.estimate.value),
                         "runs": part.estimate.runs} for part in each.parts]}

@@ -73,6 +73,14 @@ def test_what_moves_only_the_largest_values_is_clear():
     assert [(one.path, one.is_clear) for one in found] == [("a", True), ("c", False)]
 
 
+def test_a_parameter_that_goes_along_with_a_stronger_one_is_named():
+    follower = np.where(RNG.random(RUNS) < 0.8, X[:, 0], X[:, 1])
+    first, second, third = influences(10.0 * X[:, 0] + X[:, 2], {"a": X[:, 0], "b": follower, "c": X[:, 2]}, 0.5)
+    assert (first.path, first.along) == ("a", ())
+    assert (second.path, second.along) == ("b", ("a",))
+    assert (third.path, third.along) == ("c", ())
+
+
 def test_the_parts_hold_every_run_once():
     rows = parts_of(np.round(X[:, 0], 2))
     assert sorted(np.concatenate(rows)) == list(range(RUNS))
