@@ -47,6 +47,7 @@ LINES = {
     "properties": "suite:properties",
     "pushes": "collisions:pushes",
     "recovery": "audit:recovery",
+    "rollout_laws": "rollout_laws:rollout_laws",
     "runs": "checks:runs",
 }
 """Name -> "module:function" of `scripts/soak_lines/`, in alphabetical order."""

@@ -8,6 +8,7 @@ import numpy as np
 
 from lwr_dyn.arrays import Array, real_array
 from lwr_dyn.errors import OptionError, ShapeError, UnknownNameError
+from lwr_dyn.rollout.laws.gain_values import check_gains
 from lwr_dyn.rollout.step import MOST_DELAY
 
 MOST_RUNS = 10_000_000
@@ -94,3 +95,4 @@ def _check(values: Mapping[str, Array], references: int) -> None:
     for load in ("payload", "model_payload"):
         if f"{load}_com" in values and load not in values:
             raise OptionError(f"parameter {load}_com", f"given without {load}", f"both, or {load} alone")
+    check_gains(values)

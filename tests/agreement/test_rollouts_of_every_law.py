@@ -19,7 +19,7 @@ SHARE = 1e-12
 """[rad] What may be left between kernel and `simulate`; these loops are stable, so that roundings do not grow."""
 
 
-def parameters_of(arm, form, seed=0):
+def parameters_of(arm, form, heaviest, weakest, seed=0):
     """Every parameter that a run may have, a row a run: gains changed by 10 %, loads that the law knows in part."""
     rng = np.random.default_rng(seed)
 
@@ -28,28 +28,31 @@ def parameters_of(arm, form, seed=0):
         return value * (1.0 + share * rng.uniform(-1.0, 1.0, (RUNS, *value.shape)))
 
     gains = {name: spread(value, 0.02 if "load" in name else 0.1) for name, value in form.values().items()}
-    q0 = START[: arm.n] + 1e-3 * rng.uniform(-1.0, 1.0, (RUNS, arm.n))
+    q0 = START[: arm.n] + 0.03 * rng.uniform(-1.0, 1.0, (RUNS, arm.n))
     return gains | {
         "inertia": spread(inertial_parameters(arm.chain).ravel()),
-        "payload": np.linspace(0.0, 5.0, RUNS), "payload_com": 0.05 * rng.normal(size=(RUNS, 3)),
-        "model_payload": np.linspace(3.0, 0.0, RUNS), "friction": spread(friction_parameters(arm)), "q0": q0,
-        "delay": np.arange(RUNS) % 4, "effort": arm.effort * np.linspace(1.2, 0.2, RUNS)[:, None],
+        "payload": np.linspace(0.0, heaviest, RUNS), "payload_com": 0.05 * rng.normal(size=(RUNS, 3)),
+        "model_payload": np.linspace(heaviest / 2, 0.0, RUNS), "friction": spread(friction_parameters(arm)), "q0": q0,
+        "delay": np.arange(RUNS) % 4, "effort": arm.effort * np.linspace(1.2, weakest, RUNS)[:, None],
     }  # fmt: skip
 
 
 START = np.array([0.3, -1.2, 0.2, 0.9, -1.5, 1.1, -0.6])
 
 
-def largest_difference(arm, name, options, duration, compared=range(RUNS)):
+def largest_difference(arm, name, options, duration, compared=range(RUNS), heaviest=5.0, weakest=0.2):
     """Of the runs `compared`: positions [rad], speeds / 100 and shares of torques / 10; and samples at a torque limit.
+
+    Unknown loads from 0 to `heaviest` [kg], torque limits down to the share `weakest` of the arm's own.
 
     Speeds and torques carry the roundings of gains of tens of 1/s.
     """
     law = made(name, arm, **options)
     end = START[: arm.n] + 0.15
     reference = point_to_point(arm, [START[: arm.n], end], [duration])
+    parameters = parameters_of(arm, law_form(law, arm), heaviest, weakest)
     done = lwr_dyn.rollouts(
-        arm, law, reference, parameters=parameters_of(arm, law_form(law, arm)), friction="smooth", friction_width=0.05,
+        arm, law, reference, parameters=parameters, friction="smooth", friction_width=0.05,
         record=1, substeps=1, hand_over=False,
     )  # fmt: skip
     assert set(done.flags) == {""}

@@ -20,7 +20,7 @@ LAW_FORMS: Registry[Any] = Registry(
         "pid": Row(f"{_JOINT}:PIDForm", "with its integral as memory", extra="batch"),
         "inverse-dynamics": Row(f"{_JOINT}:InverseDynamicsForm", "with every switch", extra="batch"),
         "motor-pd": Row(f"{_JOINT}:MotorSidePDForm", "as it acts on rigid joints", extra="batch"),
-        "adaptive": Row(f"{_PASSIVE}:AdaptiveForm", "of a load, with friction if it is adapted", extra="batch"),
+        "adaptive": Row(f"{_PASSIVE}:AdaptiveForm", "of a load or all links, with friction if adapted", extra="batch"),
         "robust": Row(f"{_PASSIVE}:RobustForm", "the robust term as a load", extra="batch"),
     },
 )

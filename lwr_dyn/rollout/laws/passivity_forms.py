@@ -1,5 +1,6 @@
-"""Kernel forms of the laws of Slotine and Li: adaptive (a load, with friction if it is adapted), and robust."""
+"""Kernel forms of the laws of Slotine and Li: adaptive (a load or all links, with friction if adapted), and robust."""
 
+import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -15,9 +16,8 @@ from lwr_dyn.feedback.adaptive import FRICTION_WIDTH, Adaptive
 from lwr_dyn.feedback.robust import Robust
 from lwr_dyn.feedback.slotine_li_regressor import PER_LINK, SlotineLiRegressor
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.rollout.laws.no_form import NoKernelFormError
 from lwr_dyn.rollout.laws.protocol import Column, LawInputs, finite_limits
-from lwr_dyn.rollout.laws.two_velocities import Sliding, load_in_axis, load_power, torque
+from lwr_dyn.rollout.laws.two_velocities import AddedBodies, Sliding
 from lwr_dyn.rollout.symbolic_model import SymbolicModel
 
 LOAD = len(PER_LINK)
@@ -25,24 +25,26 @@ LOAD = len(PER_LINK)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class AdaptiveForm:
-    """The law of `feedback.adaptive` for a load at the flange; the adapted parameters are its memory.
+    """The law of `feedback.adaptive`; the adapted parameters are its memory.
 
     A sampled run needs no rule for rates at a bound: the memory is cut at its bounds after each sample.
     """
 
     law: Adaptive
-    n: int
-    to_axis: Array
-    """(10, 10): parameters in the frame of the last joint, as the law has them, to the frame of its axis."""
+    added: AddedBodies
     takes = Adaptive
     name = Adaptive.name
 
     @classmethod
     def of(cls, law: Adaptive, arm: Arm) -> "AdaptiveForm":
-        """The form of a controller; raises `NoKernelFormError` for a law that adapts all links."""
-        if law.adapted.W is not None:
-            raise NoKernelFormError("controller", f"{law.label}: no form that kernels take", "adapt: payload")
-        return cls(law, arm.n, load_in_axis(arm.chain))
+        """The form of a controller."""
+        W = law.adapted.W
+        return cls(law, AddedBodies.load(arm.chain) if W is None else AddedBodies.combined(arm.chain, W))
+
+    @property
+    def bodies(self) -> int:
+        """Number of parameters of bodies; those of friction follow."""
+        return int(self.law.adapted.gains.size)
 
     @property
     def adapts_friction(self) -> bool:
@@ -51,21 +53,22 @@ class AdaptiveForm:
 
     @property
     def memory(self) -> int:
-        """The load's ten parameters, then Coulomb, then viscous friction."""
+        """The parameters of the load or of all links, then Coulomb, then viscous friction."""
         return self.law.memory_size
 
     @property
     def parameters(self) -> Mapping[str, tuple[int, ...]]:
         """omega_n [1/s], gains and bounds of what is adapted, the friction at the start, the limits that it knows."""
-        n = self.n
+        n, bodies = self.added.n, (self.bodies,)
         of_friction = {"friction_gains": (2, n), "friction_start": (2, n)} if self.adapts_friction else {}
-        bounds = {"lower_load": (LOAD,), "upper_load": (LOAD,)}
-        return {"omega_n": (), "adaptation_gains": (LOAD,), **bounds, **of_friction, "law_effort": (n,)}
+        bounds = {"lower_load": bodies, "upper_load": bodies}
+        return {"omega_n": (), "adaptation_gains": bodies, **bounds, **of_friction, "law_effort": (n,)}
 
     @property
     def digest(self) -> str:
-        """The variant."""
-        return f"{self.name} friction={self.adapts_friction} width={FRICTION_WIDTH!r}"
+        """The variant, and what its parameters add to which parameters of the bodies."""
+        added = hashlib.sha256(self.added.places.tobytes() + self.added.matrix.tobytes()).hexdigest()
+        return f"{self.name} friction={self.adapts_friction} width={FRICTION_WIDTH!r} bodies={added}"
 
     def values(self) -> Mapping[str, Array]:
         """The controller's gains, bounds and limits."""
@@ -89,13 +92,11 @@ class AdaptiveForm:
     def torque(self, model: SymbolicModel, x: LawInputs) -> tuple[Column, Column]:
         """See `LawForm`."""
         p, at = x.parameters, Sliding.of(x, x.parameters["omega_n"])
-        to_axis = casadi.sparsify(casadi.DM(self.to_axis))
-        tau = torque(model, at, casadi.mtimes(to_axis, x.memory[:LOAD]))
-        slope = casadi.mtimes(to_axis.T, load_power(model, at))
+        tau, slope = self.added.torque(model, at, x.memory[: self.bodies]), self.added.power(model, at)
         gains, lower, upper = p["adaptation_gains"], p["lower_load"], p["upper_load"]
         if self.adapts_friction:
             shape = casadi.tanh(x.dq_ref / FRICTION_WIDTH)
-            coulomb, viscous = casadi.vertsplit(p["friction_start"] + x.memory[LOAD:], self.n)
+            coulomb, viscous = casadi.vertsplit(p["friction_start"] + x.memory[self.bodies :], self.added.n)
             tau = tau + coulomb * shape + viscous * at.dq_r
             slope = casadi.vertcat(slope, shape * at.s, at.dq_r * at.s)
             gains = casadi.vertcat(gains, p["friction_gains"])
@@ -107,17 +108,21 @@ class AdaptiveForm:
 
     def signals(self, memory: Array) -> Mapping[str, Array]:
         """What the law tells of itself at samples whose memory was `memory` (k, m): as `Adaptive.signals`."""
-        shown = {f"adapted_{self.law.adapted.name}": memory[:, :LOAD]}
+        adapted, first, n = self.law.adapted, self.bodies, self.added.n
+        of_bodies = memory[:, :first]
+        shown = {f"adapted_{adapted.name}": of_bodies if adapted.W is None else of_bodies @ adapted.W.T}
         if self.adapts_friction:
             for i, name in enumerate(("coulomb", "viscous")):
-                part = slice(LOAD + i * self.n, LOAD + (i + 1) * self.n)
+                part = slice(first + i * n, first + (i + 1) * n)
                 shown[f"adapted_{name}"] = self.values()["friction_start"][i] + memory[:, part]
         return shown
 
     def controller(self, arm: Arm, values: Mapping[str, Array]) -> Controller:
         """See `LawForm`."""
         v = {name: np.array(value) for name, value in values.items()}
-        adapted = AdaptedParameters("payload", None, v["adaptation_gains"], v["lower_load"], v["upper_load"])
+        adapted = AdaptedParameters(
+            self.law.adapted.name, self.law.adapted.W, v["adaptation_gains"], v["lower_load"], v["upper_load"]
+        )
         friction = (v["friction_gains"], v["friction_start"]) if self.adapts_friction else (None, None)
         return Adaptive(
             SlotineLiRegressor(arm), dynamics_of(arm), float(v["omega_n"]), adapted,
@@ -132,7 +137,7 @@ class RobustForm:
     law: Robust
     middle: Array
     """(10,) The load that the law takes for granted, in the frame of the last joint."""
-    to_axis: Array
+    added: AddedBodies
     takes = Robust
     name = Robust.name
     memory = 0
@@ -141,7 +146,7 @@ class RobustForm:
     def of(cls, law: Robust, arm: Arm) -> "RobustForm":
         """The form of a controller."""
         middle = (law._parameters - SlotineLiRegressor(arm).parameters)[-LOAD:]
-        return cls(law, middle, load_in_axis(arm.chain))
+        return cls(law, middle, AddedBodies.load(arm.chain))
 
     @property
     def parameters(self) -> Mapping[str, tuple[int, ...]]:
@@ -166,11 +171,10 @@ class RobustForm:
     def torque(self, model: SymbolicModel, x: LawInputs) -> tuple[Column, Column]:
         """See `LawForm`."""
         p, at = x.parameters, Sliding.of(x, x.parameters["omega_n"])
-        to_axis = casadi.sparsify(casadi.DM(self.to_axis))
-        z = p["scale"] * casadi.mtimes(to_axis.T, load_power(model, at))
+        z = p["scale"] * self.added.power(model, at)
         size = casadi.fmax(casadi.sqrt(casadi.dot(z, z)), p["layer"])
         load = p["middle_load"] - (p["rho"] / size) * p["scale"] * z
-        return torque(model, at, casadi.mtimes(to_axis, load)), casadi.SX.zeros(0)
+        return self.added.torque(model, at, load), casadi.SX.zeros(0)
 
     def controller(self, arm: Arm, values: Mapping[str, Array]) -> Controller:
         """See `LawForm`."""

@@ -19,7 +19,8 @@ WHOLE = lwr_dyn.load("lwr4plus")
 
 def first_joints(joints):
     """The first joints of the LWR 4+ as an arm, with friction that differs by direction and joint."""
-    friction = tuple(JointFriction(Direction(1.0 + i, 0.5), Direction(2.0, 0.2 + 0.1 * i), 0.1) for i in range(joints))
+    levels = np.array([2.0, 2.0, 1.0, 1.0, 0.02, 0.01, 0.004])[:joints]
+    friction = tuple(JointFriction(Direction(x, x / 2), Direction(1.5 * x, x / 5), x / 10) for x in levels.tolist())
     return replace(
         WHOLE, chain=first_links(WHOLE.chain, joints), limits=WHOLE.limits[:joints], friction=friction,
         transmission=None, elasticity=None, gains=None, mastering=(),
@@ -44,7 +45,8 @@ INERTIA = (2.9, 2.9, 0.5, 0.5, 0.01, 0.005, 0.002)
 def made(name, arm=ARM, **options):
     """A controller of an arm; motor-side PD directly, as the gears of `ARM` have no stiffness."""
     if name == "motor-pd":
-        return MotorSidePD(lwr_dyn.dynamics_of(arm), 600.0, 60.0, 1e4, arm.armature, **options)
+        inertia = np.array(INERTIA[: arm.n])
+        return MotorSidePD(lwr_dyn.dynamics_of(arm), 400.0 * inertia, 40.0 * inertia, 1e4, arm.armature, **options)
     searches = name.partition("+")[0] in ("pd-gravity", "pid", "joint-impedance")
     given = {"inertia": INERTIA[: arm.n]} if searches else {}
     return make_controller(name, arm, **given, **options)

@@ -6,9 +6,8 @@ import pytest
 import lwr_dyn
 from lwr_dyn.control.controllers import make_controller
 from lwr_dyn.rollout.laws import passivity_forms
-from lwr_dyn.rollout.laws.no_form import NoKernelFormError
 from tests.arms import random_arm
-from tests.rollout.laws.beside import ARM, MODEL, check_beside, made, other_values
+from tests.rollout.laws.beside import ARM, check_beside, made, other_values
 from tests.slips import uncaught
 
 FREE = 1e300
@@ -22,18 +21,28 @@ def check_adaptive(module):
     plain = made("adaptive", adapt_gain=100.0)
     form = module.AdaptiveForm.of(plain, ARM)
     check_beside(form, plain, QUICK, {**QUICK, **TIGHT})
+    whole = made("adaptive", adapt="base", adapt_friction=True)
+    form = module.AdaptiveForm.of(whole, ARM)
+    check_beside(form, whole, {"law_effort": FREE, "friction_gains": 1e3, "friction_start": 0.3})
+    check_signals(form, whole)
     law = made("adaptive", adapt_friction=True, omega_n=30.0)
     form = module.AdaptiveForm.of(law, ARM)
     limited = [{**LEARNT, "law_effort": limit} for limit in (10.0, 50.0, 150.0)]
     check_beside(form, law, LEARNT, *limited, {**LEARNT, "friction_gains": 1e6, "law_effort": 1e4})
     law = form.controller(ARM, other_values(form, **LEARNT))
-    form = module.AdaptiveForm.of(law, ARM)
-    stored = np.arange(36.0).reshape(2, 18)
-    law._theta = stored[1]
+    check_signals(module.AdaptiveForm.of(law, ARM), law)
+
+
+def check_signals(form, law):
+    """Those of the law, at each of several samples."""
+    stored = np.arange(3.0 * form.memory).reshape(3, form.memory)
     shown = form.signals(stored)
-    assert shown.keys() == law.signals.keys()
-    for name, values in law.signals.items():
-        np.testing.assert_array_equal(shown[name][1], values)
+    for k, memory in enumerate(stored):
+        law._theta = memory
+        assert shown.keys() == law.signals.keys()
+        for name, values in law.signals.items():
+            np.testing.assert_allclose(shown[name][k], values, rtol=1e-12, atol=1e-12)
+    law.reset()
 
 
 def check_robust(module):
@@ -43,12 +52,14 @@ def check_robust(module):
 
 
 ADAPTIVE_SLIPS = [
-    ("casadi.mtimes(to_axis, x.memory[:LOAD])", "None"),
-    ("slope = casadi.mtimes(to_axis.T, load_power", "slope = -casadi.mtimes(to_axis.T, load_power"),
+    ("x.memory[: self.bodies]), self", "0 * x.memory[: self.bodies]), self"),
+    (", self.added.power(model, at)\n", ", -self.added.power(model, at)\n"),
+    ("AddedBodies.combined(arm.chain, W)", "AddedBodies.combined(arm.chain, 2 * W)"),
+    ("else of_bodies @ adapted.W.T", "else of_bodies @ -adapted.W.T"),
     ("shape = casadi.tanh(x.dq_ref / FRICTION_WIDTH)", "shape = casadi.tanh(x.dq / FRICTION_WIDTH)"),
     ("+ coulomb * shape + viscous", "+ coulomb + viscous"),
     ("viscous * at.dq_r\n", "viscous * x.dq\n"),
-    ('p["friction_start"] + x.memory[LOAD:]', 'p["friction_start"] - x.memory[LOAD:]'),
+    ('p["friction_start"] + x.memory[self.bodies :]', 'p["friction_start"] - x.memory[self.bodies :]'),
     ("shape * at.s, at.dq_r * at.s", "at.dq_r * at.s, shape * at.s"),
     ('casadi.vertcat(lower, -p["friction_start"])', 'casadi.vertcat(lower, p["friction_start"] * 0)'),
     (
@@ -97,8 +108,3 @@ def test_on_other_arms(arm, name):
     law = make_controller(name, arm)
     kind = {"adaptive": passivity_forms.AdaptiveForm, "robust": passivity_forms.RobustForm}[name]
     check_beside(kind.of(law, arm), law, arm=arm)
-
-
-def test_a_law_that_adapts_all_links_has_no_form():
-    with pytest.raises(NoKernelFormError, match=r"\(base\): no form that kernels take; allowed: adapt: payload"):
-        passivity_forms.AdaptiveForm.of(make_controller("adaptive", ARM, MODEL, adapt="base"), ARM)
