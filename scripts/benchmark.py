@@ -22,7 +22,8 @@ from benchmarks.friction import with_friction
 from benchmarks.inverse_kinematics import all_solutions
 from benchmarks.kernels import kernels
 from benchmarks.pose_solver import one_solution
-from benchmarks.timing import Call, head, installed, paired, row, seconds
+from benchmarks.rollouts import closed_loops
+from benchmarks.timing import Call, head, installed, paired, row, seconds, use_processor_time
 
 import lwr_dyn
 from lwr_dyn.control.inverse_dynamics import InverseDynamics
@@ -145,6 +146,7 @@ PARTS: dict[str, Callable[[int], None]] = {
     "kernels": kernels,
     "branches": all_solutions,
     "ik": one_solution,
+    "rollouts": closed_loops,
 }
 
 
@@ -152,6 +154,13 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("parts", nargs="*", metavar="PART", help=f"{', '.join(PARTS)}; all of them if not given")
     parser.add_argument("--pairs", type=int, default=9, help="pairs of measurements a line (at least 7 to quote)")
+    parser.add_argument("--processor-time", action="store_true", help="not the wall's clock: for a busy machine")
+    parser.add_argument("--threads", type=int, help="of kernels: 1, and this many (all cores if not given)")
+    parser.add_argument(
+        "--peers",
+        metavar="FOLDER",
+        help="rollouts: environments of mjbatch and Drake, made there with pip if not there",
+    )
     options = parser.parse_args()
     unknown = [part for part in options.parts if part not in PARTS]
     if unknown:
@@ -159,8 +168,15 @@ def main() -> None:
     names = [p for p in PEERS if importlib.util.find_spec(p.replace("-python", "").replace("pin", "pinocchio"))]
     versions = ", ".join(f"{name} {version(name)}" for name in names)
     print(f"Python {platform.python_version()}, {platform.machine()}; {versions}; medians of {options.pairs} pairs")
+    if options.processor_time:
+        print("(times are processor time of one process)")
+        use_processor_time()
     for part in options.parts or PARTS:
-        if part != "kernels" or installed("numba"):
+        if part == "rollouts":
+            closed_loops(options.pairs, options.peers)
+        elif part == "kernels":
+            kernels(options.pairs, options.threads)
+        else:
             PARTS[part](options.pairs)
 
 

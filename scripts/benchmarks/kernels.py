@@ -15,7 +15,7 @@ from benchmarks.kernel_limit import arithmetic_limit
 from benchmarks.kernel_peers import agreement
 from benchmarks.kernel_processes import compile_times, memory
 from benchmarks.recursion_peers import other_peers
-from benchmarks.timing import Call, head, paired, row
+from benchmarks.timing import Call, head, installed, paired, row
 from lwr_dyn.checks.identities import random_states
 from lwr_dyn.dynamics.pinocchio_engine import pinocchio_model
 from lwr_dyn.model.arm import Arm
@@ -72,11 +72,13 @@ def print_agreement(arm: Arm) -> None:
         print(f"| {function} | {worst:.1e} |", flush=True)
 
 
-def kernels(pairs: int) -> None:
+def kernels(pairs: int, most_threads: int | None = None) -> None:
     """All of it, for every robot with inertias."""
+    if not installed("numba"):
+        return
     begin = time.perf_counter()
     for arm in arms():
-        for threads in sorted({1, os.cpu_count() or 1}):
+        for threads in sorted({1, most_threads or os.cpu_count() or 1}):
             against_pinocchio(arm, threads, pairs)
         arithmetic_limit(arm, pairs)
         print_agreement(arm)
