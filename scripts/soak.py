@@ -48,6 +48,7 @@ LINES = {
     "pushes": "collisions:pushes",
     "recovery": "audit:recovery",
     "rollout_laws": "rollout_laws:rollout_laws",
+    "rollouts": "rollouts:rollouts",
     "runs": "checks:runs",
 }
 """Name -> "module:function" of `scripts/soak_lines/`, in alphabetical order."""

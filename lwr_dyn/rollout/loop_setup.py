@@ -1,7 +1,7 @@
 """The loop that rollouts share, checked as `simulate` checks it: arms, references at every sample, options."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from math import isfinite
 from typing import Any
 
@@ -62,7 +62,9 @@ class LoopSetup:
         """The options as JSON values."""
         names = ("rate", "substeps", "friction", "saturate", "position_limits", "delay", "seed", "duration")
         width = {} if self.friction == "none" else {"friction_width": self.friction_width}
-        return {name: getattr(self, name) for name in names} | width
+        references = [str(getattr(each, "name", type(each).__name__)) for each in self.references]
+        encoder = None if self.encoder is None else asdict(self.encoder)
+        return {name: getattr(self, name) for name in names} | width | {"references": references, "encoder": encoder}
 
 
 def loop_setup(

@@ -1,5 +1,7 @@
 """Rollouts against `simulate`: the same metrics and states, run by run."""
 
+import json
+
 import numpy as np
 
 import lwr_dyn
@@ -27,6 +29,8 @@ def test_a_rollout_is_the_run_of_simulate():
         ARM, law, IST, parameters={"inertia": perturbed(3), "Kp": gains}, duration=SHORT, record=1, **options
     )
     assert done.flags == ("", "", "")
+    assert json.loads(json.dumps(done.setup))["references"] == ["TaskReference"]
+    assert repr(done).startswith("Rollouts(metrics=14 entries")
     for i in (0, 2):
         run = done.run(i)
         expected = figures_of(run, ARM, **options)
