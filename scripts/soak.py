@@ -50,6 +50,7 @@ LINES = {
     "rollout_laws": "rollout_laws:rollout_laws",
     "rollouts": "rollouts:rollouts",
     "runs": "checks:runs",
+    "sweep_kills": "sweeps:sweep_kills",
 }
 """Name -> "module:function" of `scripts/soak_lines/`, in alphabetical order."""
 

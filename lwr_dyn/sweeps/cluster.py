@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import socket
 import time
 from collections import deque
 from collections.abc import Iterable, Iterator, Mapping
@@ -15,7 +16,8 @@ from contextlib import contextmanager
 from queue import Empty, SimpleQueue
 from typing import Any
 
-from lwr_dyn.errors import LwrDynError, MissingPackageError, OptionError
+from lwr_dyn.errors import LwrDynError, MissingPackageError
+from lwr_dyn.files import reason_of
 from lwr_dyn.sweeps.manifest import versions
 from lwr_dyn.sweeps.tasks import Chunk, ChunkFault, Done, Work, outcome
 
@@ -172,15 +174,27 @@ def _ask(address: str) -> None:
     """Raise `SchedulerError` unless a Dask scheduler with workers answers; a client that fails would go on trying."""
     allowed = "the address that `dask scheduler` prints, such as tcp://10.0.0.5:8786"
     try:
+        _knock(address)
         found = asyncio.run(_identity(address))
-    except (ValueError, OptionError) as fault:
+    except ValueError as fault:
         raise SchedulerError(address, str(fault), allowed) from None
+    except (ConnectionRefusedError, socket.gaierror) as fault:
+        raise SchedulerError(address, reason_of(fault), allowed) from None
     except (OSError, TimeoutError):
         raise SchedulerError(address, f"does not answer within {ANSWER:g} s", allowed) from None
     except Exception:  # what another kind of server answers can be read as anything
         raise SchedulerError(address, "what answers there is no Dask scheduler", allowed) from None
     if found.get("type") != "Scheduler":
         raise SchedulerError(address, f"what answers there is a {found.get('type', 'stranger')}", allowed)
+
+
+def _knock(address: str) -> None:
+    """Raise `OSError` where nothing listens: Dask would try again and again. Raises `ValueError` for another form."""
+    from distributed.comm import get_address_host_port
+
+    host, port = get_address_host_port(address)
+    if address.partition("://")[0] in (address, "tcp", "tls"):
+        socket.create_connection((host, port), timeout=ANSWER).close()
 
 
 async def _identity(address: str) -> Any:
