@@ -1,6 +1,7 @@
 """Sobol indices of a metric from the runs of a Saltelli design, with intervals by the bootstrap.
 
-The values are those of `scipy.stats.sobol_indices`. Its own bootstrap (BCa) needs n^2 d numbers, gigabytes for
+The values are those of `scipy.stats.sobol_indices`, which takes a power of 2 of groups; where groups with a run that
+diverged are left out, the same estimator stands here. The bootstrap of scipy (BCa) needs n^2 d numbers, gigabytes for
 thousands of runs; here resampling is a matrix product of counts, and the intervals are percentiles.
 """
 
@@ -33,8 +34,8 @@ class IndexEstimate:
 class SobolIndices:
     """Of one metric: each parameter's own share of the variance (`first`), and with all its interactions (`total`).
 
-    `groups` are the rows A, B with their d rows AB that the indices rest on; `left_out` were not complete, had a run
-    without a finite metric, or are more than the largest power of 2, which the estimator needs.
+    `groups` are the rows A, B with their d rows AB that the indices rest on; `left_out` were not complete, or had a run
+    without a finite metric: the indices say nothing of those.
     """
 
     metric: str
@@ -77,31 +78,42 @@ def indices_of(
     complete = np.flatnonzero(finite)
     if complete.size < LEAST:
         return None
-    kept = complete[: 1 << (complete.size.bit_length() - 1)]
-    f_a, f_b, f_ab = f_a[kept], f_b[kept], f_ab[:, kept]
+    f_a, f_b, f_ab = f_a[complete], f_b[complete], f_ab[:, complete]
     both = np.concatenate([f_a, f_b])
     if np.ptp(both) <= 1e-12 * np.abs(both).max():
         return None
-    pages = f_ab if len(names) > 1 else np.tile(f_ab, (2, 1))  # scipy fails on a single parameter
-    func: Any = {"f_A": f_a[None], "f_B": f_b[None], "f_AB": pages[:, None]}
-    found = sobol_indices(func=func, n=kept.size)
-    spread = _resampled(f_a, f_b, f_ab, np.random.default_rng(seed))
+    d, n, products = len(names), complete.size, _products(f_a, f_b, f_ab)
+    whole = _by_scipy(f_a, f_b, f_ab) if n & (n - 1) == 0 else _estimates(products.mean(axis=0)[None])[0]
+    spread = _resampled(products, np.random.default_rng(seed))
     low, high = np.quantile(spread, [0.5 * (1.0 - level), 0.5 * (1.0 + level)], axis=0)
-    d = len(names)
-    values_of = np.concatenate([found.first_order[:d], found.total_order[:d]])
-    made = [IndexEstimate(float(v), float(a), float(b)) for v, a, b in zip(values_of, low, high, strict=True)]
-    left_out = -(-values.size // (d + 2)) - kept.size
+    made = [IndexEstimate(float(v), float(a), float(b)) for v, a, b in zip(whole, low, high, strict=True)]
     first, total = dict(zip(names, made[:d], strict=True)), dict(zip(names, made[d:], strict=True))
-    return SobolIndices(metric, first, total, kept.size, left_out, level)
+    return SobolIndices(metric, first, total, n, -(-values.size // (d + 2)) - n, level)
 
 
-def _resampled(f_a: Array, f_b: Array, f_ab: Array, rng: np.random.Generator) -> Array:
-    """First and total indices (RESAMPLES, 2 d) of groups drawn with replacement: counts times one table of products."""
-    n, middle = f_a.size, 0.5 * (f_a.mean() + f_b.mean())
+def _by_scipy(f_a: Array, f_b: Array, f_ab: Array) -> Array:
+    d = f_ab.shape[0]
+    pages = f_ab if d > 1 else np.tile(f_ab, (2, 1))  # scipy fails on a single parameter
+    func: Any = {"f_A": f_a[None], "f_B": f_b[None], "f_AB": pages[:, None]}
+    found = sobol_indices(func=func, n=f_a.size)
+    return np.concatenate([found.first_order[:d], found.total_order[:d]])
+
+
+def _products(f_a: Array, f_b: Array, f_ab: Array) -> Array:
+    """Of each group the numbers (n, 2 + 2 d) whose means the indices are made of."""
+    middle = 0.5 * (f_a.mean() + f_b.mean())
     f_a, f_b, f_ab = f_a - middle, f_b - middle, f_ab - middle
-    columns = [f_a + f_b, f_a**2 + f_b**2, *(f_b * (f_ab - f_a)), *(0.5 * (f_a - f_ab) ** 2)]
-    products = np.column_stack(columns)
-    counts = np.array([np.bincount(rng.integers(0, n, n), minlength=n) for _ in range(RESAMPLES)])
-    means = counts @ products / n
+    return np.column_stack([f_a + f_b, f_a**2 + f_b**2, *(f_b * (f_ab - f_a)), *(0.5 * (f_a - f_ab) ** 2)])
+
+
+def _estimates(means: Array) -> Array:
+    """First and total indices (m, 2 d) from means of products (m, 2 + 2 d)."""
     variance = 0.5 * means[:, 1] - (0.5 * means[:, 0]) ** 2
     return np.asarray(means[:, 2:] / np.where(variance > 0.0, variance, np.inf)[:, None])
+
+
+def _resampled(products: Array, rng: np.random.Generator) -> Array:
+    """Indices (RESAMPLES, 2 d) of groups drawn with replacement: counts times the products."""
+    n = products.shape[0]
+    counts = np.array([np.bincount(rng.integers(0, n, n), minlength=n) for _ in range(RESAMPLES)])
+    return _estimates(counts @ products / n)

@@ -5,6 +5,7 @@ import pytest
 from scipy.stats import qmc, sobol_indices
 
 from lwr_dyn.errors import ShapeError
+from lwr_dyn.sweeps import sobol_indices as module
 from lwr_dyn.sweeps.sobol_indices import groups_of, indices_of
 
 A, B = 7.0, 0.1
@@ -86,13 +87,23 @@ def test_the_intervals_cover_with_independent_rows():
     assert share.mean() > 0.91
 
 
-def test_runs_without_a_number_take_their_group_along_and_the_rest_is_a_power_of_two():
+def test_runs_without_a_number_take_their_group_along():
     values = values_of(64)
     values[7] = np.inf  # of the second group
     found = indices_of("tip_max", np.append(values, [0.0, 0.0]), ["a", "b", "c"])
-    assert (found.groups, found.left_out) == (32, 33)  # 63 complete ones, and one that has begun
-    kept = np.r_[values[:5], values[10 : 5 * 33]]
-    assert found.first == indices_of("tip_max", kept, ["a", "b", "c"]).first
+    assert (found.groups, found.left_out) == (63, 2)  # and one group that has only begun
+    assert found.first == indices_of("tip_max", np.r_[values[:5], values[10:]], ["a", "b", "c"]).first
+
+
+def test_groups_that_are_no_power_of_two_have_the_same_estimator(monkeypatch):
+    values = values_of(64)
+    whole = indices_of("tip_max", values, ["a", "b", "c"])
+    monkeypatch.setattr(module, "_by_scipy", lambda f_a, f_b, f_ab: module._estimates(
+        module._products(f_a, f_b, f_ab).mean(axis=0)[None])[0])  # fmt: skip
+    ours = indices_of("tip_max", values, ["a", "b", "c"])
+    for kind in ("first", "total"):
+        theirs = [one.value for one in getattr(whole, kind).values()]
+        np.testing.assert_allclose([one.value for one in getattr(ours, kind).values()], theirs, atol=1e-12)
 
 
 def test_what_does_not_vary_and_what_is_too_little_has_no_indices():
