@@ -21,6 +21,7 @@ from scipy.optimize import Bounds, differential_evolution
 from scipy.stats import qmc
 
 from lwr_dyn.arrays import Array
+from lwr_dyn.errors import LwrDynError
 from lwr_dyn.progress import Report
 
 MISSED = 1e12
@@ -112,6 +113,8 @@ def search(
     population, generations : int
         Candidates of a generation, and generations after the first; it ends before when all candidates agree to 1 %.
     seed : int
+
+    Raises as the judge.
     """
     d = trace.points.shape[1]
     rng = np.random.default_rng(seed)
@@ -126,8 +129,13 @@ def search(
         report(min(done / (generations + 1), 1.0))
         return costs(aim, use, bound)
 
-    differential_evolution(
-        cost, Bounds(np.zeros(d), np.ones(d)), init=cube, maxiter=generations, mutation=MUTATION,
-        recombination=CROSSOVER, seed=rng, polish=False, updating="deferred", vectorized=True,
-    )  # fmt: skip
+    try:
+        differential_evolution(
+            cost, Bounds(np.zeros(d), np.ones(d)), init=cube, maxiter=generations, mutation=MUTATION,
+            recombination=CROSSOVER, seed=rng, polish=False, updating="deferred", vectorized=True,
+        )  # fmt: skip
+    except RuntimeError as fault:  # SciPy makes one of every ValueError
+        if isinstance(fault.__cause__, LwrDynError):
+            raise fault.__cause__ from None
+        raise
     return trace.best(bound)

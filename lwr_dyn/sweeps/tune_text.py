@@ -17,12 +17,16 @@ FRONT_ROWS = 8
 def tuned_text(found: TunedGains, title: str) -> str:
     """The search, its judgement on other runs, and the front."""
     n, size = found.candidates, found.size
-    limit = f", torque use at most {100 * found.bound:.3g} % in as many" if np.isfinite(found.bound) else ""
+    limit = (
+        f"; the same quantile of the torque use at most {100 * found.bound:.3g} %" if np.isfinite(found.bound) else ""
+    )
     lines = [
         f"{title}, {found.controller}: {', '.join(f'{g.name} {g.low:g} to {g.high:g}' for g in found.gains)}",
         f"aim: least {found.aim.words}{limit}",
         f"search: differential evolution, {n} candidates, each on the same {size.runs} runs, seed {size.seed}",
     ]
+    if size.runs * (1.0 - found.aim.share) < 1.0:
+        lines.append(f"of {size.runs} runs, the {100 * found.aim.share:g} % quantile is the worst")
     if not found.keeps_bound:
         lines.append("no candidate keeps the bound: the one that misses it by the least is shown")
     check = found.check

@@ -32,7 +32,7 @@ RUNS = {
 }
 FILES = {"krl check": "two_points.src", "krl run": "two_points.src"}
 FILES |= {"identify friction": "moves_*.csv", "identify motion": "any_motion.csv"}
-ELSEWHERE = {"sensitivity", "reproduce", "compare", "sweep"}
+ELSEWHERE = {"sensitivity", "reproduce", "compare", "sweep", "tune"}
 """Slow: tests of their packages look at what they print."""
 WITH_JSON = [path for path, command in SINGLE.items() if any("--json" in p.opts for p in command.params)]
 
