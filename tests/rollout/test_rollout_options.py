@@ -101,23 +101,16 @@ def test_delay_encoder_and_noise_are_those_of_simulate_with_the_runs_own_number(
     assert not np.array_equal(other.q[0], done.q[2])
 
 
-def test_a_load_and_an_armature_and_a_start_of_its_own_are_those_of_simulate():
+def test_loads_armature_start_friction_and_substeps_are_those_of_simulate():
     start = IST.sample(np.zeros(1)).q[0]
+    friction = np.tile([[3.0], [1.0], [2.0], [0.5], [0.1]], (2, 1, 7)) * [[[1.0]], [[0.0]]]
     given = {
         "payload": [0.0, 3.0], "payload_com": [[0.0, 0.0, 0.0], [0.02, -0.01, 0.1]], "armature": [0.2, 0.05],
-        "q0": np.add(start, [[0.0], [0.01]]), "dq0": [0.0, 0.1], "model_payload": [0.0, 2.0],
+        "q0": np.add(start, [[0.0], [0.01]]), "dq0": [0.0, 0.1], "model_payload": [0.0, 2.0], "friction": friction,
     }  # fmt: skip
-    done = lwr_dyn.rollouts(ARM, LAW, IST, parameters=given, duration=0.5)
-    for i in range(2):
-        assert max(differences(done, i).values()) < 1e-10
-        assert differences(done, i)["tip_max"] < 1e-12
-
-
-def test_smooth_friction_and_substeps_are_those_of_simulate():
-    friction = np.tile([[3.0], [1.0], [2.0], [0.5], [0.1]], (2, 1, 7)) * [[[1.0]], [[0.0]]]
     done = lwr_dyn.rollouts(
-        ARM, LAW, IST, parameters={"friction": friction, "inertia": perturbed(2)}, friction="smooth",
-        friction_width=0.05, substeps=3, duration=0.5, plant=lwr_dyn.load("lwr4plus", reading="physical"),
+        ARM, LAW, IST, parameters=given, friction="smooth", friction_width=0.05, substeps=3, duration=0.5,
+        plant=lwr_dyn.load("lwr4plus", reading="physical"),
     )  # fmt: skip
     for i in range(2):
         assert differences(done, i)["tip_max"] < 1e-12
@@ -132,3 +125,4 @@ def test_an_arm_with_sliding_joints_moves_as_in_simulate():
     done = lwr_dyn.rollouts(arm, law, move, parameters={"inertia": own * [[1.0], [1.1]]}, record=1)
     assert done.flags == ("", "")
     assert np.abs(done.run(1).q - done.q[1]).max() < 1e-12
+    assert max(differences(done, 1, arm).values()) < 1e-10
