@@ -17,7 +17,7 @@ from lwr_dyn.sweeps.metric_table import metric_row
 from lwr_dyn.sweeps.nominal_values import with_nominal_values
 from lwr_dyn.sweeps.parameter_checks import check_parameters
 from lwr_dyn.sweeps.parameter_fields import read_parameter, refuse_overlaps
-from lwr_dyn.sweeps.sampling import METHODS, grid_runs
+from lwr_dyn.sweeps.sampling import METHODS, grid_runs, usual_method
 from lwr_dyn.sweeps.study_fields import number_at, take_number, take_numbers, take_texts
 from lwr_dyn.sweeps.study_file import SweepStudy
 from lwr_dyn.sweeps.study_setup import arm_of_study, field_of, is_task, option_name, references_of_study, try_controller
@@ -147,7 +147,7 @@ def _options(study: SweepStudy) -> SimulationOptions:
 
 def _sampled(table: Fields, study: SweepStudy, file: str) -> SweepStudy:
     """`[sampling]`: how the runs are drawn, how many, in which chunks."""
-    method = table.take_one_of("method", METHODS, "sobol")
+    method = table.take_one_of("method", METHODS, usual_method(len(study.levels)))
     facts = {key: table.take(key, int, default) for key, default in (("seed", 0), ("chunk", 500), ("keep", 3))}
     if method == "grid":
         for i, one in enumerate(study.parameters):

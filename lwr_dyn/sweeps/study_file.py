@@ -16,6 +16,8 @@ from lwr_dyn.sweeps.sampling import METHODS, grid_runs, points, saltelli_rows
 MOST_RUNS = 10_000_000
 """Of one controller."""
 MOST_KEPT = 1000
+MOST_AT_ONCE = 50_000_000
+"""Numbers of a Latin hypercube, which is drawn whole: 400 MB."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -98,6 +100,9 @@ class SweepStudy:
         """Raise `OptionError` for a number of runs that the method cannot have."""
         if self.method == "grid" and self.runs != grid_runs(self.levels):
             raise OptionError("runs", f"{self.runs} of a grid", f"{grid_runs(self.levels)}, the product of its levels")
+        if self.method == "latin-hypercube" and self.runs * len(self.levels) > MOST_AT_ONCE:
+            found = f"{self.runs} by latin-hypercube, {len(self.levels)} numbers each"
+            raise OptionError("runs", found, f"at most {MOST_AT_ONCE // len(self.levels)}, or random, or sobol")
         if self.method == "saltelli":
             rows = saltelli_rows(len(self.varied))
             base = self.runs // rows

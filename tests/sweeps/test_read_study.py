@@ -70,6 +70,11 @@ def test_each_distribution_is_known_by_its_fields(read):
     assert [one.path for one in study.varied] == list(tables)[:4]
 
 
+def test_many_numbers_a_run_are_drawn_by_a_latin_hypercube(read):
+    assert read(HEAD + '[[parameter]]\npath = "arm.com"\nlow = -0.01\nhigh = 0.01\n').method == "latin-hypercube"
+    assert read(HEAD + '[[parameter]]\npath = "arm.mass"\nlow = 0.9\nhigh = 1.1\n').method == "sobol"
+
+
 def test_comments_and_limits_do_not_change_the_digest(read):
     study = read(HEAD + PAYLOAD)
     assert read("# other words\n" + HEAD + PAYLOAD + "[limits]\ntip_max = 1e-3\n").digest == study.digest

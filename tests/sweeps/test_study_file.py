@@ -87,6 +87,7 @@ def test_a_study_travels_to_another_process(study):
         ({"keep": -1}, "keep: -1; allowed: a whole number from 0"),
         ({"seed": -1}, "seed: -1; allowed: a whole number from 0"),
         ({"method": "monte-carlo"}, "method: 'monte-carlo'; allowed: grid, sobol, latin-hypercube, random, saltelli"),
+        ({"method": "latin-hypercube", "runs": 3_000_000}, r"24 numbers each; allowed: at most 2083333, or random, or"),
         ({"method": "saltelli"}, r"runs: 1500 by saltelli; allowed: 6 times a power of 2 .*, as 768 or 1536"),
     ],
 )
