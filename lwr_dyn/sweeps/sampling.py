@@ -21,8 +21,8 @@ METHODS = ("grid", "sobol", "latin-hypercube", "random", "saltelli")
 FEW = 16
 """Numbers a run up to which 512 Sobol points keep all pairs of them apart, better than the other methods do.
 
-With 38, two of them go along: in the worst pair the share of one's upper half over a fifth of the other was off by 0.36,
-in a Latin hypercube by 0.18 (means of three seeds)."""
+With 38, two of them go along: in the worst pair, the share of one's upper half over a fifth of the other was off by
+0.36, in a Latin hypercube by 0.18 (means of three seeds)."""
 BLOCK = 1024
 """Points that are drawn at once: a power of 2, as Sobol points need."""
 
