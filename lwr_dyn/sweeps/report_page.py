@@ -11,7 +11,7 @@ from lwr_dyn.sweeps.influence_charts import indices_html, outwards_html, tornado
 from lwr_dyn.sweeps.parallel_lines import parallel_html
 from lwr_dyn.sweeps.summary import TORNADO, SweepSummary
 from lwr_dyn.sweeps.summary_tables import event_table, quantile_table
-from lwr_dyn.sweeps.summary_words import CAVEAT, about_text, interval_note, needed_note, share_text
+from lwr_dyn.sweeps.summary_words import about_text, caveat, interval_note, needed_note, share_text
 from lwr_dyn.sweeps.worst_runs import WorstRun, replay_scripts, worst_table_html
 from lwr_dyn.tables import Table
 from lwr_dyn.viewer.page_parts import resource_text
@@ -38,7 +38,7 @@ def report_html(summary: SweepSummary, worst: Sequence[WorstRun] = ()) -> str:
     """
     inks, units = controller_inks(summary), column_units(summary)
     said = "".join(f"<li>{escape(one)}</li>" for one in _sentences(summary))
-    notes = [interval_note(summary), CAVEAT, *map(needed_note, summary.controllers.values())]
+    notes = [interval_note(summary), caveat(summary), *map(needed_note, summary.controllers.values())]
     main = [
         f'<h1>{escape(summary.title)}</h1><ul class="say">{said}</ul>',
         _card("Controllers", _tables(summary, inks) + _notes(notes)),

@@ -115,5 +115,5 @@ def _estimates(means: Array) -> Array:
 def _resampled(products: Array, rng: np.random.Generator) -> Array:
     """Indices (RESAMPLES, 2 d) of groups drawn with replacement: counts times the products."""
     n = products.shape[0]
-    counts = np.array([np.bincount(rng.integers(0, n, n), minlength=n) for _ in range(RESAMPLES)])
-    return _estimates(counts @ products / n)
+    means = [np.bincount(rng.integers(0, n, n), minlength=n) @ products / n for _ in range(RESAMPLES)]
+    return _estimates(np.array(means))

@@ -11,8 +11,8 @@ from lwr_dyn.sweeps.outwards import FirstBreak
 from lwr_dyn.sweeps.sobol_indices import SobolIndices
 from lwr_dyn.sweeps.summary import TORNADO, ControllerFigures, MetricFigures, SweepSummary
 from lwr_dyn.sweeps.summary_words import (
-    CAVEAT,
     about_text,
+    caveat,
     finite,
     interval_note,
     needed_note,
@@ -28,7 +28,7 @@ MOST_ROWS = 5
 
 def summary_text(summary: SweepSummary) -> str:
     """All tables, and what their numbers rest on."""
-    notes = [interval_note(summary), CAVEAT, *filter(None, map(needed_note, summary.controllers.values()))]
+    notes = [interval_note(summary), caveat(summary), *filter(None, map(needed_note, summary.controllers.values()))]
     parts = [f"{summary.title}\n{about_text(summary)}", *(table.text() for table in summary_tables(summary))]
     return "\n\n".join([*parts, "\n".join(dict.fromkeys(notes))])
 
@@ -158,7 +158,7 @@ def summary_record(summary: SweepSummary) -> dict[str, Any]:
     return {
         "name": study.name, "robot": study.robot, "reading": study.reading, "task": study.task,
         "method": study.method, "seed": study.seed, "runs": study.count, "extra_runs": summary.extra_runs,
-        "digest": study.digest, "limits": dict(study.limits), "level": 0.95, "caveat": CAVEAT,
+        "digest": study.digest, "limits": dict(study.limits), "level": 0.95, "caveat": caveat(summary),
         "controllers": {name: _record(summary, one) for name, one in summary.controllers.items()},
         "worst": [{"controller": name, "run": run} for name, run in summary.worst()],
     }  # fmt: skip

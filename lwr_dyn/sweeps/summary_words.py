@@ -2,6 +2,8 @@
 
 from math import inf, isinf
 
+import numpy as np
+
 from lwr_dyn.plotting.axes import short
 from lwr_dyn.sweeps.intervals import QuantileEstimate, ShareEstimate
 from lwr_dyn.sweeps.metric_words import MetricWords
@@ -14,19 +16,16 @@ PLANS = {
     "saltelli": "a Saltelli design",
 }  # fmt: skip
 """The methods of a study in words."""
-DIVERGED = "diverged"
+LOST = "unbounded"
 """In place of a value that is not finite."""
-CAVEAT = (
-    "Runs are computed with smooth friction, without stick and without stops; those that reach a stop are computed "
-    "again by simulate, and show its figures."
-)
+CAVEAT = "Runs are computed with smooth friction, without stick and without stops"
 
 
 def value_text(words: MetricWords, badness: float) -> str:
     """A value in the unit for people: three digits."""
     value = words.shown(badness)
     if isinf(badness):
-        return DIVERGED if badness > 0.0 else "never" if value > 0.0 else OPEN
+        return LOST if badness > 0.0 else "never" if value > 0.0 else OPEN
     return short(value)
 
 
@@ -87,6 +86,20 @@ def interval_note(summary: SweepSummary) -> str:
     if summary.study.method == "saltelli":
         return f"{said}; from the rows A and B of the design, two in {len(summary.study.varied) + 2} runs."
     return f"{said}, as for independent runs; runs that fill their box evenly vary less as a rule."
+
+
+def caveat(summary: SweepSummary) -> str:
+    """What the runs lack, and what became of those that met a stop or diverged."""
+    runs = [one.runs for one in summary.controllers.values()]
+    left = sum(int(((one.flags != "") & ~one.simulated).sum()) for one in runs)
+    lost = max(
+        int(np.isposinf(one.badness).sum()) for each in summary.controllers.values() for one in each.metrics.values()
+    )
+    again = "those that reach a stop are computed again by simulate, and show its figures."
+    alone = f"{left} that met a stop or diverged were not computed again, and have no figures."
+    why = "diverged" if not left else "have no figures"
+    more = f" {LOST.capitalize()}: runs that {why}; they keep no limit." if lost else ""
+    return f"{CAVEAT}; {alone if left else again}{more}"
 
 
 def needed_note(figures: ControllerFigures) -> str:

@@ -123,10 +123,18 @@ def test_the_text_says_what_the_runs_lack_and_the_record_is_in_si(summary):
     text = summary_text(summary)
     assert "without stick and without stops" in text
     assert "4000 runs a controller on the same plants (independent points, seed 0)" in text
+    assert "Unbounded: runs that diverged; they keep no limit." in text
     quantile = summary_record(summary)["controllers"]["adaptive"]["metrics"]["tip_max"]["quantiles"][0]
     assert quantile["value"] == np.sort(RUNS["adaptive"].metrics["tip_max"])[1999]
     assert quantile["low"] < quantile["value"] < quantile["high"]
     assert event_table(summary).rows[0][1].endswith("]")
+
+
+def test_runs_that_were_not_handed_over_are_counted():
+    alone = {name: replace(one, simulated=np.zeros(one.count, dtype=bool)) for name, one in RUNS.items()}
+    flagged = sum(int((one.flags != "").sum()) for one in RUNS.values())
+    text = summary_text(summarise(MADE, alone))
+    assert f"{flagged} that met a stop or diverged were not computed again, and have no figures." in text
 
 
 def test_a_limit_of_another_name_and_a_controller_without_runs_are_refused():
