@@ -1,6 +1,6 @@
 """Accessibility of a page in a browser: axe-core's rules, and the contrast of text in SVG, which axe leaves open.
 
-A test opens its page and asks on all four screens:
+A test opens its page and asks on its screens:
 
     with seen(browser, width, dark):
         assert violations(browser) == []
@@ -16,7 +16,9 @@ from importlib.util import find_spec
 from pathlib import Path
 
 SCREENS = [(1600, False), (1600, True), (420, False), (420, True)]
-"""(width [px], dark): what every page is judged on."""
+"""(width [px], dark): what every kind of page is judged on."""
+EACH_ONCE = [SCREENS[0], SCREENS[3]]
+"""Each width and each scheme once: for more pages of a kind, where colours do not depend on the width."""
 TWO_FRAMES = "requestAnimationFrame(() => requestAnimationFrame(() => arguments[0]()))"
 RUN = """const done = arguments[arguments.length - 1];
 axe.run(document, {resultTypes: ["violations"], iframes: false}).then(

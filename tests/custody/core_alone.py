@@ -26,8 +26,9 @@ FOLDERS = (
 
 
 def run(command: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
-    """A command in a folder without this checkout on its path."""
-    environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    """A command in a folder without this checkout on its path; what it compiles is kept."""
+    left_out = ("PYTHONPATH", "PYTHONDONTWRITEBYTECODE")
+    environment = {name: value for name, value in os.environ.items() if name not in left_out}
     return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
 
 
@@ -43,12 +44,13 @@ def installed_core(folder: Path, packages: tuple[str, ...] = NEEDED) -> Path:
     python = folder / "environment" / "bin" / "python"
     steps = (
         [sys.executable, "-m", "pip", "wheel", "-q", "--no-deps", "-w", str(folder), str(source)],
-        [sys.executable, "-m", "venv", str(folder / "environment")],
+        [sys.executable, "-m", "venv", "--without-pip", str(folder / "environment")],
     )
     for step in steps:
         _succeed(step, folder)
     wheel = next(folder.glob("*.whl"))
-    _succeed([str(python), "-m", "pip", "install", "-q", str(wheel), *packages], folder)
+    install = ("install", "-q", "--no-compile", str(wheel), *packages)
+    _succeed([sys.executable, "-m", "pip", "--python", str(python), *install], folder)
     site = next((folder / "environment" / "lib").glob("python3*")) / "site-packages" / "lwr_dyn"
     for name in OPTIONAL:
         shutil.rmtree(site / name)

@@ -5,7 +5,7 @@ import re
 from collections import Counter
 from html import unescape
 
-from tests.axe import SCREENS, faint_texts, seen, sideways, violations
+from tests.axe import EACH_ONCE, faint_texts, seen, sideways, violations
 from tests.viewer.driven import opened
 
 LARGEST_PAGE = 2_000_000
@@ -56,7 +56,7 @@ def faults(browser, path, wide, narrow):
     if path.stat().st_size > LARGEST_PAGE:
         out.append(f"{path.stat().st_size} bytes")
     opened(browser, path)
-    for width, dark in SCREENS:
+    for width, dark in EACH_ONCE:  # all four: report/test_report_reading.py
         with seen(browser, width, dark):
             high, summary = heights(browser)
             if high > (wide if width > 600 else narrow):

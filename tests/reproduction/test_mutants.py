@@ -20,7 +20,7 @@ from tests.reproduction.mutants import (
     usual_judgement,
 )
 
-SHARE = 40
+SHARE, SLOW_SHARE = 40, {"kr30ha": 16}
 """Mutants a paper."""
 SEEN = 0.75
 """Least share of them that is seen; the full counts stand in the README."""
@@ -28,7 +28,7 @@ SEEN = 0.75
 
 @pytest.mark.parametrize("paper", studies())
 def test_no_mutant_moves_a_number_unseen(paper):
-    chosen = random.Random(20261121).sample(list(mutants(paper)), SHARE)
+    chosen = random.Random(20261121).sample(list(mutants(paper)), SLOW_SHARE.get(paper, SHARE))
     found = survey(paper, chosen)
     assert [(f.mutant.place, f.mutant.kind, f.mover, f.moved) for f in found.missed] == []
     assert found.share > SEEN, found.survivors()
