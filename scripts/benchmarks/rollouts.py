@@ -1,7 +1,7 @@
 """Whole closed loops, a block of runs at once, against MuJoCo, mjbatch, mujoco.rollout, Drake and our Python loop.
 
 Times are processor time of one thread; every engine runs once a round, and ratios are medians over the rounds. Every
-run has bodies of its own, which the law does not know.
+run has bodies of its own, which the law does not know. The reference is sampled once before, for all.
 """
 
 from __future__ import annotations
