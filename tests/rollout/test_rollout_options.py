@@ -29,6 +29,8 @@ def test_a_free_swing_is_followed_for_a_second():
     rest = lwr_dyn.reference("hold", ARM, q=IST.sample(np.zeros(1)).q[0], duration=1.0)
     given = {"effort": np.zeros(2), "inertia": perturbed(2)}
     done = lwr_dyn.rollouts(ARM, LAW, rest, parameters=given, record=1, position_limits=False)
+    assert done.flags == ("", "")
+    assert (done.metrics["limit_margin"] < 0.0).any()  # beyond limits that are off
     run = done.run(1)
     assert np.abs(run.q[-1] - run.q[0]).max() > 1.0
     assert np.abs(done.q[1] - run.q).max() < 1e-11
@@ -75,6 +77,7 @@ def test_each_run_has_the_reference_that_it_names():
     ]
     own = np.tile(OWN, (3, 1))
     both = lwr_dyn.rollouts(ARM, LAW, moves, parameters={"reference": [1, 0, 1], "inertia": own}, record=1)
+    assert not both.simulated.any()
     for i, which in enumerate((1, 0, 1)):
         alone = lwr_dyn.rollouts(ARM, LAW, moves[which], parameters={"inertia": own[:1]}, record=1)
         assert np.array_equal(both.q[i], alone.q[0])
@@ -88,6 +91,7 @@ def test_delay_encoder_and_noise_are_those_of_simulate_with_the_runs_own_number(
     done = lwr_dyn.rollouts(
         ARM, pd, IST, parameters=given, encoder=encoder, duration=0.5, seed=7, first_run=40, record=1
     )
+    assert not done.simulated.any()
     for i in range(3):
         run = done.run(i)
         assert np.abs(run.q - done.q[i]).max() < 1e-12
@@ -112,6 +116,7 @@ def test_loads_armature_start_friction_and_substeps_are_those_of_simulate():
         ARM, LAW, IST, parameters=given, friction="smooth", friction_width=0.05, substeps=3, duration=0.5,
         plant=lwr_dyn.load("lwr4plus", reading="physical"),
     )  # fmt: skip
+    assert not done.simulated.any()
     for i in range(2):
         assert differences(done, i)["tip_max"] < 1e-12
         assert max(differences(done, i).values()) < 1e-9
