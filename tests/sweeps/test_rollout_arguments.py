@@ -13,6 +13,7 @@ from lwr_dyn.model.friction import smooth_friction, symmetric
 from lwr_dyn.rollout.laws.forms import law_form
 from lwr_dyn.rollout.rollouts import rollouts
 from lwr_dyn.rollout.step import MOST_DELAY
+from lwr_dyn.sweeps.metric_table import METRICS
 from lwr_dyn.sweeps.parameter_paths import PATHS
 from lwr_dyn.sweeps.plant_rows import rows_of
 from lwr_dyn.sweeps.read_study import study_of_text
@@ -171,11 +172,15 @@ def test_a_run_of_a_study_is_that_of_simulate_with_the_same_plant(tmp_path):
         "loop.delay": "values = [1, 2]", "controller.omega_n": "values = [20, 30]",
     }  # fmt: skip
     head = HEAD.replace('"hold"', '"point-to-point"').replace("duration = 0.05", "to-deg = [0, 40, 0, -60, 0, 30, 0]")
-    head = head.replace("[sampling]", "duration = 0.25\n[loop]\nfriction_width = 0.02\n[sampling]")
+    head = head.replace(
+        "[sampling]", "duration = 0.25\n[metrics]\nquantiles = [0.95]\n[loop]\nfriction_width = 0.02\n[sampling]"
+    )
     study = study_of(tmp_path, paths, head)
     values, given = arguments(study)
     arm, (reference,) = arm_of_study(study), references_of_study(study)
     rolls = rollouts(arm, controller_of_study(study, "inverse-dynamics"), reference, **given)
+    assert set(rolls.metrics) == {*METRICS, "tip_q95"}
+    assert all((rolls.metrics[name].ndim == 2) is row.per_joint for name, row in METRICS.items())
     i = 5
     chain = plant(arm, values["arm.mass"][i], values["arm.com"][i], values["arm.inertia.3"][i])
     models = [
