@@ -19,6 +19,7 @@ LINES = {
     "adaptation": "adaptation:adaptation",
     "branches": "branches:branches",
     "checks": "checks:checks",
+    "compiled_loop": "compiled_loop:compiled_loop",
     "core": "suite:core",
     "coverage": "identification:coverage",
     "data_mutants": "surveys:data_mutants",

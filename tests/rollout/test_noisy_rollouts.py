@@ -28,6 +28,14 @@ def noisy(rows=FOUR, **options):
     return lwr_dyn.rollouts(ARM, LAW, REST, parameters=given, **options)
 
 
+def only_noise(sizes, **options):
+    """Runs with noise alone, in the same kernel."""
+    zeros = np.zeros(len(sizes))
+    given = {"noise": sizes, "resolution": zeros, "delay": zeros}
+    options = {"duration": 0.3, "encoder": Encoder(cutoff_hz=60.0), **options}
+    return lwr_dyn.rollouts(ARM, LAW, REST, parameters=given, **options)
+
+
 def same(one, other, rows=slice(None)):
     pairs = [
         (one.q, other.q),
@@ -69,12 +77,10 @@ def test_the_numbers_are_the_same_for_any_batch_thread_and_place():
 
 def test_a_run_feels_its_noise_in_proportion():
     """Around rest the loop is linear: twice the noise, by the same numbers, makes twice the error."""
-    single, double = (
-        lwr_dyn.rollouts(ARM, LAW, REST, parameters={"noise": [size]}, duration=0.3, seed=1) for size in (1e-8, 2e-8)
-    )
+    single, double = (only_noise([size], seed=1) for size in (1e-8, 2e-8))
     assert double.metrics["position_rms"] == pytest.approx(2.0 * single.metrics["position_rms"], rel=1e-5)
     assert (single.metrics["position_rms"] > 0.0).all()
-    many = lwr_dyn.rollouts(ARM, LAW, REST, parameters={"noise": np.full(200, 1e-8)}, duration=0.3, seed=1)
+    many = only_noise(np.full(200, 1e-8), seed=1)
     spread = many.metrics["tip_rms"].std() / many.metrics["tip_rms"].mean()
     assert 0.01 < spread < 0.5
     assert len(set(many.metrics["tip_rms"].tolist())) == 200
@@ -82,7 +88,7 @@ def test_a_run_feels_its_noise_in_proportion():
 
 def test_the_first_torque_is_that_of_the_noise():
     """pd-gravity at rest on its reference: -Kp times the first noise; the change of gravity is small beside it."""
-    done = lwr_dyn.rollouts(ARM, LAW, REST, parameters={"noise": [0.0, 1e-9]}, duration=0.01, record=1, seed=9)
+    done = only_noise([0.0, 1e-9], duration=0.01, record=1, seed=9)
     feedback = -np.asarray(LAW.Kp) * 1e-9 * normal_numbers(9, 1, 1, 7)[0]
     change = done.tau[1, 0] - done.tau[0, 0]
     assert np.abs(change - feedback).max() < 0.05 * np.abs(feedback).max()
