@@ -63,8 +63,8 @@ class Influence:
     correlation: RankCorrelation | None
     """None where the parameter is chosen by name."""
     along: tuple[str, ...] = ()
-    """Parameters with more effect whose parts its own parts follow in these runs: few runs of many parameters can be
-    drawn so that two of them go together, and then the effect may be the other's."""
+    """Parameters with more effect that it follows in these runs, and without whose help it shows no effect: few runs of
+    many parameters can be drawn so that two of them go together, and then the effect may be the other's."""
 
     @property
     def best(self) -> PartQuantile:
@@ -120,7 +120,10 @@ def influences(
     found.sort(key=lambda one: (-one.is_clear, -one.swing))
     clear = [one.path for one in found if one.is_clear][:MOST_COMPARED]
     places = {path: _places(drawn[path]) for path in clear}
-    along = {path: tuple(a for a in clear[:k] if _follows(places[path], places[a])) for k, path in enumerate(clear)}
+    along = {
+        path: tuple(a for a in clear[:k] if _may_explain(places[a], places[path], metric, share))
+        for k, path in enumerate(clear)
+    }
     return tuple(replace(one, along=along.get(one.path, ())) for one in found)
 
 
@@ -152,6 +155,19 @@ def _follows(a: NDArray[np.int64], b: NDArray[np.int64]) -> bool:
     counts = counts[counts.any(axis=1)][:, counts.any(axis=0)]
     expected = np.outer(counts.sum(axis=1), counts.sum(axis=0)) / a.size
     return bool(expected.min() >= FEWEST and chi2_contingency(counts).pvalue < FOLLOWS)
+
+
+def _may_explain(stronger: NDArray[np.int64], weaker: NDArray[np.int64], metric: Array, share: float) -> bool:
+    """Whether one follows the other, and has no effect of its own among the runs of any part of the stronger."""
+    if not _follows(weaker, stronger):
+        return False
+    strata = np.unique(stronger)
+    for k in strata:
+        parts = [metric[(stronger == k) & (weaker == part)] for part in np.unique(weaker)]
+        parts = [part for part in parts if part.size >= FEWEST]
+        if len(parts) > 1 and _chance(parts, share, strata.size) < 1.0 - LEVEL:
+            return False
+    return True
 
 
 def _part(column: NDArray[Any], metric: Array, share: float, level: float) -> PartQuantile:

@@ -56,7 +56,7 @@ def _bar(each: Influence, one: MetricFigures, axis: Axis, unit: str) -> str:
     c, d = _places(one, axis, each.worst.estimate.low, each.worst.estimate.high)
     rho = "" if each.correlation is None else f"; rank correlation {words.worse * each.correlation.value:+.2f}"
     clear = "" if each.is_clear else "; could be chance"
-    clear += f"; goes along with {', '.join(each.along)} in these runs" if each.along else ""
+    clear += f"; may be the effect of {', '.join(each.along)}, which it follows in these runs" if each.along else ""
     parts = [
         f"{value_text(words, part.estimate.value)} at {part_words(part.low, part.high, each.extent)} {unit}".rstrip()
         for part in (each.best, each.worst)

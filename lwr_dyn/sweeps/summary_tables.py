@@ -96,7 +96,7 @@ def _parts(words: MetricWords, one: Influence) -> Iterator[str]:
     for part in (one.best, one.worst):
         yield part_words(part.low, part.high, one.extent)
         yield value_text(words, part.estimate.value)
-    yield f"with {', '.join(one.along)}" if one.along else "yes" if one.is_clear else "no"
+    yield f"or {', '.join(one.along)}" if one.along else "yes" if one.is_clear else "no"
     rho = one.correlation
     yield "" if rho is None else f"{words.worse * rho.value:+.2f}"
 

@@ -75,10 +75,13 @@ def test_what_moves_only_the_largest_values_is_clear():
 
 def test_a_parameter_that_goes_along_with_a_stronger_one_is_named():
     follower = np.where(RNG.random(RUNS) < 0.8, X[:, 0], X[:, 1])
-    first, second, third = influences(10.0 * X[:, 0] + X[:, 2], {"a": X[:, 0], "b": follower, "c": X[:, 2]}, 0.5)
+    levels = np.floor(4.0 * X[:, 0])
+    first, second, third = influences(10.0 * levels + X[:, 2], {"a": levels, "b": follower, "c": X[:, 2]}, 0.5)
     assert (first.path, first.along) == ("a", ())
     assert (second.path, second.along) == ("b", ("a",))
     assert (third.path, third.along) == ("c", ())
+    own = influences(10.0 * levels + X[:, 2] + 5.0 * follower, {"a": levels, "b": follower}, 0.5)
+    assert {one.path: one.along for one in own} == {"a": (), "b": ()}  # an effect of its own beside it
 
 
 def test_the_parts_hold_every_run_once():
