@@ -54,7 +54,7 @@ class SlotineLiRegressor:
         half = 0.5 * (dq + dq_r)
         Y: Array = self._columns(q, half, ddq_r)
         Y -= self._columns_0(q, half - dq_r, self._still)
-        return Y
+        return Y.reshape(self.n, -1)  # Pinocchio's of one joint is flat
 
     def torque(self, q: Array, dq: Array, dq_r: Array, ddq_r: Array) -> Array:
         """B ddq_r + C(q, dq) dq_r + g with the arm's own parameters and rotors: Y parameters + armature ddq_r."""

@@ -9,6 +9,7 @@ from lwr_dyn.errors import MissingDataError
 from lwr_dyn.feedback import slotine_li_regressor
 from lwr_dyn.feedback.slotine_li_regressor import SlotineLiRegressor
 from lwr_dyn.simulation.plant import arm_with_payload
+from tests.arms import random_arm
 from tests.feedback.mixed_recursion import mixed_regressor
 from tests.slips import uncaught
 
@@ -78,3 +79,15 @@ def test_with_one_velocity_it_is_inverse_dynamics():
 def test_an_arm_without_inertias_has_none():
     with pytest.raises(MissingDataError):
         SlotineLiRegressor(lwr_dyn.load("lwr4"))
+
+
+def test_one_joint_has_one_row():
+    """Pinocchio gives the regressor of one joint without its axis of joints."""
+    arm = random_arm(0, "R")
+    regressor = SlotineLiRegressor(arm)
+    state = RNG.uniform(-2.0, 2.0, (4, 1))
+    Y = regressor(*state)
+    assert Y.shape == (1, 10)
+    np.testing.assert_allclose(
+        Y @ regressor.parameters + regressor.armature * state[3], regressor.torque(*state), rtol=EXACT
+    )

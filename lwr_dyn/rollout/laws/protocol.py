@@ -58,7 +58,10 @@ class LawForm(Protocol):
 
     @property
     def digest(self) -> str:
-        """Text of all else on which `torque` depends: variants and switches, not the values of the parameters."""
+        """Text of all else on which `torque` depends: variants and switches, not the values of the parameters.
+
+        A change of the code of `torque` raises `rollout.step.GENERATOR`, so that kernels on disk are made again.
+        """
 
     def values(self) -> Mapping[str, Array]:
         """The parameters of this controller, in the shapes of `parameters`."""

@@ -90,7 +90,12 @@ ROBUST_SLIPS = [
     ('regressor.parameters[-LOAD:] += v["middle_load"]', 'regressor.parameters[-LOAD:] -= v["middle_load"]'),
     ("law._parameters - SlotineLiRegressor(arm).parameters", "law._parameters"),
 ]
-ARMS = {"wam7": lwr_dyn.load("wam7"), "RPR": random_arm(5, "RPR"), "PRRP": random_arm(8, "PRRP")}
+ARMS = {
+    "wam7": lwr_dyn.load("wam7"),
+    "RPR": random_arm(5, "RPR"),
+    "PRRP": random_arm(8, "PRRP"),
+    "R": random_arm(0, "R"),
+}
 CHECKS = {"adaptive": (check_adaptive, ADAPTIVE_SLIPS), "robust": (check_robust, ROBUST_SLIPS)}
 
 
