@@ -75,6 +75,11 @@ class TunedGains:
         return bool(self.trace.use[self.best] <= self.bound and np.isfinite(self.trace.aim[self.best]))
 
     @property
+    def holds(self) -> bool:
+        """Whether the found gains keep it on the runs that the search has not seen."""
+        return self.check.found_use.value <= self.bound
+
+    @property
     def candidates(self) -> int:
         """How many were looked at."""
         return self.trace.aim.size

@@ -37,6 +37,7 @@ def tuned_text(found: TunedGains, title: str) -> str:
             _judged(found).text(),
             f"found / given: {check.ratio.value:.3g} ({check.ratio.low:.3g} to {check.ratio.high:.3g}); "
             f"less error in {100 * check.better.value:.3g} % of the runs: {check.words}",
+            *([] if found.holds else ["on these runs the bound is NOT kept: more --runs find gains that keep it"]),
             "",
             _front(found).text(),
         ]
@@ -71,6 +72,7 @@ def tuned_record(found: TunedGains) -> dict[str, Any]:
             "found": _estimates(check.found, check.found_use),
             "ratio": {"value": check.ratio.value, "low": check.ratio.low, "high": check.ratio.high},
             "better": {"value": check.better.value, "low": check.better.low, "high": check.better.high},
+            "keeps_bound": found.holds,
             "verdict": check.words,
         },
         "front": [

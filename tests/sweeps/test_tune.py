@@ -1,14 +1,17 @@
 """Gains are found where the optimum is known, the same for a seed, and judged on runs that the search has not seen."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from lwr_dyn.errors import OptionError, UnknownNameError
 from lwr_dyn.sweeps.distributions import VariedParameter
 from lwr_dyn.sweeps.gain_aim import gain_aim
-from lwr_dyn.sweeps.gain_box import searched_gain
+from lwr_dyn.sweeps.gain_box import searched_gain, values_of
 from lwr_dyn.sweeps.study_file import SweepStudy
 from lwr_dyn.sweeps.tune import SearchSize, tune
+from lwr_dyn.sweeps.tune_text import tuned_record, tuned_text
 
 LOAD = VariedParameter("payload.mass", "uniform", ("payload.mass",), low=0.0, high=7.0)
 STUDY = SweepStudy("stand-in", "lwr4plus", "", ("pid",), "hold", parameters=(LOAD,))
@@ -77,15 +80,33 @@ def test_the_front_has_no_candidate_that_another_one_beats():
 
 
 def test_the_front_is_searched_below_the_bound_too():
-    few, many = (
-        tune(STUDY, "pid", [OMEGA, XI], bowl, GIVEN, aim=AIM, size=SearchSize(32, 12, 10, 50, front=k)) for k in (0, 3)
-    )
-    at = [
-        [one.trace.aim[one.trace.use <= bound].min(initial=np.inf) for bound in np.linspace(0.15, 0.75, 25)]
-        for one in (few, many)
-    ]
-    assert np.less_equal(at[1], at[0]).all()
-    assert np.less(at[1], 0.95 * np.array(at[0])).any()
+    size = SearchSize(32, 12, 30, 50, front=3)
+    found = tune(STUDY, "pid", [OMEGA, XI], bowl, GIVEN, aim=AIM, size=size)
+    aim, use = found.trace.aim, found.trace.use
+    load = AIM.of(replace(STUDY, method="random").values(0, 32)["payload.mass"])
+    for bound in np.linspace(use[found.trace.front[0]], use[found.best], 5)[1:-1]:
+        omega = 100.0 * (bound - load / 1000.0)
+        least = (1.0 + load) * (1e-3 + np.log(omega / BEST_OMEGA) ** 2)
+        assert aim[use <= bound].min() == pytest.approx(least, rel=0.05)
+
+
+def test_a_bound_that_only_the_runs_of_the_search_keep_is_said():
+    def rare(values):
+        """Torque that a rare load takes: none of the first eight runs has it."""
+        return {**hyperbola(values), "torque_use": np.where(values["payload.mass"] > 6.5, 2.0, 0.1)}
+
+    found = tune(STUDY, "pid", [OMEGA], rare, GIVEN, aim=gain_aim("tip_max:0.99"), size=SearchSize(8, 6, 2, 400, 0))
+    assert found.keeps_bound
+    assert not found.holds
+    assert "on these runs the bound is NOT kept" in tuned_text(found, "stand-in")
+    assert not tuned_record(found)["check"]["keeps_bound"]
+
+
+def test_the_given_gains_are_the_first_candidate():
+    found = tune(STUDY, "pid", [OMEGA, XI], bowl, GIVEN, aim=AIM, size=SearchSize(8, 6, 1, 40, 0))
+    assert values_of(found.gains, found.trace.points[:1])[0] == pytest.approx([50.0, 1.0])
+    for gain in (OMEGA, searched_gain("payload.known=0:1")):
+        assert gain.share(float(gain.value(np.array(0.3)))) == pytest.approx(0.3)
 
 
 def test_the_same_seed_gives_the_same_search():
