@@ -62,13 +62,12 @@ def metrics_of_computed(
 def _flags(setup: LoopSetup, rows: Mapping[str, Array]) -> list[str]:
     speed = min(TURN * setup.rate, LARGEST * setup.rate * setup.substeps)
     angle = (sincos("float64").most_half_turns - 1) * np.pi
-    conditions = (
-        (STOP, (rows["margin"] <= 0.0).any(axis=1) & setup.position_limits),
-        (NOT_FINITE, rows["trouble"][:, 0] != 0.0),
-        (OUT_OF_RANGE, (rows["speed_worst"] > speed).any(axis=1) | (rows["angle_worst"][:, 0] > angle**2)),
-    )
-    flags = np.select([met for _, met in conditions], [np.arange(1, 4)[i] for i in range(3)], 0)
-    return [("", STOP, NOT_FINITE, OUT_OF_RANGE)[code] for code in flags]
+    met = {
+        STOP: (rows["margin"] <= 0.0).any(axis=1) & setup.position_limits,
+        NOT_FINITE: rows["trouble"][:, 0] != 0.0,
+        OUT_OF_RANGE: (rows["speed_worst"] > speed).any(axis=1) | (rows["angle_worst"][:, 0] > angle**2),
+    }
+    return [next((word for word in met if met[word][i]), "") for i in range(len(met[STOP]))]
 
 
 def figures_of(run: Run, arm: Arm, tolerance: float | None = None, quantiles: Sequence[float] = ()) -> dict[str, Array]:

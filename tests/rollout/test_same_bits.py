@@ -58,3 +58,15 @@ def test_a_run_that_turns_nan_leaves_its_neighbours_as_they_were(all_at_once):
     for name, values in done.metrics.items():
         assert np.array_equal(values[others], all_at_once.metrics[name][others])
     assert np.array_equal(done.q[others], all_at_once.q[others])
+
+
+def test_a_run_too_fast_to_be_followed_says_so():
+    given = {"inertia": [-OWN, OWN]}
+    done = lwr_dyn.rollouts(
+        ARM, LAW, IST, parameters=given, duration=0.1, hand_over=False, position_limits=False, quantiles=[0.5]
+    )
+    assert done.flags == ("out of range", "")
+    assert np.isnan(done.metrics["tip_q50"][0])
+    again = lwr_dyn.rollouts(ARM, LAW, IST, parameters=given, duration=0.1, position_limits=False)
+    assert again.simulated.tolist() == [True, False]
+    assert np.isnan(again.metrics["tip_max"][0])  # it diverges in simulate too
