@@ -14,7 +14,11 @@ def _stop(*_: Any) -> None:
 
 
 def main() -> None:
-    """Run the command; while modules are loaded nothing is half written, so that the process may end at once."""
+    """Run the command; while modules are loaded nothing is half written, so that the process may end at once.
+
+    BLAS gets one thread, unless OMP_NUM_THREADS says otherwise: on matrices this small, threads wait for each other.
+    """
+    os.environ.setdefault("OMP_NUM_THREADS", "1")
     heard = signal.getsignal(signal.SIGINT) is not signal.SIG_IGN
     if heard:
         signal.signal(signal.SIGINT, _stop)

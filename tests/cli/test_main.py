@@ -1,5 +1,6 @@
 """The command as a whole: its subcommands by rows, errors as one line with an exit code, and what it imports."""
 
+import os
 import subprocess
 import sys
 import warnings
@@ -24,6 +25,19 @@ def test_the_front_door_is_light():
     code = code.replace("lwr_dyn.cli; ", "import lwr_dyn.cli.main; ")
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+@pytest.mark.parametrize(("given", "used"), [({}, "1"), ({"OMP_NUM_THREADS": "3"}, "3")])
+def test_blas_has_one_thread_unless_told_otherwise(given, used):
+    code = (
+        "import os, sys, lwr_dyn.__main__ as m\n"
+        "assert 'numpy' not in sys.modules\n"
+        "sys.argv = ['lwr-dyn', '--version']\n"
+        "try: m.main()\nfinally: print(os.environ['OMP_NUM_THREADS'])"
+    )
+    environment = {name: value for name, value in os.environ.items() if name != "OMP_NUM_THREADS"} | given
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, env=environment)
+    assert done.stdout.splitlines()[-1] == used
 
 
 def test_a_row_whose_package_is_absent_is_not_listed(lwr_dyn_command, monkeypatch):
