@@ -57,7 +57,7 @@ class Rollouts:
     def run(self, i: int) -> Run:
         """Run `i` (from 0) again, whole, by `simulate` with the same plant, gains and noise.
 
-        With the resolution of an encoder the two agree for some seconds only: rounding grows between two counts until
+        With the resolution of an encoder the two agree for 2 to 6 s only: rounding grows between two counts until
         a reading falls into the next; the figures stay those of the same loop, to about 1e-3.
         Raises `OptionError` for a number outside, and as `simulate`, above all `DivergenceError`.
         """
