@@ -19,6 +19,7 @@ LINES = {
     "adaptation": "adaptation:adaptation",
     "branches": "branches:branches",
     "checks": "checks:checks",
+    "cluster_kills": "sweeps:cluster_kills",
     "compiled_loop": "compiled_loop:compiled_loop",
     "core": "suite:core",
     "coverage": "identification:coverage",

@@ -21,7 +21,7 @@ from lwr_dyn.files import reason_of
 from lwr_dyn.sweeps.manifest import versions
 from lwr_dyn.sweeps.tasks import Chunk, ChunkFault, Done, Work, outcome
 
-ANSWER = 5.0
+ANSWER = 10.0
 """[s] A scheduler has to answer."""
 DESERTED = 60.0
 """[s] Without any worker the sweep ends; a worker that dies is usually started again within seconds."""

@@ -19,6 +19,9 @@ from lwr_dyn.sweeps.sweep import sweep
 from tests.sweeps.small import contents, small_study
 
 ROUNDS, SEED = int(os.environ.get("LWR_DYN_KILLS", "20")), 27
+CHUNKS = 24
+ENDED = os.WEXITED | os.WNOHANG | os.WNOWAIT
+HEADS = ("sweep by", "kills", "workers killed", "with some chunks there", "left a temporary file", "other bytes")
 PAUSE = 0.01
 """[s] Before and after each rename, so that kills fall into writes too."""
 CLUSTER = """
@@ -46,9 +49,14 @@ class Kills:
     """Kills that left a file under a temporary name."""
     faults: list[str] = field(default_factory=list)
 
-    def row(self, name: str, chunks: int) -> str:
+    def judge(self, name: str, same: bool, said: str) -> None:
+        """Keep what is wrong with the bytes of a sweep, or what the sweep said when it ended early."""
+        if said or not same:
+            self.faults.append(f"{name}: {said.strip() or 'other bytes'}")
+
+    def row(self, name: str) -> str:
         """A row of the table."""
-        middle = sum(0 < k < chunks for k in self.kept)
+        middle = sum(0 < k < CHUNKS for k in self.kept)
         cells = (name, self.kills, self.workers, middle, self.inside, len(self.faults))
         return f"| {' | '.join(map(str, cells))} |"
 
@@ -71,14 +79,15 @@ def local_cluster() -> Iterator[subprocess.Popen[str]]:
 
 
 def forked(study: SweepStudy, folder: Path, scheduler: str | None) -> int:
-    """The sweep in a fork, with slow renames; its process number."""
+    """The sweep in a fork, with slow renames; its process number. What it says is in a file beside the folder."""
     child = os.fork()
     if child:
         return child
+    code = 1
     try:
-        silent = os.open(os.devnull, os.O_RDWR)
-        os.dup2(silent, 1)
-        os.dup2(silent, 2)
+        said = os.open(f"{folder}.said", os.O_WRONLY | os.O_CREAT | os.O_APPEND)
+        os.dup2(said, 1)
+        os.dup2(said, 2)
         rename = os.replace
 
         def slow(*names: object, **options: object) -> None:
@@ -88,44 +97,56 @@ def forked(study: SweepStudy, folder: Path, scheduler: str | None) -> int:
 
         os.replace = slow  # type: ignore[assignment]
         sweep(study, folder, scheduler=scheduler, threads=2)
+        code = 0
+    except Exception as fault:
+        print(f"{type(fault).__name__}: {fault}", file=sys.stderr, flush=True)
     finally:
-        os._exit(0)
+        os._exit(code)
 
 
-def seconds(study: SweepStudy, folder: Path, scheduler: str | None) -> float:
-    """What an undisturbed sweep takes."""
+def finished(study: SweepStudy, folder: Path, scheduler: str | None) -> tuple[float, str]:
+    """How long a sweep takes to its end, and what it says against it."""
     start = time.monotonic()
-    os.waitpid(forked(study, folder, scheduler), 0)
-    return time.monotonic() - start
+    _, status = os.waitpid(forked(study, folder, scheduler), 0)
+    said = Path(f"{folder}.said").read_text(encoding="utf-8") if status else ""
+    return time.monotonic() - start, said
 
 
-def killed(study: SweepStudy, place: Path, wanted: dict[str, bytes], cluster: subprocess.Popen[str] | None) -> Kills:
-    """The sweep killed once a round, in folders of their own, and gone on with."""
+def killed(study: SweepStudy, place: Path, cluster: subprocess.Popen[str] | None = None) -> Kills:
+    """The sweep killed once a round, in folders of their own, and gone on with.
+
+    Every second round waits for a random number of chunks, the others for a random part of the time that a whole sweep
+    takes. On a cluster a worker is killed before.
+    """
     rng, found = random.Random(SEED), Kills()
+    sweep(study, place / "here", threads=1)
+    wanted = contents(place / "here")
     scheduler = None if cluster is None or cluster.stdout is None else cluster.stdout.readline().strip()
-    whole = seconds(study, place / "whole", scheduler)
-    if contents(place / "whole") != wanted:
-        found.faults.append("undisturbed")
+    whole, said = finished(study, place / "whole", scheduler)
+    found.judge("undisturbed", contents(place / "whole") == wanted, said)
     for number in range(ROUNDS):
         folder = place / str(number)
         child = forked(study, folder, scheduler)
-        moments = sorted((rng.uniform(0.0, whole), rng.uniform(0.0, whole)))
-        for moment, before in zip(moments, (0.0, moments[0]), strict=True):
-            time.sleep(moment - before)
-            if cluster is not None and moment == moments[0]:
+        chunks, moments = sorted(rng.sample(range(1, CHUNKS), 2)), sorted((rng.random(), rng.random()))
+        for k, moment in zip(chunks, (moments[0], moments[1] - moments[0]), strict=True):
+            wait_for(k, child, folder) if number % 2 else time.sleep(whole * moment)
+            if cluster is not None and k == chunks[0]:
                 found.workers += worker_killed(cluster, rng)
         os.kill(child, signal.SIGKILL)
         os.waitpid(child, 0)
         found.kills += 1
         found.inside += bool(list(folder.rglob(".*.part")))
-        if cluster is not None:
-            found.workers += worker_killed(cluster, rng)
         found.kept.append(len(list(folder.rglob("*.parquet"))))
-        seconds(study, folder, scheduler)
-        if contents(folder) != wanted:
-            found.faults.append(f"round {number}")
-        print(number, found, file=sys.stderr, flush=True)
+        _, said = finished(study, folder, scheduler)
+        found.judge(f"round {number}", contents(folder) == wanted, said)
+        print(time.strftime("%X"), number, found, file=sys.stderr, flush=True)
     return found
+
+
+def wait_for(chunks: int, child: int, folder: Path) -> None:
+    """Wait until so many chunks are there, or the sweep has ended."""
+    while len(list(folder.rglob("*.parquet"))) < chunks and os.waitid(os.P_PID, child, ENDED) is None:
+        time.sleep(0.001)
 
 
 def worker_killed(cluster: subprocess.Popen[str], rng: random.Random) -> bool:
@@ -145,25 +166,27 @@ def worker_killed(cluster: subprocess.Popen[str], rng: random.Random) -> bool:
 
 
 def sweep_kills() -> tuple[str, bool, str]:
-    """`kill -9` of sweeps at random moments, here and on a Dask cluster of three processes, workers too: same bytes."""
-    rows = {}
-    with tempfile.TemporaryDirectory() as name:
-        place = Path(name)
-        study = replace(small_study(place), runs=120)
-        sweep(study, place / "undisturbed", threads=1)
-        wanted = contents(place / "undisturbed")
-        rows["threads"] = killed(study, place / "threads", wanted, None)
-        with local_cluster() as cluster:
-            rows["Dask"] = killed(study, place / "dask", wanted, cluster)
-    heads = (
-        "sweep by",
-        "kills",
-        "workers killed",
-        "with chunks made and missing",
-        "left a temporary file",
-        "other bytes",
-    )
-    table = [f"| {' | '.join(heads)} |", "|---" * len(heads) + "|", *(x.row(k, 60) for k, x in rows.items())]
-    count, faults = sum(x.kills for x in rows.values()), sum(len(x.faults) for x in rows.values())
-    workers = sum(x.workers for x in rows.values())
-    return f"{count} kills, {workers} workers; other bytes after going on: {faults}", faults == 0, "\n".join(table)
+    """`kill -9` of a sweep in threads at random moments: after going on, the same bytes as of an undisturbed one."""
+    with tempfile.TemporaryDirectory() as place:
+        return result("threads", killed(long_study(Path(place)), Path(place)))
+
+
+def cluster_kills() -> tuple[str, bool, str]:
+    """`kill -9` of a sweep on a Dask cluster of three processes, and of its workers, at random moments: same bytes."""
+    import distributed  # noqa: F401 # before the forks, once
+
+    with tempfile.TemporaryDirectory() as place, local_cluster() as cluster:
+        return result("Dask", killed(long_study(Path(place)), Path(place), cluster))
+
+
+def long_study(place: Path) -> SweepStudy:
+    """A study of so many chunks."""
+    study = small_study(place)
+    return replace(study, runs=CHUNKS * study.chunk)
+
+
+def result(name: str, found: Kills) -> tuple[str, bool, str]:
+    """A line of the soak, with its table."""
+    words = f"{found.kills} kills, {found.workers} of workers; other bytes after going on: {len(found.faults)}"
+    table = [f"| {' | '.join(HEADS)} |", "|---" * len(HEADS) + "|", found.row(name)]
+    return words, not found.faults, "\n".join(table)
