@@ -150,8 +150,8 @@ def _places(column: NDArray[Any]) -> NDArray[np.int64]:
 
 def _follows(a: NDArray[np.int64], b: NDArray[np.int64]) -> bool:
     """Whether the parts of two parameters are not independent in these runs (chi-squared)."""
-    counts = np.zeros((a.max() + 1, b.max() + 1))
-    np.add.at(counts, (a, b), 1.0)
+    width = int(b.max()) + 1
+    counts = np.bincount(a * width + b, minlength=(int(a.max()) + 1) * width).reshape(-1, width)
     counts = counts[counts.any(axis=1)][:, counts.any(axis=0)]
     expected = np.outer(counts.sum(axis=1), counts.sum(axis=0)) / a.size
     return bool(expected.min() >= FEWEST and chi2_contingency(counts).pvalue < FOLLOWS)
