@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
+from lwr_dyn import registry
 from lwr_dyn.control.controllers import CONTROLLERS
 from lwr_dyn.errors import LwrDynError, MissingPackageError, OptionError, UnknownNameError
 from lwr_dyn.kinematics.inverse import IK_SOLVERS
@@ -177,6 +178,18 @@ def test_rows_of_another_package_come_after_our_own(distribution):
         CONTROLLERS.load("absent")
     with pytest.raises(OptionError, match="from added-rows: sick_module: ZeroDivisionError"):
         CONTROLLERS.load("sick")
+
+
+def test_what_is_installed_is_read_once_for_a_path(monkeypatch, tmp_path):
+    seen, read = [], registry.entry_points
+    monkeypatch.setattr(registry, "entry_points", lambda: seen.append(1) or read())
+    monkeypatch.syspath_prepend(str(tmp_path))
+    assert CONTROLLERS.names == CONTROLLERS.names
+    assert REFERENCES.names
+    assert len(seen) == 1
+    monkeypatch.syspath_prepend(str(tmp_path / "more"))
+    assert CONTROLLERS.names
+    assert len(seen) == 2
 
 
 def test_an_own_name_is_not_replaced(distribution):
