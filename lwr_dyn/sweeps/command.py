@@ -9,7 +9,7 @@ from typing import Any
 import click
 
 from lwr_dyn.cli.options import print_json
-from lwr_dyn.progress import progress
+from lwr_dyn.progress import CLEAR, progress
 from lwr_dyn.sweeps.cost import SweepCost, duration
 from lwr_dyn.sweeps.finished import FinishedSweep, finish
 from lwr_dyn.sweeps.read_study import read_study
@@ -48,6 +48,8 @@ def command(
         read = replace(read, runs=runs)
 
     def state(cost: SweepCost) -> None:
+        if sys.stderr.isatty():
+            click.echo(CLEAR, nl=False, err=True)
         click.echo(cost.table().text(), err=as_json)
 
     with progress("sweeping") as report:
