@@ -49,6 +49,7 @@ LINES = {
     "properties": "suite:properties",
     "pushes": "collisions:pushes",
     "recovery": "audit:recovery",
+    "robustness": "robustness:robustness",
     "rollout_laws": "rollout_laws:rollout_laws",
     "rollouts": "rollouts:rollouts",
     "runs": "checks:runs",
