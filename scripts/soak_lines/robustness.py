@@ -16,7 +16,7 @@ CLOSE = 1e-5
 
 
 def robustness() -> tuple[str, bool]:
-    """Runs of the robustness study whose errors are those of docs/robustness.json"""
+    """Runs of the robustness study whose errors are those of docs/robustness.json."""
     kept = json.loads(page.NUMBERS.read_text("utf-8"))["controllers"]
     shop, good, total = SweepWorkshop(read_study(page.STUDY)), 0, 0
     for name, one in kept.items():
