@@ -85,7 +85,7 @@ def _pool(threads: int) -> ThreadPoolExecutor:
 
 def require_packages() -> None:
     """Raise `MissingPackageError` unless the packages of the extra `batch` are installed."""
-    for package in ("numba", "casadi"):
+    for package in ("numba", "casadi", "mpmath"):
         if find_spec(package) is None:
             raise MissingPackageError(package, "batch")
 

@@ -6,6 +6,7 @@ A load is a point mass at its centre in the flange's frame, as `simulation.plant
 from collections.abc import Mapping
 from dataclasses import replace
 
+import casadi
 import numpy as np
 
 from lwr_dyn.arrays import Array
@@ -13,7 +14,7 @@ from lwr_dyn.codegen.parameters import TENSOR, inertial_parameters
 from lwr_dyn.model.arm import Arm, JointLimits
 from lwr_dyn.model.chain import Body, Chain, Rotor, with_bodies, with_payload
 from lwr_dyn.model.spatial import steiner
-from lwr_dyn.rollout.symbolic_model import KeptParameters
+from lwr_dyn.rollout.symbolic_model import KeptParameters, SymbolicModel, armature_of
 
 
 def kept_values(chain: Chain, inertia: Array | None, load: Array | None, com: Array | None) -> Array:
@@ -29,6 +30,21 @@ def kept_values(chain: Chain, inertia: Array | None, load: Array | None, com: Ar
     kept = KeptParameters.of(chain)
     out = kept.own[None] if inertia is None else _product(inertia, kept.matrix)
     return out if load is None else out + _product(_point_masses(load, com), kept.payload_matrix)
+
+
+def mass_matrices(chain: Chain, q: Array, given: Mapping[str, Array]) -> Array:
+    """Mass matrices (runs, n, n) at q (n,) of plants with the rows `inertia`, `payload`, `armature`; (1, n, n) of none.
+
+    A mass matrix is linear in the kept parameters: one evaluation of its matrix serves all runs.
+    """
+    n, own = chain.n, KeptParameters.of(chain).own
+    symbols = casadi.SX.sym("kept", own.size)
+    rows = SymbolicModel.of(chain, symbols, [0.0] * n).mass_matrix(casadi.DM(q))
+    flat = casadi.vertcat(*(x for row in rows for x in row))
+    linear = np.array(casadi.Function("B", [symbols], [casadi.jacobian(flat, symbols)])(own).full())
+    kept = kept_values(chain, *(given.get(name) for name in ("inertia", "payload", "payload_com")))
+    rotors = given.get("armature", armature_of(chain)[None])
+    return _product(kept, linear).reshape(-1, n, n) + rotors[:, :, None] * np.eye(n)
 
 
 def _product(rows: Array, matrix: Array) -> Array:

@@ -9,10 +9,10 @@ import numpy as np
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.control.protocol import Controller
-from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.errors import OptionError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Motion, Reference
+from lwr_dyn.rollout.bodies_of_runs import mass_matrices
 from lwr_dyn.rollout.known_reference import known_reference, reference_rows
 from lwr_dyn.rollout.philox import MOST_SEED
 from lwr_dyn.rollout.smooth_friction import check_friction, friction_table
@@ -141,7 +141,7 @@ def check_starts(setup: LoopSetup, given: Mapping[str, Array]) -> None:
 def check_smooth_friction(setup: LoopSetup, given: Mapping[str, Array]) -> None:
     """Raise `OptionError` for friction of single runs without "smooth", or too stiff for the step where runs begin.
 
-    The mass matrix is that of the setup's plant.
+    The mass matrix is that of each run's plant, where the first reference begins.
     """
     own = given.get("friction")
     if setup.friction != "smooth":
@@ -149,5 +149,5 @@ def check_smooth_friction(setup: LoopSetup, given: Mapping[str, Array]) -> None:
             raise OptionError("friction", f"{setup.friction!r} with a parameter friction", "'smooth'")
         return
     tables = friction_table(setup.plant.friction_models()) if own is None else own
-    B = dynamics_of(setup.plant).mass_matrix(setup.motions[0].q[0])
+    B = mass_matrices(setup.plant.chain, setup.motions[0].q[0], given)
     check_friction(B, tables, setup.friction_width, setup.rate, setup.substeps)

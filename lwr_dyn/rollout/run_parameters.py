@@ -33,7 +33,8 @@ def run_parameters(
 ) -> tuple[int, dict[str, Array]]:
     """The number of runs, and each parameter as an array (runs, *shape).
 
-    A row (runs,) or (runs, 1) for a joint vector stands for all joints; trailing axes may be flat.
+    A row (runs,) or (runs, 1) for a joint vector stands for all joints; trailing axes may be flat, and inertias may
+    have an axis of links (runs, n, 10). Other axes are refused: transposed ones would be read as other numbers.
 
     Raises
     ------
@@ -71,7 +72,8 @@ def _rows(name: str, value: Any) -> Array:
 
 def _whole(name: str, array: Array, shape: tuple[int, ...]) -> Array:
     runs, rest = len(array), array.shape[1:]
-    if rest == shape or prod(rest) == prod(shape):
+    by_link = (shape[0] // 10, 10) if name.endswith("inertia") else shape
+    if rest in (shape, by_link) or (len(rest) <= 1 and prod(rest) == prod(shape)):
         return np.ascontiguousarray(array.reshape(runs, *shape))
     if len(shape) == 1 and prod(rest) == 1 and not name.endswith(("inertia", "com")):
         return np.repeat(array.reshape(runs, 1), shape[0], axis=1)

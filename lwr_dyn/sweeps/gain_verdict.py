@@ -9,6 +9,8 @@ from lwr_dyn.sweeps.intervals import LEVEL, QuantileEstimate, ShareEstimate, qua
 
 RESAMPLES = 2000
 """Of the bootstrap."""
+FEW = 10
+"""Runs beyond a quantile below which the interval of the bootstrap is too narrow."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -38,10 +40,11 @@ class GainVerdict:
 
     @property
     def words(self) -> str:
-        """What the interval of the ratio allows to say."""
-        if self.ratio.high < 1.0:
+        """What the interval of the ratio allows to say; with few runs beyond the quantile, what those of both do."""
+        enough = self.found.runs * (1.0 - self.found.share) >= FEW
+        if (enough and self.ratio.high < 1.0) or self.found.high < self.given.low:
             return "the found gains are better"
-        if self.ratio.low > 1.0:
+        if (enough and self.ratio.low > 1.0) or self.given.high < self.found.low:
             return "the given gains are better"
         return "the runs do not tell them apart"
 
@@ -65,7 +68,7 @@ def paired_ratio(given: Array, found: Array, share: float, seed: int) -> PairedR
     """Quantile of `found` over that of `given`, (runs,) each; percentiles of a bootstrap that draws pairs.
 
     Two quantiles that are both inf have the ratio 1. For the quantile of runs that are few beyond it (1 - share times
-    their number below 10) the interval of a bootstrap is too narrow: the intervals of the quantiles themselves hold.
+    their number below `FEW`) the interval of a bootstrap is too narrow: the intervals of the quantiles themselves hold.
 
     References
     ----------

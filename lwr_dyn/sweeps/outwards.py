@@ -122,14 +122,17 @@ def outward_search(spans: Sequence[Span], limits: Mapping[MetricWords, float], e
     ]
     for k, (span, end, shares) in enumerate(fine):
         found = {metric: rows[k * STEPS : (k + 1) * STEPS] for metric, rows in second.items()}
-        lines.append(_line(span, end, shares, found))
+        lines.append(_line(span, end, shares, found, hit[k][1]))
     runs = 1 + STEPS * (len(ways) + len(fine))
     return OutwardSearch(tuple(sorted(lines, key=lambda one: 2.0 if one.share is None else one.share)), runs)
 
 
-def _line(span: Span, end: float, shares: Array, broken: Mapping[str, NDArray[np.bool_]]) -> FirstBreak:
+def _line(
+    span: Span, end: float, shares: Array, broken: Mapping[str, NDArray[np.bool_]], coarse: Mapping[str, NDArray[Any]]
+) -> FirstBreak:
     at = _index(broken)
-    metric = next(name for name, rows in broken.items() if rows[at])
+    seen, row = (coarse, _index(coarse)) if _first(broken) is None else (broken, at)  # sensor noise differs in each run
+    metric = next(name for name, rows in seen.items() if rows[row])
     last = float(span.at(shares[at], end))
     share = (last - float(span.nominal)) / (end - float(span.nominal))
     return FirstBreak(span.path, end, share, span.before(last, end, STEPS**-2.0), last, metric)

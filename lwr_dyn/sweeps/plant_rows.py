@@ -94,6 +94,8 @@ def plant_parameters(study: SweepStudy, values: Mapping[str, Values]) -> dict[st
 
     Raises `OptionError` for friction with a Stribeck curve, and as `lwr_dyn.load` for a reading that does not exist.
     """
+    if not values:  # what varies is the law's alone
+        return {}
     plants = PlantArms.of(study, values)
     n = plants.n
     found = {

@@ -100,12 +100,13 @@ def _digests(files: Iterable[Path]) -> dict[str, str]:
 
 
 def _controller_files(study: SweepStudy, folder: Path, file: str) -> dict[str, str]:
-    """SHA-256 of the controllers' files; raises `PaperError` for a controller that does not exist."""
+    """SHA-256 of the controllers' files by path as given; raises `PaperError` for one that does not exist."""
     found: dict[str, str] = {}
     for i, text in enumerate(study.controllers):
         with field_of(file, f"controllers[{i}]"):
             spec = controller_spec(text)
-            found |= _digests([folder / spec.base] if spec.is_file else [])
+            if spec.is_file:
+                (found[spec.base],) = _digests([folder / spec.base]).values()
     return found
 
 

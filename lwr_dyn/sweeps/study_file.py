@@ -55,7 +55,7 @@ class SweepStudy:
     file, text : str
         Path and content of the file.
     sources : mapping
-        SHA-256 of every file that the study names, by the name it has there.
+        SHA-256 of every file that the study names: of controllers by the path that it gives, of others by name.
 
     Raises
     ------

@@ -17,6 +17,7 @@ from lwr_dyn.sweeps.distributions import Values
 from lwr_dyn.sweeps.gain_aim import gain_aim
 from lwr_dyn.sweeps.gain_box import SearchedGain, searched_gain
 from lwr_dyn.sweeps.parameter_paths import parameter_path
+from lwr_dyn.sweeps.plant_rows import plant_parameters
 from lwr_dyn.sweeps.read_study import read_study
 from lwr_dyn.sweeps.study_file import SweepStudy
 from lwr_dyn.sweeps.study_setup import arm_of_study, is_task, spec_of_study
@@ -26,6 +27,8 @@ from lwr_dyn.sweeps.workshop import SweepWorkshop
 
 USUAL = {"omega_n": (0.2, 5.0), "xi": (0.4, 2.0)}
 """Options that are searched where none is named, and the bounds as factors of what is given."""
+OF_LIMITS = ("limits.torque", "reading")
+"""Paths that give a run torque limits of its own."""
 GAIN_HELP = (
     "What is searched, repeatable: an option of the controller, as omega-n=5:200, or a path of studies. "
     "omega-n and xi around what is given, if none is named."
@@ -106,7 +109,9 @@ def evaluator(study: SweepStudy, controller: str, threads: int = 1) -> Evaluate:
 
     def evaluate(values: Mapping[str, Values]) -> Mapping[str, Array]:
         metrics = workshop.evaluate(controller, values)
-        return {**metrics, USE: (metrics["peak_command"] / effort).max(axis=1)}
+        of_limits = {path: x for path, x in values.items() if path.startswith(OF_LIMITS)}
+        limits = plant_parameters(study, of_limits).get("effort", effort)
+        return {**metrics, USE: (metrics["peak_command"] / limits).max(axis=1)}
 
     return evaluate
 

@@ -128,7 +128,7 @@ def test_the_key_distinguishes_arms_choices_and_functions():
     assert kernel.key_of(kernel_spec(lwr_dyn.load("lwr4plus")), "mass_matrix") in keys
 
 
-@pytest.mark.parametrize("package", ["numba", "casadi"])
+@pytest.mark.parametrize("package", ["numba", "casadi", "mpmath"])
 def test_an_absent_package_is_named(monkeypatch, package):
     monkeypatch.setattr(kernel, "find_spec", lambda name: None if name == package else object())
     for make in (lwr_dyn.batch_dynamics, lambda arm: lwr_dyn.dynamics_of(arm, "kernels")):

@@ -20,6 +20,8 @@ NAN = np.full(3, np.nan)
         ({"Kpp": [1.0]}, UnknownNameError, "known: inertia.*Kp, Kd"),
         ({"inertia": [OWN[:69]]}, ShapeError, r"\(1, 70\)"),
         ({"inertia": [3.0]}, ShapeError, r"\(1, 70\)"),
+        ({"inertia": [OWN.reshape(7, 10).T]}, ShapeError, r"\(1, 10, 7\)"),
+        ({"friction": np.zeros((1, 7, 5))}, ShapeError, r"\(1, 5, 7\)"),
         ({"payload": 2.0}, ShapeError, "a single number"),
         ({"payload": [1.0, 2.0], "Kp": [100.0]}, ShapeError, "1 rows; allowed: 2 rows"),
         ({"payload": []}, OptionError, "from 1 to"),
@@ -101,3 +103,15 @@ def test_a_run_that_was_not_made_is_refused():
     done = lwr_dyn.rollouts(ARM, LAW, IST, parameters={"inertia": [OWN]}, duration=0.1)
     with pytest.raises(OptionError, match="0 to 0"):
         done.run(1)
+
+
+def test_friction_too_stiff_for_one_light_arm_is_refused():
+    """The arm itself is slow enough: RK4 of 1 ms is stable below 2700 1/s."""
+    table = np.zeros((5, 7))
+    table[[0, 2]] = 0.02 * ARM.effort
+    B = lwr_dyn.dynamics_of(ARM).mass_matrix(IST.sample(np.zeros(1)).q[0])
+    own = np.linalg.eigvals(np.linalg.solve(B, np.diag(table[0]))).real.max()
+    given = {"friction": [table, table], "armature": [ARM.armature, 0.5 * ARM.armature]}
+    options = {"friction": "smooth", "friction_width": own / 2690.0, "duration": 0.01}
+    with pytest.raises(OptionError, match=r"run 1.*substeps"):
+        lwr_dyn.rollouts(ARM, LAW, IST, parameters=given, **options)

@@ -58,6 +58,17 @@ def test_a_limit_that_breaks_in_the_last_step_only():
     assert found.lines[0].share == 1.0
 
 
+def test_a_limit_that_breaks_by_the_noise_of_one_run_only():
+    """The second pass has other runs, with other noise of the encoders."""
+    passes = iter([0.0, 1.0])
+
+    def noisy(values):
+        return {"tip_max": 2.0 * (values["payload.mass"] >= 7.0 + next(passes))}
+
+    line = outward_search(SPANS[:1], {TIP: 1.0}, noisy).lines[0]
+    assert (line.share, line.metric) == (1.0, "tip_max")
+
+
 @pytest.mark.parametrize(
     ("span", "ends"),
     [

@@ -107,6 +107,17 @@ def test_files_stand_beside_the_study_and_count_by_their_content(read, tmp_path)
     assert read(text).digest != study.digest
 
 
+def test_files_of_one_name_in_two_folders_count_both(read, tmp_path):
+    own = "def controller(t, q, dq, q_ref, dq_ref, ddq_ref):\n    return 0 * q\n"
+    for folder in ("a", "b"):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "mine.py").write_text(own, encoding="utf-8")
+    text = HEAD.replace("robust:omega_n=20", 'a/mine.py", "b/mine.py') + PAYLOAD
+    before = read(text).digest
+    (tmp_path / "a" / "mine.py").write_text(own + "# other\n", encoding="utf-8")
+    assert read(text).digest != before
+
+
 def test_assumed_friction_is_in_the_model(read):
     study = read("assumed_friction = 0.02\n" + HEAD.replace("robust:omega_n=20", "pid+friction") + PAYLOAD)
     arm = arm_of_study(study)

@@ -19,6 +19,7 @@ from lwr_dyn.rollout.rollouts import rollouts
 from lwr_dyn.sweeps import sweep_folder
 from lwr_dyn.sweeps.cost import duration, size
 from lwr_dyn.sweeps.manifest import OtherSweepError
+from lwr_dyn.sweeps.read_study import read_study
 from lwr_dyn.sweeps.results import SweepResults
 from lwr_dyn.sweeps.rollout_arguments import rollout_arguments
 from lwr_dyn.sweeps.study_setup import arm_of_study, controller_of_study, references_of_study
@@ -202,3 +203,25 @@ def test_times_and_sizes_in_words():
     assert {x: duration(x) for x in times} == times
     sizes = {1.0: "1 MB", 1.4e6: "1 MB", 9.98e8: "998 MB", 2.5e9: "2.5 GB"}
     assert {x: size(x) for x in sizes} == sizes
+
+
+def test_a_law_in_a_file_runs_where_only_its_own_options_vary(tmp_path):
+    text = """
+        robot = "lwr4plus"
+        controllers = ["mine.py"]
+        [task]
+        name = "hold"
+        from-deg = [0, 30, 0, -60, 0, 30, 0]
+        duration = 0.01
+        [sampling]
+        runs = 2
+        [[parameter]]
+        path = "controller.gain"
+        low = 1
+        high = 2
+        """
+    law = "def make(arm, dynamics, gain=1.0):\n    return lambda t, q, dq, q_ref, dq_ref, ddq_ref: gain * (q_ref - q)\n"
+    (tmp_path / "mine.py").write_text(law, encoding="utf-8")
+    (tmp_path / "law.toml").write_text(text, encoding="utf-8")
+    runs, _ = SweepWorkshop(read_study(tmp_path / "law.toml")).runs("mine.py", 0, 2)
+    assert runs.metrics["tip_max"][0] != runs.metrics["tip_max"][1]

@@ -9,6 +9,7 @@ from lwr_dyn.errors import OptionError, UnknownNameError
 from lwr_dyn.sweeps.distributions import VariedParameter
 from lwr_dyn.sweeps.gain_aim import gain_aim
 from lwr_dyn.sweeps.gain_box import searched_gain, values_of
+from lwr_dyn.sweeps.gain_verdict import verdict
 from lwr_dyn.sweeps.study_file import SweepStudy
 from lwr_dyn.sweeps.tune import SearchSize, tune
 from lwr_dyn.sweeps.tune_text import tuned_record, tuned_text
@@ -167,3 +168,12 @@ def test_other_bad_input_is_refused():
     for bad in ({"runs": 0}, {"population": 2}, {"generations": 0}, {"check": 0}, {"front": -1}, {"seed": -1}):
         with pytest.raises(OptionError):
             SearchSize(**bad)
+
+
+def test_few_runs_beyond_a_quantile_do_not_judge():
+    """99.9 % of 1000 runs is the second worst: the bootstrap knows two runs there, and their intervals are open."""
+    given = np.linspace(1.0, 2.0, 1000)
+    found = verdict(given, 0.99 * given, given, given, 0.999, 0)
+    assert found.ratio.high < 1.0
+    assert found.words == "the runs do not tell them apart"
+    assert verdict(given, 0.99 * given, given, given, 0.9, 0).words == "the found gains are better"

@@ -3,8 +3,11 @@
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from lwr_dyn.sweeps.read_study import read_study
+from lwr_dyn.sweeps.tune_command import evaluator
 from tests.json_schemas import faults
 
 STUDY = """
@@ -113,3 +116,13 @@ def test_what_is_no_study_is_refused(lwr_dyn_command, tmp_path):
         code, out, err = lwr_dyn_command("tune", target)
         assert (code, out, err.count("\n")) == (2, "", 1)
     assert not list(Path(tmp_path).iterdir())
+
+
+def test_the_torque_use_is_of_the_limits_of_each_run(tmp_path):
+    path = tmp_path / "limits.toml"
+    path.write_text(STUDY + '[[parameter]]\npath = "limits.torque.all"\nvalues = [0.5, 1.0]\n', encoding="utf-8")
+    study = read_study(path)
+    evaluate = evaluator(study, "inverse-dynamics")
+    values = {name: np.repeat(rows[:1], 2, axis=0) for name, rows in study.values(0, 1).items()}
+    use = evaluate(values | {"limits.torque.all": np.array([0.5, 1.0])})["torque_use"]
+    assert use[0] == pytest.approx(2.0 * use[1], rel=1e-3)
