@@ -72,9 +72,12 @@ _LINES = (
 
 
 def controller_inks(summary: SweepSummary) -> dict[str, str]:
-    """Controller -> the class of its colour, as in every picture of runs."""
+    """Controller -> the class of its colour, as in every picture of runs; where the grey comes again, it is dashed."""
     names = [(text.split(":")[0].split("+")[0], "", text) for text in summary.controllers]
-    return {text: f"r{min(place, 4) + 1}" for text, place in zip(summary.controllers, run_places(names), strict=True)}
+    inks = [f"r{min(place, 4) + 1}" for place in run_places(names)]
+    again = [min(inks[:k].count(ink), 2) for k, ink in enumerate(inks)]
+    classes = [f"{ink} again{k}" if k else ink for ink, k in zip(inks, again, strict=True)]
+    return dict(zip(summary.controllers, classes, strict=True))
 
 
 def column_units(summary: SweepSummary) -> dict[str, str]:

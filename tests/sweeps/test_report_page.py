@@ -11,7 +11,7 @@ from lwr_dyn.sweeps import report_page
 from lwr_dyn.sweeps.distribution_charts import histograms_html, values_axis, worst_share_html
 from lwr_dyn.sweeps.influence_charts import indices_html, outwards_html, tornado_html
 from lwr_dyn.sweeps.parallel_lines import MOST_LINES, metric_axis, parallel_html, parameter_axes
-from lwr_dyn.sweeps.report_page import column_units, report_html, write_report
+from lwr_dyn.sweeps.report_page import column_units, controller_inks, report_html, write_report
 from lwr_dyn.sweeps.summary import summarise
 from lwr_dyn.sweeps.summary_words import quantile_text, share_text
 from lwr_dyn.sweeps.worst_runs import WorstRun, worst_table_html
@@ -80,6 +80,14 @@ def test_no_colour_is_named():
     folder = Path(report_page.__file__).parent
     files = [file for file in folder.iterdir() if file.suffix in (".py", ".css", ".js")]
     assert [file.name for file in files if re.search(r"#[0-9a-fA-F]{3,8}\b", file.read_text("utf-8"))] == []
+
+
+def test_greys_differ_by_their_dashes(summary):
+    names = ("pid", "pd-gravity", "inverse-dynamics", "robust", "adaptive", "pid:omega-n=30", "pid:omega-n=40")
+    many = replace(summary, controllers=dict.fromkeys(names, summary.controllers[FIRST]))
+    inks = controller_inks(many)
+    assert len(set(inks.values())) == len(names)
+    assert [inks[name] for name in names[:3]] == ["r3", "r2", "r1"]
 
 
 def test_a_histogram_counts_every_run_and_says_how_many_it_does_not_show(summary):
