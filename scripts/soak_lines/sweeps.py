@@ -115,8 +115,8 @@ def finished(study: SweepStudy, folder: Path, scheduler: str | None) -> tuple[fl
 def killed(study: SweepStudy, place: Path, cluster: subprocess.Popen[str] | None = None) -> Kills:
     """The sweep killed once a round, in folders of their own, and gone on with.
 
-    Every second round waits for a random number of chunks, the others for a random part of the time that a whole sweep
-    takes. On a cluster a worker is killed before.
+    Every fourth round waits for a random part of the time that a whole sweep takes, which may be after its end; the
+    others wait for a random number of chunks. On a cluster a worker is killed before.
     """
     rng, found = random.Random(SEED), Kills()
     sweep(study, place / "here", threads=1)
@@ -129,7 +129,7 @@ def killed(study: SweepStudy, place: Path, cluster: subprocess.Popen[str] | None
         child = forked(study, folder, scheduler)
         chunks, moments = sorted(rng.sample(range(1, CHUNKS), 2)), sorted((rng.random(), rng.random()))
         for k, moment in zip(chunks, (moments[0], moments[1] - moments[0]), strict=True):
-            wait_for(k, child, folder) if number % 2 else time.sleep(whole * moment)
+            time.sleep(whole * moment) if number % 4 == 0 else wait_for(k, child, folder)
             if cluster is not None and k == chunks[0]:
                 found.workers += worker_killed(cluster, rng)
         os.kill(child, signal.SIGKILL)
