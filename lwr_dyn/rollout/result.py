@@ -15,7 +15,8 @@ from lwr_dyn.model.shown import repr_html, short_repr
 STOP, NOT_FINITE, OUT_OF_RANGE = "stop", "not finite", "out of range"
 FLAGS = ("", STOP, NOT_FINITE, OUT_OF_RANGE)
 """What ended a run's course in the kernel, in words: nothing; a joint reached its stop, which the kernel does not have;
-a state or torque that is not finite; a speed of a turn a sample, or an angle beyond the range reduction."""
+a state or torque that is not finite; a speed above `small_turn.LARGEST` (0.2 rad) a step of RK4, or an angle beyond the
+range reduction."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

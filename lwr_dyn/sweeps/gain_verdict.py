@@ -40,12 +40,14 @@ class GainVerdict:
 
     @property
     def words(self) -> str:
-        """What the interval of the ratio allows to say; with few runs beyond the quantile, what those of both do."""
-        enough = self.found.runs * (1.0 - self.found.share) >= FEW
-        if (enough and self.ratio.high < 1.0) or self.found.high < self.given.low:
-            return "the found gains are better"
-        if (enough and self.ratio.low > 1.0) or self.given.high < self.found.low:
-            return "the given gains are better"
+        """What the interval of the ratio allows to say; and whether the quantile is bounded."""
+        certain = self.found.high < self.given.low or self.given.high < self.found.low
+        few = self.found.runs * (1.0 - self.found.share) < FEW and not certain
+        said = " on these runs, too few to bound the quantile" if few else ""
+        if self.ratio.high < 1.0 or self.found.high < self.given.low:
+            return f"the found gains are better{said}"
+        if self.ratio.low > 1.0 or self.given.high < self.found.low:
+            return f"the given gains are better{said}"
         return "the runs do not tell them apart"
 
 
