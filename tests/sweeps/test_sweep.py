@@ -17,7 +17,7 @@ from lwr_dyn.errors import FileAccessError, OptionError
 from lwr_dyn.model.run import Run
 from lwr_dyn.rollout.rollouts import rollouts
 from lwr_dyn.sweeps import sweep_folder
-from lwr_dyn.sweeps.cost import duration, size
+from lwr_dyn.sweeps.cost import ControllerCost, duration, memory, size
 from lwr_dyn.sweeps.manifest import OtherSweepError
 from lwr_dyn.sweeps.read_study import read_study
 from lwr_dyn.sweeps.results import SweepResults
@@ -225,3 +225,10 @@ def test_a_law_in_a_file_runs_where_only_its_own_options_vary(tmp_path):
     (tmp_path / "law.toml").write_text(text, encoding="utf-8")
     runs, _ = SweepWorkshop(read_study(tmp_path / "law.toml")).runs("mine.py", 0, 2)
     assert runs.metrics["tip_max"][0] != runs.metrics["tip_max"][1]
+
+
+def test_the_memory_of_many_runs_is_that_of_their_results():
+    few, many = (
+        memory([ControllerCost("pid", runs, 500, 2e-3, 0.0, 800.0, 64, False)], 1) for runs in (1000, 10_000_000)
+    )
+    assert many - few > 10_000_000 * 800.0
