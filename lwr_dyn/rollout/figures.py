@@ -1,6 +1,6 @@
 """Metrics of runs from a kernel's figures, or from a `Run`, by the conventions of `simulation.metrics` in SI units."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
@@ -30,6 +30,8 @@ def quantile_name(share: float) -> str:
 
 def checked_quantiles(quantiles: Sequence[float]) -> tuple[float, ...]:
     """The shares, each between 0 and 1; raises `OptionError`."""
+    if not isinstance(quantiles, Iterable):
+        raise OptionError("quantiles", quantiles, "a sequence, as [0.95]")
     for share in quantiles:
         if not (isinstance(share, float | int) and 0.0 < share < 1.0):
             raise OptionError("quantiles", share, "shares of time between 0 and 1")

@@ -16,6 +16,7 @@ from lwr_dyn.arrays import Array
 from lwr_dyn.codegen.cache import read_cache, write_cache
 from lwr_dyn.codegen.kernel import require_packages
 from lwr_dyn.codegen.machine_code import compiled, host_cpu, lanes_of, load
+from lwr_dyn.errors import OptionError
 from lwr_dyn.rollout.slots import FIGURES, Slots
 from lwr_dyn.rollout.step import StepPlan
 from lwr_dyn.rollout.step_source import INPUTS, rollout_source
@@ -81,7 +82,7 @@ class RolloutKernel:
         """All runs of a task, blocks of 64 over threads, without the interpreter's lock."""
         runs, kept = task.runs, -(-task.samples // task.stride) if task.stride else 0
         figures = np.empty((runs, len(self.slots.all_places(FIGURES))))
-        record = np.empty((runs, kept, 3 * self.joints)) if kept else None
+        record = room_for_record(runs, kept, 3 * self.joints) if kept else None
         out = Computed(figures, np.empty((runs, len(task.quantiles))), record)
         left = deque(range(0, runs, BLOCK))
 
@@ -126,6 +127,15 @@ class RolloutKernel:
 
 def _address(array: Any) -> int:
     return int(array.__array_interface__["data"][0])
+
+
+def room_for_record(runs: int, kept: int, width: int) -> Array:
+    """Room for the record; raises `OptionError` where the memory does not hold it."""
+    try:
+        return np.empty((runs, kept, width))
+    except MemoryError:
+        size = f"{runs} runs of {kept} samples, {8e-9 * runs * kept * width:.3g} GB"
+        raise OptionError("record", size, "what the memory holds: fewer runs, or a larger stride") from None
 
 
 def key_of(plan: StepPlan, lanes: int) -> str:

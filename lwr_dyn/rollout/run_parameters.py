@@ -53,7 +53,7 @@ def run_parameters(
     count = next(iter(rows.values()), None) if runs is None else runs
     if count is None:
         raise OptionError("runs", "not given", "a number of runs, or parameters with a row for each")
-    if not (isinstance(count, int) and 1 <= count <= MOST_RUNS):
+    if not (isinstance(count, int) and not isinstance(count, bool) and 1 <= count <= MOST_RUNS):
         raise OptionError("runs", count, f"a whole number from 1 to {MOST_RUNS}")
     for name, found in rows.items():
         if found != count:
@@ -97,4 +97,9 @@ def _check(values: Mapping[str, Array], references: int) -> None:
     for load in ("payload", "model_payload"):
         if f"{load}_com" in values and load not in values:
             raise OptionError(f"parameter {load}_com", f"given without {load}", f"both, or {load} alone")
+    for name in ("inertia", "model_inertia"):
+        masses = values.get(name, np.zeros((0, 10)))[:, ::10]
+        for run, link in np.argwhere(masses < 0.0)[:1].tolist():
+            found = f"a mass of {masses[run, link]:g} kg in run {run}, link {link + 1}"
+            raise OptionError(f"parameter {name}", found, "masses from 0 on")
     check_gains(values)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Generator, Mapping, Sequence
-from contextlib import closing, nullcontext
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from contextlib import closing, contextmanager, nullcontext, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -85,8 +85,7 @@ def sweep(
     if threads is not None and not 1 <= threads <= MOST_THREADS:
         raise OptionError("threads", threads, f"from 1 to {MOST_THREADS}")
     workers = threads or processors()
-    refuse_early(make_folder(folder), study)
-    with connected(scheduler) if scheduler else nullcontext() as client:
+    with _made(folder, study), connected(scheduler) if scheduler is not None else nullcontext() as client:
         if client is not None:
             workers = sum(client.nthreads().values())
         report("the first runs, for the cost")
@@ -94,6 +93,21 @@ def sweep(
         state(cost)
         with SweepFolder.opened(folder, manifest, study.text) as opened:
             return _filled(study, opened, cost, client, report)
+
+
+@contextmanager
+def _made(folder: str | Path, study: SweepStudy) -> Iterator[None]:
+    """The folder, not of another study; one that was made now and is still empty after a fault is deleted."""
+    is_new = not Path(folder).exists()
+    path = make_folder(folder)
+    try:
+        refuse_early(path, study)
+        yield
+    except BaseException:
+        if is_new:
+            with suppress(OSError):  # it holds results
+                path.rmdir()
+        raise
 
 
 def processors() -> int:

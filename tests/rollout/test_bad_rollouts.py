@@ -6,6 +6,7 @@ import pytest
 import lwr_dyn
 from lwr_dyn.errors import LwrDynError, MissingDataError, NotPhysicalError, OptionError, ShapeError, UnknownNameError
 from lwr_dyn.model.friction import symmetric
+from lwr_dyn.rollout.kernel import room_for_record
 from lwr_dyn.rollout.laws.no_form import NoKernelFormError
 from tests.rollout.test_rollouts import ARM, IST, OWN
 
@@ -19,6 +20,7 @@ NAN = np.full(3, np.nan)
         ({"inertias": [OWN]}, UnknownNameError, "did you mean inertia"),
         ({"Kpp": [1.0]}, UnknownNameError, "known: inertia.*Kp, Kd"),
         ({"inertia": [OWN[:69]]}, ShapeError, r"\(1, 70\)"),
+        ({"inertia": [OWN, -OWN]}, OptionError, "a mass of -.* kg in run 1, link 1; allowed: masses from 0 on"),
         ({"inertia": [3.0]}, ShapeError, r"\(1, 70\)"),
         ({"inertia": [OWN.reshape(7, 10).T]}, ShapeError, r"\(1, 10, 7\)"),
         ({"friction": np.zeros((1, 7, 5))}, ShapeError, r"\(1, 5, 7\)"),
@@ -46,6 +48,7 @@ def test_parameters_that_cannot_be_are_refused(given, error, words):
     [
         ({"runs": 0}, "from 1 to"),
         ({"runs": 2.0}, "from 1 to"),
+        ({"runs": True}, "from 1 to"),
         ({"runs": None}, "not given"),
         ({"rate": 0.0}, "above 0"),
         ({"duration": 0.0}, "above 0"),
@@ -54,6 +57,7 @@ def test_parameters_that_cannot_be_are_refused(given, error, words):
         ({"friction": "stick"}, "none, smooth"),
         ({"friction": "smooth", "friction_width": 0.0}, "above 0"),
         ({"quantiles": (1.0,)}, "between 0 and 1"),
+        ({"quantiles": 0.95}, "a sequence"),
         ({"tolerance": -1.0}, "above 0"),
         ({"record": -1}, "from 0"),
         ({"threads": 0}, "from 1"),
@@ -65,6 +69,11 @@ def test_parameters_that_cannot_be_are_refused(given, error, words):
 def test_options_that_cannot_be_are_refused(options, words):
     with pytest.raises(OptionError, match=words):
         lwr_dyn.rollouts(ARM, LAW, IST, **{"runs": 1, "duration": 0.1} | options)
+
+
+def test_a_record_that_memory_does_not_hold_is_refused():
+    with pytest.raises(OptionError, match="record: 1000000 runs of 1000000 samples, 1.68e.05 GB; allowed: what the"):
+        room_for_record(1_000_000, 1_000_000, 21)
 
 
 def test_true_stick_is_refused_and_its_smooth_form_named():

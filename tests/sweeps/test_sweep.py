@@ -183,6 +183,7 @@ BAD = [
     (("--runs", "0"), "runs: 0; allowed: a whole number from 1"),
     (("--threads", "0"), "threads: 0; allowed: from 1 to"),
     (("--scheduler", "nonsense"), "--scheduler nonsense: missing port"),
+    (("--scheduler", ""), "--scheduler : missing port"),
     (("--out", "/dev/null/x"), "/dev/null/x: not a directory"),
     (("--out", "HERE"), "holds small.toml and no sweep"),
 ]
@@ -196,6 +197,7 @@ def test_bad_input_is_one_line(words, fault, tmp_path, lwr_dyn_command):
     assert (code, err.count("\n")) == (2, 1)
     assert fault in err
     assert not list(tmp_path.rglob("*.parquet"))
+    assert not (tmp_path / "out").exists()
 
 
 def test_times_and_sizes_in_words():
