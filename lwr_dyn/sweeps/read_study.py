@@ -25,6 +25,7 @@ from lwr_dyn.sweeps.task_fields import missing_option, read_task
 
 NEEDED = "a study, as `lwr-dyn new study` writes it"
 FRICTIONS = ("none", "smooth")
+CUTOFF_HZ = 100.0
 ON_LEVELS = "values, levels (low, high, count) or a fixed value"
 
 
@@ -132,13 +133,15 @@ def _with_loop(table: Fields, study: SweepStudy, arm: Arm, file: str) -> SweepSt
         loop[key] = take_number(table, key, file, above=0.0)
     for key in ("saturate", "position_limits", "hand_over"):
         loop[key] = table.take(key, bool, None)
-    cutoff = take_number(table, "cutoff_hz", file, 100.0, above=0.0) or 0.0
+    given = take_number(table, "cutoff_hz", file, above=0.0)
     table.refuse_unknown()
     loop = {key: value for key, value in loop.items() if value is not None}
-    study = replace(study, loop=loop, cutoff_hz=cutoff)
+    study = replace(study, loop=loop, cutoff_hz=given or CUTOFF_HZ)
+    has_encoders = any(one.path.startswith("sensor.") for one in study.parameters)
     with field_of(file, "loop"):
         _options(study)
-        Encoder(cutoff_hz=cutoff).velocity_filter(loop["rate"])
+        if has_encoders or given is not None:
+            Encoder(cutoff_hz=study.cutoff_hz).velocity_filter(loop["rate"])
     return study
 
 

@@ -8,7 +8,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.errors import FileAccessError, LwrDynError, PaperError
-from lwr_dyn.sweeps.read_study import read_study
+from lwr_dyn.sweeps.read_study import read_study, study_of_text
 from lwr_dyn.sweeps.study_setup import arm_of_study, controller_of_study, references_of_study, task_choices
 
 HEAD = """
@@ -51,6 +51,14 @@ def test_a_short_study_has_the_usual_for_all_else(read):
     (reference,) = references_of_study(study)
     assert reference.duration == 0.5
     assert controller_of_study(study, "robust:omega_n=20").omega_n == 20.0
+
+
+def test_a_slow_loop_needs_no_cut_off_unless_it_has_encoders(tmp_path):
+    slow = HEAD + "[loop]\nrate = 150\n"
+    payload, noise = (f'[[parameter]]\npath = "{x}"\nlow = 0\nhigh = 1e-3\n' for x in ("payload.mass", "sensor.noise"))
+    assert study_of_text(slow + payload, tmp_path / "slow.toml").loop["rate"] == 150.0
+    with pytest.raises(PaperError, match=r"loop: cut-off of the velocity filter: 100.0; allowed: above 0 and below 75"):
+        study_of_text(slow + noise, tmp_path / "slow.toml")
 
 
 def test_each_distribution_is_known_by_its_fields(read):
