@@ -24,7 +24,7 @@ import robustness_runs as runs  # noqa: E402
 from ranking import folded  # noqa: E402
 
 from lwr_dyn.files import write_file  # noqa: E402
-from lwr_dyn.sweeps.intervals import quantile_of, share_of  # noqa: E402
+from lwr_dyn.sweeps.statistics.intervals import quantile_of, share_of  # noqa: E402
 from lwr_dyn.version import VERSION  # noqa: E402
 
 PAGE, NUMBERS = ROOT / "docs" / "robustness.md", ROOT / "docs" / "robustness.json"

@@ -50,7 +50,7 @@ COMMANDS: Registry[click.Command] = Registry(
         "simulate": Row("lwr_dyn.cli.simulate:command", "A task under a controller: run file, metrics, audit."),
         "compare": Row("lwr_dyn.comparison.command:command", "Runs side by side: controllers x plants, or run files."),
         "sweep": Row("lwr_dyn.sweeps.command:command", "A study of many runs, its cost stated ahead.", extra="sweeps"),
-        "tune": Row("lwr_dyn.sweeps.tune_command:command", "Gains for a stated aim over a study.", extra="batch"),
+        "tune": Row("lwr_dyn.sweeps.tuning.command:command", "Gains for a stated aim over a study.", extra="batch"),
         "identify": Row(
             "lwr_dyn.identification.command:command",
             "Friction, or friction and inertia, from logs of an arm that moved.",

@@ -17,7 +17,7 @@ KINDS: Registry[click.Command] = Registry(
     {
         "arm": Row("lwr_dyn.cli.new:arm", "A data file for your own arm."),
         "controller": Row("lwr_dyn.cli.new:controller", "A Python file for your own controller."),
-        "study": Row("lwr_dyn.sweeps.new_study:command", "A study of many closed loops."),
+        "study": Row("lwr_dyn.sweeps.study.new_study:command", "A study of many closed loops."),
     },
 )
 """What `lwr-dyn new` can write; optional packages bring theirs as rows."""

@@ -10,13 +10,13 @@ import click
 
 from lwr_dyn.cli.options import print_json
 from lwr_dyn.progress import CLEAR, progress
-from lwr_dyn.sweeps.cost import SweepCost, duration
 from lwr_dyn.sweeps.finished import FinishedSweep, finish
-from lwr_dyn.sweeps.read_study import read_study
-from lwr_dyn.sweeps.results import SweepResults
-from lwr_dyn.sweeps.study_file import SweepStudy
-from lwr_dyn.sweeps.summary_tables import summary_record, summary_text
-from lwr_dyn.sweeps.sweep import SweepOutcome, sweep
+from lwr_dyn.sweeps.running.cost import SweepCost, duration
+from lwr_dyn.sweeps.running.results import SweepResults
+from lwr_dyn.sweeps.running.sweep import SweepOutcome, sweep
+from lwr_dyn.sweeps.statistics.summary_tables import summary_record, summary_text
+from lwr_dyn.sweeps.study.read_study import read_study
+from lwr_dyn.sweeps.study.study_file import SweepStudy
 
 
 @click.command("sweep")

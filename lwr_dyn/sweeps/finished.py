@@ -9,13 +9,13 @@ from pathlib import Path
 
 from lwr_dyn.errors import DivergenceError
 from lwr_dyn.files import make_folder
-from lwr_dyn.sweeps.manifest import folder_names
-from lwr_dyn.sweeps.report_page import write_report
-from lwr_dyn.sweeps.results import SweepResults
-from lwr_dyn.sweeps.study_file import SweepStudy
-from lwr_dyn.sweeps.summary import SweepSummary, summarise
-from lwr_dyn.sweeps.workshop import SweepWorkshop
-from lwr_dyn.sweeps.worst_runs import WorstRun
+from lwr_dyn.sweeps.report.report_page import write_report
+from lwr_dyn.sweeps.report.worst_runs import WorstRun
+from lwr_dyn.sweeps.running.manifest import folder_names
+from lwr_dyn.sweeps.running.results import SweepResults
+from lwr_dyn.sweeps.running.workshop import SweepWorkshop
+from lwr_dyn.sweeps.statistics.summary import SweepSummary, summarise
+from lwr_dyn.sweeps.study.study_file import SweepStudy
 
 PAGE, WORST = "report.html", "worst"
 

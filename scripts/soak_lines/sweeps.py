@@ -14,8 +14,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from lwr_dyn.sweeps.study_file import SweepStudy
-from lwr_dyn.sweeps.sweep import sweep
+from lwr_dyn.sweeps.running.sweep import sweep
+from lwr_dyn.sweeps.study.study_file import SweepStudy
 from tests.sweeps.small import contents, small_study
 
 ROUNDS, SEED = int(os.environ.get("LWR_DYN_KILLS", "20")), 27

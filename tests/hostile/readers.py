@@ -191,7 +191,7 @@ count = 3
 
 def study(folder: Path, rng: random.Random) -> bool:
     """A study of many runs, and the values of its first and last run."""
-    from lwr_dyn.sweeps.read_study import read_study
+    from lwr_dyn.sweeps.study.read_study import read_study
 
     read = read_study(written(folder, "x.toml", changed(STUDY, rng)))
     for first in {0, read.count - 1}:

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from lwr_dyn.sweeps.controller_runs import ControllerRuns
-from lwr_dyn.sweeps.distributions import VariedParameter
-from lwr_dyn.sweeps.study_file import SweepStudy
+from lwr_dyn.sweeps.statistics.controller_runs import ControllerRuns
+from lwr_dyn.sweeps.study.distributions import VariedParameter
+from lwr_dyn.sweeps.study.study_file import SweepStudy
 
 CONTROLLERS = ("inverse-dynamics", "pd-gravity:omega-n=20", "adaptive")
 

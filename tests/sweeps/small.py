@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from lwr_dyn.sweeps.read_study import read_study
+from lwr_dyn.sweeps.study.read_study import read_study
 
 TEXT = """
 robot = "lwr4plus"

@@ -1,0 +1,1 @@
+"""Runs of a study in chunks: on threads, processes or a cluster, killed and resumed, in a folder of results."""

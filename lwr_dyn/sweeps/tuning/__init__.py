@@ -1,0 +1,1 @@
+"""Gains found on rollouts for a stated aim."""
