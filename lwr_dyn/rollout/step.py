@@ -26,8 +26,6 @@ GENERATOR = 2
 """Version of the step and its driver: raised when they compute otherwise, so that cached kernels are not used."""
 MOST_DELAY = 8
 """[samples] Longest delay of a kernel that has one."""
-NOISES = ("none", "philox", "table")
-"""No noise; uniform numbers that the driver makes; standard normal numbers from a table."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -49,6 +47,7 @@ class StepPlan:
     pole: float | None = None
     """Of the encoder's velocity filter; None without an encoder."""
     noise: str = "none"
+    """Or "philox": uniform numbers that the driver makes; or "table": standard normal numbers from rows."""
     most_delay: int = 0
     """Longest delay of any run [samples]; 0 for no ring."""
     whole: bool = False
