@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from lwr_dyn.arrays import Array
 from lwr_dyn.errors import OptionError
 from lwr_dyn.model.run import Run
-from lwr_dyn.model.shown import repr_html, short_repr
+from lwr_dyn.model.shown import repr_html
 
 STOP, NOT_FINITE, OUT_OF_RANGE = "stop", "not finite", "out of range"
 FLAGS = ("", STOP, NOT_FINITE, OUT_OF_RANGE)
@@ -47,8 +47,15 @@ class Rollouts:
     digest: str = ""
     """Of all on which the kernel depends but processor and versions: runs of one digest may stand side by side."""
     again: Callable[[int], Run] | None = field(default=None, repr=False)
-    __repr__ = short_repr
     _repr_html_ = repr_html
+
+    def __repr__(self) -> str:
+        flagged = ", ".join(f"{self.flags.count(flag)} {flag}" for flag in FLAGS if flag in self.flags and flag)
+        by_simulate = f", {int(self.simulated.sum())} of them by simulate" if self.simulated.any() else ""
+        record = "" if self.t is None else f", record of {self.t.size} samples"
+        return (
+            f"Rollouts({self.count} runs, flags: {flagged or 'none'}{by_simulate}, {len(self.metrics)} metrics{record})"
+        )
 
     @property
     def count(self) -> int:
@@ -60,8 +67,9 @@ class Rollouts:
 
         With the resolution of an encoder the two agree for 2 to 6 s only: rounding grows between two counts until
         a reading falls into the next; the figures stay those of the same loop, to about 1e-3.
-        Raises `OptionError` for a number outside, and as `simulate`, above all `DivergenceError`.
+        Raises `OptionError` for what is no number of a run, and as `simulate`, above all `DivergenceError`.
         """
-        if self.again is None or not -self.count <= i < self.count:
-            raise OptionError("run", i, f"0 to {self.count - 1}")
-        return self.again(i % self.count)
+        whole = isinstance(i, int | np.integer) and not isinstance(i, bool)
+        if self.again is None or not whole or not -self.count <= i < self.count:
+            raise OptionError("run", repr(i), f"0 to {self.count - 1}")
+        return self.again(int(i) % self.count)

@@ -110,8 +110,9 @@ def test_a_start_outside_the_limits_is_refused():
 
 def test_a_run_that_was_not_made_is_refused():
     done = lwr_dyn.rollouts(ARM, LAW, IST, parameters={"inertia": [OWN]}, duration=0.1)
-    with pytest.raises(OptionError, match="0 to 0"):
-        done.run(1)
+    for number in (1, -2, 0.5, "a", True, None):
+        with pytest.raises(OptionError, match="0 to 0"):
+            done.run(number)
 
 
 def test_friction_too_stiff_for_one_light_arm_is_refused():

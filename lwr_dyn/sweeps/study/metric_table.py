@@ -15,6 +15,8 @@ class MetricRow:
     words: str
     per_joint: bool = False
     at_least: bool = False
+    signed: bool = False
+    """Whether it can be negative."""
 
 
 METRICS: Mapping[str, MetricRow] = MappingProxyType(
@@ -29,7 +31,7 @@ METRICS: Mapping[str, MetricRow] = MappingProxyType(
         "torque_rms": MetricRow("N m or N", "torque that acts, RMS over the samples", per_joint=True),
         "peak_speed": MetricRow("rad/s or m/s", "largest speed", per_joint=True),
         "saturated_s": MetricRow("s", "time beyond the torque limit", per_joint=True),
-        "limit_margin": MetricRow("rad or m", "least distance from a position limit", per_joint=True, at_least=True),
+        "limit_margin": MetricRow("rad or m", "least distance from a position limit", True, at_least=True, signed=True),
         "first_violation": MetricRow("s", "when the tip first leaves the tolerance, inf if never", at_least=True),
     }
 )

@@ -182,7 +182,10 @@ def _measured(table: Fields, given: Mapping[str, Any], study: SweepStudy, file: 
     for name, bound in given.items():
         with field_of(file, f"limits.{name}"):
             row = metric_row(name, shares)
-        limits[name] = number_at(bound, file, f"limits.{name}", f"a number, in {row.unit}")
+        allowed = f"a number{'' if row.signed else ' from 0 on'}, in {row.unit}"
+        limits[name] = number_at(bound, file, f"limits.{name}", allowed)
+        if limits[name] < 0.0 and not row.signed:
+            raise PaperError(file, f"limits.{name}", repr(bound), allowed)
     if "first_violation" in limits and tolerance is None:
         raise PaperError(file, "limits.first_violation", "without a tolerance", "metrics.tolerance beside it, in m")
     return replace(study, tolerance=tolerance, quantiles=shares, limits=limits)

@@ -90,6 +90,10 @@ def test_comments_and_limits_do_not_change_the_digest(read):
     assert replace(study, runs=512).count == 512
 
 
+def test_a_distance_from_a_limit_may_be_bounded_below_zero(read):
+    assert read(HEAD + PAYLOAD + "[limits]\nlimit_margin = -0.1\n").limits == {"limit_margin": -0.1}
+
+
 def test_a_grid_counts_its_levels_and_tasks_vary_by_choice(read):
     study = read(
         HEAD.replace("duration = 0.5\n", "")
@@ -341,7 +345,11 @@ FAULTS = {
         "limits.tip_mx: no metric named 'tip_mx' (did you mean tip_max?)",
     ),
     "a quantile that is not computed": (HEAD + PAYLOAD + "[limits]\ntip_q95 = 1\n", "limits.tip_q95: no metric named"),
-    "a bound": (HEAD + PAYLOAD + "[limits]\ntip_max = nan\n", "limits.tip_max: nan; allowed: a number, in m"),
+    "a bound": (HEAD + PAYLOAD + "[limits]\ntip_max = nan\n", "limits.tip_max: nan; allowed: a number from 0 on, in m"),
+    "a bound that no run keeps": (
+        HEAD + PAYLOAD + "[limits]\ntip_max = -1\n",
+        "limits.tip_max: -1; allowed: a number from",
+    ),
     "a quantile": (
         HEAD + PAYLOAD + "[metrics]\nquantiles = [95]\n",
         "metrics.quantiles[0]: 95.0; allowed: a share between",
