@@ -18,6 +18,8 @@ from lwr_dyn.sweeps.statistics.summary import SweepSummary, summarise
 from lwr_dyn.sweeps.study.study_file import SweepStudy
 
 PAGE, WORST = "report.html", "worst"
+NO_KERNEL = "it has no kernel form"
+"""Why a controller's parameters are not moved alone."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -32,17 +34,17 @@ class FinishedSweep:
 def finish(study: SweepStudy, results: SweepResults) -> FinishedSweep | None:
     """Write the page and the worst runs into the folder of a sweep; None where it has no run.
 
-    Which parameter breaks a limit first takes some hundred runs more of each controller; it is left out where one has
-    no kernel. A worst run that diverges when it is made again is left out of the page.
+    Which parameter breaks a limit first takes some hundred runs more of each controller; it is left out, and said, for
+    one without a kernel. A worst run that diverges when it is made again is left out of the page.
 
     Raises `FileAccessError` for a folder that cannot be written.
     """
     if not results.controllers:
         return None
     workshop = SweepWorkshop(study)
-    slow = any(workshop.is_slow(text) for text in results.controllers)
-    evaluate = None if slow else partial(workshop.evaluate, hand_over=True)
-    summary = summarise(study, results.controllers, evaluate, workshop.arm)
+    slow = {text: NO_KERNEL for text in results.controllers if workshop.is_slow(text)}
+    evaluate = partial(workshop.evaluate, hand_over=True)
+    summary = summarise(study, results.controllers, evaluate, workshop.arm, slow, results.failures)
     worst = list(_again(workshop, summary))
     place, names = results.folder / WORST, dict(zip(study.controllers, folder_names(study.controllers), strict=True))
     files = []

@@ -45,6 +45,20 @@ def shown_values(one: MetricFigures) -> Array:
     return np.asarray(one.words.factor * one.words.worse * one.sample)
 
 
+def same_words(figures: Sequence[MetricFigures]) -> str:
+    """In place of a picture, where all runs have one value: that, in a sentence; empty where they differ."""
+    first, every = figures[0], np.concatenate([one.sample for one in figures])
+    if not np.isfinite(every[0]) or (every != every[0]).any():
+        return ""
+    of = f"all {every.size} runs" if len(figures) == 1 else f"all {every.size} runs of {len(figures)} controllers"
+    bound = "no limit set" if first.bound is None else f"limit {_limit(first)}"
+    return f"{value_text(first.words, float(every[0]))} {first.words.unit} in {of}; {bound}."
+
+
+def _limit(one: MetricFigures) -> str:
+    return f"{value_text(one.words, one.words.worse * (one.bound or 0.0))} {one.words.unit}"
+
+
 def histograms_html(figures: Mapping[str, MetricFigures], inks: Mapping[str, str]) -> str:
     """A row a controller: its histogram over one axis, the limit, and its median and worst quantiles as numbers."""
     axis = values_axis(list(figures.values()))
@@ -96,7 +110,7 @@ def limit_words(figures: Sequence[MetricFigures]) -> str:
     if one.bound is None:
         return "no limit set"
     far = "" if limit_mark(one, values_axis(figures)) else ", beyond the axis"
-    return f"limit {value_text(one.words, one.words.worse * one.bound)} {one.words.unit}{far}"
+    return f"limit {_limit(one)}{far}"
 
 
 def _across(axis: Axis, words: MetricWords) -> str:

@@ -12,7 +12,7 @@ from lwr_dyn.sweeps.statistics.outwards import FirstBreak, OutwardSearch
 from lwr_dyn.sweeps.statistics.sobol_indices import SobolIndices
 from lwr_dyn.sweeps.statistics.summary import TORNADO, MetricFigures
 from lwr_dyn.sweeps.statistics.summary_tables import part_words
-from lwr_dyn.sweeps.statistics.summary_words import value_text
+from lwr_dyn.sweeps.statistics.summary_words import hundredths, value_text
 
 MOST = 10
 """Parameters in a chart; those below have less effect."""
@@ -54,7 +54,11 @@ def _bar(each: Influence, one: MetricFigures, axis: Axis, unit: str) -> str:
     words = one.words
     a, b = _places(one, axis, _low(each), _high(each))
     c, d = _places(one, axis, each.worst.estimate.low, each.worst.estimate.high)
-    rho = "" if each.correlation is None else f"; rank correlation {words.worse * each.correlation.value:+.2f}"
+    rho = (
+        ""
+        if each.correlation is None
+        else f"; rank correlation {hundredths(words.worse * each.correlation.value, '+')}"
+    )
     clear = "" if each.is_clear else "; could be chance"
     clear += f"; may be the effect of {', '.join(each.along)}, which it follows in these runs" if each.along else ""
     parts = [
@@ -91,7 +95,7 @@ def indices_html(found: SobolIndices) -> str:
                 f'<i class="bar {"" if kind == "first" else "hollow "}{kind}" style="left:0;width:{width:.2f}%"></i>'
             )
             bars += f'<i class="whisker {kind}" style="left:{100 * left:.2f}%;width:{100 * (right - left):.2f}%"></i>'
-            texts.append(f"{name} {one.value:.2f} [{one.low:.2f} to {one.high:.2f}]")
+            texts.append(f"{name} {hundredths(one.value)} [{hundredths(one.low)} to {hundredths(one.high)}]")
         about = escape(", ".join(texts))
         rows += f'<div class="bar-row two"><div class="what">{escape(path)}</div><div class="track">{bars}</div>'
         rows += f'<div class="about">{about}</div></div>'

@@ -6,13 +6,13 @@ from pathlib import Path
 
 from lwr_dyn.files import write_file
 from lwr_dyn.plotting.document import POLICY, document_html
-from lwr_dyn.sweeps.report.distribution_charts import histograms_html, limit_words, worst_share_html
+from lwr_dyn.sweeps.report.distribution_charts import histograms_html, limit_words, same_words, worst_share_html
 from lwr_dyn.sweeps.report.influence_charts import indices_html, outwards_html, tornado_html
 from lwr_dyn.sweeps.report.parallel_lines import parallel_html
 from lwr_dyn.sweeps.report.worst_runs import WorstRun, replay_scripts, worst_table_html
 from lwr_dyn.sweeps.statistics.summary import TORNADO, SweepSummary
 from lwr_dyn.sweeps.statistics.summary_tables import event_table, quantile_table
-from lwr_dyn.sweeps.statistics.summary_words import about_text, caveat, interval_note, needed_note, share_text
+from lwr_dyn.sweeps.statistics.summary_words import about_text, notes, share_text
 from lwr_dyn.tables import Table
 from lwr_dyn.viewer.page_parts import resource_text
 from lwr_dyn.viewer.replay_page import replay_policy
@@ -38,10 +38,9 @@ def report_html(summary: SweepSummary, worst: Sequence[WorstRun] = ()) -> str:
     """
     inks, units = controller_inks(summary), column_units(summary)
     said = "".join(f"<li>{escape(one)}</li>" for one in _sentences(summary))
-    notes = [interval_note(summary), caveat(summary), *map(needed_note, summary.controllers.values())]
     main = [
         f'<h1>{escape(summary.title)}</h1><ul class="say">{said}</ul>',
-        _card("Controllers", _tables(summary, inks) + _notes(notes)),
+        _card("Controllers", _tables(summary, inks) + _notes(notes(summary))),
         *(_distribution(summary, words.name, inks) for words in summary.focus),
         _influence(summary, inks, units),
         _first_breaks(summary, inks),
@@ -121,8 +120,8 @@ def _tables(summary: SweepSummary, inks: Mapping[str, str]) -> str:
     return "".join(table_html(table, inks) for table in tables)
 
 
-def _notes(notes: Sequence[str]) -> str:
-    return "".join(f'<p class="note">{escape(note)}</p>' for note in dict.fromkeys(filter(None, notes)))
+def _notes(said: Sequence[str]) -> str:
+    return "".join(f'<p class="note">{escape(note)}</p>' for note in said)
 
 
 def _card(title: str, inside: str) -> str:
@@ -132,12 +131,15 @@ def _card(title: str, inside: str) -> str:
 def _distribution(summary: SweepSummary, metric: str, inks: Mapping[str, str]) -> str:
     figures = {name: one.metrics[metric] for name, one in summary.controllers.items()}
     first = next(iter(figures.values()))
+    title = f"{first.words.title[:1].upper()}{first.words.title[1:]}"
+    same = same_words(list(figures.values()))
+    if same:
+        return _card(title, f"<p>{escape(same)}</p>")
     worse = "larger" if first.words.worse > 0 else "smaller"
     curve = (
         f"<h3>Share of the runs with a {worse} value <small>logarithmic; bars: intervals of the quantiles</small></h3>"
         f"{worst_share_html(figures, inks, summary.is_sample)}"
     )
-    title = f"{first.words.title[:1].upper()}{first.words.title[1:]}"
     about = (
         f"<h3>Histograms <small>{escape(first.words.unit)}, {escape(limit_words(list(figures.values())))}</small></h3>"
     )
@@ -186,7 +188,9 @@ def _first_breaks(summary: SweepSummary, inks: Mapping[str, str]) -> str:
 
     def gauges(name: str) -> str:
         search = searches[name]
-        return "" if search is None else outwards_html(search)
+        if search is None:
+            return f'<p class="note">Not looked at: {escape(summary.not_searched.get(name, "no runs"))}.</p>'
+        return outwards_html(search)
 
     return _each(summary, inks, "Which parameter breaks a limit first", about, gauges)
 

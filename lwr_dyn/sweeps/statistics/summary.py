@@ -1,7 +1,7 @@
 """What a study found: for each controller its quantiles, shares inside the limits, influences, and the worst runs."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from math import ceil, floor
 from pathlib import Path
@@ -28,6 +28,8 @@ TORNADO = 0.95
 """The quantile whose dependence on each parameter is shown."""
 PLAIN_METRIC = "tip_max"
 """What is looked at where a study sets no limit on the tip."""
+CUT = "torque cut"
+"""The event of a torque beyond its limit."""
 Evaluate = Callable[[str, Mapping[str, NDArray[Any]]], Mapping[str, Array]]
 """Controller, and values of all paths, a row a run -> metrics of these runs in SI units."""
 
@@ -60,7 +62,8 @@ class ControllerFigures:
     within: ShareEstimate | None
     """Runs that keep all limits."""
     events: Mapping[str, ShareEstimate]
-    """Runs that were computed by `simulate`; that have each flag; whose torque was cut at a limit."""
+    """Runs that were computed by `simulate`; that have each flag; whose torque was cut at a limit, of those of which
+    that is known: not of runs that diverged."""
     worst: NDArray[np.int64]
     kept: NDArray[np.bool_]
     """Which runs (k,) keep all limits."""
@@ -81,6 +84,17 @@ class SweepSummary:
     is_sample: bool
     extra_runs: int = 0
     """That were made to see what breaks a limit first."""
+    failures: Mapping[str, Mapping[int, str]] = field(default_factory=dict)
+    """Controller -> number of a chunk that failed -> why."""
+    not_searched: Mapping[str, str] = field(default_factory=dict)
+    """Controller -> why it was not looked for what breaks a limit first, where others were."""
+
+    @property
+    def missing(self) -> dict[str, int]:
+        """Controller -> how many of the study's runs are not there, where there are such."""
+        made = {text: one.runs.count for text, one in self.controllers.items()}
+        lacking = {text: self.study.count - made.get(text, 0) for text in self.study.controllers}
+        return {text: count for text, count in lacking.items() if count}
 
     @property
     def title(self) -> str:
@@ -99,6 +113,8 @@ def summarise(
     controllers: Mapping[str, ControllerRuns],
     evaluate: Evaluate | None = None,
     arm: Arm | None = None,
+    not_searched: Mapping[str, str] | None = None,
+    failures: Mapping[str, Mapping[int, str]] | None = None,
 ) -> SweepSummary:
     """The figures of a study from its runs.
 
@@ -111,6 +127,10 @@ def summarise(
         Makes further runs, to find which parameter breaks a limit first; without it that is not said.
     arm : Arm, optional
         Of the study: its joints decide the units of their metrics.
+    not_searched : mapping, optional
+        Controller -> why `evaluate` makes no runs of it.
+    failures : mapping, optional
+        Controller -> number of a chunk that failed -> why.
 
     Raises
     ------
@@ -124,16 +144,21 @@ def summarise(
     focus = tuple(limits)
     if not any(words.name.startswith("tip_") for words in focus):
         focus = (metric_words(PLAIN_METRIC, study.quantiles), *focus)
-    made = {}
+    made, left_out = {}, dict(not_searched or {}) if evaluate is not None and limits else {}
     for name, runs in controllers.items():
         if not runs.count:
             raise OptionError(f"results of {name}", "no run", "a run or more")
         found = _figures(study, runs, focus, limits)
-        if evaluate is not None and limits:
+        if evaluate is not None and limits and name not in left_out:
             found = replace(found, outwards=outward_search(spans(study), limits, partial(evaluate, name)))
         made[name] = found
     extra = sum(one.outwards.runs for one in made.values() if one.outwards is not None)
-    return SweepSummary(study, made, tuple(sorted(focus, key=_order)), study.method != "grid", extra)
+    flags = [event for one in made.values() for event in one.events if event != CUT]
+    for name, one in made.items():
+        none = share_of(0, one.events["simulated"].runs)
+        made[name] = replace(one, events={**dict.fromkeys(["simulated", *flags], none), **one.events})
+    order = tuple(sorted(focus, key=_order))
+    return SweepSummary(study, made, order, study.method != "grid", extra, dict(failures or {}), left_out)
 
 
 def _order(words: MetricWords) -> tuple[bool, str]:
@@ -189,9 +214,10 @@ def _figures(
     first = found[min(focus, key=_order).name]
     order = np.lexsort((runs.run, -first.badness))
     events = {"simulated": runs.simulated, **{flag: runs.flags == flag for flag in np.unique(runs.flags) if flag}}
-    if "saturated_s" in runs.metrics:
-        events["torque cut"] = metric_words("saturated_s").badness(runs.metrics["saturated_s"]) > 0.0
     shares = {event: _share(np.asarray(rows)[chosen]) for event, rows in events.items()}
+    if "saturated_s" in runs.metrics:
+        cut = metric_words("saturated_s").badness(runs.metrics["saturated_s"])[chosen]
+        shares[CUT] = _share(cut[np.isfinite(cut)] > 0.0)
     return ControllerFigures(runs, found, _share(kept[chosen]) if inside else None, shares, order, kept)
 
 

@@ -11,11 +11,12 @@ from lwr_dyn.sweeps.statistics.outwards import FirstBreak
 from lwr_dyn.sweeps.statistics.sobol_indices import SobolIndices
 from lwr_dyn.sweeps.statistics.summary import TORNADO, ControllerFigures, MetricFigures, SweepSummary
 from lwr_dyn.sweeps.statistics.summary_words import (
+    OPEN,
     about_text,
     caveat,
     finite,
-    interval_note,
-    needed_note,
+    hundredths,
+    notes,
     quantile_text,
     share_text,
     value_text,
@@ -28,9 +29,8 @@ MOST_ROWS = 5
 
 def summary_text(summary: SweepSummary) -> str:
     """All tables, and what their numbers rest on."""
-    notes = [interval_note(summary), caveat(summary), *filter(None, map(needed_note, summary.controllers.values()))]
     parts = [f"{summary.title}\n{about_text(summary)}", *(table.text() for table in summary_tables(summary))]
-    return "\n\n".join([*parts, "\n".join(dict.fromkeys(notes))])
+    return "\n\n".join([*parts, "\n".join(notes(summary))])
 
 
 def summary_tables(summary: SweepSummary) -> tuple[Table, ...]:
@@ -73,7 +73,7 @@ def event_table(summary: SweepSummary) -> Table:
     limited = any(one.within is not None for one in summary.controllers.values())
     rows = [
         (name, *([share_text(one.within, summary.is_sample)] if one.within is not None else []),
-         *(share_text(one.events[event], summary.is_sample) if event in one.events else "0 %" for event in names))
+         *(share_text(one.events[event], summary.is_sample) if event in one.events else OPEN for event in names))
         for name, one in summary.controllers.items()
     ]  # fmt: skip
     return Table("Of the runs", ("controller", *(["all limits kept"] if limited else []), *names), rows)
@@ -98,7 +98,7 @@ def _parts(words: MetricWords, one: Influence) -> Iterator[str]:
         yield value_text(words, part.estimate.value)
     yield f"or {', '.join(one.along)}" if one.along else "yes" if one.is_clear else "no"
     rho = one.correlation
-    yield "" if rho is None else f"{words.worse * rho.value:+.2f}"
+    yield "" if rho is None else hundredths(words.worse * rho.value, "+")
 
 
 def part_words(low: float | str, high: float | str, whole: float = 0.0) -> str:
@@ -129,7 +129,7 @@ def index_table(summary: SweepSummary) -> Table:
 
 def _index(found: SobolIndices, path: str, kind: str) -> str:
     one = getattr(found, kind)[path]
-    return f"{one.value:.2f} [{one.low:.2f} to {one.high:.2f}]"
+    return f"{hundredths(one.value)} [{hundredths(one.low)} to {hundredths(one.high)}]"
 
 
 def outward_table(summary: SweepSummary) -> Table:
@@ -159,6 +159,7 @@ def summary_record(summary: SweepSummary) -> dict[str, Any]:
         "name": study.name, "robot": study.robot, "reading": study.reading, "task": study.task,
         "method": study.method, "seed": study.seed, "runs": study.count, "extra_runs": summary.extra_runs,
         "digest": study.digest, "limits": dict(study.limits), "level": 0.95, "caveat": caveat(summary),
+        "missing": summary.missing, "not_searched": dict(summary.not_searched),
         "controllers": {name: _record(summary, one) for name, one in summary.controllers.items()},
         "worst": [{"controller": name, "run": run} for name, run in summary.worst()],
     }  # fmt: skip

@@ -1,5 +1,6 @@
 """Numbers of a summary as texts: each with its interval, and an open end where the runs do not bound it."""
 
+from collections.abc import Mapping
 from math import inf, isinf
 
 import numpy as np
@@ -7,7 +8,7 @@ import numpy as np
 from lwr_dyn.plotting.axes import short
 from lwr_dyn.sweeps.statistics.intervals import QuantileEstimate, ShareEstimate
 from lwr_dyn.sweeps.statistics.metric_words import MetricWords
-from lwr_dyn.sweeps.statistics.summary import ControllerFigures, SweepSummary
+from lwr_dyn.sweeps.statistics.summary import CUT, ControllerFigures, SweepSummary
 
 OPEN = "?"
 """The end of an interval that the runs do not bound."""
@@ -18,7 +19,6 @@ PLANS = {
 """The methods of a study in words."""
 LOST = "unbounded"
 """In place of a value that is not finite."""
-CAVEAT = "Runs are computed with smooth friction, without stick and without stops"
 
 
 def value_text(words: MetricWords, badness: float) -> str:
@@ -72,8 +72,26 @@ def about_text(summary: SweepSummary) -> str:
     made = f"{most}" if least == most else f"{least} to {most}"
     whole = f"{study.count} runs a controller" if least == study.count else f"{made} of {study.count} runs a controller"
     drawn = f"{PLANS[study.method]}, seed {study.seed}" if summary.is_sample else PLANS[study.method]
+    lacking = [f"{count} of {text}{_why(summary.failures.get(text, {}))}" for text, count in summary.missing.items()]
+    missing = f" Missing runs, which may be the worst: {', '.join(lacking)}." if lacking else ""
     extra = f"; {summary.extra_runs} more to see what breaks a limit first" if summary.extra_runs else ""
-    return f"{whole} on the same plants ({drawn}){extra}."
+    return f"{whole} on the same plants ({drawn}){extra}.{missing}"
+
+
+def _why(failures: Mapping[int, str]) -> str:
+    """Why the first chunk that failed did so, in brackets."""
+    return f" (chunk {min(failures)}: {failures[min(failures)]})" if failures else ""
+
+
+def notes(summary: SweepSummary) -> list[str]:
+    """All that is said below the tables: of intervals, of what runs lack, of what was not looked for."""
+    figures = summary.controllers.values()
+    cut = [(name, one.events.get(CUT), one.events["simulated"].runs) for name, one in summary.controllers.items()]
+    known = [f"{one.runs} of {runs} of {name}" for name, one, runs in cut if one is not None and one.runs < runs]
+    of_known = f"{CUT.capitalize()}: of the runs of which it is known, {', '.join(known)}." if known else ""
+    said = [f"Each parameter alone: {text} was not looked at, {why}." for text, why in summary.not_searched.items()]
+    found = [interval_note(summary), caveat(summary), of_known, *said, *map(needed_note, figures)]
+    return list(dict.fromkeys(filter(None, found)))
 
 
 def interval_note(summary: SweepSummary) -> str:
@@ -90,16 +108,29 @@ def interval_note(summary: SweepSummary) -> str:
 
 def caveat(summary: SweepSummary) -> str:
     """What the runs lack, and what became of those that met a stop or diverged."""
-    runs = [one.runs for one in summary.controllers.values()]
+    loop, runs = summary.study.loop, [one.runs for one in summary.controllers.values()]
     left = sum(int(((one.flags != "") & ~one.simulated).sum()) for one in runs)
     lost = max(
         int(np.isposinf(one.badness).sum()) for each in summary.controllers.values() for one in each.metrics.values()
     )
+    has_stops, slow = loop.get("position_limits", True), [one.label for one in runs if one.simulated.all()]
+    plant = "without friction" if loop.get("friction") == "none" else "with smooth friction, without stick"
     again = "those that reach a stop are computed again by simulate, and show its figures."
-    alone = f"{left} that met a stop or diverged were not computed again, and have no figures."
+    if left:
+        met = "met a stop or diverged" if has_stops else "diverged"
+        again = f"{left} that {met} were not computed again, and have no figures."
+    elif not loop.get("hand_over", True):
+        again = "none of them reached one."
+    whole = [f"{', '.join(slow)}: all runs by simulate{', with stops' if has_stops else ''}."] if slow else []
+    if len(slow) == len(runs):
+        ending = "."
+    elif has_stops:
+        ending = f" and without stops; {again}"
+    else:
+        ending = f"; positions have no limits{f'; {again}' if left else '.'}"
     why = "diverged" if not left else "have no figures"
     more = f" {LOST.capitalize()}: runs that {why}; they keep no limit." if lost else ""
-    return f"{CAVEAT}; {alone if left else again}{more}"
+    return " ".join([f"Runs are computed {plant}{ending}", *whole]) + more
 
 
 def needed_note(figures: ControllerFigures) -> str:
@@ -108,6 +139,15 @@ def needed_note(figures: ControllerFigures) -> str:
     open_ones = [one for one in first.quantiles if not one.is_bounded]
     said = [f"{100 * one.share:g} % needs {one.needed} runs, and {one.runs} were drawn" for one in open_ones]
     return f"{OPEN}: not bounded by the runs: {'; '.join(said)}." if said else ""
+
+
+def hundredths(value: float, sign: str = "") -> str:
+    """A share or correlation in two decimals, never "-0.00"; with `sign` "+" a plus, too.
+
+    >>> hundredths(-0.001), hundredths(-0.001, "+"), hundredths(-0.25)
+    ('0.00', '+0.00', '-0.25')
+    """
+    return f"{round(value, 2) + 0.0:{sign}.2f}"
 
 
 def finite(value: float) -> float | None:

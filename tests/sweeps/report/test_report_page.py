@@ -117,6 +117,17 @@ def test_the_curve_of_the_worst_runs_is_their_share(summary):
         assert float(axis.share(value)) == pytest.approx(across / 2000, abs=0.01)
 
 
+def test_a_metric_that_is_the_same_in_all_runs_is_a_sentence():
+    made = study(64, limits={"tip_max": 1e-3, "saturated_s": 0.02})
+    still = {name: replace(one, metrics={**one.metrics, "saturated_s": np.zeros((64, 2))})
+             for name, one in runs_of(made).items()}  # fmt: skip
+    card = report_html(summarise(made, still)).split("<h2>Time beyond the torque limit")[1].split("</section>")[0]
+    assert "0 s in all 192 runs of 3 controllers; limit 0.02 s." in card
+    assert "<svg" not in card
+    still[FIRST].metrics["saturated_s"][5] = 0.1
+    assert "<svg" in report_html(summarise(made, still)).split("<h2>Time beyond")[1].split("</section>")[0]
+
+
 def test_a_tornado_reaches_from_the_best_part_to_the_worst(summary):
     one = summary.controllers[FIRST].metrics["tip_max"]
     text = tornado_html(one, column_units(summary))

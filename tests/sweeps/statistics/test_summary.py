@@ -1,12 +1,14 @@
 """The summary of runs by formula: its figures are those of the runs, an interval stands only where one can be had."""
 
 from dataclasses import replace
+from html import unescape
 from itertools import pairwise
 
 import numpy as np
 import pytest
 
 from lwr_dyn.errors import OptionError, UnknownNameError
+from lwr_dyn.sweeps.report.report_page import report_html
 from lwr_dyn.sweeps.statistics.intervals import quantile_of, share_of
 from lwr_dyn.sweeps.statistics.summary import sample_rows, spans, summarise
 from lwr_dyn.sweeps.statistics.summary_tables import (
@@ -16,7 +18,7 @@ from lwr_dyn.sweeps.statistics.summary_tables import (
     summary_record,
     summary_text,
 )
-from lwr_dyn.sweeps.statistics.summary_words import percent
+from lwr_dyn.sweeps.statistics.summary_words import caveat, percent
 from tests.sweeps.made_up import CONTROLLERS, evaluate, metrics_of, runs_of, study, varied, without_divergence
 
 MADE = study(4000)
@@ -98,7 +100,57 @@ def test_a_study_that_is_not_finished_keeps_its_groups():
     whole, part = (summarise(made, {CONTROLLERS[0]: one}).controllers[CONTROLLERS[0]] for one in parts)
     assert part.metrics["limit_margin"].indices.groups == 40
     assert whole.metrics["limit_margin"].indices.groups == 64
-    assert "323 of 512 runs" in summary_text(summarise(made, {CONTROLLERS[0]: parts[1]}))
+    failures = {CONTROLLERS[1]: {3: "its process died", 1: "run 9: no number"}}
+    part = summarise(made, {CONTROLLERS[0]: parts[1]}, failures=failures)
+    lacking = f"189 of {CONTROLLERS[0]}, 512 of {CONTROLLERS[1]} (chunk 1: run 9: no number), 512 of {CONTROLLERS[2]}."
+    for said in (summary_text(part), unescape(report_html(part))):
+        assert "323 of 512 runs" in said
+        assert f"Missing runs, which may be the worst: {lacking}" in said
+    assert summary_record(part)["missing"] == dict(zip(CONTROLLERS, (189, 512, 512), strict=True))
+    assert "Missing" not in summary_text(summarise(made, runs_of(made)))
+
+
+def test_a_controller_that_cannot_be_searched_takes_nothing_from_the_others():
+    slow = CONTROLLERS[1]
+    part = summarise(MADE, RUNS, evaluate, not_searched={slow: "it has no kernel form"})
+    assert [name for name, one in part.controllers.items() if one.outwards is None] == [slow]
+    assert {row[0] for row in outward_table(part).rows} == set(CONTROLLERS) - {slow}
+    assert f"Each parameter alone: {slow} was not looked at, it has no kernel form." in summary_text(part)
+    assert "Not looked at: it has no kernel form." in report_html(part)
+    assert summary_record(part)["not_searched"] == {slow: "it has no kernel form"}
+    assert "not looked at" not in summary_text(summarise(MADE, RUNS, not_searched={slow: "it has no kernel form"}))
+
+
+def test_torque_is_not_cut_where_it_is_not_known_and_none_has_an_interval():
+    first = CONTROLLERS[0]
+    cut = np.zeros((4000, 2))
+    cut[:3000, 1], cut[3000:3010, 0] = np.nan, 0.1
+    lost = replace(RUNS[first], metrics={**RUNS[first].metrics, "saturated_s": cut}, flags=np.full(4000, "diverged"))
+    both = summarise(MADE, {first: lost, CONTROLLERS[1]: RUNS[CONTROLLERS[1]]})
+    assert both.controllers[first].events["torque cut"] == share_of(10, 1000)
+    assert both.controllers[CONTROLLERS[1]].events["diverged"] == share_of(0, 4000)
+    assert all(cell.endswith("]") for row in event_table(both).rows for cell in row[1:])
+    assert f"Torque cut: of the runs of which it is known, 1000 of 4000 of {first}." in summary_text(both)
+
+
+@pytest.mark.parametrize(
+    ("loop", "slow", "flagged", "words"),
+    [
+        ({"friction": "none"}, [], True, "without friction and without stops; those that reach a stop are"),
+        ({"hand_over": False}, [], False, "without stick and without stops; none of them reached one."),
+        ({"position_limits": False}, [], False, "without stick; positions have no limits."),
+        ({}, [0], True, f"show its figures. {CONTROLLERS[0]}: all runs by simulate, with stops."),
+        ({"position_limits": False}, [0, 1], True,
+         f"with smooth friction, without stick. {CONTROLLERS[0]}, {CONTROLLERS[1]}: all runs by simulate."),
+    ],
+)  # fmt: skip
+def test_what_runs_lack_is_said_by_case(loop, slow, flagged, words):
+    """`simulate` has stops, and makes all runs of a controller in Python; friction and limits may be left out."""
+    runs = {}
+    for k, name in enumerate(CONTROLLERS[:2]):
+        flags = RUNS[name].flags if flagged else np.full(4000, "")
+        runs[name] = replace(RUNS[name], flags=flags, simulated=(flags != "") | (k in slow))
+    assert words in caveat(summarise(replace(MADE, loop=loop), runs))
 
 
 def test_a_grid_has_no_intervals():
