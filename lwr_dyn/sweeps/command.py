@@ -22,7 +22,12 @@ from lwr_dyn.sweeps.study.study_file import SweepStudy
 @click.command("sweep")
 @click.argument("study", metavar="STUDY.toml")
 @click.option("--out", required=True, metavar="DIR", help="Folder of the results: made, or of this sweep and gone on.")
-@click.option("--scheduler", metavar="ADDRESS", help="A Dask scheduler, tcp://HOST:PORT; threads here if not given.")
+@click.option(
+    "--scheduler",
+    metavar="ADDRESS",
+    help="A Dask scheduler, tcp://HOST:PORT; threads here if not given. Files that the study names must lie under the "
+    "same path on every worker.",
+)
 @click.option(
     "--threads", type=int, metavar="N", help="Threads, and processes for controllers in Python; all if not given."
 )

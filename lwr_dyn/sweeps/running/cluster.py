@@ -1,7 +1,8 @@
 """Chunks on a Dask cluster that runs already: its scheduler is asked first, its workers' versions are compared, and a
 worker that dies costs time only.
 
-A worker sends the bytes of a file; this process writes them, so the workers need no file system in common.
+A worker sends the bytes of a file of results, and this process writes them. What a study names (robot, controllers,
+files of the task) every worker reads itself: with the same content under the same path as here.
 """
 
 from __future__ import annotations

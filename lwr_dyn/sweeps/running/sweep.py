@@ -21,6 +21,7 @@ from lwr_dyn.sweeps.running.processes import in_processes
 from lwr_dyn.sweeps.running.sweep_folder import SweepFolder, manifest_in, write_whole
 from lwr_dyn.sweeps.running.tasks import Chunk, ChunkFault, Done, in_threads
 from lwr_dyn.sweeps.running.workshop import SweepJob, workshop_of
+from lwr_dyn.sweeps.study.source_files import refuse_changed
 from lwr_dyn.sweeps.study.study_file import SweepStudy
 
 MOST_THREADS = 256
@@ -78,6 +79,8 @@ def sweep(
         As `SweepFolder.opened`; a disk that is full.
     SchedulerError, WorkerVersionError, MissingPackageError
         As `connected`; without pyarrow.
+    ChangedFileError
+        A file of the study that changes before its runs are made; all finished chunks are kept.
     LwrDynError
         What makes the first runs of the study impossible.
     """
@@ -163,6 +166,7 @@ def _filled(study: SweepStudy, folder: SweepFolder, cost: SweepCost, client: Any
         for chunk, result in results:
             text = study.controllers[chunk.controller]
             if isinstance(result, ChunkFault):
+                refuse_changed(study)
                 failures[text][chunk.number] = f"runs {chunk.first} to {chunk.stop - 1}: {result.why}"
             else:
                 write_whole(folder.file(manifest.controllers[chunk.controller], chunk.number), result)

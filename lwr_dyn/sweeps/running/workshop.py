@@ -24,6 +24,7 @@ from lwr_dyn.sweeps.running.tasks import Chunk
 from lwr_dyn.sweeps.statistics.controller_runs import ControllerRuns
 from lwr_dyn.sweeps.study.distributions import Values
 from lwr_dyn.sweeps.study.rollout_arguments import controller_of_run, rollout_arguments
+from lwr_dyn.sweeps.study.source_files import refuse_changed
 from lwr_dyn.sweeps.study.study_file import SweepStudy
 from lwr_dyn.sweeps.study.study_setup import arm_of_study, controller_of_study, references_of_study, spec_of_study
 
@@ -37,7 +38,8 @@ _own = threading.local()
 class SweepWorkshop:
     """Makes runs of a study; of one thread, because a controller may remember what it has seen.
 
-    Raises as `arm_of_study` and `references_of_study`.
+    The files of the study are looked at again when they have been read, and before runs are made. Raises as
+    `arm_of_study`, `references_of_study` and `refuse_changed`.
     """
 
     def __init__(self, study: SweepStudy, threads: int = 1) -> None:
@@ -46,11 +48,14 @@ class SweepWorkshop:
         self.references = references_of_study(study)
         self._controllers: dict[str, Controller] = {}
         self._slow: dict[str, bool] = {}
+        refuse_changed(study)
 
     def controller(self, text: str) -> Controller:
-        """The controller of a text; raises as `make_controller`."""
+        """The controller of a text; raises as `make_controller` and `refuse_changed`."""
         if text not in self._controllers:
-            self._controllers[text] = controller_of_study(self.study, text)
+            made = controller_of_study(self.study, text)
+            refuse_changed(self.study)
+            self._controllers[text] = made
         return self._controllers[text]
 
     def is_slow(self, text: str) -> bool:
@@ -96,13 +101,15 @@ class SweepWorkshop:
         return self.rollouts(text, values, 0, len(next(iter(values.values()))), hand_over=hand_over).metrics
 
     def rollouts(self, text: str, values: Mapping[str, Values], first: int, count: int, **more: Any) -> Rollouts:
-        """Runs by the kernel; `more` goes before what the study says. Raises as `rollouts`."""
+        """Runs by the kernel; `more` goes before what the study says. Raises as `rollouts` and `refuse_changed`."""
+        refuse_changed(self.study)
         arguments = {**rollout_arguments(self.study, text, values), **more}
         options = {"runs": count, "threads": self.threads, "first_run": first, **arguments}
         return rollouts(self.arm, self.controller(text), self.references, **options)
 
     def rows(self, text: str, values: Mapping[str, Values], first: int, count: int) -> SimulatedRows:
-        """Runs by `simulate`; raises as `SimulatedRows`."""
+        """Runs by `simulate`; raises as `SimulatedRows` and `refuse_changed`."""
+        refuse_changed(self.study)
         of_law = [path for path in values if path.startswith(OF_LAW)]
         made: dict[int, Controller] = {}
 
@@ -112,6 +119,7 @@ class SweepWorkshop:
             if i not in made:  # rows come one after the other
                 made.clear()
                 made[i] = controller_of_run(self.study, text, values, i)
+                refuse_changed(self.study)
             return made[i]
 
         rest = {path: x for path, x in values.items() if path not in of_law}
@@ -122,8 +130,9 @@ class SweepWorkshop:
 
 def workshop_of(study: SweepStudy) -> SweepWorkshop:
     """The workshop of this thread, built when it is first needed; raises as `SweepWorkshop`."""
-    if getattr(_own, "digest", None) != study.digest:
-        _own.workshop, _own.digest = SweepWorkshop(study), study.digest
+    key = study.digest, dict(study.places)
+    if getattr(_own, "key", None) != key:
+        _own.workshop, _own.key = SweepWorkshop(study), key
     found: SweepWorkshop = _own.workshop
     return found
 

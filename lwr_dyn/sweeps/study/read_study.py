@@ -2,13 +2,12 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
-from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
 from lwr_dyn.errors import FileAccessError, PaperError
 from lwr_dyn.feedback.controller_specs import controller_spec
-from lwr_dyn.files import ends_in, read_bytes, read_text
+from lwr_dyn.files import ends_in, read_text
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.papers.fields import Fields, parse_toml
 from lwr_dyn.simulation.options import SimulationOptions
@@ -18,6 +17,7 @@ from lwr_dyn.sweeps.study.nominal_values import with_nominal_values
 from lwr_dyn.sweeps.study.parameter_checks import check_parameters
 from lwr_dyn.sweeps.study.parameter_fields import read_parameter, refuse_overlaps
 from lwr_dyn.sweeps.study.sampling import METHODS, grid_runs, usual_method
+from lwr_dyn.sweeps.study.source_files import digest_of
 from lwr_dyn.sweeps.study.study_fields import number_at, take_number, take_numbers, take_texts
 from lwr_dyn.sweeps.study.study_file import SweepStudy
 from lwr_dyn.sweeps.study.study_setup import (
@@ -71,8 +71,8 @@ def study_of_text(text: str, path: Path) -> SweepStudy:
     refuse_overlaps(parameters, file)
     study = replace(study, task=task.name, task_options=task.options, parameters=parameters)
     study = _with_loop(tables["loop"], study, arm, file)
-    sources = {**study.sources, **_digests(task.files), **_controller_files(study, path.parent, file)}
-    study = replace(study, sources=sources)
+    study = _with_files(study, task.files)
+    study = _with_controller_files(study, path.parent, file)
     _try_controllers(study, file)
     check_parameters(study, arm, file)
     study = with_nominal_values(study, arm)
@@ -90,32 +90,33 @@ def study_of_text(text: str, path: Path) -> SweepStudy:
 def _base(fields: Fields, file: str, path: Path, text: str) -> SweepStudy:
     """Robot, controllers and friction that is assumed."""
     robot, name = fields.take("robot", str), fields.take("name", str, path.stem)
-    sources = {}
+    files: tuple[Path, ...] = ()
     if ends_in(robot, ".toml", ".urdf", ".xacro"):
-        with field_of(file, "robot"):
-            sources = _digests((path.parent / robot,))
-        robot = str((path.parent / robot).resolve())
+        files = (path.parent / robot,)
+        robot = str(files[0].resolve())
     share = take_number(fields, "assumed_friction", file, above=0.0)
     reading, texts = fields.take("reading", str, ""), take_texts(fields, "controllers", file)
-    return SweepStudy(
-        name, robot, reading, texts, "", runs=1, assumed_friction=share, file=str(path), text=text, sources=sources
-    )
+    study = SweepStudy(name, robot, reading, texts, "", runs=1, assumed_friction=share, file=str(path), text=text)
+    with field_of(file, "robot"):
+        return _with_files(study, files)
 
 
-def _digests(files: Iterable[Path]) -> dict[str, str]:
-    """SHA-256 of files by their names."""
-    return {each.name: sha256(read_bytes(each, "a file that the study names")).hexdigest() for each in files}
+def _with_files(study: SweepStudy, files: Iterable[Path], name: str = "") -> SweepStudy:
+    """With the SHA-256 of files, by `name`, or their own ones; raises `FileAccessError`."""
+    sources, places = dict(study.sources), dict(study.places)
+    for each in files:
+        sources[name or each.name] = places[str(each.resolve())] = digest_of(str(each))
+    return replace(study, sources=sources, places=places)
 
 
-def _controller_files(study: SweepStudy, folder: Path, file: str) -> dict[str, str]:
-    """SHA-256 of the controllers' files by path as given; raises `PaperError` for one that does not exist."""
-    found: dict[str, str] = {}
+def _with_controller_files(study: SweepStudy, folder: Path, file: str) -> SweepStudy:
+    """With the files of controllers by path as given; raises `PaperError` for one that does not exist."""
     for i, text in enumerate(study.controllers):
         with field_of(file, f"controllers[{i}]"):
             spec = controller_spec(text)
             if spec.is_file:
-                (found[spec.base],) = _digests([folder / spec.base]).values()
-    return found
+                study = _with_files(study, [folder / spec.base], spec.base)
+    return study
 
 
 def _try_controllers(study: SweepStudy, file: str) -> None:

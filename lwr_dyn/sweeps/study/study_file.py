@@ -56,6 +56,8 @@ class SweepStudy:
         Path and content of the file.
     sources : mapping
         SHA-256 of every file that the study names: of controllers by the path that it gives, of others by name.
+    places : mapping
+        The same by full path, for a look at the files again when runs are made; not in the digest.
 
     Raises
     ------
@@ -84,6 +86,7 @@ class SweepStudy:
     file: str = ""
     text: str = ""
     sources: Mapping[str, str] = field(default_factory=dict)
+    places: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if self.method not in METHODS:
