@@ -58,6 +58,7 @@ def test_a_run_that_meets_a_stop_is_that_of_simulate_and_the_others_stay_in_the_
     options = {"record": 10, "tolerance": 1e-3, "quantiles": (0.9,)}
     done = lwr_dyn.rollouts(ARM, LAW, rest, parameters=given, **options)
     assert done.flags == ("", "stop")
+    assert repr(done).startswith("Rollouts(2 runs, flags: 1 stop, 1 of them by simulate, ")
     assert done.simulated.tolist() == [False, True]
     run = done.run(1)
     assert any(event.kind == "stop" for event in run.events)

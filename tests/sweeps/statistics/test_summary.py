@@ -8,11 +8,14 @@ import numpy as np
 import pytest
 
 from lwr_dyn.errors import OptionError, UnknownNameError
+from lwr_dyn.sweeps.report.influence_charts import indices_html
 from lwr_dyn.sweeps.report.report_page import report_html
 from lwr_dyn.sweeps.statistics.intervals import quantile_of, share_of
+from lwr_dyn.sweeps.statistics.sobol_indices import IndexEstimate
 from lwr_dyn.sweeps.statistics.summary import sample_rows, spans, summarise
 from lwr_dyn.sweeps.statistics.summary_tables import (
     event_table,
+    index_table,
     outward_table,
     quantile_table,
     summary_record,
@@ -92,6 +95,20 @@ def test_a_saltelli_design_has_indices_and_its_quantiles_rest_on_two_rows_of_eac
     assert list(found.total) == [each.path for each in made.varied]
     assert max(found.total, key=lambda path: found.total[path].value) == "payload.mass"
     assert "rows A and B" in summary_text(summarise(made, runs_of(made)))
+
+
+def test_a_share_just_below_zero_is_zero():
+    made = study(8 * 64, "saltelli")
+    whole = summarise(made, {CONTROLLERS[0]: runs_of(without_divergence(made))[CONTROLLERS[0]]})
+    near = IndexEstimate(-1e-3, -2e-3, -1e-4)
+    words = whole.focus[0].name
+    figures = whole.controllers[CONTROLLERS[0]]
+    found = replace(figures.metrics[words].indices, first={"payload.mass": near}, total={"payload.mass": near})
+    metric = replace(figures.metrics[words], indices=found)
+    said = index_table(replace(whole, controllers={CONTROLLERS[0]: replace(figures, metrics={words: metric})})).text()
+    for text in (said, indices_html(found)):
+        assert "0.00 [0.00 to 0.00]" in text
+        assert "-0.00" not in text
 
 
 def test_a_study_that_is_not_finished_keeps_its_groups():
