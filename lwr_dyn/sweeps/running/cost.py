@@ -105,15 +105,12 @@ class SweepCost:
         }  # fmt: skip
 
 
-def measured(make: Callable[[int], bytes], controller: str, runs: int, chunk: int, slow: bool) -> ControllerCost:
-    """The cost of a controller; `make` computes the first so many runs and gives their file.
+def measured(make: Callable[[int], bytes], controller: str, runs: int, chunk: int) -> ControllerCost:
+    """The cost of a controller with a kernel; `make` computes the first so many runs and gives their file.
 
     A kernel is compiled before anything is measured. Raises what `make` raises, so that a study that cannot run ends
     here.
     """
-    if slow:
-        spent, file = _timed(make, 1)
-        return ControllerCost(controller, runs, chunk, spent, 0.0, len(file), 1, slow)
     make(1)
     one, file = _timed(make, 1)
     count, spent = 1, one
@@ -121,7 +118,7 @@ def measured(make: Callable[[int], bytes], controller: str, runs: int, chunk: in
         count = min(4 * count, MOST, runs)
         spent, file = _timed(make, count)
     seconds = max(spent - one, 0.0) / (count - 1) if count > 1 else one
-    return ControllerCost(controller, runs, chunk, seconds, max(one - seconds, 0.0), len(file) / count, count, slow)
+    return ControllerCost(controller, runs, chunk, seconds, max(one - seconds, 0.0), len(file) / count, count, False)
 
 
 def _timed(make: Callable[[int], bytes], count: int) -> tuple[float, bytes]:

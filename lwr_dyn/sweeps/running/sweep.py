@@ -15,12 +15,13 @@ from lwr_dyn.files import make_folder
 from lwr_dyn.progress import Report
 from lwr_dyn.sweeps.running.chunk_file import encoded, pyarrow
 from lwr_dyn.sweeps.running.cluster import connected, on_cluster
-from lwr_dyn.sweeps.running.cost import SweepCost, duration, measured, memory
+from lwr_dyn.sweeps.running.cost import ControllerCost, SweepCost, duration, measured, memory
+from lwr_dyn.sweeps.running.first_runs import first_runs
 from lwr_dyn.sweeps.running.manifest import SweepManifest, SweptController, folder_names, versions
 from lwr_dyn.sweeps.running.processes import in_processes
 from lwr_dyn.sweeps.running.sweep_folder import SweepFolder, manifest_in, write_whole
 from lwr_dyn.sweeps.running.tasks import Chunk, ChunkFault, Done, in_threads
-from lwr_dyn.sweeps.running.workshop import SweepJob, workshop_of
+from lwr_dyn.sweeps.running.workshop import BY_SIMULATE, SweepJob, workshop_of
 from lwr_dyn.sweeps.study.source_files import refuse_changed
 from lwr_dyn.sweeps.study.study_file import SweepStudy
 
@@ -132,15 +133,19 @@ def plan(study: SweepStudy, workers: int) -> tuple[SweepCost, SweepManifest]:
     """Cost and manifest of a study, from first runs of each controller; raises what these raise."""
     workshop = workshop_of(study)
     costs, controllers = [], []
-    for text, name in zip(study.controllers, folder_names(study.controllers), strict=True):
-        slow, kernel = workshop.is_slow(text), [""]
+    spent = first_runs(study, [i for i, text in enumerate(study.controllers) if workshop.is_slow(text)])
+    for i, (text, name) in enumerate(zip(study.controllers, folder_names(study.controllers), strict=True)):
+        slow, kernel = i in spent, [BY_SIMULATE]
 
-        def first_runs(count: int, text: str = text, kernel: list[str] = kernel) -> bytes:
+        def runs_of(count: int, text: str = text, kernel: list[str] = kernel) -> bytes:
             runs, kernel[0] = workshop.runs(text, 0, count)
             return encoded(runs, "")
 
         size = min(study.count, max(1, study.chunk // SLOW_SHARE) if slow else study.chunk)
-        costs.append(measured(first_runs, text, study.count, size, slow))
+        if slow:
+            costs.append(ControllerCost(text, study.count, size, spent[i][0], 0.0, spent[i][1], 1, slow))
+        else:
+            costs.append(measured(runs_of, text, study.count, size))
         controllers.append(SweptController(text, name, kernel[0], size, study.count, slow))
     held = memory(costs, workers)
     manifest = SweepManifest(study.name, study.digest, tuple(controllers), versions())

@@ -5,6 +5,7 @@ read_study                                   the study of a TOML file, read stri
 task_fields, parameter_fields, study_fields  the tables of the file
 parameter_checks                             whether what varies exists in the arm, the controllers, the task
 nominal_values                               what a parameter is as modelled
+source_files                                 files that changed since a study was read: refused
 study_setup                                  arm, references and controllers of a study
 plant_rows                                   values of the paths as parameters of the plants
 rollout_arguments                            values of the paths as keywords of `lwr_dyn.rollouts`, for one controller

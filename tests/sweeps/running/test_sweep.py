@@ -229,6 +229,15 @@ def test_a_law_in_a_file_runs_where_only_its_own_options_vary(tmp_path):
     assert runs.metrics["tip_max"][0] != runs.metrics["tip_max"][1]
 
 
+def test_a_law_whose_first_run_kills_its_process_is_named_and_the_sweep_ends_in_one_line(tmp_path, lwr_dyn_command):
+    killer = LAW.replace("        return B", "        __import__('os')._exit(3)\n        return B")
+    small_study(tmp_path, "mine.py", mine=killer)
+    code, _, err = lwr_dyn_command("sweep", str(tmp_path / "small.toml"), "--out", str(tmp_path / "out"))
+    assert (code, err.count("\n")) == (2, 1)
+    assert "first run of mine.py: its process died 3 times (exit code 3)" in err
+    assert not (tmp_path / "out").exists()
+
+
 def test_the_memory_of_many_runs_is_that_of_their_results():
     few, many = (
         memory([ControllerCost("pid", runs, 500, 2e-3, 0.0, 800.0, 64, False)], 1) for runs in (1000, 10_000_000)
