@@ -83,6 +83,10 @@ def _pool(threads: int) -> ThreadPoolExecutor:
     return _pools[threads]
 
 
+MAKERS = ("numba", "llvmlite", "mpmath")
+"""Packages on which the machine code depends; mpmath finds the polynomials of sin, cos, exp and log."""
+
+
 def require_packages() -> None:
     """Raise `MissingPackageError` unless the packages of the extra `batch` are installed."""
     for package in ("numba", "casadi", "mpmath"):
@@ -94,7 +98,7 @@ def key_of(spec: KernelSpec, function: str) -> str:
     """Name of a kernel in the cache, from the arm's data, the generator, the compiler and the processor."""
     from lwr_dyn.codegen.machine_code import host_cpu, lanes_of
 
-    text = [spec.digest(function), *host_cpu(), str(lanes_of(spec.dtype)), version("numba"), version("llvmlite")]
+    text = [spec.digest(function), *host_cpu(), str(lanes_of(spec.dtype)), *map(version, MAKERS)]
     return f"{function}-{hashlib.sha256(chr(10).join(text).encode()).hexdigest()[:40]}"
 
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.codegen.cache import read_cache, write_cache
-from lwr_dyn.codegen.kernel import require_packages
+from lwr_dyn.codegen.kernel import MAKERS, require_packages
 from lwr_dyn.codegen.machine_code import compiled, host_cpu, lanes_of, load
 from lwr_dyn.errors import OptionError
 from lwr_dyn.rollout.slots import FIGURES, Slots
@@ -140,7 +140,7 @@ def room_for_record(runs: int, kept: int, width: int) -> Array:
 
 def key_of(plan: StepPlan, lanes: int) -> str:
     """Name of a kernel in the cache, from the plan, the generator, the compiler and the processor."""
-    text = [plan.digest, str(lanes), *host_cpu(), version("numba"), version("llvmlite"), version("casadi")]
+    text = [plan.digest, str(lanes), *host_cpu(), version("casadi"), *map(version, MAKERS)]
     return f"rollout-{hashlib.sha256(chr(10).join(text).encode()).hexdigest()[:40]}"
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.codegen.cache import read_cache, write_cache
-from lwr_dyn.codegen.kernel import require_packages
+from lwr_dyn.codegen.kernel import MAKERS, require_packages
 from lwr_dyn.codegen.machine_code import compiled, host_cpu, load
 from lwr_dyn.rollout.slots import Slots
 from lwr_dyn.rollout.step import StepPlan
@@ -56,11 +56,16 @@ def _address(array: Array) -> int:
     return int(array.__array_interface__["data"][0])
 
 
+def whole_key_of(plan: StepPlan) -> str:
+    """Name of a kernel in the cache, from the plan, the generator, the compiler and the processor."""
+    text = [plan.digest, "whole", *host_cpu(), version("casadi"), *map(version, MAKERS)]
+    return f"rollout-whole-{hashlib.sha256(chr(10).join(text).encode()).hexdigest()[:40]}"
+
+
 def whole_kernel(plan: StepPlan) -> WholeKernel:
     """The kernel of a plan with `whole`; raises `MissingPackageError` without the extra `batch`."""
     require_packages()
-    text = [plan.digest, "whole", *host_cpu(), version("numba"), version("llvmlite"), version("casadi")]
-    key = f"rollout-whole-{hashlib.sha256(chr(10).join(text).encode()).hexdigest()[:40]}"
+    key = whole_key_of(plan)
     if key not in _loaded:
         _loaded[key] = _machine_code(plan, key)
     return WholeKernel(plan.slots, _loaded[key])

@@ -7,6 +7,8 @@ import subprocess
 import sys
 import time
 from dataclasses import replace
+from importlib.metadata import version
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -17,6 +19,8 @@ from lwr_dyn.codegen.cache import CacheWarning
 from lwr_dyn.codegen.kernel_spec import kernel_spec
 from lwr_dyn.errors import FileAccessError, MissingPackageError
 from lwr_dyn.model.friction import symmetric
+from lwr_dyn.rollout import kernel as rollout_kernel
+from lwr_dyn.rollout import whole_kernel
 
 ARM = lwr_dyn.load("lwr4plus")
 Q = np.full((3, 7), 0.3)
@@ -126,6 +130,19 @@ def test_the_key_distinguishes_arms_choices_and_functions():
     keys = {kernel.key_of(spec, name) for spec in specs for name in ("gravity_vector", "mass_matrix")}
     assert len(keys) == 12
     assert kernel.key_of(kernel_spec(lwr_dyn.load("lwr4plus")), "mass_matrix") in keys
+
+
+@pytest.mark.parametrize("package", ["numba", "llvmlite", "mpmath"])
+def test_the_key_distinguishes_versions_of_what_makes_the_code(monkeypatch, package):
+    makers = (
+        (kernel, lambda: kernel.key_of(kernel_spec(ARM), "mass_matrix")),
+        (rollout_kernel, lambda: rollout_kernel.key_of(SimpleNamespace(digest="0"), 8)),
+        (whole_kernel, lambda: whole_kernel.whole_key_of(SimpleNamespace(digest="0"))),
+    )
+    for module, key in makers:
+        before = key()
+        monkeypatch.setattr(module, "version", lambda name: "0.0" if name == package else version(name))
+        assert key() != before
 
 
 @pytest.mark.parametrize("package", ["numba", "casadi", "mpmath"])

@@ -1,4 +1,4 @@
-"""What made the results of a sweep: the study, the kernels, the versions; results of two makers are never mixed."""
+"""What made the results of a sweep: study, kernels, versions, processor; results of two makers are never mixed."""
 
 from __future__ import annotations
 
@@ -15,9 +15,13 @@ from lwr_dyn.errors import FileAccessError, LwrDynError
 from lwr_dyn.version import VERSION
 
 SCHEMA = 1
-PACKAGES = ("numpy", "scipy", "pin", "casadi", "numba", "llvmlite", "pyarrow")
+PACKAGES = ("numpy", "scipy", "pin", "casadi", "numba", "llvmlite", "pyarrow", "mpmath")
 """What numbers and bytes depend on."""
 _LONGEST = 60
+
+
+PROCESSOR = "processor"
+"""Stands among the versions: rounding depends on it, and counts of encoders on rounding."""
 
 
 class OtherSweepError(LwrDynError, ValueError):
@@ -31,14 +35,25 @@ class OtherSweepError(LwrDynError, ValueError):
 
 
 def versions() -> dict[str, str]:
-    """Package -> version, in this process; "none" where it is not installed."""
+    """Package -> version, in this process; "none" where it is not installed. Beside them the processor."""
     found = {"lwr_dyn": VERSION, "python": platform.python_version()}
     for name in PACKAGES:
         try:
             found[name] = version(name)
         except PackageNotFoundError:
             found[name] = "none"
+    found[PROCESSOR] = _processor()
     return found
+
+
+def _processor() -> str:
+    """Its name and a digest of its features, as LLVM has them; "none" without LLVM."""
+    try:
+        from lwr_dyn.codegen.machine_code import host_cpu
+    except ImportError:
+        return "none"
+    system, name, features = host_cpu()
+    return f"{name} ({hashlib.sha256(f'{system} {features}'.encode()).hexdigest()[:8]})"
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,7 +135,8 @@ class SweepManifest:
         for name in sorted({*self.versions, *here.versions}):
             found, now = self.versions.get(name, "none"), here.versions.get(name, "none")
             if found != now:
-                raise OtherSweepError(folder, "version", f"{name} {found}", now)
+                what, before = (PROCESSOR, found) if name == PROCESSOR else ("version", f"{name} {found}")
+                raise OtherSweepError(folder, what, before, now)
         for old, new in zip(self.controllers, here.controllers, strict=False):
             if old != new:
                 what = "kernel" if old.controller == new.controller else "controller"

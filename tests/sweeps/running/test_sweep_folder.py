@@ -4,13 +4,17 @@ import errno
 import os
 import re
 from dataclasses import replace
+from importlib.metadata import version
 
 import numpy as np
 import pytest
 
+from lwr_dyn.codegen import machine_code
+from lwr_dyn.codegen.machine_code import host_cpu
 from lwr_dyn.errors import FileAccessError
 from lwr_dyn.sweeps.running.chunk_file import chunk_digest, decoded, encoded
-from lwr_dyn.sweeps.running.manifest import OtherSweepError, SweepManifest, SweptController, folder_names
+from lwr_dyn.sweeps.running.cluster import WorkerVersionError, refuse_other_versions
+from lwr_dyn.sweeps.running.manifest import OtherSweepError, SweepManifest, SweptController, folder_names, versions
 from lwr_dyn.sweeps.running.results import SweepResults
 from lwr_dyn.sweeps.running.sweep_folder import SweepFolder, SweepInUseError, write_whole
 from lwr_dyn.sweeps.statistics.controller_runs import ControllerRuns
@@ -112,6 +116,10 @@ OTHERS = [
     (replace(MANIFEST, digest="d" * 64), "holds results of another study: small (cccccccc), here dddddddd"),
     (replace(MANIFEST, versions={"numpy": "2.1", "pyarrow": "18.0"}), "another version: numpy 2.0, here 2.1"),
     (
+        replace(MANIFEST, versions={**MANIFEST.versions, "processor": "znver4 (01234567)"}),
+        "another processor: none, here znver4 (01234567)",
+    ),
+    (
         replace(MANIFEST, controllers=(replace(PID, kernel="e" * 64), OWN)),
         "another kernel: pid:omega-n=20 (aaaaaaaa), here eeeeeeee",
     ),
@@ -176,3 +184,14 @@ def test_a_manifest_is_read_as_it_was_written():
     assert SweepManifest.read("x", MANIFEST.text()) == MANIFEST
     assert MANIFEST.chunk_digest(PID) != MANIFEST.chunk_digest(OWN)
     assert replace(MANIFEST, versions={"numpy": "3"}).chunk_digest(PID) != MANIFEST.chunk_digest(PID)
+
+
+def test_versions_name_the_processor_and_what_makes_the_polynomials(monkeypatch):
+    here = versions()
+    assert (here["mpmath"], versions()) == (version("mpmath"), here)
+    name, features = host_cpu()[1:]
+    assert here["processor"].startswith(f"{name} (")
+    monkeypatch.setattr(machine_code, "host_cpu", lambda: ("x", name, features + ",+more"))
+    assert versions()["processor"] != here["processor"]
+    with pytest.raises(WorkerVersionError, match=f"has processor {name} "):
+        refuse_other_versions({"a worker": versions()}, here)
