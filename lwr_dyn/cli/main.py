@@ -21,7 +21,7 @@ COMMANDS: Registry[click.Command] = Registry(
     "command",
     {
         "list": Row("lwr_dyn.cli.list_:command", "Robots, readings and where their numbers come from."),
-        "new": Row("lwr_dyn.cli.new:command", "Write a commented file to start from: arm, controller."),
+        "new": Row("lwr_dyn.cli.new:command", "Write a commented file to start from: arm, controller, study."),
         "show": Row("lwr_dyn.explorer.command:command", "An arm or a run in the browser: sliders, inertia, sources."),
         "urdf": Row("lwr_dyn.cli.urdf:command", "Write a robot as URDF with its sidecars."),
         "dh": Row("lwr_dyn.export.command:command", "Any arm as a DH table, standard or modified; as a data file."),
