@@ -152,48 +152,11 @@ def tool(folder: Path, rng: random.Random) -> bool:
     return True
 
 
-STUDY = """robot = "lwr4plus"
-reading = "physical"
-controllers = ["inverse-dynamics", "robust:omega_n=20"]
-[task]
-name = "hold"
-from-deg = [0, 30, 0, -60, 0, 30, 0]
-[loop]
-rate = 500
-cutoff_hz = 100
-[sampling]
-method = "random"
-runs = 64
-chunk = 16
-[metrics]
-quantiles = [0.95]
-[limits]
-tip_q95 = 1e-3
-[[parameter]]
-path = "arm.com"
-mean = 0
-deviation = 0.003
-high = 0.01
-[[parameter]]
-path = "payload.mass"
-low = 0
-high = 7
-[[parameter]]
-path = "task.duration"
-values = [0.5, 1]
-[[parameter]]
-path = "limits.torque.all"
-low = 0.8
-high = 1
-count = 3
-"""
-
-
 def study(folder: Path, rng: random.Random) -> bool:
     """A study of many runs, and the values of its first and last run."""
     from lwr_dyn.sweeps.study.read_study import read_study
 
-    read = read_study(written(folder, "x.toml", changed(STUDY, rng)))
+    read = read_study(written(folder, "x.toml", changed(_text(f"{GOOD}/study.toml"), rng)))
     for first in {0, read.count - 1}:
         assert all(len(values) == 1 for values in read.values(first, first + 1).values())
     return True
