@@ -23,7 +23,7 @@ FUNCTIONS: Registry[Callable[..., Any]] = Registry(
     "function",
     {
         "batch_dynamics": Row("lwr_dyn.codegen.batch:batch_dynamics", "dynamics over rows of states", extra="batch"),
-        "passive_refit": Row("lwr_dyn.identification.passive_refit:passive_refit", "nearest passive friction"),
+        "passive_refit": Row("lwr_dyn.identification.friction.passive_refit:passive_refit", "nearest passive friction"),
         "dh_matrices_text": Row("lwr_dyn.symbolic.dh_matrices:dh_matrices_text", "DH matrices", extra="symbolic"),
         "inertia_certificates": Row(
             "lwr_dyn.inertia_bounds.certificate:inertia_certificates", "proven largest inertias", extra="batch"

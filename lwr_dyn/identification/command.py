@@ -11,15 +11,15 @@ from lwr_dyn.cli.options import OneOf, print_json
 from lwr_dyn.cli.row_options import OptionRule, refuse_unused
 from lwr_dyn.errors import LwrDynError
 from lwr_dyn.front import load
-from lwr_dyn.identification.command_tables import friction_record, friction_text
-from lwr_dyn.identification.cruise import DEFAULT_CRUISE, CruiseRule
-from lwr_dyn.identification.direction_fit import MODELS
-from lwr_dyn.identification.friction import FitOptions, friction_map_figure, identify_friction_files
-from lwr_dyn.identification.log_columns import declared_units
-from lwr_dyn.identification.logs import JointLog, read_log
-from lwr_dyn.identification.motion_fit import DEFAULT_MOTION, MotionRule, identify_motion
-from lwr_dyn.identification.motion_tables import body_lines, motion_record, motion_text
-from lwr_dyn.identification.torque_model import SUBTRACT
+from lwr_dyn.identification.friction.cruise import DEFAULT_CRUISE, CruiseRule
+from lwr_dyn.identification.friction.direction_fit import MODELS
+from lwr_dyn.identification.friction.friction_tables import friction_record, friction_text
+from lwr_dyn.identification.friction.identify_friction import FitOptions, friction_map_figure, identify_friction_files
+from lwr_dyn.identification.friction.torque_model import SUBTRACT
+from lwr_dyn.identification.logs.joint_log import JointLog, read_log
+from lwr_dyn.identification.logs.log_columns import declared_units
+from lwr_dyn.identification.motion.motion_fit import DEFAULT_MOTION, MotionRule, identify_motion
+from lwr_dyn.identification.motion.motion_tables import body_lines, motion_record, motion_text
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.plotting.plots import check_figure, save_figure
 from lwr_dyn.progress import progress

@@ -27,7 +27,7 @@ class Direction:
         Level of a moving joint at vanishing speed, at least 0 [N m or N].
     viscous : float
         Slope [N m s/rad or N s/m]. May be negative: beyond some speed such friction adds energy
-        (see `lwr_dyn.identification.passivity`).
+        (see `lwr_dyn.identification.friction.passivity`).
     static : float, optional
         Largest friction at rest, at least `coulomb` [N m or N]; None is unknown and counts as `coulomb`.
     stribeck_velocity : float, optional

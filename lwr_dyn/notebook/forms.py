@@ -21,8 +21,8 @@ from lwr_dyn.tables import Heading, Table
 from lwr_dyn.viewer.replayed_runs import facts
 
 if TYPE_CHECKING:
-    from lwr_dyn.identification.friction import FrictionIdentification
-    from lwr_dyn.identification.motion_fit import MotionIdentification
+    from lwr_dyn.identification.friction.identify_friction import FrictionIdentification
+    from lwr_dyn.identification.motion.motion_fit import MotionIdentification
     from lwr_dyn.reproduction.paper_study import Reproduction
 
 UNKNOWN = "unknown"

@@ -5,7 +5,7 @@ from typing import Any
 
 from scipy.io import savemat
 
-from lwr_dyn.identification.logs import table_bytes
+from lwr_dyn.identification.logs.joint_log import table_bytes
 from lwr_dyn.model.run import Run
 from lwr_dyn.tables import json_text
 
@@ -18,7 +18,7 @@ def csv_bytes(run: Run) -> bytes:
     """The columns of `Run.to_columns`, every number to its last bit; `lwr-dyn identify` reads it as a log.
 
     Its tau is the torque that was held from each sample on: it jumps there, and no transducer would show it so.
-    `lwr_dyn.identification.logs.log_of_run` makes a log as a transducer would.
+    `lwr_dyn.identification.logs.joint_log.log_of_run` makes a log as a transducer would.
     """
     columns = run.to_columns()
     return table_bytes(list(columns), list(columns.values()), ".csv")

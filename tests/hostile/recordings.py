@@ -56,7 +56,7 @@ def motion_csv(folder: Path, rng: random.Random) -> bool:
 
 def log_csv(folder: Path, rng: random.Random) -> bool:
     """A log as CSV."""
-    from lwr_dyn.identification.logs import read_log
+    from lwr_dyn.identification.logs.joint_log import read_log
 
     lines = [",".join(row) for row in [_heads(rng), *_rows(rng)]]
     text = rng.choice(("", "", "# a log\n", "\ufeff")) + "\n".join(lines) + "\n"
@@ -69,7 +69,7 @@ def log_parquet(folder: Path, rng: random.Random) -> bool:
     import pyarrow
     from pyarrow import parquet
 
-    from lwr_dyn.identification.logs import read_log
+    from lwr_dyn.identification.logs.joint_log import read_log
 
     names, columns = _heads(rng), [list(map(float, x)) for x in zip(*_rows(rng), strict=True)]
     table = {name: _retyped(pyarrow, column, rng) for name, column in zip(names, columns, strict=True)}

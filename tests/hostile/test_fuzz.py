@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 import lwr_dyn
 from lwr_dyn.audit.lint.rules import lint_file
 from lwr_dyn.errors import LwrDynError
-from lwr_dyn.identification.logs import read_log
+from lwr_dyn.identification.logs.joint_log import read_log
 from lwr_dyn.krl.program import load_program
 from lwr_dyn.model.run import Run
 from tests.examples import examples

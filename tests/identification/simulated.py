@@ -12,10 +12,15 @@ from numpy.typing import ArrayLike
 from lwr_dyn.arrays import Array, joint_array
 from lwr_dyn.dynamics.newton_euler import Recursion
 from lwr_dyn.errors import OptionError
-from lwr_dyn.identification.friction import DEFAULT_FIT, FitOptions, FrictionIdentification, identify_friction
-from lwr_dyn.identification.logs import JointLog
-from lwr_dyn.identification.simulated_logs import LogSensors
-from lwr_dyn.identification.torque_model import Subtract
+from lwr_dyn.identification.friction.identify_friction import (
+    DEFAULT_FIT,
+    FitOptions,
+    FrictionIdentification,
+    identify_friction,
+)
+from lwr_dyn.identification.friction.torque_model import Subtract
+from lwr_dyn.identification.logs.joint_log import JointLog
+from lwr_dyn.identification.logs.simulated_logs import LogSensors
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.friction import JointFriction
 

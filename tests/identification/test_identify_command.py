@@ -8,8 +8,8 @@ import pytest
 from pyarrow import csv, table
 
 from lwr_dyn.cli.main import main
-from lwr_dyn.identification.logs import write_log
-from lwr_dyn.identification.simulated_logs import LogSensors
+from lwr_dyn.identification.logs.joint_log import write_log
+from lwr_dyn.identification.logs.simulated_logs import LogSensors
 from tests.identification.simulated import ideal_cruise
 
 ROWS = 200_000

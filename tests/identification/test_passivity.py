@@ -10,8 +10,8 @@ from scipy.optimize import minimize
 
 import lwr_dyn
 from lwr_dyn.errors import OptionError
-from lwr_dyn.identification.passive_refit import passive_refit
-from lwr_dyn.identification.passivity import SideCurve, certificate, feeds_energy
+from lwr_dyn.identification.friction.passive_refit import passive_refit
+from lwr_dyn.identification.friction.passivity import SideCurve, certificate, feeds_energy
 from lwr_dyn.model.friction import Direction, JointFriction
 from tests.examples import examples
 

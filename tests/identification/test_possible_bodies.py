@@ -6,15 +6,15 @@ from scipy.optimize import minimize
 
 import lwr_dyn
 from lwr_dyn.dynamics.regressor import INERTIAL, JOINT, body_parameters, chain_parameters
-from lwr_dyn.identification.least_squares import IDENTIFIED, NO_ERROR, NOT_EXCITED, ZERO, Estimate
-from lwr_dyn.identification.motion_fit import chain_base
-from lwr_dyn.identification.motion_tables import body_lines
-from lwr_dyn.identification.possible_bodies import (
+from lwr_dyn.identification.bodies.possible_bodies import (
     _pseudo_inertia_weights,
     judge_bodies,
     mass_matrix_columns,
     never_negative,
 )
+from lwr_dyn.identification.motion.motion_fit import chain_base
+from lwr_dyn.identification.motion.motion_tables import body_lines
+from lwr_dyn.identification.regression.least_squares import IDENTIFIED, NO_ERROR, NOT_EXCITED, ZERO, Estimate
 from lwr_dyn.model.chain import Body
 
 BOTH = pytest.mark.parametrize("robot", ["lwr4plus", "wam7"])

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from lwr_dyn.identification.friction import FitOptions, identify_friction
-from lwr_dyn.identification.simulated_logs import LogSensors
+from lwr_dyn.identification.friction.identify_friction import FitOptions, identify_friction
+from lwr_dyn.identification.logs.simulated_logs import LogSensors
 from lwr_dyn.model.friction import Direction, JointFriction
 from tests.identification.simulated import ideal_cruise, interval_coverage, true_values
 

@@ -6,12 +6,12 @@ import pytest
 import lwr_dyn
 from lwr_dyn.dynamics.regressor import INERTIAL, JOINT, Regressor, chain_parameters
 from lwr_dyn.errors import OptionError
-from lwr_dyn.identification.base_parameters import base_parameters
-from lwr_dyn.identification.log_columns import LogError
-from lwr_dyn.identification.logs import JointLog
-from lwr_dyn.identification.motion_fit import MotionRule, chain_base, identify_motion
-from lwr_dyn.identification.simulated_logs import LogSensors
-from lwr_dyn.identification.torque_model import ModelTorque
+from lwr_dyn.identification.friction.torque_model import ModelTorque
+from lwr_dyn.identification.logs.joint_log import JointLog
+from lwr_dyn.identification.logs.log_columns import LogError
+from lwr_dyn.identification.logs.simulated_logs import LogSensors
+from lwr_dyn.identification.motion.motion_fit import MotionRule, chain_base, identify_motion
+from lwr_dyn.identification.regression.base_parameters import base_parameters
 
 NOISE = 0.05
 

@@ -11,8 +11,8 @@ import pytest
 import lwr_dyn
 from lwr_dyn.checks.run_checks import check_arm
 from lwr_dyn.checks.verdict import Verdict
-from lwr_dyn.identification.friction import identify_friction
-from lwr_dyn.identification.logs import JointLog
+from lwr_dyn.identification.friction.identify_friction import identify_friction
+from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.model import shown
 from lwr_dyn.model.arm import JointLimits
 from lwr_dyn.model.shown import NOTEBOOK_FORMS, short_repr

@@ -7,7 +7,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.errors import LwrDynError
-from lwr_dyn.identification.logs import read_log
+from lwr_dyn.identification.logs.joint_log import read_log
 from lwr_dyn.model.run import Run
 from lwr_dyn.notebook.plot import plot_writer
 from lwr_dyn.notebook.quantities import QUANTITIES, quantity_named

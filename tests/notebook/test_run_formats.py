@@ -14,7 +14,7 @@ from scipy.io import loadmat
 
 import lwr_dyn
 from lwr_dyn.errors import FileAccessError, MissingPackageError
-from lwr_dyn.identification.logs import read_log
+from lwr_dyn.identification.logs.joint_log import read_log
 from lwr_dyn.model.run import Run
 from lwr_dyn.model.shown import RUN_FORMATS
 from lwr_dyn.notebook.run_formats import csv_bytes, matlab_bytes

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from lwr_dyn.identification.passive_refit import passive_refit
+from lwr_dyn.identification.friction.passive_refit import passive_refit
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.reproduction.results import printed_tables
 from lwr_dyn.reproduction.wam7.runs import AGREES, GRAVITIES, CruiseError, Experiment, sides_of

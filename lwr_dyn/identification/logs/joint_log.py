@@ -15,8 +15,8 @@ import numpy as np
 from lwr_dyn.arrays import Array
 from lwr_dyn.errors import FileAccessError, MissingPackageError
 from lwr_dyn.files import check_readable, reason_of, write_file
-from lwr_dyn.identification.log_checks import check_arm, check_log
-from lwr_dyn.identification.log_columns import SI, LogError, check_kinds, layout_of
+from lwr_dyn.identification.logs.log_checks import check_arm, check_log
+from lwr_dyn.identification.logs.log_columns import SI, LogError, check_kinds, layout_of
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
 from lwr_dyn.model.shown import short_repr
@@ -60,7 +60,7 @@ def read_log(path: str | Path, units: Mapping[str, str] | None = None, arm: Arm 
     Parameters
     ----------
     path : str or path
-        Ends in .csv or .parquet; the columns are those of `lwr_dyn.identification.log_columns`.
+        Ends in .csv or .parquet; the columns are those of `lwr_dyn.identification.logs.log_columns`.
     units : mapping, optional
         Quantity -> unit of the columns that declare none, such as {"q": "deg"}.
     arm : Arm, optional
@@ -114,7 +114,7 @@ def log_of_run(run: Run, rate: float = 100.0, source: str = "run") -> JointLog:
     """What a log of a simulated run at `rate` [Hz] holds: exact positions and applied torques, no velocity.
 
     At a sample of the controller the held torque jumps; a row has the mean of what was held before and after it, as any
-    transducer of finite speed shows. `lwr_dyn.identification.simulated_logs` adds noise and rounding.
+    transducer of finite speed shows. `lwr_dyn.identification.logs.simulated_logs` adds noise and rounding.
     """
     step = max(1, round(1.0 / (rate * float(run.t[1] - run.t[0]))))
     rows = slice(0, None, step)

@@ -3,10 +3,10 @@
 from dataclasses import asdict
 from typing import Any
 
-from lwr_dyn.identification.command_tables import with_error
-from lwr_dyn.identification.least_squares import IDENTIFIED, NO_ERROR, NOT_EXCITED, SIGMAS, ZERO
-from lwr_dyn.identification.motion_fit import MotionIdentification
-from lwr_dyn.identification.possible_bodies import CONFIGURATIONS, BodyVerdict
+from lwr_dyn.identification.bodies.possible_bodies import CONFIGURATIONS, BodyVerdict
+from lwr_dyn.identification.friction.friction_tables import with_error
+from lwr_dyn.identification.motion.motion_fit import MotionIdentification
+from lwr_dyn.identification.regression.least_squares import IDENTIFIED, NO_ERROR, NOT_EXCITED, SIGMAS, ZERO
 from lwr_dyn.tables import aligned
 
 NOISE_MODEL = (

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from lwr_dyn.arrays import fixed_array
 from lwr_dyn.control.protocol import Controller
 from lwr_dyn.errors import OptionError
-from lwr_dyn.identification.logs import JointLog, log_of_run
+from lwr_dyn.identification.logs.joint_log import JointLog, log_of_run
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.simulation.simulate import simulate
 from lwr_dyn.trajectory.references.joint_moves import JointReference, lspb_move

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from lwr_dyn.errors import OptionError
-from lwr_dyn.identification.passivity import SIDES, Side, SideCurve, certificate
+from lwr_dyn.identification.friction.passivity import SIDES, Side, SideCurve, certificate
 from lwr_dyn.model.friction import Direction, JointFriction
 
 

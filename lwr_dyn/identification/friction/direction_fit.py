@@ -9,9 +9,9 @@ from scipy.optimize import least_squares
 
 from lwr_dyn.arrays import Array, read_only
 from lwr_dyn.errors import OptionError
-from lwr_dyn.identification.friction_map import FrictionPoint
-from lwr_dyn.identification.least_squares import HUBER, Estimate, has_full_rank, huber, weighted
-from lwr_dyn.identification.log_columns import LogError
+from lwr_dyn.identification.friction.friction_map import FrictionPoint
+from lwr_dyn.identification.logs.log_columns import LogError
+from lwr_dyn.identification.regression.least_squares import HUBER, Estimate, has_full_rank, huber, weighted
 from lwr_dyn.model.friction import Direction
 
 Model = Literal["viscous+coulomb", "stribeck"]

@@ -18,8 +18,8 @@ from scipy import stats
 
 from lwr_dyn.arrays import Array, read_only
 from lwr_dyn.dynamics.regressor import INERTIAL, JOINT, Regressor
-from lwr_dyn.identification.base_parameters import BaseParameters
-from lwr_dyn.identification.least_squares import SIGMAS, Estimate
+from lwr_dyn.identification.regression.base_parameters import BaseParameters
+from lwr_dyn.identification.regression.least_squares import SIGMAS, Estimate
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind
 
