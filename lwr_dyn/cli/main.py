@@ -52,7 +52,7 @@ COMMANDS: Registry[click.Command] = Registry(
         "sweep": Row("lwr_dyn.sweeps.command:command", "A study of many runs, its cost stated ahead.", extra="sweeps"),
         "tune": Row("lwr_dyn.sweeps.tuning.command:command", "Gains for a stated aim over a study.", extra="batch"),
         "identify": Row(
-            "lwr_dyn.identification.command:command",
+            "lwr_dyn.identification.command.group:command",
             "Friction, or friction and inertia, from logs of an arm that moved.",
             extra="plots",
         ),

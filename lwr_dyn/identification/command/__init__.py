@@ -1,0 +1,7 @@
+"""The subcommands of `lwr-dyn identify`, one file each.
+
+group        the group: a row a subcommand
+log_options  options that they share; logs from files; warnings, faults and the exit code
+friction     from runs at constant speed
+motion       from any motion
+"""

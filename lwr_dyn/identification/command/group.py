@@ -1,0 +1,21 @@
+"""`lwr-dyn identify`: parameters of an arm from its logs."""
+
+import click
+
+from lwr_dyn.cli.help_text import NamedGroup
+from lwr_dyn.identification.command import friction, motion
+
+SUBCOMMANDS = (friction.command, motion.command)
+
+
+@click.group("identify", cls=NamedGroup)
+def command() -> None:
+    """Parameters of an arm from its logs (.csv, .parquet).
+
+    Columns: time, q1.., tau1.., and dq1.. where measured, each with its unit in brackets (q1 [deg]) or in SI;
+    other columns are ignored. Exit 2 when a file or joint could not be used; the others are reported all the same.
+    """
+
+
+for each in SUBCOMMANDS:
+    command.add_command(each)
