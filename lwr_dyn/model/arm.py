@@ -33,11 +33,11 @@ class Source:
     cell: str
     where: str
     kind: str
-    value: object
-    """The value under the reading, in the printed unit; `errata` lists what changed it."""
+    value: object  # under the reading, in the printed unit; `errata` lists what changed it
     unit: str
     conversion: str
     errata: tuple[str, ...] = ()
+    sigma: object = None  # standard error of `value`; None where not given
 
 
 @dataclass(frozen=True, slots=True)

@@ -190,4 +190,5 @@ def _source(paper: Paper, column: Column, row: int, conversion: str) -> Source:
     return Source(
         cell=cell, where=column.where, kind=[column.kind, *kinds][-1], value=_said(column.values[row]),
         unit=column.unit[row], conversion=conversion, errata=errata,
+        sigma=_said(column.sigma[row]) if column.sigma else None,
     )  # fmt: skip

@@ -4,6 +4,8 @@ import math
 from functools import partial
 from typing import Any
 
+import numpy as np
+
 from lwr_dyn.errors import PaperError
 from lwr_dyn.papers.fields import Fields
 from lwr_dyn.papers.schema import KINDS, PER_JOINT, TABLES, UNKNOWN, Column, ColumnRule
@@ -40,6 +42,7 @@ def _column(
     where, kind = fields.take("where", str), fields.take_one_of("kind", KINDS)
     note = fields.take("note", str, default="")
     symbols = tuple(str(x) for x in fields.take("symbols", list, default=[]))
+    sigma = fields.take("sigma", object, default=None)
     fields.refuse_unknown()
     count = n if rule.per_joint else 1
     rows = values if rule.per_joint else [values]
@@ -59,7 +62,16 @@ def _column(
     read = partial(_row_or_unknown if rule.may_be_unknown else _row, shape=shape, file=file)
     cells = tuple(read(r, field=f"{label}[{i}]" if rule.per_joint else label) for i, r in enumerate(rows))
     errata = {row: tuple(ids) for row, ids in touched.items() if row < count}
-    return Column(name, cells, tuple(units), where, kind, note, symbols, errata)
+    errors = () if sigma is None else _sigma(sigma if rule.per_joint else [sigma], shape, count, file, f"{name}.sigma")
+    return Column(name, cells, tuple(units), where, kind, note, symbols, errata, errors)
+
+
+def _sigma(rows: Any, shape: tuple[int, ...], count: int, file: str, field: str) -> tuple[Any, ...]:
+    """The standard errors of a column: as its values, unknown or at least 0."""
+    table: tuple[Any, ...] = _row_or_unknown(rows, (count, *shape), file, field)
+    if (np.array(table) < 0.0).any():
+        raise PaperError(file, field, "a number below 0", "standard errors, in the unit of the values")
+    return table
 
 
 def _row_or_unknown(row: Any, shape: tuple[int, ...], file: str, field: str) -> Any:

@@ -137,6 +137,7 @@ class Column:
     """The source's own symbols for the entries, if any."""
     errata: Mapping[int, tuple[str, ...]] = field(default_factory=dict)
     """Row -> ids of the errata that changed it."""
+    sigma: tuple[Any, ...] = ()  # standard errors, as `values`, NaN where unknown; empty if not given
 
     def si(self) -> Array:
         """The values in SI units."""
@@ -181,8 +182,7 @@ class Erratum:
     effect: str
     status: str
     patches: tuple[Patch, ...]
-    severity: str = ""
-    """One of `SEVERITIES`; empty where not given."""
+    severity: str = ""  # one of `SEVERITIES`; empty where not given
 
     def of_results(self) -> tuple[Patch, ...]:
         """The patches of printed results."""

@@ -113,8 +113,7 @@ def _attribute(item: Attribute, cells: dict[str, tuple[Source, ...]]) -> dict[st
 
 
 def _plain(source: Source) -> dict[str, Any]:
-    out = asdict(source)
-    return {key: value for key, value in out.items() if key != "errata" or value}
+    return {key: value for key, value in asdict(source).items() if value not in ((), None)}
 
 
 def _block(items: dict[str, Any]) -> str:

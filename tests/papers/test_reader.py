@@ -1,10 +1,14 @@
 """The strict reader: what breaks the schema is refused with file, field and what is allowed."""
 
+import json
+
 import pytest
 
 from lwr_dyn.errors import FileAccessError, PaperError, UnknownNameError
+from lwr_dyn.papers.assembly import arm_from_paper
 from lwr_dyn.papers.catalog import open_paper, template
 from lwr_dyn.papers.reader import parse_paper
+from lwr_dyn.urdf.provenance import provenance_text
 
 GOOD = template("own.toml", "own", "RP", "standard")
 
@@ -66,6 +70,8 @@ FAULTS = {
     "point of the tensor not said": ('about = "com", ', "", "inertia.about: missing; allowed: one of com, origin"),
     "axes not said": ('axes = "frame", ', "", "inertia.axes: missing; allowed: one of frame"),
     "sign of products not said": ('products = "tensor", ', "", "inertia.products: missing; allowed: one of tensor"),
+    "sigma of another shape": ('unit = "kg", where', 'unit = "kg", sigma = [0.1], where', "mass.sigma: 1 entries"),
+    "sigma below zero": ('unit = "kg", where', 'unit = "kg", sigma = [0.1, -1], where', "mass.sigma: a number below 0"),
     "unknown joint kind": (
         '"prismatic"]',
         '"screw"]',
@@ -144,3 +150,18 @@ def test_unknown_names_are_refused_with_the_known_ones(tmp_path):
     (tmp_path / "latin.toml").write_bytes(b"\xff\xfe")
     with pytest.raises(FileAccessError, match="not UTF-8"):
         open_paper(str(tmp_path / "latin.toml"))
+
+
+def test_standard_errors_of_a_column_are_read_and_stand_in_the_sources():
+    text = GOOD.replace('unit = "kg", where', 'unit = "kg", sigma = [0.25, "unknown"], where')
+    paper = parse_paper(text, "own.toml")
+    first, second = paper.columns["inertial.mass"].sigma
+    assert first == 0.25
+    assert second != second
+    assert paper.columns["inertial.com"].sigma == ()
+    sources = arm_from_paper(paper).sources
+    assert [sources[f"link_{i}.mass"][0].sigma for i in (1, 2)] == [0.25, "unknown"]
+    assert sources["link_1.com"][0].sigma is None
+    sidecar = json.loads(provenance_text(arm_from_paper(paper)))
+    assert sidecar["quantities"]["link_1.mass"][0]["sigma"] == 0.25
+    assert "sigma" not in sidecar["quantities"]["link_1.com"][0]
