@@ -62,13 +62,13 @@ def _column(
     read = partial(_row_or_unknown if rule.may_be_unknown else _row, shape=shape, file=file)
     cells = tuple(read(r, field=f"{label}[{i}]" if rule.per_joint else label) for i, r in enumerate(rows))
     errata = {row: tuple(ids) for row, ids in touched.items() if row < count}
-    errors = () if sigma is None else _sigma(sigma if rule.per_joint else [sigma], shape, count, file, f"{name}.sigma")
+    given = sigma if rule.per_joint else [sigma]
+    errors = () if sigma is None else _sigma(given, (count, *shape), file, f"{name}.sigma")
     return Column(name, cells, tuple(units), where, kind, note, symbols, errata, errors)
 
 
-def _sigma(rows: Any, shape: tuple[int, ...], count: int, file: str, field: str) -> tuple[Any, ...]:
-    """The standard errors of a column: as its values, unknown or at least 0."""
-    table: tuple[Any, ...] = _row_or_unknown(rows, (count, *shape), file, field)
+def _sigma(rows: Any, shape: tuple[int, ...], file: str, field: str) -> tuple[Any, ...]:
+    table: tuple[Any, ...] = _row_or_unknown(rows, shape, file, field)
     if (np.array(table) < 0.0).any():
         raise PaperError(file, field, "a number below 0", "standard errors, in the unit of the values")
     return table

@@ -7,6 +7,7 @@ import pytest
 from lwr_dyn.errors import FileAccessError, PaperError, UnknownNameError
 from lwr_dyn.papers.assembly import arm_from_paper
 from lwr_dyn.papers.catalog import open_paper, template
+from lwr_dyn.papers.columns import LARGEST
 from lwr_dyn.papers.reader import parse_paper
 from lwr_dyn.urdf.provenance import provenance_text
 
@@ -71,6 +72,11 @@ FAULTS = {
     "axes not said": ('axes = "frame", ', "", "inertia.axes: missing; allowed: one of frame"),
     "sign of products not said": ('products = "tensor", ', "", "inertia.products: missing; allowed: one of tensor"),
     "sigma of another shape": ('unit = "kg", where', 'unit = "kg", sigma = [0.1], where', "mass.sigma: 1 entries"),
+    "sigma beyond all robots": (
+        'unit = "kg", where',
+        f'unit = "kg", sigma = [{2 * LARGEST}, 1], where',
+        "mass.sigma.*2e.30; allowed: a number below 1e.30",
+    ),
     "sigma below zero": ('unit = "kg", where', 'unit = "kg", sigma = [0.1, -1], where', "mass.sigma: a number below 0"),
     "unknown joint kind": (
         '"prismatic"]',
