@@ -5,7 +5,7 @@ from typing import Any
 
 from scipy.io import savemat
 
-from lwr_dyn.identification.logs.joint_log import table_bytes
+from lwr_dyn.identification.logs.column_files import table_bytes
 from lwr_dyn.model.run import Run
 from lwr_dyn.tables import json_text
 

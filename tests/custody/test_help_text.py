@@ -14,7 +14,7 @@ from lwr_dyn.audit.lint import rules
 from lwr_dyn.audit.urdf import meshes
 from lwr_dyn.cli import main
 from lwr_dyn.cli.help_text import FEW, ROBOT, help_texts
-from lwr_dyn.identification.logs import joint_log
+from lwr_dyn.identification.logs import column_files
 from lwr_dyn.identification.logs.joint_log import write_log
 from lwr_dyn.krl import interpreter, lexer, motions, source
 from lwr_dyn.model import run_file
@@ -99,8 +99,8 @@ LIMITS = {
     "lint": {64 * MB: files.LARGEST, 100: foreign_xml._DEEPEST, 256 * MB: meshes._LARGEST, 20 * MB: rules.LARGEST},
     "replay": {2 * GB: run_file.LARGEST},
     "compare": {2 * GB: run_file.LARGEST},
-    "identify friction": {2 * GB: joint_log.LARGEST},
-    "identify motion": {2 * GB: joint_log.LARGEST},
+    "identify friction": {2 * GB: column_files.LARGEST},
+    "identify motion": {2 * GB: column_files.LARGEST},
     "krl check": KRL,
     "krl run": KRL | {40: interpreter.DEEPEST, 100_000: interpreter.LARGEST_ARRAY, 10**7: motions.LONGEST_WAIT},
 }

@@ -1,6 +1,5 @@
 """Cruises: the stretches of a recording in which a joint moves at constant speed, by its positions alone."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from math import isfinite, sqrt
 
@@ -9,9 +8,8 @@ from numpy.typing import NDArray
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.errors import OptionError
+from lwr_dyn.identification.logs.recordings import recordings
 
-GAP = 3.0
-"""A step between rows longer than this many usual ones ends a recording and begins another."""
 SIGMAS = 5.0
 """Standard deviations of the position noise by which a speed may wander and count as constant."""
 LEAST_ROWS = 5
@@ -77,14 +75,6 @@ def find_cruises(t: Array, q: Array, rule: CruiseRule = DEFAULT_CRUISE) -> tuple
     for piece in recordings(t):
         cruises += _in_piece(t[piece], q[piece], piece.start, rule)
     return tuple(cruises)
-
-
-def recordings(t: Array) -> Iterator[slice]:
-    """The pieces of a log without a gap in time."""
-    steps = np.diff(t)
-    ends = np.flatnonzero(steps > GAP * np.median(steps)) + 1
-    for first, last in zip([0, *ends.tolist()], [*ends.tolist(), t.size], strict=True):
-        yield slice(first, last)
 
 
 def position_noise(q: Array) -> float:

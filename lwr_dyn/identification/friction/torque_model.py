@@ -9,9 +9,9 @@ from scipy.signal import savgol_filter
 from lwr_dyn.arrays import Array
 from lwr_dyn.dynamics.newton_euler import Recursion
 from lwr_dyn.errors import OptionError
-from lwr_dyn.identification.friction.cruise import recordings
 from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.logs.log_columns import LogError
+from lwr_dyn.identification.logs.recordings import recordings
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.vectors import ZERO
 

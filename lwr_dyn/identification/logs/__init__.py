@@ -1,7 +1,10 @@
 """Logs of a moving arm: read, checked, written, and taken from simulated runs.
 
-joint_log       JointLog, read from CSV or Parquet with units, refused with row and column
+joint_log       JointLog, read with units, refused with row and column
+column_files    columns of numbers in CSV and Parquet files
 log_columns     names and units of columns
+column_map      what a file calls its columns
 log_checks      what a log may not hold
+recordings      pieces without a gap in time
 simulated_logs  constant-velocity runs of a simulated arm, LogSensors for noise and rounding
 """

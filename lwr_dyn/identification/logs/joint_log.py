@@ -1,40 +1,33 @@
-"""Logs of a moving arm: read from CSV or Parquet files (extra `logs`), written, and taken from simulated runs.
+"""Logs of a moving arm: read from CSV or Parquet files, written, and taken from simulated runs."""
 
-NumPy reads a million CSV rows of 22 columns in 4 s and 0.2 GB; pyarrow's CSV reader took half the time and two to five
-times the memory, so CSV needs no extra package.
-"""
-
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.errors import FileAccessError, MissingPackageError
-from lwr_dyn.files import check_readable, reason_of, write_file
+from lwr_dyn.errors import FileAccessError
+from lwr_dyn.files import write_file
+from lwr_dyn.identification.logs.column_files import SUFFIXES, read_columns, read_head, table_bytes
+from lwr_dyn.identification.logs.column_map import NO_MAP, ColumnMap
 from lwr_dyn.identification.logs.log_checks import check_arm, check_log
-from lwr_dyn.identification.logs.log_columns import SI, LogError, check_kinds, layout_of
+from lwr_dyn.identification.logs.log_columns import SI, check_kinds, layout_of
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
 from lwr_dyn.model.shown import short_repr
 
-SUFFIXES = (".csv", ".parquet")
-LARGEST = 2_000_000_000
-"""[bytes] The longest CSV file, and the largest table of numbers that is taken from a Parquet file."""
-LONGEST_HEAD = 1_000_000
-"""Characters of the line of column names."""
-_AT = re.compile(r"at row (\d+)")
-_BAD_TEXT = re.compile(r"convert string '([^']*)'.* at row (\d+), column (\d+)")
+FIELDS: Mapping[str, str] = {"q": "q", "tau": "tau", "dq": "dq", "qm": "motor_q", "i": "current"}
+"""Quantity in the name of a column -> field of `JointLog`."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class JointLog:
     """A recording: t (k,) [s]; q, tau and, where measured, dq (k, n) of the joints numbered in `joints` (from 1).
 
-    Turning joints in rad, rad/s, N m; sliding ones in m, m/s, N.
+    Turning joints in rad, rad/s, N m; sliding ones in m, m/s, N. Where motors have encoders and current sensors of
+    their own: `motor_q` (k, n) [rad], as logged (behind the gear for an elastic joint, before it for a log of the
+    motors), and `current` (k, n) [A]. A quantity that must be computed from those is NaN. `notes` say what reading did.
     """
 
     source: str
@@ -43,10 +36,13 @@ class JointLog:
     q: Array
     tau: Array
     dq: Array | None = None
+    motor_q: Array | None = None
+    current: Array | None = None
+    notes: tuple[str, ...] = ()
     __repr__ = short_repr
 
     def __post_init__(self) -> None:
-        for name in ("t", "q", "tau", "dq"):
+        for name in ("t", *FIELDS.values()):
             array = getattr(self, name)
             if array is not None:  # read-only views: a log may be large, so nothing is copied
                 view = np.asarray(array, dtype=np.float64).view()
@@ -54,7 +50,10 @@ class JointLog:
                 object.__setattr__(self, name, view)
 
 
-def read_log(path: str | Path, units: Mapping[str, str] | None = None, arm: Arm | None = None) -> JointLog:
+def read_log(
+    path: str | Path, units: Mapping[str, str] | None = None, arm: Arm | None = None, columns: ColumnMap | None = None,
+    needs: Sequence[str] = ("q", "tau"), also: Sequence[str] = ("dq",),
+) -> JointLog:  # fmt: skip
     """A log from a CSV or Parquet file, checked and in SI.
 
     Parameters
@@ -65,10 +64,15 @@ def read_log(path: str | Path, units: Mapping[str, str] | None = None, arm: Arm 
         Quantity -> unit of the columns that declare none, such as {"q": "deg"}.
     arm : Arm, optional
         The robot: all its joints must be there, inside their limits of position and torque.
+    columns : ColumnMap, optional
+        What the file calls its columns, where these are not ours.
+    needs, also : sequence of str
+        Quantities (q, tau, dq, qm, i) that every joint must have; those that are read where every joint has them.
 
     Returns
     -------
     JointLog
+        q or tau that are neither needed nor there are NaN.
 
     Raises
     ------
@@ -81,30 +85,37 @@ def read_log(path: str | Path, units: Mapping[str, str] | None = None, arm: Arm 
     """
     place = Path(path)
     head = read_head(place)
-    layout = layout_of(str(path), head.names, units)
-    quantities = ("q", "tau", "dq") if layout.has_speed else ("q", "tau")
-    names = ["time", *(f"{quantity}{j}" for quantity in quantities for j in layout.joints)]
-    columns = [layout.columns[name] for name in names]
+    mapped = (NO_MAP if columns is None else columns).of(str(path), head.names, () if arm is None else arm.joint_names)
+    layout = layout_of(str(path), mapped.names, {**mapped.units, **(units or {})}, needs, mapped.own)
+    quantities = [*needs, *(x for x in ("q", "tau", *also) if x not in needs and layout.has(x))]
+    taken = [layout.columns[x] for x in ("time", *(f"{quantity}{j}" for quantity in quantities for j in layout.joints))]
     if arm is not None:
         check_arm(str(path), layout.joints, arm)
         check_kinds(str(path), layout, [link.kind for link in arm.chain.links])
-    table = read_columns(place, head, [c.index for c in columns])
-    check_log(str(path), head.lines, columns, table, arm)
-    table *= np.array([c.factor for c in columns])
+    table = read_columns(place, head, [c.index for c in taken])
+    check_log(str(path), head.lines, taken, table, arm)
+    table *= np.array([c.factor for c in taken])
     n = len(layout.joints)
-    dq = table[:, 1 + 2 * n :] if layout.has_speed else None
-    return JointLog(str(path), layout.joints, table[:, 0], table[:, 1 : 1 + n], table[:, 1 + n : 1 + 2 * n], dq)
+    parts = {x: table[:, 1 + k * n : 1 + (k + 1) * n] for k, x in enumerate(quantities)}
+    absent = np.broadcast_to(np.nan, (len(table), n))
+    fields = {field: parts.get(x, absent if x in ("q", "tau") else None) for x, field in FIELDS.items()}
+    return JointLog(str(path), layout.joints, table[:, 0], **fields)  # type: ignore[arg-type]
 
 
 def write_log(path: str | Path, log: JointLog) -> None:
-    """Write a log as .csv or .parquet, in SI with the units in the names; raises `FileAccessError`."""
+    """Write a log as .csv or .parquet, in SI with the units in the names; raises `FileAccessError`.
+
+    A quantity that is NaN throughout is left out.
+    """
     suffix = Path(path).suffix
     if suffix not in SUFFIXES:
         raise FileAccessError(str(path), f"ends in {suffix or 'nothing'!r}", "a path that ends in .csv or .parquet")
     names, columns = [f"time [{SI['time']}]"], [log.t]
-    for quantity in ("q", "tau", "dq"):
-        values = getattr(log, quantity)
-        for i, joint in enumerate(log.joints if values is not None else ()):
+    for quantity, field in FIELDS.items():
+        values = getattr(log, field)
+        if values is None or np.isnan(values).all():
+            continue
+        for i, joint in enumerate(log.joints):
             names.append(f"{quantity}{joint} [{SI[quantity]}]")
             columns.append(values[:, i])
     write_file(path, table_bytes(names, columns, suffix))
@@ -122,128 +133,3 @@ def log_of_run(run: Run, rate: float = 100.0, source: str = "run") -> JointLog:
     held = run.tau_applied
     tau = np.concatenate([held[:1], (held[1:] + held[:-1]) / 2])
     return JointLog(source, joints, run.t[rows], run.q[rows], tau[rows])
-
-
-@dataclass(frozen=True, slots=True)
-class FileHeader:
-    """The column names of a file, and how many lines stand before its first row (0 for Parquet)."""
-
-    names: tuple[str, ...]
-    lines: int
-
-
-def read_head(path: Path) -> FileHeader:
-    """The names of the columns; raises `FileAccessError`, `LogError`, `MissingPackageError` (pyarrow for Parquet)."""
-    if path.suffix not in SUFFIXES:
-        raise FileAccessError(str(path), f"ends in {path.suffix or 'nothing'!r}", "a log that ends in .csv or .parquet")
-    check_readable(path, "a log (.csv or .parquet)", LARGEST)
-    try:
-        if path.suffix == ".parquet":
-            return FileHeader(tuple(_parquet_file(path).schema_arrow.names), 0)
-        with open(path, encoding="utf-8-sig") as stream:
-            for count, line in enumerate(iter(lambda: stream.readline(LONGEST_HEAD), ""), 1):
-                if line.strip() and not line.startswith("#"):
-                    return FileHeader(tuple(name.strip().strip('"') for name in line.split(",")), count)
-    except FileAccessError:
-        raise
-    except UnicodeDecodeError:
-        raise LogError(str(path), "head", "not text", "a CSV file in UTF-8") from None
-    except OSError as fault:
-        raise FileAccessError(str(path), reason_of(fault), "a log (.csv or .parquet)") from None
-    raise LogError(str(path), "head", "the file is empty", "a line of column names, then rows")
-
-
-def read_columns(path: Path, head: FileHeader, wanted: Sequence[int]) -> Array:
-    """The wanted columns (k, len(wanted)) as float64, empty cells and nulls as NaN; raises as `read_head`."""
-    if path.suffix == ".parquet":
-        return _read_parquet(path, head, wanted)
-    try:
-        with open(path, encoding="utf-8-sig") as stream:
-            for _ in range(head.lines):
-                stream.readline()
-            begin = stream.tell()
-            if not stream.readline().strip():
-                raise LogError(str(path), "rows", "none below the column names", "rows of numbers")
-            stream.seek(begin)
-            return np.loadtxt(stream, delimiter=",", usecols=tuple(wanted), ndmin=2, comments=None)
-    except LogError:
-        raise
-    except (ValueError, IndexError) as fault:
-        raise _bad_row(path, head, str(fault)) from None
-    except OSError as fault:
-        raise FileAccessError(str(path), reason_of(fault), "a log (.csv or .parquet)") from None
-
-
-def _bad_row(path: Path, head: FileHeader, message: str) -> LogError:
-    text = _BAD_TEXT.search(message)
-    if text is not None:
-        row, name = int(text[2]) + 1, head.names[int(text[3]) - 1]
-        cell = repr(text[1]) if text[1].strip() else "empty"
-        return LogError(str(path), f"row {row} (line {row + head.lines}), column {name}", cell, "a number")
-    place = _AT.search(message)
-    row = int(place[1]) if place is not None else 1
-    where = f"row {row} (line {row + head.lines})"
-    return LogError(str(path), where, "not as many cells as columns", f"{len(head.names)} cells in every row")
-
-
-def _read_parquet(path: Path, head: FileHeader, wanted: Sequence[int]) -> Array:
-    file = _parquet_file(path)
-    names, rows = [head.names[i] for i in wanted], file.metadata.num_rows
-    if not 0 <= rows * len(wanted) * 8 <= LARGEST:
-        raise LogError(str(path), "rows", f"{rows}", f"at most {LARGEST} bytes of numbers")
-    out = np.empty((rows, len(wanted)))
-    row = 0
-    try:
-        for batch in file.iter_batches(columns=names):
-            if row + batch.num_rows > rows:
-                raise _not_whole(path)
-            for j, name in enumerate(names):
-                cells = batch.column(batch.schema.get_field_index(name))
-                out[row : row + len(cells), j] = _numbers(path, name, cells)
-            row += batch.num_rows
-    except (LogError, FileAccessError):
-        raise
-    except Exception:  # the decoder meets damaged bytes: its exceptions are of many kinds
-        raise _not_whole(path) from None
-    if not row:
-        raise LogError(str(path), "rows", "none", "rows of numbers")
-    return out[:row]
-
-
-def _numbers(path: Path, name: str, cells: Any) -> Array:
-    try:
-        return np.asarray(cells.to_numpy(zero_copy_only=False), dtype=np.float64)
-    except (TypeError, ValueError):
-        raise LogError(str(path), f"column {name}", f"of type {cells.type}", "numbers") from None
-
-
-def _parquet_file(path: Path) -> Any:
-    parquet = _pyarrow()[1]
-    try:
-        return parquet.ParquetFile(path)
-    except Exception:  # ArrowInvalid, ArrowNotImplementedError, OSError: a damaged file
-        raise _not_whole(path) from None
-
-
-def _not_whole(path: Path) -> FileAccessError:
-    return FileAccessError(str(path), "not a whole Parquet file", "a log (.csv or .parquet)")
-
-
-def _pyarrow() -> tuple[Any, Any]:
-    try:
-        import pyarrow
-        from pyarrow import parquet
-    except ImportError:
-        raise MissingPackageError("pyarrow", "logs") from None
-    return pyarrow, parquet
-
-
-def table_bytes(names: Sequence[str], columns: Sequence[Array], suffix: str) -> bytes:
-    """Columns as the bytes of a CSV or Parquet file, every float to its last bit; raises `MissingPackageError`."""
-    if suffix == ".parquet":
-        pyarrow, parquet = _pyarrow()
-        sink = pyarrow.BufferOutputStream()
-        parquet.write_table(pyarrow.table(dict(zip(names, columns, strict=True))), sink)
-        return bytes(sink.getvalue().to_pybytes())
-    rows = (",".join(map(repr, row)) for row in zip(*(c.tolist() for c in columns), strict=True))
-    return ("\n".join([",".join(names), *rows]) + "\n").encode()

@@ -42,7 +42,7 @@ def check_log(file: str, lines: int, columns: Sequence[LogColumn], table: Array,
             _check_position(file, column, table[:, i], arm)
         elif column.quantity == "tau":
             _check_torque(file, column, table[:, i], arm)
-        elif column.quantity == "dq":
+        elif column.quantity == "dq" and column.joint in q:
             position = columns[q[column.joint]]
             travel = table[:, q[column.joint]] * position.factor
             _check_speed(file, column, position, table[:, 0] * columns[0].factor, travel, table[:, i])
@@ -61,7 +61,7 @@ def _check_finite(file: str, lines: int, columns: Sequence[LogColumn], table: Ar
         row, column = int(bad[0]), columns[int(np.argmin(finite[bad[0]]))]
         found = f"{table[row, int(np.argmin(finite[row]))]}" + (f" ({bad.size} such rows)" if bad.size > 1 else "")
         raise LogError(
-            file, f"{_row(lines, row)}, column {column.name}", found, "finite numbers; drop or repair the rows"
+            file, f"{_row(lines, row)}, column {column.shown}", found, "finite numbers; drop or repair the rows"
         )
 
 
@@ -95,7 +95,7 @@ def _check_position(file: str, column: LogColumn, values: Array, arm: Arm | None
     if low < lower or high > upper:
         unit = "m" if _slides(column, arm) else "rad"
         found = f"{low:.4g} to {high:.4g} {unit}, as [{column.unit}] is declared"
-        raise LogError(file, f"column {column.name}", found, f"{whose}; declare the unit it is in")
+        raise LogError(file, f"column {column.shown}", found, f"{whose}; declare the unit it is in")
 
 
 def _check_torque(file: str, column: LogColumn, values: Array, arm: Arm | None) -> None:
@@ -107,7 +107,7 @@ def _check_torque(file: str, column: LogColumn, values: Array, arm: Arm | None) 
         unit = "N" if _slides(column, arm) else "N m"
         found = f"reaches {peak:.4g} {unit}, as [{column.unit}] is declared"
         needed = f"at most {OVERLOAD:g} times {limit:g} {unit}, the limit of {arm.joint_names[column.joint - 1]}"
-        raise LogError(file, f"column {column.name}", found, f"{needed}; declare the unit it is in")
+        raise LogError(file, f"column {column.shown}", found, f"{needed}; declare the unit it is in")
 
 
 def _check_speed(file: str, column: LogColumn, position: LogColumn, t: Array, q: Array, dq: Array) -> None:
@@ -120,9 +120,11 @@ def _check_speed(file: str, column: LogColumn, position: LogColumn, t: Array, q:
     mean = np.diff(total) / np.diff(t[::span]) * column.factor
     ratio = float((mean @ slope) / (slope @ slope))
     if not 1 / AGREEMENT < ratio < AGREEMENT:
-        found = f"{ratio:.4g} times the slope of {position.name}, as [{column.unit}] and [{position.unit}] are declared"
+        found = (
+            f"{ratio:.4g} times the slope of {position.shown}, as [{column.unit}] and [{position.unit}] are declared"
+        )
         raise LogError(
-            file, f"column {column.name}", found, "velocities of the same joint; declare the units they are in"
+            file, f"column {column.shown}", found, "velocities of the same joint; declare the units they are in"
         )
 
 

@@ -16,10 +16,10 @@ from lwr_dyn.arrays import Array
 from lwr_dyn.dynamics.regressor import JOINT, Regressor, chain_parameters
 from lwr_dyn.errors import OptionError
 from lwr_dyn.identification.bodies.possible_bodies import BodyVerdict, judge_bodies
-from lwr_dyn.identification.friction.cruise import recordings
 from lwr_dyn.identification.friction.torque_model import DEGREE, local_derivatives
 from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.logs.log_columns import LogError
+from lwr_dyn.identification.logs.recordings import recordings
 from lwr_dyn.identification.regression.base_parameters import ROUNDING, BaseParameters, base_parameters
 from lwr_dyn.identification.regression.least_squares import IDENTIFIED, Estimate, has_full_rank, weighted
 from lwr_dyn.model.arm import Arm
