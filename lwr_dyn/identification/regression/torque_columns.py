@@ -1,0 +1,184 @@
+"""Torques of an arm as columns times parameters: bodies, rotors and friction of one geometry."""
+
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lwr_dyn.arrays import Array, fixed_array, read_only
+from lwr_dyn.codegen.batch import BatchDynamics
+from lwr_dyn.codegen.kernel import require_packages
+from lwr_dyn.codegen.kernel_spec import KernelSpec
+from lwr_dyn.codegen.parameters import PER_LINK
+from lwr_dyn.dynamics.regressor import INERTIAL, Regressor, body_parameters
+from lwr_dyn.errors import MissingPackageError, OptionError
+from lwr_dyn.identification.regression.base_parameters import BaseParameters, base_parameters
+from lwr_dyn.identification.regression.joint_columns import FORMS, FrictionForm, JointColumns
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.chain import Body, Chain
+from lwr_dyn.model.friction import JointFriction
+from lwr_dyn.model.transmission import Transmission
+
+PROBES = 400
+"""Random states whose columns determine the base parameters of a geometry."""
+WIDEST = 2.0
+"""Largest position, speed and acceleration among them [rad, rad/s, rad/s^2; m for sliding joints]."""
+FROM_KERNEL = np.array([PER_LINK.index(name) for name in INERTIAL])
+"""Place of each of `INERTIAL` in a link's ten columns of the kernel, which has Pinocchio's order."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TorqueColumns:
+    """tau = Y(q, dq, ddq) pi for the geometry of one chain; its masses play no part.
+
+    Columns: ten per link in the order of `dynamics.regressor.INERTIAL`, about the origin of the link's frame, then
+    those of `JointColumns` joint by joint: rotor, friction and, where v_s is given, the Stribeck drop.
+
+    Parameters
+    ----------
+    chain : Chain
+    friction : {"symmetric", "directions"}
+    stribeck_velocity : (n,) array_like, optional
+        v_s of every joint [rad/s or m/s], NaN for a joint without a Stribeck column.
+    transmission : Transmission, optional
+        The motor map dq_m = T dq: rotors and friction are those of the motors then, with their speeds, and act on the
+        joints through T^T (v_s too is at the motor).
+
+    Raises
+    ------
+    OptionError
+        Another form of friction, a Stribeck speed that is not above 0, a transmission of another size.
+    ShapeError
+        Not one Stribeck speed per joint.
+
+    References
+    ----------
+    Siciliano et al., *Robotics*, section 7.2.2, eq. 7.52 (linearity in the dynamic parameters).
+    """
+
+    chain: Chain
+    friction: FrictionForm = "symmetric"
+    stribeck_velocity: Any = None
+    transmission: Transmission | None = None
+    joints: tuple[JointColumns, ...] = field(init=False)
+    names: tuple[str, ...] = field(init=False)
+    _kernel: BatchDynamics | None = field(init=False, repr=False)
+    _base: list[BaseParameters] = field(init=False, repr=False, default_factory=list)
+
+    def __post_init__(self) -> None:
+        if self.friction not in FORMS:
+            raise OptionError("friction", repr(self.friction), ", ".join(FORMS))
+        n = self.chain.n
+        if self.transmission is not None and self.transmission.n != n:
+            raise OptionError("transmission", f"of {self.transmission.n} motors", f"{n}, one per joint")
+        speeds = _speeds(self.stribeck_velocity, n)
+        joints = tuple(JointColumns(self.friction, None if np.isnan(v) else float(v)) for v in speeds)
+        links = [f"{name}_{i}" for i in range(1, n + 1) for name in INERTIAL]
+        own = [f"{name}_{i}" for i, joint in enumerate(joints, 1) for name in joint.names]
+        object.__setattr__(self, "stribeck_velocity", None if np.isnan(speeds).all() else read_only(speeds))
+        object.__setattr__(self, "joints", joints)
+        object.__setattr__(self, "names", (*links, *own))
+        object.__setattr__(self, "_kernel", _kernel_of(self.chain))
+
+    @property
+    def n(self) -> int:
+        """Number of joints."""
+        return self.chain.n
+
+    @property
+    def count(self) -> int:
+        """Number of columns p."""
+        return len(self.names)
+
+    @property
+    def bodies(self) -> int:
+        """How many columns, the first ones, are those of bodies: 10 n."""
+        return len(INERTIAL) * self.n
+
+    def of_joint(self, joint: int) -> slice:
+        """The columns of rotor and friction of a joint (from 0)."""
+        first = self.bodies + sum(len(j.names) for j in self.joints[:joint])
+        return slice(first, first + len(self.joints[joint].names))
+
+    @property
+    def rotor_indices(self) -> NDArray[np.intp]:
+        """Columns of the rotors, (n,)."""
+        return np.array([self.of_joint(j).start for j in range(self.n)], dtype=np.intp)
+
+    @property
+    def kernel(self) -> BatchDynamics | None:
+        """The compiled bodies' columns, with the tensor in Pinocchio's order (`FROM_KERNEL`); None without numba."""
+        return self._kernel
+
+    def __call__(self, q: Array, dq: Array, ddq: Array) -> Array:
+        """Y (k, n, p) for states (k, n): torque of a joint [N m or N] per unit of a parameter (SI)."""
+        out = np.zeros((len(q), self.n, self.count))
+        out[:, :, : self.bodies] = self.body_columns(q, dq, ddq)
+        for i in range(self.n):
+            part = self.of_joint(i)
+            if self.transmission is None:
+                out[:, i, part] = self.joints[i](dq[:, i], ddq[:, i])
+            else:
+                row = self.transmission.matrix[i]
+                out[:, :, part] = row[:, None] * self.joints[i](dq @ row, ddq @ row)[:, None, :]
+        return out
+
+    def body_columns(self, q: Array, dq: Array, ddq: Array) -> Array:
+        """The first 10 n columns, (k, n, 10 n)."""
+        if self._kernel is None:
+            return Regressor(self.chain)(q, dq, ddq)[:, :, : self.bodies]
+        raw = self._kernel.torque_regressor(*(np.ascontiguousarray(x, dtype=np.float64) for x in (q, dq, ddq)))
+        by_link = raw.reshape(len(q), self.n, self.n, len(INERTIAL))
+        return np.asarray(by_link[..., FROM_KERNEL].reshape(len(q), self.n, self.bodies))
+
+    def own(self, arm: Arm) -> Array:
+        """The arm's own values of the parameters, (p,): table's bodies and rotors, its friction where it has one.
+
+        With a transmission the arm's rotors and friction, which are at the joints, are left at 0.
+        """
+        links = [body_parameters(link.body or Body.massless()) for link in arm.chain.links]
+        rotors = [0.0 if link.rotor is None else link.rotor.armature for link in arm.chain.links]
+        if self.transmission is not None:
+            return np.concatenate([*links, np.zeros(self.count - self.bodies)])
+        rows = zip(self.joints, arm.friction_models(), rotors, strict=True)
+        return np.concatenate([*links, *(joint.values_of(model, rotor) for joint, model, rotor in rows)])
+
+    def friction_of(self, parameters: Array) -> tuple[JointFriction, ...]:
+        """The friction models that parameters (p,) describe, one per joint (per motor with a transmission)."""
+        return tuple(joint.friction_of(parameters[self.of_joint(i)]) for i, joint in enumerate(self.joints))
+
+    def base(self) -> BaseParameters:
+        """Which combinations any motion can determine, found once from `PROBES` random states.
+
+        Never from a log: at 2 s of motion the rank already depends on the tolerance, here it does not.
+
+        References
+        ----------
+        Gautier, Numerical calculation of the base inertial parameters of robots (1991).
+        """
+        if not self._base:
+            q, dq, ddq = np.random.default_rng(0).uniform(-WIDEST, WIDEST, (3, PROBES, self.n))
+            self._base.append(base_parameters(self(q, dq, ddq).reshape(-1, self.count), self.names))
+        return self._base[0]
+
+
+def _speeds(given: Any, n: int) -> Array:
+    if given is None:
+        return np.full(n, np.nan)
+    raw = np.asarray(given, dtype=np.float64)
+    none = np.isnan(raw)
+    speeds = fixed_array("stribeck velocity", np.where(none, 1.0, raw), (n,))
+    for j in np.flatnonzero(speeds <= 0.0):
+        raise OptionError("stribeck velocity", f"{speeds[j]:g} of joint {j + 1}", "above 0, or NaN for none")
+    return np.where(none, np.nan, speeds)
+
+
+def _kernel_of(chain: Chain) -> BatchDynamics | None:
+    """The kernel of the geometry alone, so that arms with other masses share it."""
+    try:
+        require_packages()
+    except MissingPackageError:
+        return None
+    links = tuple(replace(link, body=Body.massless(), rotor=None) for link in chain.links)
+    return BatchDynamics(KernelSpec("columns", replace(chain, links=links), None, (), "none"))

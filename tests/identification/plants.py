@@ -1,0 +1,196 @@
+"""Arms that differ from their tables, motions that excite them, and what they log: with a known truth.
+
+plant = perturbed_plant(TorqueColumns(arm.chain), arm, rng, level=0.2)
+motion = random_motion(arm, 10.0, rng)  # rest at both ends, inside the limits
+samples = simulated_samples(plant, motion, noise=0.05, rng=rng)  # exact states, noisy torques
+log = simulated_log(plant, random_motion(arm, 10.0, rng, rate=1000.0), 0.05, rng, encoder=1e-5)
+fresh_error(plant, parameters, motions)  # noise-free torque error on motions
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import expm, null_space
+
+from lwr_dyn.arrays import Array
+from lwr_dyn.dynamics.regressor import INERTIAL, ROW_BY_ROW
+from lwr_dyn.identification.logs.joint_log import JointLog
+from lwr_dyn.identification.regression.samples import Samples, exact_samples
+from lwr_dyn.identification.regression.torque_columns import TorqueColumns
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.chain import Body, with_bodies
+
+VISCOUS, COULOMB = (14.0, 14.0, 7.0, 10.0, 5.0, 2.5, 2.0), (11.0, 11.0, 8.0, 9.0, 9.0, 3.5, 3.0)
+OFFSET = (0.5, -0.4, 0.3, 0.2, -0.1, 0.1, 0.05)
+"""Friction [N m s/rad, N m, N m] of a plant whose arm has none, repeated for longer arms."""
+FRICTION_SPREAD, OFFSET_SPREAD = 0.3, 0.3
+"""Of a plant's friction about that: log-normal share, and N m."""
+HARMONICS = 5
+SPEED_SHARE = 0.9
+MARGIN = 0.1
+"""[rad or m] kept to the position limits."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Plant:
+    """The truth: its columns and its parameters (p,)."""
+
+    columns: TorqueColumns
+    parameters: Array
+
+    @property
+    def base(self) -> Array:
+        """Its base values (b,)."""
+        return self.columns.base().of(self.parameters)
+
+    def torque(self, motion: Motion) -> Array:
+        """Noise-free torques (k, n)."""
+        return torques(self.columns, self.parameters, motion)
+
+    def arm_like(self, arm: Arm) -> Arm:
+        """The arm with the plant's bodies and friction (rotors stay the arm's)."""
+        from dataclasses import replace
+
+        bodies = [body_of(self.parameters[10 * i : 10 * i + 10]) for i in range(arm.n)]
+        friction = self.columns.friction_of(self.parameters)
+        return replace(arm, chain=with_bodies(arm.chain, bodies), friction=friction)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Motion:
+    """A motion that is known: t (k,), q, dq, ddq (k, n)."""
+
+    t: Array
+    q: Array
+    dq: Array
+    ddq: Array
+
+
+def body_of(pi: Array) -> Body:
+    """The body with ten inertial parameters in the order of `INERTIAL`."""
+    m, first = float(pi[0]), pi[1:4]
+    tensor = np.zeros((3, 3))
+    for (a, b), value in zip(ROW_BY_ROW, pi[4:], strict=True):
+        tensor[a, b] = tensor[b, a] = value
+    c = first / m
+    return Body(m, c, tensor - m * (c @ c * np.eye(3) - np.outer(c, c)))
+
+
+def pseudo_inertia(pi: Array) -> Array:
+    """[[integral x x^T, m c], [., m]], (4, 4), of ten parameters (Wensing, Kim, Slotine 2018, eq. 9)."""
+    tensor = np.zeros((3, 3))
+    for (a, b), value in zip(ROW_BY_ROW, pi[4:], strict=True):
+        tensor[a, b] = tensor[b, a] = value
+    P = np.empty((4, 4))
+    P[:3, :3] = np.trace(tensor) / 2 * np.eye(3) - tensor
+    P[:3, 3] = P[3, :3] = pi[1:4]
+    P[3, 3] = pi[0]
+    return P
+
+
+def _ten(P: Array) -> Array:
+    tensor = np.trace(P[:3, :3]) * np.eye(3) - P[:3, :3]
+    return np.array([P[3, 3], *P[:3, 3], *(tensor[a, b] for a, b in ROW_BY_ROW)])
+
+
+def perturbed_plant(columns: TorqueColumns, arm: Arm, rng: np.random.Generator, level: float = 0.2) -> Plant:
+    """The arm with every link's pseudo-inertia moved by a random congruence, rotors and friction too.
+
+    P = L exp(S) L^T with S symmetric and random keeps every body possible. A singular table (a point mass) stays.
+    """
+    own = columns.own(arm)
+    out = own.copy()
+    for i in range(arm.n):
+        part = slice(len(INERTIAL) * i, len(INERTIAL) * (i + 1))
+        P = pseudo_inertia(own[part])
+        lengths = np.linalg.eigvalsh(P)
+        S = rng.normal(size=(4, 4)) * level / np.sqrt(2.0)
+        if lengths[0] > 0.0:
+            L = np.linalg.cholesky(P)
+            out[part] = _ten(L @ expm((S + S.T) / np.sqrt(2.0)) @ L.T)
+    frictionless = not any(arm.friction_models())
+    for i, joint in enumerate(columns.joints):
+        values = out[columns.of_joint(i)]  # a view
+        values[0] *= np.exp(level * rng.normal())
+        for k, name in enumerate(joint.names):
+            spread = np.exp(FRICTION_SPREAD * rng.normal())
+            default = {"coulomb": COULOMB, "viscous": VISCOUS}.get(name.rstrip("+-"))
+            if name == "offset":
+                values[k] += OFFSET[i % 7] * frictionless + OFFSET_SPREAD * rng.normal()
+            elif name.startswith("stribeck"):
+                values[k] = 0.3 * values[1] * spread
+            elif default is not None:
+                values[k] = (default[i % 7] if frictionless else values[k]) * spread
+    return Plant(columns, out)
+
+
+def random_motion(
+    arm: Arm, duration: float, rng: np.random.Generator, rate: float = 100.0, share: float = SPEED_SHARE
+) -> Motion:
+    """A random Fourier series of five harmonics of 1/duration at every joint, at rest at both ends.
+
+    Joints use up to `share` of their speed (2 rad/s where unknown) and stay `MARGIN` inside their limits.
+    """
+    t = np.arange(round(duration * rate) + 1) / rate
+    w = 2.0 * np.pi / duration * np.arange(1, HARMONICS + 1)
+    C, S = np.cos(np.outer(t, w)), np.sin(np.outer(t, w))
+    P, V, A = np.hstack([S / w, -C / w]), np.hstack([C, S]), np.hstack([-S * w, C * w])
+    rest = np.zeros((2, 2 * HARMONICS))
+    rest[0, :HARMONICS], rest[1, HARMONICS:] = 1.0, w
+    Z = null_space(rest)
+    X = Z @ (Z.T @ rng.normal(size=(2 * HARMONICS, arm.n)))
+    lower, upper, fastest = (known(x, y) for x, y in ((arm.lower, -3.0), (arm.upper, 3.0), (arm.velocity, 2.0)))
+    q, dq = P @ X, V @ X
+    span, room = q.max(axis=0) - q.min(axis=0), upper - lower - 2 * MARGIN
+    fit = np.minimum(share * fastest / np.abs(dq).max(axis=0), room / span) * rng.uniform(0.6, 1.0, arm.n)
+    q, dq, ddq = q * fit, dq * fit, (A @ X) * fit
+    low, high = lower + MARGIN - q.min(axis=0), upper - MARGIN - q.max(axis=0)
+    middle = low + (high - low) * rng.uniform(size=arm.n)
+    return Motion(t, q + middle, dq, ddq)
+
+
+def known(values: Array, otherwise: float) -> Array:
+    """Limits with a value in place of those that are not known."""
+    return np.where(np.isfinite(values), values, otherwise)
+
+
+def torques(columns: TorqueColumns, parameters: Array, motion: Motion) -> Array:
+    """Y pi along a motion, (k, n), in blocks."""
+    blocks = [slice(i, i + 512) for i in range(0, len(motion.t), 512)]
+    return np.concatenate([columns(motion.q[b], motion.dq[b], motion.ddq[b]) @ parameters for b in blocks])
+
+
+def simulated_samples(
+    plant: Plant, motion: Motion, noise: float | Array, rng: np.random.Generator, slowest: float = 0.0
+) -> Samples:
+    """Exact states with noisy torques [N m]."""
+    tau = plant.torque(motion)
+    return exact_samples(motion.t, motion.q, motion.dq, motion.ddq, tau + rng.normal(size=tau.shape) * noise, slowest)
+
+
+def simulated_log(
+    plant: Plant, motion: Motion, noise: float | Array, rng: np.random.Generator, encoder: float = 0.0,
+    source: str = "simulated", tau: Array | None = None,
+) -> JointLog:  # fmt: skip
+    """What the plant logs: positions with white encoder noise [rad], torques with white noise [N m].
+
+    `tau` (k, n) are its torques without noise where they are known, so that many draws need them once.
+    """
+    exact = plant.torque(motion) if tau is None else tau
+    q = motion.q + rng.normal(size=motion.q.shape) * encoder
+    joints = tuple(range(1, motion.q.shape[1] + 1))
+    return JointLog(source, joints, motion.t, q, exact + rng.normal(size=exact.shape) * noise)
+
+
+def fresh_error(plant: Plant, parameters: Array, motions: Iterable[Motion], slowest: float = 0.0) -> float:
+    """RMS over joints and instants of what parameters (p,) or base values (b,) miss on motions, without noise [N m]."""
+    base = plant.columns.base()
+    values = parameters if parameters.size == base.count else base.of(parameters)
+    misses: list[Array] = []
+    for motion in motions:
+        Y = plant.columns(motion.q, motion.dq, motion.ddq)
+        misses.append((Y[:, :, base.kept] @ (values - plant.base))[np.abs(motion.dq) > slowest])
+    return float(np.sqrt(np.mean(np.square(np.concatenate(misses)))))
