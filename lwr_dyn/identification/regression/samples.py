@@ -110,8 +110,8 @@ class Samples:
 
     def select(self, rows: NDArray[np.bool_] | NDArray[np.intp] | slice) -> "Samples":
         """The instants at some rows; recordings keep their numbers."""
-        arrays = (x[rows] for x in (self.t, self.q, self.dq, self.ddq, self.tau))
-        return Samples(*arrays, used=self.used[rows], recording=self.recording[rows], sources=self.sources)
+        t, q, dq, ddq, tau = (x[rows] for x in (self.t, self.q, self.dq, self.ddq, self.tau))
+        return Samples(t, q, dq, ddq, tau, self.used[rows], self.recording[rows], self.sources)
 
 
 def samples_of(logs: Iterable[JointLog], rule: SampleRule = DEFAULT_SAMPLES) -> Samples:
