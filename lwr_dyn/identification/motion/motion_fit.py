@@ -67,7 +67,7 @@ DEFAULT_MOTION = MotionRule()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Samples:
+class Instants:
     """Smoothed instants of logs: q, dq, ddq, tau (k, n), which equations are used (k, n), which are held out (k,)."""
 
     q: Array
@@ -172,16 +172,16 @@ def chain_base(arm: Arm) -> BaseParameters:
     return base_parameters(Y.reshape(-1, Y.shape[-1]), regressor.names)
 
 
-def _samples(logs: Sequence[JointLog], rule: MotionRule) -> Samples:
+def _samples(logs: Sequence[JointLog], rule: MotionRule) -> Instants:
     total = sum(log.t.size for log in logs)
     parts = [part for log in logs for piece in recordings(log.t) for part in [_piece(log, piece, rule, total)]]
     if not parts:
         raise LogError("logs", "rows", "none", "recordings of a moving arm")
     names = ("q", "dq", "ddq", "tau", "counts", "held")
-    return Samples(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
+    return Instants(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
 
 
-def _piece(log: JointLog, piece: slice, rule: MotionRule, total: int) -> Samples:
+def _piece(log: JointLog, piece: slice, rule: MotionRule, total: int) -> Instants:
     dq, ddq = local_derivatives(log, piece, rule.window)
     step = float(np.median(np.diff(log.t[piece])))
     window = max(DEGREE + 2, 2 * round(rule.window / (2 * step)) + 1)
@@ -192,7 +192,7 @@ def _piece(log: JointLog, piece: slice, rule: MotionRule, total: int) -> Samples
         maximum_filter1d(dq, window, axis=0) < -rule.slowest
     )
     held = chosen >= (1.0 - rule.held_out) * len(q)
-    return Samples(q[chosen], dq[chosen], ddq[chosen], tau[chosen], one_way[chosen], held)
+    return Instants(q[chosen], dq[chosen], ddq[chosen], tau[chosen], one_way[chosen], held)
 
 
 def _check_excited(logs: Sequence[JointLog], W: Array, training: NDArray[np.bool_], base: BaseParameters) -> None:
