@@ -24,7 +24,7 @@ LEAKS = 1e-3
 ROUNDS = 20
 SETTLED = 1e-6
 QUIET = 1e-7
-"""Noise below this share of a joint's torques is not told from rounding: it is that."""
+"""Noise below this share of a joint's torques is rounding."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
