@@ -5,13 +5,13 @@
 s_j is the noise of joint j, from its own residuals unless it is given.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lwr_dyn.arrays import Array, freeze_arrays
-from lwr_dyn.errors import ShapeError
 from lwr_dyn.identification.regression.base_parameters import BaseParameters
 from lwr_dyn.identification.regression.normal_equations import NormalEquations, normal_equations
 from lwr_dyn.identification.regression.samples import Samples
@@ -96,13 +96,17 @@ class Information:
 
 
 def information_of(
-    samples: Samples, columns: TorqueColumns, base: BaseParameters | None = None, noise: Array | None = None
+    samples: Samples | Iterable[Samples],
+    columns: TorqueColumns,
+    base: BaseParameters | None = None,
+    noise: Array | None = None,
 ) -> Information:
     """What instants of logs say of the base parameters.
 
     Parameters
     ----------
-    samples : Samples
+    samples : Samples or iterable of Samples
+        All instants, or a part at a time (`sample_parts`).
     columns : TorqueColumns
     base : BaseParameters, optional
         Those of the columns if not given.
@@ -118,8 +122,6 @@ def information_of(
     ShapeError
         Samples of another number of joints.
     """
-    if samples.n != columns.n:
-        raise ShapeError("samples", f"{samples.n} joints", f"{columns.n}, those of the columns")
     chosen = columns.base() if base is None else base
     return solve(normal_equations(samples, columns, chosen), columns, chosen, noise)
 

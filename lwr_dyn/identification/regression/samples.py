@@ -9,9 +9,9 @@ Gautier, Janot, Vandanjon, A new closed-loop output error method for parameter i
 section III, for the filter on positions.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from math import isfinite
+from math import ceil, isfinite
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +29,11 @@ NYQUIST = 0.8
 """Largest cut-off, as a share of half the rate."""
 EDGE = 2.0
 """Periods of the cut-off that are left out at both ends of a recording, where the filter lacks rows."""
+MEMORY = 16.0
+"""Periods of the cut-off after which the filter has forgotten a row (to 1e-16)."""
+PART = 50_000
+"""Rows of a log at once."""
+_STATES = ("t", "q", "dq", "ddq", "tau")
 JITTER = 0.05
 """Share of the usual step by which rows may miss an even grid before accelerations cannot be had."""
 HALF = 2
@@ -132,45 +137,50 @@ def samples_of(logs: Iterable[JointLog], rule: SampleRule = DEFAULT_SAMPLES) -> 
     LogError
         Uneven rows, or no recording long enough for the filter.
     """
-    parts: list[tuple[Array, ...]] = []
-    sources: list[str] = []
-    short: tuple[str, int] = ("logs", 0)
+    parts = list(sample_parts(logs, rule))
+    t, q, dq, ddq, tau = (np.concatenate([getattr(part, name) for part in parts]) for name in _STATES)
+    used, recording = np.concatenate([p.used for p in parts]), np.concatenate([p.recording for p in parts])
+    return Samples(t, q, dq, ddq, tau, used, recording, parts[-1].sources)
+
+
+def sample_parts(logs: Iterable[JointLog], rule: SampleRule = DEFAULT_SAMPLES) -> Iterator[Samples]:
+    """The same a part at a time, so that a long log needs little memory; a part knows the sources up to its own."""
+    sources: tuple[str, ...] = ()
+    short = ("logs", 0)
     for log in logs:
         for piece in recordings(log.t):
-            part = _piece(log, piece, rule)
-            if part is None:
-                short = (log.source, piece.stop - piece.start)
-                continue
-            parts.append(part)
-            sources.append(log.source)
-    if not parts:
+            count = len(sources)
+            for t, q, dq, ddq, tau in _piece(log, piece, rule):
+                sources = (*sources[:count], log.source)
+                known = np.isfinite(tau)
+                used = (np.abs(dq) > rule.slowest) & known
+                whose = np.full(t.size, count, dtype=np.intp)
+                yield Samples(t, q, dq, ddq, np.where(known, tau, 0.0), used, whose, sources)
+            short = (log.source, piece.stop - piece.start)
+    if not sources:
         raise LogError(short[0], "rows", f"{short[1]} between gaps in time", "recordings longer than the filter")
-    t, q, dq, ddq, tau = (np.concatenate(x) for x in zip(*parts, strict=True))
-    recording = np.repeat(np.arange(len(parts)), [len(part[0]) for part in parts])
-    known = np.isfinite(tau)
-    used = (np.abs(dq) > rule.slowest) & known
-    return Samples(t, q, dq, ddq, np.where(known, tau, 0.0), used, recording, tuple(sources))
 
 
-def _piece(log: JointLog, piece: slice, rule: SampleRule) -> tuple[Array, ...] | None:
-    t = log.t[piece]
+def _piece(log: JointLog, piece: slice, rule: SampleRule) -> Iterator[tuple[Array, Array, Array, Array, Array]]:
+    t, positions = log.t[piece], log.q[piece]
     if t.size < 2 * HALF + 1:
-        return None
+        return
     step = even_step(log.source, t, piece.start)
-    edge = HALF
-    q = log.q[piece]
+    edge, memory, sos = HALF, 0, None
     if rule.cutoff is not None:
         cutoff = min(rule.cutoff, NYQUIST * 0.5 / step)
-        edge += round(EDGE / (cutoff * step))
-        if t.size <= 2 * edge:
-            return None
-        q = sosfiltfilt(butter(ORDER, cutoff * 2 * step, output="sos"), q, axis=0, padlen=edge)
-    stride = max(1, round(rule.spacing / step))
-    rows = np.arange(edge, t.size - edge, stride)
-    a, b, c, d, e = (q[rows + i] for i in range(-HALF, HALF + 1))
-    dq = (a - 8 * b + 8 * d - e) / (12 * step)
-    ddq = (-a + 16 * b - 30 * c + 16 * d - e) / (12 * step**2)
-    return t[rows], np.asarray(c), np.asarray(dq), np.asarray(ddq), log.tau[piece][rows]
+        sos = butter(ORDER, cutoff * 2 * step, output="sos")
+        edge, memory = HALF + ceil(EDGE / (cutoff * step)), ceil(MEMORY / (cutoff * step))
+    rows = np.arange(edge, t.size - edge, max(1, round(rule.spacing / step)))
+    for part in np.array_split(rows, -(-(t.size) // PART)) if rows.size else ():
+        first, last = max(0, part[0] - HALF - memory), min(t.size, part[-1] + HALF + memory + 1)
+        q = positions[first:last]
+        if sos is not None:
+            q = sosfiltfilt(sos, q, axis=0, padlen=min(edge, len(q) - 1))
+        a, b, c, d, e = (q[part - first + i] for i in range(-HALF, HALF + 1))
+        dq = (a - 8 * b + 8 * d - e) / (12 * step)
+        ddq = (-a + 16 * b - 30 * c + 16 * d - e) / (12 * step**2)
+        yield t[part], c, dq, ddq, log.tau[piece][part]
 
 
 def even_step(source: str, t: Array, start: int = 0) -> float:

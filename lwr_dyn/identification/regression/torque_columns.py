@@ -116,21 +116,36 @@ class TorqueColumns:
         out = np.zeros((len(q), self.n, self.count))
         out[:, :, : self.bodies] = self.body_columns(q, dq, ddq)
         for i in range(self.n):
-            part = self.of_joint(i)
-            if self.transmission is None:
-                out[:, i, part] = self.joints[i](dq[:, i], ddq[:, i])
-            else:
-                row = self.transmission.matrix[i]
-                out[:, :, part] = row[:, None] * self.joints[i](dq @ row, ddq @ row)[:, None, :]
+            values = self.own_columns(i, dq, ddq)
+            for j in range(self.n):
+                if reach := self.reach(j, i):
+                    out[:, j, self.of_joint(i)] = reach * values
         return out
 
     def body_columns(self, q: Array, dq: Array, ddq: Array) -> Array:
         """The first 10 n columns, (k, n, 10 n)."""
+        raw = self.raw_bodies(q, dq, ddq)
         if self._kernel is None:
-            return Regressor(self.chain)(q, dq, ddq)[:, :, : self.bodies]
-        raw = self._kernel.torque_regressor(*(np.ascontiguousarray(x, dtype=np.float64) for x in (q, dq, ddq)))
+            return raw
         by_link = raw.reshape(len(q), self.n, self.n, len(INERTIAL))
         return np.asarray(by_link[..., FROM_KERNEL].reshape(len(q), self.n, self.bodies))
+
+    def raw_bodies(self, q: Array, dq: Array, ddq: Array) -> Array:
+        """The same in the order of the kernel (`FROM_KERNEL`) where there is one; uncopied if rows are contiguous."""
+        if self._kernel is None:
+            return Regressor(self.chain)(q, dq, ddq)[:, :, : self.bodies]
+        return self._kernel.torque_regressor(q, dq, ddq)
+
+    def own_columns(self, joint: int, dq: Array, ddq: Array) -> Array:
+        """Rotor and friction of a joint (from 0; of a motor with a transmission), (k, f), at its own speed."""
+        if self.transmission is None:
+            return self.joints[joint](dq[:, joint], ddq[:, joint])
+        row = self.transmission.matrix[joint]
+        return self.joints[joint](dq @ row, ddq @ row)
+
+    def reach(self, joint: int, other: int) -> float:
+        """What the columns of `other` count in the equation of `joint`: 1 or 0; T[other, joint] with a transmission."""
+        return float(joint == other) if self.transmission is None else float(self.transmission.matrix[other, joint])
 
     def own(self, arm: Arm) -> Array:
         """The arm's own values of the parameters, (p,): table's bodies and rotors, its friction where it has one.
