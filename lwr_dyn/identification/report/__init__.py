@@ -1,0 +1,11 @@
+"""The report of an identification as one HTML page.
+
+report_page          the report as one HTML file
+shown_fit            what it shows, as plain values
+arm_stage            the motion in 3D with the ellipsoids of the links
+inertia_ellipsoids   a body as the solid ellipsoid of its mass and inertia
+torque_charts        measured and predicted torques, what is left
+friction_charts      friction over speed, dots and the fitted curve
+parameter_rows       parameters with sigma and table; links before and after
+line_plane           lines, dots and bands of a plane
+"""

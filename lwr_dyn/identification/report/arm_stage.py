@@ -1,0 +1,98 @@
+"""The arm in 3D that replays the recordings, with the ellipsoids of its links before and after, for report.js."""
+
+import json
+from collections.abc import Sequence
+from html import escape
+from typing import Any
+
+import numpy as np
+
+from lwr_dyn.arrays import Array
+from lwr_dyn.identification.report.inertia_ellipsoids import ellipsoid_matrix
+from lwr_dyn.identification.report.torque_charts import ShownRecording
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.run import Run
+from lwr_dyn.viewer import scene
+from lwr_dyn.viewer.page_parts import generator_line, meshcat_bundle, resource_text, script_safe
+from lwr_dyn.viewer.replay_page import RATE, run_record
+from lwr_dyn.viewer.replayed_runs import ReplayedRun, replayed_runs
+
+PACKAGE = "lwr_dyn.identification.report"
+_SCRIPTS = ("numbers.js", "drawing.js", "stage.js")
+_SAMPLES = 3000
+"""Of a recording in 3D at most: two minutes at 25 Hz."""
+
+
+def stage_data(arm: Arm, recordings: Sequence[ShownRecording], before: Array, after: Array) -> dict[str, Any]:
+    """The page's data.
+
+    Parameters
+    ----------
+    arm : Arm
+    recordings : sequence of ShownRecording
+        At least one.
+    before, after : (n, 10) array
+        Inertial parameters of the links in the frames of the source, as in `INERTIAL`: the table's, the result's.
+    """
+    shown = [_shown(arm, one) for one in recordings]
+    return {
+        "scene": list(scene.arm_commands(shown[0], 0)),
+        "runs": [run_record(shown[0], _stride(shown[0]))],
+        "others": [run_record(one, _stride(one)) for one in shown[1:]],
+        "native": [scene.column_major(link.after) for link in arm.chain.links],
+        "before": _ellipsoids(before),
+        "after": _ellipsoids(after),
+        "made_by": generator_line(),
+    }
+
+
+def _ellipsoids(parameters: Array) -> list[list[float] | None]:
+    found = [ellipsoid_matrix(row) for row in parameters]
+    return [None if one is None else [float(x) for x in one.T.ravel()] for one in found]
+
+
+def _shown(arm: Arm, one: ShownRecording) -> ReplayedRun:
+    nothing, zero = np.zeros_like(one.q), np.zeros_like(one.t)
+    run = Run(one.t, one.q, nothing, one.q, nothing, nothing, nothing, nothing, zero, {})
+    return replayed_runs([run], arm, [one.source])[0]
+
+
+def _stride(shown: ReplayedRun) -> int:
+    steps, duration = shown.run.t.size - 1, float(np.ptp(shown.run.t))
+    return max(1, round(steps / max(duration * RATE / 2, 1.0)), -(-steps // _SAMPLES))
+
+
+def stage_html(recordings: Sequence[ShownRecording]) -> str:
+    """The place of the arm, its controls and switches."""
+    names = [escape(one.source) for one in recordings]
+    options = "".join(f'<option value="{k}">{name}</option>' for k, name in enumerate(names))
+    choice = f'<label>recording <select id="recording">{options}</select></label>' if len(names) > 1 else ""
+    switches = "".join(
+        f'<label><input id="{ident}" type="checkbox" checked> {mark}{label}</label>'
+        for ident, label, mark in (
+            ("show-before", "table's ellipsoids", '<i class="sw ref"></i>'),
+            ("show-after", "result's ellipsoids", '<i class="sw r1"></i>'),
+            ("see-through", "see-through arm", ""),
+            ("show-path", "path of the flange", ""),
+        )
+    )
+    speeds = "".join(
+        f'<option value="{x:g}"{" selected" if x == 1 else ""}>{x:g} &times;</option>' for x in (0.25, 0.5, 1, 2, 4)
+    )
+    return (
+        '<div id="stage"></div><div class="controls">'
+        '<button id="play" type="button" aria-label="play or pause">\u25b6</button>'
+        '<input id="scrub" type="range" min="0" max="1" step="any" value="0" aria-label="time">'
+        f'<output id="clock">0.00 s</output><label>speed <select id="speed">{speeds}</select></label>{choice}</div>'
+        f'<div class="controls" role="group" aria-label="What is drawn">{switches}</div>'
+    )
+
+
+def stage_scripts(data: dict[str, Any]) -> str:
+    """Script elements: the data, meshcat and the page's own code."""
+    text = script_safe(json.dumps(data, sort_keys=True, separators=(",", ":"), allow_nan=False))
+    code = "\n".join([*map(resource_text, _SCRIPTS), resource_text("report.js", PACKAGE)])
+    return (
+        f'<script type="application/json" id="stage-data">{text}</script>\n'
+        f"<script>\n{meshcat_bundle()}\n</script>\n<script>\n{code}\n</script>\n"
+    )

@@ -1,0 +1,71 @@
+"""A fit made by hand for the tests of the report: an arm off its table, two motions, torques with noise."""
+
+from __future__ import annotations
+
+import numpy as np
+
+import lwr_dyn
+from lwr_dyn.dynamics.regressor import body_parameters
+from lwr_dyn.identification.report.parameter_rows import ShownParameter
+from lwr_dyn.identification.report.shown_fit import ShownFit
+from lwr_dyn.identification.report.torque_charts import ShownRecording
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.chain import Body
+from lwr_dyn.model.friction import Direction, JointFriction, symmetric
+from lwr_dyn.tables import Heading, Table
+
+NOISE = 0.1
+BAD = '<img src=x onerror="alert(1)">'
+
+
+def motion(arm: Arm, seconds: float, seed: int) -> tuple[np.ndarray, ...]:
+    """t, q, dq, ddq at 100 Hz of five harmonics of 0.1 Hz at every joint."""
+    rng = np.random.default_rng(seed)
+    t = np.arange(0.0, seconds, 0.01)
+    w = 2.0 * np.pi * 0.1 * np.arange(1, 6)
+    size, phase = rng.normal(0.0, 0.25, (5, arm.n)), rng.uniform(0.0, 6.0, (5, arm.n))
+    angle = w[:, None, None] * t[:, None] + phase[:, None, :]
+    q = np.einsum("ij,ikj->kj", size, np.sin(angle)) + np.resize([0.0, 0.7], arm.n)
+    dq = np.einsum("ij,ikj->kj", size * w[:, None], np.cos(angle))
+    ddq = -np.einsum("ij,ikj->kj", size * w[:, None] ** 2, np.sin(angle))
+    return t, q, dq, ddq
+
+
+def moved(body: Body, size: float) -> Body:
+    """A body as many times as heavy, its centre moved by 20 mm along x."""
+    return Body(size * body.mass, body.com + np.array([0.02, 0.0, 0.0]), size * body.inertia_com)
+
+
+def made_fit(arm: Arm | None = None, source: str = "log", impossible: int | None = None) -> ShownFit:
+    """A fit of an arm; the link `impossible` (from 0) has values that no body can have."""
+    arm = lwr_dyn.load("lwr4plus", "physical") if arm is None else arm
+    rng, dynamics = np.random.default_rng(1), lwr_dyn.dynamics_of(arm, "newton-euler")
+    friction = tuple(JointFriction(Direction(3.0 + j, 2.0), Direction(2.5 + j, 2.2), 0.3) for j in range(arm.n))
+    recordings, speeds, torques = [], [], []
+    for k, seconds in enumerate((12.0, 6.0)):
+        t, q, dq, ddq = motion(arm, seconds, k)
+        rigid = dynamics.inverse_dynamics(q, dq, ddq)
+        predicted = rigid + np.column_stack([one.torque(dq[:, j]) for j, one in enumerate(friction)])
+        measured = predicted + rng.normal(0.0, NOISE, q.shape)
+        used = np.abs(dq) > 0.05
+        recordings.append(ShownRecording(f"{source}_{k + 1}.csv", t, q, measured, predicted, used))
+        speeds.append(dq)
+        torques.append(np.where(used, measured - rigid, np.nan))
+    bodies = [link.body for link in arm.chain.links]
+    before = np.array([body_parameters(body) for body in bodies])
+    after = np.array([body_parameters(moved(body, 0.8 + 0.05 * i)) for i, body in enumerate(bodies)])
+    if impossible is not None:
+        after[impossible, 4:] = (1.0, 0.0, 0.0, 0.1, 0.0, 0.1)
+    parameters = tuple(
+        ShownParameter(f"{name}_{i + 1}", float(after[i, p]), 0.01, float(before[i, p]), state)
+        for i in range(arm.n)
+        for p, name, state in ((0, "m", "identified"), (1, "mx", "identified"), (9, "Izz", "not excited"))
+    )
+    left = Table("Torques left", (Heading("joint"), Heading("fitted", "N m", ".3g")), [("1", 0.1), ("2", 0.11)])
+    return ShownFit(
+        arm, f"Identification of {arm.name}", "lwr-dyn identify motion", ("2 recordings, 18 s.",),
+        (("identified parameters", "14 of 21"), ("links that can be bodies", "7 of 7")), tuple(recordings),
+        np.full(arm.n, NOISE), before, after, np.concatenate(speeds), np.concatenate(torques), friction,
+        (symmetric(3.0, 1.0), *(None,) * (arm.n - 1)), parameters, "Parameters of the links", ("A note.",),
+        (("Validation", (left,), ("Judged on other logs.",)),),
+    )  # fmt: skip
