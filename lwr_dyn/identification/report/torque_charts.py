@@ -63,7 +63,8 @@ def _row(one: ShownRecording, j: int, noise: float, joint: str, unit: str, acros
     measured, predicted, used = one.measured[:, j], one.predicted[:, j], one.used[:, j]
     left = np.where(used, measured - predicted, np.nan)
     up = axis_of(np.concatenate([measured, predicted]), most=4)
-    reach = max(float(np.nanmax(np.abs(left), initial=0.0)), SIGMAS * noise if np.isfinite(noise) else 0.0) or 1.0
+    wide = SIGMAS * noise if np.isfinite(noise) else 0.0
+    reach = max(float(np.nanmax(np.abs(left), initial=0.0)), wide) or 1.0
     below = axis_of(np.array([-reach, reach]), most=3)
     rms, peak = rms_of(left), largest_of(left)
     label = (
@@ -76,22 +77,17 @@ def _row(one: ShownRecording, j: int, noise: float, joint: str, unit: str, acros
     ]  # fmt: skip
     ends = np.array([across.low, across.high])
     rest = [
-        band_path(ends, np.full(2, -SIGMAS * noise), np.full(2, SIGMAS * noise), across, below, "band"),
+        band_path(ends, np.full(2, -wide), np.full(2, wide), across, below, "band"),
         grid_path(None, below), line_path(one.t, left, across, below, "left"),
     ]  # fmt: skip
-    facts = [
-        ("RMS left", f"{short(rms)} {unit}"),
-        ("noise", f"{short(noise)} {unit}"),
-        ("largest", f"{short(peak)} {unit}"),
-    ]
-    said = "".join(f"<li><span>{name}</span> <b>{escape(value)}</b></li>" for name, value in facts)
+    facts = (("RMS left", rms), ("noise", noise), ("largest", peak))
+    listed = "".join(f"<li><span>{name}</span> <b>{said(value, unit)}</b></li>" for name, value in facts)
     two = (
         f'<div class="area">{tick_marks(up, "yt", "top")}{plane_html(label, lines, "torque")}'
         f"{tick_marks(below, 'yt', 'top')}{plane_html(f'{joint}: measured less predicted torque', rest, 'rest')}</div>"
     )
-    return (
-        f'<div class="trow"><div class="who"><h3>{escape(joint)}</h3><ul class="figures">{listed}</ul></div>{two}</div>'
-    )
+    who = f'<div class="who"><h3>{escape(joint)}</h3><ul class="figures">{listed}</ul></div>'
+    return f'<div class="trow">{who}{two}</div>'
 
 
 def said(value: float, unit: str) -> str:
