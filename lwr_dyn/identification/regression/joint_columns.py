@@ -28,8 +28,8 @@ class JointColumns:
     Parameters
     ----------
     form : {"symmetric", "directions"}
-    stribeck_velocity : float or None
-        v_s [rad/s or m/s]; None has no Stribeck column.
+    stribeck : tuple of float
+        v_s [rad/s or m/s]: none, one, or several to choose from (`regression.stribeck`).
 
     References
     ----------
@@ -37,21 +37,28 @@ class JointColumns:
     """
 
     form: FrictionForm
-    stribeck_velocity: float | None = None
+    stribeck: tuple[float, ...] = ()
 
     @property
     def names(self) -> tuple[str, ...]:
         """Of the columns, without the joint's number.
 
-        >>> JointColumns("symmetric", 0.05).names
+        >>> JointColumns("symmetric", (0.05,)).names
         ('armature', 'coulomb', 'viscous', 'offset', 'stribeck')
         """
-        return _NAMES[self.form] + (() if self.stribeck_velocity is None else _STRIBECK[self.form])
+        several = len(self.stribeck) > 1
+        drops = [f"{name}@{v:g}" if several else name for v in self.stribeck for name in _STRIBECK[self.form]]
+        return (*_NAMES[self.form], *drops)
+
+    @property
+    def linear(self) -> int:
+        """How many columns stand before those of the Stribeck drops."""
+        return len(_NAMES[self.form])
 
     def __call__(self, dq: Array, ddq: Array) -> Array:
         """(k, f) for dq, ddq (k,); at dq = 0 all friction but the offset is 0."""
         sign = np.sign(dq)
-        drop = [] if self.stribeck_velocity is None else [sign * np.exp(-np.square(dq / self.stribeck_velocity))]
+        drop = [sign * np.exp(-np.square(dq / v)) for v in self.stribeck]
         if self.form == "symmetric":
             return np.column_stack([ddq, sign, dq, np.ones_like(dq), *drop])
         up, down = dq > 0.0, dq < 0.0
@@ -65,7 +72,7 @@ class JointColumns:
         """
         given = model or FRICTIONLESS
         sides = (given.positive, given.negative)
-        drops = [side.holding - side.coulomb for side in sides] if self.stribeck_velocity is not None else []
+        drops = [side.holding - side.coulomb for side in sides] if self.stribeck else []
         if self.form == "symmetric":
             up, down = sides
             offset = given.offset + (up.coulomb - down.coulomb) / 2
@@ -93,4 +100,4 @@ class JointColumns:
         level = max(coulomb, 0.0)
         if not drop or drop[0] <= 0.0:
             return Direction(level, viscous)
-        return Direction(level, viscous, level + drop[0], self.stribeck_velocity)
+        return Direction(level, viscous, level + drop[0], self.stribeck[0])

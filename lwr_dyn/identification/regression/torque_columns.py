@@ -40,7 +40,8 @@ class TorqueColumns:
     chain : Chain
     friction : {"symmetric", "directions"}
     stribeck_velocity : (n,) array_like, optional
-        v_s of every joint [rad/s or m/s], NaN for a joint without a Stribeck column.
+        v_s of every joint [rad/s or m/s], NaN for a joint without a Stribeck column; (n, s) for several of each, to
+        choose from.
     transmission : Transmission, optional
         The motor map dq_m = T dq: rotors and friction are those of the motors then, with their speeds, and act on the
         joints through T^T (v_s too is at the motor).
@@ -73,10 +74,12 @@ class TorqueColumns:
         if self.transmission is not None and self.transmission.n != n:
             raise OptionError("transmission", f"of {self.transmission.n} motors", f"{n}, one per joint")
         speeds = _speeds(self.stribeck_velocity, n)
-        joints = tuple(JointColumns(self.friction, None if np.isnan(v) else float(v)) for v in speeds)
+        joints = tuple(JointColumns(self.friction, tuple(v[~np.isnan(v)].tolist())) for v in speeds)
         links = [f"{name}_{i}" for i in range(1, n + 1) for name in INERTIAL]
         own = [f"{name}_{i}" for i, joint in enumerate(joints, 1) for name in joint.names]
-        object.__setattr__(self, "stribeck_velocity", None if np.isnan(speeds).all() else read_only(speeds))
+        object.__setattr__(
+            self, "stribeck_velocity", None if self.stribeck_velocity is None else read_only(self.stribeck_velocity)
+        )
         object.__setattr__(self, "joints", joints)
         object.__setattr__(self, "names", (*links, *own))
         object.__setattr__(self, "_kernel", _kernel_of(self.chain))
@@ -179,14 +182,16 @@ class TorqueColumns:
 
 
 def _speeds(given: Any, n: int) -> Array:
+    """v_s of every joint, (n, s), NaN for none."""
     if given is None:
-        return np.full(n, np.nan)
+        return np.full((n, 1), np.nan)
     raw = np.asarray(given, dtype=np.float64)
     none = np.isnan(raw)
-    speeds = fixed_array("stribeck velocity", np.where(none, 1.0, raw), (n,))
-    for j in np.flatnonzero(speeds <= 0.0):
-        raise OptionError("stribeck velocity", f"{speeds[j]:g} of joint {j + 1}", "above 0, or NaN for none")
-    return np.where(none, np.nan, speeds)
+    shape = (n, raw.shape[1]) if raw.ndim == 2 else (n,)
+    speeds = fixed_array("stribeck velocity", np.where(none, 1.0, raw), shape).reshape(n, -1)
+    for j in np.flatnonzero((speeds <= 0.0).any(axis=1)):
+        raise OptionError("stribeck velocity", f"{speeds[j].min():g} of joint {j + 1}", "above 0, or NaN for none")
+    return np.where(none.reshape(n, -1), np.nan, speeds)
 
 
 def _kernel_of(chain: Chain) -> BatchDynamics | None:

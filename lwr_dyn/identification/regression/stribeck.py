@@ -1,0 +1,178 @@
+"""Stribeck speeds: the one nonlinear parameter of friction, by a bounded search with all others linear.
+
+Each pass over the samples has several v_s of every joint as columns. The chi^2 of any choice of one v_s a joint follows
+from the same normal equations, so the choice is made joint after joint without looking at the samples again; the next
+pass is finer about it.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import LinAlgError, cho_factor, cho_solve
+
+from lwr_dyn.arrays import Array, freeze_arrays
+from lwr_dyn.identification.regression.base_parameters import BaseParameters
+from lwr_dyn.identification.regression.information import UNSEEN, Information, information_of, solve
+from lwr_dyn.identification.regression.normal_equations import NormalEquations, normal_equations
+from lwr_dyn.identification.regression.samples import Samples
+from lwr_dyn.identification.regression.torque_columns import TorqueColumns
+
+SPEEDS = 12
+"""Of v_s in a pass, a joint."""
+PASSES = 3
+SWEEPS = 4
+"""Over the joints, at most."""
+WORTH = 25.0
+"""Drop of chi^2 that a Stribeck term of a joint must bring (the second parameter is found by search: Davies 1987)."""
+WIDEST = 1.0 / 3.0
+"""Largest v_s, as a share of a joint's largest speed: beyond it the term is hardly more than viscous friction."""
+NARROWEST = 0.5
+"""Smallest v_s, as a share of the least speed that is used."""
+LEAST = 1e-3
+"""Smallest v_s, as a share of a joint's largest speed."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StribeckSearch:
+    """The columns with the v_s found, (n,) NaN where a Stribeck term is not worth it, and what the samples then say.
+
+    `drop` (n,) of chi^2 by the term of each joint, 0 without; `lowest`, `highest` (n,) the bounds of the search
+    [rad/s or m/s]; `at_bound` (n,): the v_s is one of them, so the true one may be beyond.
+    """
+
+    columns: TorqueColumns
+    speeds: Array
+    information: Information
+    drop: Array
+    lowest: Array
+    highest: Array
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, "speeds", "drop", "lowest", "highest")
+
+    @property
+    def at_bound(self) -> NDArray[np.bool_]:
+        """(n,)"""
+        return np.asarray((self.speeds <= 1.01 * self.lowest) | (self.speeds >= 0.99 * self.highest))
+
+
+def stribeck_search(samples: Samples, columns: TorqueColumns, worth: float = WORTH) -> StribeckSearch:
+    """The Stribeck speed of every joint whose torques ask for one.
+
+    Parameters
+    ----------
+    samples : Samples
+        With low speeds in them: a rule whose `slowest` is well below the v_s that is looked for.
+    columns : TorqueColumns
+        Whose geometry and form of friction stay; their v_s do not count.
+    worth : float
+        Drop of chi^2 below which a joint has no Stribeck term.
+
+    Returns
+    -------
+    StribeckSearch
+
+    References
+    ----------
+    Golub and Pereyra, The differentiation of pseudo-inverses and nonlinear least squares problems (1973), for the
+    separation of linear parameters; Davies, Hypothesis testing when a nuisance parameter is present only under the
+    alternative (1987).
+    """
+    plain = replace(columns, stribeck_velocity=None)
+    lowest, highest = _bounds(samples)
+    low, high = lowest.copy(), highest.copy()
+    chosen = np.full(columns.n, -1)
+    grid, drop = np.empty((columns.n, 0)), np.zeros(columns.n)
+    for _ in range(PASSES):
+        grid = np.geomspace(low, high, SPEEDS, axis=1)
+        chosen, drop = _choice(samples, replace(plain, stribeck_velocity=grid), plain.base(), worth)
+        step = (high / low) ** (1.0 / (SPEEDS - 1))
+        middle = np.where(chosen >= 0, grid[np.arange(columns.n), chosen], np.sqrt(low * high))
+        found = chosen >= 0
+        low = np.where(found, np.maximum(middle / step, lowest), low)
+        high = np.where(found, np.minimum(middle * step, highest), high)
+    speeds = np.where(chosen >= 0, grid[np.arange(columns.n), chosen], np.nan)
+    final = plain if (chosen < 0).all() else replace(plain, stribeck_velocity=speeds)
+    return StribeckSearch(final, speeds, information_of(samples, final), drop, lowest, highest)
+
+
+def _bounds(samples: Samples) -> tuple[Array, Array]:
+    size = np.abs(samples.dq)
+    fastest = np.max(size, axis=0, where=samples.used, initial=0.0)
+    slowest = np.min(size, axis=0, where=samples.used, initial=np.inf)
+    fastest = np.where(fastest > 0.0, fastest, 1.0)  # a joint without equations has no term whatever the bounds
+    highest = WIDEST * fastest
+    lowest = np.maximum(NARROWEST * np.where(np.isfinite(slowest), slowest, 0.0), LEAST * fastest)
+    return np.minimum(lowest, highest / 2.0), highest
+
+
+def _choice(
+    samples: Samples, several: TorqueColumns, plain: BaseParameters, worth: float
+) -> tuple[NDArray[np.intp], Array]:
+    """Which v_s of each joint's is best, -1 for none, and the drop of chi^2 that it brings."""
+    terms, kept = _terms(several), plain.kept + _shift(several, plain)
+    whole = BaseParameters(several.names, np.concatenate([kept, *terms.reshape(-1, terms.shape[2])]), np.eye(1))
+    normal = normal_equations(samples, several, whole)
+    b, width = plain.count, terms.shape[2]
+    chosen = np.full(several.n, -1, dtype=np.intp)
+    drop = np.zeros(several.n)
+    noise = solve(_part(normal, np.arange(b)), several, plain).noise
+    for _ in range(SWEEPS):
+        before = chosen.copy()
+        for j in range(several.n):
+            chosen[j] = -1
+            without = _chi2(normal, _places(chosen, b, width), noise)[0]
+            drop[j] = 0.0
+            for k in range(SPEEDS):
+                trial = chosen.copy()
+                trial[j] = k
+                places = _places(trial, b, width)
+                chi2, values = _chi2(normal, places, noise)
+                rises = values[-width * np.count_nonzero(trial[j:] >= 0) :][:width].sum() > 0.0
+                if rises and without - chi2 > max(worth, drop[j]):
+                    chosen[j], drop[j] = k, without - chi2
+        noise = solve(_part(normal, _places(chosen, b, width)), several, plain).noise
+        if (chosen == before).all():
+            break
+    return chosen, drop
+
+
+def _terms(several: TorqueColumns) -> NDArray[np.intp]:
+    """Columns of the Stribeck drops, (n, SPEEDS, 1 or 2)."""
+    out = []
+    for j, joint in enumerate(several.joints):
+        part = several.of_joint(j)
+        out.append(np.arange(part.start + joint.linear, part.stop).reshape(SPEEDS, -1))
+    return np.array(out)
+
+
+def _shift(several: TorqueColumns, plain: BaseParameters) -> NDArray[np.intp]:
+    """How far the kept columns have moved by the columns of drops before them."""
+    at = {name: k for k, name in enumerate(several.names)}
+    return np.array([at[plain.names[k]] - k for k in plain.kept], dtype=np.intp)
+
+
+def _places(chosen: NDArray[np.intp], b: int, width: int) -> NDArray[np.intp]:
+    """Of the plain parameters and of the chosen drops among all columns of the pass."""
+    drops = [b + (j * SPEEDS + k) * width + np.arange(width) for j, k in enumerate(chosen) if k >= 0]
+    return np.concatenate([np.arange(b), *drops])
+
+
+def _part(normal: NormalEquations, places: NDArray[np.intp]) -> NormalEquations:
+    matrices = normal.matrices[:, places[:, None], places]
+    return NormalEquations(matrices, normal.sides[:, places], normal.squares, normal.equations)
+
+
+def _chi2(normal: NormalEquations, places: NDArray[np.intp], noise: Array) -> tuple[float, Array]:
+    """Least chi^2 with some of the columns, up to a constant, and the values."""
+    matrix, side = normal.weighted(noise)
+    M, y = matrix[np.ix_(places, places)], side[places]
+    size = np.sqrt(np.diag(M))
+    size = np.where(size > 0.0, size, 1.0)
+    scaled, right = M / np.outer(size, size), y / size
+    try:
+        values = cho_solve(cho_factor(scaled), right) / size
+    except LinAlgError:  # parameters that the samples do not show
+        values = np.linalg.lstsq(scaled, right, rcond=UNSEEN)[0] / size
+    return float(-(y @ values)), np.asarray(values)
