@@ -1,4 +1,4 @@
-"""Logs of a moving arm: read from CSV or Parquet files, written, and taken from simulated runs."""
+"""Logs of a moving arm: read from CSV files, Parquet files or ROS 2 bags, written, and taken from simulated runs."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -9,10 +9,12 @@ import numpy as np
 from lwr_dyn.arrays import Array
 from lwr_dyn.errors import FileAccessError
 from lwr_dyn.files import write_file
+from lwr_dyn.identification.logs.bag_columns import bag_table
 from lwr_dyn.identification.logs.column_files import SUFFIXES, read_columns, read_head, table_bytes
 from lwr_dyn.identification.logs.column_map import NO_MAP, ColumnMap
 from lwr_dyn.identification.logs.log_checks import check_arm, check_log
-from lwr_dyn.identification.logs.log_columns import SI, check_kinds, layout_of
+from lwr_dyn.identification.logs.log_columns import SI, Layout, LogColumn, check_kinds, layout_of
+from lwr_dyn.identification.logs.ros_bags import is_bag
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
 from lwr_dyn.model.shown import short_repr
@@ -51,20 +53,20 @@ class JointLog:
 
 
 def read_log(
-    path: str | Path, units: Mapping[str, str] | None = None, arm: Arm | None = None, columns: ColumnMap | None = None,
+    path: str | Path, units: Mapping[str, str] | None = None, arm: Arm | None = None, columns: ColumnMap = NO_MAP,
     needs: Sequence[str] = ("q", "tau"), also: Sequence[str] = ("dq",),
 ) -> JointLog:  # fmt: skip
-    """A log from a CSV or Parquet file, checked and in SI.
+    """A log from a CSV or Parquet file or a ROS 2 bag, checked and in SI.
 
     Parameters
     ----------
     path : str or path
-        Ends in .csv or .parquet; the columns are those of `lwr_dyn.identification.logs.log_columns`.
+        Ends in .csv or .parquet; the columns are those of `lwr_dyn.identification.logs.log_columns`. Or a bag.
     units : mapping, optional
         Quantity -> unit of the columns that declare none, such as {"q": "deg"}.
     arm : Arm, optional
         The robot: all its joints must be there, inside their limits of position and torque.
-    columns : ColumnMap, optional
+    columns : ColumnMap
         What the file calls its columns, where these are not ours.
     needs, also : sequence of str
         Quantities (q, tau, dq, qm, i) that every joint must have; those that are read where every joint has them.
@@ -81,25 +83,45 @@ def read_log(
     LogError
         Missing columns, units that cannot be, NaN, times unsorted or repeated: with file, row or column.
     MissingPackageError
-        A Parquet file without pyarrow.
+        A Parquet file without pyarrow, a bag without rosbags.
     """
     place = Path(path)
+    joint_names = () if arm is None else arm.joint_names
+    if is_bag(place):
+        bag = bag_table(place, columns, joint_names, needs, also)
+        _check_joints(str(path), bag.layout, arm)
+        return _made(str(path), bag.layout, tuple(bag.layout.columns.values()), bag.table, 0, arm, bag.notes)
     head = read_head(place)
-    mapped = (NO_MAP if columns is None else columns).of(str(path), head.names, () if arm is None else arm.joint_names)
+    mapped = columns.of(str(path), head.names, joint_names)
     layout = layout_of(str(path), mapped.names, {**mapped.units, **(units or {})}, needs, mapped.own)
     quantities = [*needs, *(x for x in ("q", "tau", *also) if x not in needs and layout.has(x))]
     taken = [layout.columns[x] for x in ("time", *(f"{quantity}{j}" for quantity in quantities for j in layout.joints))]
+    _check_joints(str(path), layout, arm)
+    return _made(str(path), layout, taken, read_columns(place, head, [c.index for c in taken]), head.lines, arm)
+
+
+def _check_joints(file: str, layout: Layout, arm: Arm | None) -> None:
     if arm is not None:
-        check_arm(str(path), layout.joints, arm)
-        check_kinds(str(path), layout, [link.kind for link in arm.chain.links])
-    table = read_columns(place, head, [c.index for c in taken])
-    check_log(str(path), head.lines, taken, table, arm)
-    table *= np.array([c.factor for c in taken])
-    n = len(layout.joints)
-    parts = {x: table[:, 1 + k * n : 1 + (k + 1) * n] for k, x in enumerate(quantities)}
-    absent = np.broadcast_to(np.nan, (len(table), n))
-    fields = {field: parts.get(x, absent if x in ("q", "tau") else None) for x, field in FIELDS.items()}
-    return JointLog(str(path), layout.joints, table[:, 0], **fields)  # type: ignore[arg-type]
+        check_arm(file, layout.joints, arm)
+        check_kinds(file, layout, [link.kind for link in arm.chain.links])
+
+
+def _made(
+    file: str, layout: Layout, columns: Sequence[LogColumn], table: Array, lines: int, arm: Arm | None,
+    notes: tuple[str, ...] = (),
+) -> JointLog:  # fmt: skip
+    """The log of a table (k, columns), checked; its numbers become SI in place."""
+    check_log(file, lines, columns, table, arm)
+    table *= np.array([c.factor for c in columns])
+    parts: dict[str, list[int]] = {}
+    for place, column in enumerate(columns):
+        parts.setdefault(column.quantity, []).append(place)
+    absent = np.broadcast_to(np.nan, (len(table), len(layout.joints)))
+    fields: dict[str, Array | None] = {field: None for field in FIELDS.values()} | {"q": absent, "tau": absent}
+    for quantity, places in parts.items():
+        if quantity != "time":
+            fields[FIELDS[quantity]] = table[:, places[0] : places[-1] + 1]
+    return JointLog(file, layout.joints, table[:, 0], **fields, notes=notes)  # type: ignore[arg-type]
 
 
 def write_log(path: str | Path, log: JointLog) -> None:

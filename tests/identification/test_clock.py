@@ -1,0 +1,94 @@
+"""Uneven rows come to an even grid on the clock that the positions bear out, and are refused where none does."""
+
+import numpy as np
+import pytest
+
+from lwr_dyn.identification.logs.clock import clock_of, on_even_clock
+from lwr_dyn.identification.logs.joint_log import JointLog
+from lwr_dyn.identification.logs.log_columns import LogError
+
+STEP = 0.002
+
+
+def at(t):
+    """Two joints and their torques at times t."""
+    q = np.column_stack([np.sin(2 * t), 0.5 * np.cos(3 * t)])
+    return q, np.column_stack([5 * np.cos(3 * t), 4 * np.sin(t)])
+
+
+def jittered(measured, stamped, lose=0.0, noise=1e-5, seed=0):
+    """5 s with jitter (shares of a step) of the true times, and of the stamps besides; some rows lost."""
+    rng = np.random.default_rng(seed)
+    true = STEP * (np.arange(2500) + rng.uniform(-measured, measured, 2500))
+    stamp = true + STEP * rng.uniform(-stamped, stamped, 2500)
+    keep = rng.random(2500) >= lose
+    q, tau = at(true[keep])
+    return JointLog("x", (1, 2), stamp[keep], q + rng.normal(0, noise, q.shape), tau, motor_q=100 * q)
+
+
+@pytest.mark.parametrize("lose", [0.0, 0.05])
+@pytest.mark.parametrize("truth", ["stamps", "even"])
+def test_the_positions_tell_which_clock_is_right(truth, lose):
+    log = jittered(0.35 * (truth == "stamps"), 0.35 * (truth == "even"), lose)
+    even = on_even_clock(log)
+    steps = np.diff(even.t)
+    inside = steps < 2.5 * STEP  # more are gaps, where rows were lost
+    assert np.abs(steps[inside] - STEP).max() < 1e-2 * STEP
+    assert inside.all() or lose > 0.0
+    assert even.q.shape == even.tau.shape == even.motor_q.shape == (even.t.size, 2)
+    q, tau = at(even.t)
+    shift = 1e-4  # of the whole clock, which no position can show: the mean jitter
+    assert np.abs(even.q - q).max() < 7e-5 + 2 * shift
+    assert np.abs(even.tau - tau).max() < 15 * shift
+    wrong = np.abs(log.q - at(STEP * np.rint(log.t / STEP) if truth == "stamps" else log.t)[0]).max()
+    assert wrong > 5 * np.abs(even.q - q).max()
+    note = even.notes[0]
+    assert ("interpolated on a grid" if truth == "stamps" else "stamped unevenly: put on a grid") in note
+    assert "miss an even clock by 0.000" in note
+    assert any("rows lost" in note for note in even.notes) == (lose > 0)
+
+
+def test_an_even_log_and_a_drifting_clock_stay_as_they_are():
+    t = np.cumsum(STEP * (1 + 0.02 * np.sin(np.arange(1000) / 200)))
+    log = JointLog("x", (1, 2), t, *at(t))
+    assert on_even_clock(log) is log
+
+
+def test_recordings_keep_their_gap_and_only_the_uneven_one_changes():
+    first = jittered(0.0, 0.0)
+    second = jittered(0.4, 0.0, seed=1)
+    t = np.concatenate([first.t, second.t + 10.0])
+    log = JointLog("x", (1, 2), t, np.concatenate([first.q, second.q]), np.concatenate([first.tau, second.tau]))
+    even = on_even_clock(log)
+    assert (even.q[:2500] == first.q).all()
+    assert even.t[2500] - even.t[2499] > 5.0 - STEP
+    assert len(even.notes) == 1
+    assert "rows 2501 to 5000" in even.notes[0]
+
+
+def test_neither_clock_explains_the_positions():
+    with pytest.raises(LogError, match=r"x: column time: rows 1 to 2500 miss an even clock by 0.000.* s R"):
+        on_even_clock(jittered(0.25, 0.25))
+
+
+def test_times_of_writing_in_blocks_are_refused():
+    t = np.arange(1000) * STEP
+    late = np.ceil(t / 0.02) * 0.02 + 1e-5 * (np.arange(1000) % 10)
+    with pytest.raises(LogError, match=r"100 of 999 steps are gaps \(median 1e-05 s, mean 0.002 s\); needed: times"):
+        on_even_clock(JointLog("x", (1, 2), late, *at(t)))
+
+
+def test_what_is_noise_alone_is_not_held_against_the_clock():
+    """An arm that stands still, or an encoder coarser than the jitter's effect: any clock will do."""
+    rng = np.random.default_rng(0)
+    t = STEP * (np.arange(500) + rng.uniform(-0.3, 0.3, 500))
+    even = on_even_clock(JointLog("x", (1, 2), t, np.zeros((500, 2)), np.zeros((500, 2))))
+    assert (even.q == 0.0).all()
+    assert on_even_clock(jittered(0.2, 0.2, noise=0.02)).notes
+
+
+def test_the_clock_of_times():
+    clock = clock_of(np.array([0.0, 1.0, 2.0, 4.0, 5.0]))
+    assert (clock.step, clock.lost, clock.even) == (1.0, 1, False)
+    assert clock.jitter < 1e-15
+    assert clock_of(np.array([0.0, 1.1, 2.0])).worst == pytest.approx(0.2 / 3)
