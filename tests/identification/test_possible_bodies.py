@@ -7,11 +7,11 @@ from scipy.optimize import minimize
 import lwr_dyn
 from lwr_dyn.dynamics.regressor import INERTIAL, JOINT, body_parameters, chain_parameters
 from lwr_dyn.identification.bodies.possible_bodies import (
-    _pseudo_inertia_weights,
     judge_bodies,
     mass_matrix_columns,
     never_negative,
 )
+from lwr_dyn.identification.bodies.pseudo_inertia import pseudo_inertia_weights
 from lwr_dyn.identification.motion.motion_fit import chain_base
 from lwr_dyn.identification.motion.motion_tables import body_lines
 from lwr_dyn.identification.regression.least_squares import IDENTIFIED, NO_ERROR, NOT_EXCITED, ZERO, Estimate
@@ -61,7 +61,7 @@ def test_factors_as_weights_of_the_pseudo_inertia():
     points = np.column_stack([places, np.ones(6)])
     pseudo_inertia = np.einsum("k,ki,kj->ij", masses, points, points)
     total = sum(body_parameters(Body(m, place, np.zeros((3, 3)))) for m, place in zip(masses, places, strict=True))
-    weights = _pseudo_inertia_weights(factors)
+    weights = pseudo_inertia_weights(factors)
     assert np.trace(weights @ pseudo_inertia) == pytest.approx(factors @ total)
     assert (weights == weights.T).all()
 

@@ -18,6 +18,7 @@ from scipy import stats
 
 from lwr_dyn.arrays import Array, read_only
 from lwr_dyn.dynamics.regressor import INERTIAL, JOINT, Regressor
+from lwr_dyn.identification.bodies.pseudo_inertia import pseudo_inertia_weights
 from lwr_dyn.identification.regression.base_parameters import BaseParameters
 from lwr_dyn.identification.regression.least_squares import SIGMAS, Estimate
 from lwr_dyn.model.arm import Arm
@@ -100,23 +101,10 @@ def never_negative(base: BaseParameters) -> NDArray[np.bool_]:
     inertial = base.grouping[:, : len(INERTIAL) * joints].reshape(base.count, joints, len(INERTIAL))
     others = base.grouping[:, len(INERTIAL) * joints :].reshape(base.count, joints, len(JOINT))
     size = np.abs(base.grouping).max(axis=1)
-    bodies = np.linalg.eigvalsh(_pseudo_inertia_weights(inertial)).min(axis=(1, 2))
+    bodies = np.linalg.eigvalsh(pseudo_inertia_weights(inertial)).min(axis=(1, 2))
     no_friction = (np.abs(others[..., 1:]).max(axis=(1, 2)) < _ROUNDING * size) & (size > 0.0)
     positive: NDArray[np.bool_] = no_friction & (np.minimum(bodies, others[..., 0].min(axis=1)) > -_ROUNDING * size)
     return positive
-
-
-def _pseudo_inertia_weights(c: Array) -> Array:
-    """G (..., 4, 4) with c . pi = trace(G P), for factors c (..., 10) in the order of `INERTIAL`."""
-    m, mx, my, mz, xx, xy, xz, yy, yz, zz = np.moveaxis(c, -1, 0)
-    # I_xx = integral of y^2 + z^2, I_xy = -integral of x y
-    rows = (
-        (yy + zz, -xy / 2.0, -xz / 2.0, mx / 2.0),
-        (-xy / 2.0, xx + zz, -yz / 2.0, my / 2.0),
-        (-xz / 2.0, -yz / 2.0, xx + yy, mz / 2.0),
-        (mx / 2.0, my / 2.0, mz / 2.0, m),
-    )
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
 def _links(row: Array) -> tuple[int, ...]:

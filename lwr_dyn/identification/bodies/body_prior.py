@@ -1,0 +1,156 @@
+"""What a table says of the parameters before any log: how far bodies and rotors are from it, as a log-det distance.
+
+    D(P, P0) = trace(P0^-1 P) - log det(P0^-1 P) - 4     (Bregman), weight w = 1/trust^2
+
+exp(-w D) is a Wishart density of P, so its normaliser is known; D grows to infinity at P singular, which keeps every
+body a body. A rotor's inertia is the same with a 1 x 1 matrix. Friction has a wide Gaussian about the table's value.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import multigammaln
+
+from lwr_dyn.arrays import Array, freeze_arrays
+from lwr_dyn.dynamics.regressor import INERTIAL
+from lwr_dyn.errors import ShapeError
+from lwr_dyn.identification.bodies.pseudo_inertia import UNITS, are_bodies, inertial_parameters, pseudo_inertias
+
+FRICTION_SPREAD = 10.0
+"""Standard deviation of friction about the table's [N m, N m s/rad]: wide, only to have a value without any data."""
+UNKNOWN_ROTOR = 0.1
+"""Guess for a rotor the table lacks, as share of the mean moment of inertia of the bodies from its link outward."""
+_THINNEST, _LIGHTEST = 1e-3, 1e-2
+_LENGTH = 0.1
+"""Length that makes the entries of a pseudo-inertia alike [m]."""
+_TEN = len(INERTIAL)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BodyPrior:
+    """The distance of parameters (p,) from a table's, with derivatives.
+
+    `bodies` 10 n inertial columns come first; `rotors` are the columns of rotor inertias, all others are friction.
+    """
+
+    table: Array
+    """(p,), every link a body."""
+    bodies: int
+    rotors: NDArray[np.intp]
+    unknown_rotors: NDArray[np.bool_]
+    """Which of `rotors` the table lacks: their weight is 1, whatever that of the table."""
+    lifted: tuple[int, ...]
+    """Links, from 1, whose values in the table no body has (or that have none): the nearest thicker body replaces them.
+    """
+    spread: float = FRICTION_SPREAD
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, "table")
+
+    @property
+    def friction(self) -> NDArray[np.intp]:
+        """Columns that are neither bodies nor rotors."""
+        return np.setdiff1d(np.arange(self.bodies, self.table.size), self.rotors)
+
+    @property
+    def units(self) -> Array:
+        """(p,) how far each parameter moves alone at a distance of one half: a scale for it."""
+        return np.asarray(1.0 / np.sqrt(np.diag(self.derivatives(self.table, 1.0)[1])))
+
+    def log_normaliser(self, weight: float) -> float:
+        """Log of the integral of exp(-w D) over all bodies and rotors, but for terms that do not depend on the weight.
+
+        References
+        ----------
+        Anderson, An Introduction to Multivariate Statistical Analysis (2003), section 7.2 (Wishart).
+        """
+        links, rotors = self.bodies // _TEN, int((~self.unknown_rotors).sum())
+        return links * _log_wishart(weight, 4) + rotors * _log_wishart(weight, 1)
+
+    def distance(self, parameters: Array, weight: float) -> float:
+        """w D summed over bodies and rotors, and half the squares of friction; infinite outside the bodies."""
+        rotors = parameters[self.rotors] / self.table[self.rotors]
+        try:
+            roots = np.linalg.cholesky(self._pseudo(parameters))
+        except np.linalg.LinAlgError:
+            return float("inf")
+        if (rotors <= 0.0).any():
+            return float("inf")
+        own = np.linalg.cholesky(self._pseudo(self.table))
+        half = np.linalg.solve(own, roots)  # P0^-1 P is similar to half half^T
+        logs = 2.0 * np.log(np.diagonal(half, axis1=1, axis2=2)).sum()
+        bodies = np.square(half).sum() - logs - 4.0 * len(half)
+        of_rotors = self._rotor_weights(weight) @ (rotors - np.log(rotors) - 1.0)
+        friction = np.square((parameters - self.table)[self.friction]).sum() / self.spread**2
+        return float(weight * bodies + of_rotors + 0.5 * friction)
+
+    def derivatives(self, parameters: Array, weight: float) -> tuple[Array, Array]:
+        """Gradient (p,) and Hessian (p, p) of `distance`."""
+        gradient, hessian = np.zeros(self.table.size), np.zeros((self.table.size,) * 2)
+        inverse, own = np.linalg.inv(self._pseudo(parameters)), np.linalg.inv(self._pseudo(self.table))
+        gradient[: self.bodies] = weight * np.einsum("nab,kab->nk", own - inverse, UNITS).ravel()
+        steps = (inverse[:, None] @ UNITS).reshape(len(inverse), _TEN, 16)
+        across = np.swapaxes(steps.reshape(-1, _TEN, 4, 4), 2, 3).reshape(steps.shape)
+        blocks = weight * steps @ np.swapaxes(across, 1, 2)
+        for i, block in enumerate(blocks):
+            hessian[_TEN * i : _TEN * (i + 1), _TEN * i : _TEN * (i + 1)] = block
+        of_rotors, rotors, own_rotors = self._rotor_weights(weight), parameters[self.rotors], self.table[self.rotors]
+        gradient[self.rotors] = of_rotors * (1.0 / own_rotors - 1.0 / rotors)
+        hessian[self.rotors, self.rotors] = of_rotors / rotors**2
+        gradient[self.friction] = (parameters - self.table)[self.friction] / self.spread**2
+        hessian[self.friction, self.friction] = 1.0 / self.spread**2
+        return gradient, hessian
+
+    def covariance(self, weight: float) -> Array:
+        """How far bodies of that weight lie from the table, (p, p): the inverse Hessian at the table."""
+        hessian = self.derivatives(self.table, weight)[1]
+        scale = 1.0 / np.sqrt(np.diag(hessian))
+        return np.asarray(np.linalg.inv(hessian * np.outer(scale, scale)) * np.outer(scale, scale))
+
+    def _pseudo(self, parameters: Array) -> Array:
+        return pseudo_inertias(parameters[: self.bodies].reshape(-1, _TEN))
+
+    def _rotor_weights(self, weight: float) -> Array:
+        return np.where(self.unknown_rotors, 1.0, weight)
+
+
+def body_prior(table: Array, bodies: int, rotors: NDArray[np.intp], spread: float = FRICTION_SPREAD) -> BodyPrior:
+    """The prior of a table (p,): `bodies` inertial columns (10 a link), `rotors` columns of rotor inertias.
+
+    Raises
+    ------
+    ShapeError
+        A table of another size than its columns, or that is not finite beside its bodies.
+    """
+    links = table[:bodies].reshape(-1, _TEN)
+    if not np.isfinite(table[bodies:]).all():
+        raise ShapeError("table", "values that are not finite", "finite rotor inertias and friction")
+    good = are_bodies(links)
+    masses = np.where(np.isfinite(links[:, 0]) & (links[:, 0] > 0.0), links[:, 0], 0.0)
+    lightest = _LIGHTEST * (masses.sum() or 1.0)
+    filled = np.array([link if fine else _thicker(link, lightest) for link, fine in zip(links, good, strict=True)])
+    own = np.concatenate([filled.ravel(), table[bodies:]])
+    unknown = ~(own[rotors] > 0.0)
+    moments = filled[:, [4, 7, 9]].mean(axis=1)[::-1].cumsum()[::-1]
+    own[rotors] = np.where(unknown, UNKNOWN_ROTOR * moments[: rotors.size], own[rotors])
+    lifted = tuple(int(i) + 1 for i in np.flatnonzero(~good))
+    return BodyPrior(own, bodies, rotors, unknown, lifted, spread)
+
+
+def _thicker(link: Array, lightest: float) -> Array:
+    """The nearest parameters of a body: eigenvalues of P raised to a thousandth of its trace, a mass to `lightest`."""
+    P = pseudo_inertias(np.where(np.isfinite(link), link, 0.0))
+    scale = np.array([_LENGTH, _LENGTH, _LENGTH, 1.0])
+    values, vectors = np.linalg.eigh(P / np.outer(scale, scale))
+    floor = _THINNEST * max(float(values.max()), lightest)
+    raised = (vectors * np.maximum(values, floor)) @ vectors.T * np.outer(scale, scale)
+    if raised[3, 3] < lightest:  # a link without mass: a small ball
+        raised = np.diag([lightest * _LENGTH**2 / 10.0] * 3 + [lightest])
+    return inertial_parameters(raised)
+
+
+def _log_wishart(weight: float, d: int) -> float:
+    """Log of the integral over d x d matrices, but for terms without the weight."""
+    power = weight + (d + 1) / 2.0
+    return float(multigammaln(power, d) - d * power * np.log(weight) + weight * d)
