@@ -16,9 +16,11 @@ from lwr_dyn.arrays import Array, freeze_arrays
 from lwr_dyn.dynamics.regressor import INERTIAL
 from lwr_dyn.errors import ShapeError
 from lwr_dyn.identification.bodies.pseudo_inertia import UNITS, are_bodies, inertial_parameters, pseudo_inertias
+from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 
-FRICTION_SPREAD = 10.0
-"""Standard deviation of friction about the table's [N m, N m s/rad]: wide, only to have a value without any data."""
+UNKNOWN_FRICTION, FRICTION_TRUST = 10.0, 0.5
+"""Standard deviation of friction that a table lacks [N m, N m s/rad], wide, only to have a value without any data; and
+of friction that it has, as a share of it."""
 UNKNOWN_ROTOR = 0.1
 """Guess for a rotor the table lacks, as share of the mean moment of inertia of the bodies from its link outward."""
 _THINNEST, _LIGHTEST = 1e-3, 1e-2
@@ -43,10 +45,11 @@ class BodyPrior:
     lifted: tuple[int, ...]
     """Links, from 1, whose values in the table no body has (or that have none): the nearest thicker body replaces them.
     """
-    spread: float = FRICTION_SPREAD
+    spread: Array
+    """(p,) standard deviation of friction about the table's, used for the columns of friction only."""
 
     def __post_init__(self) -> None:
-        freeze_arrays(self, "table")
+        freeze_arrays(self, "table", "spread")
 
     @property
     def friction(self) -> NDArray[np.intp]:
@@ -82,7 +85,7 @@ class BodyPrior:
         logs = 2.0 * np.log(np.diagonal(half, axis1=1, axis2=2)).sum()
         bodies = np.square(half).sum() - logs - 4.0 * len(half)
         of_rotors = self._rotor_weights(weight) @ (rotors - np.log(rotors) - 1.0)
-        friction = np.square((parameters - self.table)[self.friction]).sum() / self.spread**2
+        friction = np.square((parameters - self.table) / self.spread)[self.friction].sum()
         return float(weight * bodies + of_rotors + 0.5 * friction)
 
     def derivatives(self, parameters: Array, weight: float) -> tuple[Array, Array]:
@@ -98,8 +101,9 @@ class BodyPrior:
         of_rotors, rotors, own_rotors = self._rotor_weights(weight), parameters[self.rotors], self.table[self.rotors]
         gradient[self.rotors] = of_rotors * (1.0 / own_rotors - 1.0 / rotors)
         hessian[self.rotors, self.rotors] = of_rotors / rotors**2
-        gradient[self.friction] = (parameters - self.table)[self.friction] / self.spread**2
-        hessian[self.friction, self.friction] = 1.0 / self.spread**2
+        precise = 1.0 / self.spread[self.friction] ** 2
+        gradient[self.friction] = precise * (parameters - self.table)[self.friction]
+        hessian[self.friction, self.friction] = precise
         return gradient, hessian
 
     def covariance(self, weight: float) -> Array:
@@ -115,27 +119,42 @@ class BodyPrior:
         return np.where(self.unknown_rotors, 1.0, weight)
 
 
-def body_prior(table: Array, bodies: int, rotors: NDArray[np.intp], spread: float = FRICTION_SPREAD) -> BodyPrior:
-    """The prior of a table (p,): `bodies` inertial columns (10 a link), `rotors` columns of rotor inertias.
+def body_prior(columns: TorqueColumns, table: Array) -> BodyPrior:
+    """The prior of a table's parameters (p,) in the order of the columns.
 
     Raises
     ------
     ShapeError
-        A table of another size than its columns, or that is not finite beside its bodies.
+        A table of another size than its columns, or with rotors or friction that are not finite.
     """
-    links = table[:bodies].reshape(-1, _TEN)
-    if not np.isfinite(table[bodies:]).all():
+    if table.shape != (columns.count,):
+        raise ShapeError("table", f"an array {table.shape}", f"{columns.count} numbers, one a column")
+    if not np.isfinite(table[columns.bodies :]).all():
         raise ShapeError("table", "values that are not finite", "finite rotor inertias and friction")
+    links, rotors = table[: columns.bodies].reshape(-1, _TEN), columns.rotor_indices
     good = are_bodies(links)
     masses = np.where(np.isfinite(links[:, 0]) & (links[:, 0] > 0.0), links[:, 0], 0.0)
     lightest = _LIGHTEST * (masses.sum() or 1.0)
     filled = np.array([link if fine else _thicker(link, lightest) for link, fine in zip(links, good, strict=True)])
-    own = np.concatenate([filled.ravel(), table[bodies:]])
+    own = np.concatenate([filled.ravel(), table[columns.bodies :]])
     unknown = ~(own[rotors] > 0.0)
     moments = filled[:, [4, 7, 9]].mean(axis=1)[::-1].cumsum()[::-1]
-    own[rotors] = np.where(unknown, UNKNOWN_ROTOR * moments[: rotors.size], own[rotors])
+    own[rotors] = np.where(unknown, UNKNOWN_ROTOR * moments, own[rotors])
     lifted = tuple(int(i) + 1 for i in np.flatnonzero(~good))
-    return BodyPrior(own, bodies, rotors, unknown, lifted, spread)
+    return BodyPrior(own, columns.bodies, rotors, unknown, lifted, _friction_spreads(columns, table))
+
+
+def _friction_spreads(columns: TorqueColumns, table: Array) -> Array:
+    """Per column (p,): a share of the joint's own friction of that unit, and a wide one where the table has none."""
+    spread = np.full(columns.count, UNKNOWN_FRICTION)
+    for joint in range(columns.n):
+        part = columns.of_joint(joint)
+        viscous = np.array([name.startswith("viscous") for name in columns.names[part]])
+        for kind in (viscous, ~viscous):
+            chosen = np.arange(part.start, part.stop)[kind]
+            own = np.abs(table[np.setdiff1d(chosen, columns.rotor_indices)]).max(initial=0.0)
+            spread[chosen] = FRICTION_TRUST * own if own > 0.0 else UNKNOWN_FRICTION
+    return spread
 
 
 def _thicker(link: Array, lightest: float) -> Array:

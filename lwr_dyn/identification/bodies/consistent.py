@@ -16,7 +16,7 @@ from scipy.optimize import minimize_scalar
 
 from lwr_dyn.arrays import Array, freeze_arrays
 from lwr_dyn.errors import OptionError
-from lwr_dyn.identification.bodies.body_prior import FRICTION_SPREAD, BodyPrior, body_prior
+from lwr_dyn.identification.bodies.body_prior import BodyPrior, body_prior
 from lwr_dyn.identification.bodies.constraints import Constraints, constrained_prior
 from lwr_dyn.identification.bodies.pseudo_inertia import are_bodies, pseudo_inertias
 from lwr_dyn.identification.regression.information import Information
@@ -89,7 +89,6 @@ def consistent_fit(
     *,
     weight: float | None = None,
     constraints: Constraints | None = None,
-    spread: float = FRICTION_SPREAD,
 ) -> ConsistentFit:
     """Bodies, rotors and friction that explain a log, near a table.
 
@@ -103,8 +102,6 @@ def consistent_fit(
         Of the distance to the table, 1/trust^2 (20 % -> 25); by default that of most evidence.
     constraints : Constraints, optional
         What is known for certain (`constraints_of`).
-    spread : float
-        Standard deviation of friction about the table's [N m, N m s/rad].
 
     Returns
     -------
@@ -113,9 +110,9 @@ def consistent_fit(
     Raises
     ------
     OptionError
-        A weight or a spread that is not above 0.
+        A weight that is not above 0.
     ShapeError
-        A table with friction or rotors that are not finite.
+        A table of another size, or with friction or rotors that are not finite.
     ConstraintError
         No bodies obey the constraints; names those that contradict each other.
 
@@ -124,11 +121,9 @@ def consistent_fit(
     Lee, Wensing, Park, Geometric robot dynamic identification: a convex programming approach (2020), eq. 24 (the
     distance); MacKay, Bayesian interpolation (1992), section 3 (the weight, by Laplace's method).
     """
-    for name, value in (("weight of the table", weight), ("spread of friction", spread)):
-        if value is not None and not (np.isfinite(value) and value > 0.0):
-            raise OptionError(name, value, "a number above 0")
-    columns = information.columns
-    prior = body_prior(np.asarray(table, dtype=np.float64), columns.bodies, columns.rotor_indices, spread)
+    if weight is not None and not (np.isfinite(weight) and weight > 0.0):
+        raise OptionError("weight of the table", weight, "a number above 0")
+    prior = body_prior(information.columns, np.asarray(table, dtype=np.float64))
     if constraints is not None:
         prior = constrained_prior(prior, constraints)
     problem = _Problem(information, prior, constraints)
@@ -206,7 +201,8 @@ class _Problem:
             fits.append(found)
             return -self.evidence(found)
 
-        found = minimize_scalar(unlikely, bounds=np.log(WEIGHTS), method="bounded", options={"xatol": _WEIGHT_STEP})
+        bounds = (float(np.log(WEIGHTS[0])), float(np.log(WEIGHTS[1])))
+        found = minimize_scalar(unlikely, bounds=bounds, method="bounded", options={"xatol": _WEIGHT_STEP})
         return min(fits, key=lambda fit: abs(np.log(fit.weight) - found.x))
 
     def evidence(self, fit: _Fit) -> float:
@@ -225,10 +221,10 @@ class _Problem:
 
     def price(self, parameters: Array) -> Price:
         """Against the least squares of the log."""
-        off = self.information.base.of(parameters) - self.information.values
-        squares = np.einsum("b,jbc,c->j", off, self.information.joint_precision, off)
-        mean = squares / np.maximum(self.information.equations, 1) * self.information.noise**2
-        return Price(float(off @ self.information.precision @ off), np.sqrt(np.maximum(mean, 0.0)))
+        off, normal = self.information.base.of(parameters) - self.information.values, self.information.normal
+        squares = np.einsum("b,jbc,c->j", off, normal.matrices, off)
+        mean = np.maximum(squares, 0.0) / np.maximum(normal.equations, 1)
+        return Price(float(off @ self.information.precision @ off), np.sqrt(mean))
 
     def _reduced(self, array: Array) -> Array:
         if self._free is None:

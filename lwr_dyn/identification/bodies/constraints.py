@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import null_space
 
 from lwr_dyn.arrays import Array, freeze_arrays, number_of
@@ -117,7 +118,7 @@ def constrained_prior(prior: BodyPrior, constraints: Constraints) -> BodyPrior:
     raise ConstraintError([constraints.names[k] for k in needed])
 
 
-def _nearest(prior: BodyPrior, constraints: Constraints, rows: Array) -> Array | None:
+def _nearest(prior: BodyPrior, constraints: Constraints, rows: NDArray[np.intp]) -> Array | None:
     """The parameters (p,) nearest to the table that obey some constraints, or None if there are none."""
     units = prior.units
     A, c = constraints.matrix[rows] * units, constraints.values[rows]
@@ -160,7 +161,7 @@ def _of_multipliers(prior: BodyPrior, A: Array, units: Array, multipliers: Array
     if np.linalg.eigvalsh(inverse).min() <= 0.0 or (rotors <= 0.0).any():
         return None
     out = table + prior.spread**2 * slope
-    out[: prior.bodies] = inertial_parameters(np.linalg.inv(inverse)).ravel()
+    out[: prior.bodies] = inertial_parameters(np.asarray(np.linalg.inv(inverse), dtype=np.float64)).ravel()
     out[prior.rotors] = 1.0 / rotors
     return np.asarray(out)
 

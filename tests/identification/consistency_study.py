@@ -1,0 +1,73 @@
+"""Consistent against plain least squares over random plants: what each misses on motions that no log has."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+import lwr_dyn
+from lwr_dyn.arrays import Array
+from lwr_dyn.identification.bodies.consistent import ConsistentFit, consistent_fit
+from lwr_dyn.identification.regression.information import information_of
+from lwr_dyn.identification.regression.torque_columns import TorqueColumns
+from tests.identification.plants import Motion, perturbed_plant, random_motion, simulated_samples
+
+LEVELS = (0.1, 0.2, 0.3)
+"""How far plants are from their table, in turn."""
+FRESH, FRESH_SECONDS, FRESH_RATE = 6, 10.0, 20.0
+SLOWEST = 0.05
+"""[rad/s], in the log only"""
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """One plant: fresh torque errors of both fits [N m], and whether every link can be a body."""
+
+    plain: float
+    consistent: float
+    physical: bool
+    fit: ConsistentFit
+
+    @property
+    def gain(self) -> float:
+        return self.plain / self.consistent
+
+
+def cases(seconds: float, noise: float, seeds: range, series: float | None = None) -> list[Case]:
+    """Random logs of the LWR 4+ (exact states, noisy torques at 100 Hz), a plant a seed.
+
+    A log is a whole series of five harmonics, or `seconds` cut out of one of `series` seconds.
+    """
+    arm = lwr_dyn.load("lwr4plus", "physical")
+    columns = TorqueColumns(arm.chain)
+    base, table = columns.base(), columns.own(arm)
+    rng = np.random.default_rng(7)
+    fresh = [random_motion(arm, FRESH_SECONDS, rng, FRESH_RATE) for _ in range(FRESH)]
+    W = np.concatenate([columns(m.q, m.dq, m.ddq)[:, :, base.kept].reshape(-1, base.count) for m in fresh])
+    found = []
+    for seed in seeds:
+        rng = np.random.default_rng([seed, round(10 * seconds)])
+        plant = perturbed_plant(columns, arm, rng, LEVELS[seed % len(LEVELS)])
+        motion = random_motion(arm, series or seconds, rng)
+        if series is not None:
+            motion = _cut(motion, seconds, rng)
+        information = information_of(simulated_samples(plant, motion, noise, rng, SLOWEST), columns)
+        fit = consistent_fit(information, table)
+        misses = [W @ (values - plant.base) for values in (information.values, base.of(fit.parameters))]
+        errors = [float(np.sqrt(np.mean(np.square(miss)))) for miss in misses]
+        found.append(Case(errors[0], errors[1], bool(fit.physical.all()), fit))
+    return found
+
+
+def _cut(motion: Motion, seconds: float, rng: np.random.Generator) -> Motion:
+    rows = round(seconds / (motion.t[1] - motion.t[0])) + 1
+    first = int(rng.integers(0, len(motion.t) - rows + 1))
+    part = slice(first, first + rows)
+    return Motion(motion.t[part] - motion.t[first], motion.q[part], motion.dq[part], motion.ddq[part])
+
+
+def summary(found: list[Case]) -> tuple[float, float, Array]:
+    """Median gain, share of plants in which the consistent fit is worse, weights."""
+    gains = np.array([case.gain for case in found])
+    return float(np.median(gains)), float(np.mean(gains < 1.0)), np.array([case.fit.weight for case in found])

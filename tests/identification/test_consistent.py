@@ -1,0 +1,189 @@
+"""The consistent fit: the optimum that a cone solver finds, bodies only, nearer to the truth than least squares."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy import stats
+from scipy.integrate import quad
+
+import lwr_dyn
+from lwr_dyn.errors import OptionError, ShapeError
+from lwr_dyn.identification.bodies.body_prior import body_prior
+from lwr_dyn.identification.bodies.consistent import consistent_fit
+from lwr_dyn.identification.bodies.pseudo_inertia import are_bodies, pseudo_inertias
+from lwr_dyn.identification.regression.information import information_of
+from lwr_dyn.identification.regression.torque_columns import TorqueColumns
+from tests.identification.consistency_study import cases, summary
+from tests.identification.plants import perturbed_plant, random_motion, simulated_samples
+
+
+@pytest.fixture(scope="module")
+def columns(lwr):
+    return TorqueColumns(lwr.chain)
+
+
+@pytest.fixture(scope="module")
+def lwr():
+    return lwr_dyn.load("lwr4plus", "physical")
+
+
+def informed(lwr, columns, seconds=5.0, noise=0.1, seed=0):
+    rng = np.random.default_rng(seed)
+    plant = perturbed_plant(columns, lwr, rng)
+    return plant, information_of(simulated_samples(plant, random_motion(lwr, seconds, rng), noise, rng, 0.05), columns)
+
+
+@pytest.fixture(scope="module")
+def known(lwr, columns):
+    return informed(lwr, columns)
+
+
+def test_derivatives_of_the_distance_are_those_of_differences(lwr, columns):
+    prior = body_prior(columns, columns.own(lwr))
+    at = perturbed_plant(columns, lwr, np.random.default_rng(2)).parameters
+    slope, curvature = prior.derivatives(at, 7.0)
+    assert np.abs(prior.derivatives(prior.table, 7.0)[0]).max() < 1e-9
+    assert prior.distance(prior.table, 7.0) == pytest.approx(0.0, abs=1e-10)
+    for k in range(columns.count):
+        step = np.zeros(columns.count)
+        step[k] = 1e-5 * prior.units[k]
+        ahead, behind = (prior.derivatives(at + s, 7.0)[0] for s in (step, -step))
+        rise = prior.distance(at + step, 7.0) - prior.distance(at - step, 7.0)
+        assert rise / (2 * step[k]) == pytest.approx(slope[k], rel=1e-5, abs=1e-5 / prior.units[k])
+        column = (ahead - behind) / (2 * step[k])
+        assert np.abs((column - curvature[:, k]) * prior.units * prior.units[k]).max() < 1e-5
+    outside = at.copy()
+    outside[0] = -1.0
+    assert prior.distance(outside, 7.0) == np.inf
+
+
+def test_the_optimum_is_that_of_a_cone_solver(known, lwr, columns):
+    """Clarabel by cvxpy, which knows nothing of Newton's method here."""
+    cp = pytest.importorskip("cvxpy")
+    _, information = known
+    table, weight, links = columns.own(lwr), 25.0, columns.n
+    found = consistent_fit(information, table, weight=weight)
+    prior = body_prior(columns, table)
+    roots = np.linalg.cholesky(pseudo_inertias(prior.table[: columns.bodies].reshape(-1, 10)))
+    x = cp.Variable(columns.count)  # in units of the prior
+    pi = cp.multiply(prior.units, x)
+    cost = 0.5 * cp.sum_squares(information.factor @ (information.base.grouping @ pi - information.values))
+    rotors = cp.multiply(1.0 / table[prior.rotors], pi[prior.rotors])
+    cost += weight * cp.sum(rotors - cp.log(rotors))
+    cost += 0.5 * cp.sum_squares(cp.multiply(1.0 / prior.spread[prior.friction], (pi - table)[prior.friction]))
+    units = pseudo_inertias(np.eye(10))
+    for i in range(links):
+        inverse = np.linalg.inv(roots[i])
+        scaled = sum(pi[10 * i + k] * (inverse @ units[k] @ inverse.T) for k in range(10))
+        cost += weight * (cp.trace(scaled) - cp.log_det(scaled))
+    cp.Problem(cp.Minimize(cost)).solve(solver=cp.CLARABEL)
+    gap = np.abs(pi.value - found.parameters) / np.maximum(found.sigma, 1e-12)
+    assert gap.max() < 1e-3
+    torque = lambda a, b: np.sqrt(np.mean(np.square((a - b) @ information.factor.T)))  # noqa: E731
+    of = information.base.of
+    assert torque(of(pi.value), of(found.parameters)) < 1e-4
+    assert torque(information.values, of(found.parameters)) > 0.1
+
+
+def test_constraints_hold_and_the_price_is_what_is_said(known, lwr, columns):
+    _, information = known
+    fit = consistent_fit(information, columns.own(lwr))
+    base = information.base.of(fit.parameters)
+    assert fit.physical.all()
+    assert fit.price.chi2 == pytest.approx(information.chi2_of(base) - information.chi2, rel=1e-6)
+    squares = information.residual_rms(base) ** 2 - information.residual_rms(information.values) ** 2
+    # the residuals of least squares are not quite orthogonal joint by joint, only in the weighted sum
+    weights = information.equations / information.noise**2
+    assert weights @ fit.price.rms**2 == pytest.approx(weights @ squares, rel=1e-4)
+    assert fit.chosen
+    assert fit.trust == pytest.approx(fit.weight**-0.5)
+
+
+def test_sigma_covers_the_truth(lwr, columns):
+    """Plants drawn as the prior believes, 20 % off their table: the errors are as wide as the covariance says."""
+    gaps = []
+    for seed in range(6):
+        plant, information = informed(lwr, columns, 2.0, 0.3, seed)
+        fit = consistent_fit(information, columns.own(lwr), weight=25.0)
+        gaps.append((fit.parameters - plant.parameters) / fit.sigma)
+    spread = float(np.sqrt(np.mean(np.square(gaps))))
+    assert 0.85 < spread < 1.15
+    assert np.mean(np.abs(gaps) < 3.0) > 0.985
+
+
+def test_the_normaliser_of_a_rotor_is_the_integral(lwr, columns):
+    prior = replace(
+        body_prior(columns, columns.own(lwr)), bodies=0, rotors=np.array([0]), unknown_rotors=np.array([False])
+    )
+    ratios = []
+    for weight in (0.5, 20.0):
+        log_integral = np.log(quad(lambda x, w=weight: np.exp(-w * (x - np.log(x) - 1.0)), 0.0, np.inf)[0])
+        ratios.append(prior.log_normaliser(weight) - log_integral)
+    assert ratios[0] == pytest.approx(ratios[1], abs=1e-9)
+
+
+def test_the_normaliser_of_a_body_is_wishart(lwr, columns):
+    """The mean of a density whose normaliser is right integrates to 1: importance sampling from a wider Wishart."""
+    prior = replace(
+        body_prior(columns, columns.own(lwr)),
+        bodies=10,
+        rotors=np.array([], dtype=int),
+        unknown_rotors=np.array([], dtype=bool),
+    )
+    wide, ratios = stats.wishart(6, np.eye(4) / 2), []
+    P = wide.rvs(20_000, random_state=np.random.default_rng(0))
+    traces, logs = np.trace(P, axis1=1, axis2=2), np.linalg.slogdet(P)[1]
+    for weight in (1.0, 3.0):
+        integral = np.mean(np.exp(-weight * (traces - logs - 4.0) - wide.logpdf(np.moveaxis(P, 0, -1))))
+        ratios.append(prior.log_normaliser(weight) - np.log(integral))
+    assert ratios[0] == pytest.approx(ratios[1], abs=0.05)
+
+
+def test_the_weight_follows_how_far_plants_are_from_their_table(lwr, columns):
+    weights = []
+    for level in (0.05, 0.3):
+        rng = np.random.default_rng(5)
+        plant = perturbed_plant(columns, lwr, rng, level)
+        samples = simulated_samples(plant, random_motion(lwr, 5.0, rng), 0.05, rng, 0.05)
+        weights.append(consistent_fit(information_of(samples, columns), columns.own(lwr)).weight)
+    assert 0.5 < weights[0] * 0.05**2 < 2.0
+    assert 0.5 < weights[1] * 0.3**2 < 2.0
+
+
+def test_a_table_without_bodies_is_thickened_and_said(known, lwr, columns):
+    _, information = known
+    table = columns.own(lwr)
+    table[60:70] = 0.0
+    table[30:40] = np.nan
+    table[29] = -0.5
+    table[columns.rotor_indices[2]] = 0.0
+    fit = consistent_fit(information, table)
+    assert fit.lifted == (3, 4, 7)
+    assert fit.physical.all()
+    assert (fit.parameters[columns.rotor_indices] > 0.0).all()
+    assert are_bodies(fit.parameters[: columns.bodies].reshape(-1, 10)).all()
+
+
+def test_short_logs_gain_and_every_link_is_a_body():
+    """A share of the study in `scripts/soak.py`: 9 of its 60 plants."""
+    found = cases(5.0, 0.5, range(9), series=10.0)
+    median, worse, _ = summary(found)
+    assert median > 2.0
+    assert worse <= 0.1
+    assert all(case.physical for case in found)
+
+
+@pytest.mark.parametrize("weight", [0.0, -1.0, np.nan, np.inf])
+def test_a_weight_that_is_none(known, lwr, columns, weight):
+    with pytest.raises(OptionError, match=r"weight of the table: .*; allowed: a number above 0"):
+        consistent_fit(known[1], columns.own(lwr), weight=weight)
+
+
+def test_a_table_of_another_arm(known, lwr, columns):
+    with pytest.raises(ShapeError, match="table: an array \\(70,\\); allowed: 98 numbers, one a column"):
+        consistent_fit(known[1], columns.own(lwr)[:70])
+    broken = columns.own(lwr)
+    broken[-1] = np.inf
+    with pytest.raises(ShapeError, match="table: values that are not finite"):
+        consistent_fit(known[1], broken)

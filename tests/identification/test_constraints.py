@@ -1,0 +1,124 @@
+"""Constraints on the consistent fit: they hold exactly, the table moves least, contradictions are named."""
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+
+import lwr_dyn
+from lwr_dyn.errors import LwrDynError, OptionError, UnknownNameError
+from lwr_dyn.identification.bodies.body_prior import body_prior
+from lwr_dyn.identification.bodies.consistent import consistent_fit
+from lwr_dyn.identification.bodies.constraints import ConstraintError, constrained_prior, constraints_of
+from lwr_dyn.identification.regression.information import information_of
+from lwr_dyn.identification.regression.torque_columns import TorqueColumns
+from tests.identification.plants import perturbed_plant, random_motion, simulated_samples
+
+
+@pytest.fixture(scope="module")
+def lwr():
+    return lwr_dyn.load("lwr4plus", "physical")
+
+
+@pytest.fixture(scope="module")
+def columns(lwr):
+    return TorqueColumns(lwr.chain)
+
+
+@pytest.fixture(scope="module")
+def prior(lwr, columns):
+    return body_prior(columns, columns.own(lwr))
+
+
+@pytest.fixture(scope="module")
+def known(lwr, columns):
+    rng = np.random.default_rng(4)
+    plant = perturbed_plant(columns, lwr, rng)
+    return plant, information_of(simulated_samples(plant, random_motion(lwr, 5.0, rng), 0.1, rng, 0.05), columns)
+
+
+TRUE_ONES = (
+    ["total mass = 16"],
+    ["m_4 = 2.5", "mx_4 - 0.01 m_4 = 0", "armature_3 = 0.2"],
+    ["m_2 = 2", "mz_2 = 0.2", "Ixx_2 = 0.021"],  # z^2 m is 0.02: a thin body
+    ["m_2 = 2", "m_2 = 2", "coulomb_1 = 10"],
+)
+
+
+@pytest.mark.parametrize("texts", TRUE_ONES)
+def test_they_hold_and_every_link_is_a_body(known, lwr, columns, texts):
+    constraints = constraints_of(texts, columns.names)
+    fit = consistent_fit(known[1], columns.own(lwr), constraints=constraints)
+    assert np.abs(constraints.matrix @ fit.parameters - constraints.values).max() < 1e-9
+    assert fit.physical.all()
+    assert fit.constraints == tuple(texts)
+    along = constraints.matrix @ fit.covariance @ constraints.matrix.T
+    assert np.abs(along).max() < 1e-12
+
+
+def test_true_ones_help(known, lwr, columns):
+    """The plant's own masses make the fit of what torques do not show better, and sure of it."""
+    plant, information = known
+    texts = [f"m_{i} = {plant.parameters[10 * i - 10]:.12g}" for i in range(1, 8)]
+    fits = [
+        consistent_fit(information, columns.own(lwr), weight=25.0, constraints=c)
+        for c in (None, constraints_of(texts, columns.names))
+    ]
+    free, held = (np.square((fit.parameters - plant.parameters) / fits[0].sigma).sum() for fit in fits)
+    assert held < free - 3.0  # seven squares fewer, of 98
+    assert fits[1].sigma[0] < 1e-6 < fits[0].sigma[0]
+
+
+def test_the_table_moves_least(prior, columns):
+    """Against a general solver from the same start."""
+    constraints = constraints_of(["m_1 + m_2 = 4", "Izz_1 - 0.5 Iyy_1 = 0.01"], columns.names)
+    moved = constrained_prior(prior, constraints).table
+    nearest = prior.distance(moved, 1.0)
+    free = constraints.free(prior.units)
+    assert np.abs(free.T @ prior.derivatives(moved, 1.0)[0]).max() < 1e-6
+    found = minimize(lambda z: min(prior.distance(moved + free[:, :20] @ z, 1.0), 1e6), np.zeros(20), method="BFGS")
+    assert found.fun == pytest.approx(nearest, abs=1e-6)
+    assert nearest > 0.1
+
+
+CONTRADICTIONS = (
+    (["Izz_7 = -0.001"], ["Izz_7 = -0.001"]),
+    (["total mass = 0"], ["total mass = 0"]),
+    (
+        ["m_3 = 2", "Ixx_7 = 0.001", "Iyy_7 = 0.001", "Izz_7 = 0.003"],
+        ["Ixx_7 = 0.001", "Iyy_7 = 0.001", "Izz_7 = 0.003"],
+    ),
+    (
+        ["total mass = 10", "m_1 = 3", "m_2 = 4", "m_3 = 5", "m_4 = 2"],
+        ["total mass = 10", "m_2 = 4", "m_3 = 5", "m_4 = 2"],
+    ),
+    (["m_1 = 2", "m_5 = 1", "m_1 = 3"], ["m_1 = 2", "m_1 = 3"]),
+    (["m_2 = 2", "mz_2 = 0.2", "m_1 = 3", "Ixx_2 = 0.02"], ["m_2 = 2", "mz_2 = 0.2", "Ixx_2 = 0.02"]),
+    (["armature_2 = -0.1", "m_2 = 1"], ["armature_2 = -0.1"]),
+)
+
+
+@pytest.mark.parametrize(("texts", "named"), CONTRADICTIONS)
+def test_contradictions_are_named_and_nothing_else(prior, columns, texts, named):
+    with pytest.raises(ConstraintError, match="values that bodies of positive mass can have") as caught:
+        constrained_prior(prior, constraints_of(texts, columns.names))
+    assert list(caught.value.names) == named
+    assert isinstance(caught.value, LwrDynError)
+    assert caught.value.exit_code == 2
+    for left in named if len(named) > 1 else ():  # each is needed
+        constrained_prior(prior, constraints_of([text for text in named if text != left], columns.names))
+
+
+@pytest.mark.parametrize(
+    "text", ["m_1", "m_1 = two", "= 3", "m_1 + = 3", "0 m_1 = 3", "m_1 = 1_0", "total mass", "m_1 = nan"]
+)
+def test_texts_that_are_no_equations(columns, text):
+    with pytest.raises(OptionError, match=r"constraint: '.*'; allowed: an equation such as 'total mass = 15.8'"):
+        constraints_of([text], columns.names)
+
+
+def test_parameters_that_do_not_exist(columns):
+    with pytest.raises(UnknownNameError, match="no parameter named 'm_8'"):
+        constraints_of(["m_8 = 3"], columns.names)
+    row = constraints_of(["2e-1 * m_1 + mx_1 - Iyy_7 = -1e3"], columns.names)
+    assert row.values.tolist() == [-1000.0]
+    assert row.matrix[0, [0, 1, 67]].tolist() == [0.2, 1.0, -1.0]
