@@ -146,7 +146,7 @@ def motion_html(result: MotionIdentification) -> str:
     title = f"{share} from {result.equations} equations, condition {result.condition:.3g}"
     impossible = line("no bodies can have these values", "b") if result.bodies.impossible else ""
     rows = [(str(v.joint), v.measured, v.fitted, v.held_out, v.model) for v in result.validation]
-    words = ("RMS torque", "left, fitted time", "left, held-out time", "left by the model")
+    words = ("RMS torque", "left, seen", "left, unseen", "left by the model")
     headings: list[Heading | str] = ["joint", *(Heading(word, "N m (N)", ".3g") for word in words)]
     return line(title, "b") + impossible + table_html(Table("", headings, rows))
 

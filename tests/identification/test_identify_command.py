@@ -99,7 +99,9 @@ def test_nothing_but_bad_files_prints_no_report(lwr_dyn_command, tmp_path):
         (("friction", "x.csv", "--subtract", "all"), "--subtract: would do nothing here; allowed: with --robot"),
         (("friction", "x.csv", "--reading", "printed"), "--reading: would do nothing here; allowed: with --robot"),
         (("motion", "x.csv"), "Missing option '--robot'"),
-        (("motion", "x.csv", "--robot", "wam7", "--held-out", "2"), "held out share: 2.0"),
+        (("motion", "x.csv", "--robot", "wam7", "--folds", "1"), "folds: 1; allowed: a number of at least 2"),
+        (("motion", "x.csv", "--robot", "wam7", "--trust", "0"), "trust: 0.0; allowed: a share above 0"),
+        (("motion", "x.csv", "--robot", "wam7", "--friction", "lugre"), "'lugre' is not one of"),
     ],
 )
 def test_bad_input_gets_one_line(lwr_dyn_command, arguments, message, tmp_path, monkeypatch):
@@ -115,32 +117,52 @@ def test_motion_from_the_command_line(lwr_dyn_command, wam, fourier, tmp_path):
     code, out, _ = lwr_dyn_command("identify", "motion", tmp_path / "log.parquet", "--robot", "wam7", "--json")
     found = json.loads(out)
     assert code == 0
-    assert found["validation"][0]["held_out"] < 0.02 * found["validation"][0]["model"]
+    assert found["validation"][1]["held_out"] < 0.02 * found["validation"][1]["measured"]
+    assert found["consistent"]["physical"] == [True] * 7
+    assert found["validated_on"] == []
 
 
 def test_motion_says_what_is_identified_and_what_no_bodies_can_have(lwr_dyn_command, wam, fourier, tmp_path):
-    """With noise a third of the parameters and three moments are not to be had from 20 s."""
-    path = tmp_path / "log.parquet"
+    """With noise a third of the parameters and some moments are not to be had from 20 s; bodies near the table are."""
+    path, other = tmp_path / "log.parquet", tmp_path / "other.csv"
     write_log(path, LogSensors(0.05, 1e-5).through(fourier(wam, wam.friction), 3))
-    code, out, err = lwr_dyn_command("identify", "motion", path, "--robot", "wam7", "--json")
+    write_log(other, LogSensors(0.05, 1e-5).through(fourier(wam, wam.friction, seed=5), 4))
+    command = ("identify", "motion", path, "--robot", "wam7", "--validate", other)
+    code, out, err = lwr_dyn_command(*command, "--json")
     found = json.loads(out)
-    told = [p for p in found["parameters"] if p["identified"]]
+    known = [p for p in found["parameters"] if p["identified"]]
     assert code == 0
-    assert len(told) == found["identified"] == 44
-    assert all(abs(p["value"]) > p["three_sigma"] for p in told)
-    assert {p["state"] for p in found["parameters"]} == {"identified", "not excited"}
+    assert 38 < len(known) == found["identified"] < 60
+    assert all(abs(p["value"]) > p["three_sigma"] for p in known)
+    assert {p["state"] for p in found["parameters"]} <= {"identified", "not excited", "0 within 3 sigma"}
     assert "white noise" in found["noise_model"]
     negative = {n["parameter"]: n for n in found["bodies"]["negative_parameters"]}
     assert found["bodies"]["impossible"]
-    assert negative["Izz_7"]["links"] == [7]
-    assert err.count("lwr-dyn: warning: impossible: ") == err.count("\n") == len(negative) == 3
-    code, out, err = lwr_dyn_command("identify", "motion", path, "--robot", "wam7")
+    assert "Izz_7" in negative
+    assert err.count("lwr-dyn: warning: impossible: ") == err.count("\n") >= len(negative)
+    assert found["consistent"]["physical"] == [True] * 7
+    for one in found["validated_on"]:
+        assert one["consistent"] < 1.1 * one["held_out"] < 0.1
+    code, out, err = lwr_dyn_command(*command)
     assert (code, err) == (0, "")
-    assert out.startswith("44 of 76 base parameters identified, from 851 equations")
+    assert out.startswith(f"{len(known)} of 76 base parameters identified, from ")
     assert out.splitlines()[0].endswith("; NO BODIES CAN HAVE THESE VALUES")
-    assert "impossible: Izz_7 = -0.00055" in out
+    assert "impossible: Izz_7 = -" in out
     assert "white noise" in out
-    assert "left, held-out time" in out
+    assert "left, unseen" in out
+    assert "bodies near the table: 7 of 7 links are bodies" in out
+    assert f"validation: {other}, which no fit has seen" in out
+    assert "not identified yet: 10 s of joint" in out
+
+
+def test_a_log_to_validate_that_cannot_be_read_is_a_fault(lwr_dyn_command, wam, fourier, tmp_path):
+    write_log(tmp_path / "log.csv", fourier(wam, wam.friction))
+    code, out, err = lwr_dyn_command(
+        "identify", "motion", tmp_path / "log.csv", "--robot", "wam7", "--validate", "no.csv"
+    )
+    assert code == 2
+    assert "bodies near the table" in out
+    assert err == "lwr-dyn: no.csv: no such file or directory; allowed: a log (.csv or .parquet)\n"
 
 
 def test_a_long_log_is_read_whole(lwr_dyn_command, tmp_path, wam):

@@ -5,16 +5,16 @@ import pytest
 from scipy.optimize import minimize
 
 import lwr_dyn
-from lwr_dyn.dynamics.regressor import INERTIAL, JOINT, body_parameters, chain_parameters
+from lwr_dyn.dynamics.regressor import INERTIAL, body_parameters
 from lwr_dyn.identification.bodies.possible_bodies import (
     judge_bodies,
     mass_matrix_columns,
     never_negative,
 )
 from lwr_dyn.identification.bodies.pseudo_inertia import pseudo_inertia_weights
-from lwr_dyn.identification.motion.motion_fit import chain_base
 from lwr_dyn.identification.motion.motion_tables import body_lines
 from lwr_dyn.identification.regression.least_squares import IDENTIFIED, NO_ERROR, NOT_EXCITED, ZERO, Estimate
+from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.chain import Body
 
 BOTH = pytest.mark.parametrize("robot", ["lwr4plus", "wam7"])
@@ -24,18 +24,20 @@ def estimate_of(values, error):
     return Estimate(np.array(values), error**2 * np.eye(len(values)), np.zeros(10), 1000)
 
 
-@BOTH
-def test_never_negative_is_what_point_masses_anywhere_say(robot):
+@pytest.mark.parametrize(("robot", "form"), [("lwr4plus", "directions"), ("wam7", "symmetric")])
+def test_never_negative_is_what_point_masses_anywhere_say(robot, form):
     """Any body is a sum of point masses: a parameter is bounded if no point mass on any link makes it negative."""
     arm = lwr_dyn.load(robot)
-    base = chain_base(arm)
-    friction = [k for k, name in enumerate(base.names) if "coulomb" in name or "viscous" in name]
-    rotors = base.grouping[:, len(INERTIAL) * arm.n :: len(JOINT)]
-    for row, rotor, bounded in zip(base.grouping, rotors, never_negative(base), strict=True):
+    columns = TorqueColumns(arm.chain, form, [0.1] * arm.n if form == "symmetric" else None)
+    base = columns.base()
+    words = ("coulomb", "viscous", "offset", "stribeck")
+    friction = [k for k, name in enumerate(base.names) if name.startswith(words)]
+    rotors = base.grouping[:, columns.rotor_indices]
+    for row, rotor, bounded in zip(base.grouping, rotors, never_negative(columns), strict=True):
         links = row[: len(INERTIAL) * arm.n].reshape(arm.n, len(INERTIAL))
         least = min(least_of_a_point_mass(factors) for factors in links)
         assert bounded == (least > -1e-9 and rotor.min() >= 0.0 and not row[friction].any())
-    assert never_negative(base)[base.statements().index("Izz_7")]
+    assert never_negative(columns)[base.statements().index("Izz_7")]
 
 
 def least_of_a_point_mass(factors):
@@ -69,19 +71,20 @@ def test_factors_as_weights_of_the_pseudo_inertia():
 @BOTH
 def test_the_columns_give_the_mass_matrix_and_true_values_are_possible(robot):
     arm = lwr_dyn.load(robot)
-    base, q = chain_base(arm), np.random.default_rng(1).uniform(-2, 2, (5, arm.n))
-    values = base.of(chain_parameters(arm.chain))
-    B = mass_matrix_columns(arm, base, q) @ values
+    columns, q = TorqueColumns(arm.chain, "symmetric"), np.random.default_rng(1).uniform(-2, 2, (5, arm.n))
+    values = columns.base().of(columns.own(arm))
+    B = mass_matrix_columns(columns, q) @ values
     assert np.abs(B - lwr_dyn.dynamics_of(arm).mass_matrix(q)).max() < 1e-12 * np.abs(B).max()
-    assert not judge_bodies(arm, base, estimate_of(values, 1e-6)).impossible
+    assert not judge_bodies(arm, columns, estimate_of(values, 1e-6)).impossible
 
 
 def test_a_negative_moment_is_named_with_its_link_and_whether_noise_explains_it():
     arm = lwr_dyn.load("lwr4plus")
-    base = chain_base(arm)
-    values = base.of(chain_parameters(arm.chain))
+    columns = TorqueColumns(arm.chain, "directions")
+    base = columns.base()
+    values = base.of(columns.own(arm))
     values[base.statements().index("Izz_7")] = -0.00088
-    unsure, sure = (judge_bodies(arm, base, estimate_of(values, error)) for error in (0.001, 0.0001))
+    unsure, sure = (judge_bodies(arm, columns, estimate_of(values, error)) for error in (0.001, 0.0001))
     for verdict in (unsure, sure):
         assert verdict.impossible
         assert [(n.parameter, n.links, n.value) for n in verdict.negative] == [("Izz_7", (7,), -0.00088)]
@@ -97,20 +100,21 @@ def test_a_negative_moment_is_named_with_its_link_and_whether_noise_explains_it(
 def test_a_mass_matrix_that_is_not_positive_definite_is_named_with_its_configuration():
     """A product of inertia above all moments."""
     arm = lwr_dyn.load("lwr4plus")
-    base = chain_base(arm)
-    values = base.of(chain_parameters(arm.chain))
+    columns = TorqueColumns(arm.chain, "directions")
+    base = columns.base()
+    values = base.of(columns.own(arm))
     values[base.statements().index("Ixy_4")] = 1.5
-    verdict = judge_bodies(arm, base, estimate_of(values, 1e-4))
+    verdict = judge_bodies(arm, columns, estimate_of(values, 1e-4))
     found = verdict.mass_matrix
     assert verdict.negative == ()
     assert found is not None
-    B = mass_matrix_columns(arm, base, found.q[None])[0] @ values
+    B = mass_matrix_columns(columns, found.q[None])[0] @ values
     lowest, motion = np.linalg.eigh(B)
     assert found.lowest == pytest.approx(lowest[0])
     assert found.lowest < 0 < found.share <= 1
     assert found.joint == np.argmax(np.abs(motion[:, 0])) + 1
     assert not found.noise_can_explain
-    assert judge_bodies(arm, base, estimate_of(values, 10.0)).mass_matrix.noise_can_explain
+    assert judge_bodies(arm, columns, estimate_of(values, 10.0)).mass_matrix.noise_can_explain
     assert "B(q) is not positive definite at" in body_lines(verdict)[0]
 
 

@@ -10,17 +10,17 @@ definite at every q. That both hold does not prove that such bodies exist: for t
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
 from lwr_dyn.arrays import Array, read_only
-from lwr_dyn.dynamics.regressor import INERTIAL, JOINT, Regressor
+from lwr_dyn.dynamics.regressor import INERTIAL
 from lwr_dyn.identification.bodies.pseudo_inertia import pseudo_inertia_weights
-from lwr_dyn.identification.regression.base_parameters import BaseParameters
 from lwr_dyn.identification.regression.least_squares import SIGMAS, Estimate
+from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind
 
@@ -79,65 +79,70 @@ class BodyVerdict:
         return bool(self.negative) or self.mass_matrix is not None
 
 
-def judge_bodies(arm: Arm, base: BaseParameters, estimate: Estimate) -> BodyVerdict:
-    """Both tests on the estimate of the base parameters of an arm's geometry.
+def judge_bodies(arm: Arm, columns: TorqueColumns, estimate: Estimate) -> BodyVerdict:
+    """Both tests on the estimate of the base parameters of an arm's torque columns.
+
+    A parameter with an infinite error is not looked at, and no mass matrix is made with it.
 
     References
     ----------
     Wensing, Kim, Slotine, Linear matrix inequalities for physically consistent inertial parameter identification
     (2018), for the pseudo-inertia; Scheffe, The Analysis of Variance (1959), section 3.5.
     """
+    base, known = columns.base(), np.isfinite(estimate.standard_errors)
     names, values, half_widths = base.statements(), estimate.values, estimate.half_widths
     negative = tuple(
-        NegativeParameter(names[i], _links(base.grouping[i]), float(values[i]), float(half_widths[i]))
-        for i in np.flatnonzero(never_negative(base) & (values < 0.0))
+        NegativeParameter(names[i], _links(columns, base.grouping[i]), float(values[i]), float(half_widths[i]))
+        for i in np.flatnonzero(never_negative(columns) & (values < 0.0) & known)
     )
-    return BodyVerdict(negative, _indefinite(arm, base, estimate))
+    return BodyVerdict(negative, _indefinite(arm, columns, estimate) if known.all() else None)
 
 
-def never_negative(base: BaseParameters) -> NDArray[np.bool_]:
+def never_negative(columns: TorqueColumns) -> NDArray[np.bool_]:
     """Which base parameters (b,) no bodies and rotors can have below 0."""
-    joints = len(base.names) // (len(INERTIAL) + len(JOINT))
-    inertial = base.grouping[:, : len(INERTIAL) * joints].reshape(base.count, joints, len(INERTIAL))
-    others = base.grouping[:, len(INERTIAL) * joints :].reshape(base.count, joints, len(JOINT))
-    size = np.abs(base.grouping).max(axis=1)
+    grouping = columns.base().grouping
+    inertial = grouping[:, : columns.bodies].reshape(len(grouping), columns.n, len(INERTIAL))
+    rotors = grouping[:, columns.rotor_indices]
+    friction = np.setdiff1d(np.arange(columns.bodies, columns.count), columns.rotor_indices)
+    size = np.abs(grouping).max(axis=1)
     bodies = np.linalg.eigvalsh(pseudo_inertia_weights(inertial)).min(axis=(1, 2))
-    no_friction = (np.abs(others[..., 1:]).max(axis=(1, 2)) < _ROUNDING * size) & (size > 0.0)
-    positive: NDArray[np.bool_] = no_friction & (np.minimum(bodies, others[..., 0].min(axis=1)) > -_ROUNDING * size)
+    no_friction = (np.abs(grouping[:, friction]).max(axis=1, initial=0.0) < _ROUNDING * size) & (size > 0.0)
+    positive: NDArray[np.bool_] = no_friction & (np.minimum(bodies, rotors.min(axis=1)) > -_ROUNDING * size)
     return positive
 
 
-def _links(row: Array) -> tuple[int, ...]:
-    joints = len(row) // (len(INERTIAL) + len(JOINT))
-    parts = np.abs(row[: len(INERTIAL) * joints]).reshape(joints, len(INERTIAL)).max(axis=1)
-    rotors = np.abs(row[len(INERTIAL) * joints :: len(JOINT)])
+def _links(columns: TorqueColumns, row: Array) -> tuple[int, ...]:
+    parts = np.abs(row[: columns.bodies]).reshape(columns.n, len(INERTIAL)).max(axis=1)
+    rotors = np.abs(row[columns.rotor_indices])
     return tuple(int(i) + 1 for i in np.flatnonzero(np.maximum(parts, rotors) > 0.0))
 
 
-def _indefinite(arm: Arm, base: BaseParameters, estimate: Estimate) -> IndefiniteMassMatrix | None:
+def _indefinite(arm: Arm, columns: TorqueColumns, estimate: Estimate) -> IndefiniteMassMatrix | None:
     q = _configurations(arm)
-    columns = mass_matrix_columns(arm, base, q)
-    values, vectors = np.linalg.eigh(columns @ estimate.values)
+    per_unit = mass_matrix_columns(columns, q)
+    values, vectors = np.linalg.eigh(per_unit @ estimate.values)
     lowest, motion = values[:, 0], vectors[:, :, 0]
     bad = lowest < 0.0
     if not bad.any():
         return None
     # lowest = motion^T B motion is a sum of base parameters, chosen among all sums: hence Scheffe's factor
-    sums = np.einsum("ki,kijb,kj->kb", motion, columns, motion)
+    sums = np.einsum("ki,kijb,kj->kb", motion, per_unit, motion)
     spread = np.sqrt(np.einsum("kb,bc,kc->k", sums, estimate.covariance, sums))
     worst = int(np.argmin(lowest))
-    beyond = lowest + _scheffe_factor(base.count, estimate.dof) * spread < 0.0
+    beyond = lowest + _scheffe_factor(len(estimate.values), estimate.dof) * spread < 0.0
     joint = int(np.argmax(np.abs(motion[worst]))) + 1
     return IndefiniteMassMatrix(float(lowest[worst]), q[worst], joint, float(bad.mean()), not beyond.any())
 
 
-def mass_matrix_columns(arm: Arm, base: BaseParameters, q: Array) -> Array:
+def mass_matrix_columns(columns: TorqueColumns, q: Array) -> Array:
     """B (k, n, n) at configurations q (k, n), per unit of each base parameter: (k, n, n, b)."""
     k, n = q.shape
-    weightless = Regressor(replace(arm.chain, gravity=np.zeros(3)))
-    Y = weightless(np.repeat(q, n, axis=0), np.zeros((k * n, n)), np.tile(np.eye(n), (k, 1)))
+    at_rest, kept = np.zeros((k, n)), columns.base().kept
+    still = columns(q, at_rest, at_rest)[:, :, kept]
+    rows = np.repeat(q, n, axis=0)
+    Y = columns(rows, np.zeros((k * n, n)), np.tile(np.eye(n), (k, 1)))[:, :, kept] - np.repeat(still, n, axis=0)
     # row (k, i) is the torque of a unit acceleration of joint i: column i of B
-    return np.swapaxes(Y[:, :, base.kept].reshape(k, n, n, base.count), 1, 2)
+    return np.swapaxes(Y.reshape(k, n, n, len(kept)), 1, 2)
 
 
 def _configurations(arm: Arm) -> Array:

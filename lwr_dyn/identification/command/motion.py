@@ -1,39 +1,64 @@
-"""`lwr-dyn identify motion`: friction and inertial parameters from any motion."""
+"""`lwr-dyn identify motion`: friction, base parameters and bodies from any motion."""
+
+from typing import Any
 
 import click
 
-from lwr_dyn.cli.options import print_json
+from lwr_dyn.cli.options import OneOf, print_json
 from lwr_dyn.front import load
 from lwr_dyn.identification.command.log_options import end, log_options, readable_logs, warn
 from lwr_dyn.identification.logs.log_columns import declared_units
 from lwr_dyn.identification.motion.motion_fit import DEFAULT_MOTION, MotionRule, identify_motion
-from lwr_dyn.identification.motion.motion_tables import body_lines, motion_record, motion_text
+from lwr_dyn.identification.motion.motion_record import motion_record, validation_record
+from lwr_dyn.identification.motion.motion_tables import body_lines, motion_text, validation_table
+from lwr_dyn.identification.regression.joint_columns import FORMS
+from lwr_dyn.identification.regression.samples import DEFAULT_SAMPLES, SampleRule
 from lwr_dyn.progress import progress
+
+SLOWEST_STRIBECK = 0.01
+"""[rad/s or m/s] Samples below three Stribeck speeds are what the search needs."""
 
 
 @click.command("motion")
 @log_options
 @click.option("--robot", required=True, help="Whose geometry it is (name, .toml or .urdf).")
-@click.option("--window", type=float, default=DEFAULT_MOTION.window, show_default=True, help="Of smoothing, seconds.")
-@click.option("--held-out", type=float, default=DEFAULT_MOTION.held_out, show_default=True,
-              help="Share of every log kept for validation.")  # fmt: skip
+@click.option("--cutoff", type=float, default=DEFAULT_SAMPLES.cutoff, show_default=True,
+              help="Of the filter on positions, Hz.")  # fmt: skip
+@click.option("--slowest", type=float, help="Speed up to which a joint's torques are left out, rad/s or m/s.  "
+              f"[default: {DEFAULT_SAMPLES.slowest}, with --stribeck {SLOWEST_STRIBECK}]")  # fmt: skip
+@click.option("--friction", type=OneOf(FORMS), default=DEFAULT_MOTION.friction, show_default=True,
+              help="Coulomb and viscous friction of each direction, or the same in both with an offset.")  # fmt: skip
+@click.option("--stribeck", is_flag=True, help="Search the Stribeck speeds of joints whose torques ask for one.")
+@click.option("--trust", type=float, help="Deviation of the arm from its table that is expected, such as 0.2; "
+              "found from the logs if not given.")  # fmt: skip
+@click.option("--folds", type=int, default=DEFAULT_MOTION.folds, show_default=True,
+              help="Parts of the motion, each kept from a fit in turn.")  # fmt: skip
+@click.option("--validate", multiple=True, metavar="LOG", help="A log to predict and not to fit. Repeatable.")
 def command(
-    logs: tuple[str, ...], robot: str, reading: str | None, units: str | None, window: float, held_out: float,
-    as_json: bool,
-) -> None:  # fmt: skip
-    """Friction and inertial base parameters from any motion, by regression, validated on held-out time.
+    logs: tuple[str, ...], robot: str, reading: str | None, units: str | None, as_json: bool, **given: Any
+) -> None:
+    """Friction, inertial base parameters and bodies from any motion, validated on motions kept from the fit.
 
     Says of each parameter whether it is identified, and what no bodies can have; that is a warning, not an error (exit
-    0), with --json on the error stream too.
+    0), with --json on the error stream too. Beside them it fits bodies that are as near to the robot's table as the
+    logs allow.
     """
-    rule, arm, declared = MotionRule(window=window, held_out=held_out), load(robot, reading), declared_units(units)
+    usual = SLOWEST_STRIBECK if given["stribeck"] else DEFAULT_SAMPLES.slowest
+    samples = SampleRule(given["cutoff"], slowest=usual if given["slowest"] is None else given["slowest"])
+    rule = MotionRule(samples, given["friction"], given["stribeck"], given["folds"], given["trust"])
+    arm, declared = load(robot, reading), declared_units(units)
     with progress("reading and fitting the logs"):
         usable, faults = readable_logs(logs, declared, arm)
+        unseen, more = readable_logs(given["validate"], declared, arm)
         result = identify_motion(usable, arm, rule) if usable else None
     if result is not None:
+        checked = result.validated_on(unseen) if unseen else ()
         if as_json:
-            print_json(motion_record(result, robot))
+            print_json(motion_record(result, robot) | {"validated_on": validation_record(checked)})
             warn(body_lines(result.bodies))
         else:
             click.echo(motion_text(result))
-    end(faults)
+            if checked:
+                files = ", ".join(log.source for log in unseen)
+                click.echo(f"\n{validation_table(checked, f'{files}, which no fit has seen').text()}")
+    end([*faults, *more])

@@ -1,125 +1,169 @@
-"""Identification from any motion: least squares on the Newton-Euler regressor plus friction, judged on held-out time.
+"""Identification from any motion: base parameters by least squares, bodies near the table, judged on other motions.
 
-Beyond the paper, which needs constant velocities. The parameters are base parameters: other sets give the same torques.
+Beyond the paper, which needs constant velocities. Base parameters are combinations: other sets give the same torques.
 """
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import isfinite
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.ndimage import maximum_filter1d, minimum_filter1d
-from scipy.signal import savgol_filter
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.dynamics.regressor import JOINT, Regressor, chain_parameters
 from lwr_dyn.errors import OptionError
+from lwr_dyn.identification.bodies.body_prior import body_prior
+from lwr_dyn.identification.bodies.consistent import ConsistentFit, consistent_fit
 from lwr_dyn.identification.bodies.possible_bodies import BodyVerdict, judge_bodies
-from lwr_dyn.identification.friction.torque_model import DEGREE, local_derivatives
 from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.logs.log_columns import LogError
-from lwr_dyn.identification.logs.recordings import recordings
-from lwr_dyn.identification.regression.base_parameters import ROUNDING, BaseParameters, base_parameters
-from lwr_dyn.identification.regression.least_squares import IDENTIFIED, Estimate, has_full_rank, weighted
+from lwr_dyn.identification.motion.missing_motions import MissingMotion, missing_motions
+from lwr_dyn.identification.motion.parameter_states import (
+    CorrelatedGroup,
+    cell_origins,
+    correlated_groups,
+    half_widths,
+    parameter_states,
+)
+from lwr_dyn.identification.motion.residuals import Whiteness, residuals_of, whiteness_of
+from lwr_dyn.identification.motion.validation import Folds, Validation, cross_validation, validated_on
+from lwr_dyn.identification.regression.base_parameters import ROUNDING, BaseParameters
+from lwr_dyn.identification.regression.information import Information
+from lwr_dyn.identification.regression.joint_columns import FrictionForm
+from lwr_dyn.identification.regression.least_squares import IDENTIFIED, Estimate
+from lwr_dyn.identification.regression.samples import DEFAULT_SAMPLES, SampleRule, Samples, samples_of
+from lwr_dyn.identification.regression.stribeck import StribeckSearch, stribeck_search
+from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.shown import repr_html, short_repr
 
-MOST_ROWS = 20_000
-"""Instants used at most: more are thinned out evenly."""
-PROBES = 300
-"""Random states whose regressor determines the base parameters of a chain."""
 
-
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class MotionRule:
-    """How instants are taken from logs.
+    """How parameters are taken from logs.
 
     Parameters
     ----------
-    window : float
-        Span of the local cubics that give velocities and accelerations and smooth the torques [s]; one instant is
-        used for each, so their noise is not shared.
-    slowest : float
-        Speed below which a joint's equation is left out: dry friction is not determined there [rad/s or m/s].
-    held_out : float
-        Share of every recording, at its end, that is kept for validation.
+    samples : SampleRule
+        How instants are taken.
+    friction : {"directions", "symmetric"}
+        Coulomb and viscous friction of each direction, or the same in both with an offset.
+    stribeck : bool
+        Whether Stribeck speeds are searched, on all motions; take samples at low speeds then.
+    folds : int
+        Parts into which the motions are dealt; each is kept from a fit in turn.
+    trust : float, optional
+        Relative deviation of the arm from its table that is expected, such as 0.2; that of most evidence if not given.
 
     Raises
     ------
     OptionError
-        A window or speed that is not above 0, a share not between 0 and 1.
+        A trust that is not above 0; fewer than two folds.
     """
 
-    window: float = 0.1
-    slowest: float = 0.02
-    held_out: float = 0.25
+    samples: SampleRule = DEFAULT_SAMPLES
+    friction: FrictionForm = "directions"
+    stribeck: bool = False
+    folds: int = 5
+    trust: float | None = None
 
     def __post_init__(self) -> None:
-        for name in ("window", "slowest"):
-            if not (isfinite(getattr(self, name)) and getattr(self, name) > 0.0):
-                raise OptionError(f"motion {name}", getattr(self, name), "a number above 0")
-        if not 0.0 < self.held_out < 1.0:
-            raise OptionError("held out share", self.held_out, "a number between 0 and 1")
+        if self.folds < 2:
+            raise OptionError("folds", self.folds, "a number of at least 2")
+        if self.trust is not None and not (isfinite(self.trust) and self.trust > 0.0):
+            raise OptionError("trust", self.trust, "a share above 0, such as 0.2")
+
+    @property
+    def weight(self) -> float | None:
+        """Of the table in the consistent fit."""
+        return None if self.trust is None else self.trust**-2
 
 
 DEFAULT_MOTION = MotionRule()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Instants:
-    """Smoothed instants of logs: q, dq, ddq, tau (k, n), which equations are used (k, n), which are held out (k,)."""
-
-    q: Array
-    dq: Array
-    ddq: Array
-    tau: Array
-    counts: NDArray[np.bool_]
-    held: NDArray[np.bool_]
-
-
-@dataclass(frozen=True, slots=True)
-class Validation:
-    """RMS torques of one joint [N m or N]: measured, and what is left by the fit and by the arm's own model.
-
-    `fitted` is on the time the fit saw, the others on the held-out time; `model` has the arm's inertias, no friction.
-    """
-
-    joint: int
-    measured: float
-    fitted: float
-    held_out: float
-    model: float
-
-
-@dataclass(frozen=True, slots=True, eq=False)
 class MotionIdentification:
-    """Base parameters with their estimate, and how well they predict torques that they were not fitted to.
+    """Base parameters with their errors, bodies that have them, and how well both predict torques they did not see."""
 
-    `condition` is that of the scaled regressor: above a few hundred the motion excites some parameters poorly.
-    """
-
-    base: BaseParameters
-    estimate: Estimate
+    arm: Arm
+    rule: MotionRule
+    samples: Samples = field(repr=False)
+    information: Information
+    """What the logs say of the base parameters."""
+    consistent: ConsistentFit | None
+    """Bodies, rotors and friction near the arm's table; None for an arm without masses."""
     of_the_model: Array
-    """Values from the arm's own inertias for the base parameters (b,), friction 0."""
-    condition: float
+    """Values from the arm's own inertias and friction for the base parameters (b,)."""
     validation: tuple[Validation, ...]
-    equations: int
+    """One a joint, over motions kept from the fit in turn."""
+    whiteness: tuple[Whiteness, ...]
+    """Of the residuals of every joint that moved."""
+    groups: tuple[CorrelatedGroup, ...]
     bodies: BodyVerdict
-    """Whether no bodies can have the values."""
+    """Whether no bodies can have the values of least squares."""
+    stribeck: StribeckSearch | None = None
+    """The search for Stribeck speeds, where one was asked for."""
     __repr__ = short_repr
     _repr_html_ = repr_html
 
     @property
+    def columns(self) -> TorqueColumns:
+        """Of the torques."""
+        return self.information.columns
+
+    @property
+    def base(self) -> BaseParameters:
+        """Which combinations are determined."""
+        return self.information.base
+
+    @property
+    def half_widths(self) -> Array:
+        """Of the 3-sigma intervals of the base parameters (b,)."""
+        return half_widths(self.information)
+
+    @property
     def states(self) -> tuple[str, ...]:
-        """Of each base parameter: identified, or why not (`Estimate.states`)."""
-        return self.estimate.states(self.of_the_model)
+        """Of each base parameter: identified, or why not (`parameter_states.MEANING`)."""
+        return parameter_states(self.information, self.of_the_model)
 
     @property
     def identified(self) -> int:
         """How many base parameters are identified."""
         return self.states.count(IDENTIFIED)
+
+    @property
+    def condition(self) -> float:
+        """Of the columns scaled to length 1; above a few hundred the motion excites some parameters poorly."""
+        return self.information.condition
+
+    @property
+    def equations(self) -> int:
+        """How many were used."""
+        return int(self.information.equations.sum())
+
+    @property
+    def origins(self) -> tuple[str, ...]:
+        """Of each parameter of the consistent fit (p,): whether the log or the table says more of it."""
+        if self.consistent is None:
+            return ()
+        own = self.columns.own(self.arm)
+        prior = body_prior(self.columns, own)
+        return cell_origins(self.consistent.sigma, np.sqrt(np.diag(prior.covariance(self.consistent.weight))))
+
+    def missing_motions(self) -> tuple[MissingMotion, ...]:
+        """Swings that would identify what this motion does not."""
+        wanted = [i for i, state in enumerate(self.states) if state != IDENTIFIED]
+        return missing_motions(self.information, self.arm, wanted)
+
+    def residuals(self) -> Array:
+        """Measured torques less those of the fit, (k, n) [N m or N], NaN where not used."""
+        return residuals_of(self.samples, self.columns, self.information.values)
+
+    def validated_on(self, logs: Iterable[JointLog]) -> tuple[Validation, ...]:
+        """The same figures on logs that the fit has not seen; raises `LogError` as `identify_motion`."""
+        parameters = None if self.consistent is None else self.consistent.parameters
+        samples = samples_of(logs, self.rule.samples)
+        return validated_on(samples, self.columns, self.information.values, self.columns.own(self.arm), parameters)
 
 
 def identify_motion(logs: Iterable[JointLog], arm: Arm, rule: MotionRule = DEFAULT_MOTION) -> MotionIdentification:
@@ -130,7 +174,7 @@ def identify_motion(logs: Iterable[JointLog], arm: Arm, rule: MotionRule = DEFAU
     logs : iterable of JointLog
         Evenly sampled.
     arm : Arm
-        Gives the geometry; its masses only serve for comparison.
+        Gives the geometry; its masses are what the consistent fit stays near, where the logs do not say otherwise.
     rule : MotionRule
 
     Returns
@@ -140,85 +184,49 @@ def identify_motion(logs: Iterable[JointLog], arm: Arm, rule: MotionRule = DEFAU
     Raises
     ------
     LogError
-        Uneven or too few rows, or a motion that leaves parameters undetermined: names them.
+        Uneven or too few rows, or a motion from which nothing can be had.
+    OptionError
+        More folds than instants.
     """
-    regressor = Regressor(arm.chain)
-    base = chain_base(arm)
     several = list(logs)
-    seen = _samples(several, rule)
-    W = regressor(seen.q, seen.dq, seen.ddq)[:, :, base.kept]
-    training = seen.counts & ~seen.held[:, None]
-    _check_excited(several, W, training, base)
-    estimate = _fit(W, seen.tau, training)
-    left = seen.tau - W @ estimate.values
-    of_the_model = base.of(chain_parameters(arm.chain))
+    samples = samples_of(several, rule.samples)
+    columns = TorqueColumns(arm.chain, rule.friction)
+    search = stribeck_search(samples, columns) if rule.stribeck else None
+    columns = columns if search is None else search.columns
+    folds = Folds.of(samples, columns, rule.folds)
+    information = folds.information()
+    _check_enough(several, information)
+    own = columns.own(arm)
+    has_masses = arm.chain.bodies is not None
+    consistent = consistent_fit(information, own, weight=rule.weight) if has_masses else None
+    of_the_model = columns.base().of(own)
     of_the_model[np.abs(of_the_model) < ROUNDING] = 0.0
-    own = seen.tau - W @ of_the_model
-    held = seen.counts & seen.held[:, None]
-    validation = tuple(
-        Validation(j + 1, _rms(seen.tau, held, j), _rms(left, training, j), _rms(left, held, j), _rms(own, held, j))
-        for j in range(arm.n)
-    )
-    scaled = W[training] / np.linalg.norm(W[training], axis=0)
-    condition, bodies = float(np.linalg.cond(scaled)), judge_bodies(arm, base, estimate)
-    return MotionIdentification(base, estimate, of_the_model, condition, validation, int(training.sum()), bodies)
+
+    def again(found: Information) -> Array:
+        assert consistent is not None
+        return consistent_fit(found, own, weight=consistent.weight).parameters
+
+    return MotionIdentification(
+        arm, rule, samples, information, consistent, of_the_model,
+        cross_validation(folds, information, own, None if consistent is None else again),
+        whiteness_of(residuals_of(samples, columns, information.values), samples.recording),
+        correlated_groups(information), judge_bodies(arm, columns, _estimate(information)), search,
+    )  # fmt: skip
 
 
-def chain_base(arm: Arm) -> BaseParameters:
-    """The base parameters of an arm's geometry and friction, from random states."""
-    regressor = Regressor(arm.chain)
-    q, dq, ddq = np.random.default_rng(0).uniform(-2.0, 2.0, (3, PROBES, arm.n))
-    Y = regressor(q, dq, ddq)
-    return base_parameters(Y.reshape(-1, Y.shape[-1]), regressor.names)
+def _estimate(information: Information) -> Estimate:
+    """With infinite errors where a parameter is not determined."""
+    covariance = information.covariance.copy()
+    covariance[np.diag_indices_from(covariance)] = np.square(information.sigma)
+    return Estimate(information.values, covariance, np.zeros(0), information.dof)
 
 
-def _samples(logs: Sequence[JointLog], rule: MotionRule) -> Instants:
-    total = sum(log.t.size for log in logs)
-    parts = [part for log in logs for piece in recordings(log.t) for part in [_piece(log, piece, rule, total)]]
-    if not parts:
-        raise LogError("logs", "rows", "none", "recordings of a moving arm")
-    names = ("q", "dq", "ddq", "tau", "counts", "held")
-    return Instants(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
-
-
-def _piece(log: JointLog, piece: slice, rule: MotionRule, total: int) -> Instants:
-    dq, ddq = local_derivatives(log, piece, rule.window)
-    step = float(np.median(np.diff(log.t[piece])))
-    window = max(DEGREE + 2, 2 * round(rule.window / (2 * step)) + 1)
-    q, tau = (savgol_filter(x[piece], window, DEGREE, axis=0) for x in (log.q, log.tau))
-    stride = max(window, -(-total // MOST_ROWS))
-    chosen = np.arange(window // 2, len(q) - window // 2, stride)
-    one_way = (minimum_filter1d(dq, window, axis=0) > rule.slowest) | (
-        maximum_filter1d(dq, window, axis=0) < -rule.slowest
-    )
-    held = chosen >= (1.0 - rule.held_out) * len(q)
-    return Instants(q[chosen], dq[chosen], ddq[chosen], tau[chosen], one_way[chosen], held)
-
-
-def _check_excited(logs: Sequence[JointLog], W: Array, training: NDArray[np.bool_], base: BaseParameters) -> None:
-    rows = W[training]
-    if has_full_rank(rows):
+def _check_enough(logs: Sequence[JointLog], information: Information) -> None:
+    used, parameters = int(information.equations.sum()), information.base.count
+    if information.dof > 0 and information.determined.any():
         return
     files = ", ".join(dict.fromkeys(log.source for log in logs))
-    silent = [base.names[k] for k, column in zip(base.kept, rows.T, strict=True) if not column.any()]
-    joints = len(base.names) // (10 + len(JOINT))
-    what = ", ".join(silent) if silent else f"{base.count} parameters from {len(rows)} equations of {joints} joints"
-    needed = "motion of every joint both ways, at changing speeds"
-    raise LogError(files, f"columns q1..q{joints}", f"{what} not determined", needed)
-
-
-def _fit(W: Array, tau: Array, rows: NDArray[np.bool_]) -> Estimate:
-    """Least squares with every joint weighted by its own noise, estimated from a first fit."""
-    y, X, joint = tau[rows], W[rows], np.nonzero(rows)[1]
-    noise = np.ones(tau.shape[1])
-    for _ in range(2):
-        estimate = weighted(X, y, 1.0 / noise[joint] ** 2)
-        squares = np.bincount(joint, estimate.residuals**2, tau.shape[1])
-        mean = squares / np.maximum(1, np.bincount(joint, minlength=tau.shape[1]))
-        noise = np.sqrt(np.maximum(mean, 1e-24 + 1e-24 * float(np.mean(np.square(y)))))
-    return weighted(X, y, 1.0 / noise[joint] ** 2)
-
-
-def _rms(values: Array, rows: NDArray[np.bool_], joint: int) -> float:
-    chosen = values[rows[:, joint], joint]
-    return float(np.sqrt(np.mean(np.square(chosen)))) if chosen.size else float("nan")
+    joints = information.columns.n
+    found = f"{used} equations for {parameters} parameters of {joints} joints"
+    needed = "a longer motion of every joint both ways, at changing speeds"
+    raise LogError(files, f"columns q1..q{joints}", found, needed)

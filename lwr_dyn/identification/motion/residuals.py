@@ -1,0 +1,100 @@
+"""What a fit leaves of measured torques: residuals, and whether they are white noise.
+
+r_k = sum of e(i) e(i + k) / sum of e^2 over pairs k instants apart in one recording, both of them used. White noise has
+r_k of mean 0 and variance 1/(pairs), so that Q = sum of pairs r_k^2 over `LAGS` lags follows chi^2 with `LAGS` degrees
+of freedom.
+
+References
+----------
+Box, Pierce, Distribution of residual autocorrelations in autoregressive-integrated moving average time series models
+(1970), eq. 1.3; with pairs in place of the length where instants are left out.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+
+from lwr_dyn.arrays import Array, read_only
+from lwr_dyn.identification.regression.normal_equations import BLOCK
+from lwr_dyn.identification.regression.samples import Samples
+from lwr_dyn.identification.regression.torque_columns import TorqueColumns
+
+LAGS = 10
+"""Instants up to which residuals are compared with later ones."""
+LEVEL = 0.01
+"""Share of white logs that are called not white."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Whiteness:
+    """Of one joint: autocorrelation (LAGS,) of its residuals from lag 1, the statistic Q and its probability.
+
+    `inflation`: by how much a mean over many instants is more uncertain than that of white noise with the same
+    variance, sqrt(1 + 2 sum r_k) over the lags up to the first that is not positive beyond its own noise: at least 1.
+    """
+
+    joint: int
+    autocorrelation: Array
+    statistic: float
+    probability: float
+    inflation: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "autocorrelation", read_only(self.autocorrelation))
+
+    @property
+    def white(self) -> bool:
+        """Whether noise alone would give as large a Q in more than `LEVEL` of logs."""
+        return bool(self.probability > LEVEL)
+
+
+def residuals_of(samples: Samples, columns: TorqueColumns, base_values: Array) -> Array:
+    """Measured less predicted torques (k, n) [N m or N], NaN in equations that are not used."""
+    out = predicted(samples, columns, base_values)
+    np.subtract(samples.tau, out, out=out)
+    out[~samples.used] = np.nan
+    return out
+
+
+def predicted(samples: Samples, columns: TorqueColumns, base_values: Array) -> Array:
+    """Torques (k, n) of base values (b,) or of all parameters (p,), in blocks."""
+    full = base_values.size == columns.count
+    kept = slice(None) if full else columns.base().kept
+    out = np.empty(samples.tau.shape)
+    for first in range(0, len(samples), BLOCK):
+        rows = slice(first, first + BLOCK)
+        out[rows] = columns(samples.q[rows], samples.dq[rows], samples.ddq[rows])[:, :, kept] @ base_values
+    return out
+
+
+def rms(values: Array) -> float:
+    """Root mean square of those that are not NaN; NaN of none."""
+    known = values[np.isfinite(values)]
+    return float(np.sqrt(np.mean(np.square(known)))) if known.size else float("nan")
+
+
+def whiteness_of(residuals: Array, recording: NDArray[np.intp]) -> tuple[Whiteness, ...]:
+    """Of residuals (k, n), NaN where not used, in recordings (k,); a joint without any is left out."""
+    found = [_of_joint(j + 1, residuals[:, j], recording) for j in range(residuals.shape[1])]
+    return tuple(one for one in found if one is not None)
+
+
+def _of_joint(joint: int, residual: Array, recording: NDArray[np.intp]) -> Whiteness | None:
+    known = np.isfinite(residual)
+    if np.count_nonzero(known) <= LAGS:
+        return None
+    variance = float(np.mean(np.square(residual[known])))
+    r, pairs = np.zeros(LAGS), np.zeros(LAGS)
+    for k in range(1, LAGS + 1):
+        product = residual[k:] * residual[:-k]
+        together = np.isfinite(product) & (recording[k:] == recording[:-k])
+        pairs[k - 1] = np.count_nonzero(together)
+        if variance > 0.0 and pairs[k - 1]:
+            r[k - 1] = float(np.mean(product[together])) / variance
+    statistic = float(pairs @ np.square(r))
+    noise = 2.0 / np.sqrt(np.maximum(pairs, 1.0))
+    last = int(np.argmax(r <= noise)) if (r <= noise).any() else LAGS
+    inflation = float(np.sqrt(1.0 + 2.0 * max(0.0, r[:last].sum())))
+    return Whiteness(joint, r, statistic, float(stats.chi2.sf(statistic, LAGS)), inflation)

@@ -1,0 +1,189 @@
+"""Identification from any motion: what generated the log comes back, and what it cannot say is said."""
+
+import numpy as np
+import pytest
+
+import lwr_dyn
+from lwr_dyn.errors import OptionError
+from lwr_dyn.identification.logs.joint_log import JointLog
+from lwr_dyn.identification.logs.log_columns import LogError
+from lwr_dyn.identification.motion.motion_fit import MotionRule, identify_motion
+from lwr_dyn.identification.motion.motion_tables import motion_text
+from lwr_dyn.identification.motion.parameter_states import NOT_DETERMINED
+from lwr_dyn.identification.regression.least_squares import IDENTIFIED
+from lwr_dyn.identification.regression.samples import SampleRule
+from lwr_dyn.identification.regression.torque_columns import TorqueColumns
+from tests.identification.plants import perturbed_plant, random_motion, simulated_log
+
+NOISE = 0.1
+ENCODER = 1e-5
+
+
+@pytest.fixture(scope="module")
+def lwr():
+    return lwr_dyn.load("lwr4plus", reading="physical")
+
+
+@pytest.fixture(scope="module")
+def plant(lwr):
+    return perturbed_plant(TorqueColumns(lwr.chain, "directions"), lwr, np.random.default_rng(1))
+
+
+@pytest.fixture(scope="module")
+def recorded(lwr, plant):
+    def record(seconds=10.0, seed=2, source="log", noise=NOISE, encoder=ENCODER):
+        rng = np.random.default_rng(seed)
+        return simulated_log(plant, random_motion(lwr, seconds, rng, rate=500.0), noise, rng, encoder, source)
+
+    return record
+
+
+@pytest.fixture(scope="module")
+def found(lwr, recorded):
+    return identify_motion([recorded()], lwr)
+
+
+def test_intervals_hold_what_generated_the_log(found, plant):
+    gap = np.abs(found.information.values - plant.base)
+    assert np.mean(gap < found.half_widths) > 0.98
+    assert found.information.noise == pytest.approx(NOISE, rel=0.1)
+    assert found.condition < 200
+
+
+def test_bodies_come_out_nearer_to_the_truth_than_the_table(found, plant, lwr):
+    fit = found.consistent
+    assert fit.physical.all()
+    inertial = slice(0, 10 * lwr.n)
+    away = np.abs(fit.parameters - plant.parameters)[inertial] / fit.sigma[inertial]
+    assert np.mean(away < 4.0) > 0.9
+    base = found.base
+    scale = found.information.sigma
+    own, mine = base.of(found.columns.own(lwr)), base.of(fit.parameters)
+    assert np.linalg.norm((mine - plant.base) / scale) < 0.1 * np.linalg.norm((own - plant.base) / scale)
+
+
+def test_unseen_torques_are_predicted_to_the_noise(found, recorded):
+    for one in found.validation:
+        assert NOISE * 0.85 < one.fitted < one.held_out < 1.3 * NOISE
+        assert one.consistent < 1.2 * NOISE
+        assert one.model > 10 * one.held_out
+    for one in found.validated_on([recorded(5.0, seed=7, source="other")]):
+        assert one.held_out < 1.3 * NOISE
+        assert one.consistent < 1.2 * NOISE
+        assert np.isnan(one.fitted)
+        assert sum(band.equations for band in one.by_speed) > 100
+
+
+def test_the_fit_of_a_fold_does_not_see_it(lwr, recorded):
+    """Torque spoilt in one recording of three leaves the fits that predict it, but not their prediction."""
+    logs = [recorded(5.0, seed=s, source=f"log {s}", noise=0.01, encoder=0.0) for s in (2, 3, 4)]
+    tau = logs[1].tau.copy()
+    tau[:, 6] += 3.0
+    spoilt = [logs[0], JointLog("log 3", logs[1].joints, logs[1].t, logs[1].q, tau), logs[2]]
+    rule = MotionRule(folds=3)
+    good, bad = identify_motion(logs, lwr, rule), identify_motion(spoilt, lwr, rule)
+    assert good.validation[6].held_out < 0.05
+    rows = good.samples.recording == 1
+    from_fold = bad.validation[6].held_out
+    assert from_fold > 3.0 * np.sqrt(np.mean(rows)) * 0.9
+
+
+def test_residuals_are_white_where_the_noise_is_and_not_where_friction_is_missing(lwr, plant, recorded, found):
+    assert sum(w.white for w in found.whiteness) >= 6
+    log = recorded()
+    dq = np.gradient(log.q[:, 3], log.t)
+    tau = log.tau.copy()
+    tau[:, 3] += 1.5 * np.sign(dq) * np.exp(-np.square(dq / 0.3))
+    stribeck = identify_motion([JointLog("log", log.joints, log.t, log.q, tau)], lwr)
+    assert not stribeck.whiteness[3].white
+    assert stribeck.whiteness[3].inflation > 1.3
+    assert "not white at 1% (Box, Pierce): joint" in motion_text(stribeck)
+    assert f"joint 4 (lag 1 {stribeck.whiteness[3].autocorrelation[0]:+.2f}" in motion_text(stribeck)
+    assert stribeck.validation[3].held_out > 3 * found.validation[3].held_out
+
+
+def test_a_joint_that_never_moves_is_not_determined_and_the_table_speaks_for_it(lwr, recorded):
+    log = recorded()
+    q = log.q.copy()
+    q[:, 2] = 0.3
+    held = identify_motion([JointLog("log", log.joints, log.t, q, log.tau)], lwr)
+    states = dict(zip(held.base.statements(), held.states, strict=True))
+    for name in ("coulomb+_3", "viscous+_3", "coulomb-_3", "viscous-_3"):
+        assert states[name] == NOT_DETERMINED
+    assert np.isinf(held.half_widths[held.base.statements().index("coulomb+_3")])
+    assert held.consistent.physical.all()
+    rotor = held.columns.rotor_indices[2]
+    assert held.origins[rotor] == "table"
+    assert len(held.whiteness) == 6
+    assert "this motion does not show it at all" in motion_text(held)
+
+
+def test_the_swing_that_is_named_identifies_what_was_not(lwr, plant, recorded):
+    """A log of the named swing is made, and its errors are those that were promised."""
+    short = identify_motion([recorded(2.0, noise=0.5)], lwr)
+    motion = short.missing_motions()[0]
+    assert short.identified < 50
+    t = np.arange(0.0, 10.0, 0.002)
+    q = np.tile(motion.pose, (len(t), 1))
+    for j, size, hertz in zip(motion.joints, motion.amplitudes, motion.hertz, strict=True):
+        q[:, j - 1] += size * np.sin(2 * np.pi * hertz * t)
+    dq, ddq = np.gradient(q, t, axis=0), np.gradient(np.gradient(q, t, axis=0), t, axis=0)
+    tau = np.concatenate([plant.columns(*(x[i : i + 500] for x in (q, dq, ddq))) @ plant.parameters
+                          for i in range(0, len(t), 500)])  # fmt: skip
+    tau += np.random.default_rng(5).normal(size=tau.shape) * 0.5
+    both = identify_motion([recorded(2.0, noise=0.5), JointLog("swing", tuple(range(1, 8)), t, q, tau)], lwr)
+    then = both.information.sigma[list(motion.parameters)]
+    assert then == pytest.approx(motion.sigma, rel=0.35)
+    assert (then < 0.6 * np.array(motion.before)).all()
+
+
+def test_parameters_that_are_known_only_together_are_grouped(lwr, recorded, found):
+    names = found.base.statements()
+    for group in found.groups:
+        assert len(group.members) > 1
+        assert 0.9 < abs(group.largest) <= 1.0
+        block = found.information.covariance[np.ix_(group.members, group.members)]
+        correlation = block / np.sqrt(np.outer(np.diag(block), np.diag(block)))
+        assert np.abs(correlation - np.eye(len(correlation))).max() == pytest.approx(abs(group.largest))
+    assert any("coulomb+_2" in {names[i] for i in group.members} for group in found.groups)
+
+
+def test_a_wrong_geometry_shows_on_unseen_torques(wam, fourier):
+    """The LWR's frames cannot explain the WAM's torques, and validation shows it."""
+    wrong = identify_motion([fourier(wam, wam.friction)], lwr_dyn.load("lwr4plus"))
+    right = identify_motion([fourier(wam, wam.friction)], wam)
+    assert wrong.validation[1].held_out > 20 * right.validation[1].held_out
+
+
+def test_a_log_of_too_few_rows_is_refused(wam, fourier):
+    with pytest.raises(LogError, match=r"fourier: columns q1..q7: \d+ equations for 76 parameters of 7 joints; needed"):
+        identify_motion([fourier(wam, wam.friction, seconds=0.2)], wam, MotionRule(samples=SampleRule(cutoff=40.0)))
+
+
+def test_uneven_rows_have_no_accelerations(wam, fourier):
+    log = fourier(wam, wam.friction, seconds=3.0)
+    t = log.t.copy()
+    t[50:] += 0.004
+    with pytest.raises(LogError, match=r"fourier: rows 50 and 51: 0.014 s apart, 0.01 s as a rule; needed: evenly"):
+        identify_motion([JointLog("fourier", log.joints, t, log.q, log.tau)], wam)
+
+
+def test_an_arm_without_masses_has_base_parameters_and_no_bodies(fourier, wam):
+    bare = lwr_dyn.load("lwr4")
+    result = identify_motion([fourier(wam, wam.friction)], bare)
+    assert result.consistent is None
+    assert result.origins == ()
+    assert IDENTIFIED in result.states
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: MotionRule(folds=1), "folds: 1; allowed: a number of at least 2"),
+        (lambda: MotionRule(trust=0.0), "trust: 0.0; allowed: a share above 0"),
+        (lambda: SampleRule(cutoff=0.0), "sample cutoff: 0.0; allowed: a frequency above 0"),
+    ],
+)
+def test_options_outside_what_is_allowed(call, message):
+    with pytest.raises(OptionError, match=message):
+        call()
