@@ -19,6 +19,7 @@ import pinocchio as pin
 from benchmarks.control_laws import control_laws
 from benchmarks.dynamics_peers import mujoco_calls, mujoco_loop, toolbox_calls
 from benchmarks.friction import with_friction
+from benchmarks.identification import identification
 from benchmarks.inverse_kinematics import all_solutions
 from benchmarks.kernels import kernels
 from benchmarks.pose_solver import one_solution
@@ -147,6 +148,7 @@ PARTS: dict[str, Callable[[int], None]] = {
     "branches": all_solutions,
     "ik": one_solution,
     "rollouts": closed_loops,
+    "identification": identification,
 }
 
 

@@ -27,7 +27,7 @@ ORDER = 4
 """Of the Butterworth filter, forward and backward."""
 NYQUIST = 0.8
 """Largest cut-off, as a share of half the rate."""
-EDGE = 2.0
+EDGE = 4.0
 """Periods of the cut-off that are left out at both ends of a recording, where the filter lacks rows."""
 MEMORY = 16.0
 """Periods of the cut-off after which the filter has forgotten a row (to 1e-16)."""

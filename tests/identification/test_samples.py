@@ -1,0 +1,118 @@
+"""Instants of logs: exact derivatives, no phase, torques untouched, slow and cut-out equations left out."""
+
+import numpy as np
+import pytest
+
+from lwr_dyn.errors import OptionError
+from lwr_dyn.identification.logs.joint_log import JointLog
+from lwr_dyn.identification.logs.log_columns import LogError
+from lwr_dyn.identification.regression import samples as module
+from lwr_dyn.identification.regression.samples import SampleRule, sample_parts, samples_of
+
+RATE = 1000.0
+
+
+def sines(seconds=4.0, rate=RATE, noise=0.0, seed=0):
+    """Two joints on sines of 0.5 and 1.2 Hz: log, and the exact q, dq, ddq."""
+    t = np.arange(round(seconds * rate)) / rate
+    w = 2 * np.pi * np.array([0.5, 1.2])
+    q, dq, ddq = np.sin(w * t[:, None]), w * np.cos(w * t[:, None]), -(w**2) * np.sin(w * t[:, None])
+    rng = np.random.default_rng(seed)
+    log = JointLog("sines", (1, 2), t, q + noise * rng.normal(size=q.shape), rng.normal(size=q.shape))
+    return log, dq, ddq
+
+
+def test_states_of_smooth_motions_are_exact_and_torques_untouched():
+    log, dq, ddq = sines()
+    found = samples_of([log], SampleRule(slowest=0.0))
+    at = np.round(found.t * RATE).astype(int)
+    assert np.abs(found.q - log.q[at]).max() < 1e-5
+    assert np.abs(found.dq - dq[at]).max() < 1e-4
+    assert np.abs(found.ddq - ddq[at]).max() < 2e-3
+    assert (found.tau == log.tau[at]).all()
+    assert np.diff(at) == pytest.approx(10)
+    raw = samples_of([log], SampleRule(cutoff=None, slowest=0.0))
+    at = np.round(raw.t * RATE).astype(int)
+    assert np.abs(raw.dq - dq[at]).max() < 1e-9  # order 4 in the step
+    assert np.abs(raw.ddq - ddq[at]).max() < 1e-8
+
+
+def test_the_filter_takes_away_the_noise_of_accelerations():
+    log, _, ddq = sines(noise=1e-5)
+    rows = lambda s: np.round(s.t * RATE).astype(int)  # noqa: E731
+    filtered, raw = samples_of([log]), samples_of([log], SampleRule(cutoff=None))
+    assert np.std(filtered.ddq - ddq[rows(filtered)]) < 0.03
+    assert np.std(raw.ddq - ddq[rows(raw)]) > 10.0
+
+
+def test_slow_joints_and_torques_that_are_cut_out_have_no_equation():
+    log, *_ = sines()
+    tau = log.tau.copy()
+    tau[1000:2000, 1] = np.nan
+    found = samples_of([JointLog("cut", (1, 2), log.t, log.q, tau)], SampleRule(slowest=np.array([0.5, 0.0])))
+    assert (found.used[:, 0] == (np.abs(found.dq[:, 0]) > 0.5)).all()
+    inside = (found.t >= 1.0) & (found.t < 2.0)
+    assert not found.used[inside, 1].any()
+    assert found.used[~inside, 1].all()
+    assert np.isfinite(found.tau).all()
+    assert found.equations == found.used.sum()
+
+
+def test_gaps_part_recordings_and_a_short_one_is_left_out():
+    first, *_ = sines(2.0)
+    second, *_ = sines(3.0)
+    t = np.concatenate([first.t, first.t[-1] + 5.0 + second.t[:-50], 100.0 + second.t[:50]])
+    q, tau = (np.concatenate([getattr(first, x), getattr(second, x)]) for x in ("q", "tau"))
+    found = samples_of([JointLog("two", (1, 2), t, q, tau), second])
+    assert found.sources == ("two", "two", "sines")
+    assert np.bincount(found.recording).tolist() == [len(samples_of([first])), 255, len(samples_of([second]))]
+    alone = samples_of([first])
+    chosen = found.select(found.recording == 0)
+    assert (chosen.ddq == alone.ddq).all()
+    assert len(chosen.select(slice(0, 7))) == 7
+
+
+def test_a_long_log_in_parts_is_the_same(monkeypatch):
+    log, *_ = sines(30.0, noise=1e-5)
+    whole = samples_of([log])
+    monkeypatch.setattr(module, "PART", 3000)
+    parts = list(sample_parts([log]))
+    assert len(parts) == 10
+    joined = samples_of([log])
+    assert (joined.t == whole.t).all()
+    assert (joined.used == whole.used).all()
+    assert np.abs(joined.dq - whole.dq).max() < 1e-10
+    assert np.abs(joined.ddq - whole.ddq).max() < 1e-7
+
+
+def test_a_slow_log_lowers_the_cutoff():
+    log, dq, _ = sines(20.0, rate=25.0)
+    found = samples_of([log], SampleRule(slowest=0.0))
+    at = np.round(found.t * 25.0).astype(int)
+    assert np.diff(at).max() == 1
+    assert np.abs(found.dq - dq[at]).max() < 0.02
+
+
+def test_uneven_and_short_logs_are_refused():
+    log, *_ = sines(1.0)
+    t = log.t.copy()
+    t[50:] += 0.0004
+    with pytest.raises(LogError, match=r"sines: rows 50 and 51: 0.0014 s apart, 0.001 s as a rule; needed: evenly"):
+        samples_of([JointLog("sines", (1, 2), t, log.q, log.tau)])
+    with pytest.raises(LogError, match=r"short: rows: 300 between gaps in time; needed: recordings longer"):
+        samples_of([JointLog("short", (1, 2), log.t[:300], log.q[:300], log.tau[:300])])
+    with pytest.raises(LogError, match="logs: rows: 0"):
+        samples_of([])
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"cutoff": 0.0}, "sample cutoff: 0.0; allowed: a frequency above 0, or none"),
+        ({"spacing": -1.0}, "sample spacing: -1.0; allowed: a number above 0"),
+        ({"slowest": float("nan")}, "sample slowest: nan; allowed: a number >= 0"),
+    ],
+)
+def test_rules_outside_what_is_allowed(options, message):
+    with pytest.raises(OptionError, match=message):
+        SampleRule(**options)
