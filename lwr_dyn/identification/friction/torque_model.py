@@ -11,7 +11,7 @@ from lwr_dyn.dynamics.newton_euler import Recursion
 from lwr_dyn.errors import OptionError
 from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.logs.log_columns import LogError
-from lwr_dyn.identification.logs.recordings import recordings
+from lwr_dyn.identification.logs.recordings import even_step, recordings
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.vectors import ZERO
 
@@ -21,8 +21,6 @@ CHUNK = 20_000
 """Rows the recursion takes at once, so that its intermediate values stay in the cache."""
 DEGREE = 3
 """Of the local polynomials: their slope is exact where the acceleration changes linearly."""
-JITTER = 0.05
-"""Share of the usual step by which rows may miss an even grid before accelerations cannot be had."""
 
 
 class ModelTorque:
@@ -67,13 +65,7 @@ def local_derivatives(log: JointLog, piece: slice, window: float) -> tuple[Array
     Savitzky and Golay, Smoothing and differentiation of data by simplified least squares procedures (1964).
     """
     t = log.t[piece]
-    steps = np.diff(t)
-    step = float(np.median(steps)) if steps.size else 0.0
-    uneven = np.flatnonzero(np.abs(steps - step) > JITTER * step)
-    if uneven.size:
-        where = f"rows {piece.start + uneven[0] + 1} and {piece.start + uneven[0] + 2}"
-        found = f"{steps[uneven[0]]:.6g} s apart, {step:.6g} s as a rule"
-        raise LogError(log.source, where, found, "evenly spaced rows, where accelerations are wanted")
+    step = even_step(log.source, t, piece.start)
     rows = max(DEGREE + 2, 2 * round(window / (2 * step)) + 1) if step else DEGREE + 2
     if t.size < rows:
         where = f"rows {piece.start + 1} to {piece.start + t.size}"

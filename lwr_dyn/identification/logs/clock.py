@@ -16,10 +16,8 @@ from scipy.ndimage import median_filter
 from lwr_dyn.arrays import Array
 from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.logs.log_columns import LogError
-from lwr_dyn.identification.logs.recordings import GAP, recordings
+from lwr_dyn.identification.logs.recordings import GAP, JITTER, recordings
 
-JITTER = 0.05
-"""Share of the usual step by which steps may differ and count as even."""
 GAPS = 0.02
 """Share of the steps that may be gaps."""
 EXPLAINED = 0.5

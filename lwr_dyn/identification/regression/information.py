@@ -86,8 +86,8 @@ class Information:
 
     def chi2_of(self, values: Array) -> float:
         """chi^2 of other base values (b,)."""
-        away = self.factor @ (values - self.values)
-        return self.chi2 + float(away @ away)
+        away = values - self.values
+        return self.chi2 + float(away @ self.precision @ away)
 
     def residual_rms(self, values: Array) -> Array:
         """RMS residual of every joint (n,) with base values (b,) [N m or N]; NaN without equations."""

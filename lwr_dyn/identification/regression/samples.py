@@ -21,7 +21,7 @@ from lwr_dyn.arrays import Array
 from lwr_dyn.errors import OptionError
 from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.logs.log_columns import LogError
-from lwr_dyn.identification.logs.recordings import recordings
+from lwr_dyn.identification.logs.recordings import even_step, recordings
 
 ORDER = 4
 """Of the Butterworth filter, forward and backward."""
@@ -34,8 +34,6 @@ MEMORY = 16.0
 PART = 50_000
 """Rows of a log at once."""
 _STATES = ("t", "q", "dq", "ddq", "tau")
-JITTER = 0.05
-"""Share of the usual step by which rows may miss an even grid before accelerations cannot be had."""
 HALF = 2
 """Rows on each side in a central difference (error of order 4 in the step)."""
 
@@ -181,18 +179,6 @@ def _piece(log: JointLog, piece: slice, rule: SampleRule) -> Iterator[tuple[Arra
         dq = (a - 8 * b + 8 * d - e) / (12 * step)
         ddq = (-a + 16 * b - 30 * c + 16 * d - e) / (12 * step**2)
         yield t[part], c, dq, ddq, log.tau[piece][part]
-
-
-def even_step(source: str, t: Array, start: int = 0) -> float:
-    """The step of even rows t (k,) [s]; raises `LogError` that names the uneven ones, counted from `start`."""
-    steps = np.diff(t)
-    step = float(np.median(steps))
-    uneven = np.flatnonzero(np.abs(steps - step) > JITTER * step)
-    if uneven.size:
-        where = f"rows {start + uneven[0] + 1} and {start + uneven[0] + 2}"
-        found = f"{steps[uneven[0]]:.6g} s apart, {step:.6g} s as a rule"
-        raise LogError(source, where, found, "evenly spaced rows, where accelerations are wanted")
-    return step
 
 
 def exact_samples(t: Array, q: Array, dq: Array, ddq: Array, tau: Array, slowest: float = 0.0) -> Samples:
