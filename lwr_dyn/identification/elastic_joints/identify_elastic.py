@@ -1,0 +1,218 @@
+"""Springs, dampers, rotors, friction and links from logs with the encoders of both sides of the gears.
+
+    drives:  Y(q, dq, ddq) pi + B ddtheta + f(dtheta) = tau
+    gears:   Y(q, dq, ddq) pi - K (theta - q) - D (dtheta - dq) - o = 0
+
+Both are linear in pi, B, f, K, D and o. The first is the sum of links and motors and has no spring in it: it has the
+noise of the torques. The second has no torque in it, so it fixes K, D and pi up to a factor, with the noise of the
+encoders. These noises are independent; those of the links and of the motors are not. o is K times the angle between the
+zeros of the two encoders.
+
+The deflection theta - q is small: 1e-5 rad where a wrist joint carries little, as much as the noise of an encoder, and
+least squares would take the noise for the spring (K too small, by a tenth and more). So the deflection's instrument is
+the links' torque from the fit itself, which has no encoder's difference in it.
+"""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from lwr_dyn.arrays import Array, freeze_arrays
+from lwr_dyn.identification.logs.joint_log import JointLog
+from lwr_dyn.identification.logs.log_columns import LogError
+from lwr_dyn.identification.regression.base_parameters import BaseParameters, base_parameters
+from lwr_dyn.identification.regression.grouped import equations_of, grouped
+from lwr_dyn.identification.regression.instrumental import WINDOW, instrumental_fit
+from lwr_dyn.identification.regression.joint_columns import JointColumns
+from lwr_dyn.identification.regression.normal_equations import BLOCK
+from lwr_dyn.identification.regression.samples import DEFAULT_SAMPLES, SampleRule, Samples, samples_of
+from lwr_dyn.identification.regression.torque_columns import PROBES, WIDEST, TorqueColumns
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.elasticity import JointElasticity
+from lwr_dyn.model.friction import JointFriction
+from lwr_dyn.model.shown import short_repr
+
+GEAR = ("stiffness", "damping", "zero")
+"""K [N m/rad], D [N m s/rad] and o [N m] of a gear."""
+DRIVE = JointColumns("symmetric")
+"""Rotor and friction of a motor, seen at its joint."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ElasticIdentification:
+    """Parameters (p,): the links' base parameters, then rotor, friction and gear, joint by joint (`names`).
+
+    `covariance` (p, p); `base` groups the links' ten parameters each, rotors are none of them; `noise` (2n,) [N m] is
+    that of the drives' torques, then that of the gears', which is K times the encoders'.
+    """
+
+    names: tuple[str, ...]
+    base: BaseParameters
+    values: Array
+    covariance: Array
+    noise: Array
+    equations: int
+    __repr__ = short_repr
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, "values", "covariance", "noise")
+
+    @property
+    def sigma(self) -> Array:
+        """Standard errors (p,)."""
+        return np.sqrt(np.diag(self.covariance))
+
+    @property
+    def n(self) -> int:
+        """Number of joints."""
+        return (len(self.names) - self.base.count) // _PER_JOINT
+
+    def of(self, name: str, sigma: bool = False) -> Array:
+        """One parameter of all joints (n,), or its standard errors: armature, coulomb, viscous, offset, one of `GEAR`."""
+        place = self.base.count + (*DRIVE.names, *GEAR).index(name)
+        return np.asarray((self.sigma if sigma else self.values)[place::_PER_JOINT])
+
+    @property
+    def links(self) -> Array:
+        """The links' base parameters (b,)."""
+        return self.values[: self.base.count]
+
+    @property
+    def friction(self) -> tuple[JointFriction, ...]:
+        """Of the motors, seen at the joints."""
+        rows = np.array([self.of(name) for name in DRIVE.names]).T
+        return tuple(DRIVE.friction_of(row) for row in rows)
+
+    def elasticity(self, source: str = "identified") -> JointElasticity:
+        """The gears as a simulation takes them; a damping that noise put below 0 is 0. Raises `OptionError` where a
+        stiffness is not above 0.
+        """
+        return JointElasticity(self.of("stiffness"), np.maximum(self.of("damping"), 0.0), source)
+
+
+_PER_JOINT = len(DRIVE.names) + len(GEAR)
+ROUNDS = 3
+"""Of instruments and estimate in turn. Any torque that follows the links' will do; a better one is more precise."""
+
+
+def identify_elastic(logs: Iterable[JointLog], arm: Arm, rule: SampleRule = DEFAULT_SAMPLES) -> ElasticIdentification:
+    """Gears, drives and links from logs with `motor_q`, the motors' positions seen at the joints (theta) [rad].
+
+    Parameters
+    ----------
+    logs : iterable of JointLog
+        `tau` is what the motors exert, seen at the joints.
+    arm : Arm
+        Gives the geometry; masses, rotors and stiffness play no part.
+    rule : SampleRule
+        How instants are taken; both encoders go through the same filter.
+
+    Returns
+    -------
+    ElasticIdentification
+
+    Raises
+    ------
+    LogError
+        A log without motor positions, uneven rows, or a motion that does not determine all parameters.
+
+    References
+    ----------
+    Spong, Modeling and control of elastic joint robots (1987), for the model; Janot, Gautier, Jubien, Vandanjon,
+    Comparison between the CLOE method and the DIDIM method for robots identification (2014), for fits by links and
+    motors with both positions.
+    """
+    several = list(logs)
+    links, motors = _both_sides(several, rule)
+    columns = TorqueColumns(arm.chain)
+    base, n = _link_base(columns), columns.n
+    y = np.concatenate([motors.tau, np.zeros_like(motors.tau)], axis=1)
+    taper = np.concatenate([motors.used, np.ones_like(motors.used)], axis=1).astype(np.float64)
+    torque = _torque_of(links, columns, base, _first_links(links, motors, columns, base))
+    for _ in range(ROUNDS):
+        slope = _slopes(torque, links)
+
+        def blocks(torque: Array = torque, slope: Array = slope) -> Iterator[tuple[slice, Array, Array]]:
+            for first in range(0, len(links), BLOCK):
+                rows = slice(first, first + BLOCK)
+                yield rows, *_rows(links.select(rows), motors.select(rows), columns, base, torque[rows], slope[rows])
+
+        values, covariance, noise = instrumental_fit(blocks, y, taper, links, WINDOW)
+        torque = _torque_of(links, columns, base, values[: base.count])
+    names = tuple(base.names[k] for k in base.kept)
+    names += tuple(f"{name}_{i}" for i in range(1, n + 1) for name in (*DRIVE.names, *GEAR))
+    return ElasticIdentification(names, base, values, covariance, noise, int(taper.sum()))
+
+
+def _both_sides(logs: list[JointLog], rule: SampleRule) -> tuple[Samples, Samples]:
+    """The same instants of the links and of the motors."""
+    turned = []
+    for log in logs:
+        if log.motor_q is None:
+            needed = "the motors' positions too, qm1.., seen at the joints"
+            raise LogError(log.source, "columns qm1..", "none", needed)
+        turned.append(replace(log, q=log.motor_q))
+    return samples_of(logs, rule), samples_of(turned, rule)
+
+
+def _link_base(columns: TorqueColumns) -> BaseParameters:
+    q, dq, ddq = np.random.default_rng(0).uniform(-WIDEST, WIDEST, (3, PROBES, columns.n))
+    Y = columns.body_columns(q, dq, ddq)
+    return base_parameters(Y.reshape(-1, columns.bodies), columns.names[: columns.bodies])
+
+
+def _first_links(links: Samples, motors: Samples, columns: TorqueColumns, base: BaseParameters) -> Array:
+    """The links' parameters (b,) from the drives alone; what they share with rotors is split by least norm."""
+    n, k = columns.n, len(links)
+    total = None
+    for first in range(0, k, BLOCK):
+        rows = slice(first, first + BLOCK)
+        X = np.zeros((*links.q[rows].shape, base.count + len(DRIVE.names) * n))
+        X[:, :, : base.count] = _link_columns(links.select(rows), columns, base)
+        for j in range(n):
+            own = slice(base.count + len(DRIVE.names) * j, base.count + len(DRIVE.names) * (j + 1))
+            X[:, j, own] = DRIVE(motors.dq[rows, j], motors.ddq[rows, j])
+        part = equations_of(X, motors.tau[rows], motors.used[rows])
+        total = part if total is None else total + part
+    assert total is not None  # samples have at least one instant
+    start = np.sqrt(total.squares / np.maximum(total.equations, 1)) + 1e-9
+    return grouped(total, start).values[: base.count]
+
+
+def _link_columns(links: Samples, columns: TorqueColumns, base: BaseParameters) -> Array:
+    return columns.body_columns(links.q, links.dq, links.ddq)[:, :, base.kept]
+
+
+def _torque_of(links: Samples, columns: TorqueColumns, base: BaseParameters, values: Array) -> Array:
+    """What the links need, (k, n) [N m]."""
+    rows = [slice(i, i + BLOCK) for i in range(0, len(links), BLOCK)]
+    return np.concatenate([_link_columns(links.select(r), columns, base) @ values for r in rows])
+
+
+def _slopes(torque: Array, links: Samples) -> Array:
+    """Its time derivative, (k, n), inside each recording."""
+    out = np.zeros_like(torque)
+    for each in np.unique(links.recording):
+        rows = np.flatnonzero(links.recording == each)
+        if rows.size > 1:
+            out[rows] = np.gradient(torque[rows], links.t[rows], axis=0)
+    return out
+
+
+def _rows(
+    links: Samples, motors: Samples, columns: TorqueColumns, base: BaseParameters, torque: Array, slope: Array
+) -> tuple[Array, Array]:
+    """W and Z (k, 2n, p): drives, then gears; they differ in what stands for the deflection and its speed."""
+    k, n = links.q.shape
+    W = np.zeros((k, 2 * n, base.count + _PER_JOINT * n))
+    W[:, :n, : base.count] = W[:, n:, : base.count] = _link_columns(links, columns, base)
+    Z = W.copy()
+    for j in range(n):
+        first = base.count + _PER_JOINT * j
+        gear = first + len(DRIVE.names)
+        W[:, j, first:gear] = Z[:, j, first:gear] = DRIVE(motors.dq[:, j], motors.ddq[:, j])
+        W[:, n + j, gear], Z[:, n + j, gear] = links.q[:, j] - motors.q[:, j], -torque[:, j]
+        W[:, n + j, gear + 1], Z[:, n + j, gear + 1] = links.dq[:, j] - motors.dq[:, j], -slope[:, j]
+        W[:, n + j, gear + 2] = Z[:, n + j, gear + 2] = -1.0
+    return W, Z

@@ -1,0 +1,6 @@
+"""The ten inertial parameters of a load in an arm's hand (`lwr-dyn identify payload`).
+
+load_columns    torques per unit of a load's parameters, about the flange
+identify_load   identify_load: on a known arm, or together with the arm from logs without the load
+load_tables     the result as text and record
+"""

@@ -1,0 +1,56 @@
+"""Torques of an arm per unit of the ten inertial parameters of a load that is fixed to its flange."""
+
+import numpy as np
+
+from lwr_dyn.arrays import Array
+from lwr_dyn.dynamics.regressor import INERTIAL, ROW_BY_ROW
+from lwr_dyn.model.chain import Body
+from lwr_dyn.model.spatial import Pose, steiner, symmetric_part
+
+NAMES = INERTIAL
+"""Mass, first moment and tensor about the origin of the flange's frame (the tool's point where the arm has a tool)."""
+
+
+def load_shift(flange: Pose) -> Array:
+    """A (10, 10): parameters of a body in the frame of the link that carries it, from those in the flange's frame.
+
+    With H the pose of the flange and P the pseudo-inertia, P_link = H P H^T, which is linear in the parameters.
+
+    References
+    ----------
+    Wensing, Kim, Slotine, Linear matrix inequalities for physically consistent inertial parameter identification (2018),
+    eq. 7, for P.
+    """
+    H = flange.matrix()
+    return np.column_stack([_parameters(H @ _pseudo_inertia(unit) @ H.T) for unit in np.eye(len(INERTIAL))])
+
+
+def load_columns(last: Array, flange: Pose) -> Array:
+    """Columns of the load (..., 10) from those of the last link (..., 10): it is a part of that link."""
+    return np.asarray(last @ load_shift(flange))
+
+
+def body_of(parameters: Array) -> Body:
+    """The body with parameters (10,) about the origin of its frame; the mass must not be 0."""
+    m, first = float(parameters[0]), parameters[1:4]
+    com = first / m
+    tensor = np.zeros((3, 3))
+    for (a, b), value in zip(ROW_BY_ROW, parameters[4:], strict=True):
+        tensor[a, b] = tensor[b, a] = value
+    return Body(m, com, symmetric_part(tensor - steiner(m, com)))
+
+
+def _pseudo_inertia(parameters: Array) -> Array:
+    P = np.zeros((4, 4))
+    for (a, b), value in zip(ROW_BY_ROW, parameters[4:], strict=True):
+        P[a, b] = P[b, a] = -value
+    P[np.arange(3), np.arange(3)] += 0.5 * (parameters[4] + parameters[7] + parameters[9])
+    P[:3, 3] = P[3, :3] = parameters[1:4]
+    P[3, 3] = parameters[0]
+    return P
+
+
+def _parameters(P: Array) -> Array:
+    second = P[:3, :3]
+    tensor = np.trace(second) * np.eye(3) - second
+    return np.array([P[3, 3], *P[:3, 3], *(tensor[a, b] for a, b in ROW_BY_ROW)])

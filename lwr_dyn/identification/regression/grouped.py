@@ -1,0 +1,120 @@
+"""Least squares of equations in groups, such as joints, from their normal equations; each group has its own noise.
+
+As `information`, for columns that are not those of one arm alone: a load in its hand, the two sides of its gears.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lwr_dyn.arrays import Array, freeze_arrays
+from lwr_dyn.identification.regression.normal_equations import NormalEquations
+
+ROUNDS = 50
+"""Of noise and fit in turn, at most."""
+SETTLED = 1e-6
+"""Share by which the noise may still change in the last round."""
+RANK = 1e-12
+"""Eigenvalue of the scaled normal equations, as a share of the largest, below which a direction is not determined."""
+SHARED = 1e-6
+"""Share of the undetermined directions that makes a parameter undetermined."""
+QUIET = 1e-7
+"""Noise below this share of a group's right side is not told from rounding."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class GroupedEstimate:
+    """Parameters (p,) with covariance (p, p), and the noise (g,) of every group of equations, NaN of an empty one.
+
+    Parameters that the equations leave open are those of least norm among scaled columns; `determined` (p,) says which
+    are not, and their variance is infinite.
+    """
+
+    values: Array
+    covariance: Array
+    noise: Array
+    normal: NormalEquations
+    determined: NDArray[np.bool_]
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, "values", "covariance", "noise")
+
+    @property
+    def sigma(self) -> Array:
+        """Standard errors (p,), infinite where a parameter is not determined."""
+        return np.sqrt(np.diag(self.covariance))
+
+    def rms(self, values: Array) -> Array:
+        """RMS residual of every group (g,) with parameters (p,); NaN of an empty group."""
+        count = self.normal.equations
+        return np.sqrt(np.where(count > 0, self.normal.residual_squares(values) / np.maximum(count, 1), np.nan))
+
+
+def equations_of(X: Array, y: Array, used: NDArray[np.bool_]) -> NormalEquations:
+    """The normal equations of rows X (k, g, p), y (k, g) where `used` (k, g)."""
+    rows = [(X[u, g], y[u, g]) for g, u in enumerate(used.T)]
+    return NormalEquations(
+        np.array([W.T @ W for W, _ in rows]), np.array([W.T @ b for W, b in rows]), np.array([b @ b for _, b in rows]),
+        np.count_nonzero(used, axis=0),
+    )  # fmt: skip
+
+
+def grouped(normal: NormalEquations, start: Array) -> GroupedEstimate:
+    """min sum over groups of |y - X b|^2 / s_g^2, with s_g^2 = |y - X b|^2 / (m_g - p_g) from the round before.
+
+    Parameters
+    ----------
+    normal : NormalEquations
+        Of g groups.
+    start : (g,) array
+        Noise of the groups in the first round, above 0.
+
+    Returns
+    -------
+    GroupedEstimate
+
+    Notes
+    -----
+    p_g = trace(X_g^T X_g C) / s_g^2 is the share of the parameters that a group pays for: they sum to p, and the noise
+    has no bias (C the covariance of b).
+
+    References
+    ----------
+    Harville, Maximum likelihood approaches to variance component estimation, J. Am. Stat. Assoc. 72 (1977), 3.
+
+    >>> rows = equations_of(np.ones((3, 1, 1)), np.array([[1.0], [2.0], [3.0]]), np.ones((3, 1), dtype=bool))
+    >>> fit = grouped(rows, np.ones(1))
+    >>> fit.values.round(6).tolist(), fit.noise.round(6).tolist()
+    ([2.0], [1.0])
+    """
+    count = normal.equations
+    floor = QUIET * np.sqrt(normal.squares / np.maximum(count, 1)) + 1e-150
+    noise = np.asarray(start, dtype=np.float64)
+    for _ in range(ROUNDS):
+        matrix, side = normal.weighted(noise)
+        inverse, hidden = _inverse(matrix)
+        values = inverse @ side
+        values = values + inverse @ (side - matrix @ values)
+        before, paid = noise, np.einsum("gij,ji->g", normal.matrices, inverse) / noise**2
+        freedom = count - paid
+        found = np.sqrt(normal.residual_squares(values) / np.maximum(freedom, 0.5))
+        noise = np.where(freedom > 0.5, np.maximum(found, floor), noise)
+        if np.abs(noise / before - 1.0).max() < SETTLED:
+            break
+    determined = hidden < SHARED
+    covariance = inverse.copy()
+    covariance[~determined] = covariance[:, ~determined] = 0.0
+    covariance[~determined, ~determined] = np.inf
+    return GroupedEstimate(values, covariance, np.where(count > 0, noise, np.nan), normal, determined)
+
+
+def _inverse(matrix: Array) -> tuple[Array, Array]:
+    """Pseudo-inverse with columns scaled, and how much of the directions it leaves open every parameter has."""
+    size = np.sqrt(np.diag(matrix))
+    seen = size > 0.0
+    scale = np.where(seen, size, 1.0)
+    lengths, axes = np.linalg.eigh(matrix / np.outer(scale, scale))
+    kept = lengths > RANK * lengths[-1]
+    root = axes[:, kept] / np.sqrt(lengths[kept]) / scale[:, None]
+    return root @ root.T, np.sum(axes[:, ~kept] ** 2, axis=1)

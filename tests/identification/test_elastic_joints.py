@@ -1,0 +1,90 @@
+"""Stiffness, damping, rotors, friction and links from logs with both encoders."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import lwr_dyn
+from lwr_dyn.identification.elastic_joints.identify_elastic import identify_elastic
+from lwr_dyn.identification.logs.log_columns import LogError
+from lwr_dyn.identification.regression.torque_columns import TorqueColumns
+from lwr_dyn.model.elasticity import JointElasticity
+from tests.identification.elastic_plants import elastic_log
+from tests.identification.plants import perturbed_plant, random_motion
+
+ARM = lwr_dyn.load("lwr4plus", "physical")
+GEARS = ARM.elasticity
+ZERO = np.array([0.01, -0.02, 0.005, 0.0, 0.001, 0.002, -0.003])
+
+
+@pytest.fixture(scope="module")
+def plant():
+    return perturbed_plant(TorqueColumns(ARM.chain), ARM, np.random.default_rng(1), 0.2)
+
+
+@pytest.fixture(scope="module")
+def logs(plant):
+    """Two recordings of 10 s at 1 kHz: torques 0.1 N m, encoders 1e-5 rad."""
+    rng = np.random.default_rng(2)
+    return [
+        elastic_log(plant, GEARS, random_motion(ARM, 10.0, rng, rate=1000.0), 0.1, rng, 1e-5, ZERO) for _ in range(2)
+    ]
+
+
+def truth(plant, found):
+    """All parameters of the plant as they are fitted."""
+    columns, n = plant.columns, ARM.n
+    own = [plant.parameters[columns.of_joint(j)] for j in range(n)]
+    gears = np.array([GEARS.stiffness, GEARS.damping, -GEARS.stiffness * ZERO]).T
+    joints = [np.concatenate([own[j], gears[j]]) for j in range(n)]
+    return np.concatenate([found.base.of(plant.parameters[: columns.bodies]), *joints])
+
+
+def test_all_parameters_are_recovered_within_their_errors(plant, logs):
+    """Recovery figure: every z within 4.5, their mean square 1, the six stiffnesses that bend within 1 per cent."""
+    found = identify_elastic(logs, ARM)
+    z = (found.values - truth(plant, found)) / found.sigma
+    assert np.abs(z).max() < 4.5
+    assert 0.6 < np.mean(z**2) < 1.5
+    bends = found.of("stiffness", sigma=True) < 0.03 * GEARS.stiffness
+    assert bends[:5].all()
+    assert np.abs(found.of("stiffness") / GEARS.stiffness - 1.0)[:5].max() < 0.01
+    assert found.noise[:7] == pytest.approx(0.1, rel=0.15)
+
+
+def test_without_noise_stiffness_is_exact_to_a_part_in_ten_thousand(plant):
+    log = elastic_log(plant, GEARS, random_motion(ARM, 8.0, np.random.default_rng(3), rate=1000.0), 0.0,
+                      np.random.default_rng(0), 0.0)  # fmt: skip
+    found = identify_elastic([log], ARM)
+    assert np.abs(found.of("stiffness") / GEARS.stiffness - 1.0).max() < 1e-4
+    assert np.abs(found.of("damping") / GEARS.damping - 1.0).max() < 0.03
+    assert np.abs(found.of("armature") / plant.parameters[plant.columns.rotor_indices] - 1.0).max() < 1e-3
+
+
+def test_least_squares_would_take_noise_for_the_spring(plant, logs):
+    """The law behind the instruments: a wrist that bends by its encoder's noise still has an unbiased stiffness."""
+    found = identify_elastic(logs, ARM)
+    off = np.abs(found.of("stiffness") - GEARS.stiffness) / found.of("stiffness", sigma=True)
+    assert off.max() < 4.0
+    assert found.of("stiffness")[5:].min() > 0.0
+
+
+def test_the_result_is_an_elasticity_that_a_simulation_takes(logs):
+    gears = identify_elastic(logs, ARM).elasticity()
+    assert isinstance(gears, JointElasticity)
+    assert (gears.damping >= 0.0).all()
+
+
+def test_a_log_without_motor_positions_is_refused(logs):
+    with pytest.raises(LogError, match="qm1"):
+        identify_elastic([replace(logs[0], motor_q=None)], ARM)
+
+
+def test_a_joint_that_never_moves_is_refused(logs):
+    q, theta = logs[0].q.copy(), logs[0].motor_q.copy()
+    q[:, 2], theta[:, 2] = 0.3, 0.3
+    with pytest.raises(LogError, match="does not determine"):
+        identify_elastic([replace(logs[0], q=q, motor_q=theta)], ARM)

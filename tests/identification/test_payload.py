@@ -1,0 +1,126 @@
+"""Ten parameters of a load on a known arm, or together with the arm."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import lwr_dyn
+from lwr_dyn.dynamics.regressor import body_parameters
+from lwr_dyn.errors import OptionError
+from lwr_dyn.identification.logs.log_columns import LogError
+from lwr_dyn.identification.payload.identify_load import identify_load
+from lwr_dyn.identification.payload.load_columns import body_of, load_columns
+from lwr_dyn.identification.regression.torque_columns import TorqueColumns
+from lwr_dyn.model.chain import Body, with_payload
+from lwr_dyn.model.spatial import from_rpy
+from tests.identification.plants import Plant, perturbed_plant, random_motion, simulated_log, torques
+
+ARM = lwr_dyn.load("lwr4plus", "physical")
+MASS, COM = 2.5, np.array([0.02, -0.01, 0.08])
+TENSOR = from_rpy([0.3, 0.2, -0.5]) @ np.diag([0.012, 0.010, 0.006]) @ from_rpy([0.3, 0.2, -0.5]).T
+TRUTH = body_parameters(Body(MASS, COM, TENSOR))
+
+
+def loaded(plant, arm=ARM):
+    """The plant with the load, through the chain itself."""
+    full = with_payload(arm.chain, MASS, COM, TENSOR).links[-1].body
+    parameters = plant.parameters.copy()
+    last = slice(plant.columns.bodies - 10, plant.columns.bodies)
+    parameters[last] += body_parameters(full) - body_parameters(arm.chain.links[-1].body)
+    return Plant(plant.columns, parameters)
+
+
+def logs_of(plant, seed, count=1, noise=0.1, duration=10.0, encoder=1e-5):
+    rng = np.random.default_rng(seed)
+    return [
+        simulated_log(plant, random_motion(ARM, duration, rng, rate=1000.0), noise, rng, encoder) for _ in range(count)
+    ]
+
+
+@pytest.fixture(scope="module")
+def known():
+    """The arm as its table says, with friction that nothing knows."""
+    return perturbed_plant(TorqueColumns(ARM.chain), ARM, np.random.default_rng(1), 0.0)
+
+
+def test_the_load_on_a_known_arm_is_recovered(known):
+    """Recovery figure: 10 s, 0.1 N m, friction unknown: mass to 4 g, centre to 0.5 mm, tensor to 2e-3 kg m^2."""
+    found = identify_load(logs_of(loaded(known), 2), ARM)
+    miss = found.parameters - TRUTH
+    assert np.abs(miss / found.sigma).max() < 4.5
+    assert abs(miss[0]) < 4e-3
+    assert np.abs(found.parameters[1:4] / found.parameters[0] - COM).max() < 5e-4
+    assert np.abs(miss[4:]).max() < 2e-3
+    assert found.found
+    assert found.determined.all()
+    assert found.without.max() > 20 * found.left.max()
+    assert "coulomb_1" in found.nuisance
+
+
+def test_errors_cover_over_draws(known):
+    plant, rng = loaded(known), np.random.default_rng(5)
+    motion = random_motion(ARM, 10.0, rng, rate=1000.0)
+    tau = plant.torque(motion)
+    draws = [identify_load([simulated_log(plant, motion, 0.1, rng, 1e-5, tau=tau)], ARM) for _ in range(30)]
+    z = np.array([(d.parameters - TRUTH) / d.sigma for d in draws])
+    assert (np.abs(z) < 3.0).mean() > 0.98
+    assert 0.75 < np.mean(z**2) < 1.3
+
+
+def test_unloaded_logs_take_the_arms_own_errors_out():
+    """An arm 10 per cent off its table: with its table alone the load is wrong by many sigma, with empty runs not."""
+    plant = perturbed_plant(TorqueColumns(ARM.chain), ARM, np.random.default_rng(3), 0.1)
+    with_load, empty = logs_of(loaded(plant), 4), logs_of(plant, 5)
+    alone = identify_load(with_load, ARM)
+    together = identify_load(with_load, ARM, unloaded=empty)
+    assert np.abs((together.parameters - TRUTH) / together.sigma).max() < 4.5
+    assert np.abs(together.parameters[0] - MASS) < 0.02 < np.abs(alone.parameters[0] - MASS)
+    assert together.known.startswith("nothing")
+
+
+def test_friction_of_the_arm_itself_is_taken_where_asked(known):
+    plant = loaded(known)
+    arm = replace(ARM, friction=plant.columns.friction_of(plant.parameters))
+    own = identify_load(logs_of(plant, 6), arm, friction="own")
+    assert np.abs((own.parameters - TRUTH) / own.sigma).max() < 4.5
+    assert own.nuisance == ()
+    with pytest.raises(OptionError, match="has none"):
+        identify_load(logs_of(plant, 6), ARM, friction="own")
+    with pytest.raises(OptionError, match="unloaded"):
+        identify_load(logs_of(plant, 6), arm, friction="own", unloaded=logs_of(plant, 7))
+    with pytest.raises(OptionError, match="fitted, own"):
+        identify_load(logs_of(plant, 6), arm, friction="none")
+
+
+def test_no_load_is_not_found(known):
+    found = identify_load(logs_of(known, 8), ARM)
+    assert not found.found
+    assert abs(found.parameters[0]) < 4 * found.sigma[0]
+
+
+def test_columns_of_a_load_are_those_of_a_body_behind_the_flange():
+    """Against the recursion: torques with the load, less torques without it, of an arm whose tool is turned."""
+    tool = lwr_dyn.load("lwr4plus", "physical", tool={"xyz": [0.05, 0.0, 0.12], "rpy": [0.4, -0.3, 0.7]})
+    columns = TorqueColumns(tool.chain)
+    motion = random_motion(tool, 2.0, np.random.default_rng(0))
+    chains = tool.chain, with_payload(tool.chain, MASS, COM, TENSOR)
+    bare, full = (torques(columns, columns.own(replace(tool, chain=chain)), motion) for chain in chains)
+    Y = columns(motion.q, motion.dq, motion.ddq)[:, :, columns.bodies - 10 : columns.bodies]
+    assert load_columns(Y, tool.chain.flange) @ TRUTH == pytest.approx(full - bare, abs=1e-11)
+
+
+def test_parameters_and_body_are_each_others_inverse():
+    body = body_of(TRUTH)
+    assert body.mass == pytest.approx(MASS)
+    assert body.com == pytest.approx(COM)
+    assert body.inertia_com == pytest.approx(TENSOR)
+
+
+def test_an_arm_that_does_not_move_shows_no_load(known):
+    log = logs_of(loaded(known), 9)[0]
+    still = replace(log, q=np.broadcast_to(log.q[:1], log.q.shape))
+    with pytest.raises(LogError, match="mass is not determined"):
+        identify_load([still], ARM)
