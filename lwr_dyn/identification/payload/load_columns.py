@@ -4,6 +4,7 @@ import numpy as np
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.dynamics.regressor import INERTIAL, ROW_BY_ROW
+from lwr_dyn.identification.bodies.pseudo_inertia import UNITS, inertial_parameters
 from lwr_dyn.model.chain import Body
 from lwr_dyn.model.spatial import Pose, steiner, symmetric_part
 
@@ -15,14 +16,9 @@ def load_shift(flange: Pose) -> Array:
     """A (10, 10): parameters of a body in the frame of the link that carries it, from those in the flange's frame.
 
     With H the pose of the flange and P the pseudo-inertia, P_link = H P H^T, which is linear in the parameters.
-
-    References
-    ----------
-    Wensing, Kim, Slotine, Linear matrix inequalities for physically consistent inertial parameter identification (2018),
-    eq. 7, for P.
     """
     H = flange.matrix()
-    return np.column_stack([_parameters(H @ _pseudo_inertia(unit) @ H.T) for unit in np.eye(len(INERTIAL))])
+    return inertial_parameters(H @ UNITS @ H.T).T
 
 
 def load_columns(last: Array, flange: Pose) -> Array:
@@ -38,19 +34,3 @@ def body_of(parameters: Array) -> Body:
     for (a, b), value in zip(ROW_BY_ROW, parameters[4:], strict=True):
         tensor[a, b] = tensor[b, a] = value
     return Body(m, com, symmetric_part(tensor - steiner(m, com)))
-
-
-def _pseudo_inertia(parameters: Array) -> Array:
-    P = np.zeros((4, 4))
-    for (a, b), value in zip(ROW_BY_ROW, parameters[4:], strict=True):
-        P[a, b] = P[b, a] = -value
-    P[np.arange(3), np.arange(3)] += 0.5 * (parameters[4] + parameters[7] + parameters[9])
-    P[:3, 3] = P[3, :3] = parameters[1:4]
-    P[3, 3] = parameters[0]
-    return P
-
-
-def _parameters(P: Array) -> Array:
-    second = P[:3, :3]
-    tensor = np.trace(second) * np.eye(3) - second
-    return np.array([P[3, 3], *P[:3, 3], *(tensor[a, b] for a, b in ROW_BY_ROW)])
