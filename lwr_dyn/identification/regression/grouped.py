@@ -20,7 +20,7 @@ RANK = 1e-12
 SHARED = 1e-6
 """Share of the undetermined directions that makes a parameter undetermined."""
 QUIET = 1e-7
-"""Noise below this share of a group's right side is not told from rounding."""
+"""Noise below this share of a group's right side may be rounding alone."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
