@@ -8,6 +8,7 @@ from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.logs.log_columns import LogError
 from lwr_dyn.identification.regression import samples as module
 from lwr_dyn.identification.regression.samples import SampleRule, sample_parts, samples_of
+from lwr_dyn.model.transmission import Transmission
 
 RATE = 1000.0
 
@@ -56,6 +57,17 @@ def test_slow_joints_and_torques_that_are_cut_out_have_no_equation():
     assert found.used[~inside, 1].all()
     assert np.isfinite(found.tau).all()
     assert found.equations == found.used.sum()
+
+
+def test_a_joint_waits_for_all_motors_that_drive_it():
+    log, *_ = sines()
+    pair = Transmission([[2.0, -1.0], [2.0, 1.0]])
+    found = samples_of([log], SampleRule(slowest=3.0, transmission=pair))
+    fast = np.abs(pair.motor_velocity(found.dq)) > 3.0
+    assert (found.used == fast.all(axis=1)[:, None]).all()
+    assert 0 < found.equations < found.used.size
+    gears = samples_of([log], SampleRule(slowest=3.0, transmission=Transmission(np.diag([2.0, -1.0]))))
+    assert (gears.used == (np.abs(gears.dq * [2.0, -1.0]) > 3.0)).all()
 
 
 def test_gaps_part_recordings_and_a_short_one_is_left_out():

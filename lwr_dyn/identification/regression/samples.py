@@ -22,6 +22,7 @@ from lwr_dyn.errors import OptionError
 from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.logs.log_columns import LogError
 from lwr_dyn.identification.logs.recordings import even_step, recordings
+from lwr_dyn.model.transmission import Transmission
 
 ORDER = 4
 """Of the Butterworth filter, forward and backward."""
@@ -52,6 +53,9 @@ class SampleRule:
     slowest : float or (n,) array
         Speed up to which a joint's equation is left out [rad/s or m/s]; three times the Stribeck speed where the
         columns have no Stribeck term.
+    transmission : Transmission, optional
+        The motor map dq_m = T dq of columns with friction at the motors: `slowest` is then a speed of motors, and a
+        joint's equation needs all motors that drive it to be faster.
 
     Raises
     ------
@@ -62,6 +66,7 @@ class SampleRule:
     cutoff: float | None = 20.0
     spacing: float = 0.01
     slowest: float | Array = 0.05
+    transmission: Transmission | None = None
 
     def __post_init__(self) -> None:
         if self.cutoff is not None and not (isfinite(self.cutoff) and self.cutoff > 0.0):
@@ -71,6 +76,13 @@ class SampleRule:
         slowest = np.asarray(self.slowest, dtype=np.float64)
         if not (np.isfinite(slowest).all() and (slowest >= 0.0).all()):
             raise OptionError("sample slowest", self.slowest, "a number >= 0, or one for each joint")
+
+    def moving(self, dq: Array) -> NDArray[np.bool_]:
+        """Which equations count at speeds (k, n), (k, n)."""
+        if self.transmission is None:
+            return np.asarray(np.abs(dq) > self.slowest)
+        slow = np.abs(dq @ self.transmission.matrix.T) <= self.slowest
+        return np.asarray(~(slow @ (self.transmission.matrix != 0.0)))
 
 
 DEFAULT_SAMPLES = SampleRule()
@@ -151,7 +163,7 @@ def sample_parts(logs: Iterable[JointLog], rule: SampleRule = DEFAULT_SAMPLES) -
             for t, q, dq, ddq, tau in _piece(log, piece, rule):
                 sources = (*sources[:count], log.source)
                 known = np.isfinite(tau)
-                used = (np.abs(dq) > rule.slowest) & known
+                used = rule.moving(dq) & known
                 whose = np.full(t.size, count, dtype=np.intp)
                 yield Samples(t, q, dq, ddq, np.where(known, tau, 0.0), used, whose, sources)
             short = (log.source, piece.stop - piece.start)
