@@ -11,7 +11,8 @@ from lwr_dyn.arrays import Array
 from lwr_dyn.identification.bodies.consistent import ConsistentFit, consistent_fit
 from lwr_dyn.identification.regression.information import information_of
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
-from tests.identification.plants import Motion, perturbed_plant, random_motion, simulated_samples
+from lwr_dyn.model.arm import Arm
+from tests.identification.plants import COULOMB, VISCOUS, Motion, perturbed_plant, random_motion, simulated_samples
 
 LEVELS = (0.1, 0.2, 0.3)
 """How far plants are from their table, in turn."""
@@ -34,14 +35,25 @@ class Case:
         return self.plain / self.consistent
 
 
-def cases(seconds: float, noise: float, seeds: range, series: float | None = None) -> list[Case]:
+def table_of(arm: Arm, columns: TorqueColumns, friction: bool) -> Array:
+    """The arm's table (p,), with the friction about which plants are drawn or with none."""
+    table = columns.own(arm)
+    for j in range(arm.n if friction else 0):
+        table[columns.of_joint(j)][1:3] = COULOMB[j], VISCOUS[j]
+    return table
+
+
+def cases(
+    seconds: float, noise: float, seeds: range, series: float | None = None, friction: bool = True
+) -> list[Case]:
     """Random logs of the LWR 4+ (exact states, noisy torques at 100 Hz), a plant a seed.
 
-    A log is a whole series of five harmonics, or `seconds` cut out of one of `series` seconds.
+    A log is a whole series of five harmonics, or `seconds` cut out of one of `series` seconds. The table has friction
+    (plants' is 30 % off it) or none.
     """
     arm = lwr_dyn.load("lwr4plus", "physical")
     columns = TorqueColumns(arm.chain)
-    base, table = columns.base(), columns.own(arm)
+    base, table = columns.base(), table_of(arm, columns, friction)
     rng = np.random.default_rng(7)
     fresh = [random_motion(arm, FRESH_SECONDS, rng, FRESH_RATE) for _ in range(FRESH)]
     W = np.concatenate([columns(m.q, m.dq, m.ddq)[:, :, base.kept].reshape(-1, base.count) for m in fresh])

@@ -18,11 +18,20 @@ from lwr_dyn.errors import ShapeError
 from lwr_dyn.identification.bodies.pseudo_inertia import UNITS, are_bodies, inertial_parameters, pseudo_inertias
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 
-UNKNOWN_FRICTION, FRICTION_TRUST = 10.0, 0.5
-"""Standard deviation of friction that a table lacks [N m, N m s/rad], wide, only to have a value without any data; and
-of friction that it has, as a share of it."""
+UNKNOWN_FRICTION = 10.0
+"""Standard deviation of friction that a table lacks [N m, N m s/rad]: wide, only to have a value without any data."""
+FRICTION_TRUST, OFFSET_TRUST = 0.3, 0.1
+"""The same where the table has friction: share of its viscous or Coulomb value; of an offset, share of the Coulomb one.
+"""
 UNKNOWN_ROTOR = 0.1
 """Guess for a rotor the table lacks, as share of the mean moment of inertia of the bodies from its link outward."""
+_KINDS = (
+    ("viscous", "viscous", FRICTION_TRUST),
+    ("coulomb", "coulomb", FRICTION_TRUST),
+    ("stribeck", "coulomb", FRICTION_TRUST),
+    ("offset", "coulomb", OFFSET_TRUST),
+)
+"""Columns, those whose largest value is their measure, and the share of it."""
 _THINNEST, _LIGHTEST = 1e-3, 1e-2
 _LENGTH = 0.1
 """Length that makes the entries of a pseudo-inertia alike [m]."""
@@ -145,15 +154,16 @@ def body_prior(columns: TorqueColumns, table: Array) -> BodyPrior:
 
 
 def _friction_spreads(columns: TorqueColumns, table: Array) -> Array:
-    """Per column (p,): a share of the joint's own friction of that unit, and a wide one where the table has none."""
+    """Per column (p,)."""
     spread = np.full(columns.count, UNKNOWN_FRICTION)
     for joint in range(columns.n):
         part = columns.of_joint(joint)
-        viscous = np.array([name.startswith("viscous") for name in columns.names[part]])
-        for kind in (viscous, ~viscous):
-            chosen = np.arange(part.start, part.stop)[kind]
-            own = np.abs(table[np.setdiff1d(chosen, columns.rotor_indices)]).max(initial=0.0)
-            spread[chosen] = FRICTION_TRUST * own if own > 0.0 else UNKNOWN_FRICTION
+        for kind, others, trust in _KINDS:
+            chosen = [k for k in range(part.start, part.stop) if columns.names[k].startswith(kind)]
+            alike = [k for k in range(part.start, part.stop) if columns.names[k].startswith(others)]
+            own = float(np.abs(table[alike]).max(initial=0.0))
+            if own > 0.0:
+                spread[chosen] = trust * own
     return spread
 
 
