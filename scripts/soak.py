@@ -21,6 +21,7 @@ LINES = {
     "checks": "checks:checks",
     "cluster_kills": "sweeps:cluster_kills",
     "compiled_loop": "compiled_loop:compiled_loop",
+    "consistent": "identification_bodies:consistent",
     "core": "suite:core",
     "coverage": "identification:coverage",
     "data_mutants": "surveys:data_mutants",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,6 +29,8 @@ class Case:
     plain: float
     consistent: float
     physical: bool
+    seconds: float
+    """Processor time of the consistent fit, with its search for the weight."""
     fit: ConsistentFit
 
     @property
@@ -43,9 +46,7 @@ def table_of(arm: Arm, columns: TorqueColumns, friction: bool) -> Array:
     return table
 
 
-def cases(
-    seconds: float, noise: float, seeds: range, series: float | None = None, friction: bool = True
-) -> list[Case]:
+def cases(seconds: float, noise: float, seeds: range, series: float | None = None, friction: bool = True) -> list[Case]:
     """Random logs of the LWR 4+ (exact states, noisy torques at 100 Hz), a plant a seed.
 
     A log is a whole series of five harmonics, or `seconds` cut out of one of `series` seconds. The table has friction
@@ -65,10 +66,12 @@ def cases(
         if series is not None:
             motion = _cut(motion, seconds, rng)
         information = information_of(simulated_samples(plant, motion, noise, rng, SLOWEST), columns)
+        start = time.process_time()
         fit = consistent_fit(information, table)
+        seconds_of_fit = time.process_time() - start
         misses = [W @ (values - plant.base) for values in (information.values, base.of(fit.parameters))]
         errors = [float(np.sqrt(np.mean(np.square(miss)))) for miss in misses]
-        found.append(Case(errors[0], errors[1], bool(fit.physical.all()), fit))
+        found.append(Case(errors[0], errors[1], bool(fit.physical.all()), seconds_of_fit, fit))
     return found
 
 

@@ -6,7 +6,7 @@ exp(-w D) is a Wishart density of P, so its normaliser is known; D grows to infi
 body a body. A rotor's inertia is the same with a 1 x 1 matrix. Friction has a wide Gaussian about the table's value.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,13 +57,15 @@ class BodyPrior:
     spread: Array
     """(p,) standard deviation of friction about the table's, used for the columns of friction only."""
 
+    friction: NDArray[np.intp] = field(init=False)
+    """Columns that are neither bodies nor rotors."""
+    _inverse: Array = field(init=False, repr=False)
+    """P0^-1, (links, 4, 4)"""
+
     def __post_init__(self) -> None:
         freeze_arrays(self, "table", "spread")
-
-    @property
-    def friction(self) -> NDArray[np.intp]:
-        """Columns that are neither bodies nor rotors."""
-        return np.setdiff1d(np.arange(self.bodies, self.table.size), self.rotors)
+        object.__setattr__(self, "friction", np.setdiff1d(np.arange(self.bodies, self.table.size), self.rotors))
+        object.__setattr__(self, "_inverse", np.linalg.inv(self._pseudo(self.table)))
 
     @property
     def units(self) -> Array:
@@ -83,16 +85,15 @@ class BodyPrior:
     def distance(self, parameters: Array, weight: float) -> float:
         """w D summed over bodies and rotors, and half the squares of friction; infinite outside the bodies."""
         rotors = parameters[self.rotors] / self.table[self.rotors]
+        pseudo = self._pseudo(parameters)
         try:
-            roots = np.linalg.cholesky(self._pseudo(parameters))
+            roots = np.linalg.cholesky(pseudo)
         except np.linalg.LinAlgError:
             return float("inf")
         if (rotors <= 0.0).any():
             return float("inf")
-        own = np.linalg.cholesky(self._pseudo(self.table))
-        half = np.linalg.solve(own, roots)  # P0^-1 P is similar to half half^T
-        logs = 2.0 * np.log(np.diagonal(half, axis1=1, axis2=2)).sum()
-        bodies = np.square(half).sum() - logs - 4.0 * len(half)
+        logs = 2.0 * np.log(np.diagonal(roots, axis1=1, axis2=2)).sum() + np.linalg.slogdet(self._inverse)[1].sum()
+        bodies = (self._inverse * pseudo).sum() - logs - 4.0 * len(pseudo)
         of_rotors = self._rotor_weights(weight) @ (rotors - np.log(rotors) - 1.0)
         friction = np.square((parameters - self.table) / self.spread)[self.friction].sum()
         return float(weight * bodies + of_rotors + 0.5 * friction)
@@ -100,8 +101,10 @@ class BodyPrior:
     def derivatives(self, parameters: Array, weight: float) -> tuple[Array, Array]:
         """Gradient (p,) and Hessian (p, p) of `distance`."""
         gradient, hessian = np.zeros(self.table.size), np.zeros((self.table.size,) * 2)
-        inverse, own = np.linalg.inv(self._pseudo(parameters)), np.linalg.inv(self._pseudo(self.table))
-        gradient[: self.bodies] = weight * np.einsum("nab,kab->nk", own - inverse, UNITS).ravel()
+        inverse = np.linalg.inv(self._pseudo(parameters))
+        gradient[: self.bodies] = (
+            weight * ((self._inverse - inverse).reshape(-1, 16) @ UNITS.reshape(_TEN, 16).T).ravel()
+        )
         steps = (inverse[:, None] @ UNITS).reshape(len(inverse), _TEN, 16)
         across = np.swapaxes(steps.reshape(-1, _TEN, 4, 4), 2, 3).reshape(steps.shape)
         blocks = weight * steps @ np.swapaxes(across, 1, 2)
