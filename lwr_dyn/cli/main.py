@@ -56,6 +56,11 @@ COMMANDS: Registry[click.Command] = Registry(
             "Friction, or friction and inertia, from logs of an arm that moved.",
             extra="plots",
         ),
+        "excite": Row(
+            "lwr_dyn.identification.excitation.command:command",
+            "A motion that shows an arm's parameters best: fast, inside all limits, clear of everything.",
+            extra="batch",
+        ),
         "lint": Row(
             "lwr_dyn.audit.lint.command:command",
             "Faults in URDFs and tables, with place and reason.",

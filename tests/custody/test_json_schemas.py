@@ -24,6 +24,7 @@ RUNS = {
     "simulate": (HOLD, f"{HOLD} --payload 3 --controller pid --encoder-bits 16 --mount ceiling --friction none"),
     "identify friction": ("identify friction moves_*.csv --robot wam7",),
     "identify motion": ("identify motion any_motion.csv --robot wam7",),
+    "excite": ("excite lwr4plus --reading physical --starts 1 --duration 5",),
     "lint": ("lint wam7",),
     "krl check": ("krl check two_points.src",),
     "krl run": ("krl run two_points.src",),

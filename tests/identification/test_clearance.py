@@ -1,0 +1,102 @@
+"""Distances of capsules: against a dense search, against differences, and at poses where they are known."""
+
+import numpy as np
+import pytest
+
+import lwr_dyn
+from lwr_dyn.errors import OptionError
+from lwr_dyn.identification.excitation.clearance import clearance_of, closest_parts, random_positions
+from lwr_dyn.kinematics.forward import joint_axes
+from lwr_dyn.urdf.geometry import link_radii
+
+
+@pytest.fixture(scope="module")
+def lwr():
+    return lwr_dyn.load("lwr4plus", "physical")
+
+
+def _sampled_distance(a, b, c, d):
+    s = np.linspace(0.0, 1.0, 201)
+    x, y = ((1 - s[:, None]) * p + s[:, None] * r for p, r in ((a, b), (c, d)))
+    return np.linalg.norm(x[:, None] - y[None], axis=2).min()
+
+
+@pytest.mark.parametrize("kind", ["apart", "parallel", "crossing", "a point"])
+def test_closest_parts_are_the_closest(kind):
+    rng = np.random.default_rng(3)
+    for _ in range(30):
+        a, b, c, d = rng.normal(size=(4, 3))
+        if kind == "parallel":
+            d = c + 0.7 * (b - a)
+        elif kind == "crossing":
+            c, d = (a + b) / 2 + (d - c), (a + b) / 2 - (d - c)
+        elif kind == "a point":
+            d = c
+        x, y = (float(share[0]) for share in closest_parts(a[None], b[None], c[None], d[None]))
+        assert 0.0 <= x <= 1.0
+        assert 0.0 <= y <= 1.0
+        found = np.linalg.norm(a + x * (b - a) - c - y * (d - c))
+        dense = _sampled_distance(a, b, c, d)
+        assert dense - 0.03 < found < dense + 1e-9
+
+
+@pytest.mark.parametrize("name", ["lwr4plus", "wam7", "kr30ha"])
+def test_gradients_are_those_of_the_distances(name):
+    arm = lwr_dyn.load(name)
+    space, h = clearance_of(arm), 1e-6
+    q = random_positions(arm, 40, np.random.default_rng(1))
+    values, gradient = space.with_gradient(q)
+    assert np.array_equal(values, space.of(q))
+    differences = [(space.of(q + h * e) - space.of(q - h * e)) / (2 * h) for e in np.eye(arm.n)]
+    assert np.abs(np.stack(differences, axis=-1) - gradient).max() < 1e-7
+    assert np.abs(gradient).max() > 0.1
+
+
+def test_distances_are_those_of_the_capsules(lwr):
+    space = clearance_of(lwr, kept=0.0)
+    q = random_positions(lwr, 20, np.random.default_rng(2))
+    points = np.concatenate([(axes := joint_axes(lwr.chain, q)).p, axes.flange[:, None, :3, 3]], axis=1)
+    column = list(space.names).index("link_7 and link_3")
+    radii = link_radii(lwr)
+    for i, values in enumerate(space.of(q)):
+        dense = _sampled_distance(points[i, 2], points[i, 3], points[i, 6], points[i, 7])
+        assert dense - 0.01 < values[column] + radii[2] + radii[6] < dense + 1e-9
+
+
+def test_floor_column_and_own_links_are_met_where_they_are(lwr):
+    space = clearance_of(lwr)
+    names = space.names
+    down, under = np.radians([[0, 90, 0, -60, 0, 0, 0], [0, 105, 0, -115, 0, 0, 0]])
+    met = [{name for name, x in zip(names, space.of(q[None])[0], strict=True) if x < 0.0} for q in (down, under)]
+    low = {"joint_6 and the floor", "the flange and the floor"}
+    assert met == [low, {*low, "link_5 and the column", "link_7 and the column"}]
+    assert space.of(np.zeros((1, 7))).min() > 0.15
+    assert space.floor == -0.3105
+    assert clearance_of(lwr, floor=-2.0).of(down[None]).min() > 0.0
+    assert not any("column" in name for name in clearance_of(lwr, column=0.0).names)
+
+
+def test_more_is_kept_and_a_wider_column_is_nearer(lwr):
+    q = random_positions(lwr, 50, np.random.default_rng(4))
+    assert np.allclose(clearance_of(lwr, 0.02).of(q) - clearance_of(lwr, 0.05).of(q), 0.03)
+    narrow, wide = clearance_of(lwr, column=0.1), clearance_of(lwr, column=0.15)
+    difference = narrow.of(q) - wide.of(q)
+    columns = [i for i, name in enumerate(narrow.names) if "column" in name]
+    assert narrow.names == wide.names
+    assert np.allclose(difference[:, columns], 0.05)
+
+
+def test_an_arm_on_the_ceiling_keeps_clear_of_the_floor_below_it():
+    arm = lwr_dyn.load("lwr4plus", mount={"on": "ceiling", "xyz": (0.0, 0.0, 2.5)})
+    space = clearance_of(arm)
+    assert space.floor == 0.0
+    distances = dict(zip(space.names, space.of(np.zeros((1, 7)))[0], strict=True))
+    radius = link_radii(arm.uninstalled())[-1]
+    assert distances["the flange and the floor"] == pytest.approx(2.5 - 0.868 - radius - 0.05)
+    assert distances["the flange and the ceiling"] == pytest.approx(0.868 + 0.3105 - radius - 0.05)
+
+
+@pytest.mark.parametrize("bad", [{"kept": -0.1}, {"kept": np.nan}, {"floor": np.inf}, {"column": -1.0}])
+def test_distances_that_cannot_be_are_refused(lwr, bad):
+    with pytest.raises(OptionError):
+        clearance_of(lwr, **bad)

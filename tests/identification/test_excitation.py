@@ -1,0 +1,152 @@
+"""Designed motions: executable, better than random ones, and what stands against them."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import lwr_dyn
+from lwr_dyn.errors import MissingDataError, OptionError, ShapeError
+from lwr_dyn.identification.excitation.clearance import clearance_of
+from lwr_dyn.identification.excitation.design import design_excitation
+from lwr_dyn.identification.excitation.excitation_file import run_of_excitation, write_excitation
+from lwr_dyn.identification.excitation.fourier import fourier_basis
+from lwr_dyn.identification.excitation.motion_design import ExcitationError
+from lwr_dyn.identification.excitation.motion_limits import MotionLimits
+from lwr_dyn.identification.excitation.motion_score import motion_score
+from lwr_dyn.identification.logs.joint_log import read_log
+from lwr_dyn.model.run import Run
+from lwr_dyn.responses.motion_reference import csv_reference
+from lwr_dyn.simulation.plant import arm_with_payload
+
+pytest.importorskip("numba")
+SHORT = {"duration": 5.0, "starts": 1, "harmonics": 2}
+
+
+@pytest.fixture(scope="module")
+def lwr():
+    return lwr_dyn.load("lwr4plus", "physical")
+
+
+@pytest.fixture(scope="module")
+def designed(lwr):
+    return design_excitation(lwr, starts=1)
+
+
+@pytest.fixture(scope="module")
+def slender(designed):
+    return design_excitation(designed.arm, starts=1, objective="cond")
+
+
+def _best_random(arm, columns, count):
+    """The best scores of random motions that fill the limits and are clear at 100 Hz."""
+    rng, limits, space, basis = np.random.default_rng(9), MotionLimits.of(arm), clearance_of(arm), None
+    basis = fourier_basis(10.0, 5, 1000)
+    scores = []
+    while len(scores) < count:
+        X = rng.normal(size=(basis.count, arm.n))
+        X[0] = rng.uniform(limits.lower, limits.upper)
+        X = limits.fitted(X, basis, fill=True)
+        if space.of(basis.position @ X).min() > 0.0:
+            scores.append(motion_score(columns, basis.motion(X), np.full(arm.n, 0.1)))
+    return min(s.d for s in scores), min(s.condition for s in scores)
+
+
+@pytest.mark.parametrize("fixture", ["designed", "slender"])
+def test_it_is_executable_at_1_khz(fixture, request, lwr):
+    found = request.getfixturevalue(fixture)
+    m, limits = found.sampled(1000.0), MotionLimits.of(lwr)
+    assert len(m.t) == 10001
+    assert max(np.abs(m.dq[[0, -1]]).max(), np.abs(m.ddq[[0, -1]]).max()) < 1e-10
+    assert (m.q >= limits.lower - 1e-9).all()
+    assert (m.q <= limits.upper + 1e-9).all()
+    assert (np.abs(m.dq) <= limits.speed + 1e-9).all()
+    tau = lwr_dyn.dynamics_of(lwr, "newton-euler").inverse_dynamics(m.q, m.dq, m.ddq)
+    assert (np.abs(tau) <= 0.8 * lwr.effort).all()
+    assert found.torque_use == pytest.approx(np.abs(tau).max(axis=0) / lwr.effort, rel=1e-9)
+    assert found.speed_use == pytest.approx(np.abs(m.dq).max(axis=0) / lwr.velocity, rel=1e-9)
+    nearest = clearance_of(lwr, kept=0.0).of(m.q)
+    assert nearest.min() >= 0.05
+    assert found.clear == pytest.approx(nearest.min(), abs=1e-9)
+
+
+def test_each_objective_is_best_at_its_own_and_both_beat_random_motions(designed, slender, lwr):
+    d, condition = _best_random(lwr, designed.columns, 20)
+    assert np.exp((d - designed.score.d) / 2.0) > 1.5
+    assert condition / slender.score.condition > 1.7
+    assert designed.score.d < slender.score.d - 0.4
+    assert slender.score.condition < designed.score.condition / 1.5
+
+
+def test_the_same_seed_gives_the_same_motion_and_another_one_another(lwr):
+    one, same, other = (design_excitation(lwr, **SHORT, seed=s).motion for s in (3, 3, 4))
+    assert np.array_equal(one.sines, same.sines)
+    assert not np.allclose(one.sines, other.sines, atol=1e-2)
+
+
+def test_torques_bind_where_motors_are_weak(lwr):
+    need = design_excitation(lwr, **SHORT).torque_use[1]
+    limits = tuple(
+        dataclasses.replace(x, effort=0.9 * need * x.effort) if j == 1 else x for j, x in enumerate(lwr.limits)
+    )
+    weak = dataclasses.replace(lwr, limits=limits)
+    found = design_excitation(weak, **SHORT)
+    assert need > 0.2
+    assert found.torque_use[1] <= 0.8
+
+
+def test_a_motion_that_cannot_be_clear_is_refused_with_the_distance(lwr):
+    with pytest.raises(ExcitationError, match=r"excitation of lwr4plus: .* m too near something; allowed: more starts"):
+        design_excitation(lwr, **SHORT, clearance=clearance_of(lwr, kept=0.6))
+
+
+def test_any_arm_sliding_joints_and_loads_too(tmp_path, lwr_dyn_command):
+    file = tmp_path / "mine.toml"
+    assert lwr_dyn_command("new", "arm", str(file), "--joints", "RRPR", "--convention", "modified")[0] == 0
+    arm = arm_with_payload(lwr_dyn.load(str(file)), 1.0)
+    found = design_excitation(arm, **SHORT, limits=MotionLimits.of(arm, unknown_speed=1.0))
+    q = found.sampled(1000.0).q
+    assert (q > arm.lower).all()
+    assert (q < arm.upper).all()
+    assert np.isfinite(found.score.sigma).all()
+
+
+@pytest.mark.parametrize(
+    ("bad", "error"),
+    [
+        ({"objective": "e"}, OptionError), ({"starts": 0}, OptionError), ({"seed": -1}, OptionError),
+        ({"duration": 0.0}, OptionError), ({"duration": np.nan}, OptionError), ({"harmonics": 1}, OptionError),
+        ({"noise": 0.0}, OptionError), ({"noise": [1.0, 2.0]}, ShapeError), ({"starts": True}, OptionError),
+    ],
+)  # fmt: skip
+def test_bad_numbers_are_refused(lwr, bad, error):
+    with pytest.raises(error):
+        design_excitation(lwr, **{"starts": 1, **bad})
+
+
+def test_an_arm_without_masses_is_refused():
+    with pytest.raises(MissingDataError):
+        design_excitation(lwr_dyn.load("lwr4"), starts=1)
+
+
+def test_its_file_is_a_reference_and_a_log(designed, lwr, tmp_path):
+    table = tmp_path / "e.csv"
+    write_excitation(table, designed)
+    reference, exact = csv_reference(lwr, file=str(table)), designed.motion
+    t = np.linspace(0.0, 10.0, 777)
+    read, designed_motion = reference.sample(t), exact.sample(t)
+    assert np.abs(read.q - designed_motion.q).max() < 1e-7
+    assert np.abs(read.dq - designed_motion.dq).max() < 1e-5
+    log = read_log(table, arm=lwr, needs=("q",))
+    assert np.array_equal(log.q, designed.sampled(100.0).q)
+    assert np.array_equal(log.dq, designed.sampled(100.0).dq)
+
+
+def test_as_a_run_it_has_the_torques_of_the_table(designed, lwr, tmp_path):
+    path = tmp_path / "e.npz"
+    write_excitation(path, designed, 50.0)
+    run = Run.load(path)
+    tau = lwr_dyn.dynamics_of(lwr, "newton-euler").inverse_dynamics(run.q, run.dq, designed.sampled(50.0).ddq)
+    assert np.abs(run.tau_applied - tau).max() < 1e-9
+    assert run.meta["robot"] == "lwr4plus"
+    assert run.t.size == run_of_excitation(designed, 50.0).t.size == 501

@@ -1,0 +1,63 @@
+"""`lwr-dyn excite`: the loop to identification, its record, and what it refuses in one line."""
+
+import json
+
+import numpy as np
+import pytest
+
+import lwr_dyn
+from tests.json_schemas import faults
+
+pytest.importorskip("numba")
+QUICK = ("--reading", "physical", "--starts", "1", "--duration", "6", "--harmonics", "3")
+
+
+def test_excite_simulate_identify(lwr_dyn_command, tmp_path):
+    motion, log = str(tmp_path / "e.csv"), str(tmp_path / "e_log.csv")
+    code, out, err = lwr_dyn_command("excite", "lwr4plus", *QUICK, "--out", motion)
+    assert (code, err) == (0, "")
+    assert f"wrote {motion}; simulate a log:  lwr-dyn simulate" in out
+    line = out.split("simulate a log:  lwr-dyn ")[1].split()
+    assert lwr_dyn_command(*line)[0] == 0
+    code, out, err = lwr_dyn_command(
+        "identify", "motion", log, "--robot", "lwr4plus", "--reading", "physical", "--json"
+    )
+    assert code == 0, err
+    assert json.loads(out)["parameters"]
+
+
+def test_the_record_says_what_the_motion_is(lwr_dyn_command):
+    code, out, _ = lwr_dyn_command("excite", "lwr4plus", *QUICK, "--objective", "cond", "--floor", "-1", "--json")
+    record = json.loads(out)
+    assert code == 0
+    assert faults("excite", record) == []
+    series = record["series"]
+    w = 2 * np.pi / record["duration"] * np.arange(1, 4)
+    end = np.array(series["centre"]) - (np.array(series["cosines"]) / w[:, None]).sum(axis=0)
+    arm = lwr_dyn.load("lwr4plus")
+    assert (end > arm.lower).all()
+    assert (end < arm.upper).all()
+    assert len(record["parameters"]) == 69
+    assert record["clearance"] >= 0.05
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--objective", "e"), "'e' is not one of 'd', 'cond'"),
+        (("--starts", "0"), "starts: 0; allowed: a whole number from 1"),
+        (("--noise", "1,2"), "noise: shape (2,); allowed: one number, or 7"),
+        (("--noise", "0"), "noise: 0.0; allowed: above 0"),
+        (("--duration", "-1"), "duration: -1.0; allowed: a time above 0 s"),
+        (("--out", "e.txt"), "does not end in .csv, .parquet, .npz"),
+        (("--keep", "-1"), "distance to keep: -1.0; allowed: 0 or more, in m"),
+        (("--margin-deg", "200"), "travel of joint_1"),
+        (("--speed-share", "2"), "speed share: 2.0; allowed: above 0, at most 1"),
+        (("--rate", "0", "--out", "e.csv"), "rate: 0.0; allowed"),
+    ],
+)
+def test_bad_options_are_one_line(options, words, lwr_dyn_command, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    code, out, err = lwr_dyn_command("excite", "lwr4plus", *QUICK, *options)
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert words in err
