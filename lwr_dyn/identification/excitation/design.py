@@ -11,7 +11,7 @@ from lwr_dyn.arrays import Array, freeze_arrays, real_array
 from lwr_dyn.errors import OptionError, ShapeError
 from lwr_dyn.identification.excitation.clearance import Clearance, clearance_of
 from lwr_dyn.identification.excitation.fourier import FourierMotion
-from lwr_dyn.identification.excitation.motion_design import SearchedMotion, MotionDesign, StartSummary
+from lwr_dyn.identification.excitation.motion_design import MotionDesign, SearchedMotion, StartSummary
 from lwr_dyn.identification.excitation.motion_limits import MotionLimits
 from lwr_dyn.identification.excitation.motion_score import MotionScore, motion_score
 from lwr_dyn.identification.excitation.objectives import OBJECTIVES, ObjectiveName
