@@ -69,7 +69,7 @@ class ElasticIdentification:
         return (len(self.names) - self.base.count) // _PER_JOINT
 
     def of(self, name: str, sigma: bool = False) -> Array:
-        """One parameter of all joints (n,) or its standard errors: armature, coulomb, viscous, offset, one of `GEAR`."""
+        """A parameter of all joints (n,) or its standard errors: armature, coulomb, viscous, offset, one of `GEAR`."""
         place = self.base.count + (*DRIVE.names, *GEAR).index(name)
         return np.asarray((self.sigma if sigma else self.values)[place::_PER_JOINT])
 
