@@ -157,7 +157,7 @@ def test_a_wrong_geometry_shows_on_unseen_torques(wam, fourier):
 
 def test_a_log_of_too_few_rows_is_refused(wam, fourier):
     with pytest.raises(LogError, match=r"fourier: columns q1..q7: \d+ equations for 76 parameters of 7 joints; needed"):
-        identify_motion([fourier(wam, wam.friction, seconds=0.2)], wam, MotionRule(samples=SampleRule(cutoff=40.0)))
+        identify_motion([fourier(wam, wam.friction, seconds=0.3)], wam, MotionRule(samples=SampleRule(cutoff=40.0)))
 
 
 def test_uneven_rows_have_no_accelerations(wam, fourier):

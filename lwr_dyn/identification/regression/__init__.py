@@ -4,8 +4,9 @@ torque_columns    torques as columns times parameters: bodies, rotors, friction
 joint_columns     rotor and friction of one joint as columns
 samples           instants of logs: states from positions alone, torques as measured
 normal_equations  sums over a log, joint by joint
+grouped           least squares of equations in groups, each with its own noise
+spectrum          normal equations by their eigenvectors: inverse, rank, what they leave open
 information       weighted least squares with the noise of every joint; what a log leaves open
-grouped           the same for columns that are not one arm's alone
 instrumental      instrumental variables, for logs without a filter
 long_run          noise of slow sums
 stribeck          Stribeck speeds by a bounded search

@@ -10,15 +10,12 @@ from numpy.typing import NDArray
 
 from lwr_dyn.arrays import Array, freeze_arrays
 from lwr_dyn.identification.regression.normal_equations import NormalEquations
+from lwr_dyn.identification.regression.spectrum import Spectrum, solved
 
 ROUNDS = 50
 """Of noise and fit in turn, at most."""
 SETTLED = 1e-6
 """Share by which the noise may still change in the last round."""
-RANK = 1e-12
-"""Eigenvalue of the scaled normal equations, as a share of the largest, below which a direction is not determined."""
-SHARED = 1e-6
-"""Share of the undetermined directions that makes a parameter undetermined."""
 QUIET = 1e-7
 """Noise below this share of a group's right side may be rounding alone."""
 
@@ -60,7 +57,7 @@ def equations_of(X: Array, y: Array, used: NDArray[np.bool_]) -> NormalEquations
     )  # fmt: skip
 
 
-def grouped(normal: NormalEquations, start: Array) -> GroupedEstimate:
+def grouped(normal: NormalEquations, start: Array, known: bool = False) -> GroupedEstimate:
     """min sum over groups of |y - X b|^2 / s_g^2, with s_g^2 = |y - X b|^2 / (m_g - p_g) from the round before.
 
     Parameters
@@ -69,6 +66,8 @@ def grouped(normal: NormalEquations, start: Array) -> GroupedEstimate:
         Of g groups.
     start : (g,) array
         Noise of the groups in the first round, above 0.
+    known : bool
+        That noise is right and stays.
 
     Returns
     -------
@@ -91,30 +90,20 @@ def grouped(normal: NormalEquations, start: Array) -> GroupedEstimate:
     count = normal.equations
     floor = QUIET * np.sqrt(normal.squares / np.maximum(count, 1)) + 1e-150
     noise = np.asarray(start, dtype=np.float64)
-    for _ in range(ROUNDS):
+    for _ in range(0 if known else ROUNDS):
         matrix, side = normal.weighted(noise)
-        inverse, hidden = _inverse(matrix)
-        values = inverse @ side
-        values = values + inverse @ (side - matrix @ values)
+        inverse = Spectrum.of(matrix).inverse()
+        squares = normal.residual_squares(solved(matrix, side, inverse))
         before, paid = noise, np.einsum("gij,ji->g", normal.matrices, inverse) / noise**2
         freedom = count - paid
-        found = np.sqrt(normal.residual_squares(values) / np.maximum(freedom, 0.5))
+        found = np.sqrt(squares / np.maximum(freedom, 0.5))
         noise = np.where(freedom > 0.5, np.maximum(found, floor), noise)
         if np.abs(noise / before - 1.0).max() < SETTLED:
             break
-    determined = hidden < SHARED
-    covariance = inverse.copy()
+    matrix, side = normal.weighted(noise)
+    spectrum = Spectrum.of(matrix)
+    covariance, determined = spectrum.inverse(), spectrum.determined
+    values = solved(matrix, side, covariance)
     covariance[~determined] = covariance[:, ~determined] = 0.0
     covariance[~determined, ~determined] = np.inf
     return GroupedEstimate(values, covariance, np.where(count > 0, noise, np.nan), normal, determined)
-
-
-def _inverse(matrix: Array) -> tuple[Array, Array]:
-    """Pseudo-inverse with columns scaled, and how much of the directions it leaves open every parameter has."""
-    size = np.sqrt(np.diag(matrix))
-    seen = size > 0.0
-    scale = np.where(seen, size, 1.0)
-    lengths, axes = np.linalg.eigh(matrix / np.outer(scale, scale))
-    kept = lengths > RANK * lengths[-1]
-    root = axes[:, kept] / np.sqrt(lengths[kept]) / scale[:, None]
-    return root @ root.T, np.sum(axes[:, ~kept] ** 2, axis=1)

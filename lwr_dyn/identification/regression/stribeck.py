@@ -13,9 +13,10 @@ from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
 from lwr_dyn.arrays import Array, freeze_arrays
 from lwr_dyn.identification.regression.base_parameters import BaseParameters
-from lwr_dyn.identification.regression.information import UNSEEN, Information, information_of, solve
+from lwr_dyn.identification.regression.information import Information, information_of, solve
 from lwr_dyn.identification.regression.normal_equations import NormalEquations, normal_equations
 from lwr_dyn.identification.regression.samples import Samples
+from lwr_dyn.identification.regression.spectrum import RANK
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 
 SPEEDS = 12
@@ -174,5 +175,5 @@ def _chi2(normal: NormalEquations, places: NDArray[np.intp], noise: Array) -> tu
     try:
         values = cho_solve(cho_factor(scaled), right) / size
     except LinAlgError:  # parameters that the samples do not show
-        values = np.linalg.lstsq(scaled, right, rcond=UNSEEN)[0] / size
+        values = np.linalg.lstsq(scaled, right, rcond=RANK)[0] / size
     return float(-(y @ values)), np.asarray(values)
