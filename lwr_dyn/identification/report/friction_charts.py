@@ -84,7 +84,7 @@ def friction_words(one: JointFriction | None, unit: str) -> str:
     'Coulomb 2 and 2 N m (up, down), viscous 0.5 and 0.5, offset 0 N m'
     """
     if one is None:
-        return "no friction fitted"
+        return "values that no friction can have: a level below 0"
     up, down = one.positive, one.negative
     said = (
         f"Coulomb {short(up.coulomb)} and {short(down.coulomb)} {unit} (up, down), viscous {short(up.viscous)} and "

@@ -21,18 +21,22 @@ _LONGEST = 60
 
 @dataclass(frozen=True, slots=True)
 class ShownParameter:
-    """A parameter with its standard error, the table's value, and what is known of it; SI units."""
+    """A parameter with its standard error, the values of the table and of the result's bodies, and its state; SI units.
+
+    `bodies` is NaN where there are none.
+    """
 
     name: str
     value: float
     sigma: float
     table: float
+    bodies: float
     state: str
 
     @property
     def pull(self) -> float:
-        """Result less table, in sigmas; NaN without a sigma."""
-        return (self.value - self.table) / self.sigma if self.sigma > 0.0 else float("nan")
+        """Value less table, in sigmas; NaN without a sigma."""
+        return (self.value - self.table) / self.sigma if 0.0 < self.sigma < np.inf else float("nan")
 
 
 def parameter_table_html(rows: Sequence[ShownParameter], caption: str) -> str:
@@ -49,7 +53,8 @@ def parameter_table_html(rows: Sequence[ShownParameter], caption: str) -> str:
         f'<th scope="col"{kind}>{name}</th>'
         for name, kind in (
             ("parameter <small>SI</small>", ""), ("value", ' class="n"'), ("sigma", ' class="n"'),
-            ("table", ' class="n"'), ("result less table <small>sigma</small>", ""), ("state", ""),
+            ("bodies", ' class="n"'), ("table", ' class="n"'), ("value less table <small>sigma</small>", ""),
+            ("state", ""),
         )
     )  # fmt: skip
     body = "".join(map(_row, rows))
@@ -66,7 +71,7 @@ def _row(one: ShownParameter) -> str:
     if len(one.name) > _LONGEST:
         cut = escape(one.name[: _LONGEST - 1].rsplit(" ", 1)[0])
         name = f"<details><summary>{cut} ...</summary>{name}</details>"
-    cells = "".join(f'<td class="n">{escape(_number(x))}</td>' for x in (one.value, one.sigma, one.table))
+    cells = "".join(f'<td class="n">{escape(_number(x))}</td>' for x in (one.value, one.sigma, one.bodies, one.table))
     return (
         f'<tr data-state="{escape(one.state)}"><th scope="row">{name}</th>{cells}<td>{_bar(one.pull)}</td>'
         f"<td>{escape(one.state)}</td></tr>"
@@ -74,7 +79,7 @@ def _row(one: ShownParameter) -> str:
 
 
 def _number(value: float) -> str:
-    return "" if np.isnan(value) else short(value, 4)
+    return "" if np.isnan(value) else "unknown" if np.isinf(value) else short(value, 4)
 
 
 def _bar(pull: float) -> str:
@@ -90,13 +95,15 @@ def _bar(pull: float) -> str:
     )
 
 
-def link_table(names: Sequence[str], before: Array, after: Array) -> Table:
-    """Mass, centre of mass and ellipsoid of each link, by the table and by the result (n, 10)."""
-    rows = [_link(name, *pair) for name, *pair in zip(names, before, after, strict=True)]
+def link_table(names: Sequence[str], before: Array, after: Array, sigma: Array | None = None) -> Table:
+    """Mass, centre of mass and ellipsoid of each link, by the table and by the result (n, 10), with its errors."""
+    errors = [None] * len(names) if sigma is None else sigma[:, 0].tolist()
+    rows = [_link(name, *three) for name, *three in zip(names, before, after, errors, strict=True)]
     return Table(
         "Links, by the table and by the result",
         (
             Heading("link"), Heading("mass, table", "kg", _number), Heading("mass", "kg", _number),
+            Heading("sigma", "kg", _number),
             Heading("centre moved by", "mm", _number), Heading("semi-axes, table", "mm"), Heading("semi-axes", "mm"),
             Heading("a body"),
         ),
@@ -104,11 +111,11 @@ def link_table(names: Sequence[str], before: Array, after: Array) -> Table:
     )  # fmt: skip
 
 
-def _link(name: str, before: Array, after: Array) -> tuple[str | float | None, ...]:
+def _link(name: str, before: Array, after: Array, error: float | None) -> tuple[str | float | None, ...]:
     (m0, c0, _), (m1, c1, _) = central_moments(before), central_moments(after)
     moved = 1e3 * float(np.linalg.norm(c1 - c0)) if m0 > 0.0 and m1 > 0.0 else None
     said = "yes" if semi_axes(after) is not None else "no"
-    return name, m0, m1, moved, _axes(before), _axes(after), said
+    return name, m0, m1, error, moved, _axes(before), _axes(after), said
 
 
 def _axes(parameters: Array) -> str:

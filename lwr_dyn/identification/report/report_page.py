@@ -77,7 +77,7 @@ def _bodies(shown: ShownFit) -> str:
         "Each ellipsoid is the solid of one density with the mass, the centre of mass and the inertia of a link: wires "
         "by the table, filled by the result. A link without an ellipsoid has values that no body can have."
     )
-    table = table_html(link_table(shown.links, shown.before, shown.after))
+    table = table_html(link_table(shown.links, shown.before, shown.after, shown.sigma))
     inside = f'<p class="note lead">{about}</p>{stage_html(shown.recordings)}<div class="below">{table}</div>'
     return _card("The motion, and the links before and after", inside, " stage")
 

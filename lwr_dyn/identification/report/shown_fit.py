@@ -35,6 +35,8 @@ class ShownFit:
         Standard deviation of the torques [N m or N].
     before, after : (n, 10) array
         Inertial parameters of the links in the frames of the source: the table's, the result's.
+    sigma : (n, 10) array or None
+        Standard errors of `after`.
     speed, friction_torque : (k, n) array
         Of the friction maps; NaN where a torque is not used.
     friction, friction_before : tuple of n JointFriction or None
@@ -56,6 +58,7 @@ class ShownFit:
     noise: Array
     before: Array
     after: Array
+    sigma: Array | None
     speed: Array
     friction_torque: Array
     friction: tuple[JointFriction | None, ...]
@@ -67,6 +70,8 @@ class ShownFit:
 
     def __post_init__(self) -> None:
         freeze_arrays(self, "noise", "before", "after", "speed", "friction_torque")
+        if self.sigma is not None:
+            freeze_arrays(self, "sigma")
 
     @property
     def joints(self) -> tuple[str, ...]:

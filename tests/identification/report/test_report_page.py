@@ -53,7 +53,7 @@ def test_the_page_has_all_parts_and_is_the_same_again(shown):
 
 
 def test_names_are_escaped_and_nothing_is_loaded(shown):
-    parameters = (ShownParameter(BAD, 1.0, 0.1, 0.0, BAD), *shown.parameters)
+    parameters = (ShownParameter(BAD, 1.0, 0.1, 0.0, 1.0, BAD), *shown.parameters)
     recordings = tuple(replace(one, source=BAD) for one in shown.recordings)
     text = report_html(replace(shown, title=BAD, said=(BAD,), parameters=parameters, recordings=recordings))
     page = re.sub(r"<script>\n.*?</script>", "", text, flags=re.DOTALL)
@@ -100,14 +100,15 @@ def test_a_friction_map_jumps_at_rest_and_draws_the_table_too(shown):
     assert 100 < first.count("h0") <= 600
     none = friction_maps_html(shown.speed, np.full_like(shown.friction_torque, np.nan), (None,) * 7, (None,) * 7,
                               shown.joints, shown.units)  # fmt: skip
-    assert none.count("no friction fitted") == 14
+    assert none.count("values that no friction can have") == 14
 
 
 def test_parameters_are_shown_with_their_pulls():
     long = "a" * 50 + " + " + "b" * 50
     rows = (
-        ShownParameter("Izz_2 + 0.16 m_3", 1.2, 0.1, 1.0, "identified"), ShownParameter("m_4", 0.4, 0.5, 2.9, "no"),
-        ShownParameter("fixed", 1.0, 0.0, 1.0, "no"), ShownParameter(long, 0.0, 1.0, 5.0, "no"),
+        ShownParameter("Izz_2 + 0.16 m_3", 1.2, 0.1, 1.0, 1.1, "identified"),
+        ShownParameter("m_4", 0.4, 0.5, 2.9, np.nan, "no"), ShownParameter("fixed", 1.0, 0.0, 1.0, 1.0, "no"),
+        ShownParameter(long, 0.0, np.inf, 5.0, 0.0, "no"),
     )  # fmt: skip
     text = parameter_table_html(rows, "Base parameters")
     assert 'left:50.0%;width:10.0%"></i></span><span class="m">2<' in text
@@ -116,14 +117,16 @@ def test_parameters_are_shown_with_their_pulls():
     assert "all (4)" in text
     assert "no (3)" in text
     assert np.isnan(rows[2].pull)
+    assert np.isnan(rows[3].pull)
+    assert text.count(">unknown<") == 1
 
 
 def test_links_before_and_after(shown):
-    table = link_table(shown.links, shown.before, shown.after)
+    table = link_table(shown.links, shown.before, shown.after, shown.sigma)
     assert [row[-1] for row in table.rows] == ["no" if i == IMPOSSIBLE else "yes" for i in range(7)]
-    assert [row[3] for row in table.rows] == pytest.approx([20.0] * 7)
+    assert [row[4] for row in table.rows] == pytest.approx([20.0] * 7)
     assert table.rows[0][2] / table.rows[0][1] == pytest.approx(0.8)
-    assert table.rows[IMPOSSIBLE][5] == "none"
+    assert table.rows[IMPOSSIBLE][6] == "none"
 
 
 def test_ellipsoids_stand_in_their_links(opened, shown):

@@ -1,0 +1,124 @@
+"""Cards on what a fit to any motion is worth: validation, whiteness, price of bodies, what is known only together."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from lwr_dyn.dynamics.regressor import INERTIAL
+from lwr_dyn.identification.motion.motion_fit import MotionIdentification
+from lwr_dyn.identification.motion.parameter_states import FROM_BOTH, FROM_LOG, FROM_TABLE, TOGETHER
+from lwr_dyn.identification.motion.residuals import LAGS, LEVEL
+from lwr_dyn.identification.motion.validation import Validation
+from lwr_dyn.identification.report.shown_fit import Section
+from lwr_dyn.plotting.axes import short
+from lwr_dyn.tables import Heading, Table
+
+_MOST = 12
+"""Groups and motions that are named."""
+
+
+def validation_section(result: MotionIdentification, unseen: Sequence[Validation] = ()) -> Section:
+    """RMS torques by joint on motions kept from the fit, on logs of their own, and whether residuals are white."""
+    tables = [_validation(f"Motions kept from the fit in turn, {result.rule.folds} parts", result, result.validation)]
+    if unseen:
+        tables.append(_validation("Logs that no fit has seen", result, unseen))
+    tables += [_by_speed(result), _whiteness(result)]
+    notes = (
+        "RMS torques in N m, of sliding joints in N. Bodies: by fits whose links are bodies. Own data: by the robot's "
+        "table with its own friction.",
+        f"White: noise alone gives as large a statistic of {LAGS} lags in more than {100 * LEVEL:g} % of logs (Box and "
+        "Pierce, 1970). Errors: the factor by which what is left of the noise makes true errors larger than sigma.",
+    )
+    return "Validation", tuple(tables), notes
+
+
+def _validation(title: str, result: MotionIdentification, found: Sequence[Validation]) -> Table:
+    names = result.arm.joint_names
+    rows = [
+        (names[v.joint - 1], v.measured, _known(v.fitted), _known(v.held_out), _known(v.consistent), _known(v.model))
+        for v in found
+    ]
+    heads = ("measured", "left, seen", "left, unseen", "left, unseen, bodies", "left by own data")
+    return Table(title, (Heading("joint"), *(Heading(head, "", _figure) for head in heads)), rows)
+
+
+def _known(value: float | None) -> float | None:
+    return None if value is None or np.isnan(value) else value
+
+
+def _figure(value: float) -> str:
+    return short(value)
+
+
+def _by_speed(result: MotionIdentification) -> Table:
+    """What is left of unseen torques in thirds of each joint's largest speed."""
+    names = result.arm.joint_names
+    rows = [
+        (names[v.joint - 1], f"{band.slowest:.3g} to {band.fastest:.3g}", band.equations, band.left)
+        for v in result.validation
+        for band in v.by_speed
+    ]
+    headings = (
+        Heading("joint"), Heading("speed", "rad/s or m/s"), Heading("equations", "", "d"),
+        Heading("left, unseen", "", _figure),
+    )  # fmt: skip
+    return Table("Unseen torques by speed", headings, rows)
+
+
+def _whiteness(result: MotionIdentification) -> Table:
+    names = result.arm.joint_names
+    rows = [
+        (names[w.joint - 1], "yes" if w.white else "no", float(w.autocorrelation[0]), w.probability, w.inflation)
+        for w in result.whiteness
+    ]
+    headings = (
+        Heading("joint"), Heading("white"), Heading("correlation with the next", "", "+.3f"),
+        Heading("probability", "", _figure), Heading("errors times", "", ".3g"),
+    )  # fmt: skip
+    return Table("Residuals against white noise", headings, rows)
+
+
+def bodies_section(result: MotionIdentification) -> tuple[Section, ...]:
+    """What consistency costs at each joint, and of how many numbers of a link the log or the table says more."""
+    fit = result.consistent
+    if fit is None:
+        return ()
+    names = result.arm.joint_names
+    price = Table(
+        "Price of bodies, against least squares",
+        (Heading("joint"), Heading("torque between the two, RMS", "", _figure), Heading("noise", "", _figure)),
+        [
+            (names[j], _known(float(fit.price.rms[j])), _known(float(result.information.noise[j])))
+            for j in range(result.arm.n)
+        ],
+    )
+    rows = []
+    for i, link in enumerate(result.arm.chain.links):
+        origins = result.origins[len(INERTIAL) * i : len(INERTIAL) * (i + 1)]
+        rotor = int(result.columns.rotor_indices[i])
+        counts = [origins.count(word) for word in (FROM_LOG, FROM_BOTH, FROM_TABLE)]
+        rows.append((link.link, *counts, float(fit.parameters[rotor]), float(fit.sigma[rotor])))
+    headings = (
+        Heading("link"), *(Heading(word, "", "d") for word in ("from the log", "from both", "from the table")),
+        Heading("rotor", "kg m^2", _figure), Heading("sigma", "kg m^2", _figure),
+    )  # fmt: skip
+    lifted = tuple(
+        f"No body has the table's values of {result.arm.chain.links[i - 1].link}: the nearest was taken."
+        for i in fit.lifted
+    )
+    held = tuple(f"Held: {name}." for name in fit.constraints)
+    return (("Bodies", (price, Table("Of the ten numbers of a link", headings, rows)), (*lifted, *held)),)
+
+
+def unknown_section(result: MotionIdentification) -> tuple[Section, ...]:
+    """Parameters that the logs know only together, and motions that would identify more."""
+    names, tables = result.base.statements(), []
+    if result.groups:
+        rows = [("; ".join(names[i] for i in g.members), g.largest) for g in result.groups[:_MOST]]
+        headings = (Heading("parameters"), Heading("largest correlation", "", "+.4f"))
+        tables.append(Table(f"Known only together: correlations above {TOGETHER:g}", headings, rows))
+    motions = result.missing_motions() if result.identified < result.base.count else ()
+    if motions:
+        rows_of = [(one.text(names),) for one in motions[:_MOST]]
+        tables.append(Table("Motions that would identify more", (Heading("motion"),), rows_of))
+    return (("What the logs leave open", tuple(tables), ()),) if tables else ()
