@@ -8,6 +8,7 @@ one that can be (P > 0) where all three are real.
 import numpy as np
 
 from lwr_dyn.arrays import Array
+from lwr_dyn.identification.bodies.pseudo_inertia import pseudo_inertias
 
 ROUNDING = 1e-9
 """Of the largest moment: a second moment this far below 0 counts as 0, as of a plate or a rod."""
@@ -20,12 +21,11 @@ def central_moments(parameters: Array) -> tuple[float, Array, Array]:
     >>> mass, com.tolist(), np.diag(moments).tolist()
     (2.0, [0.0, 0.0, 1.0], [0.5, 0.5, 0.5])
     """
-    m, mx, my, mz, xx, xy, xz, yy, yz, zz = (float(x) for x in parameters)
-    tensor, first = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]), np.array([mx, my, mz])
-    about_origin = 0.5 * np.trace(tensor) * np.eye(3) - tensor
-    if m == 0.0:
-        return m, np.zeros(3), about_origin
-    return m, first / m, about_origin - np.outer(first, first) / m
+    P = pseudo_inertias(parameters)
+    mass, first = float(P[3, 3]), P[:3, 3]
+    if mass == 0.0:
+        return mass, np.zeros(3), P[:3, :3]
+    return mass, first / mass, P[:3, :3] - np.outer(first, first) / mass
 
 
 def semi_axes(parameters: Array) -> tuple[Array, Array] | None:
