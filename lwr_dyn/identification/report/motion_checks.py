@@ -8,7 +8,7 @@ from lwr_dyn.dynamics.regressor import INERTIAL
 from lwr_dyn.identification.motion.motion_fit import MotionIdentification
 from lwr_dyn.identification.motion.parameter_states import FROM_BOTH, FROM_LOG, FROM_TABLE, TOGETHER
 from lwr_dyn.identification.motion.residuals import LAGS, LEVEL
-from lwr_dyn.identification.motion.validation import Validation
+from lwr_dyn.identification.motion.validation import THIRDS, Validation
 from lwr_dyn.identification.report.shown_fit import Section
 from lwr_dyn.plotting.axes import short
 from lwr_dyn.tables import Heading, Table
@@ -27,7 +27,7 @@ def validation_section(result: MotionIdentification, unseen: Sequence[Validation
         "RMS torques in N m, of sliding joints in N. Bodies: by fits whose links are bodies. Own data: by the robot's "
         "table with its own friction.",
         f"White: noise alone gives as large a statistic of {LAGS} lags in more than {100 * LEVEL:g} % of logs (Box and "
-        "Pierce, 1970). Errors: the factor by which what is left of the noise makes true errors larger than sigma.",
+        "Pierce, 1970); correlation: of an instant with the next. Errors: the factor by which what is left of the noise makes true errors larger than sigma.",
     )
     return "Validation", tuple(tables), notes
 
@@ -52,17 +52,19 @@ def _figure(value: float) -> str:
 
 def _by_speed(result: MotionIdentification) -> Table:
     """What is left of unseen torques in thirds of each joint's largest speed."""
-    names = result.arm.joint_names
-    rows = [
-        (names[v.joint - 1], f"{band.slowest:.3g} to {band.fastest:.3g}", band.equations, band.left)
-        for v in result.validation
-        for band in v.by_speed
-    ]
+    names, rows = result.arm.joint_names, []
+    for v in result.validation:
+        cells: list[float | None] = [None] * THIRDS
+        for band in v.by_speed:
+            cells[round(band.slowest / (band.fastest - band.slowest))] = band.left
+        fastest = max((band.fastest for band in v.by_speed), default=None)
+        rows.append((names[v.joint - 1], *cells, fastest))
+    heads = ("slow third", "middle third", "fast third")
     headings = (
-        Heading("joint"), Heading("speed", "rad/s or m/s"), Heading("equations", "", "d"),
-        Heading("left, unseen", "", _figure),
+        Heading("joint"), *(Heading(head, "", _figure) for head in heads),
+        Heading("largest speed", "rad/s or m/s", _figure),
     )  # fmt: skip
-    return Table("Unseen torques by speed", headings, rows)
+    return Table("Unseen torques left, by speed", headings, rows)
 
 
 def _whiteness(result: MotionIdentification) -> Table:
@@ -72,7 +74,7 @@ def _whiteness(result: MotionIdentification) -> Table:
         for w in result.whiteness
     ]
     headings = (
-        Heading("joint"), Heading("white"), Heading("correlation with the next", "", "+.3f"),
+        Heading("joint"), Heading("white"), Heading("correlation", "", "+.3f"),
         Heading("probability", "", _figure), Heading("errors times", "", ".3g"),
     )  # fmt: skip
     return Table("Residuals against white noise", headings, rows)

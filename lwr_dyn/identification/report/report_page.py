@@ -32,7 +32,7 @@ def report_html(shown: ShownFit) -> str:
         _torques(shown),
         _friction(shown),
         _card("Parameters", parameter_table_html(shown.parameters, shown.caption) + _notes(shown.notes)),
-        *(_card(title, "".join(map(table_html, tables)) + _notes(notes)) for title, tables, notes in shown.more),
+        *(_card(title, _beside(tables) + _notes(notes)) for title, tables, notes in shown.more),
     ]
     style = resource_text("report.css", PACKAGE)
     scripts = stage_scripts(stage_data(shown.arm, shown.recordings, shown.before, shown.after))
@@ -44,6 +44,11 @@ def report_html(shown: ShownFit) -> str:
 
 def _card(title: str, inside: str, kind: str = "") -> str:
     return f'<section class="card{kind}"><h2>{escape(title)}</h2>{inside}</section>'
+
+
+def _beside(tables: Sequence[Table]) -> str:
+    """Tables beside each other where there is room."""
+    return f'<div class="pairs">{"".join(f"<div>{table_html(one)}</div>" for one in tables)}</div>'
 
 
 def _notes(said: Sequence[str]) -> str:

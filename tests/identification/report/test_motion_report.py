@@ -1,0 +1,104 @@
+"""The report of a fit to any motion: its figures are those of the fit, and the page holds them."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import lwr_dyn
+from lwr_dyn.identification.motion.motion_fit import identify_motion
+from lwr_dyn.identification.regression.torque_columns import TorqueColumns
+from lwr_dyn.identification.report.fit_values import link_parameters
+from lwr_dyn.identification.report.motion_report import motion_shown
+from lwr_dyn.identification.report.report_page import report_html
+from lwr_dyn.model.chain import with_bodies
+from lwr_dyn.tables import Table
+from tests.identification.plants import perturbed_plant, random_motion, simulated_log
+
+
+@pytest.fixture(scope="module")
+def lwr():
+    return lwr_dyn.load("lwr4plus", "physical")
+
+
+@pytest.fixture(scope="module")
+def logs(lwr):
+    rng = np.random.default_rng(7)
+    plant = perturbed_plant(TorqueColumns(lwr.chain, "directions"), lwr, rng, 0.25)
+    return [simulated_log(plant, random_motion(lwr, seconds, rng, rate=500.0), 0.3, rng, 1e-5, f"motion_{seconds:g}.csv")
+            for seconds in (8.0, 4.0, 3.0)]  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def result(logs, lwr):
+    return identify_motion(logs[:2], lwr)
+
+
+@pytest.fixture(scope="module")
+def shown(result, logs):
+    slips = ("Slips of the table", (Table("Repairs", ("cell",), [("c5z",)]),), ())
+    return motion_shown(result, unseen=result.validated_on(logs[2:]), more=[slips])
+
+
+def tables(shown):
+    """Heading of a card -> its tables by title."""
+    return {title: {one.title: one for one in found} for title, found, _ in shown.more}
+
+
+def test_head_figures_are_those_of_the_fit(shown, result):
+    figures = dict(shown.figures)
+    assert figures["base parameters identified"] == f"{result.identified} of {result.base.count}"
+    assert figures["links that are bodies"] == "7 of 7"
+    unseen = np.sqrt(np.mean([v.consistent**2 for v in result.validation]))
+    measured = np.sqrt(np.mean([v.measured**2 for v in result.validation]))
+    assert figures["of unseen torques left, by the result"] == f"{100 * unseen / measured:.3g} %"
+
+
+def test_the_torques_drawn_are_left_as_the_fit_says(shown, result):
+    left = np.concatenate([np.where(one.used, one.measured - one.predicted, np.nan) for one in shown.recordings])
+    found = np.sqrt(np.nanmean(np.square(left), axis=0))
+    np.testing.assert_allclose(found, result.information.residual_rms(result.base.of(result.consistent.parameters)))
+    assert [one.source for one in shown.recordings] == ["motion_8.csv", "motion_4.csv"]
+
+
+def test_the_links_drawn_are_those_of_the_fit_and_the_table(shown, result, lwr):
+    np.testing.assert_array_equal(shown.after, link_parameters(result.columns, result.consistent.parameters))
+    np.testing.assert_array_equal(shown.before, link_parameters(result.columns, result.columns.own(lwr)))
+    assert shown.friction == result.columns.friction_of(result.consistent.parameters)
+    assert [one.state for one in shown.parameters] == list(result.states)
+
+
+def test_the_cards_hold_validation_bodies_and_what_is_open(shown, result):
+    cards = tables(shown)
+    assert list(cards) == ["Validation", "Bodies", "What the logs leave open", "Slips of the table", "Recordings"]
+    kept, unseen, by_speed, white = cards["Validation"].values()
+    assert [row[3] for row in kept.rows] == [v.held_out for v in result.validation]
+    assert "no fit has seen" in unseen.title
+    assert all(row[2] is None for row in unseen.rows)
+    assert [row[1:4] for row in by_speed.rows] == [tuple(b.left for b in v.by_speed) for v in result.validation]
+    assert [row[1] for row in white.rows] == ["yes" if w.white else "no" for w in result.whiteness]
+    price, numbers = cards["Bodies"].values()
+    np.testing.assert_allclose([row[1] for row in price.rows], result.consistent.price.rms)
+    assert [sum(row[1:4]) for row in numbers.rows] == [10] * 7
+    assert [row[2] for row in cards["Recordings"]["Recordings"].rows] == [
+        np.count_nonzero(result.samples.recording == k) for k in (0, 1)
+    ]
+
+
+def test_the_page_names_every_parameter(shown, result):
+    text = report_html(shown)
+    for statement in result.base.statements():
+        assert statement in text
+    assert "nan" not in re.sub(r"<script.*?</script>|<style.*?</style>", "", text, flags=re.DOTALL)
+    assert text == report_html(shown)
+
+
+def test_an_arm_without_masses_has_a_report_too(logs, lwr):
+    bare = replace(lwr, chain=with_bodies(lwr.chain, [None] * 7))
+    found = identify_motion(logs[:2], bare)
+    assert found.consistent is None
+    shown = motion_shown(found)
+    assert "links that are bodies" not in dict(shown.figures)
+    assert "Bodies" not in tables(shown)
+    assert '"before":[null,null,null,null,null,null,null]' in report_html(shown)
