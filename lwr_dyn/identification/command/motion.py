@@ -5,6 +5,7 @@ from typing import Any
 import click
 
 from lwr_dyn.cli.options import OneOf, print_json
+from lwr_dyn.files import check_writable
 from lwr_dyn.front import load
 from lwr_dyn.identification.command.log_options import end, log_options, readable_logs, warn
 from lwr_dyn.identification.logs.log_columns import declared_units
@@ -13,6 +14,8 @@ from lwr_dyn.identification.motion.motion_record import motion_record, validatio
 from lwr_dyn.identification.motion.motion_tables import body_lines, motion_text, validation_table
 from lwr_dyn.identification.regression.joint_columns import FORMS
 from lwr_dyn.identification.regression.samples import DEFAULT_SAMPLES, SampleRule
+from lwr_dyn.identification.report.motion_report import motion_shown
+from lwr_dyn.identification.report.report_page import write_report
 from lwr_dyn.progress import progress
 
 SLOWEST_STRIBECK = 0.01
@@ -22,6 +25,8 @@ SLOWEST_STRIBECK = 0.01
 @click.command("motion")
 @log_options
 @click.option("--robot", required=True, help="Whose geometry it is (name, .toml or .urdf).")
+@click.option("--html", metavar="FILE",
+              help="Write a report: the motion in 3D, links before and after, torques, friction, checks.")  # fmt: skip
 @click.option("--cutoff", type=float, default=DEFAULT_SAMPLES.cutoff, show_default=True,
               help="Of the filter on positions, Hz.")  # fmt: skip
 @click.option("--slowest", type=float, help="Speed up to which a joint's torques are left out, rad/s or m/s.  "
@@ -46,7 +51,9 @@ def command(
     usual = SLOWEST_STRIBECK if given["stribeck"] else DEFAULT_SAMPLES.slowest
     samples = SampleRule(given["cutoff"], slowest=usual if given["slowest"] is None else given["slowest"])
     rule = MotionRule(samples, given["friction"], given["stribeck"], given["folds"], given["trust"])
-    arm, declared = load(robot, reading), declared_units(units)
+    arm, declared, html = load(robot, reading), declared_units(units), given["html"]
+    if html is not None:
+        check_writable(html)
     with progress("reading and fitting the logs"):
         usable, faults = readable_logs(logs, declared, arm)
         unseen, more = readable_logs(given["validate"], declared, arm)
@@ -61,4 +68,8 @@ def command(
             if checked:
                 files = ", ".join(log.source for log in unseen)
                 click.echo(f"\n{validation_table(checked, f'{files}, which no fit has seen').text()}")
+        if html is not None:
+            write_report(html, motion_shown(result, unseen=checked))
+            if not as_json:
+                click.echo(f"wrote {html}")
     end([*faults, *more])

@@ -106,6 +106,8 @@ def parameter_rows(
     """A row a base parameter, with the arm's own value and that of the result's bodies (b,)."""
     own = information.base.of(information.columns.own(arm))
     bodies = np.full(own.size, np.nan) if bodies is None else bodies
-    columns = (information.values, information.sigma, own, bodies)
-    rows = zip(information.base.statements(), zip(*(x.tolist() for x in columns), strict=True), states, strict=True)
-    return tuple(ShownParameter(name, *numbers, state) for name, numbers, state in rows)
+    rows = zip(information.base.statements(), information.values, information.sigma, own, bodies, states, strict=True)
+    return tuple(
+        ShownParameter(name, float(value), float(sigma), float(table), float(body), state)
+        for name, value, sigma, table, body, state in rows
+    )

@@ -6,9 +6,10 @@ import numpy as np
 
 from lwr_dyn.dynamics.regressor import INERTIAL
 from lwr_dyn.identification.motion.motion_fit import MotionIdentification
+from lwr_dyn.identification.motion.motion_tables import validation_table
 from lwr_dyn.identification.motion.parameter_states import FROM_BOTH, FROM_LOG, FROM_TABLE, TOGETHER
 from lwr_dyn.identification.motion.residuals import LAGS, LEVEL
-from lwr_dyn.identification.motion.validation import THIRDS, Validation
+from lwr_dyn.identification.motion.validation import Validation
 from lwr_dyn.identification.report.shown_fit import Section
 from lwr_dyn.plotting.axes import short
 from lwr_dyn.tables import Heading, Table
@@ -19,52 +20,24 @@ _MOST = 12
 
 def validation_section(result: MotionIdentification, unseen: Sequence[Validation] = ()) -> Section:
     """RMS torques by joint on motions kept from the fit, on logs of their own, and whether residuals are white."""
-    tables = [_validation(f"Motions kept from the fit in turn, {result.rule.folds} parts", result, result.validation)]
-    if unseen:
-        tables.append(_validation("Logs that no fit has seen", result, unseen))
-    tables += [_by_speed(result), _whiteness(result)]
+    parts = f"{result.rule.folds} parts of the motion, each kept from a fit in turn"
+    tables = [validation_table(result.validation, parts)]
+    tables += [validation_table(unseen, "logs that no fit has seen")] if unseen else []
     notes = (
-        "RMS torques in N m, of sliding joints in N. Bodies: by fits whose links are bodies. Own data: by the robot's "
-        "table with its own friction.",
+        "Bodies: by fits whose links are bodies. Model: by the robot's table with its own friction.",
         f"White: noise alone gives as large a statistic of {LAGS} lags in more than {100 * LEVEL:g} % of logs (Box and "
-        "Pierce, 1970); correlation: of an instant with the next. Errors: the factor by which what is left of the noise makes true errors larger than sigma.",
+        "Pierce, 1970); correlation: of an instant with the next. Errors: the factor by which coloured noise makes true"
+        " errors larger than sigma.",
     )
-    return "Validation", tuple(tables), notes
+    return "Validation", (*tables, _whiteness(result)), notes
 
 
-def _validation(title: str, result: MotionIdentification, found: Sequence[Validation]) -> Table:
-    names = result.arm.joint_names
-    rows = [
-        (names[v.joint - 1], v.measured, _known(v.fitted), _known(v.held_out), _known(v.consistent), _known(v.model))
-        for v in found
-    ]
-    heads = ("measured", "left, seen", "left, unseen", "left, unseen, bodies", "left by own data")
-    return Table(title, (Heading("joint"), *(Heading(head, "", _figure) for head in heads)), rows)
-
-
-def _known(value: float | None) -> float | None:
-    return None if value is None or np.isnan(value) else value
+def _known(value: float) -> float | None:
+    return None if np.isnan(value) else value
 
 
 def _figure(value: float) -> str:
     return short(value)
-
-
-def _by_speed(result: MotionIdentification) -> Table:
-    """What is left of unseen torques in thirds of each joint's largest speed."""
-    names, rows = result.arm.joint_names, []
-    for v in result.validation:
-        cells: list[float | None] = [None] * THIRDS
-        for band in v.by_speed:
-            cells[round(band.slowest / (band.fastest - band.slowest))] = band.left
-        fastest = max((band.fastest for band in v.by_speed), default=None)
-        rows.append((names[v.joint - 1], *cells, fastest))
-    heads = ("slow third", "middle third", "fast third")
-    headings = (
-        Heading("joint"), *(Heading(head, "", _figure) for head in heads),
-        Heading("largest speed", "rad/s or m/s", _figure),
-    )  # fmt: skip
-    return Table("Unseen torques left, by speed", headings, rows)
 
 
 def _whiteness(result: MotionIdentification) -> Table:

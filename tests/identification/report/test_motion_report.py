@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
+from lwr_dyn.identification.logs.joint_log import write_log
 from lwr_dyn.identification.motion.motion_fit import identify_motion
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.identification.report.fit_values import link_parameters
@@ -26,8 +27,10 @@ def lwr():
 def logs(lwr):
     rng = np.random.default_rng(7)
     plant = perturbed_plant(TorqueColumns(lwr.chain, "directions"), lwr, rng, 0.25)
-    return [simulated_log(plant, random_motion(lwr, seconds, rng, rate=500.0), 0.3, rng, 1e-5, f"motion_{seconds:g}.csv")
-            for seconds in (8.0, 4.0, 3.0)]  # fmt: skip
+    return [
+        simulated_log(plant, random_motion(lwr, seconds, rng, rate=500.0), 0.3, rng, 1e-5, f"motion_{seconds:g}.csv")
+        for seconds in (8.0, 4.0, 3.0)
+    ]
 
 
 @pytest.fixture(scope="module")
@@ -72,11 +75,10 @@ def test_the_links_drawn_are_those_of_the_fit_and_the_table(shown, result, lwr):
 def test_the_cards_hold_validation_bodies_and_what_is_open(shown, result):
     cards = tables(shown)
     assert list(cards) == ["Validation", "Bodies", "What the logs leave open", "Slips of the table", "Recordings"]
-    kept, unseen, by_speed, white = cards["Validation"].values()
+    kept, unseen, white = cards["Validation"].values()
     assert [row[3] for row in kept.rows] == [v.held_out for v in result.validation]
     assert "no fit has seen" in unseen.title
     assert all(row[2] is None for row in unseen.rows)
-    assert [row[1:4] for row in by_speed.rows] == [tuple(b.left for b in v.by_speed) for v in result.validation]
     assert [row[1] for row in white.rows] == ["yes" if w.white else "no" for w in result.whiteness]
     price, numbers = cards["Bodies"].values()
     np.testing.assert_allclose([row[1] for row in price.rows], result.consistent.price.rms)
@@ -102,3 +104,19 @@ def test_an_arm_without_masses_has_a_report_too(logs, lwr):
     assert "links that are bodies" not in dict(shown.figures)
     assert "Bodies" not in tables(shown)
     assert '"before":[null,null,null,null,null,null,null]' in report_html(shown)
+
+
+def test_the_command_writes_it(logs, tmp_path, lwr_dyn_command):
+    for log in logs:
+        write_log(tmp_path / log.source, log)
+    fitted, unseen = ([str(tmp_path / log.source) for log in part] for part in (logs[1:2], logs[2:]))
+    options = ("--robot", "lwr4plus", "--reading", "physical", "--validate", *unseen)
+    code, out, err = lwr_dyn_command("identify", "motion", *fitted, *options, "--html", str(tmp_path / "report.html"))
+    assert (code, err) == (0, "")
+    assert out.splitlines()[-1] == f"wrote {tmp_path / 'report.html'}"
+    text = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "<h1>Identification of lwr4plus, reading physical</h1>" in text
+    assert "logs that no fit has seen" in text
+    code, out, err = lwr_dyn_command("identify", "motion", *fitted, *options, "--html", str(tmp_path / "no" / "x.html"))
+    assert (code, out) == (2, "")
+    assert "no/x.html" in err
