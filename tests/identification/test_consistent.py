@@ -165,6 +165,17 @@ def test_a_table_without_bodies_is_thickened_and_said(known, lwr, columns):
     assert are_bodies(fit.parameters[: columns.bodies].reshape(-1, 10)).all()
 
 
+def test_friction_far_from_a_small_one_in_the_table_is_believed():
+    """The WAM's wrist has 0.05 N m in the table: an offset of 0.3 N m, six times that, is what the log says."""
+    wam = lwr_dyn.load("wam7")
+    columns = TorqueColumns(wam.chain)
+    plant, information = informed(wam, columns, 10.0, 0.05)
+    fit = consistent_fit(information, columns.own(wam))
+    wrist = columns.names.index("offset_7")
+    assert fit.parameters[wrist] == pytest.approx(plant.parameters[wrist], abs=0.02)
+    assert (np.abs(fit.parameters - plant.parameters) < 4.0 * fit.sigma).all()
+
+
 def test_short_logs_gain_and_every_link_is_a_body():
     """A share of the study in `scripts/soak.py`: 9 of its 60 plants."""
     found = cases(5.0, 0.5, range(9), series=10.0)

@@ -20,8 +20,9 @@ from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 
 UNKNOWN_FRICTION = 10.0
 """Standard deviation of friction that a table lacks [N m, N m s/rad]: wide, only to have a value without any data."""
-FRICTION_TRUST, OFFSET_TRUST = 0.3, 0.1
-"""The same where the table has friction: share of its viscous or Coulomb value; of an offset, share of the Coulomb one.
+FRICTION_TRUST, OFFSET_TRUST, LEAST_SPREAD = 0.3, 0.1, 1.0
+"""The same where the table has friction: share of its viscous or Coulomb value; of an offset, share of the Coulomb one;
+and never less than `LEAST_SPREAD` [N m, N m s/rad].
 """
 UNKNOWN_ROTOR = 0.1
 """Guess for a rotor the table lacks, as share of the mean moment of inertia of the bodies from its link outward."""
@@ -166,7 +167,7 @@ def _friction_spreads(columns: TorqueColumns, table: Array) -> Array:
             alike = [k for k in range(part.start, part.stop) if columns.names[k].startswith(others)]
             own = float(np.abs(table[alike]).max(initial=0.0))
             if own > 0.0:
-                spread[chosen] = trust * own
+                spread[chosen] = max(trust * own, LEAST_SPREAD)
     return spread
 
 
