@@ -101,6 +101,7 @@ LIMITS = {
     "compare": {2 * GB: run_file.LARGEST},
     "identify friction": {2 * GB: column_files.LARGEST},
     "identify motion": {2 * GB: column_files.LARGEST},
+    "identify table": {2 * GB: column_files.LARGEST},
     "krl check": KRL,
     "krl run": KRL | {40: interpreter.DEEPEST, 100_000: interpreter.LARGEST_ARRAY, 10**7: motions.LONGEST_WAIT},
 }

@@ -3,9 +3,9 @@
 import click
 
 from lwr_dyn.cli.help_text import NamedGroup
-from lwr_dyn.identification.command import friction, motion
+from lwr_dyn.identification.command import friction, motion, table
 
-SUBCOMMANDS = (friction.command, motion.command)
+SUBCOMMANDS = (friction.command, motion.command, table.command)
 
 
 @click.group("identify", cls=NamedGroup)

@@ -1,0 +1,66 @@
+"""`lwr-dyn identify table`: a table against logs, cell by cell, and its slips traced."""
+
+import click
+
+from lwr_dyn.cli.options import print_json
+from lwr_dyn.errors import OptionError
+from lwr_dyn.identification.command.log_options import end, log_options, readable_logs
+from lwr_dyn.identification.logs.joint_log import JointLog
+from lwr_dyn.identification.logs.log_columns import declared_units
+from lwr_dyn.identification.regression.information import Information, information_of
+from lwr_dyn.identification.regression.samples import DEFAULT_SAMPLES, SampleRule, samples_of
+from lwr_dyn.identification.regression.torque_columns import TorqueColumns
+from lwr_dyn.identification.slips.slip_tables import best_table, slip_record, slip_text
+from lwr_dyn.identification.slips.table_against_log import table_against_log
+from lwr_dyn.identification.slips.trace import TRUST, checked_trust, trace_slips
+from lwr_dyn.loading import load_with_paper
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.progress import progress
+
+
+@click.command("table")
+@log_options
+@click.option("--robot", required=True, help="Whose table it is (name, .toml or .urdf).")
+@click.option("--trust", default=f"{TRUST:.0%}", show_default=True,
+              help="How far the arm itself may be from a right table: 5% or 0.05.")  # fmt: skip
+@click.option("--slowest", type=float, default=DEFAULT_SAMPLES.slowest, show_default=True,
+              help="Speed up to which a joint's torque is left out, rad/s.")  # fmt: skip
+def command(
+    logs: tuple[str, ...], robot: str, reading: str | None, units: str | None, trust: str, slowest: float,
+    as_json: bool,
+) -> None:  # fmt: skip
+    """Masses, centres, tensors and rotors of a table against logs; which cells are wrong, and how.
+
+    Friction is left free. Signs, powers of ten, copies of a neighbour, exchanged cells, axes and rows, units and
+    conventions are tried, and any other value of one cell. Exit 1 when the table does not meet the logs.
+    """
+    share, rule, declared = _share(trust), SampleRule(slowest=slowest), declared_units(units)
+    arm, paper = load_with_paper(robot, reading)
+    source = arm if paper is None else paper
+    with progress("reading the logs, then trying repairs"):
+        usable, faults = readable_logs(logs, declared, arm)
+        if not usable:
+            end(faults)
+        information = _information(usable, arm, rule)
+        report = trace_slips(information, source, trust=share)
+        cells = table_against_log(information, source, trust=share, at=best_table(report))
+    if as_json:
+        print_json({"robot": robot, "reading": arm.reading, **slip_record(report, cells, paper)})
+    else:
+        click.echo(slip_text(report, cells, paper))
+    if not faults and not report.fits:
+        raise SystemExit(1)
+    end(faults)
+
+
+def _information(logs: list[JointLog], arm: Arm, rule: SampleRule) -> Information:
+    return information_of(samples_of(logs, rule), TorqueColumns(arm.chain, friction="directions"))
+
+
+def _share(text: str) -> float:
+    number = text.strip().removesuffix("%")
+    try:
+        value = float(number) / (100.0 if text.strip().endswith("%") else 1.0)
+    except ValueError:
+        raise OptionError("--trust", repr(text), "a share such as 5% or 0.05") from None
+    return checked_trust(value)

@@ -1,0 +1,212 @@
+"""The inertial cells of a table as its source prints them, and the parameters of the torques that they stand for.
+
+    pi_i = (m, m c, I_o),   I_o = I about the link's frame, or I + m (|c|^2 1 - c c^T) where I is printed about the com
+
+Products of inertia may be printed with either sign; a rotor counts as `rotor_factor` times its printed cell.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lwr_dyn.arrays import Array, freeze_arrays
+from lwr_dyn.errors import OptionError
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.papers.assembly import arm_from_paper
+from lwr_dyn.papers.schema import Paper
+from lwr_dyn.papers.units import to_si
+
+QUANTITIES = ("m", "cx", "cy", "cz", "Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz", "rotor")
+"""The cells of a link: mass, centre of mass, tensor row by row, rotor."""
+MASS, COM, TENSOR, ROTOR = 0, slice(1, 4), slice(4, 10), 10
+DIAGONAL, PRODUCTS = (4, 7, 9), (5, 6, 8)
+_UPPER = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
+_OTHER_SIGN = np.array([1.0, -1.0, -1.0, 1.0, -1.0, 1.0])
+_SI_UNITS = ("kg", *["m"] * 3, *["kg m^2"] * 7)
+
+
+class Cell(NamedTuple):
+    """One cell: link from 0, index in `QUANTITIES`."""
+
+    link: int
+    quantity: int
+
+    @property
+    def name(self) -> str:
+        """As the paper's errata name it.
+
+        >>> Cell(4, 3).name, Cell(5, 4).name, Cell(0, 10).name
+        ('c5z', 'I6xx', 'rotor1')
+        """
+        quantity = QUANTITIES[self.quantity]
+        if self.quantity in (MASS, ROTOR):
+            return f"{quantity}{self.link + 1}"
+        return f"{quantity[0]}{self.link + 1}{quantity[1:]}"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PrintedCells:
+    """The table of one arm; arrays have a row a link.
+
+    Parameters
+    ----------
+    values : (n, 11) array
+        Order of `QUANTITIES` [SI]; 0 where not `known`.
+    known : (n, 11) bool array
+        Whether the source prints the cell.
+    open_parameters : (n, 11) bool array
+        Which of the ten inertial parameters about the frame and the armature the source leaves open: a log is free in
+        them.
+    about_origin, integral : (n,) bool array
+        Whether the tensor is about the frame's origin, and its products are +integrals.
+    rotor_factor : (n,) array
+        Armature of the joint per unit of the rotor's cell: the gear ratio squared, or 1.
+    units : tuple of tuple of str
+        (n, 11), as printed.
+    """
+
+    values: Array
+    known: NDArray[np.bool_]
+    open_parameters: NDArray[np.bool_]
+    about_origin: NDArray[np.bool_]
+    integral: NDArray[np.bool_]
+    rotor_factor: Array
+    units: tuple[tuple[str, ...], ...]
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, "values", "rotor_factor")
+
+    @property
+    def n(self) -> int:
+        """Number of links."""
+        return len(self.values)
+
+    @property
+    def cells(self) -> tuple[Cell, ...]:
+        """Those that the source prints, row by row."""
+        return tuple(Cell(int(i), int(k)) for i, k in zip(*np.nonzero(self.known), strict=True))
+
+    def value(self, cell: Cell) -> float:
+        """In SI."""
+        return float(self.values[cell])
+
+    def shown(self, cell: Cell, value: float | None = None) -> str:
+        """A value of a cell, its own if not given, in the printed unit."""
+        unit = self.units[cell.link][cell.quantity]
+        number = (self.value(cell) if value is None else value) / to_si(1.0, unit)
+        return f"{number:.6g}" if unit == "1" else f"{number:.6g} {unit}"
+
+    def with_values(self, values: Array) -> "PrintedCells":
+        """The table with other cells (n, 11) [SI]."""
+        return replace(self, values=values)
+
+    def with_cell(self, cell: Cell, value: float) -> "PrintedCells":
+        """The table with another value [SI] in one cell."""
+        values = self.values.copy()
+        values[cell] = value
+        return self.with_values(values)
+
+    def parameters(self) -> Array:
+        """The ten inertial parameters of each link about its frame, then the armatures, (11 n,) [SI]."""
+        return np.asarray(stacked_parameters((self,))[0])
+
+    def derivatives(self, cells: Sequence[Cell]) -> Array:
+        """d parameters / d cell, (11 n, cells): exact, as the parameters are at most quadratic in a cell."""
+        sizes = np.array([max(abs(self.value(c)), 1e-3) for c in cells])
+        steps = np.zeros((len(cells), *self.values.shape))
+        for k, cell in enumerate(cells):
+            steps[(k, *cell)] = sizes[k]
+        of = (self.about_origin, self.integral, self.rotor_factor)
+        up, down = (_parameters(self.values + sign * steps, *of) for sign in (1.0, -1.0))
+        return np.asarray(((up - down) / (2.0 * sizes[:, None])).T)
+
+    def changed_links(self, other: "PrintedCells") -> NDArray[np.intp]:
+        """The links whose numbers, or their meaning, differ from those of another table of the arm."""
+        same = (self.values == other.values).all(axis=1)
+        same &= (self.about_origin == other.about_origin) & (self.integral == other.integral)
+        return np.flatnonzero(~same)
+
+    def link_columns(self, link: int) -> NDArray[np.intp]:
+        """Places of a link's ten parameters and its armature in `parameters`, (11,)."""
+        return np.append(np.arange(10 * link, 10 * link + 10), 10 * self.n + link)
+
+
+def stacked_parameters(tables: Sequence[PrintedCells]) -> Array:
+    """`PrintedCells.parameters` of tables of one arm, (tables, 11 n)."""
+    values, origin, integral = (
+        np.array([getattr(t, x) for t in tables]) for x in ("values", "about_origin", "integral")
+    )
+    return _parameters(values, origin, integral, tables[0].rotor_factor)
+
+
+def _parameters(values: Array, about_origin: NDArray[np.bool_], integral: NDArray[np.bool_], factor: Array) -> Array:
+    """(..., 11 n) of cells (..., n, 11)."""
+    m, (x, y, z) = values[..., MASS], np.moveaxis(values[..., COM], -1, 0)
+    mx, my, mz = m * x, m * y, m * z
+    steiner = np.stack([my * y + mz * z, -mx * y, -mx * z, mx * x + mz * z, -my * z, mx * x + my * y], axis=-1)
+    tensor = values[..., TENSOR] * np.where(integral[..., None], _OTHER_SIGN, 1.0)
+    tensor += np.where(about_origin[..., None], 0.0, steiner)
+    ten = np.concatenate([np.stack([m, mx, my, mz], axis=-1), tensor], axis=-1)
+    return np.concatenate([ten.reshape(*values.shape[:-2], -1), factor * values[..., ROTOR]], axis=-1)
+
+
+def printed_cells(source: Paper | Arm) -> PrintedCells:
+    """The cells of a paper under its reading; of an arm without a paper: its bodies in their links' frames.
+
+    Raises
+    ------
+    OptionError
+        The source gives no inertia for some link.
+    """
+    arm = arm_from_paper(source) if isinstance(source, Paper) else source
+    bodies = [link.body for link in arm.chain.links if link.body is not None]
+    if len(bodies) < arm.n:
+        raise OptionError("table", f"{arm.name} gives no mass, centre and tensor of every link", "an arm with masses")
+    opened = np.zeros((arm.n, len(QUANTITIES)), dtype=bool)
+    for i, link in enumerate(arm.chain.links):
+        opened[i, list(bodies[i].unknown)] = True
+        opened[i, ROTOR] = link.rotor is None
+    return _of_paper(source, opened) if isinstance(source, Paper) else _of_arm(arm, opened)
+
+
+def _of_arm(arm: Arm, opened: NDArray[np.bool_]) -> PrintedCells:
+    rows, factors = [], []
+    for link in arm.chain.links:
+        body, rotor = link.body, link.rotor
+        assert body is not None
+        rows.append([body.mass, *body.com, *_row_by_row(body.inertia_com), 0.0 if rotor is None else rotor.inertia])
+        factors.append(1.0 if rotor is None else rotor.gear_ratio**2)
+    values = np.array(rows)
+    known = np.ones(values.shape, dtype=bool)
+    known[:, ROTOR] = ~opened[:, ROTOR]
+    for i in np.flatnonzero(opened[:, :ROTOR].any(axis=1)):
+        known[i, :ROTOR] = False  # what a partly known body stands on is not said
+    no = np.zeros(arm.n, dtype=bool)
+    return PrintedCells(values, known, opened, no, no, np.array(factors), (_SI_UNITS,) * arm.n)
+
+
+def _of_paper(paper: Paper, opened: NDArray[np.bool_]) -> PrintedCells:
+    n = paper.n
+    mass, com, inertia = (paper.columns[f"inertial.{name}"] for name in ("mass", "com", "inertia"))
+    reflected = "rotors.armature" in paper.columns
+    rotor = paper.columns.get("rotors.armature" if reflected else "rotors.inertia")
+    ratio = paper.columns.get("rotors.gear_ratio")
+    rotors = np.full(n, np.nan) if rotor is None or (ratio is None and not reflected) else rotor.si()
+    factor = np.ones(n) if reflected or ratio is None else ratio.si() ** 2
+    tensor = [_row_by_row(np.asarray(t)) for t in inertia.si()]
+    values = np.column_stack([mass.si(), com.si(), np.array(tensor), rotors])
+    known = ~np.isnan(values) & ~np.isnan(factor)[:, None]
+    units = tuple(
+        (mass.unit[i], *[com.unit[i]] * 3, *[inertia.unit[i]] * 6, "kg m^2" if rotor is None else rotor.unit[i])
+        for i in range(n)
+    )
+    integral = np.array([p == "integral" for p in paper.inertia_products], dtype=bool)
+    origin = np.full(n, paper.inertia_about == "origin")
+    return PrintedCells(np.where(known, values, 0.0), known, opened, origin, integral, np.nan_to_num(factor), units)
+
+
+def _row_by_row(tensor: Array) -> Sequence[float]:
+    return [float(tensor[a, b]) for a, b in _UPPER]

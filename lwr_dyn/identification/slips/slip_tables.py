@@ -1,0 +1,137 @@
+"""What a log says of a table, as text and as a record."""
+
+from typing import Any
+
+from lwr_dyn.identification.slips.hypotheses import Hypothesis
+from lwr_dyn.identification.slips.printed_cells import MASS, PRODUCTS, ROTOR, TENSOR, Cell, PrintedCells
+from lwr_dyn.identification.slips.repairs import CONVENTION, Repair
+from lwr_dyn.identification.slips.table_against_log import HIDDEN, CellAgainstLog
+from lwr_dyn.identification.slips.trace import SlipReport
+from lwr_dyn.papers.schema import Paper
+from lwr_dyn.tables import aligned
+
+OTHERS = 4
+"""Other repairs that are named beside the likeliest."""
+
+
+def slip_text(report: SlipReport, cells: tuple[CellAgainstLog, ...], paper: Paper | None = None) -> str:
+    """The verdict, the repairs, every cell against the log, what have the same effect and what no motion shows.
+
+    `cells` are those of `table_against_log` at the table that the report ends with (`best_table`). Errata of a paper
+    that touch a repaired cell are named.
+    """
+    table = report.printed.table
+    lines = [_verdict(report), *_repairs(report, paper), ""]
+    head = ("cell", "in the table", "the log's, if it alone is off", "sigmas off", "state", "same effect")
+    rows = [_row(c, table) for c in cells if c.state != HIDDEN]
+    lines.append(aligned(rows, head))
+    if report.shown.together:
+        groups = ", ".join(" = ".join(c.name for c in g) for g in report.shown.together)
+        lines.append(f"no motion tells apart: {groups}")
+    if report.shown.hidden:
+        lines.append(f"no motion shows: {_names(report.shown.hidden)}")
+    return "\n".join(lines)
+
+
+def best_table(report: SlipReport) -> Hypothesis:
+    """The likeliest explanation, or the table as printed."""
+    return report.explanations[0] if report.explanations else report.printed
+
+
+def _verdict(report: SlipReport) -> str:
+    own = f"the arm itself {report.trust:.3g} off its table" if report.trust else "the arm exactly as its table"
+    chi2 = f"chi^2 {report.printed.chi2:.4g}, at most {report.limit:.4g} with {own}"
+    if report.fits:
+        return f"the table meets the log: {chi2}"
+    if not report.explanations:
+        return f"the table does not meet the log ({chi2}), and no repairs were found with which it does"
+    count = len(report.explanations[0].repairs)
+    return f"the table does not meet the log ({chi2}); it does with {count} repair{'s' * (count > 1)}:"
+
+
+def _repairs(report: SlipReport, paper: Paper | None) -> list[str]:
+    if not report.explanations:
+        return [f"nearest: {r.text}" for r in report.nearest.repairs] if not report.fits else []
+    best, lines = report.explanations[0], []
+    for k, repair in enumerate(best.repairs):
+        known = f" (erratum {', '.join(names)})" if (names := _errata(repair, paper)) else ""
+        lines.append(f"- {repair.text}{known}")
+        others = list(dict.fromkeys(other.text for other in _instead(report, k)))
+        lines += [f"  or {text}" for text in others[:OTHERS]]
+        if len(others) > OTHERS:
+            lines.append(f"  or one of {len(others) - OTHERS} more")
+    lines.append(f"chi^2 with them: {best.chi2:.4g}")
+    return lines
+
+
+def _instead(report: SlipReport, k: int) -> list[Repair]:
+    """What may stand in the place of one repair of the likeliest explanation, by the other explanations."""
+    best = report.explanations[0]
+    rest = {key for i, key in enumerate(best.keys) if i != k}
+    out = []
+    for other in report.explanations[1:]:
+        away = [r for r, key in zip(other.repairs, other.keys, strict=True) if key not in rest]
+        if len(other.keys) == len(best.keys) and len(away) == 1:
+            out += away
+    return out
+
+
+def _errata(repair: Repair, paper: Paper | None) -> tuple[str, ...]:
+    """Ids of a paper's errata that patch what is repaired and that its reading does not apply."""
+    if paper is None:
+        return ()
+    places = _places(repair)
+    errata = (e for e in paper.errata if e.id not in paper.reading.errata)
+    return tuple(e.id for e in errata if any(p.at.startswith(places) for p in e.of_tables()))
+
+
+def _places(repair: Repair) -> tuple[str, ...]:
+    """Where a data file has what is repaired."""
+    quantities = {cell.quantity for cell in repair.cells}
+    if repair.kind == CONVENTION:
+        return ("inertial.inertia.products" if quantities <= set(PRODUCTS) else "inertial.inertia.about",)
+    columns = {c.quantity: "mass" if c.quantity == MASS else "com" if c.quantity < TENSOR.start else "inertia"
+               for c in repair.cells}  # fmt: skip
+    cells = [f"inertial.{columns[c.quantity]}.values[{c.link}]" for c in repair.cells if c.quantity != ROTOR]
+    return (*cells, *(("rotors.",) if ROTOR in quantities else ()))
+
+
+def _row(row: CellAgainstLog, table: PrintedCells) -> tuple[str, ...]:
+    value = f"{table.shown(row.cell, row.value)} +- {table.shown(row.cell, row.sigma).split()[0]}"
+    return (
+        row.cell.name, table.shown(row.cell, row.printed), value, f"{row.pull:+.1f}", row.state, _names(row.like)
+    )  # fmt: skip
+
+
+def _names(cells: tuple[Cell, ...]) -> str:
+    return ", ".join(c.name for c in cells)
+
+
+def slip_record(report: SlipReport, cells: tuple[CellAgainstLog, ...], paper: Paper | None = None) -> dict[str, Any]:
+    """The same as a JSON object (numbers in SI)."""
+    return {
+        "fits": report.fits,
+        "chi2": report.printed.chi2,
+        "limit": report.limit,
+        "trust": report.trust,
+        "sure": [_repair_record(r, paper) for r in report.sure],
+        "explanations": [
+            {"repairs": [_repair_record(r, paper) for r in e.repairs], "chi2": e.chi2, "evidence": e.evidence}
+            for e in report.explanations
+        ],
+        "cells": [
+            {
+                "cell": c.cell.name, "printed": c.printed, "value": None if c.state == HIDDEN else c.value,
+                "sigma": None if c.state == HIDDEN else c.sigma, "pull": c.pull, "state": c.state,
+                "like": [other.name for other in c.like],
+            }
+            for c in cells
+        ],
+        "same_effect": [[c.name for c in group] for group in report.shown.together],
+        "shown_by_no_motion": [c.name for c in report.shown.hidden],
+    }  # fmt: skip
+
+
+def _repair_record(repair: Repair, paper: Paper | None) -> dict[str, Any]:
+    errata = list(_errata(repair, paper))
+    return {"kind": repair.kind, "cells": list(repair.names), "text": repair.text, "errata": errata}
