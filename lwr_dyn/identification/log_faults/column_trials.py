@@ -1,0 +1,195 @@
+"""Wrong signs, order and units of columns, recognised: the change under which the arm explains the log.
+
+Every change of `column_changes` is tried on some hundred instants: base parameters and friction are fitted with the
+table as a loose prior, and the change is judged by
+
+    N sum_j log(RSS_j / |tau_j|^2 + floor) + prior + friction that drives
+
+The geometry tells most, as no bodies and friction can explain torques of an arm that moves another way; the table tells
+an arm from its mirror image; and friction that adds energy tells a torque of the wrong sign where inertia is small.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from itertools import groupby
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cho_factor, cho_solve
+
+from lwr_dyn.arrays import Array
+from lwr_dyn.identification.log_faults.column_changes import ColumnChange, column_changes
+from lwr_dyn.identification.log_faults.log_fault import LogFault
+from lwr_dyn.identification.log_faults.table_spread import table_spread
+from lwr_dyn.identification.logs.joint_log import JointLog
+from lwr_dyn.identification.regression.samples import SampleRule, Samples, samples_of
+from lwr_dyn.identification.regression.torque_columns import TorqueColumns
+from lwr_dyn.model.arm import Arm
+
+INSTANTS = 400
+"""Instants that are tried on, evenly taken."""
+SLOW = 0.15
+"""Share of a joint's RMS speed below which its equation is left out: scale-free, as units are in question."""
+FLOOR = 0.02
+"""Share of a joint's torque that no fit is asked to explain."""
+FREE = 10.0
+"""Times its torque limit that a joint's friction may be, a priori."""
+DRIVING = 300.0
+"""Largest price of friction that adds energy."""
+DECISIVE = 0.35
+"""Drop of the score per instant that makes a change an answer."""
+ALIKE = 0.05
+"""Such a drop below which two changes cannot be told apart."""
+MOST = 4
+"""Changes that are looked for, one after the other."""
+BEYOND = 0.35
+"""[rad or m] past its limits by which a change may not put a joint."""
+_ROUNDS = 4
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ColumnTrial:
+    """How well an arm explains a log under some changes: `score` (less is better), RMS of residuals (n,) [N m or N]."""
+
+    score: float
+    rms: Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Judge:
+    """The prior of the base parameters, in units of their spread about the table (b,): values (b,), precision (b, b)."""
+
+    columns: TorqueColumns
+    arm: Arm
+    spread: Array
+    own: Array
+    prior: Array
+
+    @classmethod
+    def of(cls, columns: TorqueColumns, arm: Arm) -> "_Judge":
+        base, own = columns.base(), columns.own(arm)
+        covariance = (base.grouping * table_spread(columns, arm, FREE) ** 2) @ base.grouping.T
+        own[[k for j in range(arm.n) for k in range(columns.of_joint(j).start + 1, columns.of_joint(j).stop)]] = 0.0
+        spread = np.sqrt(np.diag(covariance))
+        prior: Array = np.asarray(np.linalg.inv(covariance / np.outer(spread, spread)), dtype=np.float64)
+        return cls(columns, arm, spread, base.of(own) / spread, prior)
+
+    def states(self, samples: Samples, Q: Array) -> "_States":
+        """The arm's columns with the positions changed by Q."""
+        dq = samples.dq @ Q
+        used = np.abs(dq) > np.maximum(SLOW * np.sqrt(np.mean(np.square(dq), axis=0)), 1e-9)
+        Y = self.columns(samples.q @ Q, dq, samples.ddq @ Q)[:, :, self.columns.base().kept]
+        W = np.ascontiguousarray((Y * used[:, :, None] * self.spread).transpose(1, 0, 2))
+        return _States(W, W.transpose(0, 2, 1) @ W, np.abs(dq), used)
+
+    def trial(self, states: "_States", tau: Array) -> ColumnTrial:
+        """How well torques (k, n) are explained along the states."""
+        tau = np.where(states.used, tau, 0.0)
+        count, squares = np.maximum(states.used.sum(axis=0), 1), np.sum(tau**2, axis=0)
+        sides = np.matmul(tau.T[:, None, :], states.W)[:, 0]
+        mean = squares / count + 1e-12
+        variance = mean
+        for _ in range(_ROUNDS):
+            matrix = np.tensordot(1.0 / variance, states.matrices, 1) + self.prior
+            factor = cho_factor(matrix)
+            values = cho_solve(factor, (1.0 / variance) @ sides + self.prior @ self.own)
+            across = (states.matrices @ values) @ values
+            left = np.maximum(squares - 2.0 * sides @ values + across, 0.0) / count
+            variance = left + FLOOR**2 * mean
+        away = values - self.own
+        score = len(tau) * float(np.log(variance / mean).sum()) + float(away @ self.prior @ away)
+        return ColumnTrial(score + self._driving(states, values, factor), np.sqrt(left))
+
+    def _driving(self, states: "_States", values: Array, factor: tuple[Array, bool]) -> float:
+        """The price of friction whose mean power is above 0 by more than its error."""
+        at = {int(k): i for i, k in enumerate(self.columns.base().kept)}
+        power = np.zeros((values.size, self.columns.n))
+        for j in range(self.columns.n):
+            first, speed = self.columns.of_joint(j).start, states.speed[states.used[:, j], j]
+            if speed.size and first + 1 in at and first + 2 in at:
+                power[[at[first + 1], at[first + 2]], j] = [speed.mean(), np.mean(speed**2)]
+        power *= self.spread[:, None]
+        lost = values @ power
+        error = np.sqrt(np.einsum("bj,bj->j", power, cho_solve(factor, power)))
+        driving = lost < 0.0
+        return float(np.minimum(DRIVING, (lost[driving] / error[driving]) ** 2).sum())
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _States:
+    """Columns of each joint (n, k, b), 0 where it is slow, their products (n, b, b), speeds and which are used."""
+
+    W: Array
+    matrices: Array
+    speed: Array
+    used: NDArray[np.bool_]
+
+
+def column_faults(logs: Iterable[JointLog], arm: Arm, columns: TorqueColumns) -> tuple[LogFault, ...]:
+    """The columns of logs that have a wrong sign, order or unit: those whose change lets the arm explain the log.
+
+    Parameters
+    ----------
+    logs : iterable of JointLog
+        Evenly sampled.
+    arm : Arm
+        With its table; parameters may be off it by some ten per cent, friction is free.
+    columns : TorqueColumns
+        Of its geometry, friction symmetric.
+
+    Returns
+    -------
+    tuple of LogFault
+        Empty where no change is decisively better.
+
+    Raises
+    ------
+    LogError
+        As `samples_of`.
+    """
+    several = list(logs)
+    judge = _Judge.of(columns, arm)
+    samples = _some(samples_of(several, SampleRule(slowest=0.0)))
+    Q, T = np.eye(arm.n), np.eye(arm.n)
+    now = judge.trial(judge.states(samples, Q), samples.tau)
+    where = ", ".join(dict.fromkeys(log.source for log in several))
+    faults: list[LogFault] = []
+    changes = sorted(column_changes(arm.n), key=lambda change: change.Q.tobytes())
+    for _ in range(MOST):
+        tried: list[tuple[ColumnTrial, ColumnChange]] = []
+        for _, alike in groupby(changes, key=lambda change: change.Q.tobytes()):
+            group = list(alike)
+            moved = Q @ group[0].Q
+            if _inside(samples.q @ moved, arm):
+                states = judge.states(samples, moved)
+                tried += [(judge.trial(states, samples.tau @ T @ change.T), change) for change in group]
+        best, chosen = min(tried, key=lambda pair: pair[0].score)
+        if now.score - best.score < DECISIVE * len(samples):
+            break
+        others = [c for trial, c in tried if trial.score < best.score + ALIKE * len(samples) and c is not chosen]
+        faults.append(_said(where, chosen, others, now, best))
+        now, Q, T = best, Q @ chosen.Q, T @ chosen.T
+    return tuple(faults)
+
+
+def _some(samples: Samples) -> Samples:
+    """Some hundred instants whose torques are all known."""
+    known = np.flatnonzero(samples.used.all(axis=1) | (samples.dq == 0.0).any(axis=1))
+    return samples.select(known[np.unique(np.linspace(0, known.size - 1, min(INSTANTS, known.size)).astype(np.intp))])
+
+
+def _inside(q: Array, arm: Arm) -> bool:
+    low, high = q.min(axis=0), q.max(axis=0)
+    return bool((low > arm.lower - BEYOND).all() and (high < arm.upper + BEYOND).all())
+
+
+def _said(
+    where: str, chosen: ColumnChange, alike: list[ColumnChange], before: ColumnTrial, after: ColumnTrial
+) -> LogFault:
+    joint = int(np.argmax(before.rms / np.maximum(after.rms, 1e-9)))
+    others = "".join(f", or {c.text}" for c in alike[:3])
+    found = (
+        f"the arm explains the log with {chosen.text}{others}: the residual of joint {joint + 1} falls from "
+        f"{before.rms[joint]:.3g} to {after.rms[joint]:.3g}"
+    )
+    return LogFault(chosen.kind, chosen.joints, where, found, "columns as the arm's axes have them", severe=True)

@@ -1,0 +1,89 @@
+"""All faults of logs, and logs made ready for a regression."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from lwr_dyn.errors import LwrDynError
+from lwr_dyn.identification.log_faults.column_trials import column_faults
+from lwr_dyn.identification.log_faults.log_fault import LogFault
+from lwr_dyn.identification.log_faults.open_parameters import open_fault, open_parameters
+from lwr_dyn.identification.log_faults.saturation import cut_saturated
+from lwr_dyn.identification.log_faults.still_joints import still_joints
+from lwr_dyn.identification.logs.clock import on_even_clock
+from lwr_dyn.identification.logs.column_map import NO_MAP, ColumnMap
+from lwr_dyn.identification.logs.joint_log import JointLog, read_log
+from lwr_dyn.identification.regression.information import Information
+from lwr_dyn.identification.regression.torque_columns import TorqueColumns
+from lwr_dyn.model.arm import Arm
+
+
+@dataclass(frozen=True, slots=True)
+class PreparedLogs:
+    """Logs on even clocks without saturated torques, the `faults` cut out of them, and `errors`: files left out."""
+
+    logs: tuple[JointLog, ...]
+    faults: tuple[LogFault, ...]
+    errors: tuple[LwrDynError, ...]
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What reading and preparing did, a line each."""
+        return tuple(note for log in self.logs for note in log.notes)
+
+
+def prepared_logs(
+    paths: Iterable[str | Path], units: Mapping[str, str] | None = None, arm: Arm | None = None,
+    columns: ColumnMap = NO_MAP, needs: Sequence[str] = ("q", "tau"), also: Sequence[str] = ("dq",),
+) -> PreparedLogs:  # fmt: skip
+    """Logs of files (as `read_log` takes them), resampled where their clock is uneven, saturated torques cut out.
+
+    An error of one file leaves that file out; its fault is in the result.
+    """
+    logs: list[JointLog] = []
+    faults: list[LogFault] = []
+    errors: list[LwrDynError] = []
+    for path in paths:
+        try:
+            log, cut = cut_saturated(on_even_clock(read_log(path, units, arm, columns, needs, also)), arm)
+        except LwrDynError as error:
+            errors.append(error)
+            continue
+        logs.append(log)
+        faults += cut
+    return PreparedLogs(tuple(logs), tuple(faults), tuple(errors))
+
+
+def log_faults(
+    logs: Sequence[JointLog], arm: Arm, columns: TorqueColumns, information: Information | None = None
+) -> tuple[LogFault, ...]:
+    """Faults of logs that were taken of an arm: columns of wrong sign, order or unit, silent joints, open parameters.
+
+    Parameters
+    ----------
+    logs : sequence of JointLog
+        On even clocks; saturated torques are cut out and said by `prepared_logs`.
+    arm : Arm
+        With its table.
+    columns : TorqueColumns
+        Of its geometry.
+    information : Information, optional
+        What the logs say of the base parameters; without it open parameters are not looked for.
+
+    Returns
+    -------
+    tuple of LogFault
+        Severe ones first. Open parameters are only named where columns are right.
+
+    Raises
+    ------
+    LogError
+        As `samples_of`.
+    """
+    wrong = column_faults(logs, arm, columns)
+    still = still_joints(logs)
+    left: tuple[LogFault, ...] = ()
+    if information is not None and not wrong:
+        where = ", ".join(dict.fromkeys(log.source for log in logs))
+        left = open_fault(open_parameters(information, arm), where, information.base.count)
+    return (*wrong, *still, *left)
