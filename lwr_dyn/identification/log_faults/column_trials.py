@@ -15,7 +15,6 @@ from itertools import groupby
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cho_factor, cho_solve
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.identification.log_faults.column_changes import ColumnChange, column_changes
@@ -44,7 +43,8 @@ MOST = 4
 """Changes that are looked for, one after the other."""
 BEYOND = 0.35
 """[rad or m] past its limits by which a change may not put a joint."""
-_ROUNDS = 4
+ROUNDING = 1e-12
+_ROUNDS = 3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,7 +57,7 @@ class ColumnTrial:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Judge:
-    """The prior of the base parameters, in units of their spread about the table (b,): values (b,), precision (b, b)."""
+    """The prior of base parameters in units of their `spread` about the table: values (b,), precision (b, b)."""
 
     columns: TorqueColumns
     arm: Arm
@@ -91,16 +91,16 @@ class _Judge:
         variance = mean
         for _ in range(_ROUNDS):
             matrix = np.tensordot(1.0 / variance, states.matrices, 1) + self.prior
-            factor = cho_factor(matrix)
-            values = cho_solve(factor, (1.0 / variance) @ sides + self.prior @ self.own)
+            inverse = _inverse(matrix)
+            values = inverse @ ((1.0 / variance) @ sides + self.prior @ self.own)
             across = (states.matrices @ values) @ values
             left = np.maximum(squares - 2.0 * sides @ values + across, 0.0) / count
             variance = left + FLOOR**2 * mean
         away = values - self.own
         score = len(tau) * float(np.log(variance / mean).sum()) + float(away @ self.prior @ away)
-        return ColumnTrial(score + self._driving(states, values, factor), np.sqrt(left))
+        return ColumnTrial(score + self._driving(states, values, inverse), np.sqrt(left))
 
-    def _driving(self, states: "_States", values: Array, factor: tuple[Array, bool]) -> float:
+    def _driving(self, states: "_States", values: Array, inverse: Array) -> float:
         """The price of friction whose mean power is above 0 by more than its error."""
         at = {int(k): i for i, k in enumerate(self.columns.base().kept)}
         power = np.zeros((values.size, self.columns.n))
@@ -110,7 +110,7 @@ class _Judge:
                 power[[at[first + 1], at[first + 2]], j] = [speed.mean(), np.mean(speed**2)]
         power *= self.spread[:, None]
         lost = values @ power
-        error = np.sqrt(np.einsum("bj,bj->j", power, cho_solve(factor, power)))
+        error = np.sqrt(np.einsum("bj,bj->j", power, inverse @ power))
         driving = lost < 0.0
         return float(np.minimum(DRIVING, (lost[driving] / error[driving]) ** 2).sum())
 
@@ -123,6 +123,13 @@ class _States:
     matrices: Array
     speed: Array
     used: NDArray[np.bool_]
+
+
+def _inverse(matrix: Array) -> Array:
+    """The inverse of a positive definite matrix whose rows may differ in size by many orders."""
+    scale = 1.0 / np.sqrt(np.diag(matrix))
+    even = matrix * np.outer(scale, scale) + ROUNDING * np.eye(scale.size)
+    return np.asarray(np.linalg.inv(even) * np.outer(scale, scale))
 
 
 def column_faults(logs: Iterable[JointLog], arm: Arm, columns: TorqueColumns) -> tuple[LogFault, ...]:
