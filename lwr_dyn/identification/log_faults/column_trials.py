@@ -87,7 +87,7 @@ class _Judge:
         tau = np.where(states.used, tau, 0.0)
         count, squares = np.maximum(states.used.sum(axis=0), 1), np.sum(tau**2, axis=0)
         sides = np.matmul(tau.T[:, None, :], states.W)[:, 0]
-        mean = squares / count + 1e-12
+        mean = np.where(squares > 0.0, squares / count, 1.0)
         variance = mean
         for _ in range(_ROUNDS):
             matrix = np.tensordot(1.0 / variance, states.matrices, 1) + self.prior
