@@ -56,7 +56,7 @@ class ColumnTrial:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Judge:
+class _ColumnJudge:
     """The prior of base parameters in units of their `spread` about the table: values (b,), precision (b, b)."""
 
     columns: TorqueColumns
@@ -66,7 +66,7 @@ class _Judge:
     prior: Array
 
     @classmethod
-    def of(cls, columns: TorqueColumns, arm: Arm) -> "_Judge":
+    def of(cls, columns: TorqueColumns, arm: Arm) -> "_ColumnJudge":
         base, own = columns.base(), columns.own(arm)
         covariance = (base.grouping * table_spread(columns, arm, FREE) ** 2) @ base.grouping.T
         own[[k for j in range(arm.n) for k in range(columns.of_joint(j).start + 1, columns.of_joint(j).stop)]] = 0.0
@@ -74,15 +74,15 @@ class _Judge:
         prior: Array = np.asarray(np.linalg.inv(covariance / np.outer(spread, spread)), dtype=np.float64)
         return cls(columns, arm, spread, base.of(own) / spread, prior)
 
-    def states(self, samples: Samples, Q: Array) -> "_States":
+    def states(self, samples: Samples, Q: Array) -> "_ColumnStates":
         """The arm's columns with the positions changed by Q."""
         dq = samples.dq @ Q
         used = np.abs(dq) > np.maximum(SLOW * np.sqrt(np.mean(np.square(dq), axis=0)), 1e-9)
         Y = self.columns(samples.q @ Q, dq, samples.ddq @ Q)[:, :, self.columns.base().kept]
         W = np.ascontiguousarray((Y * used[:, :, None] * self.spread).transpose(1, 0, 2))
-        return _States(W, W.transpose(0, 2, 1) @ W, np.abs(dq), used)
+        return _ColumnStates(W, W.transpose(0, 2, 1) @ W, np.abs(dq), used)
 
-    def trial(self, states: "_States", tau: Array) -> ColumnTrial:
+    def trial(self, states: "_ColumnStates", tau: Array) -> ColumnTrial:
         """How well torques (k, n) are explained along the states."""
         tau = np.where(states.used, tau, 0.0)
         count, squares = np.maximum(states.used.sum(axis=0), 1), np.sum(tau**2, axis=0)
@@ -100,7 +100,7 @@ class _Judge:
         score = len(tau) * float(np.log(variance / mean).sum()) + float(away @ self.prior @ away)
         return ColumnTrial(score + self._driving(states, values, inverse), np.sqrt(left))
 
-    def _driving(self, states: "_States", values: Array, inverse: Array) -> float:
+    def _driving(self, states: "_ColumnStates", values: Array, inverse: Array) -> float:
         """The price of friction whose mean power is above 0 by more than its error."""
         at = {int(k): i for i, k in enumerate(self.columns.base().kept)}
         power = np.zeros((values.size, self.columns.n))
@@ -116,7 +116,7 @@ class _Judge:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _States:
+class _ColumnStates:
     """Columns of each joint (n, k, b), 0 where it is slow, their products (n, b, b), speeds and which are used."""
 
     W: Array
@@ -155,7 +155,7 @@ def column_faults(logs: Iterable[JointLog], arm: Arm, columns: TorqueColumns) ->
         As `samples_of`.
     """
     several = list(logs)
-    judge = _Judge.of(columns, arm)
+    judge = _ColumnJudge.of(columns, arm)
     samples = _some(samples_of(several, SampleRule(slowest=0.0)))
     Q, T = np.eye(arm.n), np.eye(arm.n)
     now = judge.trial(judge.states(samples, Q), samples.tau)
