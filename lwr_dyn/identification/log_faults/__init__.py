@@ -6,6 +6,5 @@ column_changes   signs, order and units that may be wrong
 column_trials    which of them are, by what the arm can explain
 saturation       torques at a bound, cut out
 still_joints     joints that never move
-open_parameters  what a motion leaves open, and which motion would show it
 table_spread     how far parameters may be off the table
 """

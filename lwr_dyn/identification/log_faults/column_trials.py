@@ -38,7 +38,7 @@ DRIVING = 300.0
 DECISIVE = 0.35
 """Drop of the score per instant that makes a change an answer."""
 ALIKE = 0.05
-"""Such a drop below which two changes cannot be told apart."""
+"""Such a drop below which two changes are alike."""
 MOST = 4
 """Changes that are looked for, one after the other."""
 BEYOND = 0.35

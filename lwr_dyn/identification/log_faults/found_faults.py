@@ -7,13 +7,11 @@ from pathlib import Path
 from lwr_dyn.errors import LwrDynError
 from lwr_dyn.identification.log_faults.column_trials import column_faults
 from lwr_dyn.identification.log_faults.log_fault import LogFault
-from lwr_dyn.identification.log_faults.open_parameters import open_fault, open_parameters
 from lwr_dyn.identification.log_faults.saturation import cut_saturated
 from lwr_dyn.identification.log_faults.still_joints import still_joints
 from lwr_dyn.identification.logs.clock import on_even_clock
 from lwr_dyn.identification.logs.column_map import NO_MAP, ColumnMap
 from lwr_dyn.identification.logs.joint_log import JointLog, read_log
-from lwr_dyn.identification.regression.information import Information
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.arm import Arm
 
@@ -54,36 +52,29 @@ def prepared_logs(
     return PreparedLogs(tuple(logs), tuple(faults), tuple(errors))
 
 
-def log_faults(
-    logs: Sequence[JointLog], arm: Arm, columns: TorqueColumns, information: Information | None = None
-) -> tuple[LogFault, ...]:
-    """Faults of logs that were taken of an arm: columns of wrong sign, order or unit, silent joints, open parameters.
+def log_faults(logs: Sequence[JointLog], arm: Arm, columns: TorqueColumns) -> tuple[LogFault, ...]:
+    """Faults of logs that were taken of an arm: columns of wrong sign, order or unit, and silent joints.
+
+    Saturated torques are cut out and said by `prepared_logs`; what a motion leaves open is said by
+    `MotionIdentification.missing_motions`.
 
     Parameters
     ----------
     logs : sequence of JointLog
-        On even clocks; saturated torques are cut out and said by `prepared_logs`.
+        On even clocks.
     arm : Arm
         With its table.
     columns : TorqueColumns
         Of its geometry.
-    information : Information, optional
-        What the logs say of the base parameters; without it open parameters are not looked for.
 
     Returns
     -------
     tuple of LogFault
-        Severe ones first. Open parameters are only named where columns are right.
+        Severe ones first.
 
     Raises
     ------
     LogError
         As `samples_of`.
     """
-    wrong = column_faults(logs, arm, columns)
-    still = still_joints(logs)
-    left: tuple[LogFault, ...] = ()
-    if information is not None and not wrong:
-        where = ", ".join(dict.fromkeys(log.source for log in logs))
-        left = open_fault(open_parameters(information, arm), where, information.base.count)
-    return (*wrong, *still, *left)
+    return (*column_faults(logs, arm, columns), *still_joints(logs))

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Literal
 
-FaultKind = Literal["saturated", "still", "sign", "order", "unit", "undetermined"]
+FaultKind = Literal["saturated", "still", "sign", "order", "unit"]
 
 
 @dataclass(frozen=True, slots=True)
