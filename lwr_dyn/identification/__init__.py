@@ -8,5 +8,6 @@ excitation  motions to run and log (`lwr-dyn excite`)
 motion      inertial and friction parameters from any motion
 payload     the ten parameters of a load in the hand
 elastic_joints  springs and dampers of gears, where both encoders are logged
+fitted      a fitted arm as a data file or a URDF
 command     the subcommands
 """

@@ -1,21 +1,25 @@
 """`lwr-dyn identify motion`: friction, base parameters and bodies from any motion."""
 
+from collections.abc import Iterator
 from typing import Any
 
 import click
 
 from lwr_dyn.cli.options import OneOf, print_json
 from lwr_dyn.files import check_writable
-from lwr_dyn.front import load
 from lwr_dyn.identification.command.log_options import end, log_options, readable_logs, warn
+from lwr_dyn.identification.fitted.fitted_files import check_fitted_path, write_fitted
 from lwr_dyn.identification.logs.log_columns import declared_units
-from lwr_dyn.identification.motion.motion_fit import DEFAULT_MOTION, MotionRule, identify_motion
+from lwr_dyn.identification.motion.motion_fit import DEFAULT_MOTION, MotionIdentification, MotionRule, identify_motion
 from lwr_dyn.identification.motion.motion_record import motion_record, validation_record
 from lwr_dyn.identification.motion.motion_tables import body_lines, motion_text, validation_table
+from lwr_dyn.identification.motion.validation import Validation
 from lwr_dyn.identification.regression.joint_columns import FORMS
 from lwr_dyn.identification.regression.samples import DEFAULT_SAMPLES, SampleRule
 from lwr_dyn.identification.report.motion_report import motion_shown
 from lwr_dyn.identification.report.report_page import write_report
+from lwr_dyn.loading import load_with_paper
+from lwr_dyn.papers.schema import Paper
 from lwr_dyn.progress import progress
 
 SLOWEST_STRIBECK = 0.01
@@ -27,6 +31,8 @@ SLOWEST_STRIBECK = 0.01
 @click.option("--robot", required=True, help="Whose geometry it is (name, .toml or .urdf).")
 @click.option("--html", metavar="FILE",
               help="Write a report: the motion in 3D, links before and after, torques, friction, checks.")  # fmt: skip
+@click.option("--out", metavar="FILE",
+              help="Write the fitted arm: a .toml (of a robot from a data file), or a .urdf with its sidecars.")  # fmt: skip
 @click.option("--cutoff", type=float, default=DEFAULT_SAMPLES.cutoff, show_default=True,
               help="Of the filter on positions, Hz.")  # fmt: skip
 @click.option("--slowest", type=float, help="Speed up to which a joint's torques are left out, rad/s or m/s.  "
@@ -51,9 +57,8 @@ def command(
     usual = SLOWEST_STRIBECK if given["stribeck"] else DEFAULT_SAMPLES.slowest
     samples = SampleRule(given["cutoff"], slowest=usual if given["slowest"] is None else given["slowest"])
     rule = MotionRule(samples, given["friction"], given["stribeck"], given["folds"], given["trust"])
-    arm, declared, html = load(robot, reading), declared_units(units), given["html"]
-    if html is not None:
-        check_writable(html)
+    (arm, paper), declared = load_with_paper(robot, reading), declared_units(units)
+    _check_paths(given, paper)
     with progress("reading and fitting the logs"):
         usable, faults = readable_logs(logs, declared, arm)
         unseen, more = readable_logs(given["validate"], declared, arm)
@@ -68,8 +73,25 @@ def command(
             if checked:
                 files = ", ".join(log.source for log in unseen)
                 click.echo(f"\n{validation_table(checked, f'{files}, which no fit has seen').text()}")
-        if html is not None:
-            write_report(html, motion_shown(result, unseen=checked))
-            if not as_json:
-                click.echo(f"wrote {html}")
+        for line in _written(given, result, checked, paper):
+            click.echo(line, err=as_json)
     end([*faults, *more])
+
+
+def _check_paths(given: dict[str, Any], paper: Paper | None) -> None:
+    if given["html"] is not None:
+        check_writable(given["html"])
+    if given["out"] is not None:
+        check_fitted_path(given["out"], paper)
+
+
+def _written(
+    given: dict[str, Any], result: MotionIdentification, checked: tuple[Validation, ...], paper: Paper | None
+) -> Iterator[str]:
+    """Writes report and fitted arm, and says so."""
+    if given["html"] is not None:
+        write_report(given["html"], motion_shown(result, unseen=checked))
+        yield f"wrote {given['html']}"
+    if given["out"] is not None:
+        files = ", ".join(map(str, write_fitted(given["out"], result, paper)))
+        yield f"wrote {files}; next: lwr-dyn check {given['out']}"

@@ -51,7 +51,7 @@ def write_fitted(path: str | Path, result: MotionIdentification, paper: Paper | 
     target, values = Path(path), fitted_values(result)
     if ends_in(path, ".toml"):
         assert paper is not None
-        write_file(target, fitted_paper_text(paper, result.arm, values))
+        write_file(target, fitted_paper_text(paper, values))
         return (target,)
     files = model_files(fitted_arm(result.arm, values), target.stem)
     write_folder(target.parent, files)

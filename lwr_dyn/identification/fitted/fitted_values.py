@@ -34,9 +34,9 @@ class LogDigest:
 class FittedValues:
     """What a fit says of an arm of n joints, SI; tensors about the origins of the links' frames, in their axes.
 
-    `mass` (n,), `com` (n, 3), `inertia` (n, 3, 3), `armature` (n,) and as many `*_sigma`; `friction`, one model a joint,
-    with `friction_sigma`: quantity of a direction ("positive_coulomb", ..., "offset") -> (n,), NaN where there is none;
-    `covered` (n,): the largest speed that was seen [rad/s or m/s], 0 for a joint that did not move.
+    `mass` (n,), `com` (n, 3), `inertia` (n, 3, 3), `armature` (n,) and as many `*_sigma`; `friction`, one model a
+    joint, with `friction_sigma`: quantity of a direction ("positive_coulomb", ..., "offset") -> (n,), NaN where there
+    is none; `covered` (n,): the largest speed that was seen [rad/s or m/s], 0 for a joint that did not move.
     """
 
     mass: Array

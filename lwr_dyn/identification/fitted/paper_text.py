@@ -13,7 +13,6 @@ import numpy as np
 from lwr_dyn.export.toml_text import ColumnText, literal, quoted, table_text
 from lwr_dyn.identification.fitted.fitted_arm import READING
 from lwr_dyn.identification.fitted.fitted_values import FittedValues
-from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind
 from lwr_dyn.model.friction import JointFriction
 from lwr_dyn.papers.schema import FRICTION_OF_A_SIDE, SIDES, TABLES, Column, ColumnRule, Paper
@@ -23,15 +22,13 @@ _FITTED = ("inertial", "rotors", "friction")
 """Tables that are written from the fit."""
 
 
-def fitted_paper_text(paper: Paper, arm: Arm, values: FittedValues) -> str:
+def fitted_paper_text(paper: Paper, values: FittedValues) -> str:
     """The text of a data file of reading `fitted`.
 
     Parameters
     ----------
     paper : Paper
         The arm's own file under the reading that the fit started from.
-    arm : Arm
-        Of that paper.
     values : FittedValues
     """
     lines = [
@@ -57,7 +54,7 @@ def fitted_paper_text(paper: Paper, arm: Arm, values: FittedValues) -> str:
         "",
         *_kept(paper),
         *_inertial(values),
-        *_rotors(arm, values),
+        *_rotors(paper, values),
         *_friction(paper, values),
     ]
     return "\n".join(lines).rstrip("\n") + "\n"
@@ -126,18 +123,14 @@ def _inertial(values: FittedValues) -> list[str]:
     return table_text("inertial", columns)
 
 
-def _rotors(arm: Arm, values: FittedValues) -> list[str]:
+def _rotors(paper: Paper, values: FittedValues) -> list[str]:
     """Gear ratio of the source and fitted inertia, or the fitted inertia at the joint."""
-    where, rotors = values.where, [link.rotor for link in arm.chain.links]
-    if all(rotor is not None and not rotor.reflected for rotor in rotors):
-        ratio = np.array([rotor.gear_ratio for rotor in rotors if rotor is not None])
-        inertia, sigma = values.armature / ratio**2, values.armature_sigma / ratio**2
-        sources = [s for link in arm.chain.links for s in arm.sources.get(f"{link.joint}.armature", ())]
-        of_ratio = next((s.where for s in sources if s.cell.startswith("rotors.gear_ratio")), where)
-        columns = [ColumnText("gear_ratio", ratio, "1", of_ratio, "printed")]
-        return table_text("rotors", [*columns, _fitted("inertia", inertia, sigma, "kg m^2", where)])
-    units = ["kg m^2" if link.kind is JointKind.REVOLUTE else "kg" for link in arm.chain.links]
-    return table_text("rotors", [_fitted("armature", values.armature, values.armature_sigma, units, where)])
+    ratio = paper.columns.get("rotors.gear_ratio")
+    if ratio is not None and np.isfinite(factors := np.square(ratio.si())).all():
+        inertia = _fitted("inertia", values.armature / factors, values.armature_sigma / factors, "kg m^2", values.where)
+        return table_text("rotors", [_column(paper, "gear_ratio", ratio, TABLES["rotors"]["gear_ratio"]), inertia])
+    units = ["kg m^2" if kind is JointKind.REVOLUTE else "kg" for kind in paper.kinds]
+    return table_text("rotors", [_fitted("armature", values.armature, values.armature_sigma, units, values.where)])
 
 
 def _friction(paper: Paper, values: FittedValues) -> list[str]:

@@ -1,0 +1,218 @@
+"""A fitted arm goes out as a data file and as a URDF, and every command takes it."""
+
+import hashlib
+import json
+import tomllib
+
+import numpy as np
+import pytest
+
+import lwr_dyn
+from lwr_dyn.cli.main import main
+from lwr_dyn.errors import FileAccessError, MissingDataError
+from lwr_dyn.identification.fitted.fitted_files import check_fitted_path, write_fitted
+from lwr_dyn.identification.fitted.fitted_values import digest_of, fitted_values
+from lwr_dyn.identification.logs.joint_log import write_log
+from lwr_dyn.identification.motion.motion_fit import MotionRule, identify_motion
+from lwr_dyn.identification.regression.samples import SampleRule
+from lwr_dyn.identification.regression.torque_columns import TorqueColumns
+from lwr_dyn.loading import load_with_paper
+from lwr_dyn.model.friction import friction_torque
+from lwr_dyn.papers.catalog import open_paper
+from lwr_dyn.urdf.model_files import FORMATS
+from tests.identification.plants import perturbed_plant, random_motion, simulated_log
+
+NOISE = 0.1
+
+
+def fit(robot, reading, folder, rule=MotionRule(), seconds=8.0, form="directions", stribeck=None):  # noqa: B008
+    arm, paper = load_with_paper(robot, reading)
+    rng = np.random.default_rng(1)
+    plant = perturbed_plant(TorqueColumns(arm.chain, form, stribeck), arm, rng)
+    path = folder / "moves.csv"
+    log = simulated_log(plant, random_motion(arm, seconds, rng, rate=250.0), NOISE, rng, 1e-5, str(path))
+    write_log(path, log)
+    return identify_motion([log], arm, rule), paper
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("fitted")
+
+
+@pytest.fixture(scope="module")
+def lwr(folder):
+    result, paper = fit("lwr4plus", "physical", folder)
+    write_fitted(folder / "arm.toml", result, paper)
+    return result, paper
+
+
+def torques(arm, states):
+    q, dq, ddq = states
+    return lwr_dyn.dynamics_of(arm, "newton-euler").inverse_dynamics(q, dq, ddq)
+
+
+def random_states(n):
+    return np.random.default_rng(4).uniform(-1.0, 1.0, (3, 6, n))
+
+
+def check_agreement(result, arm):
+    """The written arm's torques are those of the fit's parameters, friction included."""
+    states = random_states(arm.n)
+    parameters, columns = result.consistent.parameters, result.columns
+    predicted = columns(*states) @ parameters
+    total = torques(arm, states) + friction_torque(arm.friction_models(), states[1])
+    assert np.abs(total - predicted).max() < 1e-11 * np.abs(predicted).max()
+
+
+def test_a_data_file_has_the_torques_of_the_fit(lwr, folder):
+    arm = lwr_dyn.load(folder / "arm.toml")
+    check_agreement(lwr[0], arm)
+    assert (arm.reading, arm.name, arm.digest == "") == ("fitted", "lwr4plus", False)
+    assert all(np.linalg.eigvalsh(link.body.inertia_com)[0] > 0.0 for link in arm.chain.links)
+    own = lwr[0].arm
+    assert (arm.lower == own.lower).all()
+    assert (arm.upper == own.upper).all()
+    assert (arm.effort == own.effort).all()
+    assert arm.elasticity.stiffness.tolist() == own.elasticity.stiffness.tolist()
+
+
+def test_numbers_have_kind_error_and_logs_with_digests(lwr, folder):
+    result, paper = lwr
+    raw = tomllib.loads((folder / "arm.toml").read_text(encoding="utf-8"))
+    for table, column in (("inertial", "mass"), ("inertial", "com"), ("inertial", "inertia"), ("rotors", "inertia"),
+                          ("friction", "positive_coulomb"), ("friction", "negative_viscous")):  # fmt: skip
+        cells = raw[table][column]
+        assert cells["kind"] == "fitted"
+        assert np.shape(cells["sigma"]) == np.shape(cells["values"])
+        assert "moves.csv" in cells["where"]
+    assert raw["inertial"]["mass"]["sigma"] == result.consistent.sigma[0:70:10].tolist()
+    assert hashlib.sha256((folder / "moves.csv").read_bytes()).hexdigest() in raw["document"]["logs"]
+    assert f"reading physical of {paper.file}" in raw["document"]["origin"]
+    assert paper.digest in raw["document"]["origin"]
+    for table in ("dh", "limits", "frames"):
+        for name, column in raw[table].items():
+            if name != "convention":
+                was = paper.columns[f"{table}.{name}"]
+                assert column["kind"] == was.kind
+                assert column["where"].startswith(was.where)
+    assert "table2-rows" in raw["frames"]["origin"]["where"]
+
+
+def test_errors_of_centres_of_mass_are_those_of_draws(lwr):
+    values, result = fitted_values(lwr[0]), lwr[0]
+    root = np.linalg.cholesky(result.consistent.covariance[60:64, 60:64])
+    draws = result.consistent.parameters[60:64] + np.random.default_rng(0).normal(size=(4000, 4)) @ root.T * 0.1
+    assert (draws[:, 1:] / draws[:, :1]).std(axis=0) == pytest.approx(0.1 * values.com_sigma[6], rel=0.06)
+
+
+def test_a_urdf_has_the_same_bodies_and_its_sidecar_the_errors(lwr, folder):
+    result, _ = lwr
+    files = write_fitted(folder / "arm.urdf", result, None)
+    assert [file.name for file in files] == ["arm.urdf", "arm.provenance.json", "arm.srdf", "arm.xml"]
+    arm = lwr_dyn.load(folder / "arm.urdf")
+    states = random_states(7)
+    bodies = torques(lwr_dyn.load(folder / "arm.toml"), states)
+    assert np.abs(torques(arm, states) - bodies).max() < 1e-11 * np.abs(bodies).max()
+    sidecar = json.loads((folder / "arm.provenance.json").read_text(encoding="utf-8"))
+    (mass,) = sidecar["quantities"]["link_3.mass"]
+    assert (mass["kind"], mass["sigma"]) == ("fitted", result.consistent.sigma[20])
+    assert mass["value"] == result.consistent.parameters[20]
+    assert sidecar["friction"]["joint_2"]["positive"]["coulomb"] == pytest.approx(
+        result.consistent.parameters[result.columns.of_joint(1)][1]
+    )
+
+
+def test_an_arm_with_a_motor_map_and_symmetric_friction(folder):
+    """The WAM gives rotors at the joints and gains; both ways the same friction with an offset, and a Stribeck term."""
+    rule = MotionRule(SampleRule(slowest=0.01), "symmetric", stribeck=True)
+    speeds = [np.nan, 0.1, *[np.nan] * 5]
+    result, paper = fit("wam7", None, folder, rule, 8.0, "symmetric", speeds)
+    write_fitted(folder / "wam.toml", result, paper)
+    arm = lwr_dyn.load(folder / "wam.toml")
+    check_agreement(result, arm)
+    assert arm.transmission.matrix.tolist() == result.arm.transmission.matrix.tolist()
+    assert arm.gains.Kp.tolist() == result.arm.gains.Kp.tolist()
+    raw = tomllib.loads((folder / "wam.toml").read_text(encoding="utf-8"))
+    assert raw["friction"]["offset"]["sigma"] == pytest.approx(
+        [result.consistent.sigma[result.columns.of_joint(j)][3] for j in range(7)]
+    )
+    assert raw["friction"]["positive_static"]["values"][1] > raw["friction"]["positive_coulomb"]["values"][1]
+    assert raw["friction"]["positive_stribeck_velocity"]["values"][1] == pytest.approx(0.1, rel=0.5)
+
+
+def test_a_second_fit_starts_from_the_first_one(lwr, folder):
+    arm, paper = load_with_paper(folder / "arm.toml")
+    again = identify_motion([*_one_log(lwr[0], folder)], arm)
+    write_fitted(folder / "again.toml", again, paper)
+    title = tomllib.loads((folder / "again.toml").read_text(encoding="utf-8"))["title"]
+    assert title.count("fitted to logs") == 1
+    assert again.consistent.trust < 0.1 * lwr[0].consistent.trust  # it has no reason to leave it
+    check_agreement(again, lwr_dyn.load(folder / "again.toml"))
+
+
+def _one_log(result, folder):
+    from lwr_dyn.identification.logs.joint_log import read_log
+
+    yield read_log(folder / "moves.csv", arm=result.arm)
+
+
+def run(*arguments):
+    with pytest.raises(SystemExit) as stop:
+        main([str(a) for a in arguments])
+    return stop.value.code
+
+
+HOLD = ("--task", "hold", "--from-deg", "0,30,0,-60,0,30,0", "--duration", "0.05")
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        ("check", "arm.toml"),
+        ("check", "arm.urdf"),
+        ("lint", "arm.toml"),
+        ("simulate", "arm.toml", *HOLD),
+        ("simulate", "arm.urdf", *HOLD),
+        ("urdf", "arm.toml", "--out", "from_toml.urdf"),
+        ("sensitivity", "arm.toml", "arm.urdf", "--task", "joint-move", "--rate", "100", "--poses", "5"),
+    ],
+    ids=lambda line: " ".join(line[:2]),
+)
+def test_commands_take_it(line, lwr, folder, monkeypatch, capsys):
+    monkeypatch.chdir(folder)
+    if not (folder / "arm.urdf").exists():
+        write_fitted("arm.urdf", lwr[0], lwr[1])
+    assert run(*line) == 0
+    assert capsys.readouterr().out
+
+
+def test_identify_motion_writes_it(folder, lwr, monkeypatch, capsys):
+    monkeypatch.chdir(folder)
+    common = ("identify", "motion", "moves.csv", "--robot", "lwr4plus", "--reading", "physical", "--out")
+    assert run(*common, "out.toml") == 0
+    assert "wrote out.toml; next: lwr-dyn check out.toml" in capsys.readouterr().out
+    assert lwr_dyn.load("out.toml").reading == "fitted"
+    assert run(*common, "none/out.toml") == 2
+    assert run(*common, "out.sdf") == 2
+    assert "out.sdf: ends in '.sdf'; allowed: a path in .toml or .urdf" in capsys.readouterr().err
+
+
+def test_what_cannot_be_written_is_refused_before_any_work(folder, wam, fourier):
+    with pytest.raises(
+        FileAccessError, match=r"the robot comes from a .urdf; allowed: a .urdf, or a robot from a data"
+    ):
+        check_fitted_path(folder / "x.toml", None)
+    bare = identify_motion([fourier(wam, wam.friction)], lwr_dyn.load("lwr4"))
+    with pytest.raises(MissingDataError, match="masses"):
+        write_fitted(folder / "x.toml", bare, open_paper("lwr4"))
+    assert not (folder / "x.toml").exists()
+
+
+def test_the_digest_of_a_folder_is_of_its_files(tmp_path):
+    (tmp_path / "bag").mkdir()
+    (tmp_path / "bag" / "b").write_bytes(b"2")
+    (tmp_path / "bag" / "a").write_bytes(b"1")
+    assert digest_of(tmp_path / "bag") == hashlib.sha256(b"12").hexdigest()
+    assert digest_of(tmp_path / "none") == ""
+    assert FORMATS[".toml"].is_installed
