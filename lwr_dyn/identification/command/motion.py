@@ -32,7 +32,7 @@ SLOWEST_STRIBECK = 0.01
 @click.option("--html", metavar="FILE",
               help="Write a report: the motion in 3D, links before and after, torques, friction, checks.")  # fmt: skip
 @click.option("--out", metavar="FILE",
-              help="Write the fitted arm: a .toml (of a robot from a data file), or a .urdf with its sidecars.")  # fmt: skip
+              help="Write the fitted arm: a .toml (robot from a data file) or a .urdf with its sidecars.")  # fmt: skip
 @click.option("--cutoff", type=float, default=DEFAULT_SAMPLES.cutoff, show_default=True,
               help="Of the filter on positions, Hz.")  # fmt: skip
 @click.option("--slowest", type=float, help="Speed up to which a joint's torques are left out, rad/s or m/s.  "
