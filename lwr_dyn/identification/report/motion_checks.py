@@ -10,8 +10,8 @@ from lwr_dyn.identification.motion.motion_tables import validation_table
 from lwr_dyn.identification.motion.parameter_states import FROM_BOTH, FROM_LOG, FROM_TABLE, TOGETHER
 from lwr_dyn.identification.motion.residuals import LAGS, LEVEL
 from lwr_dyn.identification.motion.validation import Validation
+from lwr_dyn.identification.report.parameter_rows import number
 from lwr_dyn.identification.report.shown_fit import Section
-from lwr_dyn.plotting.axes import short
 from lwr_dyn.tables import Heading, Table
 
 _MOST = 12
@@ -36,10 +36,6 @@ def _known(value: float) -> float | None:
     return None if np.isnan(value) else value
 
 
-def _figure(value: float) -> str:
-    return short(value)
-
-
 def _whiteness(result: MotionIdentification) -> Table:
     names = result.arm.joint_names
     rows = [
@@ -48,7 +44,7 @@ def _whiteness(result: MotionIdentification) -> Table:
     ]
     headings = (
         Heading("joint"), Heading("white"), Heading("correlation", "", "+.3f"),
-        Heading("probability", "", _figure), Heading("errors times", "", ".3g"),
+        Heading("probability", "", number), Heading("errors times", "", ".3g"),
     )  # fmt: skip
     return Table("Residuals against white noise", headings, rows)
 
@@ -61,7 +57,7 @@ def bodies_section(result: MotionIdentification) -> tuple[Section, ...]:
     names = result.arm.joint_names
     price = Table(
         "Price of bodies, against least squares",
-        (Heading("joint"), Heading("torque between the two, RMS", "", _figure), Heading("noise", "", _figure)),
+        (Heading("joint"), Heading("torque between the two, RMS", "", number), Heading("noise", "", number)),
         [
             (names[j], _known(float(fit.price.rms[j])), _known(float(result.information.noise[j])))
             for j in range(result.arm.n)
@@ -75,7 +71,7 @@ def bodies_section(result: MotionIdentification) -> tuple[Section, ...]:
         rows.append((link.link, *counts, float(fit.parameters[rotor]), float(fit.sigma[rotor])))
     headings = (
         Heading("link"), *(Heading(word, "", "d") for word in ("from the log", "from both", "from the table")),
-        Heading("rotor", "kg m^2", _figure), Heading("sigma", "kg m^2", _figure),
+        Heading("rotor", "kg m^2", number), Heading("sigma", "kg m^2", number),
     )  # fmt: skip
     lifted = tuple(
         f"No body has the table's values of {result.arm.chain.links[i - 1].link}: the nearest was taken."

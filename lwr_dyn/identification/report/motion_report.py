@@ -12,8 +12,8 @@ from lwr_dyn.identification.motion.parameter_states import MEANING
 from lwr_dyn.identification.motion.validation import Validation
 from lwr_dyn.identification.report.fit_values import drawn_fit, full_parameters, link_parameters, parameter_rows
 from lwr_dyn.identification.report.motion_checks import bodies_section, unknown_section, validation_section
+from lwr_dyn.identification.report.parameter_rows import number
 from lwr_dyn.identification.report.shown_fit import Section, ShownFit
-from lwr_dyn.plotting.axes import short
 from lwr_dyn.tables import Heading, Table
 
 
@@ -68,16 +68,17 @@ def _sentences(result: MotionIdentification) -> list[str]:
     count = int(np.count_nonzero(rows))
     said = [
         f"{result.equations} equations from {len(result.samples)} instants of {count} "
-        f"recording{'s' if count > 1 else ''}; condition {short(result.condition)}."
+        f"recording{'s' if count > 1 else ''}; condition "
+        f"{number(result.condition, 3) if np.isfinite(result.condition) else 'infinite'}."
     ]
     fit = result.consistent
     if fit is not None:
         how = "found from the logs" if fit.chosen else "as given"
         said.append(
             f"The bodies drawn are as near to the robot's table as the logs allow: expected deviation "
-            f"{100 * fit.trust:.3g} % ({how}); they cost {short(fit.price.chi2)} in chi squared."
+            f"{100 * fit.trust:.3g} % ({how}); they cost {number(fit.price.chi2, 3)} in chi squared."
         )
-    said += [line[:1].upper() + line[1:] + "." for line in body_lines(result.bodies)]
+    said += [f"By least squares alone, {line}." for line in body_lines(result.bodies)]
     return said
 
 
@@ -89,17 +90,22 @@ def _figures(result: MotionIdentification) -> list[tuple[str, str]]:
     unseen = _over_joints([v.held_out if v.consistent is None else v.consistent for v in result.validation])
     measured, model = (_over_joints([getattr(v, key) for v in result.validation]) for key in ("measured", "model"))
     found += [
-        ("of unseen torques left, by the result", f"{100 * unseen / measured:.3g} %"),
-        ("left by the robot's own data", f"{100 * model / measured:.3g} %"),
+        ("of unseen torques left, by the result", _share(unseen, measured)),
+        ("left by the robot's own data", _share(model, measured)),
     ]
     worst = int(np.nanargmax(result.information.noise))
     found.append((f"noise, largest at {result.arm.joint_names[worst]}", _torque(result, worst)))
     return found
 
 
+def _share(left: float, measured: float) -> str:
+    share = 100.0 * left / measured if measured > 0.0 else float("nan")
+    return f"{share:.3g} %" if np.isfinite(share) else "unknown"
+
+
 def _torque(result: MotionIdentification, joint: int) -> str:
     unit = "N m" if result.arm.chain.links[joint].kind.value == "revolute" else "N"
-    return f"{short(float(result.information.noise[joint]), 2)} {unit}"
+    return f"{number(float(result.information.noise[joint]), 2)} {unit}"
 
 
 def _over_joints(values: Sequence[float]) -> float:
@@ -116,12 +122,12 @@ def _notes(result: MotionIdentification) -> list[str]:
 def _recordings(result: MotionIdentification, left_out: int, every: int) -> Section:
     samples = result.samples
     rows = []
-    for number in np.unique(samples.recording):
-        chosen = samples.recording == number
+    for which in np.unique(samples.recording):
+        chosen = samples.recording == which
         t, q = samples.t[chosen], samples.q[chosen]
         used = samples.used[chosen]
         rows.append(
-            (samples.sources[number], float(t[-1] - t[0]), int(chosen.sum()), int(used.sum()), _still(q, result))
+            (samples.sources[which], float(t[-1] - t[0]), int(chosen.sum()), int(used.sum()), _still(q, result))
         )
     headings = (
         Heading("recording"), Heading("length", "s", ".4g"), Heading("instants", "", "d"),

@@ -71,15 +71,20 @@ def _row(one: ShownParameter) -> str:
     if len(one.name) > _LONGEST:
         cut = escape(one.name[: _LONGEST - 1].rsplit(" ", 1)[0])
         name = f"<details><summary>{cut} ...</summary>{name}</details>"
-    cells = "".join(f'<td class="n">{escape(_number(x))}</td>' for x in (one.value, one.sigma, one.bodies, one.table))
+    cells = "".join(f'<td class="n">{escape(number(x))}</td>' for x in (one.value, one.sigma, one.bodies, one.table))
     return (
         f'<tr data-state="{escape(one.state)}"><th scope="row">{name}</th>{cells}<td>{_bar(one.pull)}</td>'
         f"<td>{escape(one.state)}</td></tr>"
     )
 
 
-def _number(value: float) -> str:
-    return "" if np.isnan(value) else "unknown" if np.isinf(value) else short(value, 4)
+def number(value: float, digits: int = 4) -> str:
+    """A number for people: nothing for NaN, "unknown" for an infinite one.
+
+    >>> number(0.25), number(float("nan")), number(float("inf"))
+    ('0.25', '', 'unknown')
+    """
+    return "" if np.isnan(value) else "unknown" if np.isinf(value) else short(value, digits)
 
 
 def _bar(pull: float) -> str:
@@ -91,7 +96,7 @@ def _bar(pull: float) -> str:
     kind = "bar far" if abs(pull) > NOTICED else "bar"
     return (
         f'<span class="pull"><span class="track"><i class="{kind}" style="left:{left:.1f}%;width:{half:.1f}%"></i>'
-        f'</span><span class="m">{short(pull, 2)}</span></span>'
+        f'</span><span class="m">{number(pull, 2)}</span></span>'
     )
 
 
@@ -102,9 +107,9 @@ def link_table(names: Sequence[str], before: Array, after: Array, sigma: Array |
     return Table(
         "Links, by the table and by the result",
         (
-            Heading("link"), Heading("mass, table", "kg", _number), Heading("mass", "kg", _number),
-            Heading("sigma", "kg", _number),
-            Heading("centre moved by", "mm", _number), Heading("semi-axes, table", "mm"), Heading("semi-axes", "mm"),
+            Heading("link"), Heading("mass, table", "kg", number), Heading("mass", "kg", number),
+            Heading("sigma", "kg", number),
+            Heading("centre moved by", "mm", number), Heading("semi-axes, table", "mm"), Heading("semi-axes", "mm"),
             Heading("a body"),
         ),
         rows,

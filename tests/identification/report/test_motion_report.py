@@ -106,6 +106,18 @@ def test_an_arm_without_masses_has_a_report_too(logs, lwr):
     assert '"before":[null,null,null,null,null,null,null]' in report_html(shown)
 
 
+def test_a_joint_that_never_moves_and_torques_that_were_cut_out(logs, lwr):
+    q, tau = logs[0].q.copy(), logs[0].tau.copy()
+    q[:, 2], tau[500:900, 1] = q[0, 2], np.nan
+    found = identify_motion([replace(logs[0], q=q, tau=tau)], lwr)
+    shown = motion_shown(found)
+    assert "condition infinite" in shown.said[0]
+    assert tables(shown)["Recordings"]["Recordings"].rows[0][-1] == "joint_3"
+    assert np.isnan(shown.recordings[0].measured[:, 1]).any()
+    text = report_html(shown)
+    assert ">unknown<" in text  # the sigma of what the log does not show
+
+
 def test_the_command_writes_it(logs, tmp_path, lwr_dyn_command):
     for log in logs:
         write_log(tmp_path / log.source, log)
