@@ -8,7 +8,7 @@ import pytest
 from pyarrow import csv, table
 
 from lwr_dyn.cli.main import main
-from lwr_dyn.identification.logs.joint_log import write_log
+from lwr_dyn.identification.logs.joint_log import JointLog, write_log
 from lwr_dyn.identification.logs.simulated_logs import LogSensors
 from tests.identification.simulated import ideal_cruise
 
@@ -163,6 +163,31 @@ def test_a_log_to_validate_that_cannot_be_read_is_a_fault(lwr_dyn_command, wam, 
     assert code == 2
     assert "bodies near the table" in out
     assert err == "lwr-dyn: no.csv: no such file or directory; allowed: a log (.csv or .parquet)\n"
+
+
+def test_a_column_of_the_wrong_sign_is_named_and_not_fitted(lwr_dyn_command, wam, fourier, tmp_path):
+    log = LogSensors(0.05, 1e-5).through(fourier(wam, wam.friction), 3)
+    tau = log.tau.copy()
+    tau[:, 1] *= -1.0
+    write_log(tmp_path / "log.csv", JointLog("log", log.joints, log.t, log.q, tau))
+    command = ("identify", "motion", tmp_path / "log.csv", "--robot", "wam7")
+    code, out, err = lwr_dyn_command(*command)
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert "tau2" in err
+    assert "sign" in err
+    code, out, err = lwr_dyn_command(*command, "--as-logged")
+    assert code == 0
+    assert err.startswith("lwr-dyn: warning: ")
+    assert "base parameters identified" in out
+
+
+def test_a_joint_that_stands_still_is_named_and_the_others_are_fitted(lwr_dyn_command, wam, fourier, tmp_path):
+    log = fourier(wam, wam.friction, joints=(0, 1, 3, 4, 5, 6))
+    write_log(tmp_path / "log.csv", log)
+    code, out, err = lwr_dyn_command("identify", "motion", tmp_path / "log.csv", "--robot", "wam7")
+    assert code == 0
+    assert "not determined: this motion does not show it at all" in out
+    assert "joint 3" in err
 
 
 def test_a_long_log_is_read_whole(lwr_dyn_command, tmp_path, wam):
