@@ -18,6 +18,7 @@ from lwr_dyn.identification.logs import column_files
 from lwr_dyn.identification.logs.joint_log import write_log
 from lwr_dyn.krl import interpreter, lexer, motions, source
 from lwr_dyn.model import run_file
+from lwr_dyn.model.chain import with_payload
 from lwr_dyn.registry import Row
 from lwr_dyn.urdf import foreign_xml
 from tests.identification.conftest import START, _fourier
@@ -51,6 +52,8 @@ def make(name, lwr_dyn_command):
             write_log(f"moves_{i}.csv", ideal_cruise(wam.friction, speed * np.eye(7)[0], wam, START))
     elif name == "any_motion.csv":
         write_log(name, _fourier(wam, wam.friction))
+    elif name == "with_load.csv":
+        write_log(name, _fourier(wam.with_chain(with_payload(wam.chain, 1.5, (0.0, 0.02, 0.06))), wam.friction))
     else:
         with open("task.toml", "w", encoding="utf-8") as file:
             file.write(TASK.replace("TwoPoint", "two_points"))
@@ -102,6 +105,7 @@ LIMITS = {
     "identify friction": {2 * GB: column_files.LARGEST},
     "identify motion": {2 * GB: column_files.LARGEST},
     "identify table": {2 * GB: column_files.LARGEST},
+    "identify payload": {2 * GB: column_files.LARGEST},
     "krl check": KRL,
     "krl run": KRL | {40: interpreter.DEEPEST, 100_000: interpreter.LARGEST_ARRAY, 10**7: motions.LONGEST_WAIT},
 }

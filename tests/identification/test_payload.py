@@ -13,8 +13,11 @@ from lwr_dyn.errors import OptionError
 from lwr_dyn.identification.logs.log_columns import LogError
 from lwr_dyn.identification.payload.identify_load import identify_load
 from lwr_dyn.identification.payload.load_columns import body_of, load_columns
+from lwr_dyn.identification.payload.load_tables import load_record, load_text, states
+from lwr_dyn.identification.payload.possible_load import possible_load
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.chain import Body, with_payload
+from lwr_dyn.model.feasibility import is_physical
 from lwr_dyn.model.spatial import from_rpy
 from tests.identification.plants import Plant, perturbed_plant, random_motion, simulated_log, torques
 
@@ -57,7 +60,8 @@ def test_the_load_on_a_known_arm_is_recovered(known):
     assert found.found
     assert found.determined.all()
     assert found.without.max() > 20 * found.left.max()
-    assert "coulomb_1" in found.nuisance
+    assert "coulomb+_1" in found.nuisance
+    assert found.systematic == ()
 
 
 def test_errors_cover_over_draws(known):
@@ -78,7 +82,9 @@ def test_unloaded_logs_take_the_arms_own_errors_out():
     together = identify_load(with_load, ARM, unloaded=empty)
     assert np.abs((together.parameters - TRUTH) / together.sigma).max() < 4.5
     assert np.abs(together.parameters[0] - MASS) < 0.02 < np.abs(alone.parameters[0] - MASS)
-    assert together.known.startswith("nothing")
+    assert alone.systematic
+    assert together.systematic == ()
+    assert "without the load" in together.known
 
 
 def test_friction_of_the_arm_itself_is_taken_where_asked(known):
@@ -91,7 +97,7 @@ def test_friction_of_the_arm_itself_is_taken_where_asked(known):
         identify_load(logs_of(plant, 6), ARM, friction="own")
     with pytest.raises(OptionError, match="unloaded"):
         identify_load(logs_of(plant, 6), arm, friction="own", unloaded=logs_of(plant, 7))
-    with pytest.raises(OptionError, match="fitted, own"):
+    with pytest.raises(OptionError, match="directions, symmetric, own"):
         identify_load(logs_of(plant, 6), arm, friction="none")
 
 
@@ -99,6 +105,47 @@ def test_no_load_is_not_found(known):
     found = identify_load(logs_of(known, 8), ARM)
     assert not found.found
     assert abs(found.parameters[0]) < 4 * found.sigma[0]
+
+
+def test_the_load_is_a_body_and_a_slow_motion_says_which_numbers_it_does_not_show(known):
+    plant, rng = loaded(known), np.random.default_rng(9)
+    slow = simulated_log(plant, random_motion(ARM, 10.0, rng, rate=1000.0, share=0.1), 0.1, rng, 1e-5)
+    found = identify_load([slow], ARM)
+    load = possible_load(found)
+    assert is_physical(load.body)
+    assert not load.was_possible
+    assert abs(load.body.mass - MASS) < 0.06
+    assert states(found)[0] == "identified"
+    assert "not excited" in states(found)[4:]
+    truth = np.concatenate([[MASS], COM, TENSOR[[0, 0, 0, 1, 1, 2], [0, 1, 2, 1, 2, 2]]])
+    assert np.abs((load.values - truth) / load.sigma).max() < 5.0
+    least_squares = np.abs(found.parameters[4:] - TRUTH[4:]).max()
+    assert np.abs(body_parameters(load.body)[4:] - TRUTH[4:]).max() < 0.5 * least_squares
+
+
+def test_a_point_mass_without_noise_is_found_at_the_edge_of_what_bodies_are(known):
+    full = Plant(known.columns, known.parameters.copy())
+    chain = with_payload(ARM.chain, 1.5, (0.0, 0.02, 0.06))
+    full.parameters[60:70] += body_parameters(chain.links[-1].body) - body_parameters(ARM.chain.links[-1].body)
+    load = possible_load(identify_load(logs_of(full, 3, noise=0.0, encoder=0.0), ARM))
+    assert load.body.mass == pytest.approx(1.5, abs=1e-4)
+    assert load.body.com == pytest.approx([0.0, 0.02, 0.06], abs=1e-4)
+    assert is_physical(load.body)
+    with pytest.raises(OptionError, match="weight"):
+        possible_load(identify_load(logs_of(full, 3), ARM), weight=0.0)
+
+
+def test_text_and_record_name_body_errors_and_what_is_wrong(known):
+    plant = perturbed_plant(TorqueColumns(ARM.chain), ARM, np.random.default_rng(3), 0.1)
+    found = identify_load(logs_of(loaded(plant), 4), ARM)
+    text, record = load_text(found, possible_load(found)), load_record(found, possible_load(found), "lwr4plus")
+    assert "not noise alone" in text
+    assert len(record["warnings"]) == 1
+    assert [row["unit"] for row in record["load"]][:2] == ["kg", "m"]
+    assert record["joints"][1]["in_slow_sums"] > 1.5 * record["joints"][1]["noise"]
+    none = identify_load(logs_of(known, 8), ARM)
+    assert load_text(none, None).startswith("no load found")
+    assert load_record(none, None, "lwr4plus")["load"] == []
 
 
 def test_columns_of_a_load_are_those_of_a_body_behind_the_flange():

@@ -4,4 +4,5 @@ group        the group: a row a subcommand
 log_options  options that they share; logs from files; warnings, faults and the exit code
 friction     from runs at constant speed
 motion       from any motion
+payload      a load in the hand
 """

@@ -23,8 +23,9 @@ from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.logs.log_columns import LogError
 from lwr_dyn.identification.regression.base_parameters import BaseParameters, base_parameters
 from lwr_dyn.identification.regression.grouped import equations_of, grouped
-from lwr_dyn.identification.regression.instrumental import WINDOW, instrumental_fit
+from lwr_dyn.identification.regression.instrumental import instrumental_fit
 from lwr_dyn.identification.regression.joint_columns import JointColumns
+from lwr_dyn.identification.regression.long_run import WINDOW
 from lwr_dyn.identification.regression.normal_equations import BLOCK
 from lwr_dyn.identification.regression.samples import DEFAULT_SAMPLES, SampleRule, Samples, samples_of
 from lwr_dyn.identification.regression.torque_columns import PROBES, WIDEST, TorqueColumns

@@ -2,5 +2,6 @@
 
 load_columns    torques per unit of a load's parameters, about the flange
 identify_load   identify_load: on a known arm, or together with the arm from logs without the load
+possible_load   the body that the load can be
 load_tables     the result as text and record
 """

@@ -1,6 +1,6 @@
 """A load in the hand of an arm from a log: ten parameters, beside the friction of the joints or the arm as a whole."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,16 +11,19 @@ from lwr_dyn.dynamics.regressor import INERTIAL
 from lwr_dyn.errors import OptionError
 from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.logs.log_columns import LogError
-from lwr_dyn.identification.payload.load_columns import NAMES, load_columns
+from lwr_dyn.identification.payload.load_columns import NAMES, load_shift
 from lwr_dyn.identification.regression.grouped import GroupedEstimate, equations_of, grouped
+from lwr_dyn.identification.regression.long_run import WINDOW, window_sums
 from lwr_dyn.identification.regression.normal_equations import BLOCK, NormalEquations
 from lwr_dyn.identification.regression.samples import DEFAULT_SAMPLES, SampleRule, Samples, samples_of
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.shown import short_repr
 
-FRICTIONS = ("fitted", "own")
-"""Friction of the joints: fitted to the same logs, or the arm's own model."""
+FRICTIONS = ("directions", "symmetric", "own")
+"""Friction of the joints: fitted to the same logs, per direction or the same in both with an offset; the arm's own."""
+SYSTEMATIC = 1.5
+"""Times its own size that a joint's residual may have in slow sums and pass for noise."""
 TEN = len(INERTIAL)
 
 
@@ -29,14 +32,16 @@ class LoadIdentification:
     """A load: `parameters` (10,) as `NAMES` about the flange's origin [kg, kg m, kg m^2], and `covariance` (10, 10).
 
     `determined` (10,): whether the motion shows a parameter; where not, its sigma is infinite. `noise` (n,) is that of
-    every joint's torque, `without` (n,) the RMS torque that is left when no load is assumed and all else is fitted
-    again, `left` (n,) with the load [N m or N]. `known` says what was taken as known.
+    every joint's torque, `slow` (n,) what it is in slow sums: the same for noise, more where the model is wrong;
+    `without` (n,) is the RMS torque left when no load is assumed and all else is fitted again, `left` (n,) that with
+    the load [N m or N]. `known` says what was taken as known. The covariance has the larger of the two noises.
     """
 
     parameters: Array
     covariance: Array
     determined: NDArray[np.bool_]
     noise: Array
+    slow: Array
     equations: NDArray[np.intp]
     left: Array
     without: Array
@@ -46,7 +51,7 @@ class LoadIdentification:
     __repr__ = short_repr
 
     def __post_init__(self) -> None:
-        freeze_arrays(self, "parameters", "covariance", "noise", "left", "without")
+        freeze_arrays(self, "parameters", "covariance", "noise", "slow", "left", "without")
 
     @property
     def sigma(self) -> Array:
@@ -58,12 +63,17 @@ class LoadIdentification:
         """Whether there is a load: its mass is above 3 sigma."""
         return bool(self.parameters[0] > 3.0 * self.sigma[0])
 
+    @property
+    def systematic(self) -> tuple[int, ...]:
+        """Joints, from 1, whose residual is not noise: the arm's table, friction or log is not what was assumed."""
+        return tuple(int(j) + 1 for j in np.flatnonzero(self.slow > SYSTEMATIC * self.noise))
+
 
 def identify_load(
     logs: Iterable[JointLog],
     arm: Arm,
     rule: SampleRule = DEFAULT_SAMPLES,
-    friction: str = "fitted",
+    friction: str = FRICTIONS[0],
     unloaded: Iterable[JointLog] = (),
 ) -> LoadIdentification:
     """The ten parameters of a load that is fixed to the flange.
@@ -76,8 +86,8 @@ def identify_load(
         The arm without it. Its inertias are taken as known, unless there are unloaded logs.
     rule : SampleRule
         How instants are taken.
-    friction : {"fitted", "own"}
-        Fitted beside the load, symmetric with an offset, or as the arm's source has it.
+    friction : {"directions", "symmetric", "own"}
+        Fitted beside the load, in one of two forms, or as the arm's source has it.
     unloaded : iterable of JointLog
         Recordings of the same arm without the load: then its base parameters are fitted too, in all logs together, and
         errors of its table do not go into the load.
@@ -100,26 +110,26 @@ def identify_load(
     """
     loaded, empty = samples_of(logs, rule), list(unloaded)
     _check(arm, friction, bool(empty))
-    columns = TorqueColumns(arm.chain)
+    columns = TorqueColumns(arm.chain, "symmetric" if friction == "symmetric" else "directions")
     own = columns.own(arm)
     if empty:
         beside, known = columns.base().kept, np.zeros(columns.count)
-        said = f"nothing: the arm is fitted to {len(empty)} log{'s' * (len(empty) > 1)} without the load"
-    elif friction == "fitted":
-        joints = np.arange(columns.bodies, columns.count)
-        beside, known = np.setdiff1d(joints, columns.rotor_indices), np.zeros(columns.count)
-        known[: columns.bodies], known[columns.rotor_indices] = own[: columns.bodies], own[columns.rotor_indices]
-        said = "the arm's inertias"
-    else:
+        said = f"the arm's geometry; the arm is fitted to {len(empty)} log{'s' * (len(empty) > 1)} without the load"
+    elif friction == "own":
         beside, known, said = np.zeros(0, np.intp), own, "the arm's inertias and friction"
-    normal = _equations(loaded, columns, known, beside, arm, True)
+    else:
+        beside = np.setdiff1d(np.arange(columns.bodies, columns.count), columns.rotor_indices)
+        known, said = own.copy(), "the arm's inertias"
+        known[beside] = 0.0
+    problems = [_Problem(loaded, columns, known, beside, load_shift(arm.chain.flange))]
     if empty:
-        normal = normal + _equations(samples_of(empty, rule), columns, known, beside, arm, False)
+        problems.append(_Problem(samples_of(empty, rule), columns, known, beside, np.zeros((TEN, TEN))))
+    normal = sum((p.equations() for p in problems[1:]), problems[0].equations())
     start = np.sqrt(normal.squares / np.maximum(normal.equations, 1)) + 1e-9
     fit = grouped(normal, start)
     if not fit.determined[0]:
         raise LogError(loaded.sources[0], "columns q1..", "the load's mass is not determined", _NEEDED)
-    return _result(fit, said, tuple(columns.names[k] for k in beside))
+    return _result(fit, problems, said, tuple(columns.names[k] for k in beside))
 
 
 _NEEDED = "a motion that turns the load against gravity, at changing speeds"
@@ -135,33 +145,52 @@ def _check(arm: Arm, friction: str, empty: bool) -> None:
         raise OptionError("friction", f"the own one of {arm.name}, which has none", "fitted")
 
 
-def _equations(
-    samples: Samples, columns: TorqueColumns, known: Array, beside: NDArray[np.intp], arm: Arm, loaded: bool
-) -> NormalEquations:
-    """Of the load's ten parameters, 0 in a log without it, and the columns `beside` it; what is known is taken off."""
-    last = slice(columns.bodies - TEN, columns.bodies)
-    total: NormalEquations | None = None
-    for first in range(0, len(samples), BLOCK):
-        rows = slice(first, first + BLOCK)
-        Y = columns(samples.q[rows], samples.dq[rows], samples.ddq[rows])
-        load = load_columns(Y[:, :, last], arm.chain.flange) if loaded else np.zeros((*Y.shape[:2], TEN))
-        X = np.concatenate([load, Y[:, :, beside]], axis=2)
-        part = equations_of(X, samples.tau[rows] - Y @ known, samples.used[rows])
-        total = part if total is None else total + part
-    assert total is not None  # samples have at least one instant
-    return total
+@dataclass(frozen=True, slots=True, eq=False)
+class _Problem:
+    """Equations of a load's ten parameters, through `shift` (10, 10) from the last link's, and of others."""
+
+    samples: Samples
+    columns: TorqueColumns
+    known: Array
+    beside: NDArray[np.intp]
+    shift: Array
+
+    def blocks(self) -> Iterator[tuple[slice, Array, Array]]:
+        """Rows, X (k, n, p) and y (k, n) with what is known taken off."""
+        s, last = self.samples, slice(self.columns.bodies - TEN, self.columns.bodies)
+        for first in range(0, len(s), BLOCK):
+            rows = slice(first, first + BLOCK)
+            Y = self.columns(s.q[rows], s.dq[rows], s.ddq[rows])
+            X = np.concatenate([Y[:, :, last] @ self.shift, Y[:, :, self.beside]], axis=2)
+            yield rows, X, s.tau[rows] - Y @ self.known
+
+    def equations(self) -> NormalEquations:
+        """Sums over the samples; raises nothing, as samples have at least one instant."""
+        parts = [equations_of(X, y, self.samples.used[rows]) for rows, X, y in self.blocks()]
+        return sum(parts[1:], parts[0])
+
+    def slow_squares(self, values: Array) -> Array:
+        """Of the residuals in slow sums, (n,) [(N m)^2 or N^2], times the number of equations."""
+        left = np.concatenate([(y - X @ values) * self.samples.used[rows] for rows, X, y in self.blocks()])
+        length = max(1, round(WINDOW / float(np.median(np.diff(self.samples.t)))))
+        return np.asarray(np.square(window_sums(left, self.samples.recording, length)).sum(axis=0))
 
 
-def _result(fit: GroupedEstimate, known: str, nuisance: tuple[str, ...]) -> LoadIdentification:
+def _result(
+    fit: GroupedEstimate, problems: Sequence[_Problem], known: str, nuisance: tuple[str, ...]
+) -> LoadIdentification:
     n = fit.normal
     bare = NormalEquations(n.matrices[:, TEN:, TEN:], n.sides[:, TEN:], n.squares, n.equations)
     noise = np.where(np.isnan(fit.noise), 1.0, fit.noise)
-    without = grouped(bare, noise) if bare.sides.shape[1] else None
-    squares = n.squares if without is None else n.residual_squares(np.concatenate([np.zeros(TEN), without.values]))
-    rms = np.sqrt(np.where(n.equations > 0, squares / np.maximum(n.equations, 1), np.nan))
+    without = grouped(bare, noise).values if nuisance else np.zeros(0)
+    slow = np.sqrt(sum(p.slow_squares(fit.values) for p in problems) / np.maximum(n.equations, 1))
+    hidden = ~fit.determined
+    inverse = np.where(hidden[:, None] | hidden, 0.0, fit.covariance)
+    covariance = inverse @ np.tensordot(np.maximum(slow / noise, 1.0) ** 2 / noise**2, n.matrices, 1) @ inverse
+    covariance[hidden, hidden] = np.inf
     return LoadIdentification(
-        fit.values[:TEN], fit.covariance[:TEN, :TEN], fit.determined[:TEN], fit.noise, n.equations,
-        fit.rms(fit.values), rms, known, nuisance,
+        fit.values[:TEN], covariance[:TEN, :TEN], fit.determined[:TEN], fit.noise, slow, n.equations,
+        fit.rms(fit.values), fit.rms(np.concatenate([np.zeros(TEN), without])), known, nuisance,
     )  # fmt: skip
 
 

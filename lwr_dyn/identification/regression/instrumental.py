@@ -23,7 +23,7 @@ from lwr_dyn.arrays import Array, fixed_array, freeze_arrays
 from lwr_dyn.errors import OptionError
 from lwr_dyn.identification.logs.log_columns import LogError
 from lwr_dyn.identification.regression.base_parameters import BaseParameters
-from lwr_dyn.identification.regression.long_run import window_sums
+from lwr_dyn.identification.regression.long_run import WINDOW, window_sums
 from lwr_dyn.identification.regression.normal_equations import BLOCK
 from lwr_dyn.identification.regression.samples import SampleRule, Samples
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
@@ -31,8 +31,6 @@ from lwr_dyn.model.run import Motion, Run
 
 UNFILTERED = SampleRule(cutoff=None, spacing=1e-9, slowest=0.0)
 """Every row of a log, as it is."""
-WINDOW = 0.2
-"""[s] of the windows in which noise is seen: longer than its memory, shorter than a motion."""
 ROUNDS = 2
 """Of noise and estimate in turn: from the first the weights are right within the noise of the noise."""
 WEAK = 1e-12

@@ -10,6 +10,9 @@ from scipy.signal.windows import hann
 
 from lwr_dyn.arrays import Array
 
+WINDOW = 0.1
+"""[s] Longer than the memory of noise, shorter than a motion. A fit takes up slow noise: from windows of 0.2 s errors
+of 10 s logs came out 8 % too small, of 0.1 s 4 %."""
 OVERLAP = 4
 """Windows that begin within the length of one."""
 
