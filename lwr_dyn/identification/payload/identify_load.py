@@ -121,9 +121,9 @@ def identify_load(
         beside = np.setdiff1d(np.arange(columns.bodies, columns.count), columns.rotor_indices)
         known, said = own.copy(), "the arm's inertias"
         known[beside] = 0.0
-    problems = [_Problem(loaded, columns, known, beside, load_shift(arm.chain.flange))]
+    problems = [_LoadProblem(loaded, columns, known, beside, load_shift(arm.chain.flange))]
     if empty:
-        problems.append(_Problem(samples_of(empty, rule), columns, known, beside, np.zeros((TEN, TEN))))
+        problems.append(_LoadProblem(samples_of(empty, rule), columns, known, beside, np.zeros((TEN, TEN))))
     normal = sum((p.equations() for p in problems[1:]), problems[0].equations())
     start = np.sqrt(normal.squares / np.maximum(normal.equations, 1)) + 1e-9
     fit = grouped(normal, start)
@@ -146,7 +146,7 @@ def _check(arm: Arm, friction: str, empty: bool) -> None:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Problem:
+class _LoadProblem:
     """Equations of a load's ten parameters, through `shift` (10, 10) from the last link's, and of others."""
 
     samples: Samples
@@ -177,7 +177,7 @@ class _Problem:
 
 
 def _result(
-    fit: GroupedEstimate, problems: Sequence[_Problem], known: str, nuisance: tuple[str, ...]
+    fit: GroupedEstimate, problems: Sequence[_LoadProblem], known: str, nuisance: tuple[str, ...]
 ) -> LoadIdentification:
     n = fit.normal
     bare = NormalEquations(n.matrices[:, TEN:, TEN:], n.sides[:, TEN:], n.squares, n.equations)
