@@ -41,6 +41,7 @@ TRUE_ONES = (
     ["m_4 = 2.5", "mx_4 - 0.01 m_4 = 0", "armature_3 = 0.2"],
     ["m_2 = 2", "mz_2 = 0.2", "Ixx_2 = 0.021"],  # z^2 m is 0.02: a thin body
     ["m_2 = 2", "m_2 = 2", "coulomb_1 = 10"],
+    ["armature_2 = 0", "armature_7 = 0", "m_1 = 3"],  # direct drives
 )
 
 

@@ -106,6 +106,7 @@ def constrained_prior(prior: BodyPrior, constraints: Constraints) -> BodyPrior:
     ----------
     Dhillon, Tropp, Matrix nearness problems with Bregman divergences (2007), section 2.4.
     """
+    prior = _without_rotors(prior, constraints)
     every = np.arange(len(constraints.names))
     nearest = _nearest(prior, constraints, every)
     if nearest is not None:
@@ -116,6 +117,15 @@ def constrained_prior(prior: BodyPrior, constraints: Constraints) -> BodyPrior:
         if fewer.size and _nearest(prior, constraints, fewer) is None:
             needed = fewer
     raise ConstraintError([constraints.names[k] for k in needed])
+
+
+def _without_rotors(prior: BodyPrior, constraints: Constraints) -> BodyPrior:
+    """Rotors that are said to be 0 are none: no distance keeps them above 0."""
+    alone = np.count_nonzero(constraints.matrix, axis=1) == 1
+    zero = constraints.matrix[alone & (constraints.values == 0.0)].any(axis=0)
+    kept, table = ~zero[prior.rotors], prior.table.copy()
+    table[prior.rotors[~kept]] = 0.0
+    return replace(prior, table=table, rotors=prior.rotors[kept], unknown_rotors=prior.unknown_rotors[kept])
 
 
 def _nearest(prior: BodyPrior, constraints: Constraints, rows: NDArray[np.intp]) -> Array | None:
