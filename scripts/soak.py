@@ -56,6 +56,7 @@ LINES = {
     "rollout_laws": "rollout_laws:rollout_laws",
     "rollouts": "rollouts:rollouts",
     "runs": "checks:runs",
+    "slips": "identification_slips:slips",
     "sweep_kills": "sweeps:sweep_kills",
 }
 """Name -> "module:function" of `scripts/soak_lines/`, in alphabetical order."""

@@ -20,11 +20,11 @@ from lwr_dyn.identification.slips.shown_cells import ShownCells, shown_cells
 from lwr_dyn.identification.slips.trace import trace_cells
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.papers.schema import Paper
-from tests.identification.plants import perturbed_plant, random_motion, simulated_samples
+from tests.identification.plants import Motion, perturbed_plant, random_motion, simulated_samples
 
 WELL_EXCITED = 12
 """Random motions of which the best is logged, in place of an optimised one."""
-SAME = 1e-6
+SAME = 0.1
 """Change of the log, in sigma, below which two tables are one."""
 
 
@@ -86,11 +86,13 @@ class SlipStudy:
     shown: ShownCells
 
     @classmethod
-    def of(cls, arm: Arm, paper: Paper, noise: float = 0.1, duration: float = 20.0, seed: int = 0) -> SlipStudy:
-        """The best of some random motions of the arm, logged at 100 Hz."""
-        rng, columns = np.random.default_rng(seed), TorqueColumns(arm.chain)
+    def of(
+        cls, arm: Arm, paper: Paper, motion: Motion | None = None, noise: float = 0.1, duration: float = 20.0
+    ) -> SlipStudy:  # fmt: skip
+        """A motion at 100 Hz, or the best of some random ones; 0.1 N m of white torque noise."""
+        rng, columns = np.random.default_rng(0), TorqueColumns(arm.chain)
         plant = perturbed_plant(columns, arm, rng, 0.0)
-        motions = [random_motion(arm, duration, rng) for _ in range(WELL_EXCITED)]
+        motions = [motion] if motion else [random_motion(arm, duration, rng) for _ in range(WELL_EXCITED)]
         logged = [information_of(simulated_samples(plant, m, noise, rng), columns) for m in motions]
         information = max(logged, key=lambda x: np.linalg.slogdet(x.precision)[1])
         return cls(arm, printed_cells(paper), information, shown_cells(information, printed_cells(paper)))

@@ -119,7 +119,8 @@ def _turned(table: PrintedCells, rows: Array, flag: str, quantities: slice | tup
         changed, text = replace(table, about_origin=turned), f"tensor of {_of_links(rows)} about the {point}"
     wanted = quantities if isinstance(quantities, tuple) else tuple(range(len(QUANTITIES))[quantities])
     again = partial(_turned, rows=rows, flag=flag, quantities=quantities)
-    return Repair(CONVENTION, _cells(table, rows, wanted), text, changed, again)
+    kind = CONVENTION if rows.all() else SIGN if flag == "integral" else ROWS
+    return Repair(kind, _cells(table, rows, wanted), text, changed, again)
 
 
 def possible(table: PrintedCells, before: PrintedCells) -> bool:

@@ -92,7 +92,7 @@ def _looked_through(evidence: LogEvidence, at: Hypothesis) -> tuple[list[Repair]
 def _promising(evidence: LogEvidence, at: Hypothesis, shown: ShownCells) -> Iterable[Repair]:
     """The repairs that leave the least chi^2 while the discrepancy stays that of the table before."""
     repairs, chi2 = _looked_through(evidence, at)
-    ways = [i for i, r in enumerate(repairs) if r.kind == CONVENTION and len({c.link for c in r.cells}) == at.table.n]
+    ways = [i for i, r in enumerate(repairs) if r.kind == CONVENTION]
     order = list(dict.fromkeys([*np.argsort(chi2, kind="stable")[:LOOKED_AT], *ways]))
     cells = [c for c in shown.visible if c not in at.freed]
     free = free_cells(evidence, at, cells)

@@ -23,7 +23,7 @@ MOST = 8
 """Repairs of one table that are looked for together."""
 SAID = 12
 """Explanations that are looked at to the end."""
-SAME = 1e-6
+SAME = 0.1
 """Of two tables whose difference the log shows by less, in sigma, it says the same."""
 DOUBT = 2.0 * np.log(100.0)
 """An explanation that is a hundred times less likely than the best is not one."""
