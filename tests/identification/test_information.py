@@ -9,8 +9,9 @@ from lwr_dyn.identification.regression import normal_equations as module
 from lwr_dyn.identification.regression.information import information_of, solve
 from lwr_dyn.identification.regression.normal_equations import normal_equations
 from lwr_dyn.identification.regression.samples import exact_samples
+from lwr_dyn.identification.regression.spectrum import Spectrum, solved
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
-from tests.identification.plants import Motion, perturbed_plant, random_motion, simulated_samples
+from tests.identification.plants import Motion, Plant, perturbed_plant, random_motion, simulated_samples
 
 NOISE = np.array([0.3, 0.3, 0.1, 0.1, 0.05, 0.05, 0.02])
 ALONG = 1e-9
@@ -54,6 +55,19 @@ def test_values_and_sigma_are_those_of_dense_least_squares(plant, samples, infor
     assert information.chi2 == pytest.approx(np.sum((y - W @ values) ** 2), rel=1e-8)
     assert information.dof == len(y) - values.size
     assert information.condition == pytest.approx(np.linalg.cond(W / np.linalg.norm(W, axis=0)), rel=1e-6)
+
+
+def test_friction_at_motors_that_drive_two_joints_is_least_squares_too():
+    arm, rng = lwr_dyn.load("wam7"), np.random.default_rng(11)
+    columns = TorqueColumns(arm.chain, transmission=arm.transmission)
+    own = columns.own(arm)
+    own[columns.bodies :] = rng.uniform(0.001, 0.02, columns.count - columns.bodies)
+    plant = Plant(columns, own)
+    samples = simulated_samples(plant, random_motion(arm, 10.0, rng), 0.1, rng, 0.05)
+    W, y = dense(plant, samples, np.ones(7))
+    values = np.linalg.lstsq(W, y)[0]
+    found = information_of(samples, columns, noise=np.ones(7))
+    assert np.abs(found.values - values).max() < ALONG * np.abs(values).max()
 
 
 @pytest.mark.parametrize("robot", ["lwr4plus", "wam7"])
@@ -158,6 +172,18 @@ def test_nothing_at_all_is_determined_without_equations(plant, samples):
     assert not found.determined.any()
     assert (found.values == 0.0).all()
     assert (found.chi2, found.dof) == (0.0, 0)
+
+
+def test_a_step_of_refinement_mends_an_inverse_that_is_nearly_singular():
+    rng = np.random.default_rng(12)
+    U = np.linalg.qr(rng.normal(size=(30, 30)))[0]
+    matrix = U * np.geomspace(1.0, 1e-9, 30) @ U.T
+    truth = rng.normal(size=30)
+    side, inverse = matrix @ truth, Spectrum.of(matrix).inverse()
+    left = np.abs(solved(matrix, side, inverse) - truth).max()
+    assert left < 0.5 * np.abs(inverse @ side - truth).max()
+    assert Spectrum.of(matrix).rank == 30
+    assert Spectrum.of(np.zeros((3, 3))).rank == 0
 
 
 def test_samples_of_another_arm_are_refused(plant, samples):

@@ -110,6 +110,14 @@ def test_friction_goes_there_and_back(form):
     assert len(joint.names) == values.size
 
 
+def test_unequal_directions_are_a_mean_and_an_offset():
+    """Coulomb 4 up and 2 down is 3 both ways about an offset of 1: exact where the slopes are equal."""
+    model, dq = JointFriction(Direction(4.0, 0.5), Direction(2.0, 0.5), 0.25), np.array([-0.7, 0.3])
+    joint = JointColumns("symmetric")
+    assert joint.values_of(model, 0.0) == [0.0, 3.0, 0.5, 1.25]
+    assert joint(dq, 0 * dq) @ joint.values_of(model, 0.0) == pytest.approx(model.torque(dq))
+
+
 def test_levels_that_noise_put_below_zero_are_zero():
     model = JointColumns("symmetric", (0.1,)).friction_of(np.array([0.0, -0.1, 0.5, 0.2, -0.3]))
     assert model == JointFriction(Direction(0.0, 0.5), Direction(0.0, 0.5), 0.2)
