@@ -32,6 +32,7 @@ LINES = {
     "fits_cover": "identification_fits:fits_cover",
     "foreign_arms": "surveys:foreign_arms",
     "foreign_lint": "surveys:foreign_lint",
+    "fresh_torques": "identification_fits:fresh_torques",
     "fuzz": "fuzz:fuzz",
     "ik": "inverse_kinematics:ik",
     "impedance": "compliance:impedance",
