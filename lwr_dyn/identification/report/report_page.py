@@ -15,6 +15,9 @@ from lwr_dyn.tables import Table
 from lwr_dyn.viewer.page_parts import resource_text
 from lwr_dyn.viewer.replay_page import replay_policy
 
+_WIDE, _LONG = 7, 16
+"""Columns of a table from which it has a row of the page alone, rows from which it scrolls."""
+
 
 def write_report(path: str | Path, shown: ShownFit) -> Path:
     """Write `report_html(shown)` to a file; raises `FileAccessError`."""
@@ -48,7 +51,9 @@ def _card(title: str, inside: str, kind: str = "") -> str:
 
 def _beside(tables: Sequence[Table]) -> str:
     """Tables beside each other where there is room."""
-    return f'<div class="pairs">{"".join(f"<div>{table_html(one)}</div>" for one in tables)}</div>'
+    kinds = (' class="wide"' if len(one.columns) > _WIDE else "" for one in tables)
+    parts = (f"<div{kind}>{table_html(one)}</div>" for kind, one in zip(kinds, tables, strict=True))
+    return f'<div class="pairs">{"".join(parts)}</div>'
 
 
 def _notes(said: Sequence[str]) -> str:
@@ -60,20 +65,28 @@ def table_html(table: Table) -> str:
     head = "".join(f'<th scope="col"{_kind(table, k)}>{escape(h.title)}</th>' for k, h in enumerate(table.columns))
     body = "".join(
         f'<tr><th scope="row">{escape(first)}</th>'
-        + "".join(f"<td{_kind(table, k)}>{escape(cell)}</td>" for k, cell in enumerate(rest, start=1))
+        + "".join(
+            f"<td{_kind(table, k)}{_shade(dark)}>{escape(cell)}</td>"
+            for k, (cell, dark) in enumerate(zip(rest, shades, strict=True), start=1)
+        )
         + "</tr>"
-        for first, *rest in table.cells
+        for (first, *rest), (_, *shades) in zip(table.cells, table.shades, strict=True)
     )
     label = escape(table.title)
     rows = f"<table><caption>{label}</caption><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
     note = _notes([table.note]) if table.note else ""
-    return f'<div class="scroll" tabindex="0" role="region" aria-label="{label}">{rows}</div>{note}'
+    kind = "scroll tall" if len(table.rows) > _LONG else "scroll"
+    return f'<div class="{kind}" tabindex="0" role="region" aria-label="{label}">{rows}</div>{note}'
+
+
+def _shade(dark: float | None) -> str:
+    return f' style="background:color-mix(in srgb, var(--alarm) {100 * dark:.0f}%, transparent)"' if dark else ""
 
 
 def _kind(table: Table, column: int) -> str:
     """Class of a column: numbers stand at the right."""
     values = [row[column] for row in table.rows if row[column] is not None]
-    numbers = column > 0 and bool(values) and all(isinstance(x, int | float) for x in values)
+    numbers = column > 0 and bool(values) and not any(isinstance(x, str) for x in values)
     return ' class="n"' if numbers else ""
 
 
