@@ -20,6 +20,7 @@ from lwr_dyn.identification.regression.samples import DEFAULT_SAMPLES, SampleRul
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.identification.report.motion_report import motion_shown
 from lwr_dyn.identification.report.report_page import write_report
+from lwr_dyn.identification.report.table_section import table_card
 from lwr_dyn.loading import load_with_paper
 from lwr_dyn.papers.schema import Paper
 from lwr_dyn.progress import progress
@@ -98,7 +99,8 @@ def _written(
 ) -> Iterator[str]:
     """Writes report and fitted arm, and says so."""
     if given["html"] is not None:
-        write_report(given["html"], motion_shown(result, unseen=checked))
+        card = table_card(result.information, result.arm if paper is None else paper)
+        write_report(given["html"], motion_shown(result, unseen=checked, more=card))
         yield f"wrote {given['html']}"
     if given["out"] is not None:
         files = ", ".join(map(str, write_fitted(given["out"], result, paper)))

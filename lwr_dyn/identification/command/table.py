@@ -4,12 +4,17 @@ import click
 
 from lwr_dyn.cli.options import print_json
 from lwr_dyn.errors import OptionError
+from lwr_dyn.files import check_writable
 from lwr_dyn.identification.command.log_options import end, log_options, readable_logs
 from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.logs.log_columns import declared_units
+from lwr_dyn.identification.motion.motion_fit import MotionRule, identify_motion
 from lwr_dyn.identification.regression.information import Information, information_of
 from lwr_dyn.identification.regression.samples import DEFAULT_SAMPLES, SampleRule, samples_of
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
+from lwr_dyn.identification.report.motion_report import motion_shown
+from lwr_dyn.identification.report.report_page import write_report
+from lwr_dyn.identification.report.table_section import slips_card
 from lwr_dyn.identification.slips.slip_tables import best_table, slip_record, slip_text
 from lwr_dyn.identification.slips.table_against_log import table_against_log
 from lwr_dyn.identification.slips.trace import TRUST, checked_trust, trace_slips
@@ -21,13 +26,14 @@ from lwr_dyn.progress import progress
 @click.command("table")
 @log_options
 @click.option("--robot", required=True, help="Whose table it is (name, .toml or .urdf).")
+@click.option("--html", metavar="FILE", help="Write the report of identify motion, with the table's cells and repairs.")
 @click.option("--trust", default=f"{TRUST:.0%}", show_default=True,
               help="How far the arm itself may be from a right table: 5% or 0.05.")  # fmt: skip
 @click.option("--slowest", type=float, default=DEFAULT_SAMPLES.slowest, show_default=True,
               help="Speed up to which a joint's torque is left out, rad/s.")  # fmt: skip
 def command(
     logs: tuple[str, ...], robot: str, reading: str | None, units: str | None, trust: str, slowest: float,
-    as_json: bool,
+    html: str | None, as_json: bool,
 ) -> None:  # fmt: skip
     """Masses, centres, tensors and rotors of a table against logs; which cells are wrong, and how.
 
@@ -37,6 +43,8 @@ def command(
     share, rule, declared = _share(trust), SampleRule(slowest=slowest), declared_units(units)
     arm, paper = load_with_paper(robot, reading)
     source = arm if paper is None else paper
+    if html is not None:
+        check_writable(html)
     with progress("reading the logs, then trying repairs"):
         usable, faults = readable_logs(logs, declared, arm)
         if not usable:
@@ -48,6 +56,11 @@ def command(
         print_json({"robot": robot, "reading": arm.reading, **slip_record(report, cells, paper)})
     else:
         click.echo(slip_text(report, cells, paper))
+    if html is not None:
+        result = identify_motion(usable, arm, MotionRule(rule))
+        card = slips_card(result.information, source, report)
+        write_report(html, motion_shown(result, more=[card], command="lwr-dyn identify table"))
+        click.echo(f"wrote {html}", err=as_json)
     if not faults and not report.fits:
         raise SystemExit(1)
     end(faults)

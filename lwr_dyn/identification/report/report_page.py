@@ -15,8 +15,8 @@ from lwr_dyn.tables import Table
 from lwr_dyn.viewer.page_parts import resource_text
 from lwr_dyn.viewer.replay_page import replay_policy
 
-_WIDE, _LONG = 7, 16
-"""Columns of a table from which it has a row of the page alone, rows from which it scrolls."""
+_WIDE, _LETTERS, _LONG = 5, 150, 16
+"""Columns of a table, or letters of a cell, beyond which it stands alone; rows beyond which it scrolls."""
 
 
 def write_report(path: str | Path, shown: ShownFit) -> Path:
@@ -51,9 +51,13 @@ def _card(title: str, inside: str, kind: str = "") -> str:
 
 def _beside(tables: Sequence[Table]) -> str:
     """Tables beside each other where there is room."""
-    kinds = (' class="wide"' if len(one.columns) > _WIDE else "" for one in tables)
-    parts = (f"<div{kind}>{table_html(one)}</div>" for kind, one in zip(kinds, tables, strict=True))
+    parts = (f'<div class="{_width(one)}">{table_html(one)}</div>' for one in tables)
     return f'<div class="pairs">{"".join(parts)}</div>'
+
+
+def _width(table: Table) -> str:
+    letters = max((len(cell) for row in table.cells for cell in row), default=0)
+    return "wide" if len(table.columns) > _WIDE or letters > _LETTERS else "half"
 
 
 def _notes(said: Sequence[str]) -> str:

@@ -62,10 +62,12 @@ def made_fit(arm: Arm | None = None, source: str = "log", impossible: int | None
         for p, name, state in ((0, "m", "identified"), (1, "mx", "identified"), (9, "Izz", "not excited"))
     )
     left = Table("Torques left", (Heading("joint"), Heading("fitted", "N m", ".3g")), [("1", 0.1), ("2", 0.11)])
+    shaded = [Heading(name, "", ".1f", shade=lambda pull: min(abs(pull), 10.0) / 18.0) for name in ("m", "cx", "Ixx")]
+    cells = Table("Sigmas off", (Heading("link"), *shaded), [("1", 0.1, -4.0, 30.0), ("2", -12.0, 1.0, 5.0)])
     return ShownFit(
         arm, f"Identification of {arm.name}", "lwr-dyn identify motion", ("2 recordings, 18 s.",),
         (("identified parameters", "14 of 21"), ("links that can be bodies", "7 of 7")), tuple(recordings),
         np.full(arm.n, NOISE), before, after, 0.01 * np.abs(after), np.concatenate(speeds), np.concatenate(torques),
         friction, (symmetric(3.0, 1.0), *(None,) * (arm.n - 1)), parameters, "Parameters of the links", ("A note.",),
-        (("Validation", (left,), ("Judged on other logs.",)),),
+        (("Validation", (left, cells), ("Judged on other logs.",)),),
     )  # fmt: skip

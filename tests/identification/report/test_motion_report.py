@@ -129,6 +129,7 @@ def test_the_command_writes_it(logs, tmp_path, lwr_dyn_command):
     text = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert "<h1>Identification of lwr4plus, reading physical</h1>" in text
     assert "logs that no fit has seen" in text
+    assert "<h2>The table against the logs, cell by cell</h2>" in text
     code, out, err = lwr_dyn_command("identify", "motion", *fitted, *options, "--html", str(tmp_path / "no" / "x.html"))
     assert (code, out) == (2, "")
     assert "no/x.html" in err

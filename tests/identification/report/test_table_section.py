@@ -1,0 +1,97 @@
+"""The card on the table against the logs: every printed cell in its place, what is off, and the repairs."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import lwr_dyn
+from lwr_dyn.dynamics.regressor import INERTIAL
+from lwr_dyn.identification.logs.joint_log import write_log
+from lwr_dyn.identification.regression.information import information_of
+from lwr_dyn.identification.regression.torque_columns import TorqueColumns
+from lwr_dyn.identification.report.report_page import table_html
+from lwr_dyn.identification.report.table_section import slips_card, table_card
+from lwr_dyn.identification.slips.printed_cells import QUANTITIES
+from lwr_dyn.identification.slips.table_against_log import HIDDEN, OFF, table_against_log
+from lwr_dyn.identification.slips.trace import trace_slips
+from lwr_dyn.model.chain import Body, with_bodies
+from tests.identification.plants import Plant, random_motion, simulated_log, simulated_samples
+
+
+@pytest.fixture(scope="module")
+def lwr():
+    return lwr_dyn.load("lwr4plus", "physical")
+
+
+@pytest.fixture(scope="module")
+def information(lwr):
+    """What a log of the arm as it is says, its friction aside."""
+    columns, rng = TorqueColumns(lwr.chain), np.random.default_rng(2)
+    plant = Plant(columns, columns.own(lwr))
+    return information_of(simulated_samples(plant, random_motion(lwr, 20.0, rng), 0.1, rng, slowest=0.05), columns)
+
+
+@pytest.fixture(scope="module")
+def slipped(lwr):
+    """The arm with the mass of link 4 times ten."""
+    bodies = [link.body for link in lwr.chain.links]
+    heavy = bodies[3]
+    bodies[3] = Body(10.0 * heavy.mass, heavy.com, heavy.inertia_com)
+    return replace(lwr, chain=with_bodies(lwr.chain, bodies))
+
+
+def test_a_right_table_agrees(information, lwr):
+    ((title, tables, notes),) = table_card(information, lwr)
+    (cells,) = tables
+    assert title == "The table against the logs, cell by cell"
+    assert [h.head for h in cells.columns] == ["link", *QUANTITIES]
+    assert max(shade or 0.0 for row in cells.shades for shade in row) == 0.0
+    assert "lwr-dyn identify table" in notes[0]
+    found = table_against_log(information, lwr)
+    assert sum(text == "\u00b7" for row in cells.cells for text in row) == sum(one.state == HIDDEN for one in found)
+
+
+def test_a_slip_is_dark_in_its_place(information, slipped):
+    ((_, (cells, off), _),) = table_card(information, slipped)
+    found = {one.cell.name: one for one in table_against_log(information, slipped)}
+    column = 1 + INERTIAL.index("m")
+    assert found["m4"].state == OFF
+    assert cells.rows[3][column] is not None
+    assert cells.shades[3][column] == max(shade for row in cells.shades for shade in row if shade is not None)
+    assert off.rows[0][0] == max(found.values(), key=lambda one: abs(one.pull)).cell.name
+    assert len(off.rows) == sum(one.state == OFF for one in found.values())
+    assert re.search(r'style="background:color-mix\(in srgb, var\(--alarm\) 55%, transparent\)"', table_html(cells))
+
+
+def test_repairs_are_listed_and_the_cells_after_them_agree(information, slipped):
+    slips = trace_slips(information, slipped)
+    _, tables, notes = slips_card(information, slipped, slips)
+    repairs, after, printed, _ = tables
+    assert "m4" in repairs.rows[0][1]
+    assert len(repairs.rows) == len(slips.explanations)
+    assert notes[0].startswith("The table does not meet the logs (chi squared")
+    assert "explanation 1" in after.title
+    assert max(shade for row in after.shades for shade in row if shade is not None) == 0.0
+    assert max(shade for row in printed.shades for shade in row if shade is not None) > 0.0
+
+
+def test_an_arm_without_masses_has_no_card(information, lwr):
+    bare = replace(lwr, chain=with_bodies(lwr.chain, [None] * 7))
+    assert table_card(information, bare) == ()
+
+
+def test_the_command_writes_it(lwr, tmp_path, lwr_dyn_command):
+    columns, rng = TorqueColumns(lwr.chain, "directions"), np.random.default_rng(3)
+    plant = Plant(columns, columns.own(lwr))
+    log = simulated_log(plant, random_motion(lwr, 5.0, rng, rate=500.0), 0.1, rng, 1e-5)
+    write_log(tmp_path / "log.csv", log)
+    page = tmp_path / "table.html"
+    command = ("identify", "table", str(tmp_path / "log.csv"), "--robot", "lwr4plus", "--reading", "physical")
+    code, out, err = lwr_dyn_command(*command, "--html", str(page))
+    assert (code, err) == (0, "")
+    assert out.splitlines()[-1] == f"wrote {page}"
+    text = page.read_text(encoding="utf-8")
+    assert "The table meets the logs as printed" in text
+    assert "lwr-dyn identify table." in text
