@@ -8,7 +8,7 @@ import pytest
 import lwr_dyn
 from lwr_dyn.errors import MissingDataError, OptionError, ShapeError
 from lwr_dyn.identification.excitation.clearance import clearance_of
-from lwr_dyn.identification.excitation.design import design_excitation
+from lwr_dyn.identification.excitation.design import design_excitation, rows_of
 from lwr_dyn.identification.excitation.excitation_file import run_of_excitation, write_excitation
 from lwr_dyn.identification.excitation.fourier import fourier_basis
 from lwr_dyn.identification.excitation.motion_design import ExcitationError
@@ -48,7 +48,7 @@ def _best_random(arm, columns, count):
         X[0] = rng.uniform(limits.lower, limits.upper)
         X = limits.fitted(X, basis, fill=True)
         if space.of(basis.position @ X).min() > 0.0:
-            scores.append(motion_score(columns, basis.motion(X), np.full(arm.n, 0.1)))
+            scores.append(motion_score(columns, rows_of(basis.motion(X)), np.full(arm.n, 0.1)))
     return min(s.d for s in scores), min(s.condition for s in scores)
 
 

@@ -7,6 +7,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.errors import MissingPackageError, OptionError
+from lwr_dyn.identification.excitation.design import rows_of
 from lwr_dyn.identification.excitation.fourier import fourier_basis
 from lwr_dyn.identification.excitation.motion_limits import MotionLimits
 from lwr_dyn.identification.excitation.motion_score import motion_score
@@ -77,8 +78,8 @@ def test_a_motion_that_shows_nothing_has_a_large_value_and_no_slope(columns, mot
 
 def test_the_sigma_of_the_score_is_that_of_a_fit(columns, motion, wam):
     basis, X = motion
-    score = motion_score(columns, basis.motion(X), NOISE)
-    m = basis.motion(X).sample(np.arange(800) / 100.0)
+    m = rows_of(basis.motion(X))
+    score = motion_score(columns, m, NOISE)
     tau = columns(m.q, m.dq, m.ddq) @ columns.own(wam)
     fit = information_of(exact_samples(m.t, m.q, m.dq, m.ddq, tau), columns, noise=NOISE)
     assert np.abs(score.sigma / fit.sigma - 1.0).max() < 1e-6
@@ -87,7 +88,7 @@ def test_the_sigma_of_the_score_is_that_of_a_fit(columns, motion, wam):
 
 def test_a_score_of_a_motion_that_shows_nothing(columns, motion):
     basis, X = motion
-    score = motion_score(columns, basis.motion(0.0 * X), NOISE)
+    score = motion_score(columns, rows_of(basis.motion(0.0 * X)), NOISE)
     assert score.d == LARGE
     assert np.isnan(score.sigma).all()
 

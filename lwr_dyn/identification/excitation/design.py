@@ -13,7 +13,7 @@ from lwr_dyn.identification.excitation.clearance import Clearance, clearance_of
 from lwr_dyn.identification.excitation.fourier import FourierMotion
 from lwr_dyn.identification.excitation.motion_design import MotionDesign, SearchedMotion, StartSummary
 from lwr_dyn.identification.excitation.motion_limits import MotionLimits
-from lwr_dyn.identification.excitation.motion_score import MotionScore, motion_score
+from lwr_dyn.identification.excitation.motion_score import SCORE_RATE, MotionScore, motion_score
 from lwr_dyn.identification.excitation.objectives import OBJECTIVES, ObjectiveName
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.arm import Arm
@@ -135,12 +135,17 @@ def design_excitation(
     place = int(np.argmin(distances.min(axis=0, initial=np.inf))) if distances.size else 0
     clear = float(distances.min(initial=np.inf))
     return Excitation(
-        arm, design.columns, motion, objective, motion_score(design.columns, motion, design.noise), design.noise,
+        arm, design.columns, motion, objective, motion_score(design.columns, rows_of(motion), design.noise), design.noise,
         aside / ((upper - lower) / 2.0), _share(np.abs(states[1]).max(axis=0), arm.velocity),
         _share(np.abs(design.torques.torque(*states)).max(axis=0), arm.effort), clear + design.clearance.kept,
         design.clearance.names[place] if distances.size else "", tuple(one.summary for one in found),
         perf_counter() - begin,
     )  # fmt: skip
+
+
+def rows_of(motion: FourierMotion, rate: float = SCORE_RATE) -> Motion:
+    """The motion at `rate` [Hz], each instant of its period once."""
+    return motion.sample(np.arange(max(1, round(motion.duration * rate))) / rate)
 
 
 def check_choices(objective: str, starts: int, seed: int) -> None:

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from lwr_dyn.arrays import Array, freeze_arrays
-from lwr_dyn.identification.excitation.fourier import FourierMotion
-from lwr_dyn.identification.excitation.objectives import cond_value, d_value
+from lwr_dyn.identification.excitation.objectives import LARGE, cond_value, d_value
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
+from lwr_dyn.model.run import Motion
 from lwr_dyn.model.shown import short_repr
 
 SCORE_RATE = 100.0
@@ -34,30 +34,29 @@ class MotionScore:
         freeze_arrays(self, "sigma")
 
 
-def motion_score(columns: TorqueColumns, motion: FourierMotion, noise: Array, rate: float = SCORE_RATE) -> MotionScore:
-    """The score of a motion for torque noise (n,) [N m or N], all rows used.
+def motion_score(columns: TorqueColumns, rows: Motion, noise: Array) -> MotionScore:
+    """The score of the rows of any motion for torque noise (n,) [N m or N], each an equation of every joint.
 
-    A parameter that the motion does not show makes `d` and `condition` 20 or its exponential, and its sigma NaN.
+    A parameter that the motion does not show makes `d` 20 and `condition` its exponential, and sigma NaN.
     """
-    M, rows = information_per_row(columns, motion, noise, rate)
+    M = information_per_row(columns, rows, noise)
     d, _ = d_value(M)
     condition, _ = cond_value(M)
     base = columns.base()
     scale = np.sqrt(np.diag(M))
-    known = bool(np.isfinite(scale).all() and (scale > 0.0).all() and condition < 15.0)
+    known = bool(np.isfinite(scale).all() and (scale > 0.0).all() and condition < LARGE)
     inverse = np.linalg.inv(M / np.outer(scale, scale)) if known else np.full_like(M, np.nan)
-    sigma = np.sqrt(np.diag(inverse) / rows) / scale if known else np.full(len(M), np.nan)
+    sigma = np.sqrt(np.diag(inverse) / len(rows.t)) / np.where(scale > 0.0, scale, 1.0)
     return MotionScore(d, float(np.exp(condition)), sigma, tuple(base.names[k] for k in base.kept))
 
 
-def information_per_row(columns: TorqueColumns, motion: FourierMotion, noise: Array, rate: float) -> tuple[Array, int]:
-    """W^T S^-1 W / k (b, b) of the k rows of a motion at `rate` [Hz], and k."""
-    states = motion.sample(np.arange(max(1, round(motion.duration * rate))) / rate)
-    kept, k = columns.base().kept, len(states.t)
+def information_per_row(columns: TorqueColumns, rows: Motion, noise: Array) -> Array:
+    """W^T S^-1 W / k (b, b) of the k rows of a motion."""
+    kept, k = columns.base().kept, len(rows.t)
     M = np.zeros((len(kept), len(kept)))
     for i in range(0, k, _BLOCK):
         part = slice(i, i + _BLOCK)
-        W = columns(states.q[part], states.dq[part], states.ddq[part])[:, :, kept] / noise[:, None]
-        rows = W.reshape(-1, len(kept))
-        M += rows.T @ rows
-    return M / k, k
+        W = columns(rows.q[part], rows.dq[part], rows.ddq[part])[:, :, kept] / noise[:, None]
+        flat = W.reshape(-1, len(kept))
+        M += flat.T @ flat
+    return M / k
