@@ -85,4 +85,5 @@ def _next(out: str, robot: str, reading: str | None) -> str:
         return ""
     chosen = "" if reading is None else f" --reading {reading}"
     log = f"{out.removesuffix('.csv')}_log.csv"
-    return f"; simulate a log:  lwr-dyn simulate {robot}{chosen} --task csv --file {out} --csv {log}"
+    task = f"--task csv --file {out} --controller inverse-dynamics"
+    return f"; simulate a log:  lwr-dyn simulate {robot}{chosen} {task} --csv {log}"

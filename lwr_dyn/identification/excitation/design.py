@@ -135,7 +135,8 @@ def design_excitation(
     place = int(np.argmin(distances.min(axis=0, initial=np.inf))) if distances.size else 0
     clear = float(distances.min(initial=np.inf))
     return Excitation(
-        arm, design.columns, motion, objective, motion_score(design.columns, rows_of(motion), design.noise), design.noise,
+        arm, design.columns, motion, objective,
+        motion_score(design.columns, rows_of(motion), design.noise), design.noise,
         aside / ((upper - lower) / 2.0), _share(np.abs(states[1]).max(axis=0), arm.velocity),
         _share(np.abs(design.torques.torque(*states)).max(axis=0), arm.effort), clear + design.clearance.kept,
         design.clearance.names[place] if distances.size else "", tuple(one.summary for one in found),

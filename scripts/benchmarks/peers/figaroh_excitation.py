@@ -1,7 +1,7 @@
 """Runs in figaroh's environment: its exciting motion, by cubic splines at rest at waypoints and Ipopt.
 
-figaroh_excitation.py FOLDER SEED ITERATIONS: arm.urdf, whose limits are those that a motion may use, in; motion_SEED.npz
-(t, q, dq, ddq) out; what it says of the end on stdout. No collisions: it would only have to do more.
+figaroh_excitation.py FOLDER SEED ITERATIONS: arm.urdf, whose limits are those that a motion may use, in;
+figaroh_SEED_ITERATIONS.npz (t, q, dq, ddq, seconds) out. No collisions: it would only have to do more.
 """
 
 import json
@@ -55,7 +55,8 @@ def main() -> None:
     taken = {"seconds": time.perf_counter() - start, "processor": time.process_time() - processor}
     if found["T_F"]:
         t, q, dq, ddq = (np.asarray(found[name][0], dtype=float) for name in ("T_F", "P_F", "V_F", "A_F"))
-        np.savez(folder / f"motion_{seed}.npz", t=t.ravel(), q=q, dq=dq, ddq=ddq)
+        name = folder / f"figaroh_{seed}_{iterations}.npz"
+        np.savez(name, t=t.ravel(), q=q, dq=dq, ddq=ddq, seconds=taken["processor"])
         values = found["iteration_data"][0]["obj_values"]
         taken |= {"first": float(values[0]), "last": float(values[-1]), "of": len(values)}
     print(json.dumps({"figaroh": version("figaroh"), "found": bool(found["T_F"]), **taken}), flush=True)
