@@ -98,6 +98,20 @@ def test_motors_behind_a_transmission_rub_at_their_own_speeds():
     assert columns.base().count == 43 + 6 + 21  # only the first motor's rotor merges with a link
 
 
+@pytest.mark.parametrize("transmission", [False, True])
+def test_torques_without_the_columns_are_the_same(monkeypatch, transmission):
+    arm, x = lwr_dyn.load("wam7"), states(7)
+    columns = TorqueColumns(arm.chain, transmission=arm.transmission if transmission else None)
+    pi = np.random.default_rng(2).normal(size=columns.count)  # no bodies: any numbers
+    base = columns.base()
+    wanted = columns(*x) @ pi
+    assert columns.torques(*x, pi) == pytest.approx(wanted, abs=1e-11 * np.abs(wanted).max())
+    monkeypatch.setattr(torque_columns, "MANY", 10)
+    monkeypatch.setattr(torque_columns, "BLOCK", 16)
+    assert columns.torques(*x, pi) == pytest.approx(wanted, abs=1e-11 * np.abs(wanted).max())
+    assert columns.torques(*x, base.of(pi)) == pytest.approx(wanted, abs=1e-11 * np.abs(wanted).max())
+
+
 @pytest.mark.parametrize("form", ["symmetric", "directions"])
 def test_friction_goes_there_and_back(form):
     model = JointFriction(Direction(3.0, 0.5, 4.0, 0.07), Direction(3.0, 0.5, 4.0, 0.07), 0.25)

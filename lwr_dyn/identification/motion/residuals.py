@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from lwr_dyn.arrays import Array, read_only
-from lwr_dyn.identification.regression.normal_equations import BLOCK
 from lwr_dyn.identification.regression.samples import Samples
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 
@@ -59,14 +58,8 @@ def residuals_of(samples: Samples, columns: TorqueColumns, base_values: Array) -
 
 
 def predicted(samples: Samples, columns: TorqueColumns, base_values: Array) -> Array:
-    """Torques (k, n) of base values (b,) or of all parameters (p,), in blocks."""
-    full = base_values.size == columns.count
-    kept = slice(None) if full else columns.base().kept
-    out = np.empty(samples.tau.shape)
-    for first in range(0, len(samples), BLOCK):
-        rows = slice(first, first + BLOCK)
-        out[rows] = columns(samples.q[rows], samples.dq[rows], samples.ddq[rows])[:, :, kept] @ base_values
-    return out
+    """Torques (k, n) of base values (b,) or of all parameters (p,)."""
+    return columns.torques(samples.q, samples.dq, samples.ddq, base_values)
 
 
 def rms(values: Array) -> float:

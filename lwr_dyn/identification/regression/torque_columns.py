@@ -24,6 +24,10 @@ PROBES = 400
 """Random states whose columns determine the base parameters of a geometry."""
 WIDEST = 2.0
 """Largest position, speed and acceleration among them [rad, rad/s, rad/s^2; m for sliding joints]."""
+BLOCK = 2048
+"""States at once, where only torques are wanted."""
+MANY = 20_000
+"""States that are worth another kernel, which is compiled once for a geometry."""
 FROM_KERNEL = np.array([PER_LINK.index(name) for name in INERTIAL])
 """Place of each of `INERTIAL` in a link's ten columns of the kernel, which has Pinocchio's order."""
 
@@ -139,6 +143,30 @@ class TorqueColumns:
             return Regressor(self.chain)(q, dq, ddq)[:, :, : self.bodies]
         return self._kernel.torque_regressor(q, dq, ddq)
 
+    def torques(self, q: Array, dq: Array, ddq: Array, parameters: Array) -> Array:
+        """Y pi (k, n) [N m or N] of parameters (p,), or of base values (b,), without Y where there are many states."""
+        pi = parameters
+        if parameters.size != self.count:
+            pi = np.zeros(self.count)
+            pi[self.base().kept] = parameters
+        out = np.empty((len(q), self.n))
+        for first in range(0, len(q), BLOCK):
+            rows = slice(first, first + BLOCK)
+            out[rows] = self._bodies_torque(q[rows], dq[rows], ddq[rows], pi[: self.bodies], len(q) > MANY)
+            for i in range(self.n):
+                own = self.own_columns(i, dq[rows], ddq[rows]) @ pi[self.of_joint(i)]
+                for j in range(self.n):
+                    if reach := self.reach(j, i):
+                        out[rows, j] += reach * own
+        return out
+
+    def _bodies_torque(self, q: Array, dq: Array, ddq: Array, pi: Array, many: bool) -> Array:
+        if self._kernel is None or not many:
+            return self.body_columns(q, dq, ddq) @ pi
+        inertia = np.empty((self.n, len(INERTIAL)))
+        inertia[:, FROM_KERNEL] = pi.reshape(self.n, -1)
+        return self._kernel.inverse_dynamics(q, dq, ddq, inertia=inertia)
+
     def own_columns(self, joint: int, dq: Array, ddq: Array) -> Array:
         """Rotor and friction of a joint (from 0; of a motor with a transmission), (k, f), at its own speed."""
         if self.transmission is None:
@@ -201,4 +229,4 @@ def _kernel_of(chain: Chain) -> BatchDynamics | None:
     except MissingPackageError:
         return None
     links = tuple(replace(link, body=Body.massless(), rotor=None) for link in chain.links)
-    return BatchDynamics(KernelSpec("columns", replace(chain, links=links), None, (), "none"))
+    return BatchDynamics(KernelSpec("columns", replace(chain, links=links), None, ("inertia",), "none"))
