@@ -4,8 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy import stats
-from scipy.integrate import quad
 
 import lwr_dyn
 from lwr_dyn.errors import OptionError, ShapeError
@@ -112,34 +110,6 @@ def test_sigma_covers_the_truth(lwr, columns):
     assert np.mean(np.abs(gaps) < 3.0) > 0.985
 
 
-def test_the_normaliser_of_a_rotor_is_the_integral(lwr, columns):
-    prior = replace(
-        body_prior(columns, columns.own(lwr)), bodies=0, rotors=np.array([0]), unknown_rotors=np.array([False])
-    )
-    ratios = []
-    for weight in (0.5, 20.0):
-        log_integral = np.log(quad(lambda x, w=weight: np.exp(-w * (x - np.log(x) - 1.0)), 0.0, np.inf)[0])
-        ratios.append(prior.log_normaliser(weight) - log_integral)
-    assert ratios[0] == pytest.approx(ratios[1], abs=1e-9)
-
-
-def test_the_normaliser_of_a_body_is_wishart(lwr, columns):
-    """The mean of a density whose normaliser is right integrates to 1: importance sampling from a wider Wishart."""
-    prior = replace(
-        body_prior(columns, columns.own(lwr)),
-        bodies=10,
-        rotors=np.array([], dtype=int),
-        unknown_rotors=np.array([], dtype=bool),
-    )
-    wide, ratios = stats.wishart(6, np.eye(4) / 2), []
-    P = wide.rvs(20_000, random_state=np.random.default_rng(0))
-    traces, logs = np.trace(P, axis1=1, axis2=2), np.linalg.slogdet(P)[1]
-    for weight in (1.0, 3.0):
-        integral = np.mean(np.exp(-weight * (traces - logs - 4.0) - wide.logpdf(np.moveaxis(P, 0, -1))))
-        ratios.append(prior.log_normaliser(weight) - np.log(integral))
-    assert ratios[0] == pytest.approx(ratios[1], abs=0.05)
-
-
 def test_the_weight_follows_how_far_plants_are_from_their_table(lwr, columns):
     weights = []
     for level in (0.05, 0.3):
@@ -149,6 +119,18 @@ def test_the_weight_follows_how_far_plants_are_from_their_table(lwr, columns):
         weights.append(consistent_fit(information_of(samples, columns), columns.own(lwr)).weight)
     assert 0.5 < weights[0] * 0.05**2 < 2.0
     assert 0.5 < weights[1] * 0.3**2 < 2.0
+
+
+def test_a_log_that_says_nothing_leaves_the_table_and_the_usual_weight(lwr, columns):
+    """No joint moves: all that is known is the table, and that only to 20 %."""
+    rng = np.random.default_rng(0)
+    still = random_motion(lwr, 5.0, rng)
+    still = replace(still, q=np.repeat(still.q[:1], len(still.q), 0), dq=0.0 * still.dq, ddq=0.0 * still.ddq)
+    plant = perturbed_plant(columns, lwr, rng)
+    fit = consistent_fit(information_of(simulated_samples(plant, still, 0.1, rng, 0.05), columns), columns.own(lwr))
+    assert 10.0 < fit.weight < 60.0
+    assert fit.parameters == pytest.approx(columns.own(lwr))
+    assert (np.abs(fit.parameters - plant.parameters) < 5.0 * fit.sigma).all()
 
 
 def test_a_table_without_bodies_is_thickened_and_said(known, lwr, columns):

@@ -2,15 +2,14 @@
 
     D(P, P0) = trace(P0^-1 P) - log det(P0^-1 P) - 4     (Bregman), weight w = 1/trust^2
 
-exp(-w D) is a Wishart density of P, so its normaliser is known; D grows to infinity at P singular, which keeps every
-body a body. A rotor's inertia is the same with a 1 x 1 matrix. Friction has a wide Gaussian about the table's value.
+exp(-w D) is a Wishart density of P; D grows to infinity at P singular, which keeps every body a body. A rotor's inertia
+is the same with a 1 x 1 matrix. Friction has a wide Gaussian about the table's value.
 """
 
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import multigammaln
 
 from lwr_dyn.arrays import Array, freeze_arrays
 from lwr_dyn.dynamics.regressor import INERTIAL
@@ -73,15 +72,10 @@ class BodyPrior:
         """(p,) how far each parameter moves alone at a distance of one half: a scale for it."""
         return np.asarray(1.0 / np.sqrt(np.diag(self.derivatives(self.table, 1.0)[1])))
 
-    def log_normaliser(self, weight: float) -> float:
-        """Log of the integral of exp(-w D) over all bodies and rotors, but for terms that do not depend on the weight.
-
-        References
-        ----------
-        Anderson, An Introduction to Multivariate Statistical Analysis (2003), section 7.2 (Wishart).
-        """
-        links, rotors = self.bodies // _TEN, int((~self.unknown_rotors).sum())
-        return links * _log_wishart(weight, 4) + rotors * _log_wishart(weight, 1)
+    @property
+    def weighted(self) -> int:
+        """In how many dimensions the weight counts: those of bodies and of rotors that the table has."""
+        return self.bodies + int((~self.unknown_rotors).sum())
 
     def distance(self, parameters: Array, weight: float) -> float:
         """w D summed over bodies and rotors, and half the squares of friction; infinite outside the bodies."""
@@ -181,9 +175,3 @@ def _thicker(link: Array, lightest: float) -> Array:
     if raised[3, 3] < lightest:  # a link without mass: a small ball
         raised = np.diag([lightest * _LENGTH**2 / 10.0] * 3 + [lightest])
     return inertial_parameters(raised)
-
-
-def _log_wishart(weight: float, d: int) -> float:
-    """Log of the integral over d x d matrices, but for terms without the weight."""
-    power = weight + (d + 1) / 2.0
-    return float(multigammaln(power, d) - d * power * np.log(weight) + weight * d)

@@ -4,7 +4,8 @@
 
 b and Lambda are the base parameters of the log and their precision, G the grouping, D the log-det distance to the table
 (`body_prior`). It is convex and its own barrier: a damped Newton method needs neither bounds nor a solver of cones, and
-every link of what it gives is a body. The weight w = 1/trust^2 is the one under which the log is most likely.
+every link of what it gives is a body. The weight w = 1/trust^2 is the one under which the log is most likely, near
+`USUAL_WEIGHT` where a log says nothing of it.
 """
 
 from dataclasses import dataclass
@@ -23,6 +24,9 @@ from lwr_dyn.identification.regression.information import Information
 
 WEIGHTS = (0.3, 1e5)
 """Range in which the weight is looked for: trust in the table from a factor of three to 0.3 %."""
+USUAL_WEIGHT, USUAL_FACTOR = 25.0, 10.0
+"""Where the weight is when a log says nothing of it: tables are trusted to 20 %, give or take a factor of three (one
+standard deviation of the log of the trust; ten in the weight)."""
 _WEIGHT_STEP = 0.2
 """In log weight: a tenth is within what the fit can feel."""
 _ROUNDS, _SETTLED, _ARMIJO = 60, 1e-9, 1e-4
@@ -199,19 +203,22 @@ class _Problem:
             found = self.fit(float(np.exp(log_weight)), last)
             last = found.parameters
             fits.append(found)
-            return -self.evidence(found)
+            usual = (log_weight - np.log(USUAL_WEIGHT)) / np.log(USUAL_FACTOR)
+            return 0.5 * float(usual) ** 2 - self.evidence(found)
 
         bounds = (float(np.log(WEIGHTS[0])), float(np.log(WEIGHTS[1])))
         found = minimize_scalar(unlikely, bounds=bounds, method="bounded", options={"xatol": _WEIGHT_STEP})
         return min(fits, key=lambda fit: abs(np.log(fit.weight) - found.x))
 
     def evidence(self, fit: _Fit) -> float:
-        """Log evidence of a weight by Laplace's method about the fit, with the normaliser of the prior."""
+        """Log evidence of a weight by Laplace's method about the fit.
+
+        The normaliser of the prior is Laplace's too: what the method neglects cancels where the log says nothing.
+        """
         scale = 1.0 / np.sqrt(np.diag(fit.hessian))
         half_log = np.log(np.diag(np.linalg.cholesky(fit.hessian * np.outer(scale, scale)))).sum() - np.log(scale).sum()
         held = 0 if self._free is None else self._free.shape[0] - self._free.shape[1]
-        normaliser = self.prior.log_normaliser(fit.weight) + 0.5 * held * np.log(fit.weight)
-        return float(-fit.value - half_log - normaliser)
+        return float(-fit.value - half_log + 0.5 * (self.prior.weighted - held) * np.log(fit.weight))
 
     def covariance(self, hessian: Array) -> Array:
         """(p, p) from the Hessian in the free directions."""
