@@ -13,6 +13,7 @@ from lwr_dyn.identification.friction.direction_fit import MODELS
 from lwr_dyn.identification.friction.friction_tables import friction_record, friction_text
 from lwr_dyn.identification.friction.identify_friction import FitOptions, friction_map_figure, identify_friction_files
 from lwr_dyn.identification.friction.torque_model import SUBTRACT
+from lwr_dyn.identification.logs.column_map import column_map
 from lwr_dyn.identification.logs.log_columns import declared_units
 from lwr_dyn.plotting.plots import check_figure, save_figure
 from lwr_dyn.progress import progress
@@ -44,7 +45,9 @@ def command(logs: tuple[str, ...], robot: str | None, reading: str | None, units
     options = FitOptions(given["model"], given["robust"], given["equal_weights"], rule)
     arm = None if robot is None else load(robot, reading)
     with progress("reading and fitting the logs"):
-        result = identify_friction_files(logs, declared_units(units), arm, given["subtract"], options)
+        result = identify_friction_files(
+            logs, declared_units(units), arm, given["subtract"], options, column_map(given["columns"])
+        )
     subtract = "none" if arm is None else given["subtract"]
     if result.points and given["as_json"]:
         print_json(friction_record(result, options, robot, subtract))

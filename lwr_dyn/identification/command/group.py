@@ -10,10 +10,11 @@ SUBCOMMANDS = (friction.command, motion.command, payload.command, table.command)
 
 @click.group("identify", cls=NamedGroup)
 def command() -> None:
-    """Parameters of an arm from its logs (.csv, .parquet).
+    """Parameters of an arm from its logs (.csv, .parquet, ROS 2 bags).
 
     Columns: time, q1.., tau1.., and dq1.. where measured, each with its unit in brackets (q1 [deg]) or in SI;
-    other columns are ignored. Exit 2 when a file or joint could not be used; the others are reported all the same.
+    --columns maps other names; further columns are ignored. Exit 2 when a file or joint could not be used; the others
+    are reported all the same.
     """
 
 

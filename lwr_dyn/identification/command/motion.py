@@ -7,17 +7,15 @@ import click
 
 from lwr_dyn.cli.options import OneOf, print_json
 from lwr_dyn.files import check_writable
-from lwr_dyn.identification.command.log_options import end, log_options, readable_logs, warn
+from lwr_dyn.identification.command.log_options import check_option, end, log_options, readable_logs, warn
 from lwr_dyn.identification.fitted.fitted_files import check_fitted_path, write_fitted
-from lwr_dyn.identification.log_faults.found_faults import log_faults
-from lwr_dyn.identification.logs.log_columns import LogError, declared_units
+from lwr_dyn.identification.logs.log_columns import declared_units
 from lwr_dyn.identification.motion.motion_fit import DEFAULT_MOTION, MotionIdentification, MotionRule, identify_motion
 from lwr_dyn.identification.motion.motion_record import motion_record, validation_record
 from lwr_dyn.identification.motion.motion_tables import body_lines, motion_text, validation_table
 from lwr_dyn.identification.motion.validation import Validation
 from lwr_dyn.identification.regression.joint_columns import FORMS
 from lwr_dyn.identification.regression.samples import DEFAULT_SAMPLES, SampleRule
-from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.identification.report.motion_report import motion_shown
 from lwr_dyn.identification.report.report_page import write_report
 from lwr_dyn.identification.report.table_section import table_card
@@ -30,13 +28,13 @@ SLOWEST_STRIBECK = 0.01
 
 
 @click.command("motion")
+@check_option
 @log_options
 @click.option("--robot", required=True, help="Whose geometry it is (name, .toml or .urdf).")
 @click.option("--html", metavar="FILE",
               help="Write a report: the motion in 3D, links before and after, torques, friction, checks.")  # fmt: skip
 @click.option("--out", metavar="FILE",
               help="Write the fitted arm: a .toml (robot from a data file) or a .urdf with its sidecars.")  # fmt: skip
-@click.option("--as-logged", is_flag=True, help="Fit columns that look wrong (sign, order, unit) as they are.")
 @click.option("--cutoff", type=float, default=DEFAULT_SAMPLES.cutoff, show_default=True,
               help="Of the filter on positions, Hz.")  # fmt: skip
 @click.option("--slowest", type=float, help="Speed up to which a joint's torques are left out, rad/s or m/s.  "
@@ -64,14 +62,9 @@ def command(
     (arm, paper), declared = load_with_paper(robot, reading), declared_units(units)
     _check_paths(given, paper)
     with progress("reading and fitting the logs"):
-        usable, faults = readable_logs(logs, declared, arm)
-        unseen, more = readable_logs(given["validate"], declared, arm)
-        suspect = log_faults(usable, arm, TorqueColumns(arm.chain, rule.friction)) if usable else ()
-        severe = (
-            [] if given["as_logged"] else [LogError(x.where, x.kind, x.found, x.needed) for x in suspect if x.severe]
-        )
-        result = identify_motion(usable, arm, rule) if usable and not severe else None
-    warn(str(x) for x in suspect if given["as_logged"] or not x.severe)
+        usable, faults = readable_logs(logs, declared, arm, given["columns"], given["as_logged"])
+        unseen, more = readable_logs(given["validate"], declared, arm, given["columns"], given["as_logged"])
+        result = identify_motion(usable, arm, rule) if usable else None
     if result is not None:
         checked = result.validated_on(unseen) if unseen else ()
         if as_json:
@@ -84,7 +77,7 @@ def command(
                 click.echo(f"\n{validation_table(checked, f'{files}, which no fit has seen').text()}")
         for line in _written(given, result, checked, paper):
             click.echo(line, err=as_json)
-    end([*faults, *more, *severe])
+    end([*faults, *more])
 
 
 def _check_paths(given: dict[str, Any], paper: Paper | None) -> None:

@@ -36,8 +36,8 @@ def command(
     arm, declared = load(robot, reading), declared_units(units)
     rule = SampleRule(given["cutoff"], slowest=given["slowest"])
     with progress("reading and fitting the logs"):
-        usable, faults = readable_logs(logs, declared, arm)
-        empty, more = readable_logs(given["without"], declared, arm)
+        usable, faults = readable_logs(logs, declared, arm, given["columns"], as_logged=True)
+        empty, more = readable_logs(given["without"], declared, arm, given["columns"], as_logged=True)
         found = identify_load(usable, arm, rule, given["friction"], empty) if usable else None
     if found is not None:
         body = possible_load(found) if found.found else None

@@ -5,7 +5,7 @@ import click
 from lwr_dyn.cli.options import print_json
 from lwr_dyn.errors import OptionError
 from lwr_dyn.files import check_writable
-from lwr_dyn.identification.command.log_options import end, log_options, readable_logs
+from lwr_dyn.identification.command.log_options import check_option, end, log_options, readable_logs
 from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.logs.log_columns import declared_units
 from lwr_dyn.identification.motion.motion_fit import MotionRule, identify_motion
@@ -24,6 +24,7 @@ from lwr_dyn.progress import progress
 
 
 @click.command("table")
+@check_option
 @log_options
 @click.option("--robot", required=True, help="Whose table it is (name, .toml or .urdf).")
 @click.option("--html", metavar="FILE", help="Write the report of identify motion, with the table's cells and repairs.")
@@ -32,8 +33,8 @@ from lwr_dyn.progress import progress
 @click.option("--slowest", type=float, default=DEFAULT_SAMPLES.slowest, show_default=True,
               help="Speed up to which a joint's torque is left out, rad/s.")  # fmt: skip
 def command(
-    logs: tuple[str, ...], robot: str, reading: str | None, units: str | None, trust: str, slowest: float,
-    html: str | None, as_json: bool,
+    logs: tuple[str, ...], robot: str, reading: str | None, units: str | None, columns: str | None, trust: str,
+    slowest: float, html: str | None, as_json: bool, as_logged: bool,
 ) -> None:  # fmt: skip
     """Masses, centres, tensors and rotors of a table against logs; which cells are wrong, and how.
 
@@ -46,7 +47,7 @@ def command(
     if html is not None:
         check_writable(html)
     with progress("reading the logs, then trying repairs"):
-        usable, faults = readable_logs(logs, declared, arm)
+        usable, faults = readable_logs(logs, declared, arm, columns, as_logged)
         if not usable:
             end(faults)
         information = _information(usable, arm, rule)

@@ -11,6 +11,7 @@ from lwr_dyn.identification.friction.cruise import DEFAULT_CRUISE, CruiseRule
 from lwr_dyn.identification.friction.direction_fit import DirectionFit, Model, fit_direction
 from lwr_dyn.identification.friction.friction_map import FrictionPoint, map_points, points_of
 from lwr_dyn.identification.friction.torque_model import ModelTorque, Subtract
+from lwr_dyn.identification.logs.column_map import NO_MAP, ColumnMap
 from lwr_dyn.identification.logs.joint_log import JointLog, read_log
 from lwr_dyn.identification.logs.log_columns import LogError
 from lwr_dyn.model.arm import Arm
@@ -102,7 +103,7 @@ def identify_friction(
 
 def identify_friction_files(
     paths: Sequence[str | Path], units: Mapping[str, str] | None = None, arm: Arm | None = None,
-    subtract: Subtract = "gravity", options: FitOptions = DEFAULT_FIT,
+    subtract: Subtract = "gravity", options: FitOptions = DEFAULT_FIT, columns: ColumnMap = NO_MAP,
 ) -> FrictionIdentification:  # fmt: skip
     """The same from files, one in memory at a time; a file that cannot be used is a fault, the others still count.
 
@@ -113,7 +114,7 @@ def identify_friction_files(
     def readable() -> Iterable[JointLog]:
         for path in paths:
             try:
-                yield read_log(path, units, arm)
+                yield read_log(path, units, arm, columns)
             except LwrDynError as fault:
                 faults.append(fault)
 

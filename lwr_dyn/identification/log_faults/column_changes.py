@@ -19,11 +19,8 @@ from lwr_dyn.identification.log_faults.log_fault import FaultKind
 Side = Literal["q", "tau", "both"]
 SIDES: tuple[Side, ...] = ("both", "q", "tau")
 TURN = 180.0 / pi
-UNIT_SLIPS: Mapping[Side, Mapping[float, str]] = {
-    "q": {TURN: "in rad, read as deg", 1.0 / TURN: "in deg, read as rad"},
-    "tau": {1e3: "in N m, read as mN m", 1e-3: "in mN m, read as N m"},
-}
-"""Factors that mend columns in the wrong unit, and what went wrong."""
+TURN_SLIPS = {TURN: "in rad, read as deg", 1.0 / TURN: "in deg, read as rad"}
+"""Factors that mend positions in the wrong unit, and what went wrong; torques: see `torque_scale`."""
 _WHOSE: Mapping[Side, str] = {"q": "positions", "tau": "torques", "both": "positions and torques"}
 
 
@@ -43,10 +40,10 @@ class ColumnChange:
 
 
 def column_changes(n: int) -> Iterator[ColumnChange]:
-    """Every single change for an arm of n joints: one sign, two columns exchanged, one unit; and those of all joints.
+    """Every single change for an arm of n joints: one sign, two columns exchanged, one unit of q; and of all.
 
     >>> sum(1 for _ in column_changes(7))
-    121
+    112
     """
     yield from _sign_changes(n)
     yield from _order_changes(n)
@@ -75,14 +72,13 @@ def _order_changes(n: int) -> Iterator[ColumnChange]:
 
 
 def _unit_changes(n: int) -> Iterator[ColumnChange]:
-    for side, slips in UNIT_SLIPS.items():
-        for factor, slip in slips.items():
-            text = f"{factor:.4g} times as large ({slip})"
-            yield _change("unit", (), side, factor * np.eye(n), f"all {_WHOSE[side]} {text}")
-            for j in range(n):
-                one = np.eye(n)
-                one[j, j] = factor
-                yield _change("unit", (j + 1,), side, one, f"{_columns(side, j + 1)} {text}")
+    for factor, slip in TURN_SLIPS.items():
+        text = f"{factor:.4g} times as large ({slip})"
+        yield _change("unit", (), "q", factor * np.eye(n), f"all positions {text}")
+        for j in range(n):
+            one = np.eye(n)
+            one[j, j] = factor
+            yield _change("unit", (j + 1,), "q", one, f"q{j + 1} {text}")
 
 
 def _change(kind: FaultKind, joints: tuple[int, ...], side: Side, map_: Array, text: str) -> ColumnChange:

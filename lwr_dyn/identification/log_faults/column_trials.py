@@ -66,7 +66,8 @@ class _ColumnJudge:
     prior: Array
 
     @classmethod
-    def of(cls, columns: TorqueColumns, arm: Arm) -> "_ColumnJudge":
+    def of(cls, arm: Arm) -> "_ColumnJudge":
+        columns = TorqueColumns(arm.chain, friction="directions")
         base, own = columns.base(), columns.own(arm)
         covariance = (base.grouping * table_spread(columns, arm, FREE) ** 2) @ base.grouping.T
         own[[k for j in range(arm.n) for k in range(columns.of_joint(j).start + 1, columns.of_joint(j).stop)]] = 0.0
@@ -101,13 +102,15 @@ class _ColumnJudge:
         return ColumnTrial(score + self._driving(states, values, inverse), np.sqrt(left))
 
     def _driving(self, states: "_ColumnStates", values: Array, inverse: Array) -> float:
-        """The price of friction whose mean power is above 0 by more than its error."""
+        """The price of friction whose mean power is above 0 by more than its error; an offset has none."""
         at = {int(k): i for i, k in enumerate(self.columns.base().kept)}
         power = np.zeros((values.size, self.columns.n))
         for j in range(self.columns.n):
-            first, speed = self.columns.of_joint(j).start, states.speed[states.used[:, j], j]
-            if speed.size and first + 1 in at and first + 2 in at:
-                power[[at[first + 1], at[first + 2]], j] = [speed.mean(), np.mean(speed**2)]
+            up, down, speed = self.columns.of_joint(j).start + 1, self.columns.of_joint(j).start + 3, states.speed[:, j]
+            speed = speed[states.used[:, j]]
+            if speed.size:
+                for first in (up, down):
+                    power[[at[first], at[first + 1]], j] = [speed.mean() / 2, np.mean(speed**2) / 2]
         power *= self.spread[:, None]
         lost = values @ power
         error = np.sqrt(np.einsum("bj,bj->j", power, inverse @ power))
@@ -132,34 +135,25 @@ def _inverse(matrix: Array) -> Array:
     return np.asarray(np.linalg.inv(even) * np.outer(scale, scale))
 
 
-def column_faults(logs: Iterable[JointLog], arm: Arm, columns: TorqueColumns) -> tuple[LogFault, ...]:
+def column_faults(samples: Samples, arm: Arm) -> tuple[LogFault, ...]:
     """The columns of logs that have a wrong sign, order or unit: those whose change lets the arm explain the log.
 
     Parameters
     ----------
-    logs : iterable of JointLog
-        Evenly sampled.
+    samples : Samples
+        Of logs, low speeds in (`trial_samples`); torques in the right unit (`torque_scale`).
     arm : Arm
         With its table; parameters may be off it by some ten per cent, friction is free.
-    columns : TorqueColumns
-        Of its geometry, friction symmetric.
 
     Returns
     -------
     tuple of LogFault
         Empty where no change is decisively better.
-
-    Raises
-    ------
-    LogError
-        As `samples_of`.
     """
-    several = list(logs)
-    judge = _ColumnJudge.of(columns, arm)
-    samples = _some(samples_of(several, SampleRule(slowest=0.0)))
+    judge = _ColumnJudge.of(arm)
     Q, T = np.eye(arm.n), np.eye(arm.n)
     now = judge.trial(judge.states(samples, Q), samples.tau)
-    where = ", ".join(dict.fromkeys(log.source for log in several))
+    where = ", ".join(dict.fromkeys(source for source in samples.sources))
     faults: list[LogFault] = []
     changes = sorted(column_changes(arm.n), key=lambda change: change.Q.tobytes())
     for _ in range(MOST):
@@ -179,8 +173,9 @@ def column_faults(logs: Iterable[JointLog], arm: Arm, columns: TorqueColumns) ->
     return tuple(faults)
 
 
-def _some(samples: Samples) -> Samples:
-    """Some hundred instants whose torques are all known."""
+def trial_samples(logs: Iterable[JointLog]) -> Samples:
+    """Some hundred instants of logs on even clocks, whose torques are all known; raises `LogError` as `samples_of`."""
+    samples = samples_of(logs, SampleRule(slowest=0.0))
     known = np.flatnonzero(samples.used.all(axis=1) | (samples.dq == 0.0).any(axis=1))
     return samples.select(known[np.unique(np.linspace(0, known.size - 1, min(INSTANTS, known.size)).astype(np.intp))])
 

@@ -5,14 +5,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from lwr_dyn.errors import LwrDynError
-from lwr_dyn.identification.log_faults.column_trials import column_faults
+from lwr_dyn.identification.log_faults.column_trials import column_faults, trial_samples
 from lwr_dyn.identification.log_faults.log_fault import LogFault
 from lwr_dyn.identification.log_faults.saturation import cut_saturated
 from lwr_dyn.identification.log_faults.still_joints import still_joints
+from lwr_dyn.identification.log_faults.torque_scale import torque_scale_faults
 from lwr_dyn.identification.logs.clock import on_even_clock
 from lwr_dyn.identification.logs.column_map import NO_MAP, ColumnMap
 from lwr_dyn.identification.logs.joint_log import JointLog, read_log
-from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.arm import Arm
 
 
@@ -52,7 +52,7 @@ def prepared_logs(
     return PreparedLogs(tuple(logs), tuple(faults), tuple(errors))
 
 
-def log_faults(logs: Sequence[JointLog], arm: Arm, columns: TorqueColumns) -> tuple[LogFault, ...]:
+def log_faults(logs: Sequence[JointLog], arm: Arm) -> tuple[LogFault, ...]:
     """Faults of logs that were taken of an arm: columns of wrong sign, order or unit, and silent joints.
 
     Saturated torques are cut out and said by `prepared_logs`; what a motion leaves open is said by
@@ -64,8 +64,6 @@ def log_faults(logs: Sequence[JointLog], arm: Arm, columns: TorqueColumns) -> tu
         On even clocks.
     arm : Arm
         With its table.
-    columns : TorqueColumns
-        Of its geometry.
 
     Returns
     -------
@@ -77,4 +75,6 @@ def log_faults(logs: Sequence[JointLog], arm: Arm, columns: TorqueColumns) -> tu
     LogError
         As `samples_of`.
     """
-    return (*column_faults(logs, arm, columns), *still_joints(logs))
+    samples = trial_samples(logs)
+    scale = torque_scale_faults(samples, arm)
+    return (*scale, *(() if scale else column_faults(samples, arm)), *still_joints(logs))
