@@ -11,7 +11,7 @@ from lwr_dyn.identification.bodies.consistent import consistent_fit
 from lwr_dyn.identification.bodies.constraints import ConstraintError, constrained_prior, constraints_of
 from lwr_dyn.identification.regression.information import information_of
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
-from tests.identification.plants import perturbed_plant, random_motion, simulated_samples
+from tests.identification.plants import Plant, perturbed_plant, random_motion, simulated_samples
 
 
 @pytest.fixture(scope="module")
@@ -67,6 +67,20 @@ def test_true_ones_help(known, lwr, columns):
     free, held = (np.square((fit.parameters - plant.parameters) / fits[0].sigma).sum() for fit in fits)
     assert held < free - 3.0  # seven squares fewer, of 98
     assert fits[1].sigma[0] < 1e-6 < fits[0].sigma[0]
+
+
+def test_what_is_known_of_friction_and_absent_rotors_leaves_the_weight_alone(lwr, columns):
+    """The evidence counts the dimensions in which the table is trusted, not the equations."""
+    rng = np.random.default_rng(1)
+    plant = perturbed_plant(columns, lwr, rng)
+    true = plant.parameters.copy()
+    true[columns.rotor_indices] = 0.0
+    samples = simulated_samples(Plant(columns, true), random_motion(lwr, 10.0, rng), 0.1, rng, 0.05)
+    texts = [f"armature_{i} = 0" for i in range(1, 8)] + [f"offset_1 = {true[73]:.12g}"]
+    known = constraints_of(texts, columns.names)
+    fit = consistent_fit(information_of(samples, columns), columns.own(lwr), constraints=known)
+    assert 0.7 < fit.weight * 0.2**2 < 1.4
+    assert fit.parameters[columns.rotor_indices] == pytest.approx(0.0, abs=1e-12)
 
 
 def test_the_table_moves_least(prior, columns):

@@ -73,9 +73,9 @@ class BodyPrior:
         return np.asarray(1.0 / np.sqrt(np.diag(self.derivatives(self.table, 1.0)[1])))
 
     @property
-    def weighted(self) -> int:
-        """In how many dimensions the weight counts: those of bodies and of rotors that the table has."""
-        return self.bodies + int((~self.unknown_rotors).sum())
+    def weighted(self) -> NDArray[np.intp]:
+        """Columns whose distance has the weight: those of bodies and of rotors that the table has."""
+        return np.concatenate([np.arange(self.bodies), self.rotors[~self.unknown_rotors]])
 
     def distance(self, parameters: Array, weight: float) -> float:
         """w D summed over bodies and rotors, and half the squares of friction; infinite outside the bodies."""

@@ -167,6 +167,9 @@ class _Problem:
         self._curvature = grouping.T @ information.precision @ grouping
         self._pull = grouping.T @ (information.precision @ information.values)
         self._free = None if constraints is None else constraints.free(prior.units)
+        self._dimensions = prior.weighted.size
+        if constraints is not None:
+            self._dimensions -= int(np.linalg.matrix_rank((constraints.matrix * prior.units)[:, prior.weighted]))
 
     def cost(self, parameters: Array, weight: float) -> float:
         """Half the chi^2 above least squares, and the distance."""
@@ -217,8 +220,7 @@ class _Problem:
         """
         scale = 1.0 / np.sqrt(np.diag(fit.hessian))
         half_log = np.log(np.diag(np.linalg.cholesky(fit.hessian * np.outer(scale, scale)))).sum() - np.log(scale).sum()
-        held = 0 if self._free is None else self._free.shape[0] - self._free.shape[1]
-        return float(-fit.value - half_log + 0.5 * (self.prior.weighted - held) * np.log(fit.weight))
+        return float(-fit.value - half_log + 0.5 * self._dimensions * np.log(fit.weight))
 
     def covariance(self, hessian: Array) -> Array:
         """(p, p) from the Hessian in the free directions."""
