@@ -137,7 +137,7 @@ def test_the_copied_cell_of_the_paper_is_named_with_its_partner(study: SlipStudy
 @pytest.mark.parametrize(("off", "traced", "one"), [(0.0, 0.95, 0.8), (0.05, 0.9, 0.7)])
 def test_planted_slips_are_traced(study: SlipStudy, off: float, traced: float, one: float) -> None:
     rng = np.random.default_rng(7)
-    faults = [*single_faults(study.table)[3::12], *exchanged_faults(study.table)[5::16]]
+    faults = [*single_faults(study.table)[3::15], *exchanged_faults(study.table)[5::18]]
     outcomes = [study.outcome(fault, off, rng) for fault in faults]
     seen = [o for o in outcomes if o.seen]
     assert len(seen) > 12

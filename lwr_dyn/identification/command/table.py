@@ -1,6 +1,7 @@
 """`lwr-dyn identify table`: a table against logs, cell by cell, and its slips traced."""
 
 import click
+import numpy as np
 
 from lwr_dyn.cli.options import print_json
 from lwr_dyn.errors import OptionError
@@ -9,12 +10,14 @@ from lwr_dyn.identification.command.log_options import check_option, end, log_op
 from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.logs.log_columns import declared_units
 from lwr_dyn.identification.motion.motion_fit import MotionRule, identify_motion
+from lwr_dyn.identification.motion.residuals import residuals_of, whiteness_of
 from lwr_dyn.identification.regression.information import Information, information_of
 from lwr_dyn.identification.regression.samples import DEFAULT_SAMPLES, SampleRule, samples_of
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.identification.report.motion_report import motion_shown
 from lwr_dyn.identification.report.report_page import write_report
 from lwr_dyn.identification.report.table_section import slips_card
+from lwr_dyn.identification.slips.printed_cells import printed_cells
 from lwr_dyn.identification.slips.slip_tables import best_table, slip_record, slip_text
 from lwr_dyn.identification.slips.table_against_log import table_against_log
 from lwr_dyn.identification.slips.trace import TRUST, checked_trust, trace_slips
@@ -46,6 +49,7 @@ def command(
     source = arm if paper is None else paper
     if html is not None:
         check_writable(html)
+    printed_cells(source)  # it may have no masses: said before a long log is read
     with progress("reading the logs, then trying repairs"):
         usable, faults = readable_logs(logs, declared, arm, columns, as_logged)
         if not usable:
@@ -68,7 +72,13 @@ def command(
 
 
 def _information(logs: list[JointLog], arm: Arm, rule: SampleRule) -> Information:
-    return information_of(samples_of(logs, rule), TorqueColumns(arm.chain, friction="directions"))
+    """Base parameters with friction per direction, each joint's noise enlarged where its residuals are not white."""
+    samples, columns = samples_of(logs, rule), TorqueColumns(arm.chain, friction="directions")
+    information = information_of(samples, columns)
+    noise = information.noise.copy()
+    for joint in whiteness_of(residuals_of(samples, columns, information.values), samples.recording):
+        noise[joint.joint - 1] *= joint.inflation
+    return information_of(samples, columns, noise=np.where(np.isfinite(noise), noise, 1.0))
 
 
 def _share(text: str) -> float:

@@ -16,6 +16,8 @@ WIDTH = 8
 """Hypotheses that each further repair starts from: half of them the likeliest, half those without a free value."""
 LOOKED_AT = 50
 """Repairs that are judged with their own discrepancy, of those that leave the least chi^2 with the former table's."""
+SLIP = 3.0
+"""A cell of any other value is a slip when it changes by more than this many times the trust in the arm."""
 
 
 def steps(
@@ -96,6 +98,8 @@ def _promising(evidence: LogEvidence, at: Hypothesis, shown: ShownCells) -> Iter
     order = list(dict.fromkeys([*np.argsort(chi2, kind="stable")[:LOOKED_AT], *ways]))
     cells = [c for c in shown.visible if c not in at.freed]
     free = free_cells(evidence, at, cells)
-    values = [freed_repair(at.table, c, at.table.value(c) + float(s)) for c, s in zip(cells, free.step, strict=True)]
-    likely = np.argsort(free.chi2, kind="stable")[: LOOKED_AT // 2]
-    return [*(repairs[i] for i in order), *(values[i] for i in likely)]
+    printed = np.array([at.table.value(c) for c in cells])
+    left = np.where(np.abs(free.step) > SLIP * evidence.trust * np.abs(printed), free.chi2, np.inf)
+    likely = [i for i in np.argsort(left, kind="stable")[: LOOKED_AT // 2] if np.isfinite(left[i])]
+    values = [freed_repair(at.table, cells[i], float(printed[i] + free.step[i])) for i in likely]
+    return [*(repairs[i] for i in order), *values]

@@ -8,7 +8,7 @@ from lwr_dyn.identification.slips.repairs import CONVENTION, Repair
 from lwr_dyn.identification.slips.table_against_log import HIDDEN, CellAgainstLog
 from lwr_dyn.identification.slips.trace import SlipReport
 from lwr_dyn.papers.schema import Paper
-from lwr_dyn.tables import aligned
+from lwr_dyn.tables import Table
 
 OTHERS = 4
 """Other repairs that are named beside the likeliest."""
@@ -20,17 +20,25 @@ def slip_text(report: SlipReport, cells: tuple[CellAgainstLog, ...], paper: Pape
     `cells` are those of `table_against_log` at the table that the report ends with (`best_table`). Errata of a paper
     that touch a repaired cell are named.
     """
-    table = report.printed.table
-    lines = [_verdict(report), *_repairs(report, paper), ""]
-    head = ("cell", "in the table", "the log's, if it alone is off", "sigmas off", "state", "same effect")
-    rows = [_row(c, table) for c in cells if c.state != HIDDEN]
-    lines.append(aligned(rows, head))
+    lines = [*slip_lines(report, paper), "", cell_table(report, cells).text()]
     if report.shown.together:
         groups = ", ".join(" = ".join(c.name for c in g) for g in report.shown.together)
-        lines.append(f"no motion tells apart: {groups}")
+        lines.append(f"one effect on all motions: {groups}")
     if report.shown.hidden:
         lines.append(f"no motion shows: {_names(report.shown.hidden)}")
     return "\n".join(lines)
+
+
+def slip_lines(report: SlipReport, paper: Paper | None = None) -> tuple[str, ...]:
+    """The verdict, then each repair with what may stand in its place."""
+    return (_verdict(report), *_repairs(report, paper))
+
+
+def cell_table(report: SlipReport, cells: tuple[CellAgainstLog, ...]) -> Table:
+    """A row for every cell that some motion shows."""
+    head = ("cell", "in the table", "the log's, if it alone is off", "sigmas off", "state", "same effect")
+    table = best_table(report).table
+    return Table("", head, [_row(c, table) for c in cells if c.state != HIDDEN])
 
 
 def best_table(report: SlipReport) -> Hypothesis:
@@ -39,7 +47,7 @@ def best_table(report: SlipReport) -> Hypothesis:
 
 
 def _verdict(report: SlipReport) -> str:
-    own = f"the arm itself {report.trust:.3g} off its table" if report.trust else "the arm exactly as its table"
+    own = f"the arm itself {report.trust:.3g} off a right table" if report.trust else "the arm exactly as a right table"
     chi2 = f"chi^2 {report.printed.chi2:.4g}, at most {report.limit:.4g} with {own}"
     if report.fits:
         return f"the table meets the log: {chi2}"

@@ -121,7 +121,9 @@ def trace_cells(
     fitting = sorted((h for h in tried if h.repairs and fits(evidence, h)), key=lambda h: h.evidence)
     near = [h for h in fitting if h.evidence <= fitting[0].evidence + DOUBT][:SAID]
     likely = [_without_idle(evidence, printed, h) for h in near]
-    partners = [p for h in likely for p in _partners(evidence, printed, h, shown)]
+    seen = {h.table.about_origin.tobytes(): h.table for h in likely}
+    same = {key: shown_cells(information, each) for key, each in seen.items()}
+    partners = [p for h in likely for p in _partners(evidence, printed, h, same[h.table.about_origin.tobytes()])]
     every = each_once([*likely, *partners])
     believed = [h for h in every if fits(evidence, h) and h.evidence <= every[0].evidence + DOUBT]
     plain: list[Hypothesis] = []

@@ -1,0 +1,83 @@
+"""`lwr-dyn identify table`: what it prints of tables with and without slips, and of bad input."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import lwr_dyn
+from lwr_dyn.identification.logs.joint_log import write_log
+from lwr_dyn.identification.regression.torque_columns import TorqueColumns
+from tests.identification.plants import perturbed_plant, random_motion, simulated_log
+
+Command = Callable[..., tuple[int, str, str]]
+
+
+@pytest.fixture(scope="module")
+def logs(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
+    """Two logs of an arm 1 % off the LWR's physical table: encoders of 1e-5 rad, torque noise of 0.1 N m."""
+    arm, rng = lwr_dyn.load("lwr4plus", "physical"), np.random.default_rng(1)
+    plant = perturbed_plant(TorqueColumns(arm.chain), arm, rng, 0.01)
+    folder = tmp_path_factory.mktemp("logs")
+    for k in (0, 1):
+        motion = random_motion(arm, 12.0, rng, rate=500.0)
+        write_log(folder / f"log{k}.csv", simulated_log(plant, motion, 0.1, rng, encoder=1e-5))
+    return [str(folder / f"log{k}.csv") for k in (0, 1)]
+
+
+def test_a_right_table_meets_the_logs(lwr_dyn_command: Command, logs: list[str]) -> None:
+    code, out, err = lwr_dyn_command("identify", "table", *logs, "--robot", "lwr4plus", "--reading", "physical")
+    assert (code, err) == (0, "")
+    assert out.startswith("the table meets the log")
+    assert "one effect on all motions: I1yy = rotor1, m2 = c2z, I2yy = rotor2, c3z = c4y, c5z = c6y" in out
+    assert "no motion shows: m1, c1x, c1y, c1z, I1xx, I1xy, I1xz, I1yz, I1zz, c2y" in out
+
+
+def test_a_table_with_a_copied_cell_is_named(lwr_dyn_command: Command, logs: list[str], tmp_path: Path) -> None:
+    source = Path(lwr_dyn.__file__).parent / "papers" / "lwr4plus.toml"
+    text = source.read_text(encoding="utf-8")
+    reading = text[text.index("[reading.physical]") :]
+    without = reading.replace('"table2-c5z", ', "")
+    assert without != reading
+    (tmp_path / "arm.toml").write_text(text.replace(reading, without), encoding="utf-8")
+    line = ("identify", "table", *logs, "--robot", str(tmp_path / "arm.toml"), "--reading", "physical")
+    code, out, _ = lwr_dyn_command(*line)
+    assert code == 1
+    assert "it does with 1 repair:\n- c5z = -0.02" in out
+    assert "which repeats c6z (erratum table2-c5z)\n  or c6y = " in out
+    code, out, _ = lwr_dyn_command(*line, "--trust", "0.02", "--json")
+    record = json.loads(out)
+    assert code == 1
+    assert {c for e in record["explanations"] for r in e["repairs"] for c in r["cells"]} == {"c5z", "c6y"}
+    assert record["trust"] == 0.02
+    assert len(record["cells"]) == 77
+
+
+def test_a_urdf_has_cells_too(lwr_dyn_command: Command, logs: list[str], tmp_path: Path) -> None:
+    urdf = tmp_path / "arm.urdf"
+    urdf.write_text(lwr_dyn.urdf_text(lwr_dyn.load("lwr4plus", "physical")), encoding="utf-8")
+    code, out, _ = lwr_dyn_command("identify", "table", *logs, "--robot", str(urdf))
+    assert code == 0
+    assert "c5z" in out
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (("--robot", "lwr4plus", "--trust", "much"), "--trust: 'much'"),
+        (("--robot", "lwr4plus", "--trust", "120%"), "trust: 1.2"),
+        (("--robot", "lwr4"), "no mass"),
+        (("--robot", "wam7"), ""),
+    ],
+)
+def test_bad_input_is_one_line(lwr_dyn_command: Command, logs: list[str], options: tuple[str, ...], said: str) -> None:
+    file = "missing.csv" if options == ("--robot", "wam7") else logs[0]
+    code, out, err = lwr_dyn_command("identify", "table", file, *options)
+    assert code == 2
+    assert out == ""
+    assert said in err
+    assert err.count("\n") == 1
