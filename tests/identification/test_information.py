@@ -1,14 +1,17 @@
 """Weighted least squares by blocks is least squares; what a log does not show is said, and sums over recordings add."""
 
+import tracemalloc
+
 import numpy as np
 import pytest
 
 import lwr_dyn
 from lwr_dyn.errors import ShapeError
+from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.regression import normal_equations as module
 from lwr_dyn.identification.regression.information import information_of, solve
 from lwr_dyn.identification.regression.normal_equations import normal_equations
-from lwr_dyn.identification.regression.samples import exact_samples
+from lwr_dyn.identification.regression.samples import exact_samples, sample_parts
 from lwr_dyn.identification.regression.spectrum import Spectrum, solved
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from tests.identification.plants import Motion, Plant, perturbed_plant, random_motion, simulated_samples
@@ -190,3 +193,24 @@ def test_samples_of_another_arm_are_refused(plant, samples):
     two = exact_samples(samples.t, *(x[:, :2] for x in (samples.q, samples.dq, samples.ddq, samples.tau)))
     with pytest.raises(ShapeError, match="samples: 2 joints; allowed: 7, those of the columns"):
         information_of(two, plant.columns)
+
+
+def test_a_long_log_needs_little_memory(lwr, plant):
+    """Peak beyond the log, of 100 000 rows (the time and a million: soak line `million_rows`)."""
+    motion = random_motion(lwr, 100.0, np.random.default_rng(14))
+    rows = np.arange(100_000) % (len(motion.t) - 1)
+    q, dq, ddq = motion.q[rows], motion.dq[rows], motion.ddq[rows]
+    samples = exact_samples(np.arange(100_000) / 100.0, q, dq, ddq, np.ones_like(q), 0.05)
+    log = JointLog("long", tuple(range(1, 8)), samples.t, q, samples.tau)
+    information_of(samples.select(slice(0, 2000)), plant.columns)  # the kernel is loaded
+    assert _peak(lambda: information_of(samples, plant.columns)) < 15e6
+    assert _peak(lambda: information_of(sample_parts([log]), plant.columns)) < 30e6
+
+
+def _peak(call):
+    tracemalloc.start()
+    try:
+        call()
+        return tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()

@@ -32,7 +32,7 @@ EDGE = 4.0
 """Periods of the cut-off that are left out at both ends of a recording, where the filter lacks rows."""
 MEMORY = 16.0
 """Periods of the cut-off after which the filter has forgotten a row (to 1e-16)."""
-PART = 50_000
+PART = 20_000
 """Rows of a log at once."""
 _STATES = ("t", "q", "dq", "ddq", "tau")
 HALF = 2
