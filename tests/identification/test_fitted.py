@@ -29,7 +29,7 @@ def fit(robot, reading, folder, rule=MotionRule(), seconds=8.0, form="directions
     arm, paper = load_with_paper(robot, reading)
     rng = np.random.default_rng(1)
     plant = perturbed_plant(TorqueColumns(arm.chain, form, stribeck), arm, rng)
-    path = folder / "moves.csv"
+    path = folder / ("moves.csv" if robot == "lwr4plus" else f"{robot}.csv")
     log = simulated_log(plant, random_motion(arm, seconds, rng, rate=250.0), NOISE, rng, 1e-5, str(path))
     write_log(path, log)
     return identify_motion([log], arm, rule), paper

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.errors import OptionError
+from lwr_dyn.errors import MissingDataError, OptionError
+from lwr_dyn.identification.bodies.constraints import ConstraintError
 from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.logs.log_columns import LogError
 from lwr_dyn.identification.motion.motion_fit import MotionRule, identify_motion
@@ -174,6 +175,20 @@ def test_an_arm_without_masses_has_base_parameters_and_no_bodies(fourier, wam):
     assert result.consistent is None
     assert result.origins == ()
     assert IDENTIFIED in result.states
+
+
+def test_what_is_known_of_the_bodies_holds_to_rounding_and_contradictions_are_named(lwr, recorded, plant):
+    total, last = float(plant.parameters[0:70:10].sum()), float(plant.parameters[60])
+    rule = MotionRule(known=(f"total mass = {total!r}", f"m_7 = {last!r}"))
+    fit = identify_motion([recorded(3.0)], lwr, rule).consistent
+    assert fit.physical.all()
+    assert fit.parameters[0:70:10].sum() == pytest.approx(total, rel=1e-9)
+    assert fit.parameters[60] == pytest.approx(last, rel=1e-9)
+    assert fit.sigma[60] < 1e-9
+    with pytest.raises(ConstraintError, match=r"total mass = 1; m_7 = 2 together"):
+        identify_motion([recorded(3.0)], lwr, MotionRule(known=("total mass = 1", "m_7 = 2", "m_1 = 0.1")))
+    with pytest.raises(MissingDataError, match="lwr4"):
+        identify_motion([recorded(3.0)], lwr_dyn.load("lwr4"), MotionRule(known=("m_7 = 2",)))
 
 
 @pytest.mark.parametrize(

@@ -44,6 +44,8 @@ SLOWEST_STRIBECK = 0.01
 @click.option("--stribeck", is_flag=True, help="Search the Stribeck speeds of joints whose torques ask for one.")
 @click.option("--trust", type=float, help="Deviation of the arm from its table that is expected, such as 0.2; "
               "found from the logs if not given.")  # fmt: skip
+@click.option("--known", multiple=True, metavar="EQUATION",
+              help="Known for certain of the bodies: 'total mass = 15.8', 'm_7 = 0.24' [SI]. Repeatable.")  # fmt: skip
 @click.option("--folds", type=int, default=DEFAULT_MOTION.folds, show_default=True,
               help="Parts of the motion, each kept from a fit in turn.")  # fmt: skip
 @click.option("--validate", multiple=True, metavar="LOG", help="A log to predict and not to fit. Repeatable.")
@@ -58,7 +60,7 @@ def command(
     """
     usual = SLOWEST_STRIBECK if given["stribeck"] else DEFAULT_SAMPLES.slowest
     samples = SampleRule(given["cutoff"], slowest=usual if given["slowest"] is None else given["slowest"])
-    rule = MotionRule(samples, given["friction"], given["stribeck"], given["folds"], given["trust"])
+    rule = MotionRule(samples, given["friction"], given["stribeck"], given["folds"], given["trust"], given["known"])
     (arm, paper), declared = load_with_paper(robot, reading), declared_units(units)
     _check_paths(given, paper)
     with progress("reading and fitting the logs"):

@@ -152,9 +152,10 @@ def _about(result: MotionIdentification) -> str:
     fit, rule = result.consistent, result.rule
     assert fit is not None
     chosen = "of most evidence" if fit.chosen else "as given"
+    known = f", known: {'; '.join(fit.constraints)}" if fit.constraints else ""
     return (
         f"bodies near reading {result.arm.reading}, trust {fit.trust:.3g} ({chosen}), {result.equations} equations, "
         f"{result.identified} of {result.base.count} base parameters identified, friction {rule.friction}"
         f"{' with Stribeck terms' if rule.stribeck else ''}, positions through {rule.samples.cutoff} Hz, price "
-        f"{np.nanmax(fit.price.rms):.2g} N m (N) RMS at the worst joint; sigma: one standard error, white noise assumed"
+        f"{np.nanmax(fit.price.rms):.2g} N m (N) RMS at the worst joint{known}; sigma: one standard error, white noise"
     )

@@ -13,6 +13,7 @@ from lwr_dyn.arrays import Array
 from lwr_dyn.errors import OptionError
 from lwr_dyn.identification.bodies.body_prior import body_prior
 from lwr_dyn.identification.bodies.consistent import ConsistentFit, consistent_fit
+from lwr_dyn.identification.bodies.constraints import constraints_of
 from lwr_dyn.identification.bodies.possible_bodies import BodyVerdict, judge_bodies
 from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.logs.log_columns import LogError
@@ -53,6 +54,8 @@ class MotionRule:
         Parts into which the motions are dealt; each is kept from a fit in turn.
     trust : float, optional
         Relative deviation of the arm from its table that is expected, such as 0.2; that of most evidence if not given.
+    known : tuple of str
+        What is known for certain of the bodies, as `total mass = 15.8` or `m_7 = 0.24` (`constraints_of`).
 
     Raises
     ------
@@ -65,6 +68,7 @@ class MotionRule:
     stribeck: bool = False
     folds: int = 5
     trust: float | None = None
+    known: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if self.folds < 2:
@@ -185,8 +189,12 @@ def identify_motion(logs: Iterable[JointLog], arm: Arm, rule: MotionRule = DEFAU
     ------
     LogError
         Uneven or too few rows, or a motion from which nothing can be had.
-    OptionError
-        More folds than instants.
+    OptionError, UnknownNameError
+        More folds than instants; something known that is no equation between parameters.
+    ConstraintError
+        No bodies obey what is known; names the ones that contradict each other.
+    MissingDataError
+        Something is known of the bodies of an arm without masses.
     """
     several = list(logs)
     samples = samples_of(several, rule.samples)
@@ -197,14 +205,17 @@ def identify_motion(logs: Iterable[JointLog], arm: Arm, rule: MotionRule = DEFAU
     information = folds.information()
     _check_enough(several, information)
     own = columns.own(arm)
-    has_masses = arm.chain.bodies is not None
-    consistent = consistent_fit(information, own, weight=rule.weight) if has_masses else None
+    constraints = constraints_of(rule.known, columns.names) if rule.known else None
+    consistent = None
+    if arm.chain.bodies is not None or rule.known:
+        arm.require_dynamics()
+        consistent = consistent_fit(information, own, weight=rule.weight, constraints=constraints)
     of_the_model = columns.base().of(own)
     of_the_model[np.abs(of_the_model) < ROUNDING] = 0.0
 
     def again(found: Information) -> Array:
         assert consistent is not None
-        return consistent_fit(found, own, weight=consistent.weight).parameters
+        return consistent_fit(found, own, weight=consistent.weight, constraints=constraints).parameters
 
     return MotionIdentification(
         arm, rule, samples, information, consistent, of_the_model,

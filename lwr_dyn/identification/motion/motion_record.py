@@ -64,7 +64,8 @@ def _consistent_record(result: MotionIdentification) -> dict[str, Any] | None:
     rows = zip(result.columns.names, fit.parameters, fit.sigma, own, result.origins, strict=True)
     return {
         "trust": fit.trust, "trust_chosen": fit.chosen, "price_chi2": fit.price.chi2, "price_rms": fit.price.rms,
-        "physical": [bool(x) for x in fit.physical], "lifted": list(fit.lifted), "iterations": fit.iterations,
+        "physical": [bool(x) for x in fit.physical], "lifted": list(fit.lifted), "known": list(fit.constraints),
+        "iterations": fit.iterations,
         "parameters": [
             {"parameter": name, "value": v, "standard_error": error, "of_the_model": mine, "says": origin}
             for name, v, error, mine, origin in rows

@@ -93,6 +93,8 @@ def _consistent(result: MotionIdentification, fit: ConsistentFit) -> list[str]:
         f"{fit.trust:.2%} ({chosen}); price against least squares: chi^2 {fit.price.chi2:+.3g}, "
         f"{np.nanmax(fit.price.rms):.2g} N m (N) RMS at the worst joint"
     ]
+    if fit.constraints:
+        lines.append(f"known: {'; '.join(fit.constraints)}")
     if fit.lifted:
         lines.append(f"no body has the table's values of link {', '.join(map(str, fit.lifted))}: the nearest was taken")
     return [*lines, link_table(result, fit).text()]
