@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Sequence
+from dataclasses import replace
 from html import escape
 from typing import Any
 
@@ -19,6 +20,8 @@ from lwr_dyn.viewer.replayed_runs import ReplayedRun, replayed_runs
 
 PACKAGE = "lwr_dyn.identification.report"
 _SCRIPTS = ("numbers.js", "drawing.js", "stage.js")
+_PLACE = 1
+"""Of the motion's colour in the palette: the result has the first."""
 _SAMPLES = 3000
 """Of a recording in 3D at most: two minutes at 25 Hz."""
 
@@ -54,7 +57,7 @@ def _ellipsoids(parameters: Array) -> list[list[float] | None]:
 def _shown(arm: Arm, one: ShownRecording) -> ReplayedRun:
     nothing, zero = np.zeros_like(one.q), np.zeros_like(one.t)
     run = Run(one.t, one.q, nothing, one.q, nothing, nothing, nothing, nothing, zero, {})
-    return replayed_runs([run], arm, [one.source])[0]
+    return replace(replayed_runs([run], arm, [one.source])[0], place=_PLACE)
 
 
 def _stride(shown: ReplayedRun) -> int:

@@ -177,4 +177,10 @@ document.querySelectorAll("select.states").forEach((list) => list.addEventListen
   document.querySelectorAll("tr[data-state]").forEach((row) => { row.hidden = list.value !== "" && row.dataset.state !== list.value; });
 }));
 
-window.lwrReport = new IdentificationReport(JSON.parse(document.getElementById("stage-data").textContent)).hook();
+// Without WebGL there is no 3D; everything else stands, with the charts of all recordings.
+try {
+  window.lwrReport = new IdentificationReport(JSON.parse(document.getElementById("stage-data").textContent)).hook();
+} catch (fault) {
+  document.getElementById("stage").replaceChildren(element("p", "note", `No 3D in this browser: ${fault.message}`));
+  document.querySelectorAll("[data-recording]").forEach((part) => { part.hidden = false; });
+}

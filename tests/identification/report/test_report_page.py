@@ -180,3 +180,19 @@ def test_it_makes_no_request(opened):
     sent, said = logs(opened)
     assert [address for address in sent if not address.startswith(("data:", "blob:", "file:", "about:"))] == []
     assert [line for line in said if line.startswith("SEVERE")] == []
+
+
+def test_without_webgl_everything_else_stands(browser, shown, tmp_path):
+    file = write_report(tmp_path / "report.html", shown)
+    none = "HTMLCanvasElement.prototype.getContext = () => null"
+    added = browser.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": none})
+    try:
+        browser.get(file.as_uri())
+        assert browser.find_element("css selector", "#stage").text.startswith("No 3D in this browser: ")
+        hidden = "return [...document.querySelectorAll('[data-recording]')].filter((part) => part.hidden).length"
+        assert browser.execute_script(hidden) == 0
+        assert violations(browser) == []
+    finally:
+        browser.execute_cdp_cmd("Page.removeScriptToEvaluateOnNewDocument", added)
+        browser.get("about:blank")
+        logs(browser)
