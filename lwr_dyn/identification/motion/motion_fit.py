@@ -45,7 +45,7 @@ class MotionRule:
     Parameters
     ----------
     samples : SampleRule
-        How instants are taken.
+        How instants are taken; with a transmission rotors and friction are those of the motors.
     friction : {"directions", "symmetric"}
         Coulomb and viscous friction of each direction, or the same in both with an offset.
     stribeck : bool
@@ -198,7 +198,7 @@ def identify_motion(logs: Iterable[JointLog], arm: Arm, rule: MotionRule = DEFAU
     """
     several = list(logs)
     samples = samples_of(several, rule.samples)
-    columns = TorqueColumns(arm.chain, rule.friction)
+    columns = TorqueColumns(arm.chain, rule.friction, transmission=rule.samples.transmission)
     search = stribeck_search(samples, columns) if rule.stribeck else None
     columns = columns if search is None else search.columns
     folds = Folds.of(samples, columns, rule.folds)

@@ -181,12 +181,15 @@ class TorqueColumns:
     def own(self, arm: Arm) -> Array:
         """The arm's own values of the parameters, (p,): table's bodies and rotors, its friction where it has one.
 
-        With a transmission the arm's rotors and friction, which are at the joints, are left at 0.
+        With a transmission rotors are those of motors that give the joints' inertia, diag(T^T J T), of equal ones where
+        motors are coupled; the arm's friction, which is at the joints, is left at 0.
         """
         links = [body_parameters(link.body or Body.massless()) for link in arm.chain.links]
         rotors = [0.0 if link.rotor is None else link.rotor.armature for link in arm.chain.links]
         if self.transmission is not None:
-            return np.concatenate([*links, np.zeros(self.count - self.bodies)])
+            out = np.concatenate([*links, np.zeros(self.count - self.bodies)])
+            out[self.rotor_indices] = np.linalg.lstsq(self.transmission.matrix.T**2, np.array(rotors), rcond=1e-9)[0]
+            return out
         rows = zip(self.joints, arm.friction_models(), rotors, strict=True)
         return np.concatenate([*links, *(joint.values_of(model, rotor) for joint, model, rotor in rows)])
 
