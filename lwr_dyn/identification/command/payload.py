@@ -8,7 +8,7 @@ from lwr_dyn.cli.options import OneOf, print_json
 from lwr_dyn.front import load
 from lwr_dyn.identification.command.log_options import end, log_options, readable_logs, warn
 from lwr_dyn.identification.logs.log_columns import declared_units
-from lwr_dyn.identification.payload.identify_load import FRICTIONS, identify_load
+from lwr_dyn.identification.payload.identify_load import CUTOFFS, FRICTIONS, identify_load
 from lwr_dyn.identification.payload.load_tables import load_record, load_text, load_warnings
 from lwr_dyn.identification.payload.possible_load import possible_load
 from lwr_dyn.identification.regression.samples import DEFAULT_SAMPLES, SampleRule
@@ -22,8 +22,8 @@ from lwr_dyn.progress import progress
               "fitted too, and errors of its table stay out of the load. Repeatable.")  # fmt: skip
 @click.option("--friction", type=OneOf(FRICTIONS), default=FRICTIONS[0], show_default=True,
               help="Friction of the joints: fitted beside the load, or the robot's own.")  # fmt: skip
-@click.option("--cutoff", type=float, default=DEFAULT_SAMPLES.cutoff, show_default=True,
-              help="Of the filter on positions, Hz.")  # fmt: skip
+@click.option("--cutoff", type=float, help="Of the filter on positions, Hz.  [default: of "
+              f"{', '.join(f'{x:g}' for x in CUTOFFS)} the one whose residuals are most like noise]")  # fmt: skip
 @click.option("--slowest", type=float, default=DEFAULT_SAMPLES.slowest, show_default=True,
               help="Speed up to which a joint's torques are left out, rad/s or m/s.")  # fmt: skip
 def command(
@@ -33,12 +33,13 @@ def command(
 
     The ten numbers are those of a body that can be: the nearest to what the torques say.
     """
+    cutoffs = CUTOFFS if given["cutoff"] is None else (given["cutoff"],)
+    rules = [SampleRule(cutoff, slowest=given["slowest"]) for cutoff in cutoffs]
     arm, declared = load(robot, reading), declared_units(units)
-    rule = SampleRule(given["cutoff"], slowest=given["slowest"])
     with progress("reading and fitting the logs"):
         usable, faults = readable_logs(logs, declared, arm, given["columns"], as_logged=True)
         empty, more = readable_logs(given["without"], declared, arm, given["columns"], as_logged=True)
-        found = identify_load(usable, arm, rule, given["friction"], empty) if usable else None
+        found = identify_load(usable, arm, rules, given["friction"], empty) if usable else None
     if found is not None:
         body = possible_load(found) if found.found else None
         if as_json:

@@ -15,7 +15,7 @@ from lwr_dyn.identification.payload.load_columns import NAMES, load_shift
 from lwr_dyn.identification.regression.grouped import GroupedEstimate, equations_of, grouped
 from lwr_dyn.identification.regression.long_run import WINDOW, window_sums
 from lwr_dyn.identification.regression.normal_equations import BLOCK, NormalEquations
-from lwr_dyn.identification.regression.samples import DEFAULT_SAMPLES, SampleRule, Samples, samples_of
+from lwr_dyn.identification.regression.samples import SampleRule, Samples, samples_of
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.shown import short_repr
@@ -24,6 +24,10 @@ FRICTIONS = ("directions", "symmetric", "own")
 """Friction of the joints: fitted to the same logs, per direction or the same in both with an offset; the arm's own."""
 SYSTEMATIC = 1.5
 """Times its own size that a joint's residual may have in slow sums and pass for noise."""
+CUTOFFS = (20.0, 10.0, 5.0)
+"""[Hz] Filters on positions that are tried: slow motions need a low one, or the noise of accelerations shrinks inertias,
+and fast ones a high one."""
+RULES = tuple(SampleRule(cutoff) for cutoff in CUTOFFS)
 TEN = len(INERTIAL)
 
 
@@ -45,6 +49,8 @@ class LoadIdentification:
     equations: NDArray[np.intp]
     left: Array
     without: Array
+    cutoff: float | None
+    """Of the filter on positions [Hz]."""
     known: str
     nuisance: tuple[str, ...]
     """What was fitted beside the load."""
@@ -64,6 +70,12 @@ class LoadIdentification:
         return bool(self.parameters[0] > 3.0 * self.sigma[0])
 
     @property
+    def colour(self) -> float:
+        """How unlike noise the residuals are: largest |log| of slow over plain noise among the joints."""
+        seen = self.equations > 0
+        return float(np.abs(np.log(self.slow[seen] / self.noise[seen])).max())
+
+    @property
     def systematic(self) -> tuple[int, ...]:
         """Joints, from 1, whose residual is not noise: the arm's table, friction or log is not what was assumed."""
         return tuple(int(j) + 1 for j in np.flatnonzero(self.slow > SYSTEMATIC * self.noise))
@@ -72,7 +84,7 @@ class LoadIdentification:
 def identify_load(
     logs: Iterable[JointLog],
     arm: Arm,
-    rule: SampleRule = DEFAULT_SAMPLES,
+    rules: Sequence[SampleRule] = RULES,
     friction: str = FRICTIONS[0],
     unloaded: Iterable[JointLog] = (),
 ) -> LoadIdentification:
@@ -84,8 +96,9 @@ def identify_load(
         Recordings with the load.
     arm : Arm
         The arm without it. Its inertias are taken as known, unless there are unloaded logs.
-    rule : SampleRule
-        How instants are taken.
+    rules : sequence of SampleRule
+        How instants are taken: by the one under which the residuals are most like noise. That of accelerations is fast,
+        what a filter takes off the motion is slow.
     friction : {"directions", "symmetric", "own"}
         Fitted beside the load, in one of two forms, or as the arm's source has it.
     unloaded : iterable of JointLog
@@ -108,8 +121,16 @@ def identify_load(
     Khalil, Gautier, Lemoine, Identification of the payload inertial parameters of industrial manipulators (2007),
     methods 2 (known arm) and 3 (both together).
     """
-    loaded, empty = samples_of(logs, rule), list(unloaded)
+    several, empty = list(logs), list(unloaded)
     _check(arm, friction, bool(empty))
+    found = [_identified(several, arm, each, friction, empty) for each in rules]
+    return min(found, key=lambda each: each.colour)
+
+
+def _identified(
+    logs: list[JointLog], arm: Arm, rule: SampleRule, friction: str, empty: list[JointLog]
+) -> LoadIdentification:
+    loaded = samples_of(logs, rule)
     columns = TorqueColumns(arm.chain, "symmetric" if friction == "symmetric" else "directions")
     own = columns.own(arm)
     if empty:
@@ -129,7 +150,7 @@ def identify_load(
     fit = grouped(normal, start)
     if not fit.determined[0]:
         raise LogError(loaded.sources[0], "columns q1..", "the load's mass is not determined", _NEEDED)
-    return _result(fit, problems, said, tuple(columns.names[k] for k in beside))
+    return _result(fit, problems, rule.cutoff, said, tuple(columns.names[k] for k in beside))
 
 
 _NEEDED = "a motion that turns the load against gravity, at changing speeds"
@@ -177,7 +198,7 @@ class _LoadProblem:
 
 
 def _result(
-    fit: GroupedEstimate, problems: Sequence[_LoadProblem], known: str, nuisance: tuple[str, ...]
+    fit: GroupedEstimate, problems: Sequence[_LoadProblem], cutoff: float | None, known: str, nuisance: tuple[str, ...]
 ) -> LoadIdentification:
     n = fit.normal
     bare = NormalEquations(n.matrices[:, TEN:, TEN:], n.sides[:, TEN:], n.squares, n.equations)
@@ -190,7 +211,7 @@ def _result(
     covariance[hidden, hidden] = np.inf
     return LoadIdentification(
         fit.values[:TEN], covariance[:TEN, :TEN], fit.determined[:TEN], fit.noise, slow, n.equations,
-        fit.rms(fit.values), fit.rms(np.concatenate([np.zeros(TEN), without])), known, nuisance,
+        fit.rms(fit.values), fit.rms(np.concatenate([np.zeros(TEN), without])), cutoff, known, nuisance,
     )  # fmt: skip
 
 

@@ -31,6 +31,7 @@ def load_text(found: LoadIdentification, load: PossibleLoad | None) -> str:
     ]  # fmt: skip
     return "\n".join((
         *lines,
+        f"positions filtered at {found.cutoff:g} Hz" if found.cutoff else "positions not filtered",
         f"taken as known: {found.known}" + (f"; fitted beside it: {_kinds(found)}" if found.nuisance else ""),
         *load_warnings(found),
         "",
@@ -69,7 +70,7 @@ def load_record(found: LoadIdentification, load: PossibleLoad | None, robot: str
     linear = zip(LINEAR, found.parameters, found.sigma, states(found), strict=True)
     joints = zip(found.without, found.left, found.noise, found.slow, found.equations, strict=True)
     return {
-        "robot": robot, "found": found.found, "known": found.known, "fitted_beside": list(found.nuisance),
+        "robot": robot, "found": found.found, "known": found.known, "cutoff": found.cutoff, "fitted_beside": list(found.nuisance),
         "load": [{"name": n, "unit": u, "value": v, "standard_error": s} for n, u, v, s in body],
         "weight": None if load is None else load.weight, "price": None if load is None else load.price,
         "least_squares_is_a_body": load is not None and load.was_possible,
@@ -93,9 +94,9 @@ def states(found: LoadIdentification) -> tuple[str, ...]:
 
 def _about(load: PossibleLoad) -> str:
     if load.was_possible:
-        return f"least squares gives a body already; the ball of its mass moves it by a chi^2 of {load.price:.2g}"
+        return f"least squares gives a body already; the ball of its mass moves it by a chi^2 of {load.price:.3g}"
     return (
-        f"no body has what least squares gives; this one, {load.price:.2g} of chi^2 away, is near it and, where the "
+        f"no body has what least squares gives; this one, {load.price:.3g} of chi^2 away, is near it and, where the "
         f"motion says little, near a solid ball of its mass (weight {load.weight:g})"
     )
 
