@@ -11,7 +11,7 @@ import lwr_dyn
 from lwr_dyn.dynamics.regressor import body_parameters
 from lwr_dyn.errors import OptionError
 from lwr_dyn.identification.logs.log_columns import LogError
-from lwr_dyn.identification.payload.identify_load import identify_load
+from lwr_dyn.identification.payload.identify_load import RULES, identify_load
 from lwr_dyn.identification.payload.load_columns import body_of, load_columns
 from lwr_dyn.identification.payload.load_tables import load_record, load_text, states
 from lwr_dyn.identification.payload.possible_load import possible_load
@@ -171,3 +171,14 @@ def test_an_arm_that_does_not_move_shows_no_load(known):
     still = replace(log, q=np.broadcast_to(log.q[:1], log.q.shape))
     with pytest.raises(LogError, match="mass is not determined"):
         identify_load([still], ARM)
+
+
+def test_a_slow_motion_takes_a_low_filter(known):
+    """Noise of accelerations, as large as the motion's own at 20 Hz, would take 40 per cent of the arm's inertia."""
+    plant, rng = loaded(known), np.random.default_rng(11)
+    slow = simulated_log(plant, random_motion(ARM, 12.0, rng, rate=1000.0, share=0.15), 0.05, rng, 5e-5)
+    fits = {rule.cutoff: identify_load([slow], ARM, [rule]) for rule in RULES}
+    chi2 = {c: (f.parameters - TRUTH) @ np.linalg.solve(f.covariance, f.parameters - TRUTH) for c, f in fits.items()}
+    chosen = identify_load([slow], ARM)
+    assert chosen.cutoff in (5.0, 10.0)
+    assert chi2[chosen.cutoff] < 35.0 < chi2[20.0]

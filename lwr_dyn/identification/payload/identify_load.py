@@ -25,8 +25,8 @@ FRICTIONS = ("directions", "symmetric", "own")
 SYSTEMATIC = 1.5
 """Times its own size that a joint's residual may have in slow sums and pass for noise."""
 CUTOFFS = (20.0, 10.0, 5.0)
-"""[Hz] Filters on positions that are tried: slow motions need a low one, or the noise of accelerations shrinks inertias,
-and fast ones a high one."""
+"""[Hz] Filters on positions that are tried: fast motions need a high one; slow ones a low one, or noise of accelerations
+shrinks inertias."""
 RULES = tuple(SampleRule(cutoff) for cutoff in CUTOFFS)
 TEN = len(INERTIAL)
 

@@ -70,7 +70,8 @@ def load_record(found: LoadIdentification, load: PossibleLoad | None, robot: str
     linear = zip(LINEAR, found.parameters, found.sigma, states(found), strict=True)
     joints = zip(found.without, found.left, found.noise, found.slow, found.equations, strict=True)
     return {
-        "robot": robot, "found": found.found, "known": found.known, "cutoff": found.cutoff, "fitted_beside": list(found.nuisance),
+        "robot": robot, "found": found.found, "known": found.known, "cutoff": found.cutoff,
+        "fitted_beside": list(found.nuisance),
         "load": [{"name": n, "unit": u, "value": v, "standard_error": s} for n, u, v, s in body],
         "weight": None if load is None else load.weight, "price": None if load is None else load.price,
         "least_squares_is_a_body": load is not None and load.was_possible,
