@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import lwr_dyn
+from lwr_dyn.cli.main import main
 from lwr_dyn.errors import MissingDataError, OptionError, ShapeError
-from lwr_dyn.identification.logs.joint_log import JointLog
+from lwr_dyn.identification.logs.joint_log import JointLog, write_log
 from lwr_dyn.identification.logs.log_columns import LogError
 from lwr_dyn.identification.logs.motor_side import MotorMap, log_at_joints, motor_map
 from lwr_dyn.identification.regression.information import information_of
@@ -111,3 +113,30 @@ def test_bad_input_is_refused_with_what_is_needed():
     bare = replace(ARM, transmission=None)
     with pytest.raises(MissingDataError, match="gear ratio"):
         motor_map(bare)
+
+
+def test_the_command_takes_logs_of_motors(plant, tmp_path, capsys):
+    """`identify motion --motor-side`: base parameters as simulated, and what is missing is named in one line."""
+    rng = np.random.default_rng(7)
+    log = motor_log(plant, random_motion(ARM, 10.0, rng, rate=500.0), 0.002 * np.ones(7), 1e-4, rng)
+    path = tmp_path / "motors.csv"
+    write_log(path, log)
+    numbers = (f"--torque-constant={','.join(map(str, CONSTANT))}", f"--motor-home={','.join(map(str, HOME))}")
+    fit = ("identify", "motion", str(path), "--robot", "wam7", "--friction", "symmetric")
+    code, out, _ = run_command(capsys, *fit, "--motor-side", *numbers, "--json")
+    rows = json.loads(out)["parameters"]
+    z = [(row["value"] - true) / row["standard_error"] for row, true in zip(rows, plant.base, strict=True)]
+    assert code == 0
+    assert np.abs(z).max() < 4.5
+    code, out, err = run_command(capsys, *fit, "--motor-side", numbers[1])
+    assert (code, out) == (2, "")
+    assert "tau1" in err
+    code, out, err = run_command(capsys, *fit, numbers[0])
+    assert (code, out, "with --motor-side" in err) == (2, "", True)
+
+
+def run_command(capsys, *arguments):
+    with pytest.raises(SystemExit) as stop:
+        main(list(arguments))
+    out, err = capsys.readouterr()
+    return stop.value.code, out, err

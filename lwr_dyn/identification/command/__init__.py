@@ -5,4 +5,5 @@ log_options  options that they share; logs from files; warnings, faults and the 
 friction     from runs at constant speed
 motion       from any motion
 payload      a load in the hand
+motor_options  logs of the motors
 """

@@ -7,7 +7,8 @@ import click
 
 from lwr_dyn.cli.options import OneOf, print_json
 from lwr_dyn.files import check_writable
-from lwr_dyn.identification.command.log_options import check_option, end, log_options, readable_logs, warn
+from lwr_dyn.identification.command.log_options import check_option, end, log_options, warn
+from lwr_dyn.identification.command.motor_options import chosen_motors, joint_logs, motor_options, slowest_motors
 from lwr_dyn.identification.fitted.fitted_files import check_fitted_path, write_fitted
 from lwr_dyn.identification.logs.log_columns import declared_units
 from lwr_dyn.identification.motion.motion_fit import DEFAULT_MOTION, MotionIdentification, MotionRule, identify_motion
@@ -49,6 +50,7 @@ SLOWEST_STRIBECK = 0.01
 @click.option("--folds", type=int, default=DEFAULT_MOTION.folds, show_default=True,
               help="Parts of the motion, each kept from a fit in turn.")  # fmt: skip
 @click.option("--validate", multiple=True, metavar="LOG", help="A log to predict and not to fit. Repeatable.")
+@motor_options
 def command(
     logs: tuple[str, ...], robot: str, reading: str | None, units: str | None, as_json: bool, **given: Any
 ) -> None:
@@ -59,13 +61,16 @@ def command(
     logs allow. Columns of wrong sign, order or unit are looked for first, and named.
     """
     usual = SLOWEST_STRIBECK if given["stribeck"] else DEFAULT_SAMPLES.slowest
-    samples = SampleRule(given["cutoff"], slowest=usual if given["slowest"] is None else given["slowest"])
-    rule = MotionRule(samples, given["friction"], given["stribeck"], given["folds"], given["trust"], given["known"])
+    slowest = usual if given["slowest"] is None else given["slowest"]
     (arm, paper), declared = load_with_paper(robot, reading), declared_units(units)
+    motors = chosen_motors(arm, given)
+    transmission = None if motors is None else motors.transmission
+    samples = SampleRule(given["cutoff"], slowest=slowest_motors(float(slowest), motors), transmission=transmission)
+    rule = MotionRule(samples, given["friction"], given["stribeck"], given["folds"], given["trust"], given["known"])
     _check_paths(given, paper)
     with progress("reading and fitting the logs"):
-        usable, faults = readable_logs(logs, declared, arm, given["columns"], given["as_logged"])
-        unseen, more = readable_logs(given["validate"], declared, arm, given["columns"], given["as_logged"])
+        usable, faults = joint_logs(logs, declared, arm, motors, given["columns"], given["as_logged"])
+        unseen, more = joint_logs(given["validate"], declared, arm, motors, given["columns"], given["as_logged"])
         result = identify_motion(usable, arm, rule) if usable else None
     if result is not None:
         checked = result.validated_on(unseen) if unseen else ()

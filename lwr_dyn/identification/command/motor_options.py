@@ -48,13 +48,14 @@ def slowest_motors(slowest: float, motors: MotorMap | None) -> float | Array:
 
 
 def joint_logs(
-    paths: Iterable[str], units: Mapping[str, str], arm: Arm, motors: MotorMap | None, **options: Any
-) -> tuple[list[JointLog], list[LwrDynError]]:
-    """As `readable_logs`, with the motors' logs brought to the joints."""
+    paths: Iterable[str], units: Mapping[str, str], arm: Arm, motors: MotorMap | None, columns: str | None,
+    as_logged: bool = False,
+) -> tuple[list[JointLog], list[LwrDynError]]:  # fmt: skip
+    """As `readable_logs`; logs of motors are brought to the joints, and not tried for other signs, order or units."""
     if motors is None:
-        return readable_logs(paths, units, arm, **options)
+        return readable_logs(paths, units, arm, columns, as_logged)
     needs = ("qm", "tau" if motors.torque_constant is None else "i")
-    logs, faults = readable_logs(paths, units, arm, **{**options, "needs": needs, "also": ()})
+    logs, faults = readable_logs(paths, units, arm, columns, as_logged, needs, ())
     usable: list[JointLog] = []
     for log in logs:
         try:

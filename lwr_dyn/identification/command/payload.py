@@ -6,7 +6,8 @@ import click
 
 from lwr_dyn.cli.options import OneOf, print_json
 from lwr_dyn.front import load
-from lwr_dyn.identification.command.log_options import end, log_options, readable_logs, warn
+from lwr_dyn.identification.command.log_options import end, log_options, warn
+from lwr_dyn.identification.command.motor_options import chosen_motors, joint_logs, motor_options, slowest_motors
 from lwr_dyn.identification.logs.log_columns import declared_units
 from lwr_dyn.identification.payload.identify_load import CUTOFFS, FRICTIONS, identify_load
 from lwr_dyn.identification.payload.load_tables import load_record, load_text, load_warnings
@@ -26,6 +27,7 @@ from lwr_dyn.progress import progress
               f"{', '.join(f'{x:g}' for x in CUTOFFS)} the one whose residuals are most like noise]")  # fmt: skip
 @click.option("--slowest", type=float, default=DEFAULT_SAMPLES.slowest, show_default=True,
               help="Speed up to which a joint's torques are left out, rad/s or m/s.")  # fmt: skip
+@motor_options
 def command(
     logs: tuple[str, ...], robot: str, reading: str | None, units: str | None, as_json: bool, **given: Any
 ) -> None:
@@ -34,11 +36,13 @@ def command(
     The ten numbers are those of a body that can be: the nearest to what the torques say.
     """
     cutoffs = CUTOFFS if given["cutoff"] is None else (given["cutoff"],)
-    rules = [SampleRule(cutoff, slowest=given["slowest"]) for cutoff in cutoffs]
     arm, declared = load(robot, reading), declared_units(units)
+    motors = chosen_motors(arm, given)
+    slowest, transmission = slowest_motors(given["slowest"], motors), None if motors is None else motors.transmission
+    rules = [SampleRule(cutoff, slowest=slowest, transmission=transmission) for cutoff in cutoffs]
     with progress("reading and fitting the logs"):
-        usable, faults = readable_logs(logs, declared, arm, given["columns"], as_logged=True)
-        empty, more = readable_logs(given["without"], declared, arm, given["columns"], as_logged=True)
+        usable, faults = joint_logs(logs, declared, arm, motors, given["columns"], True)
+        empty, more = joint_logs(given["without"], declared, arm, motors, given["columns"], True)
         found = identify_load(usable, arm, rules, given["friction"], empty) if usable else None
     if found is not None:
         body = possible_load(found) if found.found else None

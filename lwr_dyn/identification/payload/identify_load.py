@@ -13,6 +13,7 @@ from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.logs.log_columns import LogError
 from lwr_dyn.identification.payload.load_columns import NAMES, load_shift
 from lwr_dyn.identification.regression.grouped import GroupedEstimate, equations_of, grouped
+from lwr_dyn.identification.regression.joint_columns import FrictionForm
 from lwr_dyn.identification.regression.long_run import WINDOW, window_sums
 from lwr_dyn.identification.regression.normal_equations import BLOCK, NormalEquations
 from lwr_dyn.identification.regression.samples import SampleRule, Samples, samples_of
@@ -25,8 +26,8 @@ FRICTIONS = ("directions", "symmetric", "own")
 SYSTEMATIC = 1.5
 """Times its own size that a joint's residual may have in slow sums and pass for noise."""
 CUTOFFS = (20.0, 10.0, 5.0)
-"""[Hz] Filters on positions that are tried: fast motions need a high one; slow ones a low one, or noise of accelerations
-shrinks inertias."""
+"""[Hz] Filters on positions that are tried: fast motions need a high one; slow ones a low one, or the noise of their
+accelerations shrinks inertias."""
 RULES = tuple(SampleRule(cutoff) for cutoff in CUTOFFS)
 TEN = len(INERTIAL)
 
@@ -131,7 +132,8 @@ def _identified(
     logs: list[JointLog], arm: Arm, rule: SampleRule, friction: str, empty: list[JointLog]
 ) -> LoadIdentification:
     loaded = samples_of(logs, rule)
-    columns = TorqueColumns(arm.chain, "symmetric" if friction == "symmetric" else "directions")
+    form: FrictionForm = "symmetric" if friction == "symmetric" else "directions"
+    columns = TorqueColumns(arm.chain, form, transmission=None if friction == "own" else rule.transmission)
     own = columns.own(arm)
     if empty:
         beside, known = columns.base().kept, np.zeros(columns.count)
