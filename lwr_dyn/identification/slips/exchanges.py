@@ -14,7 +14,7 @@ from lwr_dyn.identification.slips.printed_cells import (
     Cell,
     PrintedCells,
 )
-from lwr_dyn.identification.slips.repairs import COLUMNS, EXCHANGE, ROWS, Repair
+from lwr_dyn.identification.slips.repairs import AXES, COLUMNS, EXCHANGE, ROWS, Repair
 
 _AXES = "xyz"
 _PLACE = {(0, 0): 4, (0, 1): 5, (0, 2): 6, (1, 1): 7, (1, 2): 8, (2, 2): 9}
@@ -95,8 +95,8 @@ def _within(i: int, a: int, b: int) -> Iterator[Move]:
     )
     axes = f"{_AXES[a]} and {_AXES[b]}"
     yield _swap(*com, f"{Cell(*com[0][0]).name} and {Cell(*com[1][0]).name} exchanged", EXCHANGE)
-    yield _swap(*tensor, f"axes {axes} of the tensor of link {i + 1} exchanged", EXCHANGE)
-    yield _swap([*com[0], *tensor[0]], [*com[1], *tensor[1]], f"axes {axes} of link {i + 1} exchanged", EXCHANGE)
+    yield _swap(*tensor, f"axes {axes} of the tensor of link {i + 1} exchanged", AXES)
+    yield _swap([*com[0], *tensor[0]], [*com[1], *tensor[1]], f"axes {axes} of link {i + 1} exchanged", AXES)
 
 
 def _swap(here: Sequence[Place], there: Sequence[Place], text: str, kind: str) -> Move:

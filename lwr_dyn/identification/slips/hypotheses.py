@@ -17,11 +17,21 @@ from lwr_dyn.arrays import Array
 from lwr_dyn.identification.slips.discrepancy import table_pseudo_inertias
 from lwr_dyn.identification.slips.log_evidence import LogEvidence
 from lwr_dyn.identification.slips.printed_cells import COM, MASS, ROTOR, TENSOR, Cell, PrintedCells
-from lwr_dyn.identification.slips.repairs import COLUMN, CONVENTION, COPY, POWERS_APART, UNIT, VALUE, Repair, repeats
+from lwr_dyn.identification.slips.repairs import (
+    AXES,
+    COLUMN,
+    CONVENTION,
+    COPY,
+    POWERS_APART,
+    UNIT,
+    VALUE,
+    Repair,
+    repeats,
+)
 
 COUNT = 500.0
 """How many repairs a table has, by order of magnitude: what a repair, or a body that cannot be, must win."""
-WAYS = {CONVENTION: 20.0, COLUMN: 50.0, COPY: 80.0, POWERS_APART: 5000.0, UNIT: 5000.0}
+WAYS = {CONVENTION: 20.0, COLUMN: 50.0, AXES: 60.0, COPY: 80.0, POWERS_APART: 5000.0, UNIT: 5000.0}
 """The same for kinds that have fewer, or happen less."""
 POSSIBLE = -0.01
 """Least eigenvalue of a body's pseudo-inertia, scaled to a diagonal of 1, that printed digits may leave."""

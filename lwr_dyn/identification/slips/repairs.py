@@ -24,7 +24,15 @@ from lwr_dyn.identification.slips.printed_cells import (
 )
 
 SIGN, POWER, POWERS_APART, UNIT, GEAR = "sign", "power of ten", "two powers of ten", "unit", "gear ratio"
-COLUMN, EXCHANGE, ROWS, COPY, VALUE, CONVENTION = "column", "exchange", "rows", "copy", "value", "convention"
+COLUMN, EXCHANGE, AXES, ROWS, COPY, VALUE, CONVENTION = (
+    "column",
+    "exchange",
+    "axes",
+    "rows",
+    "copy",
+    "value",
+    "convention",
+)
 """Kinds of slips."""
 POWERS = {10.0: POWER, 0.1: POWER, 100.0: POWERS_APART, 0.01: POWERS_APART, 1e3: UNIT, 1e-3: UNIT}
 """Factors of one cell."""
