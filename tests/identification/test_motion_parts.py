@@ -1,0 +1,101 @@
+"""Parts of the motion fit by themselves: which motions are kept, whiteness, bands of speed, where numbers come from."""
+
+import numpy as np
+import pytest
+
+from lwr_dyn.errors import OptionError
+from lwr_dyn.identification.motion.motion_pieces import motion_pieces
+from lwr_dyn.identification.motion.parameter_states import FROM_BOTH, FROM_LOG, FROM_TABLE, cell_origins
+from lwr_dyn.identification.motion.residuals import LAGS, whiteness_of
+from lwr_dyn.identification.motion.validation import speed_bands
+from lwr_dyn.identification.regression.samples import Samples
+
+
+def samples(speeds, recording):
+    dq = np.asarray(speeds, dtype=float)
+    zeros = np.zeros(dq.shape)
+    number = np.asarray(recording)
+    names = tuple(f"log {i}" for i in range(number.max() + 1))
+    return Samples(np.arange(len(dq)) * 0.01, zeros, dq, zeros, zeros, np.ones(dq.shape, bool), number, names)
+
+
+def test_whole_recordings_are_dealt_where_there_are_enough():
+    number = np.repeat([0, 1, 2, 3], [5, 3, 4, 2])
+    fold = motion_pieces(samples(np.ones((14, 2)), number), 3)
+    assert fold.tolist() == [0] * 5 + [1] * 3 + [2] * 4 + [0] * 2
+
+
+def test_one_recording_is_cut_where_its_fastest_joint_is_slowest():
+    t = np.arange(300) / 300.0
+    dq = np.column_stack([np.abs(np.sin(3 * np.pi * t)), np.zeros(300)])  # rests near 100 and 200
+    dq[:, 1] = 50.0 * (np.abs(t - 0.36) < 0.05)  # a share of its own largest speed counts: 92 to 123 is fast
+    fold = motion_pieces(samples(dq, np.zeros(300, int)), 3)
+    cuts = np.flatnonzero(np.diff(fold)) + 1
+    assert fold[0] == 0
+    assert fold[-1] == 2
+    assert abs(cuts[1] - 200) <= 1
+    assert not 93 < cuts[0] < 123
+    assert 70 <= cuts[0] <= 130
+
+
+@pytest.mark.parametrize("folds", [1, 15])
+def test_as_many_folds_as_there_can_be(folds):
+    with pytest.raises(OptionError, match=r"folds: \d+; allowed: 2 to 14"):
+        motion_pieces(samples(np.ones((14, 2)), np.zeros(14, int)), folds)
+
+
+def residuals_of(phi, count, seed=0):
+    rng = np.random.default_rng(seed)
+    e = np.zeros(count)
+    for i in range(1, count):
+        e[i] = phi * e[i - 1] + rng.normal()
+    return e[:, None]
+
+
+def test_the_statistic_of_white_noise_is_that_of_chi_squared_with_instants_left_out():
+    found = []
+    for seed in range(300):
+        e = residuals_of(0.0, 400, seed)
+        e[np.random.default_rng(seed).uniform(size=400) < 0.3] = np.nan
+        found.append(whiteness_of(e, np.zeros(400, int))[0])
+    shares = [np.mean([w.probability < level for w in found]) for level in (0.05, 0.5)]
+    assert shares == pytest.approx([0.05, 0.5], abs=0.07)
+    assert np.mean([w.white for w in found]) > 0.97
+
+
+def test_correlated_noise_is_seen_and_its_inflation_is_that_of_a_mean():
+    """An autoregressive noise of 0.6: r_k = 0.6^k, and a mean is sqrt(1.6 / 0.4) = 2 times as uncertain."""
+    (w,) = whiteness_of(residuals_of(0.6, 40_000), np.zeros(40_000, int))
+    assert w.autocorrelation[:3] == pytest.approx([0.6, 0.36, 0.216], abs=0.02)
+    assert not w.white
+    assert w.inflation == pytest.approx(2.0, rel=0.05)
+
+
+def test_instants_of_two_recordings_are_no_pair():
+    """Noise that repeats from one recording to the next is white inside each."""
+    once = np.random.default_rng(1).normal(size=(LAGS, 1))
+    e, number = np.tile(once, (200, 1)), np.repeat(np.arange(200), LAGS)
+    (apart,), (joined,) = whiteness_of(e, number), whiteness_of(e, np.zeros(len(e), int))
+    assert joined.autocorrelation[LAGS - 1] == pytest.approx(1.0, abs=0.01)
+    assert apart.autocorrelation[LAGS - 1] == 0.0
+
+
+def test_a_joint_with_too_few_instants_has_no_whiteness():
+    e = np.full((50, 2), np.nan)
+    e[:, 1] = np.random.default_rng(0).normal(size=50)
+    e[:LAGS, 0] = 1.0
+    assert [w.joint for w in whiteness_of(e, np.zeros(50, int))] == [2]
+
+
+def test_bands_of_speed_are_thirds_of_the_largest_that_is_used():
+    dq = np.array([0.1, -0.5, 0.9, -1.5, 2.9, 3.0, 9.0])
+    left = np.array([1.0, 1.0, 1.0, 2.0, 3.0, 4.0, np.nan])
+    bands = speed_bands(dq, left)
+    assert [(b.slowest, b.fastest, b.equations) for b in bands] == [(0.0, 1.0, 3), (1.0, 2.0, 1), (2.0, 3.0, 2)]
+    assert [b.left for b in bands] == pytest.approx([1.0, 2.0, np.sqrt(12.5)])
+    assert speed_bands(dq, np.full(7, np.nan)) == ()
+
+
+def test_where_a_number_comes_from():
+    table = np.array([1.0, 1.0, 1.0, 0.0])
+    assert cell_origins(np.array([0.1, 0.5, 0.95, 0.0]), table) == (FROM_LOG, FROM_BOTH, FROM_TABLE, FROM_TABLE)
