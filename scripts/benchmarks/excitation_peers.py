@@ -111,13 +111,15 @@ def figaroh(arm: Arm, columns: TorqueColumns, python: str | None, folder: Path) 
     rows = []
     for seed, iterations in RUNS:
         file = folder / f"figaroh_{seed}_{iterations}.npz"
+        name = f"figaroh 1.0.2, seed {seed}, {iterations} iterations"
         if not file.is_file() and python is not None:
             command = [python, str(HERE / "figaroh_excitation.py"), str(folder), str(seed), str(iterations)]
             subprocess.run(command, check=True, capture_output=True)
+        if not file.is_file() and python is not None:
+            print(f"({name}: ends without a motion)")
         if file.is_file():
             kept = np.load(file)
             motion = Motion(kept["t"], kept["q"], kept["dq"], kept["ddq"])
-            name = f"figaroh 1.0.2, seed {seed}, {iterations} iterations"
             rows.append((name, score(columns, motion), float(kept["seconds"]), clear_of(arm, motion.q)))
     return rows
 

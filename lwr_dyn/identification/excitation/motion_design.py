@@ -25,21 +25,27 @@ POLISHED = 2
 """How many of the best starts are searched further."""
 REPAIRS = 4
 """How often a motion that its check refuses is searched again."""
+HOPELESS = -0.1
+"""[m] A motion that is nearer than this, less what is to be kept, is not searched again."""
 BUFFER, MORE = 0.02, 0.005
 """[m] Added to what distances keep at the instants of the search, and beyond what a check found missing."""
 
 
 @dataclass(frozen=True, slots=True)
 class Resolution:
-    """Instants of the objective and of the limits in a period of the highest harmonic; when SLSQP ends."""
+    """Instants of the objective and of the limits in a period of the highest harmonic; when SLSQP ends.
+
+    `near`: which limits it sees, as `SearchSpace.solve` takes it.
+    """
 
     objective: int
     limits: int
     rounds: int
     tolerance: float
+    near: float
 
 
-COARSE, FINE = Resolution(16, 16, 80, 1e-4), Resolution(24, 30, 200, 1e-6)
+COARSE, FINE = Resolution(14, 12, 60, 2e-4, np.inf), Resolution(20, 24, 100, 1e-5, 0.2)
 """Of a start, and of the best ones."""
 
 
@@ -133,7 +139,7 @@ class MotionDesign:
         buffer, torque, best = BUFFER, 1.0 if one.torque > 1.0 else np.inf, one
         for _ in range(REPAIRS):
             best = self._judged(self._solved(self._space(FINE, buffer, torque), best.X, FINE))
-            if best.good:
+            if best.good or best.clear < HOPELESS:
                 break
             buffer += MORE + max(0.0, -best.clear)
             torque = min(torque, 1.0) / max(best.torque + 0.01, 1.0) if best.torque > 1.0 else torque
@@ -156,7 +162,7 @@ class MotionDesign:
         return SearchSpace(objective, limits, self.limits, self.clearance, buffer, use)
 
     def _solved(self, space: SearchSpace, X: Array, size: Resolution) -> Array:
-        return space.solve(X.ravel(), size.rounds, size.tolerance).reshape(X.shape)
+        return space.solve(X.ravel(), size.rounds, size.tolerance, size.near).reshape(X.shape)
 
     def _judged(self, X: Array, seconds: float = 0.0) -> SearchedMotion:
         X = self.limits.fitted(X, self.check)

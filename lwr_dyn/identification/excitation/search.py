@@ -38,28 +38,36 @@ class SearchSpace:
     torque: TorqueUse | None = None
     _linear: Array = field(init=False)
     _room: Array = field(init=False)
+    _scale: Array = field(init=False)
 
     def __post_init__(self) -> None:
         n, k, at = len(self.limits.speed), len(self.basis.position), self.limits
         q, dq = (np.kron(part, np.eye(n)) for part in (self.basis.position, self.basis.speed))
+        travel = at.upper - at.lower
+        room, scale = (at.upper, -at.lower, at.speed, at.speed), (travel, travel, at.speed, at.speed)
         object.__setattr__(self, "_linear", np.vstack([-q, q, -dq, dq]))
-        object.__setattr__(
-            self, "_room", np.concatenate([np.tile(x, k) for x in (at.upper, -at.lower, at.speed, at.speed)])
-        )
+        object.__setattr__(self, "_room", np.concatenate([np.tile(x, k) for x in room]))
+        object.__setattr__(self, "_scale", np.concatenate([np.tile(x, k) for x in scale]))
 
     def slack(self, x: Array) -> Array:
         """Distance from every limit, (r,), below 0 outside: positions, speeds, distances, then torques as shares."""
         return np.concatenate([self._room + self._linear @ x, self._curved(x)])
 
-    def solve(self, x: Array, rounds: int, tolerance: float) -> Array:
-        """The best coordinates that a search from x (b n,) met inside the limits; x itself if it met none."""
+    def solve(self, x: Array, rounds: int, tolerance: float, near: float = np.inf) -> Array:
+        """The best coordinates that a search from x (b n,) met inside the limits; x itself if it met none.
+
+        Limits of positions and speeds that x is further away from than `near`, a share of the travel or of the limit,
+        are left out of the search: a start that is nearly at its end does not come to them, and each costs time.
+        """
         best = _Best(self, x)
-        linear = {"type": "ineq", "fun": lambda x: self._room + self._linear @ x, "jac": lambda _: self._linear}
+        rows = self._room + self._linear @ x < near * self._scale
+        slope, room = self._linear[rows], self._room[rows]
+        linear = {"type": "ineq", "fun": lambda x: room + slope @ x, "jac": lambda _: slope}
         curved = {"type": "ineq", "fun": self._curved, "jac": self._curved_gradient}
         options = {"maxiter": rounds, "ftol": tolerance}
         solve: Any = minimize  # its stubs know no function that gives value and gradient with constraints
         terms = [linear, curved]
-        end = solve(self.objective, x, method="SLSQP", jac=True, constraints=terms, options=options, callback=best)
+        end = solve(best.value_of, x, method="SLSQP", jac=True, constraints=terms, options=options, callback=best)
         best(end.x)
         return best.x
 
@@ -80,13 +88,21 @@ class _Best:
 
     def __init__(self, space: SearchSpace, x: Array) -> None:
         self.space, self.x, self.value = space, x, LARGE
+        self.last = x, LARGE
+
+    def value_of(self, x: Array) -> tuple[float, Array]:
+        """The objective with its gradient; the last value is kept."""
+        value, gradient = self.space.objective(x)
+        self.last = np.array(x), value
+        return value, gradient
 
     def __call__(self, x: Array) -> None:
         """Keep x if it is better."""
         if np.isfinite(x).all() and self.space.slack(x).min() > -OUTSIDE:
-            value, _ = self.space.objective(x)
-            if value < self.value:
-                self.x, self.value = np.array(x), value
+            if not np.array_equal(x, self.last[0]):
+                self.value_of(x)
+            if self.last[1] < self.value:
+                self.x, self.value = self.last
 
 
 def random_start(space: SearchSpace, rng: np.random.Generator) -> Array:
