@@ -16,12 +16,15 @@ from lwr_dyn.cli import main
 from lwr_dyn.cli.help_text import FEW, ROBOT, help_texts
 from lwr_dyn.identification.logs import column_files
 from lwr_dyn.identification.logs.joint_log import write_log
+from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.krl import interpreter, lexer, motions, source
 from lwr_dyn.model import run_file
 from lwr_dyn.model.chain import with_payload
 from lwr_dyn.registry import Row
 from lwr_dyn.urdf import foreign_xml
 from tests.identification.conftest import START, _fourier
+from tests.identification.elastic_plants import elastic_log
+from tests.identification.plants import perturbed_plant, random_motion
 from tests.identification.simulated import ideal_cruise
 from tests.krl.test_command import TASK
 
@@ -52,6 +55,10 @@ def make(name, lwr_dyn_command):
             write_log(f"moves_{i}.csv", ideal_cruise(wam.friction, speed * np.eye(7)[0], wam, START))
     elif name == "any_motion.csv":
         write_log(name, _fourier(wam, wam.friction))
+    elif name == "both_sides.csv":
+        lwr, rng = lwr_dyn.load("lwr4plus", "physical"), np.random.default_rng(0)
+        plant, motion = perturbed_plant(TorqueColumns(lwr.chain), lwr, rng), random_motion(lwr, 5.0, rng, rate=500.0)
+        write_log(name, elastic_log(plant, lwr.elasticity, motion, 0.1, rng, 1e-5))
     elif name == "with_load.csv":
         write_log(name, _fourier(wam.with_chain(with_payload(wam.chain, 1.5, (0.0, 0.02, 0.06))), wam.friction))
     else:
@@ -105,6 +112,7 @@ LIMITS = {
     "identify friction": {2 * GB: column_files.LARGEST},
     "identify motion": {2 * GB: column_files.LARGEST},
     "identify table": {2 * GB: column_files.LARGEST},
+    "identify elastic": {2 * GB: column_files.LARGEST},
     "identify payload": {2 * GB: column_files.LARGEST},
     "krl check": KRL,
     "krl run": KRL | {40: interpreter.DEEPEST, 100_000: interpreter.LARGEST_ARRAY, 10**7: motions.LONGEST_WAIT},

@@ -26,6 +26,7 @@ RUNS = {
     "identify motion": ("identify motion any_motion.csv --robot wam7",),
     "excite": ("excite lwr4plus --reading physical --starts 1 --duration 5",),
     "identify table": ("identify table any_motion.csv --robot wam7",),
+    "identify elastic": ("identify elastic both_sides.csv --robot lwr4plus --reading physical",),
     "identify payload": ("identify payload with_load.csv --robot wam7",),
     "lint": ("lint wam7",),
     "krl check": ("krl check two_points.src",),
@@ -36,7 +37,7 @@ RUNS = {
 FILES = {"krl check": "two_points.src", "krl run": "two_points.src"}
 FILES |= {"identify friction": "moves_*.csv", "identify motion": "any_motion.csv"}
 FILES |= {"identify table": "any_motion.csv"}
-FILES |= {"identify payload": "with_load.csv"}
+FILES |= {"identify elastic": "both_sides.csv", "identify payload": "with_load.csv"}
 ELSEWHERE = {"sensitivity", "reproduce", "compare", "sweep", "tune"}
 """Slow: tests of their packages look at what they print."""
 WITH_JSON = [path for path, command in SINGLE.items() if any("--json" in p.opts for p in command.params)]

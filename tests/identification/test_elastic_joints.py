@@ -8,7 +8,10 @@ import numpy as np
 import pytest
 
 import lwr_dyn
+from lwr_dyn.errors import OptionError
+from lwr_dyn.identification.elastic_joints.elastic_tables import elastic_text
 from lwr_dyn.identification.elastic_joints.identify_elastic import identify_elastic
+from lwr_dyn.identification.logs.joint_log import write_log
 from lwr_dyn.identification.logs.log_columns import LogError
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.elasticity import JointElasticity
@@ -73,7 +76,7 @@ def test_least_squares_would_take_noise_for_the_spring(plant, logs):
 
 
 def test_the_result_is_an_elasticity_that_a_simulation_takes(logs):
-    gears = identify_elastic(logs, ARM).elasticity()
+    gears = identify_elastic(logs, ARM).elasticity(otherwise=GEARS)
     assert isinstance(gears, JointElasticity)
     assert (gears.damping >= 0.0).all()
 
@@ -88,3 +91,27 @@ def test_a_joint_that_never_moves_is_refused(logs):
     q[:, 2], theta[:, 2] = 0.3, 0.3
     with pytest.raises(LogError, match="does not determine"):
         identify_elastic([replace(logs[0], q=q, motor_q=theta)], ARM)
+
+
+def test_a_joint_that_does_not_bend_is_named_and_takes_another_value(plant):
+    rng = np.random.default_rng(5)
+    short = elastic_log(plant, GEARS, random_motion(ARM, 3.0, rng, rate=1000.0), 0.3, rng, 5e-5)
+    found = identify_elastic([short], ARM)
+    assert not found.bends.all()
+    joint = int(np.argmin(found.bends)) + 1
+    assert f"stiffness of joint {joint} not identified" in elastic_text(found, ARM)
+    with pytest.raises(OptionError, match=f"stiffness of joint {joint}"):
+        found.elasticity()
+    assert found.elasticity(otherwise=GEARS).stiffness[~found.bends] == pytest.approx(GEARS.stiffness[~found.bends])
+
+
+def test_the_command_prints_a_row_a_joint(logs, tmp_path, lwr_dyn_command):
+    path = tmp_path / "both.csv"
+    write_log(path, logs[0])
+    code, out, err = lwr_dyn_command("identify", "elastic", str(path), "--robot", "lwr4plus", "--reading", "physical")
+    assert (code, err) == (0, "")
+    assert [line.split()[0] for line in out.splitlines()[3:10]] == list("1234567")
+    write_log(path, replace(logs[0], motor_q=None))
+    code, out, err = lwr_dyn_command("identify", "elastic", str(path), "--robot", "lwr4plus", "--reading", "physical")
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert "qm1" in err

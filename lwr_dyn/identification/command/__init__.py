@@ -5,5 +5,6 @@ log_options  options that they share; logs from files; warnings, faults and the 
 friction     from runs at constant speed
 motion       from any motion
 payload      a load in the hand
+elastic      springs and dampers of gears
 motor_options  logs of the motors
 """

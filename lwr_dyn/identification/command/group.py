@@ -3,9 +3,9 @@
 import click
 
 from lwr_dyn.cli.help_text import NamedGroup
-from lwr_dyn.identification.command import friction, motion, payload, table
+from lwr_dyn.identification.command import elastic, friction, motion, payload, table
 
-SUBCOMMANDS = (friction.command, motion.command, payload.command, table.command)
+SUBCOMMANDS = (friction.command, motion.command, payload.command, elastic.command, table.command)
 
 
 @click.group("identify", cls=NamedGroup)

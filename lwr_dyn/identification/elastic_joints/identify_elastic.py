@@ -17,8 +17,10 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lwr_dyn.arrays import Array, freeze_arrays
+from lwr_dyn.errors import OptionError
 from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.logs.log_columns import LogError
 from lwr_dyn.identification.regression.base_parameters import BaseParameters, base_parameters
@@ -85,11 +87,25 @@ class ElasticIdentification:
         rows = np.array([self.of(name) for name in DRIVE.names]).T
         return tuple(DRIVE.friction_of(row) for row in rows)
 
-    def elasticity(self, source: str = "identified") -> JointElasticity:
-        """The gears as a simulation takes them; a damping that noise put below 0 is 0. Raises `OptionError` where a
-        stiffness is not above 0.
+    @property
+    def bends(self) -> NDArray[np.bool_]:
+        """(n,): whether a joint's stiffness is above 3 sigma; one that carries little bends by less than its noise."""
+        return np.asarray(self.of("stiffness") > 3.0 * self.of("stiffness", sigma=True))
+
+    def elasticity(self, otherwise: JointElasticity | None = None, source: str = "identified") -> JointElasticity:
+        """The gears as a simulation takes them; a damping that noise put below 0 is 0.
+
+        Joints whose stiffness is not identified have that of `otherwise`; without it raises `OptionError`.
         """
-        return JointElasticity(self.of("stiffness"), np.maximum(self.of("damping"), 0.0), source)
+        stiffness, damping = self.of("stiffness"), np.maximum(self.of("damping"), 0.0)
+        if otherwise is None:
+            for joint in np.flatnonzero(~self.bends):
+                wide = self.of("stiffness", sigma=True)[joint]
+                found = f"{stiffness[joint]:.4g} +- {wide:.2g}"
+                raise OptionError(f"stiffness of joint {joint + 1}", found, "a motion that bends it, or a value for it")
+            return JointElasticity(stiffness, damping, source)
+        stiffness = np.where(self.bends, stiffness, otherwise.stiffness)
+        return JointElasticity(stiffness, np.where(self.bends, damping, otherwise.damping), source)
 
 
 _PER_JOINT = len(DRIVE.names) + len(GEAR)
