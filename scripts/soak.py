@@ -28,6 +28,7 @@ LINES = {
     "elastic": "elastic:elastic",
     "elastic_ist": "elastic:elastic_ist",
     "elastic_plant": "elastic_plant:elastic_plant",
+    "excitations": "identification_excitation:excitations",
     "false_alarms": "collisions:false_alarms",
     "fits_cover": "identification_fits:fits_cover",
     "foreign_arms": "surveys:foreign_arms",

@@ -125,10 +125,12 @@ def figaroh(arm: Arm, columns: TorqueColumns, python: str | None, folder: Path) 
 
 
 def flobaroid(arm: Arm, columns: TorqueColumns, checkout: Path) -> tuple:
-    """Its stored motion for this arm, one period of it."""
+    """Its stored motion for this arm: the period of it, without the ways from rest before and to rest after it."""
     kept = np.load(checkout / STORED, allow_pickle=True)
     count = round(2.0 * np.pi / float(kept["wf"]) * float(kept["frequency"]))
-    parts = (kept[name][:count] for name in ("times", "positions", "velocities", "accelerations"))
+    first = (len(kept["times"]) - count) // 2
+    names = ("times", "positions", "velocities", "accelerations")
+    parts = (kept[name][first : first + count] for name in names)
     motion = Motion(*parts)
     name = f"FloBaRoID 0.9.8, stored ({motion.t[-1] - motion.t[0]:.2f} s)"
     return (name, score(columns, motion), None, clear_of(arm, motion.q))
