@@ -36,7 +36,7 @@ def motion_shown(
     arm, columns, fit = result.arm, result.columns, result.consistent
     parameters = full_parameters(result.information, arm) if fit is None else fit.parameters
     drawn = drawn_fit(result.samples, columns, parameters)
-    own = columns.own(arm)
+    own, motors = columns.own(arm), columns.transmission is not None
     sigma = None if fit is None else link_parameters(columns, fit.sigma)
     bodies = None if fit is None else result.base.of(fit.parameters)
     sections = [validation_section(result, unseen), *bodies_section(result), *unknown_section(result), *more]
@@ -55,7 +55,8 @@ def motion_shown(
         speed=drawn.speed,
         friction_torque=drawn.torque,
         friction=columns.friction_of(parameters),
-        friction_before=arm.friction_models() if columns.transmission is None else (None,) * arm.n,
+        friction_before=(None,) * arm.n if motors else arm.friction_models(),
+        friction_at=tuple(f"motor {j + 1}" for j in range(arm.n)) if motors else arm.joint_names,
         parameters=parameter_rows(result.information, arm, result.states, bodies),
         caption="Base parameters, by least squares",
         notes=tuple(_notes(result)),

@@ -122,6 +122,6 @@ def _friction(shown: ShownFit) -> str:
         "grey: that of the robot's data, if it has any."
     )
     maps = friction_maps_html(
-        shown.speed, shown.friction_torque, shown.friction, shown.friction_before, shown.joints, shown.units
+        shown.speed, shown.friction_torque, shown.friction, shown.friction_before, shown.friction_at, shown.units
     )
     return _card("Friction", f'<p class="note">{about}</p>{maps}')

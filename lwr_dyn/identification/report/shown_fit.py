@@ -40,6 +40,8 @@ class ShownFit:
     speed, friction_torque : (k, n) array
         Of the friction maps; NaN where a torque is not used.
     friction, friction_before : tuple of n JointFriction or None
+    friction_at : tuple of n str
+        Whose friction it is: names of joints, or of motors.
     parameters : tuple of ShownParameter
     caption : str
         Of the table of parameters.
@@ -63,6 +65,7 @@ class ShownFit:
     friction_torque: Array
     friction: tuple[JointFriction | None, ...]
     friction_before: tuple[JointFriction | None, ...]
+    friction_at: tuple[str, ...]
     parameters: tuple[ShownParameter, ...]
     caption: str
     notes: tuple[str, ...] = ()

@@ -27,7 +27,7 @@ _REPAIRS = 12
 
 
 def table_card(information: Information, source: Paper | Arm, trust: float = TRUST) -> tuple[Section, ...]:
-    """The card without repairs; none for a source without inertias.
+    """The card without repairs; none for a source without inertias, and for rotors that are fitted at their motors.
 
     Parameters
     ----------
@@ -37,6 +37,8 @@ def table_card(information: Information, source: Paper | Arm, trust: float = TRU
     trust : float
         How far the arm is taken to be from a right table.
     """
+    if information.columns.transmission is not None:
+        return ()
     try:
         table = printed_cells(source)
     except OptionError:

@@ -68,6 +68,7 @@ def made_fit(arm: Arm | None = None, source: str = "log", impossible: int | None
         arm, f"Identification of {arm.name}", "lwr-dyn identify motion", ("2 recordings, 18 s.",),
         (("identified parameters", "14 of 21"), ("links that can be bodies", "7 of 7")), tuple(recordings),
         np.full(arm.n, NOISE), before, after, 0.01 * np.abs(after), np.concatenate(speeds), np.concatenate(torques),
-        friction, (symmetric(3.0, 1.0), *(None,) * (arm.n - 1)), parameters, "Parameters of the links", ("A note.",),
+        friction, (symmetric(3.0, 1.0), *(None,) * (arm.n - 1)), arm.joint_names, parameters,
+        "Parameters of the links", ("A note.",),
         (("Validation", (left, cells), ("Judged on other logs.",)),),
     )  # fmt: skip

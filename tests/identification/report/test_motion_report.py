@@ -8,14 +8,16 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.identification.logs.joint_log import write_log
-from lwr_dyn.identification.motion.motion_fit import identify_motion
+from lwr_dyn.identification.motion.motion_fit import MotionRule, identify_motion
+from lwr_dyn.identification.regression.samples import SampleRule
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.identification.report.fit_values import link_parameters
 from lwr_dyn.identification.report.motion_report import motion_shown
 from lwr_dyn.identification.report.report_page import report_html
+from lwr_dyn.identification.report.table_section import table_card
 from lwr_dyn.model.chain import with_bodies
 from lwr_dyn.tables import Table
-from tests.identification.plants import perturbed_plant, random_motion, simulated_log
+from tests.identification.plants import Plant, perturbed_plant, random_motion, simulated_log
 
 
 @pytest.fixture(scope="module")
@@ -116,6 +118,23 @@ def test_a_joint_that_never_moves_and_torques_that_were_cut_out(logs, lwr):
     assert np.isnan(shown.recordings[0].measured[:, 1]).any()
     text = report_html(shown)
     assert ">unknown<" in text  # the sigma of what the log does not show
+
+
+def test_friction_behind_a_coupling_is_that_of_the_motors():
+    wam, rng = lwr_dyn.load("wam7"), np.random.default_rng(2)
+    motors = wam.transmission
+    columns = TorqueColumns(wam.chain, "directions", transmission=motors)
+    parameters = columns.own(wam)
+    for j in range(wam.n):  # rotor, Coulomb and viscous each way, at the motor
+        parameters[columns.of_joint(j)] = (1e-4, 0.05, 1e-3, 0.06, 1e-3)
+    log = simulated_log(Plant(columns, parameters), random_motion(wam, 6.0, rng, rate=500.0), 0.01, rng, 1e-6)
+    found = identify_motion([log], wam, MotionRule(SampleRule(slowest=2.0, transmission=motors)))
+    shown = motion_shown(found, more=table_card(found.information, wam))
+    assert shown.friction_at == tuple(f"motor {j}" for j in range(1, 8))
+    assert "The table against the logs, cell by cell" not in tables(shown)
+    fitted = np.column_stack([one.torque(shown.speed[:, j]) for j, one in enumerate(shown.friction)])
+    assert np.nanmax(np.abs(shown.friction_torque - fitted)) < 0.01
+    assert "<h3>motor 7 <small>" in report_html(shown)
 
 
 def test_the_command_writes_it(logs, tmp_path, lwr_dyn_command):
