@@ -151,7 +151,7 @@ def test_motion_says_what_is_identified_and_what_no_bodies_can_have(lwr_dyn_comm
     assert "white noise" in out
     assert "left, unseen" in out
     assert "bodies near the table: 7 of 7 links are bodies" in out
-    assert f"validation: {other}, which no fit has seen" in out
+    assert f"validation, RMS in N m (N): {other}, which no fit has seen" in out
     assert "not identified yet: 10 s of joint" in out
 
 

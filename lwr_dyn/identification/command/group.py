@@ -10,7 +10,7 @@ SUBCOMMANDS = (friction.command, motion.command, payload.command, elastic.comman
 
 @click.group("identify", cls=NamedGroup)
 def command() -> None:
-    """Parameters of an arm from its logs (.csv, .parquet, ROS 2 bags).
+    """Parameters of an arm from its logs (.csv, .parquet, ROS 2 bags, runs of simulate in .npz).
 
     Columns: time, q1.., tau1.., and dq1.. where measured, each with its unit in brackets (q1 [deg]) or in SI;
     --columns maps other names; further columns are ignored. Exit 2 when a file or joint could not be used; the others

@@ -13,7 +13,7 @@ from lwr_dyn.identification.logs.bag_columns import bag_table
 from lwr_dyn.identification.logs.column_files import SUFFIXES, read_columns, read_head, table_bytes
 from lwr_dyn.identification.logs.column_map import NO_MAP, ColumnMap
 from lwr_dyn.identification.logs.log_checks import check_arm, check_log
-from lwr_dyn.identification.logs.log_columns import SI, Layout, LogColumn, check_kinds, layout_of
+from lwr_dyn.identification.logs.log_columns import SI, Layout, LogColumn, LogError, check_kinds, layout_of
 from lwr_dyn.identification.logs.ros_bags import is_bag
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
@@ -61,7 +61,8 @@ def read_log(
     Parameters
     ----------
     path : str or path
-        Ends in .csv or .parquet; the columns are those of `lwr_dyn.identification.logs.log_columns`. Or a bag.
+        Ends in .csv or .parquet; the columns are those of `lwr_dyn.identification.logs.log_columns`. Or a bag. Or a run
+        of `simulate` (.npz), as `log_of_run` takes it at each of its samples.
     units : mapping, optional
         Quantity -> unit of the columns that declare none, such as {"q": "deg"}.
     arm : Arm, optional
@@ -87,6 +88,8 @@ def read_log(
     """
     place = Path(path)
     joint_names = () if arm is None else arm.joint_names
+    if place.suffix == ".npz":
+        return _of_run_file(place, arm, needs)
     if is_bag(place):
         bag = bag_table(place, columns, joint_names, needs, also)
         _check_joints(str(path), bag.layout, arm)
@@ -98,6 +101,16 @@ def read_log(
     taken = [layout.columns[x] for x in ("time", *(f"{quantity}{j}" for quantity in quantities for j in layout.joints))]
     _check_joints(str(path), layout, arm)
     return _made(str(path), layout, taken, read_columns(place, head, [c.index for c in taken]), head.lines, arm)
+
+
+def _of_run_file(path: Path, arm: Arm | None, needs: Sequence[str]) -> JointLog:
+    run = Run.load(path)
+    log = log_of_run(run, 1.0 / float(run.t[1] - run.t[0]), str(path))
+    for quantity in (x for x in needs if x not in ("q", "tau")):
+        raise LogError(str(path), "columns", f"no {quantity}1.. in a run", "a log that has them")
+    if arm is not None:
+        check_arm(str(path), log.joints, arm)
+    return log
 
 
 def _check_joints(file: str, layout: Layout, arm: Arm | None) -> None:

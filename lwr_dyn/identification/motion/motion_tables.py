@@ -127,9 +127,9 @@ def validation_table(validation: Sequence[Validation], about: str) -> Table:
         bands = " ".join(f"{band.left:.3g}" for band in v.by_speed)
         rows.append((str(v.joint), *(None if x is None or np.isnan(x) else x for x in cells), bands))
     words = ("RMS torque", "left, seen", "left, unseen", "by bodies", "by the model")
-    figures = [Heading(word, "N m (N)", ".4g") for word in words]
+    figures = [Heading(word, format=".4g") for word in words]
     heads = [Heading("joint"), *figures, Heading("unseen, thirds of the speed, slow first")]
-    return Table(f"validation: {about}", heads, rows)
+    return Table(f"validation, RMS in N m (N): {about}", heads, rows)
 
 
 def whiteness_lines(whiteness: Sequence[Whiteness]) -> list[str]:
