@@ -45,6 +45,7 @@ LINES = {
     "lint": "audit:lint",
     "linter": "linter:linter",
     "linter_broken": "linter:linter_broken",
+    "log_faults": "identification_logs:log_faults",
     "long_log": "identification:long_log",
     "million_rows": "identification_fits:million_rows",
     "mutants": "mutants:mutants",

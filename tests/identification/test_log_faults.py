@@ -177,7 +177,7 @@ def test_files_are_prepared_and_a_bad_one_is_left_out(log, lwr, tmp_path):
     (ready,) = found.logs
     assert np.isnan(ready.tau).any()
     assert np.ptp(np.diff(ready.t)) < 1e-9
-    assert ["miss an even clock" in note for note in found.notes] == [True] + [False] * len(found.faults)
+    assert ["miss an even clock" in note for note in found.notes] == [False] * len(found.faults) + [True]
     assert {x.kind for x in found.faults} == {"saturated"}
     (error,) = found.errors
     assert "b.csv: columns" in str(error)

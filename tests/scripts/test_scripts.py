@@ -22,6 +22,7 @@ EXAMPLES = {
     "replay_ist.py": ([], "wrote out/ist.html"),
     "kr30ha_envelope.py": ([], "reach 2032.72 mm, data sheet 2033"),
     "identification_loop.py": (["--starts", "1"], "fitted.toml: all 34 checks hold\nmodel table : tip error 2.9"),
+    "robot_logs.py": ([], "wrote out/logs/units.csv"),
     "kr30ha_equations_of_motion.py": ([], "tau is Pinocchio's to "),
 }
 LONGEST = 60

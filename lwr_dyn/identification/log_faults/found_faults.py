@@ -43,11 +43,11 @@ def prepared_logs(
     errors: list[LwrDynError] = []
     for path in paths:
         try:
-            log, cut = cut_saturated(on_even_clock(read_log(path, units, arm, columns, needs, also)), arm)
+            log, cut = cut_saturated(read_log(path, units, arm, columns, needs, also), arm)
+            logs.append(on_even_clock(log))
         except LwrDynError as error:
             errors.append(error)
             continue
-        logs.append(log)
         faults += cut
     return PreparedLogs(tuple(logs), tuple(faults), tuple(errors))
 

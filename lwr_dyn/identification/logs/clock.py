@@ -141,11 +141,10 @@ def _resampled(log: JointLog, rows: slice, clock: Clock, times: Array) -> dict[s
     for name, values in _columns(log, rows).items():
         if name == "t":
             out[name] = grid
-        elif np.isnan(values).any():
-            out[name] = np.full((grid.size, values.shape[1]), np.nan)
         elif name in ("q", "motor_q"):
-            out[name] = CubicSpline(times, values)(grid)
-        else:
+            known = not np.isnan(values).any()
+            out[name] = CubicSpline(times, values)(grid) if known else np.full((grid.size, values.shape[1]), np.nan)
+        else:  # NaN stays NaN, for both neighbours
             out[name] = np.column_stack([np.interp(grid, times, column) for column in values.T])
     return out
 

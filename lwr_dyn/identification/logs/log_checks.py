@@ -6,7 +6,7 @@ from math import pi
 import numpy as np
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.identification.logs.log_columns import LogColumn, LogError
+from lwr_dyn.identification.logs.log_columns import UNITS, LogColumn, LogError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind
 
@@ -95,7 +95,10 @@ def _check_position(file: str, column: LogColumn, values: Array, arm: Arm | None
     if low < lower or high > upper:
         unit = "m" if _slides(column, arm) else "rad"
         found = f"{low:.4g} to {high:.4g} {unit}, as [{column.unit}] is declared"
-        raise LogError(file, f"column {column.shown}", found, f"{whose}; declare the unit it is in")
+        scale = UNITS["q"]["deg"]
+        fits = column.unit == "rad" and low * scale >= lower and high * scale <= upper
+        needed = f"{whose}; declare the unit it is in{' (deg would fit)' if fits else ''}"
+        raise LogError(file, f"column {column.shown}", found, needed)
 
 
 def _check_torque(file: str, column: LogColumn, values: Array, arm: Arm | None) -> None:
@@ -107,7 +110,9 @@ def _check_torque(file: str, column: LogColumn, values: Array, arm: Arm | None) 
         unit = "N" if _slides(column, arm) else "N m"
         found = f"reaches {peak:.4g} {unit}, as [{column.unit}] is declared"
         needed = f"at most {OVERLOAD:g} times {limit:g} {unit}, the limit of {arm.joint_names[column.joint - 1]}"
-        raise LogError(file, f"column {column.shown}", found, f"{needed}; declare the unit it is in")
+        fits = column.unit in ("N m", "Nm") and peak * UNITS["tau"]["mN m"] <= OVERLOAD * limit
+        needed += f"; declare the unit it is in{' (mN m would fit)' if fits else ''}"
+        raise LogError(file, f"column {column.shown}", found, needed)
 
 
 def _check_speed(file: str, column: LogColumn, position: LogColumn, t: Array, q: Array, dq: Array) -> None:
