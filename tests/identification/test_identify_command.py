@@ -135,7 +135,7 @@ def test_motion_says_what_is_identified_and_what_no_bodies_can_have(lwr_dyn_comm
     assert 38 < len(known) == found["identified"] < 60
     assert all(abs(p["value"]) > p["three_sigma"] for p in known)
     assert {p["state"] for p in found["parameters"]} <= {"identified", "not excited", "0 within 3 sigma"}
-    assert "white noise" in found["noise_model"]
+    assert "widened where residuals" in found["noise_model"]
     negative = {n["parameter"]: n for n in found["bodies"]["negative_parameters"]}
     assert found["bodies"]["impossible"]
     assert "Izz_7" in negative
@@ -148,7 +148,7 @@ def test_motion_says_what_is_identified_and_what_no_bodies_can_have(lwr_dyn_comm
     assert out.startswith(f"{len(known)} of 76 base parameters identified, from ")
     assert out.splitlines()[0].endswith("; NO BODIES CAN HAVE THESE VALUES")
     assert "impossible: Izz_7 = -" in out
-    assert "white noise" in out
+    assert "widened where residuals" in out
     assert "left, unseen" in out
     assert "bodies near the table: 7 of 7 links are bodies" in out
     assert f"validation, RMS in N m (N): {other}, which no fit has seen" in out

@@ -47,7 +47,7 @@ def found(lwr, recorded):
 def test_intervals_hold_what_generated_the_log(found, plant):
     gap = np.abs(found.information.values - plant.base)
     assert np.mean(gap < found.half_widths) > 0.98
-    assert found.information.noise == pytest.approx(NOISE, rel=0.1)
+    assert found.information.residual_noise == pytest.approx(NOISE, rel=0.1)
     assert found.condition < 200
 
 

@@ -1,7 +1,6 @@
 """`lwr-dyn identify table`: a table against logs, cell by cell, and its slips traced."""
 
 import click
-import numpy as np
 
 from lwr_dyn.cli.options import print_json
 from lwr_dyn.errors import OptionError
@@ -10,8 +9,8 @@ from lwr_dyn.identification.command.log_options import check_option, end, log_op
 from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.logs.log_columns import declared_units
 from lwr_dyn.identification.motion.motion_fit import MotionRule, identify_motion
-from lwr_dyn.identification.motion.residuals import residuals_of, whiteness_of
-from lwr_dyn.identification.regression.information import Information, information_of
+from lwr_dyn.identification.motion.residuals import inflation_of, residuals_of, whiteness_of
+from lwr_dyn.identification.regression.information import Information, information_of, widened
 from lwr_dyn.identification.regression.samples import DEFAULT_SAMPLES, SampleRule, samples_of
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.identification.report.motion_report import motion_shown
@@ -75,10 +74,8 @@ def _information(logs: list[JointLog], arm: Arm, rule: SampleRule) -> Informatio
     """Base parameters with friction per direction, each joint's noise enlarged where its residuals are not white."""
     samples, columns = samples_of(logs, rule), TorqueColumns(arm.chain, friction="directions")
     information = information_of(samples, columns)
-    noise = information.noise.copy()
-    for joint in whiteness_of(residuals_of(samples, columns, information.values), samples.recording):
-        noise[joint.joint - 1] *= joint.inflation
-    return information_of(samples, columns, noise=np.where(np.isfinite(noise), noise, 1.0))
+    whiteness = whiteness_of(residuals_of(samples, columns, information.values), samples.recording)
+    return widened(information, inflation_of(whiteness, arm.n))
 
 
 def _share(text: str) -> float:

@@ -25,10 +25,10 @@ from lwr_dyn.identification.motion.parameter_states import (
     half_widths,
     parameter_states,
 )
-from lwr_dyn.identification.motion.residuals import Whiteness, residuals_of, whiteness_of
+from lwr_dyn.identification.motion.residuals import Whiteness, inflation_of, residuals_of, whiteness_of
 from lwr_dyn.identification.motion.validation import Folds, Validation, cross_validation, validated_on
 from lwr_dyn.identification.regression.base_parameters import ROUNDING, BaseParameters
-from lwr_dyn.identification.regression.information import Information
+from lwr_dyn.identification.regression.information import Information, widened
 from lwr_dyn.identification.regression.joint_columns import FrictionForm
 from lwr_dyn.identification.regression.least_squares import IDENTIFIED, Estimate
 from lwr_dyn.identification.regression.samples import DEFAULT_SAMPLES, SampleRule, Samples, samples_of
@@ -204,6 +204,8 @@ def identify_motion(logs: Iterable[JointLog], arm: Arm, rule: MotionRule = DEFAU
     folds = Folds.of(samples, columns, rule.folds)
     information = folds.information()
     _check_enough(several, information)
+    whiteness = whiteness_of(residuals_of(samples, columns, information.values), samples.recording)
+    information = widened(information, inflation_of(whiteness, arm.n))
     own = columns.own(arm)
     constraints = constraints_of(rule.known, columns.names) if rule.known else None
     consistent = None
@@ -220,8 +222,7 @@ def identify_motion(logs: Iterable[JointLog], arm: Arm, rule: MotionRule = DEFAU
     return MotionIdentification(
         arm, rule, samples, information, consistent, of_the_model,
         cross_validation(folds, information, own, None if consistent is None else again),
-        whiteness_of(residuals_of(samples, columns, information.values), samples.recording),
-        correlated_groups(information), judge_bodies(arm, columns, _estimate(information)), search,
+        whiteness, correlated_groups(information), judge_bodies(arm, columns, _estimate(information)), search,
     )  # fmt: skip
 
 

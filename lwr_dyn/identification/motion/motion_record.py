@@ -22,7 +22,8 @@ def motion_record(result: MotionIdentification, robot: str) -> dict[str, Any]:
     return {
         "robot": robot, "equations": result.equations, "condition": result.condition,
         "base_parameters": result.base.count, "identified": result.identified, "noise_model": NOISE_MODEL,
-        "noise": information.noise, "chi2": information.chi2, "dof": information.dof,
+        "noise": information.residual_noise, "inflation": information.inflation,
+        "chi2": information.chi2, "dof": information.dof,
         "bodies": _bodies_record(result.bodies),
         "parameters": [
             {

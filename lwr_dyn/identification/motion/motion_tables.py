@@ -15,7 +15,8 @@ from lwr_dyn.identification.motion.validation import Validation
 from lwr_dyn.tables import Heading, Table
 
 NOISE_MODEL = (
-    "the errors are those of white noise: correlated noise and friction that the columns lack make the true ones larger"
+    "the errors are those of noise, widened where residuals of neighbouring instants are alike; friction that the "
+    "columns lack makes the true ones larger"
 )
 _LONGEST = 48
 """Letters of a parameter in the table."""
@@ -40,6 +41,8 @@ def _head(result: MotionIdentification) -> str:
         f"{result.identified} of {result.base.count} base parameters identified, from {result.equations} equations, "
         f"condition {result.condition:.3g}"
     )
+    if (result.information.inflation > 1.0).any():
+        head += "; sigma widened: residuals not white"
     return head + ("; NO BODIES CAN HAVE THESE VALUES" if result.bodies.impossible else "")
 
 

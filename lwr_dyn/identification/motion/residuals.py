@@ -10,6 +10,7 @@ Box, Pierce, Distribution of residual autocorrelations in autoregressive-integra
 (1970), eq. 1.3; with pairs in place of the length where instants are left out.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,6 +23,8 @@ from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 
 LAGS = 10
 """Instants up to which residuals are compared with later ones."""
+LONGEST = 300
+"""Instants over which alike residuals are summed at most."""
 LEVEL = 0.01
 """Share of white logs that are called not white."""
 
@@ -74,20 +77,32 @@ def whiteness_of(residuals: Array, recording: NDArray[np.intp]) -> tuple[Whitene
     return tuple(one for one in found if one is not None)
 
 
+def inflation_of(whiteness: Sequence[Whiteness], joints: int) -> Array:
+    """By how much the noise of every joint is larger in slow sums, (n,): 1 where its residuals are white."""
+    out = np.ones(joints)
+    for one in whiteness:
+        out[one.joint - 1] = 1.0 if one.white else one.inflation
+    return out
+
+
 def _of_joint(joint: int, residual: Array, recording: NDArray[np.intp]) -> Whiteness | None:
     known = np.isfinite(residual)
     if np.count_nonzero(known) <= LAGS:
         return None
     variance = float(np.mean(np.square(residual[known])))
     r, pairs = np.zeros(LAGS), np.zeros(LAGS)
-    for k in range(1, LAGS + 1):
+    alike, cut = 0.0, False
+    for k in range(1, LONGEST + 1):
+        if k > LAGS and cut:
+            break
         product = residual[k:] * residual[:-k]
         together = np.isfinite(product) & (recording[k:] == recording[:-k])
-        pairs[k - 1] = np.count_nonzero(together)
-        if variance > 0.0 and pairs[k - 1]:
-            r[k - 1] = float(np.mean(product[together])) / variance
+        count = int(np.count_nonzero(together))
+        correlation = float(np.mean(product[together])) / variance if variance > 0.0 and count else 0.0
+        cut = cut or correlation <= 2.0 / np.sqrt(max(count, 1))
+        alike += 0.0 if cut else correlation
+        if k <= LAGS:
+            r[k - 1], pairs[k - 1] = correlation, count
     statistic = float(pairs @ np.square(r))
-    noise = 2.0 / np.sqrt(np.maximum(pairs, 1.0))
-    last = int(np.argmax(r <= noise)) if (r <= noise).any() else LAGS
-    inflation = float(np.sqrt(1.0 + 2.0 * max(0.0, r[:last].sum())))
+    inflation = float(np.sqrt(1.0 + 2.0 * alike))
     return Whiteness(joint, r, statistic, float(stats.chi2.sf(statistic, LAGS)), inflation)

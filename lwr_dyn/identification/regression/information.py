@@ -6,12 +6,13 @@ s_j is the noise of joint j, from its own residuals unless it is given.
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lwr_dyn.arrays import Array, freeze_arrays
+from lwr_dyn.errors import OptionError
 from lwr_dyn.identification.regression.base_parameters import BaseParameters
 from lwr_dyn.identification.regression.grouped import grouped
 from lwr_dyn.identification.regression.normal_equations import NormalEquations, normal_equations
@@ -40,9 +41,16 @@ class Information:
     determined: NDArray[np.bool_]
     normal: NormalEquations
     """Of every joint alone, for residuals by joint and for other weights."""
+    inflation: Array
+    """How much larger `noise` was taken than that of an instant, (n,), where residuals are not white; see `widened`."""
 
     def __post_init__(self) -> None:
-        freeze_arrays(self, "values", "precision", "noise")
+        freeze_arrays(self, "values", "precision", "noise", "inflation")
+
+    @property
+    def residual_noise(self) -> Array:
+        """Noise of every joint at an instant, (n,) [N m or N]."""
+        return self.noise / self.inflation
 
     @property
     def joint_precision(self) -> Array:
@@ -123,5 +131,32 @@ def solve(
     chi2 = float((normal.residual_squares(fit.values)[seen] / fit.noise[seen] ** 2).sum())
     dof = int(normal.equations.sum()) - Spectrum.of(precision).rank
     return Information(
-        columns, base, fit.values, precision, fit.noise, normal.equations, chi2, dof, fit.determined, normal
-    )
+        columns, base, fit.values, precision, fit.noise, normal.equations, chi2, dof, fit.determined, normal,
+        np.ones(columns.n),
+    )  # fmt: skip
+
+
+def widened(information: Information, inflation: Array) -> Information:
+    """The same logs where errors of a joint that stay longer than an instant count as what they are in slow sums.
+
+    Noise whose neighbours are alike, such as friction or a motion that the columns lack, does not go down with the
+    number of instants. The noise of joint j is taken `inflation` (n,) >= 1 times as large, sqrt(1 + 2 sum of its
+    autocorrelation), and the fit made again with it: values, precision, sigma. `chi2` is then below `dof`.
+
+    Raises
+    ------
+    OptionError
+        An inflation that is not at least 1.
+
+    References
+    ----------
+    Priestley, Spectral Analysis and Time Series (1981), section 5.3: the variance of a mean under correlated errors.
+    """
+    factor = information.inflation * np.asarray(inflation, dtype=np.float64)
+    if not (factor >= 1.0).all():
+        raise OptionError("inflation", f"{factor.min():g}", "numbers of at least 1")
+    if (factor == 1.0).all():
+        return information
+    noise = np.where(np.isfinite(information.noise), information.residual_noise, 1.0) * factor
+    found = solve(information.normal, information.columns, information.base, noise)
+    return replace(found, inflation=factor)

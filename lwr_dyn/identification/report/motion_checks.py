@@ -59,7 +59,7 @@ def bodies_section(result: MotionIdentification) -> tuple[Section, ...]:
         "Price of bodies, against least squares",
         (Heading("joint"), Heading("torque between the two, RMS", "", number), Heading("noise", "", number)),
         [
-            (names[j], _known(float(fit.price.rms[j])), _known(float(result.information.noise[j])))
+            (names[j], _known(float(fit.price.rms[j])), _known(float(result.information.residual_noise[j])))
             for j in range(result.arm.n)
         ],
     )

@@ -48,7 +48,7 @@ def motion_shown(
         said=tuple(_sentences(result)),
         figures=tuple(_figures(result)),
         recordings=drawn.recordings,
-        noise=result.information.noise,
+        noise=result.information.residual_noise,
         before=link_parameters(columns, own),
         after=link_parameters(columns, parameters),
         sigma=sigma,
@@ -94,7 +94,7 @@ def _figures(result: MotionIdentification) -> list[tuple[str, str]]:
         ("of unseen torques left, by the result", _share(unseen, measured)),
         ("left by the robot's own data", _share(model, measured)),
     ]
-    worst = int(np.nanargmax(result.information.noise))
+    worst = int(np.nanargmax(result.information.residual_noise))
     found.append((f"noise, largest at {result.arm.joint_names[worst]}", _torque(result, worst)))
     return found
 
@@ -106,7 +106,7 @@ def _share(left: float, measured: float) -> str:
 
 def _torque(result: MotionIdentification, joint: int) -> str:
     unit = "N m" if result.arm.chain.links[joint].kind.value == "revolute" else "N"
-    return f"{number(float(result.information.noise[joint]), 2)} {unit}"
+    return f"{number(float(result.information.residual_noise[joint]), 2)} {unit}"
 
 
 def _over_joints(values: Sequence[float]) -> float:
