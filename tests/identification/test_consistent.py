@@ -134,7 +134,7 @@ def test_a_log_that_says_nothing_leaves_the_table_and_the_usual_weight(lwr, colu
 
 
 def test_a_table_without_bodies_is_thickened_and_said(known, lwr, columns):
-    _, information = known
+    plant, information = known
     table = columns.own(lwr)
     table[60:70] = 0.0
     table[30:40] = np.nan
@@ -144,6 +144,11 @@ def test_a_table_without_bodies_is_thickened_and_said(known, lwr, columns):
     assert fit.lifted == (3, 4, 7)
     assert fit.physical.all()
     assert (fit.parameters[columns.rotor_indices] > 0.0).all()
+    unknown = columns.rotor_indices[2]
+    assert fit.parameters[unknown] == pytest.approx(plant.parameters[unknown], abs=4.0 * fit.sigma[unknown])
+    assert 0.001 < fit.sigma[unknown] < 0.5
+    thick = body_prior(columns, table).table
+    assert thick[60] == pytest.approx(0.01 * np.nansum(np.maximum(table[0:70:10], 0.0)))
     assert are_bodies(fit.parameters[: columns.bodies].reshape(-1, 10)).all()
 
 
@@ -153,6 +158,8 @@ def test_friction_far_from_a_small_one_in_the_table_is_believed():
     columns = TorqueColumns(wam.chain)
     plant, information = informed(wam, columns, 10.0, 0.05)
     fit = consistent_fit(information, columns.own(wam))
+    prior = body_prior(columns, columns.own(wam))
+    assert prior.spread[prior.friction].min() >= 1.0
     wrist = columns.names.index("offset_7")
     assert fit.parameters[wrist] == pytest.approx(plant.parameters[wrist], abs=0.02)
     assert (np.abs(fit.parameters - plant.parameters) < 4.0 * fit.sigma).all()

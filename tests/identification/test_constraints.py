@@ -67,6 +67,9 @@ def test_true_ones_help(known, lwr, columns):
     free, held = (np.square((fit.parameters - plant.parameters) / fits[0].sigma).sum() for fit in fits)
     assert held < free - 3.0  # seven squares fewer, of 98
     assert fits[1].sigma[0] < 1e-6 < fits[0].sigma[0]
+    loose = np.setdiff1d(np.arange(columns.count), np.arange(0, columns.bodies, 10))
+    gaps = (fits[1].parameters - plant.parameters)[loose] / fits[1].sigma[loose]
+    assert 0.8 < np.sqrt(np.mean(np.square(gaps))) < 1.2
 
 
 def test_what_is_known_of_friction_and_absent_rotors_leaves_the_weight_alone(lwr, columns):
@@ -81,6 +84,22 @@ def test_what_is_known_of_friction_and_absent_rotors_leaves_the_weight_alone(lwr
     fit = consistent_fit(information_of(samples, columns), columns.own(lwr), constraints=known)
     assert 0.7 < fit.weight * 0.2**2 < 1.4
     assert fit.parameters[columns.rotor_indices] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_bodies_that_are_known_say_nothing_of_the_weight(known, lwr, columns):
+    """Three links given whole: the weight is what the other four say."""
+    plant, information = known
+    links = columns.own(lwr)
+    texts = [f"{columns.names[k]} = {links[k]:.17g}" for k in range(30)]
+    table = plant.parameters.copy()
+    table[:30] = links[:30]
+    samples = simulated_samples(
+        Plant(columns, table), random_motion(lwr, 10.0, np.random.default_rng(0)), 0.1, np.random.default_rng(1), 0.05
+    )
+    held = consistent_fit(information_of(samples, columns), links, constraints=constraints_of(texts, columns.names))
+    free = consistent_fit(information_of(samples, columns), links)
+    assert 0.6 < held.weight * 0.2**2 < 1.2
+    assert free.weight > 1.15 * held.weight  # it sees three links that have not moved
 
 
 def test_the_table_moves_least(prior, columns):
