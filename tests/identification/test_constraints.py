@@ -88,7 +88,7 @@ def test_what_is_known_of_friction_and_absent_rotors_leaves_the_weight_alone(lwr
 
 def test_bodies_that_are_known_say_nothing_of_the_weight(known, lwr, columns):
     """Three links given whole: the weight is what the other four say."""
-    plant, information = known
+    plant, _ = known
     links = columns.own(lwr)
     texts = [f"{columns.names[k]} = {links[k]:.17g}" for k in range(30)]
     table = plant.parameters.copy()
