@@ -8,8 +8,17 @@ from lwr_dyn.arrays import Array
 from lwr_dyn.identification.slips.exchanges import exchanges
 from lwr_dyn.identification.slips.hypotheses import WAYS, Hypothesis, Key, free_cells, freed_repair, repaired
 from lwr_dyn.identification.slips.log_evidence import LogEvidence
-from lwr_dyn.identification.slips.printed_cells import stacked_parameters
-from lwr_dyn.identification.slips.repairs import CONVENTION, VALUE, Repair, of_cells, of_columns, possible
+from lwr_dyn.identification.slips.printed_cells import Cell, PrintedCells, stacked_parameters
+from lwr_dyn.identification.slips.repairs import (
+    COLUMNS,
+    CONVENTION,
+    VALUE,
+    Repair,
+    of_cells,
+    of_columns,
+    possible,
+    repeats,
+)
 from lwr_dyn.identification.slips.shown_cells import ShownCells
 
 WIDTH = 8
@@ -17,7 +26,8 @@ WIDTH = 8
 LOOKED_AT = 50
 """Repairs that are judged with their own discrepancy, of those that leave the least chi^2 with the former table's."""
 SLIP = 3.0
-"""A cell of any other value is a slip when it changes by more than this many times the trust in the arm."""
+"""A cell of any other value is a slip when it changes by more than this many times the trust in the arm, as a share of
+the largest number of its kind in its link; the arm itself may differ by less. A copy of a neighbour is always one."""
 
 
 def steps(
@@ -91,6 +101,19 @@ def _looked_through(evidence: LogEvidence, at: Hypothesis) -> tuple[list[Repair]
     return [every[i] for i in kept], np.square(np.linalg.solve(L, misfits.T)).sum(axis=0)
 
 
+def are_slips(evidence: LogEvidence, printed: PrintedCells, hypothesis: Hypothesis) -> bool:
+    """Whether every freed cell has changed by more than the arm itself may differ."""
+    steps = hypothesis.table.values - printed.values
+    return all(abs(steps[c]) > _least_slip(evidence, printed, c) for c in hypothesis.freed)
+
+
+def _least_slip(evidence: LogEvidence, table: PrintedCells, cell: Cell) -> float:
+    if repeats(table, cell):
+        return 0.0
+    part = next(p for p in COLUMNS.values() if p.start <= cell.quantity < p.stop)
+    return SLIP * evidence.trust * float(np.abs(table.values[cell.link, part]).max())
+
+
 def _promising(evidence: LogEvidence, at: Hypothesis, shown: ShownCells) -> Iterable[Repair]:
     """The repairs that leave the least chi^2 while the discrepancy stays that of the table before."""
     repairs, chi2 = _looked_through(evidence, at)
@@ -99,7 +122,8 @@ def _promising(evidence: LogEvidence, at: Hypothesis, shown: ShownCells) -> Iter
     cells = [c for c in shown.visible if c not in at.freed]
     free = free_cells(evidence, at, cells)
     printed = np.array([at.table.value(c) for c in cells])
-    left = np.where(np.abs(free.step) > SLIP * evidence.trust * np.abs(printed), free.chi2, np.inf)
+    least = np.array([_least_slip(evidence, at.table, c) for c in cells])
+    left = np.where(np.abs(free.step) > least, free.chi2, np.inf)
     likely = [i for i in np.argsort(left, kind="stable")[: LOOKED_AT // 2] if np.isfinite(left[i])]
     values = [freed_repair(at.table, cells[i], float(printed[i] + free.step[i])) for i in likely]
     return [*(repairs[i] for i in order), *values]

@@ -12,7 +12,7 @@ from lwr_dyn.identification.slips.hypotheses import FREED, Hypothesis, as_printe
 from lwr_dyn.identification.slips.log_evidence import LogEvidence, log_evidence
 from lwr_dyn.identification.slips.printed_cells import Cell, PrintedCells, printed_cells
 from lwr_dyn.identification.slips.repairs import Repair
-from lwr_dyn.identification.slips.search import each_once, fits, steps
+from lwr_dyn.identification.slips.search import are_slips, each_once, fits, steps
 from lwr_dyn.identification.slips.shown_cells import ShownCells, shown_cells
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.papers.schema import Paper
@@ -120,7 +120,8 @@ def trace_cells(
         for found in steps(evidence, printed, shown, most):
             tried += found
     best = min(tried, key=lambda h: h.evidence)
-    fitting = sorted((h for h in tried if h.repairs and fits(evidence, h)), key=lambda h: h.evidence)
+    meeting = [h for h in tried if h.repairs and fits(evidence, h) and are_slips(evidence, table, h)]
+    fitting = sorted(meeting, key=lambda h: h.evidence)
     near = [h for h in fitting if h.evidence <= fitting[0].evidence + DOUBT][:SAID]
     likely = [_without_idle(evidence, printed, h) for h in near]
     seen = {h.table.about_origin.tobytes(): h.table for h in likely}
