@@ -3,6 +3,7 @@
 import hashlib
 import json
 import tomllib
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,8 +11,10 @@ import pytest
 import lwr_dyn
 from lwr_dyn.cli.main import main
 from lwr_dyn.errors import FileAccessError, MissingDataError
+from lwr_dyn.identification.fitted.fitted_arm import fitted_arm
 from lwr_dyn.identification.fitted.fitted_files import check_fitted_path, write_fitted
 from lwr_dyn.identification.fitted.fitted_values import digest_of, fitted_values
+from lwr_dyn.identification.fitted.paper_text import fitted_paper_text
 from lwr_dyn.identification.logs.joint_log import write_log
 from lwr_dyn.identification.motion.motion_fit import MotionRule, identify_motion
 from lwr_dyn.identification.regression.samples import SampleRule
@@ -137,8 +140,30 @@ def test_an_arm_with_a_motor_map_and_symmetric_friction(folder):
     assert raw["friction"]["offset"]["sigma"] == pytest.approx(
         [result.consistent.sigma[result.columns.of_joint(j)][3] for j in range(7)]
     )
+    first = result.columns.of_joint(1).start
+    coulomb_and_drop = np.ix_([first + 1, first + 4], [first + 1, first + 4])
+    assert result.columns.names[first + 4] == "stribeck_2"
+    assert raw["friction"]["negative_static"]["sigma"][1] == pytest.approx(
+        np.sqrt(result.consistent.covariance[coulomb_and_drop].sum())
+    )
     assert raw["friction"]["positive_static"]["values"][1] > raw["friction"]["positive_coulomb"]["values"][1]
     assert raw["friction"]["positive_stribeck_velocity"]["values"][1] == pytest.approx(0.1, rel=0.5)
+
+
+def test_rotors_and_friction_that_were_fitted_to_motors_stay_the_source_s(lwr, folder):
+    result, paper = lwr
+    values = replace(fitted_values(result), joints=False)
+    (folder / "motors.toml").write_text(fitted_paper_text(paper, values), encoding="utf-8")
+    of_file, of_values = lwr_dyn.load(folder / "motors.toml"), fitted_arm(result.arm, values)
+    bodies = lwr_dyn.load(folder / "arm.toml").chain.bodies
+    for arm in (of_file, of_values):
+        assert arm.armature.tolist() == result.arm.armature.tolist()
+        assert arm.friction_models() == result.arm.friction_models()
+        for body, own in zip(arm.chain.bodies, bodies, strict=True):
+            assert (body.mass, body.com.tolist()) == (own.mass, own.com.tolist())
+    raw = tomllib.loads((folder / "motors.toml").read_text(encoding="utf-8"))
+    assert "friction" not in raw
+    assert raw["rotors"]["inertia"]["kind"] == paper.columns["rotors.inertia"].kind
 
 
 def test_a_second_fit_starts_from_the_first_one(lwr, folder):

@@ -17,21 +17,26 @@ HOW = "least squares, bodies near the table"
 
 
 def fitted_arm(arm: Arm, values: FittedValues) -> Arm:
-    """The arm with the values; limits, gains and shapes stay.
+    """The arm with the values; limits, gains and shapes stay, and where they were fitted to motors rotors and friction.
 
     `limits` hold friction that is the same both ways, as a URDF has it: the mean of the directions, no slope below 0.
     """
     links = tuple(_link(link, values, i) for i, link in enumerate(arm.chain.links))
+    sources = {**arm.sources, **_sources(arm, values)}
+    if not values.joints:
+        return replace(arm, chain=replace(arm.chain, links=links), reading=READING, sources=sources, errata=())
+    sources |= _joint_sources(arm, values)
     limits = tuple(_limits(old, model) for old, model in zip(arm.limits, values.friction, strict=True))
     return replace(
         arm, chain=replace(arm.chain, links=links), reading=READING, limits=limits, friction=_friction(values),
-        sources={**arm.sources, **_sources(arm, values)}, errata=(),
+        sources=sources, errata=(),
     )  # fmt: skip
 
 
 def _link(link: ChainLink, values: FittedValues, i: int) -> ChainLink:
     com, inertia = values.com[i], values.inertia[i] - steiner(float(values.mass[i]), values.com[i])
-    return replace(link, body=Body(float(values.mass[i]), com, inertia), rotor=rotor_of(link.rotor, values.armature[i]))
+    rotor = rotor_of(link.rotor, values.armature[i]) if values.joints else link.rotor
+    return replace(link, body=Body(float(values.mass[i]), com, inertia), rotor=rotor)
 
 
 def rotor_of(table: Rotor | None, armature: float) -> Rotor:
@@ -53,23 +58,30 @@ def _limits(limits: JointLimits, model: JointFriction) -> JointLimits:
     return replace(limits, viscous=max(0.0, viscous), coulomb=coulomb)
 
 
-def _sources(arm: Arm, values: FittedValues) -> dict[str, tuple[Source, ...]]:
-    def source(value: object, sigma: object, unit: str) -> tuple[Source, ...]:
-        return (Source("", values.where, "fitted", _plain(value), unit, HOW, sigma=_plain(sigma)),)
+def _source(values: FittedValues, value: object, sigma: object, unit: str) -> tuple[Source, ...]:
+    return (Source("", values.where, "fitted", _plain(value), unit, HOW, sigma=_plain(sigma)),)
 
+
+def _sources(arm: Arm, values: FittedValues) -> dict[str, tuple[Source, ...]]:
+    out: dict[str, tuple[Source, ...]] = {}
+    for i, link in enumerate(arm.chain.links):
+        out[f"{link.link}.mass"] = _source(values, values.mass[i], values.mass_sigma[i], "kg")
+        out[f"{link.link}.com"] = _source(values, values.com[i], values.com_sigma[i], "m")
+        out[f"{link.link}.inertia"] = _source(values, values.inertia[i], values.inertia_sigma[i], "kg m^2")
+    return out
+
+
+def _joint_sources(arm: Arm, values: FittedValues) -> dict[str, tuple[Source, ...]]:
     out: dict[str, tuple[Source, ...]] = {}
     for i, link in enumerate(arm.chain.links):
         turns = link.kind is JointKind.REVOLUTE
         force, slope = ("N m", "N m s/rad") if turns else ("N", "N s/m")
-        out[f"{link.link}.mass"] = source(values.mass[i], values.mass_sigma[i], "kg")
-        out[f"{link.link}.com"] = source(values.com[i], values.com_sigma[i], "m")
-        out[f"{link.link}.inertia"] = source(values.inertia[i], values.inertia_sigma[i], "kg m^2")
-        rotor = source(values.armature[i], values.armature_sigma[i], "kg m^2" if turns else "kg")
+        rotor = _source(values, values.armature[i], values.armature_sigma[i], "kg m^2" if turns else "kg")
         out |= {f"{link.joint}.{name}": rotor for name in ("armature", "rotor_inertia")}
         for side, direction in (("positive", values.friction[i].positive), ("negative", values.friction[i].negative)):
             for name, unit in (("coulomb", force), ("viscous", slope)):
                 sigma = values.friction_sigma[f"{side}_{name}"][i]
-                out[f"{link.joint}.friction.{side}_{name}"] = source(getattr(direction, name), sigma, unit)
+                out[f"{link.joint}.friction.{side}_{name}"] = _source(values, getattr(direction, name), sigma, unit)
         for name in ("coulomb", "viscous"):
             out[f"{link.joint}.{name}"] = out[f"{link.joint}.friction.positive_{name}"]
     return out

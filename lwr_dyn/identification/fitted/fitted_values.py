@@ -36,7 +36,8 @@ class FittedValues:
 
     `mass` (n,), `com` (n, 3), `inertia` (n, 3, 3), `armature` (n,) and as many `*_sigma`; `friction`, one model a
     joint, with `friction_sigma`: quantity of a direction ("positive_coulomb", ..., "offset") -> (n,), NaN where there
-    is none; `covered` (n,): the largest speed that was seen [rad/s or m/s], 0 for a joint that did not move.
+    is none; `covered` (n,): the largest speed that was seen [rad/s or m/s], 0 for a joint that did not move. `joints`
+    is False where rotors and friction were fitted to motors: those of the arm stay then, and these are not used.
     """
 
     mass: Array
@@ -53,6 +54,7 @@ class FittedValues:
     logs: tuple[LogDigest, ...]
     about: str
     """How they were fitted."""
+    joints: bool = True
 
     def __post_init__(self) -> None:
         freeze_arrays(
@@ -74,13 +76,11 @@ def fitted_values(result: MotionIdentification) -> FittedValues:
     Raises
     ------
     MissingDataError
-        The arm has no masses, so there was no consistent fit; or rotors and friction are those of motors.
+        The arm has no masses, so there was no consistent fit.
     """
     fit, columns = result.consistent, result.columns
     if fit is None:
         raise MissingDataError(result.arm.name, "masses", "a fitted model")
-    if columns.transmission is not None:
-        raise MissingDataError(result.arm.name, "friction and rotors at the joints", "a fitted model")
     n, ten, cov = result.arm.n, len(INERTIAL), fit.covariance
     pi, sigma = (x[: columns.bodies].reshape(n, ten) for x in (fit.parameters, fit.sigma))
     mass, com = pi[:, 0], pi[:, 1:4] / pi[:, :1]
@@ -94,7 +94,7 @@ def fitted_values(result: MotionIdentification) -> FittedValues:
     return FittedValues(
         mass, sigma[:, 0], com, com_sigma, _tensors(pi[:, 4:]), _tensors(sigma[:, 4:]), fit.parameters[rotors],
         fit.sigma[rotors], columns.friction_of(fit.parameters), _friction_sigma(result, cov), speed.max(axis=0),
-        tuple(log_digests(result)), _about(result),
+        tuple(log_digests(result)), _about(result), columns.transmission is None,
     )  # fmt: skip
 
 
@@ -152,10 +152,11 @@ def _about(result: MotionIdentification) -> str:
     fit, rule = result.consistent, result.rule
     assert fit is not None
     chosen = "of most evidence" if fit.chosen else "as given"
+    motors = "" if result.columns.transmission is None else "; rotors and friction were fitted to the motors: not here"
     known = f", known: {'; '.join(fit.constraints)}" if fit.constraints else ""
     return (
         f"bodies near reading {result.arm.reading}, trust {fit.trust:.3g} ({chosen}), {result.equations} equations, "
         f"{result.identified} of {result.base.count} base parameters identified, friction {rule.friction}"
         f"{' with Stribeck terms' if rule.stribeck else ''}, positions through {rule.samples.cutoff} Hz, price "
-        f"{np.nanmax(fit.price.rms):.2g} N m (N) RMS at the worst joint{known}; sigma: one standard error, white noise"
+        f"{np.nanmax(fit.price.rms):.2g} N m (N) RMS at the worst joint{known}{motors}; sigma: one standard error"
     )

@@ -19,7 +19,7 @@ from lwr_dyn.papers.schema import FRICTION_OF_A_SIDE, SIDES, TABLES, Column, Col
 from lwr_dyn.version import VERSION
 
 _FITTED = ("inertial", "rotors", "friction")
-"""Tables that are written from the fit."""
+"""Tables that are written from the fit; the last two stay where they were fitted to motors."""
 
 
 def fitted_paper_text(paper: Paper, values: FittedValues) -> str:
@@ -31,6 +31,7 @@ def fitted_paper_text(paper: Paper, values: FittedValues) -> str:
         The arm's own file under the reading that the fit started from.
     values : FittedValues
     """
+    what = "bodies, rotors and friction" if values.joints else "bodies"
     lines = [
         f"# {paper.name}, fitted to logs by lwr_dyn {VERSION}; numbers of kind fitted have a standard error (sigma)",
         "schema = 1",
@@ -45,17 +46,17 @@ def fitted_paper_text(paper: Paper, values: FittedValues) -> str:
         f"fit = {quoted(values.about)}",
         "",
         f"[reading.{READING}]",
-        f"about = {quoted(f'bodies, rotors and friction fitted to logs, the rest as reading {paper.reading.name}')}",
+        f"about = {quoted(f'{what} fitted to logs, the rest as reading {paper.reading.name}')}",
         "errata = []",
         "",
         "[joints]",
         f"names = [{', '.join(map(quoted, paper.joints))}]",
         f"kinds = [{', '.join(quoted(kind.value) for kind in paper.kinds)}]",
         "",
-        *_kept(paper),
+        *_kept(paper, _FITTED if values.joints else _FITTED[:1]),
         *_inertial(values),
-        *_rotors(paper, values),
-        *_friction(paper, values),
+        *(_rotors(paper, values) if values.joints else ()),
+        *(_friction(paper, values) if values.joints else ()),
     ]
     return "\n".join(lines).rstrip("\n") + "\n"
 
@@ -64,10 +65,10 @@ def _unfitted(title: str) -> str:
     return title.removesuffix(" (fitted to logs)")
 
 
-def _kept(paper: Paper) -> Iterator[str]:
+def _kept(paper: Paper, fitted: Sequence[str]) -> Iterator[str]:
     """The tables that no log says anything of, under the reading."""
     for table, rules in TABLES.items():
-        if table in _FITTED:
+        if table in fitted:
             continue
         names = [name for name in rules if f"{table}.{name}" in paper.columns]
         columns = [_column(paper, name, paper.columns[f"{table}.{name}"], rules[name]) for name in names]
