@@ -74,6 +74,11 @@ def stribeck_search(samples: Samples, columns: TorqueColumns, worth: float = WOR
     -------
     StribeckSearch
 
+    Notes
+    -----
+    Standard errors take v_s as known. That makes those of friction 9 % too small on 10 s of the LWR (99.4 % within 3
+    sigma, of 525 intervals); v_s itself spreads by 2 to 8 %.
+
     References
     ----------
     Golub and Pereyra, The differentiation of pseudo-inverses and nonlinear least squares problems (1973), for the
