@@ -33,6 +33,7 @@ LINES = {
     "fits_cover": "identification_fits:fits_cover",
     "foreign_arms": "surveys:foreign_arms",
     "foreign_lint": "surveys:foreign_lint",
+    "fitted_models": "identification_models:fitted_models",
     "fresh_torques": "identification_fits:fresh_torques",
     "fuzz": "fuzz:fuzz",
     "ik": "inverse_kinematics:ik",

@@ -23,6 +23,7 @@ from lwr_dyn.loading import load_with_paper
 from lwr_dyn.model.friction import friction_torque
 from lwr_dyn.papers.catalog import open_paper
 from lwr_dyn.urdf.model_files import FORMATS
+from tests.identification.model_study import study
 from tests.identification.plants import perturbed_plant, random_motion, simulated_log
 
 NOISE = 0.1
@@ -232,6 +233,17 @@ def test_what_cannot_be_written_is_refused_before_any_work(folder, wam, fourier)
     with pytest.raises(MissingDataError, match="masses"):
         write_fitted(folder / "x.toml", bare, open_paper("lwr4"))
     assert not (folder / "x.toml").exists()
+
+
+@pytest.mark.parametrize(("robot", "reading"), [("lwr4plus", "physical"), ("wam7", None)])
+def test_a_share_of_the_count_of_models(robot, reading, tmp_path):
+    """`scripts/soak.py fitted_models` takes 60 plants of each."""
+    arm, paper = load_with_paper(robot, reading)
+    case = study(arm, paper, 7, 6.0, 200.0, NOISE, tmp_path)
+    assert case.off < 1e-11
+    assert case.physical
+    assert case.seen < case.unseen < 1.6
+    assert np.abs(case.promises - 1.0).max() < 0.15
 
 
 def test_the_digest_of_a_folder_is_of_its_files(tmp_path):
