@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from lwr_dyn.arrays import Array, freeze_arrays
 from lwr_dyn.identification.report.line_plane import band_path, grid_path, line_path, plane_html
-from lwr_dyn.plotting.axes import Axis, axis_of, short
+from lwr_dyn.plotting.axes import Axis, axis_of, round_length, short
 from lwr_dyn.plotting.charts import tick_marks
 
 SIGMAS = 3.0
@@ -65,7 +65,8 @@ def _row(one: ShownRecording, j: int, noise: float, joint: str, unit: str, acros
     up = axis_of(np.concatenate([measured, predicted]), most=4)
     wide = SIGMAS * noise if np.isfinite(noise) else 0.0
     reach = max(float(np.nanmax(np.abs(left), initial=0.0)), wide) or 1.0
-    below = axis_of(np.array([-reach, reach]), most=3)
+    end = round_length(reach)
+    below = Axis(-1.1 * reach, 1.1 * reach, (-end, 0.0, end))
     rms, peak = rms_of(left), largest_of(left)
     label = (
         f"{joint}: torque at most {said(largest_of(measured), unit)}; measured less predicted has an RMS "
