@@ -13,7 +13,7 @@ QUICK = ("--reading", "physical", "--starts", "1", "--duration", "6", "--harmoni
 
 
 def test_excite_simulate_identify(lwr_dyn_command, tmp_path):
-    motion, log = str(tmp_path / "e.csv"), str(tmp_path / "e_log.csv")
+    motion, log = str(tmp_path / "e.csv"), str(tmp_path / "e_run.npz")
     code, out, err = lwr_dyn_command("excite", "lwr4plus", *QUICK, "--out", motion)
     assert (code, err) == (0, "")
     assert f"wrote {motion}; simulate a log:  lwr-dyn simulate" in out

@@ -84,6 +84,6 @@ def _next(out: str, robot: str, reading: str | None) -> str:
     if not out.endswith(".csv"):
         return ""
     chosen = "" if reading is None else f" --reading {reading}"
-    log = f"{out.removesuffix('.csv')}_log.csv"
+    run = f"{out.removesuffix('.csv')}_run.npz"
     task = f"--task csv --file {out} --controller inverse-dynamics"
-    return f"; simulate a log:  lwr-dyn simulate {robot}{chosen} {task} --csv {log}"
+    return f"; simulate a log:  lwr-dyn simulate {robot}{chosen} {task} --out {run}"

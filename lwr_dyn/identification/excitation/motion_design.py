@@ -45,7 +45,7 @@ class Resolution:
     near: float
 
 
-COARSE, FINE = Resolution(14, 12, 60, 2e-4, np.inf), Resolution(20, 24, 100, 1e-5, 0.2)
+COARSE, FINE = Resolution(14, 12, 60, 2e-4, np.inf), Resolution(22, 26, 150, 1e-6, 0.25)
 """Of a start, and of the best ones."""
 
 
