@@ -141,3 +141,21 @@ def test_what_is_no_bag(tmp_path, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "rosbags.highlevel", None)
     with pytest.raises(MissingPackageError, match=r"pip install 'lwr_dyn\[logs\]'"):
         joint_states(bag)
+
+
+@pytest.mark.parametrize("storage", ["sqlite3", "mcap"])
+def test_damaged_bags_are_refused_by_name_or_read(storage, tmp_path):
+    """Bytes changed anywhere, in the metadata too: an error of ours, never one of the storage."""
+    bag = write_bag(tmp_path / "bag", [states(position=Q, effort=TAU)], storage)
+    whole = {file: file.read_bytes() for file in sorted(bag.iterdir())}
+    rng, refused = np.random.default_rng(0), 0
+    for _ in range(25):
+        for file, data in whole.items():
+            changed = np.frombuffer(data, dtype=np.uint8).copy()
+            changed[rng.integers(changed.size, size=5)] = rng.integers(256, size=5)
+            file.write_bytes(changed.tobytes())
+        try:
+            read_log(bag, columns=ColumnMap({}, joints=("a", "b")))
+        except (LogError, FileAccessError):
+            refused += 1
+    assert refused > 10
