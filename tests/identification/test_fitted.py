@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.cli.main import main
 from lwr_dyn.errors import FileAccessError, MissingDataError
 from lwr_dyn.identification.fitted.fitted_arm import fitted_arm
 from lwr_dyn.identification.fitted.fitted_files import check_fitted_path, write_fitted
@@ -23,7 +22,6 @@ from lwr_dyn.loading import load_with_paper
 from lwr_dyn.model.friction import friction_torque
 from lwr_dyn.papers.catalog import open_paper
 from lwr_dyn.urdf.model_files import FORMATS
-from tests.identification.model_study import study
 from tests.identification.plants import perturbed_plant, random_motion, simulated_log
 
 NOISE = 0.1
@@ -183,47 +181,6 @@ def _one_log(result, folder):
     yield read_log(folder / "moves.csv", arm=result.arm)
 
 
-def run(*arguments):
-    with pytest.raises(SystemExit) as stop:
-        main([str(a) for a in arguments])
-    return stop.value.code
-
-
-HOLD = ("--task", "hold", "--from-deg", "0,30,0,-60,0,30,0", "--duration", "0.05")
-
-
-@pytest.mark.parametrize(
-    "line",
-    [
-        ("check", "arm.toml"),
-        ("check", "arm.urdf"),
-        ("lint", "arm.toml"),
-        ("simulate", "arm.toml", *HOLD),
-        ("simulate", "arm.urdf", *HOLD),
-        ("urdf", "arm.toml", "--out", "from_toml.urdf"),
-        ("sensitivity", "arm.toml", "arm.urdf", "--task", "joint-move", "--rate", "100", "--poses", "5"),
-    ],
-    ids=lambda line: " ".join(line[:2]),
-)
-def test_commands_take_it(line, lwr, folder, monkeypatch, capsys):
-    monkeypatch.chdir(folder)
-    if not (folder / "arm.urdf").exists():
-        write_fitted("arm.urdf", lwr[0], lwr[1])
-    assert run(*line) == 0
-    assert capsys.readouterr().out
-
-
-def test_identify_motion_writes_it(folder, lwr, monkeypatch, capsys):
-    monkeypatch.chdir(folder)
-    common = ("identify", "motion", "moves.csv", "--robot", "lwr4plus", "--reading", "physical", "--out")
-    assert run(*common, "out.toml") == 0
-    assert "wrote out.toml; next: lwr-dyn check out.toml" in capsys.readouterr().out
-    assert lwr_dyn.load("out.toml").reading == "fitted"
-    assert run(*common, "none/out.toml") == 2
-    assert run(*common, "out.sdf") == 2
-    assert "out.sdf: ends in '.sdf'; allowed: a path in .toml or .urdf" in capsys.readouterr().err
-
-
 def test_what_cannot_be_written_is_refused_before_any_work(folder, wam, fourier):
     with pytest.raises(
         FileAccessError, match=r"the robot comes from a .urdf; allowed: a .urdf, or a robot from a data"
@@ -233,17 +190,6 @@ def test_what_cannot_be_written_is_refused_before_any_work(folder, wam, fourier)
     with pytest.raises(MissingDataError, match="masses"):
         write_fitted(folder / "x.toml", bare, open_paper("lwr4"))
     assert not (folder / "x.toml").exists()
-
-
-@pytest.mark.parametrize(("robot", "reading"), [("lwr4plus", "physical"), ("wam7", None)])
-def test_a_share_of_the_count_of_models(robot, reading, tmp_path):
-    """`scripts/soak.py fitted_models` takes 60 plants of each."""
-    arm, paper = load_with_paper(robot, reading)
-    case = study(arm, paper, 7, 6.0, 200.0, NOISE, tmp_path)
-    assert case.off < 1e-11
-    assert case.physical
-    assert case.seen < case.unseen < 1.6
-    assert np.abs(case.promises - 1.0).max() < 0.15
 
 
 def test_the_digest_of_a_folder_is_of_its_files(tmp_path):
