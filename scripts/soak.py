@@ -61,6 +61,7 @@ LINES = {
     "rollouts": "rollouts:rollouts",
     "runs": "checks:runs",
     "slips": "identification_slips:slips",
+    "special_logs": "identification_special:special_logs",
     "sweep_kills": "sweeps:sweep_kills",
 }
 """Name -> "module:function" of `scripts/soak_lines/`, in alphabetical order."""

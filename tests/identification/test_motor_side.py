@@ -15,7 +15,7 @@ from lwr_dyn.identification.logs.joint_log import JointLog, write_log
 from lwr_dyn.identification.logs.log_columns import LogError
 from lwr_dyn.identification.logs.motor_side import MotorMap, log_at_joints, motor_map
 from lwr_dyn.identification.regression.information import information_of
-from lwr_dyn.identification.regression.samples import samples_of
+from lwr_dyn.identification.regression.samples import SampleRule, samples_of
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from tests.identification.plants import Plant, random_motion, torques
 
@@ -26,8 +26,10 @@ HOME = np.array([3.0, -1.0, 2.0, 0.5, 0.0, 1.0, -4.0])
 MOTORS = motor_map(ARM, CONSTANT, HOME)
 
 
-@pytest.fixture(scope="module")
-def plant():
+RULE = SampleRule(slowest=0.05 * np.linalg.norm(T, axis=1), transmission=ARM.transmission)
+
+
+def motor_plant():
     """The WAM with friction and rotors at its motors, shared by the joints of a differential."""
     columns = TorqueColumns(ARM.chain, transmission=ARM.transmission)
     parameters = columns.own(ARM)
@@ -36,6 +38,11 @@ def plant():
         sizes = np.array([ARM.armature[j] / gear**2, 1.0 / gear, 0.5 / gear**2, 0.1 / gear])
         parameters[columns.of_joint(j)] = sizes * np.exp(0.3 * rng.normal(size=4))
     return Plant(columns, parameters)
+
+
+@pytest.fixture(scope="module")
+def plant():
+    return motor_plant()
 
 
 def motor_log(plant, motion, noise, encoder, rng):
@@ -53,7 +60,7 @@ def test_base_parameters_through_the_coupling_are_recovered(plant):
     rng = np.random.default_rng(5)
     motion = random_motion(ARM, 20.0, rng, rate=1000.0)
     log = log_at_joints(motor_log(plant, motion, 0.002 * np.ones(7), 1e-4, rng), MOTORS)
-    found = information_of(samples_of([log]), plant.columns)
+    found = information_of(samples_of([log], RULE), plant.columns)
     z = (found.values - plant.base) / found.sigma
     assert found.determined.all()
     assert np.abs(z).max() < 4.5

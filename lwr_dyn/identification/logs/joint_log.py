@@ -167,4 +167,6 @@ def log_of_run(run: Run, rate: float = 100.0, source: str = "run") -> JointLog:
     joints = tuple(range(1, run.n + 1))
     held = run.tau_applied
     tau = np.concatenate([held[:1], (held[1:] + held[:-1]) / 2])
-    return JointLog(source, joints, run.t[rows], run.q[rows], tau[rows])
+    theta = run.signals.get("theta")  # of elastic joints: the motors, seen at the joints
+    motors = None if theta is None else theta[rows]
+    return JointLog(source, joints, run.t[rows], run.q[rows], tau[rows], motor_q=motors)

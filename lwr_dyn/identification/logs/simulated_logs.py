@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lwr_dyn.arrays import fixed_array
+from lwr_dyn.arrays import Array, fixed_array
 from lwr_dyn.control.protocol import Controller
 from lwr_dyn.errors import OptionError
 from lwr_dyn.identification.logs.joint_log import JointLog, log_of_run
@@ -51,13 +51,19 @@ class LogSensors:
                 raise OptionError(f"log {name}", value, "a number >= 0")
 
     def through(self, log: JointLog, seed: int) -> JointLog:
-        """The log as these sensors write it; the same seed gives the same noise. A velocity is not measured."""
+        """The log as these sensors write it; the same seed gives the same noise. A velocity is not measured.
+
+        Motor positions, where the log has them, are those of gears' other sides, read at the joint too.
+        """
         rng = np.random.default_rng(seed)
         tau = log.tau + rng.normal(size=log.tau.shape) * np.asarray(self.torque_noise)
-        q = log.q + rng.normal(size=log.q.shape) * self.position_noise
-        if self.resolution > 0.0:
-            q = np.round(q / self.resolution) * self.resolution
-        return replace(log, q=q, tau=tau, dq=None)
+        q = self._encoder(log.q, rng)
+        theta = None if log.motor_q is None else self._encoder(log.motor_q, rng)
+        return replace(log, q=q, tau=tau, dq=None, motor_q=theta)
+
+    def _encoder(self, angle: Array, rng: np.random.Generator) -> Array:
+        noisy = angle + rng.normal(size=angle.shape) * self.position_noise
+        return np.asarray(np.round(noisy / self.resolution) * self.resolution if self.resolution > 0.0 else noisy)
 
 
 def cruise_and_back(arm: Arm, start: ArrayLike, stroke: ArrayLike, speed: float, blend: float = 1.0) -> JointReference:

@@ -23,7 +23,7 @@ from lwr_dyn.arrays import Array, fixed_array, freeze_arrays
 from lwr_dyn.errors import OptionError
 from lwr_dyn.identification.logs.log_columns import LogError
 from lwr_dyn.identification.regression.base_parameters import BaseParameters
-from lwr_dyn.identification.regression.long_run import WINDOW, window_sums
+from lwr_dyn.identification.regression.long_run import HANN_BAND, WINDOW, window_sums
 from lwr_dyn.identification.regression.normal_equations import BLOCK
 from lwr_dyn.identification.regression.samples import SampleRule, Samples
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
@@ -150,9 +150,9 @@ def instrumental_fit(
         np.einsum("kgp,kg->kp", Z, (y[rows] - W @ values) * taper[rows] / noise**2, optimize=True)
         for rows, W, Z in blocks()
     ])  # fmt: skip
-    sums = window_sums(scores, samples.recording, length)
-    root = inverse @ sums.T
-    return values, root @ root.T, noise
+    root = inverse @ window_sums(scores, samples.recording, length).T
+    slow = HANN_BAND * np.count_nonzero(taper) / length  # independent slow sums, of which the parameters take up theirs
+    return values, root @ root.T * (slow / max(slow - len(values), 1.0)), noise
 
 
 def _products(W: Array, Z: Array, y: Array) -> tuple[Array, Array]:
