@@ -26,8 +26,8 @@ def validation_section(result: MotionIdentification, unseen: Sequence[Validation
     notes = (
         "Bodies: by fits whose links are bodies. Model: by the robot's table with its own friction.",
         f"White: noise alone gives as large a statistic of {LAGS} lags in more than {100 * LEVEL:g} % of logs (Box and "
-        "Pierce, 1970); correlation: of an instant with the next. Errors: the factor by which coloured noise makes true"
-        " errors larger than sigma.",
+        "Pierce, 1970); correlation: of an instant with the next. Where they are not white, sigmas are widened by the "
+        "factor in the last column.",
     )
     return "Validation", (*tables, _whiteness(result)), notes
 
@@ -39,12 +39,18 @@ def _known(value: float) -> float | None:
 def _whiteness(result: MotionIdentification) -> Table:
     names = result.arm.joint_names
     rows = [
-        (names[w.joint - 1], "yes" if w.white else "no", float(w.autocorrelation[0]), w.probability, w.inflation)
+        (
+            names[w.joint - 1],
+            "yes" if w.white else "no",
+            float(w.autocorrelation[0]),
+            w.probability,
+            1.0 if w.white else w.inflation,
+        )
         for w in result.whiteness
     ]
     headings = (
         Heading("joint"), Heading("white"), Heading("correlation", "", "+.3f"),
-        Heading("probability", "", number), Heading("errors times", "", ".3g"),
+        Heading("probability", "", number), Heading("sigma times", "", ".3g"),
     )  # fmt: skip
     return Table("Residuals against white noise", headings, rows)
 

@@ -72,6 +72,9 @@ def _sentences(result: MotionIdentification) -> list[str]:
         f"recording{'s' if count > 1 else ''}; condition "
         f"{number(result.condition, 3) if np.isfinite(result.condition) else 'infinite'}."
     ]
+    wide = [n for n, x in zip(result.arm.joint_names, result.information.inflation, strict=True) if x > 1.0]
+    if wide:
+        said.append(f"Residuals of {', '.join(wide)} are not white: sigmas are widened for it.")
     fit = result.consistent
     if fit is not None:
         how = "found from the logs" if fit.chosen else "as given"

@@ -82,6 +82,7 @@ def test_the_cards_hold_validation_bodies_and_what_is_open(shown, result):
     assert "no fit has seen" in unseen.title
     assert all(row[2] is None for row in unseen.rows)
     assert [row[1] for row in white.rows] == ["yes" if w.white else "no" for w in result.whiteness]
+    assert [row[4] for row in white.rows] == result.information.inflation.tolist()
     price, numbers = cards["Bodies"].values()
     np.testing.assert_allclose([row[1] for row in price.rows], result.consistent.price.rms)
     assert [sum(row[1:4]) for row in numbers.rows] == [10] * 7
@@ -106,6 +107,16 @@ def test_an_arm_without_masses_has_a_report_too(logs, lwr):
     assert "links that are bodies" not in dict(shown.figures)
     assert "Bodies" not in tables(shown)
     assert '"before":[null,null,null,null,null,null,null]' in report_html(shown)
+
+
+def test_residuals_that_are_not_white_are_said(logs, lwr):
+    tau = logs[0].tau.copy()
+    tau[:, 3] += 0.5 * np.sin(np.arange(len(tau)) / 50.0)
+    found = identify_motion([replace(logs[0], tau=tau)], lwr)
+    assert found.information.inflation[3] > 1.0
+    said = [line for line in motion_shown(found).said if "not white: sigmas are widened" in line]
+    assert len(said) == 1
+    assert "joint_4" in said[0]
 
 
 def test_a_joint_that_never_moves_and_torques_that_were_cut_out(logs, lwr):
