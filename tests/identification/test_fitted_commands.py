@@ -79,3 +79,15 @@ def test_a_share_of_the_count_of_models(robot, reading, tmp_path):
     assert case.physical
     assert case.seen < case.unseen < 1.6
     assert np.abs(case.promises - 1.0).max() < 0.15
+
+
+def test_a_drawn_arm_whose_masses_are_estimates(tmp_path):
+    """The KR 30 HA: solids, a mastering pose, no rotors; its base's mass was what the estimated links left."""
+    arm, paper = load_with_paper("kr30ha")
+    case = study(arm, paper, 3, 4.0, 200.0, NOISE, tmp_path)
+    assert case.off < 1e-11
+    fitted = lwr_dyn.load(tmp_path / "arm.toml")
+    assert fitted.drawing == arm.drawing
+    assert fitted.mastering == arm.mastering
+    assert fitted.ratings.base_mass is None
+    assert run("check", tmp_path / "arm.toml") == 0

@@ -70,11 +70,16 @@ def _kept(paper: Paper, fitted: Sequence[str]) -> Iterator[str]:
     for table, rules in TABLES.items():
         if table in fitted:
             continue
-        names = [name for name in rules if f"{table}.{name}" in paper.columns]
+        names = [name for name in rules if f"{table}.{name}" in paper.columns and not _outdated(paper, table, name)]
         columns = [_column(paper, name, paper.columns[f"{table}.{name}"], rules[name]) for name in names]
         lines = [f"convention = {quoted(paper.convention.value)}"] if table == "dh" else []
         lines += [_solids(paper)] if table == "drawing" and paper.solids is not None else []
         yield from table_text(table, columns, *lines)
+
+
+def _outdated(paper: Paper, table: str, name: str) -> bool:
+    """An estimated mass of the base: it is what the links' estimated masses leave of the whole arm's."""
+    return (table, name) == ("base", "mass") and paper.columns["base.mass"].kind == "estimated"
 
 
 def _column(paper: Paper, name: str, column: Column, rule: ColumnRule) -> ColumnText:
