@@ -5,8 +5,9 @@ table as a loose prior, and the change is judged by
 
     N sum_j log(RSS_j / |tau_j|^2 + floor) + prior + friction that drives
 
-The geometry tells most, as no bodies and friction can explain torques of an arm that moves another way; the table tells
-an arm from its mirror image; and friction that adds energy tells a torque of the wrong sign where inertia is small.
+The geometry tells most, as no bodies and friction can explain torques of an arm that moves another way; friction that
+adds energy tells a torque of the wrong sign where inertia is small; the table keeps parameters from absurd values. An
+arm and its mirror image (all signs at once) are alike to it.
 """
 
 from collections.abc import Iterable
