@@ -13,7 +13,7 @@ from lwr_dyn.identification.bodies.possible_bodies import (
 )
 from lwr_dyn.identification.bodies.pseudo_inertia import pseudo_inertia_weights
 from lwr_dyn.identification.motion.motion_tables import body_lines
-from lwr_dyn.identification.regression.least_squares import IDENTIFIED, NO_ERROR, NOT_EXCITED, ZERO, Estimate
+from lwr_dyn.identification.regression.least_squares import Estimate
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.chain import Body
 
@@ -116,10 +116,3 @@ def test_a_mass_matrix_that_is_not_positive_definite_is_named_with_its_configura
     assert not found.noise_can_explain
     assert judge_bodies(arm, columns, estimate_of(values, 10.0)).mass_matrix.noise_can_explain
     assert "B(q) is not positive definite at" in body_lines(verdict)[0]
-
-
-def test_states_of_parameters():
-    estimate = Estimate(np.array([1.0, -1.0, 0.1, 0.1, 0.1]), 0.01 * np.eye(5), np.zeros(9), 10**6)
-    assert estimate.states(np.array([0.0, 5.0, 0.2, 0.0, 2.0])) == (IDENTIFIED, IDENTIFIED, NOT_EXCITED, ZERO, ZERO)
-    exact = Estimate(np.ones(1), np.full((1, 1), np.nan), np.zeros(1), 0)
-    assert exact.states(np.zeros(1)) == (NO_ERROR,)

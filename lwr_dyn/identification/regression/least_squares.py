@@ -41,16 +41,6 @@ class Estimate:
         """Of the 3-sigma intervals, (p,): standard error times Student's t of 99.73 %."""
         return self.standard_errors * student_factor(self.dof)
 
-    def states(self, own: Array) -> tuple[str, ...]:
-        """Which parameters differ from 0 by more than their interval, and why the others do not.
-
-        `own` (p,) are the values of a model, 0 where it has none. `NOT_EXCITED`: the interval is wider than the model's
-        own value too.
-        """
-        half = self.half_widths
-        rows = [np.isnan(half), np.abs(self.values) > half, (own != 0.0) & (np.abs(own) <= half)]
-        return tuple(np.select(rows, [NO_ERROR, IDENTIFIED, NOT_EXCITED], ZERO).tolist())
-
     @property
     def rms(self) -> float:
         """Root mean square of the residuals."""
