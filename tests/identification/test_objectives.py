@@ -55,8 +55,12 @@ def test_gradients_are_those_of_the_objectives(columns, motion, name):
         assert abs(difference - gradient[i]) < 1e-6 * np.abs(gradient).max()
 
 
-def test_values_are_those_of_the_columns_themselves(columns, motion):
+@pytest.mark.parametrize("name", ["wam7", "lwr4plus"])
+def test_values_are_those_of_the_columns_themselves(name, motion):
     basis, X = motion
+    columns = TorqueColumns(
+        lwr_dyn.load(name).chain
+    )  # the base of the LWR tells the orders of a tensor's entries apart
     states = [part @ X for part in (basis.position, basis.speed, basis.acceleration)]
     W = columns(*states)
     for j in range(columns.n):
