@@ -133,6 +133,21 @@ def test_a_log_that_says_nothing_leaves_the_table_and_the_usual_weight(lwr, colu
     assert (np.abs(fit.parameters - plant.parameters) < 5.0 * fit.sigma).all()
 
 
+def test_rotors_off_by_the_square_of_a_gear_leave_the_bodies_their_trust(lwr, columns):
+    """The reading `computed` has a hundredth of the rotors: bodies keep the weight they have with the right ones."""
+    plant, information = informed(lwr, columns, 10.0, 0.05)
+    table = columns.own(lwr)
+    right = consistent_fit(information, table)
+    table[columns.rotor_indices] /= 100.0
+    slipped = consistent_fit(information, table)
+    assert right.rotor_weight == right.weight
+    assert slipped.rotor_weight < 2.0
+    assert 0.5 < slipped.weight / right.weight < 2.0
+    inertial = slice(0, columns.bodies)
+    assert np.abs((slipped.parameters - plant.parameters) / slipped.sigma)[inertial].max() < 4.5
+    assert slipped.sigma[0] < 2.0 * right.sigma[0]
+
+
 def test_a_table_without_bodies_is_thickened_and_said(known, lwr, columns):
     plant, information = known
     table = columns.own(lwr)

@@ -56,6 +56,8 @@ class BodyPrior:
     """
     spread: Array
     """(p,) standard deviation of friction about the table's, used for the columns of friction only."""
+    rotor_weight: float | None = None
+    """Weight of the rotors that the table has; that of the bodies if not given."""
 
     friction: NDArray[np.intp] = field(init=False)
     """Columns that are neither bodies nor rotors."""
@@ -73,9 +75,9 @@ class BodyPrior:
         return np.asarray(1.0 / np.sqrt(np.diag(self.derivatives(self.table, 1.0)[1])))
 
     @property
-    def weighted(self) -> NDArray[np.intp]:
-        """Columns whose distance has the weight: those of bodies and of rotors that the table has."""
-        return np.concatenate([np.arange(self.bodies), self.rotors[~self.unknown_rotors]])
+    def known_rotors(self) -> NDArray[np.intp]:
+        """Columns of the rotors that the table has."""
+        return self.rotors[~self.unknown_rotors]
 
     def distance(self, parameters: Array, weight: float) -> float:
         """w D summed over bodies and rotors, and half the squares of friction; infinite outside the bodies."""
@@ -123,7 +125,7 @@ class BodyPrior:
         return pseudo_inertias(parameters[: self.bodies].reshape(-1, _TEN))
 
     def _rotor_weights(self, weight: float) -> Array:
-        return np.where(self.unknown_rotors, 1.0, weight)
+        return np.where(self.unknown_rotors, 1.0, weight if self.rotor_weight is None else self.rotor_weight)
 
 
 def body_prior(columns: TorqueColumns, table: Array) -> BodyPrior:
