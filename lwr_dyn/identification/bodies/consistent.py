@@ -84,6 +84,7 @@ def consistent_fit(
     table: Array,
     *,
     weight: float | None = None,
+    rotor_weight: float | None = None,
     constraints: Constraints | None = None,
 ) -> ConsistentFit:
     """Bodies, rotors and friction that explain a log, near a table.
@@ -96,6 +97,8 @@ def consistent_fit(
         The table's parameters in the order of `information.columns` [SI]; a link that no body can be is thickened.
     weight : float, optional
         Of the distance to the table, 1/trust^2 (20 % -> 25); by default that of most evidence.
+    rotor_weight : float, optional
+        The same of the table's rotors, beside a given weight; by default that weight.
     constraints : Constraints, optional
         What is known for certain (`constraints_of`).
 
@@ -117,13 +120,14 @@ def consistent_fit(
     Lee, Wensing, Park, Geometric robot dynamic identification: a convex programming approach (2020), eq. 24 (the
     distance); MacKay, Bayesian interpolation (1992), section 3 (the weight, by Laplace's method).
     """
-    if weight is not None and not (np.isfinite(weight) and weight > 0.0):
-        raise OptionError("weight of the table", weight, "a number above 0")
+    for given in (weight, rotor_weight):
+        if given is not None and not (np.isfinite(given) and given > 0.0):
+            raise OptionError("weight of the table", given, "a number above 0")
     prior = body_prior(information.columns, np.asarray(table, dtype=np.float64))
     if constraints is not None:
         prior = constrained_prior(prior, constraints)
     problem = WeightedProblem(information, prior, constraints)
-    best = problem.fit(weight, weight, prior.table) if weight is not None else problem.search()
+    best = problem.search() if weight is None else problem.fit(weight, rotor_weight or weight, prior.table)
     covariance = problem.covariance(best.hessian)
     names = () if constraints is None else constraints.names
     return ConsistentFit(

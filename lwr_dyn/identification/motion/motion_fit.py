@@ -4,7 +4,7 @@ Beyond the paper, which needs constant velocities. Base parameters are combinati
 """
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import isfinite
 
 import numpy as np
@@ -151,7 +151,7 @@ class MotionIdentification:
         if self.consistent is None:
             return ()
         own = self.columns.own(self.arm)
-        prior = body_prior(self.columns, own)
+        prior = replace(body_prior(self.columns, own), rotor_weight=self.consistent.rotor_weight)
         return cell_origins(self.consistent.sigma, np.sqrt(np.diag(prior.covariance(self.consistent.weight))))
 
     def missing_motions(self) -> tuple[MissingMotion, ...]:
@@ -217,7 +217,8 @@ def identify_motion(logs: Iterable[JointLog], arm: Arm, rule: MotionRule = DEFAU
 
     def again(found: Information) -> Array:
         assert consistent is not None
-        return consistent_fit(found, own, weight=consistent.weight, constraints=constraints).parameters
+        weights = {"weight": consistent.weight, "rotor_weight": consistent.rotor_weight}
+        return consistent_fit(found, own, **weights, constraints=constraints).parameters
 
     return MotionIdentification(
         arm, rule, samples, information, consistent, of_the_model,
