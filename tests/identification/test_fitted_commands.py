@@ -65,6 +65,8 @@ def test_identify_motion_writes_it(folder, monkeypatch, capsys):
     assert run(*common, "out.toml") == 0
     assert "wrote out.toml; next: lwr-dyn check out.toml" in capsys.readouterr().out
     assert lwr_dyn.load("out.toml").reading == "fitted"
+    assert run("identify", "motion", "moves.csv", "--robot", "lwr4", "--out", "bare.toml") == 2
+    assert "masses and inertias" in capsys.readouterr().err
     assert run(*common, "none/out.toml") == 2
     assert run(*common, "out.sdf") == 2
     assert "out.sdf: ends in '.sdf'; allowed: a path in .toml or .urdf" in capsys.readouterr().err

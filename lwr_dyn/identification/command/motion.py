@@ -21,6 +21,7 @@ from lwr_dyn.identification.report.motion_report import motion_shown
 from lwr_dyn.identification.report.report_page import write_report
 from lwr_dyn.identification.report.table_section import table_card
 from lwr_dyn.loading import load_with_paper
+from lwr_dyn.model.arm import Arm
 from lwr_dyn.papers.schema import Paper
 from lwr_dyn.progress import progress
 
@@ -67,7 +68,7 @@ def command(
     transmission = None if motors is None else motors.transmission
     samples = SampleRule(given["cutoff"], slowest=slowest_motors(float(slowest), motors), transmission=transmission)
     rule = MotionRule(samples, given["friction"], given["stribeck"], given["folds"], given["trust"], given["known"])
-    _check_paths(given, paper)
+    _check_paths(given, arm, paper)
     with progress("reading and fitting the logs"):
         usable, faults = joint_logs(logs, declared, arm, motors, given["columns"], given["as_logged"])
         unseen, more = joint_logs(given["validate"], declared, arm, motors, given["columns"], given["as_logged"])
@@ -87,11 +88,12 @@ def command(
     end([*faults, *more])
 
 
-def _check_paths(given: dict[str, Any], paper: Paper | None) -> None:
+def _check_paths(given: dict[str, Any], arm: Arm, paper: Paper | None) -> None:
     if given["html"] is not None:
         check_writable(given["html"])
     if given["out"] is not None:
         check_fitted_path(given["out"], paper)
+        arm.require_dynamics()
 
 
 def _written(
