@@ -122,7 +122,7 @@ class MotionDesign:
         good: list[SearchedMotion] = []
         ended: list[SearchedMotion] = []
         for one in sorted(found, key=lambda one: one.value):
-            ended.append(self.refined(one))
+            ended.append(one if one.clear < HOPELESS else self.refined(one))
             good += [ended[-1]] if ended[-1].good else []
             if len(good) == POLISHED:
                 break
