@@ -78,6 +78,7 @@ def _sentences(result: MotionIdentification) -> list[str]:
     fit = result.consistent
     if fit is not None:
         how = "found from the logs" if fit.chosen else "as given"
+        how += "" if fit.rotor_weight == fit.weight else f"; of rotors {100 * fit.rotor_weight**-0.5:.3g} %"
         said.append(
             f"The bodies drawn are as near to the robot's table as the logs allow: expected deviation "
             f"{100 * fit.trust:.3g} % ({how}); they cost {number(fit.price.chi2, 3)} in chi squared."
