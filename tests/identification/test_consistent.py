@@ -146,6 +146,9 @@ def test_rotors_off_by_the_square_of_a_gear_leave_the_bodies_their_trust(lwr, co
     inertial = slice(0, columns.bodies)
     assert np.abs((slipped.parameters - plant.parameters) / slipped.sigma)[inertial].max() < 4.5
     assert slipped.sigma[0] < 2.0 * right.sigma[0]
+    again = consistent_fit(information, table, weight=slipped.weight, rotor_weight=slipped.rotor_weight)
+    assert (np.abs(again.parameters - slipped.parameters) < 1e-3 * slipped.sigma).all()
+    assert not again.chosen
 
 
 def test_a_table_without_bodies_is_thickened_and_said(known, lwr, columns):
