@@ -181,3 +181,11 @@ def test_files_are_prepared_and_a_bad_one_is_left_out(log, lwr, tmp_path):
     assert {x.kind for x in found.faults} == {"saturated"}
     (error,) = found.errors
     assert "b.csv: columns" in str(error)
+
+
+@pytest.mark.parametrize("seed", [100, 101])
+def test_published_friction_that_drives_is_no_wrong_sign(seed, wam):
+    """The WAM's friction of joint 4 falls below 0 above 0.6 rad/s: in 2 s of noise it looks like a turned torque."""
+    columns, rng = TorqueColumns(wam.chain, stribeck_velocity=np.full(7, 0.05)), np.random.default_rng(seed)
+    plant = perturbed_plant(columns, wam, rng, 0.3)
+    assert log_faults([simulated_log(plant, random_motion(wam, 2.0, rng), 0.5, rng, encoder=1e-5)], wam) == ()

@@ -65,16 +65,19 @@ class _ColumnJudge:
     spread: Array
     own: Array
     prior: Array
+    friction: Array
+    """The table's own, (b,) in SI."""
 
     @classmethod
     def of(cls, arm: Arm) -> "_ColumnJudge":
         columns = TorqueColumns(arm.chain, friction="directions")
         base, own = columns.base(), columns.own(arm)
         covariance = (base.grouping * table_spread(columns, arm, FREE) ** 2) @ base.grouping.T
+        published = own[base.kept]
         own[[k for j in range(arm.n) for k in range(columns.of_joint(j).start + 1, columns.of_joint(j).stop)]] = 0.0
         spread = np.sqrt(np.diag(covariance))
         prior: Array = np.asarray(np.linalg.inv(covariance / np.outer(spread, spread)), dtype=np.float64)
-        return cls(columns, arm, spread, base.of(own) / spread, prior)
+        return cls(columns, arm, spread, base.of(own) / spread, prior, published)
 
     def states(self, samples: Samples, Q: Array) -> "_ColumnStates":
         """The arm's columns with the positions changed by Q."""
@@ -103,7 +106,10 @@ class _ColumnJudge:
         return ColumnTrial(score + self._driving(states, values, inverse), np.sqrt(left))
 
     def _driving(self, states: "_ColumnStates", values: Array, inverse: Array) -> float:
-        """The price of friction whose mean power is above 0 by more than its error; an offset has none."""
+        """The price of friction whose mean power is above 0 by more than its error; an offset has none.
+
+        No price where the table's own friction drives too, at speeds beyond those it was measured at.
+        """
         at = {int(k): i for i, k in enumerate(self.columns.base().kept)}
         power = np.zeros((values.size, self.columns.n))
         for j in range(self.columns.n):
@@ -112,10 +118,11 @@ class _ColumnJudge:
             if speed.size:
                 for first in (up, down):
                     power[[at[first], at[first + 1]], j] = [speed.mean() / 2, np.mean(speed**2) / 2]
+        published = self.friction @ power < 0.0
         power *= self.spread[:, None]
         lost = values @ power
         error = np.sqrt(np.einsum("bj,bj->j", power, inverse @ power))
-        driving = lost < 0.0
+        driving = (lost < 0.0) & ~published
         return float(np.minimum(DRIVING, (lost[driving] / error[driving]) ** 2).sum())
 
 
