@@ -8,7 +8,7 @@ from lwr_dyn.cli.options import print_json
 from lwr_dyn.front import load
 from lwr_dyn.identification.command.log_options import end, log_options, readable_logs
 from lwr_dyn.identification.elastic_joints.elastic_tables import elastic_record, elastic_text
-from lwr_dyn.identification.elastic_joints.identify_elastic import identify_elastic
+from lwr_dyn.identification.elastic_joints.identify_elastic import TWO_ENCODERS, identify_elastic
 from lwr_dyn.identification.logs.log_columns import declared_units
 from lwr_dyn.identification.regression.samples import DEFAULT_SAMPLES, SampleRule
 from lwr_dyn.progress import progress
@@ -20,7 +20,7 @@ NEEDS = ("q", "qm", "tau")
 @click.command("elastic")
 @log_options
 @click.option("--robot", required=True, help="Whose geometry it is (name, .toml or .urdf).")
-@click.option("--cutoff", type=float, default=DEFAULT_SAMPLES.cutoff, show_default=True,
+@click.option("--cutoff", type=float, default=TWO_ENCODERS.cutoff, show_default=True,
               help="Of the filter on positions, Hz.")  # fmt: skip
 @click.option("--slowest", type=float, default=DEFAULT_SAMPLES.slowest, show_default=True,
               help="Speed up to which a motor's torques are left out, rad/s.")  # fmt: skip

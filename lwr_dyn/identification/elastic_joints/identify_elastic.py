@@ -29,13 +29,15 @@ from lwr_dyn.identification.regression.instrumental import instrumental_fit
 from lwr_dyn.identification.regression.joint_columns import JointColumns
 from lwr_dyn.identification.regression.long_run import WINDOW
 from lwr_dyn.identification.regression.normal_equations import BLOCK
-from lwr_dyn.identification.regression.samples import DEFAULT_SAMPLES, SampleRule, Samples, samples_of
+from lwr_dyn.identification.regression.samples import SampleRule, Samples, samples_of
 from lwr_dyn.identification.regression.torque_columns import PROBES, WIDEST, TorqueColumns
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.elasticity import JointElasticity
 from lwr_dyn.model.friction import JointFriction
 from lwr_dyn.model.shown import short_repr
 
+TWO_ENCODERS = SampleRule(10.0)
+"""At 20 Hz noise of accelerations, with nothing but encoders in the gears' equations, moved links by 0.3 sigma."""
 GEAR = ("stiffness", "damping", "zero")
 """K [N m/rad], D [N m s/rad] and o [N m] of a gear."""
 DRIVE = JointColumns("symmetric")
@@ -113,7 +115,7 @@ ROUNDS = 3
 """Of instruments and estimate in turn. Any torque that follows the links' will do; a better one is more precise."""
 
 
-def identify_elastic(logs: Iterable[JointLog], arm: Arm, rule: SampleRule = DEFAULT_SAMPLES) -> ElasticIdentification:
+def identify_elastic(logs: Iterable[JointLog], arm: Arm, rule: SampleRule = TWO_ENCODERS) -> ElasticIdentification:
     """Gears, drives and links from logs with `motor_q`, the motors' positions seen at the joints (theta) [rad].
 
     Parameters
@@ -155,7 +157,8 @@ def identify_elastic(logs: Iterable[JointLog], arm: Arm, rule: SampleRule = DEFA
                 rows = slice(first, first + BLOCK)
                 yield rows, *_rows(links.select(rows), motors.select(rows), columns, base, torque[rows], slope[rows])
 
-        values, covariance, noise = instrumental_fit(blocks, y, taper, links, WINDOW)
+        window = 3.0 * WINDOW  # both encoders are filtered: their noise lasts longer
+        values, covariance, noise = instrumental_fit(blocks, y, taper, links, window)
         torque = _torque_of(links, columns, base, values[: base.count])
     names = tuple(base.names[k] for k in base.kept)
     names += tuple(f"{name}_{i}" for i in range(1, n + 1) for name in (*DRIVE.names, *GEAR))
