@@ -174,7 +174,7 @@ def test_an_arm_that_does_not_move_shows_no_load(known):
 
 
 def test_a_slow_motion_takes_a_low_filter(known):
-    """Noise of accelerations, as large as the motion's own at 20 Hz, would take 40 per cent of the arm's inertia."""
+    """At 20 Hz the noise of accelerations biases the load; the colour of the residuals shows it."""
     plant, rng = loaded(known), np.random.default_rng(11)
     slow = simulated_log(plant, random_motion(ARM, 12.0, rng, rate=1000.0, share=0.15), 0.05, rng, 5e-5)
     fits = {rule.cutoff: identify_load([slow], ARM, [rule]) for rule in RULES}
