@@ -117,9 +117,7 @@ class BodyPrior:
 
     def covariance(self, weight: float) -> Array:
         """How far bodies of that weight lie from the table, (p, p): the inverse Hessian at the table."""
-        hessian = self.derivatives(self.table, weight)[1]
-        scale = 1.0 / np.sqrt(np.diag(hessian))
-        return np.asarray(np.linalg.inv(hessian * np.outer(scale, scale)) * np.outer(scale, scale))
+        return scaled_inverse(self.derivatives(self.table, weight)[1])
 
     def _pseudo(self, parameters: Array) -> Array:
         return pseudo_inertias(parameters[: self.bodies].reshape(-1, _TEN))
@@ -177,3 +175,9 @@ def _thicker(link: Array, lightest: float) -> Array:
     if raised[3, 3] < lightest:  # a link without mass: a small ball
         raised = np.diag([lightest * _LENGTH**2 / 10.0] * 3 + [lightest])
     return inertial_parameters(raised)
+
+
+def scaled_inverse(matrix: Array) -> Array:
+    """Of a positive definite matrix whose entries differ in unit."""
+    scale = 1.0 / np.sqrt(np.diag(matrix))
+    return np.asarray(np.linalg.inv(matrix * np.outer(scale, scale)) * np.outer(scale, scale))

@@ -128,18 +128,17 @@ def consistent_fit(
         prior = constrained_prior(prior, constraints)
     problem = WeightedProblem(information, prior, constraints)
     best = problem.search() if weight is None else problem.fit(weight, rotor_weight or weight, prior.table)
-    covariance = problem.covariance(best.hessian)
     names = () if constraints is None else constraints.names
     return ConsistentFit(
         best.parameters,
-        covariance,
+        best.nearest.covariance,
         prior.bodies,
         best.weight,
         best.rotor_weight,
         weight is None,
         problem.evidence(best),
         _price(information, best.parameters),
-        best.iterations,
+        best.nearest.iterations,
         prior.lifted,
         names,
     )

@@ -14,6 +14,7 @@ import numpy as np
 from lwr_dyn.arrays import Array, freeze_arrays
 from lwr_dyn.errors import OptionError
 from lwr_dyn.identification.bodies.body_prior import BodyPrior
+from lwr_dyn.identification.bodies.newton import NearestBodies, Target, nearest_bodies
 from lwr_dyn.identification.bodies.pseudo_inertia import are_bodies, inertial_parameters
 from lwr_dyn.identification.payload.identify_load import LoadIdentification
 from lwr_dyn.identification.payload.load_columns import body_of
@@ -25,7 +26,6 @@ WEIGHT = 1.0
 _LEAST_MASS = 1e-3
 _FIRST, _FASTER = 1e3, 100.0
 """The torques are believed little by little, or a log without noise leads straight to the edge of what is a body."""
-_STEPS, _SETTLED = 60, 1e-9
 _ROWS, _COLUMNS = [0, 0, 0, 1, 1, 2], [0, 1, 2, 1, 2, 2]
 NAMES = ("mass", "com_x", "com_y", "com_z", "Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz")
 """[kg], [m] in the flange's frame, [kg m^2] about the centre of mass along its axes."""
@@ -91,40 +91,18 @@ def possible_load(found: LoadIdentification, weight: float = WEIGHT) -> Possible
     precision[np.ix_(shown, shown)] = np.linalg.inv(found.covariance[np.ix_(shown, shown)])
     sharpest = float(np.linalg.eigvalsh(precision * np.outer(prior.units, prior.units))[-1])
     phi, share = prior.table, min(1.0, _FIRST / sharpest)
-    while True:
-        phi, curvature = _nearest(found.parameters, share * precision, prior, weight, phi)
-        if share == 1.0:
-            break
-        share = min(1.0, share * _FASTER)
-    off = phi - found.parameters
+    while share < 1.0:
+        phi, share = _nearest(found, share * precision, prior, weight, phi).parameters, min(1.0, share * _FASTER)
+    nearest = _nearest(found, precision, prior, weight, phi)
+    off = nearest.parameters - found.parameters
     possible = bool(are_bodies(found.parameters)) and bool(shown.all())
-    return PossibleLoad(phi, _inverse(curvature), float(weight), float(off @ precision @ off), possible)
+    return PossibleLoad(nearest.parameters, nearest.covariance, float(weight), float(off @ precision @ off), possible)
 
 
-def _nearest(target: Array, precision: Array, prior: BodyPrior, weight: float, start: Array) -> tuple[Array, Array]:
-    """The least of both distances by a damped Newton method, and the curvature there; log det keeps it inside."""
-
-    def cost(phi: Array) -> float:
-        off = phi - target
-        return 0.5 * float(off @ precision @ off) + prior.distance(phi, weight)
-
-    phi, value = start, cost(start)
-    for _ in range(_STEPS):
-        gradient, curvature = prior.derivatives(phi, weight)
-        gradient, curvature = gradient + precision @ (phi - target), curvature + precision
-        step = -_inverse(curvature) @ gradient
-        decrement, size = -float(gradient @ step), 1.0
-        if decrement < _SETTLED:
-            break
-        while not (there := cost(phi + size * step)) <= value - 1e-4 * size * decrement and size > 1e-9:
-            size *= 0.5
-        phi, value = phi + size * step, min(there, value)
-    return phi, curvature
-
-
-def _inverse(matrix: Array) -> Array:
-    scale = 1.0 / np.sqrt(np.diag(matrix))
-    return np.asarray(np.linalg.inv(matrix * np.outer(scale, scale)) * np.outer(scale, scale))
+def _nearest(
+    found: LoadIdentification, precision: Array, prior: BodyPrior, weight: float, start: Array
+) -> NearestBodies:
+    return nearest_bodies(Target(found.parameters, precision, np.eye(10)), prior, weight, start)
 
 
 def _ball(found: LoadIdentification) -> BodyPrior:
