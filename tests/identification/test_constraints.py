@@ -151,8 +151,10 @@ def test_texts_that_are_no_equations(columns, text):
 
 
 def test_parameters_that_do_not_exist(columns):
-    with pytest.raises(UnknownNameError, match="no parameter named 'm_8'"):
+    with pytest.raises(UnknownNameError, match="no parameter named 'm_8'") as wrong:
         constraints_of(["m_8 = 3"], columns.names)
+    assert "m_7" in wrong.value.known
+    assert len(wrong.value.known) <= 8 < len(columns.names)
     row = constraints_of(["2e-1 * m_1 + mx_1 - Iyy_7 = -1e3"], columns.names)
     assert row.values.tolist() == [-1000.0]
     assert row.matrix[0, [0, 1, 67]].tolist() == [0.2, 1.0, -1.0]

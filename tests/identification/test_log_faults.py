@@ -166,6 +166,8 @@ def test_joints_that_never_move_are_named(log):
     assert str(fault).startswith("a: column q3: joint 3 never moves (at most 0.0")
     assert "needed: a log in which joint 3 moves both ways" in str(fault)
     assert still_joints([one, other]) == ()
+    (fault,) = still_joints([replace(log, q=0.0 * log.q, source="a")])
+    assert str(fault).startswith("a: columns q1..: no joint ever moves; needed: ")
 
 
 def test_files_are_prepared_and_a_bad_one_is_left_out(log, lwr, tmp_path):

@@ -50,9 +50,15 @@ BAD = {
     "nan": (changed(GOOD, 17, 2, "nan"), "row 17 (line 18), column q2: nan; needed: finite numbers"),
     "infinite": (changed(GOOD, 5, 4, "-inf"), "row 5 (line 6), column tau2: -inf; needed: finite numbers"),
     "short row": (GOOD + "2.5,0\n", "row 202 (line 203): not as many cells as columns; needed: 5 cells in every row"),
+    "long row": (changed(GOOD, 17, 1, "0,1"), "row 17 (line 18): 6 cells; needed: 5 cells in every row"),
+    "long last row": (GOOD + "2.5,0,0,0,0,7", "row 202 (line 203): 6 cells; needed: 5 cells in every row"),
     "unsorted": (changed(GOOD, 17, 0, "0.1"), "row 17 (line 18), column time: 0.1 s goes back by 0.05 s"),
     "repeated": (changed(GOOD, 17, 0, "0.15"), "row 17 (line 18), column time: 0.15 s repeats the time before"),
-    "ms as s": (rows(lambda v: {"time": 1e3 * v["time"]}), "column time: 10 s from row to row, as [s] is declared"),
+    "ms as s": (
+        rows(lambda v: {"time": 1e3 * v["time"]}),
+        "column time: 10 s from row to row, as [s] is declared; needed: "
+        "5e-05 to 0.5 s; declare the unit it is in (ms would fit)",
+    ),
     "s as ms": (GOOD.replace("time", "time [ms]"), "column time: 1e-05 s from row to row, as [ms] is declared"),
     "deg as rad": (
         rows(lambda v: {"q1": np.degrees(v["q1"] + 1)}),
@@ -193,3 +199,11 @@ def test_a_unit_declared_against_the_file_is_refused(tmp_path):
     path.write_text(GOOD.replace("q1", "q1 [deg]"))
     with pytest.raises(LogError, match=r"column q1 \[deg\]: \[deg\] in the file, rad declared; needed: one unit"):
         read_log(path, {"q": "rad"})
+
+
+def test_an_arm_of_wider_joints_is_not_taken_for_degrees(wam, tmp_path):
+    log = ideal_cruise(wam.friction, np.full(7, 0.1), wam)
+    write_log(tmp_path / "log.csv", JointLog("", log.joints, log.t, log.q + 2.7 * np.eye(7)[0], log.tau))
+    with pytest.raises(LogError, match=r"column q1: .*the limits of joint_1; .*or take the robot") as wrong:
+        read_log(tmp_path / "log.csv", arm=wam)
+    assert "deg" not in str(wrong.value)

@@ -7,6 +7,7 @@ the dual of that has one unknown a constraint and starts anywhere, and it grows 
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from difflib import get_close_matches
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,8 @@ from lwr_dyn.identification.bodies.pseudo_inertia import inertial_parameters, ps
 TOTAL_MASS = "total mass"
 _TERM = re.compile(r"\s*([+-]?)\s*(\d[\d.eE+-]*)?\s*\*?\s*([A-Za-z]+[+-]?_\d+)")
 _ROUNDS, _SETTLED, _NEAR, _SHORTEST = 60, 1e-14, 1e-6, 1e-10
+_NEAREST = 8
+"""Names that are listed for one that is unknown; an arm has a hundred."""
 _FARTHEST = 300.0
 """Distance from the table beyond which there are none: rank-deficient bodies have an infinite one."""
 
@@ -84,7 +87,7 @@ def _equation(text: str, names: Sequence[str]) -> tuple[Array, float]:
     while rest and (term := _TERM.match(rest)):
         sign, factor, name = term.groups()
         if name not in names:
-            raise UnknownNameError("parameter", name, names)
+            raise UnknownNameError("parameter", name, get_close_matches(name, names, _NEAREST, 0.0))
         row[list(names).index(name)] += (-1.0 if sign == "-" else 1.0) * float(factor or 1.0)
         rest = rest[term.end() :].strip()
     if rest or not np.isfinite(value) or not row.any():

@@ -6,11 +6,11 @@ from typing import Any
 import click
 
 from lwr_dyn.cli.options import OneOf, print_json
-from lwr_dyn.files import check_writable
 from lwr_dyn.identification.command.log_options import check_option, end, log_options, warn
 from lwr_dyn.identification.command.motor_options import chosen_motors, joint_logs, motor_options, slowest_motors
 from lwr_dyn.identification.fitted.fitted_files import check_fitted_path, write_fitted
 from lwr_dyn.identification.logs.log_columns import declared_units
+from lwr_dyn.identification.logs.repeated import apart_from
 from lwr_dyn.identification.motion.motion_fit import DEFAULT_MOTION, MotionIdentification, MotionRule, identify_motion
 from lwr_dyn.identification.motion.motion_record import motion_record, validation_record
 from lwr_dyn.identification.motion.motion_tables import body_lines, motion_text, validation_table
@@ -18,7 +18,7 @@ from lwr_dyn.identification.motion.validation import Validation
 from lwr_dyn.identification.regression.joint_columns import FORMS
 from lwr_dyn.identification.regression.samples import DEFAULT_SAMPLES, SampleRule
 from lwr_dyn.identification.report.motion_report import motion_shown
-from lwr_dyn.identification.report.report_page import write_report
+from lwr_dyn.identification.report.report_page import check_report_path, write_report
 from lwr_dyn.identification.report.table_section import table_card
 from lwr_dyn.loading import load_with_paper
 from lwr_dyn.model.arm import Arm
@@ -72,6 +72,7 @@ def command(
     with progress("reading and fitting the logs"):
         usable, faults = joint_logs(logs, declared, arm, motors, given["columns"], given["as_logged"])
         unseen, more = joint_logs(given["validate"], declared, arm, motors, given["columns"], given["as_logged"])
+        unseen, seen = apart_from(unseen, usable, "which is fitted", "logs that the fit does not see")
         result = identify_motion(usable, arm, rule) if usable else None
     if result is not None:
         checked = result.validated_on(unseen) if unseen else ()
@@ -85,12 +86,12 @@ def command(
                 click.echo(f"\n{validation_table(checked, f'{files}, which no fit has seen').text()}")
         for line in _written(given, result, checked, paper):
             click.echo(line, err=as_json)
-    end([*faults, *more])
+    end([*faults, *more, *seen])
 
 
 def _check_paths(given: dict[str, Any], arm: Arm, paper: Paper | None) -> None:
     if given["html"] is not None:
-        check_writable(given["html"])
+        check_report_path(given["html"])
     if given["out"] is not None:
         check_fitted_path(given["out"], paper)
         arm.require_dynamics()

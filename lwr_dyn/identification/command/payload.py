@@ -9,6 +9,7 @@ from lwr_dyn.front import load
 from lwr_dyn.identification.command.log_options import end, log_options, warn
 from lwr_dyn.identification.command.motor_options import chosen_motors, joint_logs, motor_options, slowest_motors
 from lwr_dyn.identification.logs.log_columns import declared_units
+from lwr_dyn.identification.logs.repeated import apart_from
 from lwr_dyn.identification.payload.identify_load import CUTOFFS, FRICTIONS, identify_load
 from lwr_dyn.identification.payload.load_tables import load_record, load_text, load_warnings
 from lwr_dyn.identification.payload.possible_load import possible_load
@@ -43,6 +44,8 @@ def command(
     with progress("reading and fitting the logs"):
         usable, faults = joint_logs(logs, declared, arm, motors, given["columns"], True)
         empty, more = joint_logs(given["without"], declared, arm, motors, given["columns"], True)
+        empty, same = apart_from(empty, usable, "which is with the load", "logs without the load")
+        usable = [] if same else usable  # one of the two is not what it is called
         found = identify_load(usable, arm, rules, given["friction"], empty) if usable else None
     if found is not None:
         body = possible_load(found) if found.found else None
@@ -51,4 +54,4 @@ def command(
             warn(load_warnings(found))
         else:
             click.echo(load_text(found, body))
-    end([*faults, *more])
+    end([*faults, *more, *same])

@@ -4,7 +4,6 @@ import click
 
 from lwr_dyn.cli.options import print_json
 from lwr_dyn.errors import OptionError
-from lwr_dyn.files import check_writable
 from lwr_dyn.identification.command.log_options import check_option, end, log_options, readable_logs
 from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.logs.log_columns import declared_units
@@ -14,7 +13,7 @@ from lwr_dyn.identification.regression.information import Information, informati
 from lwr_dyn.identification.regression.samples import DEFAULT_SAMPLES, SampleRule, samples_of
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.identification.report.motion_report import motion_shown
-from lwr_dyn.identification.report.report_page import write_report
+from lwr_dyn.identification.report.report_page import check_report_path, write_report
 from lwr_dyn.identification.report.table_section import slips_card
 from lwr_dyn.identification.slips.printed_cells import printed_cells
 from lwr_dyn.identification.slips.slip_tables import best_table, slip_record, slip_text
@@ -47,7 +46,7 @@ def command(
     arm, paper = load_with_paper(robot, reading)
     source = arm if paper is None else paper
     if html is not None:
-        check_writable(html)
+        check_report_path(html)
     printed_cells(source)  # it may have no masses: said before a long log is read
     with progress("reading the logs, then trying repairs"):
         usable, faults = readable_logs(logs, declared, arm, columns, as_logged)

@@ -14,6 +14,7 @@ from lwr_dyn.identification.friction.torque_model import ModelTorque, Subtract
 from lwr_dyn.identification.logs.column_map import NO_MAP, ColumnMap
 from lwr_dyn.identification.logs.joint_log import JointLog, read_log
 from lwr_dyn.identification.logs.log_columns import LogError
+from lwr_dyn.identification.logs.repeated import repeated
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.friction import JointFriction
 from lwr_dyn.model.shown import repr_html, short_repr
@@ -110,13 +111,20 @@ def identify_friction_files(
     Raises as `identify_friction`.
     """
     faults: list[LwrDynError] = []
+    seen: dict[bytes, str] = {}
 
     def readable() -> Iterable[JointLog]:
         for path in paths:
             try:
-                yield read_log(path, units, arm, columns)
+                log = read_log(path, units, arm, columns)
             except LwrDynError as fault:
                 faults.append(fault)
+                continue
+            repeat = repeated(log, seen)
+            if repeat is None:
+                yield log
+            else:
+                faults.append(repeat)
 
     result = identify_friction(readable(), arm, subtract, options)
     return FrictionIdentification(result.points, result.fits, (*faults, *result.faults))

@@ -13,6 +13,7 @@ from lwr_dyn.identification.log_faults.torque_scale import torque_scale_faults
 from lwr_dyn.identification.logs.clock import on_even_clock
 from lwr_dyn.identification.logs.column_map import NO_MAP, ColumnMap
 from lwr_dyn.identification.logs.joint_log import JointLog, read_log
+from lwr_dyn.identification.logs.repeated import apart_from
 from lwr_dyn.model.arm import Arm
 
 
@@ -36,7 +37,7 @@ def prepared_logs(
 ) -> PreparedLogs:  # fmt: skip
     """Logs of files (as `read_log` takes them), resampled where their clock is uneven, saturated torques cut out.
 
-    An error of one file leaves that file out; its fault is in the result.
+    An error of one file leaves that file out; its fault is in the result. So is a second log of the same rows.
     """
     logs: list[JointLog] = []
     faults: list[LogFault] = []
@@ -49,7 +50,8 @@ def prepared_logs(
             errors.append(error)
             continue
         faults += cut
-    return PreparedLogs(tuple(logs), tuple(faults), tuple(errors))
+    single, repeats = apart_from(logs)
+    return PreparedLogs(single, tuple(faults), (*errors, *repeats))
 
 
 def log_faults(logs: Sequence[JointLog], arm: Arm) -> tuple[LogFault, ...]:

@@ -17,7 +17,7 @@ LONGEST = 20_000
 
 
 def still_joints(logs: Sequence[JointLog]) -> tuple[LogFault, ...]:
-    """A fault for every joint that moves in none of the logs."""
+    """A fault for every joint that moves in none of the logs; one alone where no joint moves."""
     where = ", ".join(dict.fromkeys(log.source for log in logs))
     faults = []
     for j, joint in enumerate(logs[0].joints):
@@ -27,4 +27,7 @@ def still_joints(logs: Sequence[JointLog]) -> tuple[LogFault, ...]:
             found = f"joint {joint} never moves (at most {max(travel):.2g} rad or m)"
             needed = f"a log in which joint {joint} moves both ways: its friction, rotor and most of its link stay open"
             faults.append(LogFault("still", (joint,), f"{where}: column q{joint}", found, needed))
+    if len(faults) > 1 and len(faults) == len(logs[0].joints):
+        needed = "a log of a motion in which every joint moves both ways"
+        return (LogFault("still", logs[0].joints, f"{where}: columns q1..", "no joint ever moves", needed),)
     return tuple(faults)

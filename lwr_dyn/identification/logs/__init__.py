@@ -9,6 +9,7 @@ ros_bags        messages of ROS 2 bags
 bag_columns     columns from a bag, topics of unequal rates on one clock
 clock           how far rows miss an even grid; the log on an even one
 motor_side      positions and currents of motors -> positions and torques of joints
+repeated        the same rows given twice
 recordings      pieces without a gap in time
 simulated_logs  constant-velocity runs of a simulated arm, LogSensors for noise and rounding
 """

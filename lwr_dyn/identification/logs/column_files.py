@@ -5,10 +5,10 @@ times the memory, so CSV needs no extra package.
 """
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 import numpy as np
 
@@ -67,13 +67,25 @@ def read_columns(path: Path, head: FileHeader, wanted: Sequence[int]) -> Array:
             if not stream.readline().strip():
                 raise LogError(str(path), "rows", "none below the column names", "rows of numbers")
             stream.seek(begin)
-            return np.loadtxt(stream, delimiter=",", usecols=tuple(wanted), ndmin=2, comments=None)
+            rows = _whole_rows(path, head, stream)
+            return np.loadtxt(rows, delimiter=",", usecols=tuple(wanted), ndmin=2, comments=None)
     except LogError:
         raise
     except (ValueError, IndexError) as fault:
         raise _bad_row(path, head, str(fault)) from None
     except OSError as fault:
         raise FileAccessError(str(path), reason_of(fault), "a log (.csv or .parquet)") from None
+
+
+def _whole_rows(path: Path, head: FileHeader, stream: TextIO) -> Iterator[str]:
+    """The lines of the rows. NumPy refuses a row that is too short for the wanted columns, and takes a longer one."""
+    commas = len(head.names) - 1
+    for row, line in enumerate(stream, 1):
+        if line.count(",") > commas:
+            where, found = f"row {row} (line {row + head.lines})", f"{line.count(',') + 1} cells"
+            needed = f"{len(head.names)} cells in every row, as many as column names"
+            raise LogError(str(path), where, found, needed)
+        yield line
 
 
 def _bad_row(path: Path, head: FileHeader, message: str) -> LogError:

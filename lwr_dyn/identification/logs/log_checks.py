@@ -20,6 +20,8 @@ OVERLOAD = 3.0
 """Times its limit that a torque may reach in a log."""
 AGREEMENT = 1.5
 """Factor by which measured speeds may miss the slope of the positions; deg for rad is 57."""
+DEGREES = 4.0
+"""Times its limit beyond which an angle looks like degrees: 57 in a motion through the whole range; arms reach 3."""
 MOVED = 1e-3
 """[rad or m] a joint must travel in all before its speed is compared."""
 
@@ -80,7 +82,10 @@ def _check_times(file: str, lines: int, column: LogColumn, time: Array) -> None:
     step = float(np.median(steps)) * column.factor
     if not STEPS[0] <= step <= STEPS[1]:
         found = f"{step:.3g} s from row to row, as [{column.unit}] is declared"
-        raise LogError(file, "column time", found, f"{STEPS[0]:g} to {STEPS[1]:g} s; declare the unit it is in")
+        fits = next((unit for unit, factor in UNITS["time"].items()
+                     if column.unit == "s" and STEPS[0] <= step * factor <= STEPS[1]), None)  # fmt: skip
+        needed = f"{STEPS[0]:g} to {STEPS[1]:g} s; declare the unit it is in{f' ({fits} would fit)' if fits else ''}"
+        raise LogError(file, "column time", found, needed)
 
 
 def _check_position(file: str, column: LogColumn, values: Array, arm: Arm | None) -> None:
@@ -97,7 +102,9 @@ def _check_position(file: str, column: LogColumn, values: Array, arm: Arm | None
         found = f"{low:.4g} to {high:.4g} {unit}, as [{column.unit}] is declared"
         scale = UNITS["q"]["deg"]
         fits = column.unit == "rad" and low * scale >= lower and high * scale <= upper
-        needed = f"{whose}; declare the unit it is in{' (deg would fit)' if fits else ''}"
+        far = max(high / upper if upper > 0.0 else 0.0, low / lower if lower < 0.0 else 0.0) > DEGREES
+        other = "" if arm is None else ", or take the robot that it is a log of"
+        needed = f"{whose}; declare the unit it is in{' (deg would fit)' if fits and far else other}"
         raise LogError(file, f"column {column.shown}", found, needed)
 
 

@@ -203,7 +203,7 @@ def identify_motion(logs: Iterable[JointLog], arm: Arm, rule: MotionRule = DEFAU
     columns = columns if search is None else search.columns
     folds = Folds.of(samples, columns, rule.folds)
     information = folds.information()
-    _check_enough(several, information)
+    _check_enough(several, information, samples, rule.samples)
     whiteness = whiteness_of(residuals_of(samples, columns, information.values), samples.recording)
     information = widened(information, inflation_of(whiteness, arm.n))
     own = columns.own(arm)
@@ -234,7 +234,7 @@ def _estimate(information: Information) -> Estimate:
     return Estimate(information.values, covariance, np.zeros(0), information.dof)
 
 
-def _check_enough(logs: Sequence[JointLog], information: Information) -> None:
+def _check_enough(logs: Sequence[JointLog], information: Information, samples: Samples, rule: SampleRule) -> None:
     used, parameters = int(information.equations.sum()), information.base.count
     if information.dof > 0 and information.determined.any():
         return
@@ -242,4 +242,7 @@ def _check_enough(logs: Sequence[JointLog], information: Information) -> None:
     joints = information.columns.n
     found = f"{used} equations for {parameters} parameters of {joints} joints"
     needed = "a longer motion of every joint both ways, at changing speeds"
+    if not samples.used.any() and not rule.moving(samples.dq).any() and np.ptp(samples.q, axis=0).max() > 1e-3:
+        found = f"no joint is faster than --slowest {np.max(rule.slowest):g} (rad/s or m/s)"
+        needed = f"a slowest far below the speeds of the log, which reach {np.abs(samples.dq).max():.3g}"
     raise LogError(files, f"columns q1..q{joints}", found, needed)

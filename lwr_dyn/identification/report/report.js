@@ -181,6 +181,8 @@ document.querySelectorAll("select.states").forEach((list) => list.addEventListen
 try {
   window.lwrReport = new IdentificationReport(JSON.parse(document.getElementById("stage-data").textContent)).hook();
 } catch (fault) {
-  document.getElementById("stage").replaceChildren(element("p", "note", `No 3D in this browser: ${fault.message}`));
+  const stage = document.getElementById("stage");
+  stage.classList.add("flat");
+  stage.replaceChildren(element("p", "note", `No 3D in this browser: ${fault.message}`));
   document.querySelectorAll("[data-recording]").forEach((part) => { part.hidden = false; });
 }

@@ -4,7 +4,8 @@ from collections.abc import Sequence
 from html import escape
 from pathlib import Path
 
-from lwr_dyn.files import write_file
+from lwr_dyn.errors import FileAccessError
+from lwr_dyn.files import check_writable, ends_in, write_file
 from lwr_dyn.identification.report.arm_stage import PACKAGE, stage_data, stage_html, stage_scripts
 from lwr_dyn.identification.report.friction_charts import friction_maps_html
 from lwr_dyn.identification.report.parameter_rows import link_table, parameter_table_html
@@ -17,6 +18,13 @@ from lwr_dyn.viewer.replay_page import replay_policy
 
 _WIDE, _LETTERS, _LONG = 5, 150, 16
 """Columns of a table, or letters of a cell, beyond which it stands alone; rows beyond which it scrolls."""
+
+
+def check_report_path(path: str | Path) -> None:
+    """Raise `FileAccessError` now for a path that a report could not be written to later."""
+    if not ends_in(path, ".html", ".htm"):
+        raise FileAccessError(str(path), f"ends in {Path(path).suffix or 'nothing'!r}", "a path in .html")
+    check_writable(path)
 
 
 def write_report(path: str | Path, shown: ShownFit) -> Path:

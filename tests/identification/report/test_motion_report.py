@@ -166,3 +166,6 @@ def test_the_command_writes_it(logs, tmp_path, lwr_dyn_command):
     code, out, err = lwr_dyn_command("identify", "motion", *fitted, *options, "--html", str(tmp_path / "no" / "x.html"))
     assert (code, out) == (2, "")
     assert "no/x.html" in err
+    code, out, err = lwr_dyn_command("identify", "motion", *fitted, *options, "--html", str(tmp_path / "report.txt"))
+    assert (code, out) == (2, "")
+    assert "report.txt: ends in '.txt'" in err

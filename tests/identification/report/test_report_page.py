@@ -191,6 +191,8 @@ def test_without_webgl_everything_else_stands(browser, shown, tmp_path):
         assert browser.find_element("css selector", "#stage").text.startswith("No 3D in this browser: ")
         hidden = "return [...document.querySelectorAll('[data-recording]')].filter((part) => part.hidden).length"
         assert browser.execute_script(hidden) == 0
+        assert browser.find_element("id", "stage").size["height"] < 100
+        assert not browser.find_element("id", "play").is_displayed()
         assert violations(browser) == []
     finally:
         browser.execute_cdp_cmd("Page.removeScriptToEvaluateOnNewDocument", added)
