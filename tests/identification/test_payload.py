@@ -182,3 +182,17 @@ def test_a_slow_motion_takes_a_low_filter(known):
     chosen = identify_load([slow], ARM)
     assert chosen.cutoff in (5.0, 10.0)
     assert chi2[chosen.cutoff] < 35.0 < chi2[20.0]
+
+
+def test_an_arm_off_its_table_puts_the_load_in_doubt_and_widens_its_errors(known):
+    """All bodies 15 per cent heavier and no load: that was a load of 0.5 kg at 94 of its errors."""
+    heavier = known.parameters.copy()
+    heavier[: known.columns.bodies] *= 1.15
+    found = identify_load(logs_of(Plant(known.columns, heavier), 8), ARM)
+    assert 0.3 < found.parameters[0] < 4.0 * found.sigma[0]
+    assert 0.05 < found.share < 0.3
+    body = possible_load(found) if found.found else None
+    assert "IN DOUBT: residuals are not noise alone, its errors widened" in load_text(found, body).splitlines()[0]
+    sure = identify_load(logs_of(loaded(known), 2), ARM)
+    assert sure.share == 0.0
+    assert "DOUBT" not in load_text(sure, possible_load(sure))

@@ -62,7 +62,7 @@ def test_a_copy_is_left_out_and_said(files, pair):
         assert [log.source for log in found.logs] == [str(a), str(b)]
         (fault,) = found.errors
         assert str(fault) == f"{copy}: rows: {said}; needed: each recording once"
-    assert apart_from(pair, [pair[1]], "which is fitted")[0] == (pair[0],)
+    assert apart_from(pair, [pair[1]], "which is fitted")[0] == [pair[0]]
 
 
 def test_validation_on_the_fitted_log_is_none(identify, files):
@@ -86,3 +86,9 @@ def test_friction_takes_each_log_once(identify, files):
     code, _, err = identify("friction", files / "a.csv", files / "copy.csv")
     assert code == 2
     assert f"{files / 'copy.csv'}: rows: the same as those of {files / 'a.csv'}; needed: each recording once" in err
+
+
+def test_a_slowest_above_every_speed_is_named_as_the_cause(identify, files):
+    code, out, err = identify("motion", files / "a.csv", "--slowest", "1e9")
+    assert (code, out) == (2, "")
+    assert "no joint is faster than --slowest 1e+09 (rad/s or m/s); needed: a slowest far below the speeds" in err

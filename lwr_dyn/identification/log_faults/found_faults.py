@@ -51,7 +51,7 @@ def prepared_logs(
             continue
         faults += cut
     single, repeats = apart_from(logs)
-    return PreparedLogs(single, tuple(faults), (*errors, *repeats))
+    return PreparedLogs(tuple(single), tuple(faults), (*errors, *repeats))
 
 
 def log_faults(logs: Sequence[JointLog], arm: Arm) -> tuple[LogFault, ...]:

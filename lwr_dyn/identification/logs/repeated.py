@@ -36,9 +36,9 @@ def repeated(log: JointLog, seen: dict[bytes, str], needed: str = "each recordin
 
 def apart_from(
     logs: Sequence[JointLog], others: Sequence[JointLog] = (), what: str = "", needed: str = "each recording once"
-) -> tuple[tuple[JointLog, ...], tuple[LogError, ...]]:
+) -> tuple[list[JointLog], list[LogError]]:
     """The logs whose rows stand neither in `others` (which are `what`) nor in a log before; a fault for each other."""
     seen = {digest_of(log): f"{log.source}, {what}" for log in others}
     faults = [repeated(log, seen, needed) for log in logs]
-    kept = tuple(log for log, fault in zip(logs, faults, strict=True) if fault is None)
-    return kept, tuple(fault for fault in faults if fault is not None)
+    kept = [log for log, fault in zip(logs, faults, strict=True) if fault is None]
+    return kept, [fault for fault in faults if fault is not None]

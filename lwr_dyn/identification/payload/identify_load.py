@@ -1,7 +1,7 @@
 """A load in the hand of an arm from a log: ten parameters, beside the friction of the joints or the arm as a whole."""
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,7 @@ from lwr_dyn.dynamics.regressor import INERTIAL
 from lwr_dyn.errors import OptionError
 from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.logs.log_columns import LogError
+from lwr_dyn.identification.payload.arm_doubt import arm_doubt, model_squares
 from lwr_dyn.identification.payload.load_columns import NAMES, load_shift
 from lwr_dyn.identification.regression.grouped import GroupedEstimate, equations_of, grouped
 from lwr_dyn.identification.regression.joint_columns import FrictionForm
@@ -55,6 +56,8 @@ class LoadIdentification:
     known: str
     nuisance: tuple[str, ...]
     """What was fitted beside the load."""
+    share: float = 0.0
+    """How far the arm seems off its table where residuals are not noise; its errors are in the covariance."""
     __repr__ = short_repr
 
     def __post_init__(self) -> None:
@@ -144,15 +147,16 @@ def _identified(
         beside = np.setdiff1d(np.arange(columns.bodies, columns.count), columns.rotor_indices)
         known, said = own.copy(), "the arm's inertias"
         known[beside] = 0.0
-    problems = [_LoadProblem(loaded, columns, known, beside, load_shift(arm.chain.flange))]
+    problems = [_LoadProblem(loaded, columns, known, beside, load_shift(arm.chain.flange), arm)]
     if empty:
-        problems.append(_LoadProblem(samples_of(empty, rule), columns, known, beside, np.zeros((TEN, TEN))))
+        problems.append(_LoadProblem(samples_of(empty, rule), columns, known, beside, np.zeros((TEN, TEN)), arm))
     normal = sum((p.equations() for p in problems[1:]), problems[0].equations())
     start = np.sqrt(normal.squares / np.maximum(normal.equations, 1)) + 1e-9
     fit = grouped(normal, start)
     if not fit.determined[0]:
         raise LogError(loaded.sources[0], "columns q1..", "the load's mass is not determined", _NEEDED)
-    return _result(fit, problems, rule.cutoff, said, tuple(columns.names[k] for k in beside))
+    found = _result(fit, problems, rule.cutoff, said, tuple(columns.names[k] for k in beside))
+    return found if empty else _doubted(found, fit, problems[0])
 
 
 _NEEDED = "a motion that turns the load against gravity, at changing speeds"
@@ -177,6 +181,7 @@ class _LoadProblem:
     known: Array
     beside: NDArray[np.intp]
     shift: Array
+    arm: Arm
 
     def blocks(self) -> Iterator[tuple[slice, Array, Array]]:
         """Rows, X (k, n, p) and y (k, n) with what is known taken off."""
@@ -192,11 +197,29 @@ class _LoadProblem:
         parts = [equations_of(X, y, self.samples.used[rows]) for rows, X, y in self.blocks()]
         return sum(parts[1:], parts[0])
 
+    def residuals(self, values: Array) -> Array:
+        """(k, n) [N m or N], 0 where not used."""
+        return np.concatenate([(y - X @ values) * self.samples.used[rows] for rows, X, y in self.blocks()])
+
     def slow_squares(self, values: Array) -> Array:
         """Of the residuals in slow sums, (n,) [(N m)^2 or N^2], times the number of equations."""
-        left = np.concatenate([(y - X @ values) * self.samples.used[rows] for rows, X, y in self.blocks()])
+        left = self.residuals(values)
         length = max(1, round(WINDOW / float(np.median(np.diff(self.samples.t)))))
         return np.asarray(np.square(window_sums(left, self.samples.recording, length)).sum(axis=0))
+
+
+def _doubted(found: LoadIdentification, fit: GroupedEstimate, problem: _LoadProblem) -> LoadIdentification:
+    """With the errors of the arm's table in the covariance, as large as the residuals say."""
+    columns, samples = problem.columns, problem.samples
+    wrong = model_squares(problem.residuals(fit.values), samples.used, samples.recording)
+    if not wrong.any():
+        return found
+    table = np.r_[0 : columns.bodies, columns.rotor_indices]
+    whole = replace(problem, beside=np.concatenate([problem.beside, table])).equations()
+    noise = np.where(np.isnan(fit.noise), 1.0, fit.noise)
+    share, more = arm_doubt(whole, columns, columns.own(problem.arm), fit.values.size, noise, wrong)
+    covariance = found.covariance + np.where(np.isfinite(found.covariance), more[:TEN, :TEN], 0.0)
+    return replace(found, covariance=covariance, share=share)
 
 
 def _result(

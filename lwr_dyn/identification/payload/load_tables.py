@@ -27,7 +27,7 @@ def load_text(found: LoadIdentification, load: PossibleLoad | None) -> str:
         )
     ]
     lines = _body_lines(found, load) if load is not None else [
-        f"no load found: torques give {with_error(float(found.parameters[0]), float(found.sigma[0]))} kg"
+        f"no load found: torques give {with_error(float(found.parameters[0]), float(found.sigma[0]))} kg{_doubt(found)}"
     ]  # fmt: skip
     return "\n".join((
         *lines,
@@ -45,11 +45,18 @@ def _body_lines(found: LoadIdentification, load: PossibleLoad) -> list[str]:
         for name, unit, value, sigma, state in zip(NAMES, UNITS, load.values, load.sigma, states(found), strict=True)
     ]
     return [
-        f"load of {with_error(float(load.values[0]), float(load.sigma[0]))} kg",
+        f"load of {with_error(float(load.values[0]), float(load.sigma[0]))} kg{_doubt(found)}",
         aligned(rows, ("of the load", "value", "by the motion")),
         "com in the frame of the flange (of the tool's point where the arm has one), tensor about com along its axes",
         _about(load),
     ]
+
+
+def _doubt(found: LoadIdentification) -> str:
+    if not (found.systematic or found.share):
+        return ""
+    wide = f", its errors widened for an arm {found.share:.0%} off its table" if found.share else ""
+    return f"; IN DOUBT: residuals are not noise alone{wide}"
 
 
 def load_warnings(found: LoadIdentification) -> tuple[str, ...]:
