@@ -10,15 +10,12 @@ import pytest
 import lwr_dyn
 from lwr_dyn.dynamics.regressor import body_parameters
 from lwr_dyn.errors import OptionError
-from lwr_dyn.identification.regression.information import Information
 from lwr_dyn.identification.slips.discrepancy import link_discrepancies, table_pseudo_inertias
 from lwr_dyn.identification.slips.exchanges import exchanges
 from lwr_dyn.identification.slips.hypotheses import as_printed
 from lwr_dyn.identification.slips.log_evidence import log_evidence
-from lwr_dyn.identification.slips.printed_cells import Cell, PrintedCells, printed_cells
+from lwr_dyn.identification.slips.printed_cells import Cell, printed_cells
 from lwr_dyn.identification.slips.repairs import of_cells, of_columns
-from lwr_dyn.identification.slips.scales import factor_of
-from lwr_dyn.identification.slips.slip_tables import slip_lines
 from lwr_dyn.identification.slips.table_against_log import OFF, table_against_log
 from lwr_dyn.identification.slips.trace import trace_cells, trace_slips
 from lwr_dyn.papers.catalog import open_paper
@@ -182,41 +179,3 @@ def test_bad_input(study: SlipStudy) -> None:
             trace_slips(study.information, study.arm, trust=trust)
     with pytest.raises(OptionError, match="gives no mass"):
         printed_cells(open_paper("lwr4"))
-
-
-@pytest.mark.parametrize("factor", [1.15, 1.3, 0.8])
-def test_an_arm_that_is_heavier_as_a_whole_accuses_no_cell(study: SlipStudy, factor: float) -> None:
-    said, values = "all masses", study.table.values.copy()
-    values[:, 0] *= factor
-    heavier = _away(study, study.table.with_values(values))
-    report = trace_cells(heavier, study.table, trust=0.05)
-    best = report.explanations[0]
-    assert best.scaled == (said,)
-    assert len(best.repairs) == 1
-    assert factor_of(said, best.table, study.table) == pytest.approx(factor, rel=0.05)
-    assert all(not e.freed for e in report.explanations)
-    assert not report.looser_is_likelier
-
-
-def _away(study: SlipStudy, arm: PrintedCells) -> Information:
-    log = study.log(0.0, np.random.default_rng(4))
-    own = [*range(70), *log.columns.rotor_indices]
-    return replace(log, values=log.values + log.base.grouping[:, own] @ (arm.parameters() - study.table.parameters()))
-
-
-def test_an_arm_further_off_than_trusted_is_said_to_be(study: SlipStudy) -> None:
-    report = trace_cells(study.log(0.15, np.random.default_rng(4)), study.table, trust=0.05, most=2)
-    assert report.looser_is_likelier
-    assert report.looser is not None
-    assert 0.1 <= report.looser <= 0.2
-    said = slip_lines(report)
-    assert said[1].startswith("the arm may be further off its table than --trust 5%: with --trust 1")
-    assert len(said) == 2 or said[2].startswith("less likely")
-
-
-def test_a_slip_is_not_taken_for_an_arm_that_is_off(study: SlipStudy) -> None:
-    rng = np.random.default_rng(5)
-    for cell, value in ((Cell(4, 3), -0.004375432), (Cell(3, 0), 27.0), (Cell(1, 3), -0.0773)):
-        report = trace_cells(study.log(0.05, rng), study.table.with_cell(cell, value), trust=0.05, most=2)
-        assert report.explanations
-        assert not report.looser_is_likelier

@@ -116,12 +116,6 @@ def _verdict(slips: SlipReport) -> str:
     chi2 = f"chi squared {number(slips.printed.chi2)}, at most {number(slips.limit)}"
     if slips.fits:
         return f"The table meets the logs as printed ({chi2})."
-    if slips.looser is not None and slips.looser_is_likelier:
-        return (
-            f"The table does not meet the logs ({chi2}). The arm may be further off its table than "
-            f"{100 * slips.trust:.3g} %: with {100 * slips.looser:.0f} % the table meets the logs, which is likelier "
-            "than any repair."
-        )
     if not slips.explanations:
         return f"The table does not meet the logs ({chi2}), and no repairs were found with which it does."
     return f"The table does not meet the logs ({chi2}); it does with the repairs of any one explanation."

@@ -28,11 +28,10 @@ from lwr_dyn.identification.slips.repairs import (
     Repair,
     repeats,
 )
-from lwr_dyn.identification.slips.scales import SCALE, SPREAD, scale_of, scale_slope, scaled_cells
 
 COUNT = 500.0
 """How many repairs a table has, by order of magnitude: what a repair, or a body that cannot be, must win."""
-WAYS = {CONVENTION: 20.0, SCALE: 20.0, COLUMN: 50.0, AXES: 60.0, COPY: 80.0, POWERS_APART: 5000.0, UNIT: 5000.0}
+WAYS = {CONVENTION: 20.0, COLUMN: 50.0, AXES: 60.0, COPY: 80.0, POWERS_APART: 5000.0, UNIT: 5000.0}
 """The same for kinds that have fewer, or happen less."""
 POSSIBLE = -0.01
 """Least eigenvalue of a body's pseudo-inertia, scaled to a diagonal of 1, that printed digits may leave."""
@@ -60,22 +59,7 @@ class Hypothesis:
     @property
     def keys(self) -> tuple[Key, ...]:
         """One a repair; the value of a freed cell is not part of it."""
-        return tuple((r.cells, "freed" if r.kind in (*FREED, SCALE) else r.text) for r in self.repairs)
-
-    @property
-    def scaled(self) -> tuple[str, ...]:
-        """Common factors that are the log's, as `SCALES` names them."""
-        return scales_of(self.repairs)
-
-    @property
-    def open(self) -> int:
-        """How many numbers are the log's."""
-        return len(self.freed) + len(self.scaled)
-
-
-def scales_of(repairs: Sequence[Repair]) -> tuple[str, ...]:
-    """The common factors among some repairs."""
-    return tuple(scale_of(r) for r in repairs if r.kind == SCALE)
+        return tuple((r.cells, "freed" if r.kind in FREED else r.text) for r in self.repairs)
 
 
 def as_printed(evidence: LogEvidence, table: PrintedCells) -> Hypothesis:
@@ -89,32 +73,28 @@ def repaired(evidence: LogEvidence, before: Hypothesis, repair: Repair) -> Hypot
     """A hypothesis with one repair more; cells that were freed take their best values anew."""
     freed = (*before.freed, *repair.cells) if repair.kind in FREED else before.freed
     table, parts = repair.table, evidence.parts(repair.table, before.table, before.parts)
+    chi2, weight, table = _judged(evidence, table, parts, freed)
     repairs = (*before.repairs, repair)
-    chi2, weight, table = _judged(evidence, table, parts, freed, scales_of(repairs))
     weight += 2.0 * sum(np.log(WAYS.get(r.kind, COUNT)) for r in repairs)
     return Hypothesis(repairs, table, freed, chi2, weight, parts)
 
 
 def _judged(
-    evidence: LogEvidence, table: PrintedCells, parts: Array, freed: Sequence[Cell], scaled: Sequence[str] = ()
+    evidence: LogEvidence, table: PrintedCells, parts: Array, freed: Sequence[Cell]
 ) -> tuple[float, float, PrintedCells]:
-    """chi^2, -2 log p without the repairs' count, and the table with freed cells and factors at their best values."""
+    """chi^2, -2 log p without the repairs' count, and the table with the freed cells at their best values."""
     L = np.linalg.cholesky(np.eye(evidence.directions) + parts.sum(axis=0))
     weight = 2.0 * float(np.log(np.diag(L)).sum())
-    for _ in range(2 if freed or scaled else 0):  # the centre of mass enters squared
-        slopes = [table.derivatives(freed)] if freed else []
-        slopes += [scale_slope(name, table)[:, None] for name in scaled]
-        U = np.linalg.solve(L, evidence.K @ np.hstack(slopes))
+    for _ in range(2 if freed else 0):  # the centre of mass enters squared
+        U = np.linalg.solve(L, evidence.K @ table.derivatives(freed))
         best = -np.linalg.lstsq(U, np.linalg.solve(L, evidence.misfit(table)), rcond=None)[0]
         values = table.values.copy()
-        for cell, step in zip(freed, best[: len(freed)], strict=True):
+        for cell, step in zip(freed, best, strict=True):
             values[cell] += step
-        for name, step in zip(scaled, best[len(freed) :], strict=True):
-            values = np.where(scaled_cells(name, table), 1.0 + step, 1.0) * values
         table = table.with_values(values)
-    if freed or scaled:
-        sizes = np.array([*(typical_size(table, c) for c in freed), *(SPREAD for _ in scaled)])
-        weight += float(np.linalg.slogdet(np.eye(len(sizes)) + (U * sizes).T @ (U * sizes))[1])
+    if freed:
+        sizes = np.array([typical_size(table, c) for c in freed])
+        weight += float(np.linalg.slogdet(np.eye(len(freed)) + (U * sizes).T @ (U * sizes))[1])
     left = np.linalg.solve(L, evidence.misfit(table))
     chi2 = float(left @ left)
     weight += 2.0 * np.log(COUNT) * impossible_bodies(table)

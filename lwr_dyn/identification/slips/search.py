@@ -6,7 +6,7 @@ import numpy as np
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.identification.slips.exchanges import exchanges
-from lwr_dyn.identification.slips.hypotheses import SHOWN, WAYS, Hypothesis, Key, free_cells, freed_repair, repaired
+from lwr_dyn.identification.slips.hypotheses import WAYS, Hypothesis, Key, free_cells, freed_repair, repaired
 from lwr_dyn.identification.slips.log_evidence import LogEvidence
 from lwr_dyn.identification.slips.printed_cells import Cell, PrintedCells, stacked_parameters
 from lwr_dyn.identification.slips.repairs import (
@@ -19,7 +19,6 @@ from lwr_dyn.identification.slips.repairs import (
     possible,
     repeats,
 )
-from lwr_dyn.identification.slips.scales import factor_of, names_of, scale_repair, scale_slope
 from lwr_dyn.identification.slips.shown_cells import ShownCells
 
 WIDTH = 8
@@ -50,7 +49,7 @@ def steps(
 
 def fits(evidence: LogEvidence, hypothesis: Hypothesis) -> bool:
     """Whether a table with its repairs meets the log."""
-    return hypothesis.chi2 <= evidence.limit(hypothesis.open)
+    return hypothesis.chi2 <= evidence.limit(len(hypothesis.freed))
 
 
 def each_once(hypotheses: Iterable[Hypothesis]) -> tuple[Hypothesis, ...]:
@@ -103,10 +102,8 @@ def _looked_through(evidence: LogEvidence, at: Hypothesis) -> tuple[list[Repair]
 
 
 def are_slips(evidence: LogEvidence, printed: PrintedCells, hypothesis: Hypothesis) -> bool:
-    """Whether every freed cell, and every common factor, has changed by more than the arm itself may differ."""
+    """Whether every freed cell has changed by more than the arm itself may differ."""
     steps = hypothesis.table.values - printed.values
-    if any(abs(factor_of(name, hypothesis.table, printed) - 1.0) <= evidence.trust for name in hypothesis.scaled):
-        return False
     return all(abs(steps[c]) > _least_slip(evidence, printed, c) for c in hypothesis.freed)
 
 
@@ -129,17 +126,4 @@ def _promising(evidence: LogEvidence, at: Hypothesis, shown: ShownCells) -> Iter
     left = np.where(np.abs(free.step) > least, free.chi2, np.inf)
     likely = [i for i in np.argsort(left, kind="stable")[: LOOKED_AT // 2] if np.isfinite(left[i])]
     values = [freed_repair(at.table, cells[i], float(printed[i] + free.step[i])) for i in likely]
-    return [*(repairs[i] for i in order), *values, *_common_factors(evidence, at)]
-
-
-def _common_factors(evidence: LogEvidence, at: Hypothesis) -> Iterable[Repair]:
-    """Each common factor that is not there yet, at its best value."""
-    if at.scaled:
-        return
-    L = np.linalg.cholesky(np.eye(evidence.directions) + at.parts.sum(axis=0))
-    r = np.linalg.solve(L, evidence.misfit(at.table))
-    for name in names_of(at.table):
-        u = np.linalg.solve(L, evidence.K @ scale_slope(name, at.table))
-        factor = 1.0 - float(u @ r) / max(float(u @ u), SHOWN)
-        if factor > 0.0 and abs(factor - 1.0) > evidence.trust:
-            yield scale_repair(at.table, name, factor)
+    return [*(repairs[i] for i in order), *values]

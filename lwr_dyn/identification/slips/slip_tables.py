@@ -31,22 +31,7 @@ def slip_text(report: SlipReport, cells: tuple[CellAgainstLog, ...], paper: Pape
 
 def slip_lines(report: SlipReport, paper: Paper | None = None) -> tuple[str, ...]:
     """The verdict, then each repair with what may stand in its place."""
-    verdict, doubt = _verdict(report), _doubt(report)
-    if not doubt:
-        return (verdict, *_repairs(report, paper))
-    head = verdict.split("; ")[0].split(", and no repairs")[0]
-    more = [f"less likely, if it is not: {verdict.split('; ')[1]}"] if report.explanations else []
-    return (head, doubt, *more, *(_repairs(report, paper) if more else ()))
-
-
-def _doubt(report: SlipReport) -> str:
-    """That the arm may be further off than it is trusted to be, where that is likelier than a slip."""
-    if report.looser is None or not report.looser_is_likelier:
-        return ""
-    return (
-        f"the arm may be further off its table than --trust {100 * report.trust:.3g}%: "
-        f"with --trust {report.looser:.0%} the table meets the log, and no cell is to blame"
-    )
+    return (_verdict(report), *_repairs(report, paper))
 
 
 def cell_table(report: SlipReport, cells: tuple[CellAgainstLog, ...]) -> Table:
@@ -137,8 +122,6 @@ def slip_record(report: SlipReport, cells: tuple[CellAgainstLog, ...], paper: Pa
         "chi2": report.printed.chi2,
         "limit": report.limit,
         "trust": report.trust,
-        "looser_trust": report.looser,
-        "looser_trust_is_likelier": report.looser_is_likelier,
         "sure": [_repair_record(r, paper) for r in report.sure],
         "explanations": [
             {"repairs": [_repair_record(r, paper) for r in e.repairs], "chi2": e.chi2, "evidence": e.evidence}

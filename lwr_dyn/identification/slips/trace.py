@@ -12,7 +12,6 @@ from lwr_dyn.identification.slips.hypotheses import FREED, Hypothesis, as_printe
 from lwr_dyn.identification.slips.log_evidence import LogEvidence, log_evidence
 from lwr_dyn.identification.slips.printed_cells import Cell, PrintedCells, printed_cells
 from lwr_dyn.identification.slips.repairs import Repair
-from lwr_dyn.identification.slips.scales import SCALE, factor_of, scale_of, scale_repair
 from lwr_dyn.identification.slips.search import are_slips, each_once, fits, steps
 from lwr_dyn.identification.slips.shown_cells import ShownCells, shown_cells
 from lwr_dyn.model.arm import Arm
@@ -26,10 +25,6 @@ SAID = 12
 """Explanations that are looked at to the end."""
 SAME = 0.1
 """Of two tables whose difference the log shows by less, in sigma, it says the same."""
-TRUSTS = (0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.5)
-"""Larger trusts that are looked at where a table does not meet the log."""
-LOOSER = 2.0 * np.log(20.0)
-"""In -2 log p: what a larger trust must win over repairs."""
 A_CELL = 0.01
 """In -2 log p: of explanations that are as likely, the one that touches fewer cells comes first."""
 DOUBT = 2.0 * np.log(100.0)
@@ -51,10 +46,6 @@ class SlipReport:
     limit: float
     """Largest chi^2 of a table that fits."""
     trust: float
-    looser: float | None = None
-    """The least of `TRUSTS` with which the table meets the log as printed, where it does not with `trust`."""
-    looser_is_likelier: bool = False
-    """Whether that explains the log better than any repair does."""
 
     @property
     def fits(self) -> bool:
@@ -145,21 +136,7 @@ def trace_cells(
     explained = tuple(_with_values(h, table) for h in sorted(plain, key=lambda h: h.evidence))
     if explained:
         shown = shown_cells(information, explained[0].table)
-    looser, likelier = _looser(evidence, printed, explained)
-    return SlipReport(printed, explained, best, shown, evidence.limit(), trust, looser, likelier)
-
-
-def _looser(
-    evidence: LogEvidence, printed: Hypothesis, explained: tuple[Hypothesis, ...]
-) -> tuple[float | None, bool]:  # fmt: skip
-    """The least larger trust with which the table meets the log, and whether it is likelier than every repair."""
-    if fits(evidence, printed):
-        return None, False
-    larger = {t: as_printed(replace(evidence, trust=t), printed.table) for t in TRUSTS if t > evidence.trust}
-    meeting = {t: h.evidence for t, h in larger.items() if fits(evidence, h)}
-    if not meeting:
-        return None, False
-    return min(meeting), not explained or min(meeting.values()) + LOOSER < explained[0].evidence
+    return SlipReport(printed, explained, best, shown, evidence.limit(), trust)
 
 
 def _says_less(evidence: LogEvidence, one: Hypothesis, other: Hypothesis) -> bool:
@@ -183,16 +160,11 @@ def _cells(hypothesis: Hypothesis) -> set[Cell]:
 
 def _with_values(hypothesis: Hypothesis, printed: PrintedCells) -> Hypothesis:
     """The hypothesis that says the values its freed cells have at the end."""
-    return replace(hypothesis, repairs=tuple(_said(r, hypothesis, printed) for r in hypothesis.repairs))
-
-
-def _said(repair: Repair, hypothesis: Hypothesis, printed: PrintedCells) -> Repair:
-    if repair.kind == SCALE:
-        name = scale_of(repair)
-        return scale_repair(printed, name, factor_of(name, hypothesis.table, printed))
-    if repair.kind in FREED:
-        return freed_repair(printed, repair.cells[0], hypothesis.table.value(repair.cells[0]))
-    return repair
+    said = tuple(
+        freed_repair(printed, r.cells[0], hypothesis.table.value(r.cells[0])) if r.kind in FREED else r
+        for r in hypothesis.repairs
+    )
+    return replace(hypothesis, repairs=said)
 
 
 def checked_trust(trust: float) -> float:
