@@ -47,7 +47,8 @@ def readable_logs(
     """The logs of the files that can be used, and a fault for each other one.
 
     What preparing them did, and joints that never move, are warnings. Where the arm explains the logs only with other
-    signs, order or units of columns, none can be used; with `as_logged` that is a warning too.
+    signs, order or units of columns, none can be used; with `as_logged` that is a warning too. With
+    a torque that never changes none can be used in any case.
     """
     prepared = prepared_logs(paths, units, arm, column_map(columns), needs, also)
     warn(prepared.notes)
@@ -58,7 +59,7 @@ def readable_logs(
         faults = log_faults(logs, arm)
     except LwrDynError:  # too few rows, of which the command itself says more
         return logs, errors
-    severe = [] if as_logged else [fault for fault in faults if fault.severe]
+    severe = [fault for fault in faults if fault.severe and (fault.kind == "silent" or not as_logged)]
     warn(str(fault) for fault in faults if fault not in severe)
     refused = [LogError(fault.where, "columns", fault.found, fault.needed) for fault in severe]
     return ([] if severe else logs), [*errors, *refused]

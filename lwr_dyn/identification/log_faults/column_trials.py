@@ -44,6 +44,10 @@ MOST = 4
 """Changes that are looked for, one after the other."""
 BEYOND = 0.35
 """[rad or m] past its limits by which a change may not put a joint."""
+WHOLE = 0.5
+"""Share of instants at which all torques must be known, or nothing is tried."""
+LEAST = 50
+"""Number of such instants, where torques were cut out."""
 ROUNDING = 1e-12
 _ROUNDS = 3
 
@@ -181,11 +185,24 @@ def column_faults(samples: Samples, arm: Arm) -> tuple[LogFault, ...]:
     return tuple(faults)
 
 
-def trial_samples(logs: Iterable[JointLog]) -> Samples:
-    """Some hundred instants of logs on even clocks, whose torques are all known; raises `LogError` as `samples_of`."""
+def trial_samples(logs: Iterable[JointLog]) -> Samples | None:
+    """Some hundred instants of logs on even clocks, whose torques are all known; raises `LogError` as `samples_of`.
+
+    None where torques are cut out of most instants, or of all but `LEAST`: those left are of one kind, such as few
+    loads, and other signs and orders may explain them as well.
+    """
     samples = samples_of(logs, SampleRule(slowest=0.0))
-    known = np.flatnonzero(samples.used.all(axis=1) | (samples.dq == 0.0).any(axis=1))
-    return samples.select(known[np.unique(np.linspace(0, known.size - 1, min(INSTANTS, known.size)).astype(np.intp))])
+    whole = np.flatnonzero((samples.used | (samples.dq == 0.0)).all(axis=1))
+    if whole.size < max(LEAST, WHOLE * len(samples)) and whole.size < len(samples):
+        return None
+    return samples.select(whole[np.unique(np.linspace(0, whole.size - 1, min(INSTANTS, whole.size)).astype(np.intp))])
+
+
+def not_tried(logs: Iterable[JointLog]) -> LogFault:
+    """Says that `trial_samples` has none."""
+    where = ", ".join(dict.fromkeys(log.source for log in logs))
+    found = "torques are cut out of most instants: signs, order and units of columns were not checked"
+    return LogFault("saturated", (), where, found, "a motion below the torques' bounds")
 
 
 def _inside(q: Array, arm: Arm) -> bool:

@@ -5,9 +5,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from lwr_dyn.errors import LwrDynError
-from lwr_dyn.identification.log_faults.column_trials import column_faults, trial_samples
+from lwr_dyn.identification.log_faults.column_trials import column_faults, not_tried, trial_samples
 from lwr_dyn.identification.log_faults.log_fault import LogFault
 from lwr_dyn.identification.log_faults.saturation import cut_saturated
+from lwr_dyn.identification.log_faults.silent_torques import silent_torques
 from lwr_dyn.identification.log_faults.still_joints import still_joints
 from lwr_dyn.identification.log_faults.torque_scale import torque_scale_faults
 from lwr_dyn.identification.logs.clock import on_even_clock
@@ -55,10 +56,11 @@ def prepared_logs(
 
 
 def log_faults(logs: Sequence[JointLog], arm: Arm) -> tuple[LogFault, ...]:
-    """Faults of logs that were taken of an arm: columns of wrong sign, order or unit, and silent joints.
+    """Faults of logs taken of an arm: columns of wrong sign, order or unit, torques that never change, still joints.
 
+    Where torques are cut out of most instants, sign, order and unit are not tried: what is left is not the motion.
     Saturated torques are cut out and said by `prepared_logs`; what a motion leaves open is said by
-    `MotionIdentification.missing_motions`.
+    `MotionIdentification.missing_motions`. Torques that never change are the only fault that is returned with them.
 
     Parameters
     ----------
@@ -77,6 +79,11 @@ def log_faults(logs: Sequence[JointLog], arm: Arm) -> tuple[LogFault, ...]:
     LogError
         As `samples_of`.
     """
+    silent = silent_torques(logs)
+    if silent:
+        return silent
     samples = trial_samples(logs)
+    if samples is None:
+        return (not_tried(logs), *still_joints(logs))
     scale = torque_scale_faults(samples, arm)
     return (*scale, *(() if scale else column_faults(samples, arm)), *still_joints(logs))

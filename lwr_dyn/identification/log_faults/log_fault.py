@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Literal
 
-FaultKind = Literal["saturated", "still", "sign", "order", "unit"]
+FaultKind = Literal["saturated", "still", "silent", "sign", "order", "unit"]
 
 
 @dataclass(frozen=True, slots=True)

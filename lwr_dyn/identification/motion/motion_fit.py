@@ -5,7 +5,6 @@ Beyond the paper, which needs constant velocities. Base parameters are combinati
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from math import isfinite
 
 import numpy as np
 
@@ -37,6 +36,9 @@ from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.shown import repr_html, short_repr
 
+LARGEST_TRUST = 10.0
+"""Times the table's values that an arm may be off it; beyond, the table says nothing and leaves no bodies."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MotionRule:
@@ -60,7 +62,7 @@ class MotionRule:
     Raises
     ------
     OptionError
-        A trust that is not above 0; fewer than two folds.
+        A trust that is not above 0 or beyond `LARGEST_TRUST`; fewer than two folds.
     """
 
     samples: SampleRule = DEFAULT_SAMPLES
@@ -73,8 +75,8 @@ class MotionRule:
     def __post_init__(self) -> None:
         if self.folds < 2:
             raise OptionError("folds", self.folds, "a number of at least 2")
-        if self.trust is not None and not (isfinite(self.trust) and self.trust > 0.0):
-            raise OptionError("trust", self.trust, "a share above 0, such as 0.2")
+        if self.trust is not None and not (0.0 < self.trust <= LARGEST_TRUST):
+            raise OptionError("trust", self.trust, f"a share above 0 and up to {LARGEST_TRUST:g}, such as 0.2 for 20 %")
 
     @property
     def weight(self) -> float | None:

@@ -19,6 +19,9 @@ SETTLED = 1e-6
 QUIET = 1e-7
 """Noise below this share of a group's right side may be rounding alone."""
 
+LEAST = 1e-9
+"""[N m or N] Least noise, also of a group whose right sides are all 0: its weight stays a number that others bear."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GroupedEstimate:
@@ -88,7 +91,7 @@ def grouped(normal: NormalEquations, start: Array, known: bool = False) -> Group
     ([2.0], [1.0])
     """
     count = normal.equations
-    floor = QUIET * np.sqrt(normal.squares / np.maximum(count, 1)) + 1e-150
+    floor = QUIET * np.sqrt(normal.squares / np.maximum(count, 1)) + LEAST
     noise = np.asarray(start, dtype=np.float64)
     for _ in range(0 if known else ROUNDS):
         matrix, side = normal.weighted(noise)

@@ -1,0 +1,133 @@
+"""Logs whose torques are mostly cut out, or never change: fitted by joint, or refused in one line."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import lwr_dyn
+from lwr_dyn.errors import OptionError
+from lwr_dyn.identification.log_faults.found_faults import log_faults
+from lwr_dyn.identification.log_faults.saturation import cut_saturated
+from lwr_dyn.identification.logs.joint_log import JointLog, write_log
+from lwr_dyn.identification.motion.motion_fit import MotionRule
+from lwr_dyn.identification.regression.grouped import equations_of, grouped
+from lwr_dyn.identification.regression.torque_columns import TorqueColumns
+from lwr_dyn.model.arm import Arm
+from tests.identification.plants import perturbed_plant, random_motion, simulated_log
+
+Command = Callable[..., tuple[int, str, str]]
+OF_THE_LWR = ("--robot", "lwr4plus", "--reading", "physical")
+
+
+@pytest.fixture(scope="module")
+def lwr() -> Arm:
+    return lwr_dyn.load("lwr4plus", "physical")
+
+
+@pytest.fixture(scope="module")
+def log(lwr: Arm) -> JointLog:
+    rng = np.random.default_rng(11)
+    plant = perturbed_plant(TorqueColumns(lwr.chain), lwr, rng, 0.01)
+    return simulated_log(plant, random_motion(lwr, 8.0, rng, rate=500.0), 0.1, rng, encoder=1e-5)
+
+
+def with_torques(log: JointLog, path: Path, change: Callable[[np.ndarray], np.ndarray]) -> str:
+    write_log(path, replace(log, tau=change(log.tau)))
+    return str(path)
+
+
+@pytest.mark.parametrize("command", ["motion", "table"])
+def test_clipped_torques_are_fitted_by_joint(
+    command: str, log: JointLog, tmp_path: Path, lwr_dyn_command: Command
+) -> None:
+    path = with_torques(log, tmp_path / "a.csv", lambda tau: np.clip(tau, -8.0, 8.0))
+    code, out, err = lwr_dyn_command("identify", command, path, *OF_THE_LWR)
+    assert code in (0, 1), err
+    assert out
+    assert "column tau2: " in err
+    assert "signs, order and units of columns were not checked" in err
+
+
+@pytest.mark.parametrize("command", ["motion", "table"])
+def test_torques_always_at_a_bound_are_refused(
+    command: str, log: JointLog, tmp_path: Path, lwr_dyn_command: Command
+) -> None:
+    path = with_torques(log, tmp_path / "a.csv", lambda tau: np.clip(tau, -2.0, 2.0))
+    code, out, err = lwr_dyn_command("identify", command, path, *OF_THE_LWR)
+    assert (code, out) == (2, "")
+    last = err.splitlines()[-1]
+    assert "never change" in last
+    assert "-2 or 2" in last
+    assert "one joint further" not in err
+
+
+def test_of_few_cut_torques_columns_are_still_tried(log: JointLog, lwr: Arm) -> None:
+    wrong = replace(log, tau=np.clip(log.tau, -40.0, 40.0) * [1, -1, 1, 1, 1, 1, 1])
+    ready, cut = cut_saturated(wrong, lwr)
+    assert cut
+    (fault,) = log_faults([ready], lwr)
+    assert (fault.kind, fault.joints) == ("sign", (2,))
+
+
+DEAD = {
+    "all zero": (lambda tau: 0.0 * tau, "tau1, tau2, tau3, tau4, tau5, tau6, tau7 never change ("),
+    "all constant": (lambda tau: 0.0 * tau + 3.3, "tau1, tau2, tau3, tau4, tau5, tau6, tau7 never change (3.3, "),
+    "one": (lambda tau: tau * [1, 1, 0, 1, 1, 1, 1], "tau3 never changes (0 N m or N) while the joint moved"),
+}
+
+
+@pytest.mark.parametrize("options", [("motion", "--as-logged"), ("table",), ("payload",)])
+@pytest.mark.parametrize("case", DEAD)
+def test_torques_that_never_change_are_refused_in_one_line(
+    case: str, options: tuple[str, ...], log: JointLog, tmp_path: Path, lwr_dyn_command: Command
+) -> None:
+    change, text = DEAD[case]
+    path = with_torques(log, tmp_path / "dead.csv", change)
+    code, out, err = lwr_dyn_command("identify", options[0], path, *OF_THE_LWR, *options[1:])
+    assert (code, out) == (2, "")
+    (line,) = err.splitlines()
+    assert text in line
+    assert "dead.csv" in line
+
+
+def test_a_still_joint_may_have_one_torque(log: JointLog, lwr: Arm) -> None:
+    q, tau = log.q.copy(), log.tau.copy()
+    q[:, 2], tau[:, 2] = 0.3, 0.0
+    kinds = [fault.kind for fault in log_faults([replace(log, q=q, tau=tau)], lwr)]
+    assert "silent" not in kinds
+    assert "still" in kinds
+
+
+def test_torque_that_changes_in_another_log_is_not_silent(log: JointLog, lwr: Arm) -> None:
+    assert log_faults([replace(log, tau=0.0 * log.tau), log], lwr) == ()
+
+
+def test_a_group_of_zeros_has_noise_that_others_bear() -> None:
+    rows = equations_of(np.ones((5, 2, 1)), np.array([[0.0, 1.0]] * 5), np.ones((5, 2), dtype=bool))
+    fit = grouped(rows, np.ones(2))
+    assert (fit.noise >= 1e-9).all()
+    assert np.isfinite(rows.weighted(fit.noise)[0]).all()
+    assert np.square(fit.sigma).item() > 0.0
+
+
+@pytest.mark.parametrize("trust", [0.0, -1.0, 100.0, 1e9, np.inf, np.nan])
+def test_a_trust_out_of_bounds_is_refused(trust: float) -> None:
+    with pytest.raises(OptionError, match="above 0 and up to"):
+        MotionRule(trust=trust)
+
+
+@pytest.mark.parametrize("trust", ["10", "100"])
+def test_large_trust_is_fitted_or_refused_in_one_line(
+    trust: str, log: JointLog, tmp_path: Path, lwr_dyn_command: Command
+) -> None:
+    path = with_torques(log, tmp_path / "a.csv", lambda tau: tau)
+    code, out, err = lwr_dyn_command("identify", "motion", path, *OF_THE_LWR, "--trust", trust)
+    if trust == "10":
+        assert (code, bool(out)) == (0, True)
+    else:
+        assert (code, out, len(err.splitlines())) == (2, "", 1)
