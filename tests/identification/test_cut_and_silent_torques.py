@@ -22,6 +22,8 @@ from tests.identification.plants import perturbed_plant, random_motion, simulate
 
 Command = Callable[..., tuple[int, str, str]]
 OF_THE_LWR = ("--robot", "lwr4plus", "--reading", "physical")
+BOUNDS = np.array([8.0, 8.0, 8.0, 8.0, 100.0, 100.0, 100.0])
+"""[N m] Clipped there no instant of the log has all torques."""
 
 
 @pytest.fixture(scope="module")
@@ -45,7 +47,7 @@ def with_torques(log: JointLog, path: Path, change: Callable[[np.ndarray], np.nd
 def test_clipped_torques_are_fitted_by_joint(
     command: str, log: JointLog, tmp_path: Path, lwr_dyn_command: Command
 ) -> None:
-    path = with_torques(log, tmp_path / "a.csv", lambda tau: np.clip(tau, -8.0, 8.0))
+    path = with_torques(log, tmp_path / "a.csv", lambda tau: np.clip(tau, -BOUNDS, BOUNDS))
     code, out, err = lwr_dyn_command("identify", command, path, *OF_THE_LWR)
     assert code in (0, 1), err
     assert out
@@ -53,16 +55,17 @@ def test_clipped_torques_are_fitted_by_joint(
     assert "signs, order and units of columns were not checked" in err
 
 
+@pytest.mark.parametrize("bound", [8.0, 2.0])
 @pytest.mark.parametrize("command", ["motion", "table"])
 def test_torques_always_at_a_bound_are_refused(
-    command: str, log: JointLog, tmp_path: Path, lwr_dyn_command: Command
+    command: str, bound: float, log: JointLog, tmp_path: Path, lwr_dyn_command: Command
 ) -> None:
-    path = with_torques(log, tmp_path / "a.csv", lambda tau: np.clip(tau, -2.0, 2.0))
+    path = with_torques(log, tmp_path / "a.csv", lambda tau: np.clip(tau, -bound, bound))
     code, out, err = lwr_dyn_command("identify", command, path, *OF_THE_LWR)
     assert (code, out) == (2, "")
     last = err.splitlines()[-1]
     assert "never change" in last
-    assert "-2 or 2" in last
+    assert f"-{bound:g} or {bound:g}" in last
     assert "one joint further" not in err
 
 
