@@ -6,6 +6,9 @@ import numpy as np
 import pytest
 
 import lwr_dyn
+from lwr_dyn.identification.excitation.clearance import clearance_of
+from lwr_dyn.identification.excitation.motion_design import MotionDesign
+from lwr_dyn.identification.excitation.room import check_room, column_words, links_inside
 from tests.json_schemas import faults
 
 pytest.importorskip("numba")
@@ -51,13 +54,36 @@ def test_the_record_says_what_the_motion_is(lwr_dyn_command):
         (("--duration", "-1"), "duration: -1.0; allowed: a time above 0 s"),
         (("--out", "e.txt"), "does not end in .csv, .parquet, .npz"),
         (("--keep", "-1"), "distance to keep: -1.0; allowed: 0 or more, in m"),
-        (("--margin-deg", "200"), "travel of joint_1"),
+        (("--margin-deg", "200"), "travel of joint_1: -170 deg (-2.97 rad) to 170 deg (2.97 rad)"),
+        (("--margin-deg", "-1"), "--margin-deg: -1.0; allowed: 0 or more, in deg"),
+        (("--floor", "5"), "the clearest of 2000 random poses is 4."),
+        (("--keep", "5"), "the clearest of 2000 random poses is 4."),
+        (("--column", "5"), "column: 5.0; allowed: a radius in m that does not hold the whole arm"),
+        (("--duration", "1e9"), "duration: 1000000000.0; allowed: a time above 0 s, at most 3600 s"),
+        (("--starts", "100000"), "starts: 100000; allowed: a whole number from 1 to 1000"),
+        (("--rate", "1e9", "--out", "e.csv"), "rate: 1000000000.0; allowed: above 0, at most 333333 Hz for 6 s"),
         (("--speed-share", "2"), "speed share: 2.0; allowed: above 0, at most 1"),
         (("--rate", "0", "--out", "e.csv"), "rate: 0.0; allowed"),
     ],
 )
-def test_bad_options_are_one_line(options, words, lwr_dyn_command, tmp_path, monkeypatch):
+def test_bad_options_are_one_line_before_any_search(options, words, lwr_dyn_command, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(MotionDesign, "start", lambda *_: pytest.fail("a search was begun"))
     code, out, err = lwr_dyn_command("excite", "lwr4plus", *QUICK, *options)
     assert (code, out, err.count("\n")) == (2, "", 1)
     assert words in err
+
+
+def test_the_column_says_what_it_reaches_and_what_it_does_not_hold():
+    arm = lwr_dyn.load("lwr4plus", "physical")
+    assert column_words(clearance_of(arm, column=0.0)) == ""
+    words = column_words(clearance_of(arm, column=0.3))
+    assert words.startswith("column of radius 0.3 m up to joint_1 at 0 m, rounded above it; not held against it")
+    drawn, wide = (links_inside(clearance_of(arm, column=x)) for x in (None, 0.3))
+    assert set(drawn) < set(wide)
+    assert set(wide) < set(links_inside(clearance_of(arm, column=5.0)))
+
+
+@pytest.mark.parametrize("robot", ["lwr4plus", "wam7", "kr30ha"])
+def test_arms_that_stand_as_drawn_have_room(robot):
+    check_room(clearance_of(lwr_dyn.load(robot)))

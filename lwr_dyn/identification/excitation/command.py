@@ -6,6 +6,7 @@ import click
 import numpy as np
 
 from lwr_dyn.cli.options import NUMBERS, OneOf, load_robot, print_json, robot_options
+from lwr_dyn.errors import OptionError
 from lwr_dyn.identification.excitation.clearance import KEPT, clearance_of
 from lwr_dyn.identification.excitation.design import (
     DURATION,
@@ -13,6 +14,7 @@ from lwr_dyn.identification.excitation.design import (
     NOISE,
     STARTS,
     check_choices,
+    check_rate,
     design_excitation,
     noise_of_joints,
 )
@@ -20,6 +22,7 @@ from lwr_dyn.identification.excitation.excitation_file import check_target, writ
 from lwr_dyn.identification.excitation.excitation_text import excitation_record, excitation_text
 from lwr_dyn.identification.excitation.motion_limits import MARGIN, SPEED_SHARE, TORQUE_SHARE, MotionLimits
 from lwr_dyn.identification.excitation.objectives import OBJECTIVES
+from lwr_dyn.identification.excitation.room import check_room
 from lwr_dyn.progress import progress
 from lwr_dyn.simulation.plant import arm_with_payload
 
@@ -41,7 +44,7 @@ from lwr_dyn.simulation.plant import arm_with_payload
 @click.option("--margin-deg", default=float(np.degrees(MARGIN)), show_default=f"{np.degrees(MARGIN):.3g}",
               help="Kept from the position limits, deg.")  # fmt: skip
 @click.option("--floor", type=float, help="Height of the floor in the first frame, m; where the arm is drawn to stand.")
-@click.option("--column", type=float, help="Radius of the column under the base, m; as drawn; 0 for none.")
+@click.option("--column", type=float, help="Radius of the column up to the first joint, m; as drawn; 0 for none.")
 @click.option("--keep", default=KEPT, show_default=True, help="Distance from floor, column and own links, m.")
 @click.option("--out", help="Write the motion there: .csv, .parquet, or .npz as a run.")
 @click.option("--rate", default=100.0, show_default=True, help="Rows a second of --out.")
@@ -54,7 +57,10 @@ def command(robot: str, reading: str | None, tip: str | None, locks: tuple[str, 
     ends in such a motion.
     """
     out, noise = given["out"], given["noise"]
-    check_choices(given["objective"], given["starts"], given["seed"])
+    check_choices(given["objective"], given["starts"], given["seed"], given["duration"])
+    check_rate(given["rate"], given["duration"])
+    if not given["margin_deg"] >= 0.0:
+        raise OptionError("--margin-deg", given["margin_deg"], "0 or more, in deg")
     if out is not None:
         check_target(out)
     arm = load_robot(robot, reading, tip, locks)
@@ -64,6 +70,7 @@ def command(robot: str, reading: str | None, tip: str | None, locks: tuple[str, 
     margin = float(np.radians(given["margin_deg"]))
     limits = MotionLimits.of(arm, margin, given["speed_share"], given["torque_share"], given["speed"])
     clearance = clearance_of(arm, given["keep"], given["floor"], given["column"])
+    check_room(clearance, given["column"])
     with progress("searching an exciting motion") as report:
         found = design_excitation(
             arm, given["duration"], given["objective"], given["starts"], given["harmonics"], given["seed"],

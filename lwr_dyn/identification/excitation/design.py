@@ -15,6 +15,7 @@ from lwr_dyn.identification.excitation.motion_design import MotionDesign, Search
 from lwr_dyn.identification.excitation.motion_limits import MotionLimits
 from lwr_dyn.identification.excitation.motion_score import SCORE_RATE, MotionScore, motion_score
 from lwr_dyn.identification.excitation.objectives import OBJECTIVES, ObjectiveName
+from lwr_dyn.identification.excitation.room import check_room, column_words
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Motion
@@ -23,6 +24,8 @@ from lwr_dyn.model.shown import short_repr
 DURATION, HARMONICS, STARTS = 10.0, 5, 8
 NOISE = 0.1
 """[N m or N] Standard deviation of a joint's torque, where it is not given."""
+LONGEST, MOST_STARTS, MOST_ROWS = 3600.0, 1000, 2_000_000
+"""[s] of a motion, starts of a search, rows of a sampled motion."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -49,15 +52,16 @@ class Excitation:
     """Between what and what it is."""
     starts: tuple[StartSummary, ...]
     seconds: float
+    column: str
+    """What the column is and which links are not held against it; empty without one."""
     __repr__ = short_repr
 
     def __post_init__(self) -> None:
         freeze_arrays(self, "noise", "position_use", "speed_use", "torque_use")
 
     def sampled(self, rate: float = 100.0) -> Motion:
-        """The motion at `rate` [Hz] from 0 to its end; raises `OptionError` for a rate that is not above 0."""
-        if not rate > 0.0:
-            raise OptionError("rate", rate, "a number above 0, in Hz")
+        """The motion at `rate` [Hz] from 0 to its end; raises `OptionError` as `check_rate`."""
+        check_rate(rate, self.motion.duration)
         return self.motion.sample(np.arange(round(self.motion.duration * rate) + 1) / rate)
 
 
@@ -117,11 +121,12 @@ def design_excitation(
     trajectories for the dynamic identification of robots (2006).
     """
     begin = perf_counter()
-    check_choices(objective, starts, seed)
+    check_choices(objective, starts, seed, duration)
+    clear_of = clearance or clearance_of(arm)
+    check_room(clear_of)
     design = MotionDesign(
         arm, duration, harmonics, objective, noise_of_joints(noise, arm.n),
-        columns or TorqueColumns(arm.require_dynamics()), limits or MotionLimits.of(arm),
-        clearance or clearance_of(arm),
+        columns or TorqueColumns(arm.require_dynamics()), limits or MotionLimits.of(arm), clear_of,
     )  # fmt: skip
     found: list[SearchedMotion] = []
     for i in range(starts):
@@ -140,7 +145,7 @@ def design_excitation(
         aside / ((upper - lower) / 2.0), _share(np.abs(states[1]).max(axis=0), arm.velocity),
         _share(np.abs(design.torques.torque(*states)).max(axis=0), arm.effort), clear + design.clearance.kept,
         design.clearance.names[place] if distances.size else "", tuple(one.summary for one in found),
-        perf_counter() - begin,
+        perf_counter() - begin, column_words(clear_of),
     )  # fmt: skip
 
 
@@ -149,13 +154,22 @@ def rows_of(motion: FourierMotion, rate: float = SCORE_RATE) -> Motion:
     return motion.sample(np.arange(max(1, round(motion.duration * rate))) / rate)
 
 
-def check_choices(objective: str, starts: int, seed: int) -> None:
-    """Raise `OptionError` for an objective that does not exist, or numbers that are not whole."""
+def check_choices(objective: str, starts: int, seed: int, duration: float = DURATION) -> None:
+    """Raise `OptionError` for an objective that does not exist, numbers that are not whole, or out of their range."""
     if objective not in OBJECTIVES:
         raise OptionError("objective", repr(objective), ", ".join(OBJECTIVES))
-    for name, value, least in (("starts", starts, 1), ("seed", seed, 0)):
-        if isinstance(value, bool) or not isinstance(value, int) or value < least:
-            raise OptionError(name, repr(value), f"a whole number from {least}")
+    if not 0.0 < duration <= LONGEST:
+        raise OptionError("duration", duration, f"a time above 0 s, at most {LONGEST:g} s")
+    for name, value, least, most in (("starts", starts, 1, MOST_STARTS), ("seed", seed, 0, np.inf)):
+        if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
+            upto = f" to {most:g}" if np.isfinite(most) else ""
+            raise OptionError(name, repr(value), f"a whole number from {least}{upto}")
+
+
+def check_rate(rate: float, duration: float) -> None:
+    """Raise `OptionError` for a rate [Hz] that is not above 0, or that makes more than `MOST_ROWS` rows."""
+    if not 0.0 < rate <= MOST_ROWS / duration:
+        raise OptionError("rate", rate, f"above 0, at most {MOST_ROWS / duration:g} Hz for {duration:g} s")
 
 
 def noise_of_joints(noise: ArrayLike, n: int) -> Array:

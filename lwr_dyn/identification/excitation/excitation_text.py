@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from lwr_dyn.identification.excitation.design import Excitation
+from lwr_dyn.identification.excitation.motion_design import CHECK_RATE, MOST_CHECKS
 from lwr_dyn.identification.excitation.motion_score import SCORE_RATE
 from lwr_dyn.model.dh import JointKind
 from lwr_dyn.tables import Heading, Table
@@ -23,13 +24,19 @@ def excitation_text(found: Excitation) -> str:
         f", objective {found.objective}, best of {len(found.starts)} starts in {found.seconds:.1f} s",
         f"-log det of the information per parameter: {score.d:.3f} ({len(score.sigma)} base parameters)",
         f"condition number of the scaled columns: {score.condition:.2f}",
-        f"checked at 1 kHz: {clear}",
+        f"checked at {_check_rate(motion.duration)}: {clear}",
+        *([found.column] if found.column else []),
         "",
         use_table(found).text(),
         "",
         sigma_table(found).text(),
     ]
     return "\n".join(lines)
+
+
+def _check_rate(duration: float) -> str:
+    rate = min(CHECK_RATE, MOST_CHECKS / duration)
+    return "1 kHz" if rate == CHECK_RATE else f"{rate:.3g} Hz"
 
 
 def use_table(found: Excitation) -> Table:

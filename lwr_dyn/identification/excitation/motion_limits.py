@@ -67,7 +67,8 @@ class MotionLimits:
         kept = np.where(slides, SLIDING_MARGIN * travel, margin)
         for j, name in enumerate(arm.joint_names):
             if not (np.isfinite(travel[j]) and travel[j] > 2.0 * kept[j]):
-                raise OptionError(f"travel of {name}", _travel(lower[j], upper[j]), f"more than twice {kept[j]:.3g}")
+                more = f"more than twice the margin of {_in_words(kept[j], slides[j])}"
+                raise OptionError(f"travel of {name}", _travel(lower[j], upper[j], slides[j]), more)
         speed = np.where(np.isinf(arm.velocity), np.nan if unknown_speed is None else unknown_speed, arm.velocity)
         for j, name in enumerate(arm.joint_names):
             if not (math.isfinite(speed[j]) and speed[j] > 0.0):
@@ -91,5 +92,11 @@ class MotionLimits:
         return out
 
 
-def _travel(lower: float, upper: float) -> str:
-    return "unknown" if math.isinf(upper - lower) else f"{lower:.3g} to {upper:.3g}"
+def _travel(lower: float, upper: float, slides: bool) -> str:
+    if math.isinf(upper - lower):
+        return "unknown"
+    return f"{_in_words(lower, slides)} to {_in_words(upper, slides)}"
+
+
+def _in_words(x: float, slides: bool) -> str:
+    return f"{x:.3g} m" if slides else f"{math.degrees(x):.4g} deg ({x:.3g} rad)"
