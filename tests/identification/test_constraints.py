@@ -143,7 +143,24 @@ def test_contradictions_are_named_and_nothing_else(prior, columns, texts, named)
 
 
 @pytest.mark.parametrize(
-    "text", ["m_1", "m_1 = two", "= 3", "m_1 + = 3", "0 m_1 = 3", "m_1 = 1_0", "total mass", "m_1 = nan"]
+    "text",
+    [
+        "m_1",
+        "m_1 = two",
+        "= 3",
+        "m_1 + = 3",
+        "0 m_1 = 3",
+        "m_1 = 1_0",
+        "total mass",
+        "m_1 = nan",
+        "2-m_1=3",
+        "1e m_1=2",
+        "2.5.m_1=1",
+        "m_1 m_2 = 6",
+        "m_1m_2 = 6",
+        "* m_1 = 3",
+        "1e999 m_1 = 1",
+    ],
 )
 def test_texts_that_are_no_equations(columns, text):
     with pytest.raises(OptionError, match=r"constraint: '.*'; allowed: an equation such as 'total mass = 15.8'"):

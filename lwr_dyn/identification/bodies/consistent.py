@@ -34,7 +34,7 @@ class Price:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ConsistentFit:
-    """Full parameters (p,) of which every link is a body, and their covariance (p, p) given log and table."""
+    """Full parameters (p,) of which every link is a body, and their covariance (p, p) given log, table and weight."""
 
     parameters: Array
     covariance: Array

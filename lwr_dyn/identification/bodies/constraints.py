@@ -19,7 +19,8 @@ from lwr_dyn.identification.bodies.body_prior import BodyPrior
 from lwr_dyn.identification.bodies.pseudo_inertia import inertial_parameters, pseudo_inertia_weights, pseudo_inertias
 
 TOTAL_MASS = "total mass"
-_TERM = re.compile(r"\s*([+-]?)\s*(\d[\d.eE+-]*)?\s*\*?\s*([A-Za-z]+[+-]?_\d+)")
+_NUMBER = r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
+_TERM = re.compile(rf"([+-]?)\s*(?:({_NUMBER})\s*\*?\s*)?([A-Za-z]+[+-]?_[0-9]+)")
 _ROUNDS, _SETTLED, _NEAR, _SHORTEST = 60, 1e-14, 1e-6, 1e-10
 _NEAREST = 8
 """Names that are listed for one that is unknown; an arm has a hundred."""
@@ -80,17 +81,19 @@ def _equation(text: str, names: Sequence[str]) -> tuple[Array, float]:
     except ValueError:
         value = np.nan
     row = np.zeros(len(names))
-    rest = left.strip()
+    rest, first = left.strip(), True
     if rest == TOTAL_MASS:
         row[[name.startswith("m_") for name in names]] = 1.0
         rest = ""
     while rest and (term := _TERM.match(rest)):
         sign, factor, name = term.groups()
+        if not (sign or first):
+            break
         if name not in names:
             raise UnknownNameError("parameter", name, get_close_matches(name, names, _NEAREST, 0.0))
         row[list(names).index(name)] += (-1.0 if sign == "-" else 1.0) * float(factor or 1.0)
-        rest = rest[term.end() :].strip()
-    if rest or not np.isfinite(value) or not row.any():
+        rest, first = rest[term.end() :].strip(), False
+    if rest or not (np.isfinite(value) and np.isfinite(row).all() and row.any()):
         raise OptionError("constraint", repr(text), f"an equation such as '{TOTAL_MASS} = 15.8' or 'm_4 + m_5 = 3.2'")
     return row, value
 
@@ -98,7 +101,9 @@ def _equation(text: str, names: Sequence[str]) -> tuple[Array, float]:
 def constrained_prior(prior: BodyPrior, constraints: Constraints) -> BodyPrior:
     """The prior about the parameters nearest to the table that obey: on the constraints, its distance is the same one.
 
-    That is Pythagoras' theorem for Bregman distances: D(P, P0) = D(P, P1) + D(P1, P0).
+    That is Pythagoras' theorem for Bregman distances: D(P, P0) = D(P, P1) + D(P1, P0). It holds under the weights of
+    the projection, which are one for all: a constraint that mixes bodies with rotors or friction is projected so too,
+    and where the fit has another weight for rotors the point it starts from is near, not nearest.
 
     Raises
     ------
