@@ -23,6 +23,21 @@ def sines(seconds=4.0, rate=RATE, noise=0.0, seed=0):
     return log, dq, ddq
 
 
+def turned_round(t, speed, period):
+    """Which of the times (k,) are within a period of a change of sign of speeds (m, n) at RATE."""
+    out = np.zeros((t.size, speed.shape[1]), dtype=bool)
+    for j, turns in enumerate((speed[1:] > 0.0).T != (speed[:-1] > 0.0).T):
+        for at in np.flatnonzero(turns) / RATE:
+            out[:, j] |= np.abs(t - at - 0.5 / RATE) <= period
+    return out
+
+
+def used_but_for_turns(used, otherwise, t, speed, period=1 / 20):
+    """Whether equations are left out within a period of a reversal, to two rows, and nowhere else."""
+    sure, perhaps = (turned_round(t, speed, period + rows / RATE) for rows in (-2, 2))
+    return not (used & sure).any() and (used | perhaps)[otherwise].all() and otherwise[used].all()
+
+
 def test_states_of_smooth_motions_are_exact_and_torques_untouched():
     log, dq, ddq = sines()
     found = samples_of([log], SampleRule(slowest=0.0))
@@ -47,27 +62,43 @@ def test_the_filter_takes_away_the_noise_of_accelerations():
 
 
 def test_slow_joints_and_torques_that_are_cut_out_have_no_equation():
-    log, *_ = sines()
+    log, dq, _ = sines()
     tau = log.tau.copy()
     tau[1000:2000, 1] = np.nan
     found = samples_of([JointLog("cut", (1, 2), log.t, log.q, tau)], SampleRule(slowest=np.array([0.5, 0.0])))
-    assert (found.used[:, 0] == (np.abs(found.dq[:, 0]) > 0.5)).all()
     inside = (found.t >= 1.0) & (found.t < 2.0)
     assert not found.used[inside, 1].any()
-    assert found.used[~inside, 1].all()
+    otherwise = np.column_stack([np.abs(found.dq[:, 0]) > 0.5, ~inside])
+    assert used_but_for_turns(found.used, otherwise, found.t, dq)
     assert np.isfinite(found.tau).all()
     assert found.equations == found.used.sum()
 
 
 def test_a_joint_waits_for_all_motors_that_drive_it():
-    log, *_ = sines()
+    log, dq, _ = sines()
     pair = Transmission([[2.0, -1.0], [2.0, 1.0]])
     found = samples_of([log], SampleRule(slowest=3.0, transmission=pair))
     fast = np.abs(pair.motor_velocity(found.dq)) > 3.0
-    assert (found.used == fast.all(axis=1)[:, None]).all()
+    assert (found.used[:, 0] == found.used[:, 1]).all()
+    assert not found.used[~fast.all(axis=1)].any()
+    perhaps = turned_round(found.t, pair.motor_velocity(dq), 1 / 20 + 2 / RATE).any(axis=1)
+    assert (found.used[:, 0] | perhaps)[fast.all(axis=1)].all()
     assert 0 < found.equations < found.used.size
     gears = samples_of([log], SampleRule(slowest=3.0, transmission=Transmission(np.diag([2.0, -1.0]))))
-    assert (gears.used == (np.abs(gears.dq * [2.0, -1.0]) > 3.0)).all()
+    assert used_but_for_turns(gears.used, np.abs(gears.dq * [2.0, -1.0]) > 3.0, gears.t, dq)
+
+
+@pytest.mark.parametrize("cutoff", [8.0, 20.0, None])
+def test_within_the_reach_of_the_filter_of_a_reversal_a_joint_has_no_equation(cutoff):
+    """On both sides, for that joint alone; without a filter the speed is right up to the reversal."""
+    log, dq, _ = sines(8.0)
+    found = samples_of([log], SampleRule(cutoff, slowest=0.0))
+    everywhere = np.ones(found.used.shape, dtype=bool)
+    if cutoff is None:
+        assert found.used.all()
+    else:
+        assert used_but_for_turns(found.used, everywhere, found.t, dq, 1 / cutoff)
+        assert (found.used.mean(axis=0) < 0.98).all()
 
 
 def test_gaps_part_recordings_and_a_short_one_is_left_out():

@@ -16,6 +16,7 @@ from lwr_dyn.identification.motion.motion_record import motion_record, validatio
 from lwr_dyn.identification.motion.motion_tables import body_lines, motion_text, validation_table
 from lwr_dyn.identification.motion.validation import Validation
 from lwr_dyn.identification.regression.joint_columns import FORMS
+from lwr_dyn.identification.regression.sample_notes import sample_notes
 from lwr_dyn.identification.regression.samples import DEFAULT_SAMPLES, SampleRule
 from lwr_dyn.identification.report.motion_report import motion_shown
 from lwr_dyn.identification.report.report_page import check_report_path, write_report
@@ -74,6 +75,7 @@ def command(
         unseen, more = joint_logs(given["validate"], declared, arm, motors, given["columns"], given["as_logged"])
         unseen, seen = apart_from(unseen, usable, "which is fitted", "logs that the fit does not see")
         result = identify_motion(usable, arm, rule) if usable else None
+    warn(sample_notes([*usable, *unseen], samples))
     if result is not None:
         checked = result.validated_on(unseen) if unseen else ()
         if as_json:

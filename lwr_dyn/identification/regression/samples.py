@@ -37,6 +37,10 @@ PART = 20_000
 _STATES = ("t", "q", "dq", "ddq", "tau")
 HALF = 2
 """Rows on each side in a central difference (error of order 4 in the step)."""
+REACH = 1.0
+"""Periods of the cut-off beside a reversal in which a joint has no equation: there the filtered speed may have the
+wrong sign (0.8 of one on simulated logs, longest where the joint stuck), and friction would be that of the other
+direction."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -79,10 +83,25 @@ class SampleRule:
 
     def moving(self, dq: Array) -> NDArray[np.bool_]:
         """Which equations count at speeds (k, n), (k, n)."""
+        return self._unless(np.abs(self._speeds(dq)) <= self.slowest)
+
+    def clear_of_reversals(self, q: Array, rows: NDArray[np.intp], reach: int) -> NDArray[np.bool_]:
+        """Which equations at some rows of positions (k, n) are more than `reach` rows from a reversal, (rows, n)."""
+        forward = self._speeds(np.diff(q, axis=0)) > 0.0
+        turns = np.zeros((len(q), forward.shape[1]), dtype=np.intp)
+        np.cumsum(forward[1:] != forward[:-1], axis=0, out=turns[1:-1])
+        turns[-1] = turns[-2]
+        before, after = np.maximum(rows - reach - 1, 0), np.minimum(rows + reach, len(q) - 1)
+        return self._unless(turns[after] > turns[before])
+
+    def _speeds(self, dq: Array) -> Array:
+        return dq if self.transmission is None else np.asarray(dq @ self.transmission.matrix.T)
+
+    def _unless(self, left_out: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Equations of joints none of whose motors (each joint its own without a transmission) is left out."""
         if self.transmission is None:
-            return np.asarray(np.abs(dq) > self.slowest)
-        slow = np.abs(dq @ self.transmission.matrix.T) <= self.slowest
-        return np.asarray(~(slow @ (self.transmission.matrix != 0.0)))
+            return ~left_out
+        return np.asarray(~(left_out @ (self.transmission.matrix != 0.0)))
 
 
 DEFAULT_SAMPLES = SampleRule()
@@ -160,10 +179,10 @@ def sample_parts(logs: Iterable[JointLog], rule: SampleRule = DEFAULT_SAMPLES) -
     for log in logs:
         for piece in recordings(log.t):
             count = len(sources)
-            for t, q, dq, ddq, tau in _piece(log, piece, rule):
+            for t, q, dq, ddq, tau, clear in _piece(log, piece, rule):
                 sources = (*sources[:count], log.source)
                 known = np.isfinite(tau)
-                used = rule.moving(dq) & known
+                used = rule.moving(dq) & known & clear
                 whose = np.full(t.size, count, dtype=np.intp)
                 yield Samples(t, q, dq, ddq, np.where(known, tau, 0.0), used, whose, sources)
             short = (log.source, piece.stop - piece.start)
@@ -171,16 +190,19 @@ def sample_parts(logs: Iterable[JointLog], rule: SampleRule = DEFAULT_SAMPLES) -
         raise LogError(short[0], "rows", f"{short[1]} between gaps in time", "recordings longer than the filter")
 
 
-def _piece(log: JointLog, piece: slice, rule: SampleRule) -> Iterator[tuple[Array, Array, Array, Array, Array]]:
+def _piece(
+    log: JointLog, piece: slice, rule: SampleRule
+) -> Iterator[tuple[Array, Array, Array, Array, Array, NDArray[np.bool_]]]:
     t, positions = log.t[piece], log.q[piece]
     if t.size < 2 * HALF + 1:
         return
     step = even_step(log.source, t, piece.start)
-    edge, memory, sos = HALF, 0, None
+    edge, memory, reach, sos = HALF, 0, 0, None
     if rule.cutoff is not None:
         cutoff = min(rule.cutoff, NYQUIST * 0.5 / step)
         sos = butter(ORDER, cutoff * 2 * step, output="sos")
-        edge, memory = HALF + ceil(EDGE / (cutoff * step)), ceil(MEMORY / (cutoff * step))
+        period = 1.0 / (cutoff * step)  # in rows
+        edge, memory, reach = HALF + ceil(EDGE * period), ceil(MEMORY * period), ceil(REACH * period)
     rows = np.arange(edge, t.size - edge, max(1, round(rule.spacing / step)))
     for part in np.array_split(rows, -(-(t.size) // PART)) if rows.size else ():
         first, last = max(0, part[0] - HALF - memory), min(t.size, part[-1] + HALF + memory + 1)
@@ -190,7 +212,8 @@ def _piece(log: JointLog, piece: slice, rule: SampleRule) -> Iterator[tuple[Arra
         a, b, c, d, e = (q[part - first + i] for i in range(-HALF, HALF + 1))
         dq = (a - 8 * b + 8 * d - e) / (12 * step)
         ddq = (-a + 16 * b - 30 * c + 16 * d - e) / (12 * step**2)
-        yield t[part], c, dq, ddq, log.tau[piece][part]
+        clear = rule.clear_of_reversals(q, part - first, reach) if reach else np.ones(c.shape, dtype=np.bool_)
+        yield t[part], c, dq, ddq, log.tau[piece][part], clear
 
 
 def exact_samples(t: Array, q: Array, dq: Array, ddq: Array, tau: Array, slowest: float = 0.0) -> Samples:
