@@ -108,15 +108,16 @@ def load_robot_and_paper(
     robot: str, reading: str | None, tip: str | None, locks: tuple[str, ...]
 ) -> tuple[Arm, Paper | None]:
     """The arm that the options name and its paper (None for a `.urdf`); raises as `lwr_dyn.load`."""
-    return load_with_paper(robot, reading, tip=tip, lock=dict(_lock(text) for text in locks), **_options_kept())
+    return load_with_paper(robot, reading, tip=tip, lock=dict(_lock(text) for text in locks), **options_kept())
 
 
 def given_xacro_args() -> dict[str, str]:
     """The arguments of a .xacro that the options name; raises `OptionError`."""
-    return xacro_arguments(_options_kept().get("xacro_args") or ())
+    return xacro_arguments(options_kept().get("xacro_args") or ())
 
 
-def _options_kept() -> dict[str, Any]:
+def options_kept() -> dict[str, Any]:
+    """The texts of --mount, --tool and --xacro-arg, None where not given."""
     context = click.get_current_context(silent=True)
     return {} if context is None else context.meta.get(_LOADING, {})
 

@@ -2,8 +2,9 @@
 
     python scripts/benchmarks/excitation_peers.py [--figaroh PYTHON] [--flobaroid CHECKOUT] [--folder out/excitation]
 
-Sigma is that of a base parameter, as a geometric mean over all, of rows at one rate: of 10 s of motion each, whatever
-its own duration is. Clear is the least distance from floor, column and own links at 1 kHz, less what is to be kept.
+Sigma is the geometric mean over all base parameters, for as many rows of each motion, whatever its own duration is; the
+half-axis is that of their error ellipsoid, exp(d / 2). Clear is the least distance from floor, column and own links at
+1 kHz, less what is to be kept.
 figaroh's motions are kept in the folder and not made again; of FloBaRoID it is the one that comes with it for this arm,
 whose joints are the same. Versions, and how to install them: scripts/benchmarks/identification_peers.py.
 """
@@ -15,6 +16,7 @@ import subprocess
 import sys
 import time
 import xml.etree.ElementTree as ET
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -37,6 +39,8 @@ STORED = "model/kuka_lwr4.urdf.trajectory_opt_1.npz"
 RUNS = ((0, 60), (2, 60), (0, 200))
 """Seeds and iterations of figaroh."""
 DURATION, HARMONICS = 10.0, 5
+ROWS = 1000
+"""Of which sigma is said: 10 s at 100 Hz."""
 
 
 def main() -> None:
@@ -64,19 +68,22 @@ def main() -> None:
         rows.append(flobaroid(arm, columns, given.flobaroid))
     best = next(row for row in rows if row[0].startswith("ours, d, 8") or row[0].startswith("ours, d"))
     ours_d = min(row[1].d for row in rows if row[0].startswith("ours, d"))
+    ours_sigma = min(row[1].mean_sigma for row in rows if row[0].startswith("ours, d"))
     ours_cond = min(row[1].condition for row in rows if row[0].startswith("ours, cond"))
     print(f"LWR 4+, {DURATION:g} s, {best[1].sigma.size} base parameters")
-    print("\n| motion | sigma / ours | condition | / ours | -log det | clear [m] | processor time [s] |")
-    print("|---|---|---|---|---|---|---|")
+    print("\n| motion | sigma / ours | half-axis / ours | condition | / ours | -log det | clear [m] | CPU time [s] |")
+    print("|---|---|---|---|---|---|---|---|")
     for name, found, seconds, clear in rows:
-        sigma, share = np.exp((found.d - ours_d) / 2.0), found.condition / ours_cond
-        cells = f"{sigma:.2f} | {found.condition:.2f} | {share:.2f} | {found.d:.3f} | {clear:+.3f}"
+        axis, share = np.exp((found.d - ours_d) / 2.0), found.condition / ours_cond
+        sigma = f"{found.mean_sigma / ours_sigma:.2f} | {axis:.2f}"
+        cells = f"{sigma} | {found.condition:.2f} | {share:.2f} | {found.d:.3f} | {clear:+.3f}"
         print(f"| {name} | {cells} | {'' if seconds is None else f'{seconds:.1f}'} |")
 
 
 def score(columns: TorqueColumns, motion: Motion) -> MotionScore:
-    """With torques that are equally noisy at all joints, 1 N m."""
-    return motion_score(columns, motion, np.ones(columns.n))
+    """With torques that are equally noisy at all joints, 1 N m; sigma as of `ROWS` rows."""
+    found = motion_score(columns, motion, np.ones(columns.n))
+    return replace(found, sigma=found.sigma * np.sqrt(len(motion.t) / ROWS))
 
 
 def clear_of(arm: Arm, q: np.ndarray) -> float:

@@ -1,14 +1,19 @@
 """`lwr-dyn excite`: the loop to identification, its record, and what it refuses in one line."""
 
+import dataclasses
 import json
+import shlex
 
 import numpy as np
 import pytest
 
 import lwr_dyn
 from lwr_dyn.identification.excitation.clearance import clearance_of
+from lwr_dyn.identification.excitation.excitation_text import without_friction
 from lwr_dyn.identification.excitation.motion_design import MotionDesign
+from lwr_dyn.identification.excitation.motion_limits import MotionLimits
 from lwr_dyn.identification.excitation.room import check_room, column_words, links_inside
+from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from tests.json_schemas import faults
 
 pytest.importorskip("numba")
@@ -42,6 +47,37 @@ def test_the_record_says_what_the_motion_is(lwr_dyn_command):
     assert (end < arm.upper).all()
     assert len(record["parameters"]) == 69
     assert record["clearance"] >= 0.05
+    assert record["check_rate"] == pytest.approx(1000.0)
+    sigma = [one["sigma"] for one in record["parameters"]]
+    assert record["mean_sigma"] == pytest.approx(np.exp(np.log(sigma).mean()))
+
+
+def test_the_proposed_simulation_is_of_the_same_arm(lwr_dyn_command, tmp_path):
+    file = str(tmp_path / "an e.csv")
+    load = ("--payload", "3", "--tool", "xyz=0,0,0.1", "--lock", "joint_7=0.5")
+    code, out, err = lwr_dyn_command("excite", "lwr4plus", *QUICK, *load, "--out", file)
+    assert code == 0, err
+    assert "torques without friction, which the arm's file does not give" in out
+    assert "checked at 1 kHz" in out
+    words = shlex.split(out.split("simulate a log:  lwr-dyn ")[1])
+    assert words[:9] == ["simulate", "lwr4plus", "--reading", "physical", "--lock", "joint_7=0.5", "--payload", "3.0",
+                         "--tool"]  # fmt: skip
+    assert words[9:13] == ["xyz=0,0,0.1", "--task", "csv", "--file"]
+    assert words[13] == file
+
+
+def test_a_long_motion_says_the_rate_of_its_check():
+    arm = lwr_dyn.load("lwr4plus", "physical")
+    columns, limits = TorqueColumns(arm.chain), MotionLimits.of(arm)
+    design = MotionDesign(arm, 400.0, 2, "d", np.ones(7), columns, limits, clearance_of(arm))
+    assert design.check_rate == pytest.approx(500.0)
+
+
+def test_only_joints_without_friction_are_named():
+    arm = lwr_dyn.load("wam7")
+    assert without_friction(arm) == ""
+    some = dataclasses.replace(arm, friction=(None, *arm.friction[1:]))
+    assert without_friction(some).startswith("torques without friction of joint_1, which")
 
 
 @pytest.mark.parametrize(

@@ -18,6 +18,7 @@ from lwr_dyn.identification.regression.information import information_of
 from lwr_dyn.identification.regression.samples import exact_samples
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.friction import friction_torque
+from lwr_dyn.model.transmission import Transmission
 
 pytest.importorskip("numba")
 
@@ -30,6 +31,27 @@ def wam():
 @pytest.fixture(scope="module")
 def columns(wam):
     return TorqueColumns(wam.chain)
+
+
+@pytest.mark.parametrize(
+    ("other", "words"),
+    [
+        ({"friction": "directions"}, "friction 'directions'; allowed: symmetric"),
+        ({"stribeck_velocity": np.array([0.1, *[np.nan] * 6])}, "Stribeck columns"),
+        ({"transmission": Transmission(2.0 * np.eye(7))}, "a transmission"),
+    ],
+)
+def test_columns_of_another_kind_are_refused(wam, motion, other, words):
+    with pytest.raises(OptionError, match=words):
+        MotionObjective(TorqueColumns(wam.chain, **other), motion[0], np.ones(7))
+
+
+def test_the_mean_half_axis_is_at_most_the_mean_sigma(columns, motion):
+    basis, X = motion
+    rows = rows_of(basis.motion(X))
+    found = motion_score(columns, rows, np.full(7, 0.1))
+    assert found.mean_sigma == pytest.approx(np.prod(found.sigma ** (1.0 / len(found.sigma))))
+    assert np.exp(found.d / 2.0) / np.sqrt(len(rows.t)) < 0.95 * found.mean_sigma
 
 
 @pytest.fixture

@@ -1,11 +1,12 @@
 """`lwr-dyn excite`: a motion whose torques say most of an arm's parameters."""
 
+import shlex
 from typing import Any
 
 import click
 import numpy as np
 
-from lwr_dyn.cli.options import NUMBERS, OneOf, load_robot, print_json, robot_options
+from lwr_dyn.cli.options import NUMBERS, OneOf, load_robot, options_kept, print_json, robot_options
 from lwr_dyn.errors import OptionError
 from lwr_dyn.identification.excitation.clearance import KEPT, clearance_of
 from lwr_dyn.identification.excitation.design import (
@@ -40,7 +41,9 @@ from lwr_dyn.simulation.plant import arm_with_payload
 @click.option("--payload", default=0.0, show_default=True, help="Load on the flange, kg.")
 @click.option("--speed", type=float, help="Speed limit of joints whose own is unknown, rad/s or m/s.")
 @click.option("--speed-share", default=SPEED_SHARE, show_default=True, help="Of the speed limits that it may use.")
-@click.option("--torque-share", default=TORQUE_SHARE, show_default=True, help="Of the torque limits.")
+@click.option(
+    "--torque-share", default=TORQUE_SHARE, show_default=True, help="Of the torque limits, by the arm's table."
+)
 @click.option("--margin-deg", default=float(np.degrees(MARGIN)), show_default=f"{np.degrees(MARGIN):.3g}",
               help="Kept from the position limits, deg.")  # fmt: skip
 @click.option("--floor", type=float, help="Height of the floor in the first frame, m; where the arm is drawn to stand.")
@@ -53,8 +56,8 @@ def command(robot: str, reading: str | None, tip: str | None, locks: tuple[str, 
     """Design a motion of ROBOT that shows its inertial and friction parameters best, to be run and logged.
 
     A Fourier series that begins and ends at rest, inside the limits of position, speed and torque, clear of the floor,
-    the column under the base and the arm's own links (capsules with the radii that are drawn). Exit 2 where no start
-    ends in such a motion.
+    the column under the base and the arm's own links (capsules with the radii that are drawn). Torques are those of the
+    arm's table, with friction only where its file gives it. Exit 2 where no start ends in such a motion.
     """
     out, noise = given["out"], given["noise"]
     check_choices(given["objective"], given["starts"], given["seed"], given["duration"])
@@ -83,14 +86,17 @@ def command(robot: str, reading: str | None, tip: str | None, locks: tuple[str, 
         return
     click.echo(excitation_text(found))
     if out is not None:
-        click.echo(f"wrote {out}{_next(out, robot, reading)}")
+        click.echo(f"wrote {out}{_next(out, robot, reading=reading, tip=tip, lock=locks, payload=given['payload'])}")
 
 
-def _next(out: str, robot: str, reading: str | None) -> str:
-    """The command that simulates a log of it."""
+def _next(out: str, robot: str, **chosen: Any) -> str:
+    """The command that simulates a log of it, of the same arm."""
     if not out.endswith(".csv"):
         return ""
-    chosen = "" if reading is None else f" --reading {reading}"
-    run = f"{out.removesuffix('.csv')}_run.npz"
-    task = f"--task csv --file {out} --controller inverse-dynamics"
-    return f"; simulate a log:  lwr-dyn simulate {robot}{chosen} {task} --out {run}"
+    words = ["lwr-dyn", "simulate", robot]
+    kept = {name.replace("xacro_args", "xacro-arg"): texts for name, texts in options_kept().items()}
+    for name, values in (chosen | kept).items():
+        for value in values if isinstance(values, tuple) else (values,) if values else ():
+            words += [f"--{name}", repr(value) if isinstance(value, float) else value]
+    words += ["--task", "csv", "--file", out, "--controller", "inverse-dynamics"]
+    return f"; simulate a log:  {shlex.join([*words, '--out', out.removesuffix('.csv') + '_run.npz'])}"

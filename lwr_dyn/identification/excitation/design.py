@@ -33,7 +33,8 @@ class Excitation:
     """A designed motion and what it is worth.
 
     `position_use`, `speed_use`, `torque_use` (n,) are shares of the arm's own limits (of half the travel about its
-    middle for positions), NaN where a limit is unknown.
+    middle for positions), NaN where a limit is unknown. Torques are those of the table and of the friction that the arm
+    has: none at a joint whose friction is unknown.
     """
 
     arm: Arm
@@ -47,13 +48,15 @@ class Excitation:
     speed_use: Array
     torque_use: Array
     clear: float
-    """Least distance at 1 kHz beyond the radii [m], at least what was to be kept; infinite without obstacles."""
+    """Least distance at `check_rate` beyond the radii [m], at least what was to be kept; infinite without obstacles."""
     nearest: str
     """Between what and what it is."""
     starts: tuple[StartSummary, ...]
     seconds: float
     column: str
     """What the column is and which links are not held against it; empty without one."""
+    check_rate: float
+    """[Hz] At which limits and distances were checked: 1 kHz, less for more than 200 s."""
     __repr__ = short_repr
 
     def __post_init__(self) -> None:
@@ -102,14 +105,14 @@ def design_excitation(
     clearance : Clearance, optional
         `clearance_of(arm)` if not given.
     columns : TorqueColumns, optional
-        The parameters to excite; bodies, rotors and symmetric friction if not given.
+        The parameters to excite: bodies, rotors and symmetric friction, of this chain or another geometry.
     report : function of float
         Called with the share that is done.
 
     Raises
     ------
     OptionError, ShapeError
-        Numbers out of their range, noise of another shape.
+        Numbers out of their range, noise of another shape, columns with other friction or a transmission.
     MissingDataError, MissingPackageError
         An arm without masses; numba is not installed.
     ExcitationError
@@ -145,7 +148,7 @@ def design_excitation(
         aside / ((upper - lower) / 2.0), _share(np.abs(states[1]).max(axis=0), arm.velocity),
         _share(np.abs(design.torques.torque(*states)).max(axis=0), arm.effort), clear + design.clearance.kept,
         design.clearance.names[place] if distances.size else "", tuple(one.summary for one in found),
-        perf_counter() - begin, column_words(clear_of),
+        perf_counter() - begin, column_words(clear_of), design.check_rate,
     )  # fmt: skip
 
 

@@ -7,6 +7,7 @@ import numpy as np
 from lwr_dyn.identification.excitation.design import Excitation
 from lwr_dyn.identification.excitation.motion_design import CHECK_RATE, MOST_CHECKS
 from lwr_dyn.identification.excitation.motion_score import SCORE_RATE
+from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind
 from lwr_dyn.tables import Heading, Table
 
@@ -23,6 +24,7 @@ def excitation_text(found: Excitation) -> str:
         f"{arm.name}, reading {arm.reading}: {motion.duration:g} s at rest at both ends, {len(motion.sines)} harmonics"
         f", objective {found.objective}, best of {len(found.starts)} starts in {found.seconds:.1f} s",
         f"-log det of the information per parameter: {score.d:.3f} ({len(score.sigma)} base parameters)",
+        f"geometric mean of their sigmas: {score.mean_sigma:.3g} (SI)",
         f"condition number of the scaled columns: {score.condition:.2f}",
         f"checked at {_check_rate(motion.duration)}: {clear}",
         *([found.column] if found.column else []),
@@ -48,7 +50,16 @@ def use_table(found: Excitation) -> Table:
         low, high = factor * q[:, j].min(), factor * q[:, j].max()
         use = [_percent(x[j]) for x in (found.position_use, found.speed_use, found.torque_use)]
         rows.append((link.joint, f"{low:.4g} to {high:.4g} {unit}", *use))
-    return Table("Use of the arm's limits", ("joint", "from, to", "position", "speed", "torque"), rows)
+    head = ("joint", "from, to", "position", "speed", "torque")
+    return Table("Use of the arm's limits", head, rows, without_friction(found.arm))
+
+
+def without_friction(arm: Arm) -> str:
+    """What the torques leave out, in words; empty where every joint's friction is known."""
+    models = zip(arm.joint_names, arm.friction_models(), strict=True)
+    names = [name for name, model in models if model is None]
+    of = "" if len(names) == arm.n else f" of {', '.join(names)}"
+    return f"torques without friction{of}, which the arm's file does not give: keep room for it" if names else ""
 
 
 def sigma_table(found: Excitation) -> Table:
@@ -81,8 +92,8 @@ def excitation_record(found: Excitation) -> dict[str, Any]:
     uses = zip(arm.joint_names, found.position_use, found.speed_use, found.torque_use, strict=True)
     return {
         "robot": arm.name, "reading": arm.reading, "duration": motion.duration, "harmonics": len(motion.sines),
-        "objective": found.objective, "d": score.d, "condition": score.condition, "noise": found.noise,
-        "clearance": found.clear,
+        "objective": found.objective, "d": score.d, "condition": score.condition, "mean_sigma": score.mean_sigma,
+        "noise": found.noise, "clearance": found.clear, "check_rate": found.check_rate,
         "nearest": found.nearest, "seconds": found.seconds,
         "series": {"centre": motion.centre, "sines": motion.sines, "cosines": motion.cosines},
         "joints": [{"joint": j, "position": p, "speed": v, "torque": t} for j, p, v, t in uses],

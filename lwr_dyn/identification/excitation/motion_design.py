@@ -104,6 +104,11 @@ class MotionDesign:
         instants = int(min(MOST_CHECKS, max(self.duration * CHECK_RATE, 20.0 * self.harmonics)))
         object.__setattr__(self, "check", fourier_basis(self.duration, self.harmonics, instants))
 
+    @property
+    def check_rate(self) -> float:
+        """[Hz] Of the instants at which limits and distances are checked."""
+        return len(self.check.position) / self.duration
+
     def start(self, rng: np.random.Generator) -> SearchedMotion:
         """What the search from a random motion comes to, checked."""
         begin = perf_counter()

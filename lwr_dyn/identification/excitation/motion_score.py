@@ -21,7 +21,7 @@ class MotionScore:
     """Objectives of a motion's rows at `SCORE_RATE`, and what noise leaves of the base parameters."""
 
     d: float
-    """-log det of the information of one row, per parameter; each 2 less is e times less sigma."""
+    """-log det of the information of one row, per parameter; each 2 less is an error ellipsoid e times as small."""
     condition: float
     """Of the regressor with its columns scaled to length 1."""
     sigma: Array
@@ -32,6 +32,11 @@ class MotionScore:
 
     def __post_init__(self) -> None:
         freeze_arrays(self, "sigma")
+
+    @property
+    def mean_sigma(self) -> float:
+        """Geometric mean of `sigma`, at least exp(d / 2) / sqrt(rows); NaN where a parameter is not shown."""
+        return float(np.exp(np.log(self.sigma).mean()))
 
 
 def motion_score(columns: TorqueColumns, rows: Motion, noise: Array) -> MotionScore:

@@ -2,7 +2,8 @@
 
     M = W^T S^-1 W / k,   W: the base columns of k states, S: variance of each joint's torque
 
-    d      -log det(M) / b: sigma of a parameter, as a geometric mean over all b, is exp(d / 2) / sqrt(k)
+    d      -log det(M) / b: exp(d / 2) / sqrt(k) is the mean half-axis (geometric) of the parameters' error ellipsoid,
+           which is at most the geometric mean of their sigmas (Hadamard's inequality)
     cond   log of the condition number of W with its columns scaled to length 1
 
 The gradient goes through the regressor: with G = df/dW the derivative is that of <G, Y(q, dq, ddq)>, whose differences
@@ -17,7 +18,7 @@ from numpy.typing import NDArray
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.codegen.batch import BatchDynamics
-from lwr_dyn.errors import MissingPackageError
+from lwr_dyn.errors import MissingPackageError, OptionError
 from lwr_dyn.identification.excitation.fourier import FourierBasis
 from lwr_dyn.identification.regression.torque_columns import FROM_KERNEL, TorqueColumns
 
@@ -25,6 +26,8 @@ ObjectiveName = Literal["d", "cond"]
 OBJECTIVES: tuple[ObjectiveName, ...] = ("d", "cond")
 SMOOTH = 0.05
 """[rad/s or m/s] Speed at which the smoothed sign of friction is tanh(1)."""
+OWN = 4
+"""Columns of a joint: rotor, Coulomb and viscous friction, offset."""
 STEP = 1e-5
 """Step of the central differences [rad, rad/s, rad/s^2]."""
 DEGENERATE = 1e-14
@@ -41,6 +44,9 @@ class MotionObjective:
     ------
     MissingPackageError
         Without numba: the gradient needs the compiled columns.
+    OptionError
+        Columns with other friction than Coulomb, viscous and offset, the same in both directions, or of motors that
+        are coupled.
     """
 
     columns: TorqueColumns
@@ -54,6 +60,7 @@ class MotionObjective:
     def __post_init__(self) -> None:
         if self.columns.kernel is None:
             raise MissingPackageError("numba", "batch")
+        check_columns(self.columns)
         object.__setattr__(self, "_kept", self.columns.base().kept)
         n = self.columns.n
         places = (len(FROM_KERNEL) * np.arange(n)[:, None] + FROM_KERNEL).ravel()
@@ -107,6 +114,17 @@ class MotionObjective:
             out[1][:, j] += viscous + coulomb * (1.0 - tanh[:, j] ** 2) / SMOOTH
             out[2][:, j] += armature
         return out
+
+
+def check_columns(columns: TorqueColumns) -> None:
+    """Raise `OptionError` for columns whose smooth sign and gradient are not written here."""
+    allowed = "symmetric friction without Stribeck columns or a transmission: TorqueColumns(chain)"
+    if columns.friction != "symmetric":
+        raise OptionError("columns of a motion", f"friction {columns.friction!r}", allowed)
+    if any(len(joint.names) > OWN for joint in columns.joints):
+        raise OptionError("columns of a motion", "Stribeck columns", allowed)
+    if columns.transmission is not None:
+        raise OptionError("columns of a motion", "a transmission", allowed)
 
 
 def d_value(M: Array) -> tuple[float, Array]:

@@ -29,7 +29,7 @@ class TorqueUse:
         return cls(arm, limit, batch_dynamics(arm))
 
     def torque(self, q: Array, dq: Array, ddq: Array) -> Array:
-        """(k, n) [N m or N], with the friction that the arm's file gives."""
+        """(k, n) [N m or N], with the friction that the arm's file gives, none where it gives none."""
         return np.asarray(self.dynamics.inverse_dynamics(q, dq, ddq)) + friction_torque(self.arm.friction_models(), dq)
 
     def share(self, q: Array, dq: Array, ddq: Array) -> Array:
