@@ -42,7 +42,10 @@ class _Messages:
 
 def is_bag(path: Path) -> bool:
     """Whether a path has the form of a ROS 2 bag."""
-    return path.suffix in SUFFIXES or (path / "metadata.yaml").is_file()
+    try:
+        return path.suffix in SUFFIXES or (path / "metadata.yaml").is_file()
+    except (OSError, ValueError):  # a name that no file can have; reading it says so
+        return False
 
 
 def joint_states(path: Path) -> tuple[JointStates, ...]:
