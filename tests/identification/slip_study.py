@@ -1,7 +1,7 @@
 """Slips planted in a table, one a trial, and what the trace makes of them.
 
 study = SlipStudy.of(arm, noise=0.1)            # one log of 20 s
-outcome = study.outcome(fault, trust=0.05, rng=rng)
+outcome = study.outcome(fault, deviation=0.05, rng=rng)
 """
 
 from __future__ import annotations
@@ -104,9 +104,9 @@ class SlipStudy:
         noise = np.linalg.solve(self.information.factor, rng.normal(size=self.information.base.count))
         return replace(self.information, values=plant.base + noise)
 
-    def outcome(self, fault: Fault, off: float, rng: np.random.Generator, trust: float | None = None) -> Outcome:
-        """One trial; the trace trusts the arm by `off` unless told otherwise."""
-        report = trace_cells(self.log(off, rng), fault.table, trust=off if trust is None else trust)
+    def outcome(self, fault: Fault, off: float, rng: np.random.Generator, deviation: float | None = None) -> Outcome:
+        """One trial; the trace takes the arm to be `off` its table unless told otherwise."""
+        report = trace_cells(self.log(off, rng), fault.table, deviation=off if deviation is None else deviation)
         found = report.explanations
         right = [self._right(fault, e) for e in found]
         stated = [len(e.repairs) == 1 and (e.repairs[0].kind not in FREED or fault.kind == "copy") for e in found]

@@ -95,7 +95,7 @@ def test_constraints_hold_and_the_price_is_what_is_said(known, lwr, columns):
     weights = information.equations / information.noise**2
     assert weights @ fit.price.rms**2 == pytest.approx(weights @ squares, rel=1e-4)
     assert fit.chosen
-    assert fit.trust == pytest.approx(fit.weight**-0.5)
+    assert fit.deviation == pytest.approx(fit.weight**-0.5)
 
 
 def test_sigma_covers_the_truth(lwr, columns):
@@ -133,7 +133,7 @@ def test_a_log_that_says_nothing_leaves_the_table_and_the_usual_weight(lwr, colu
     assert (np.abs(fit.parameters - plant.parameters) < 5.0 * fit.sigma).all()
 
 
-def test_rotors_off_by_the_square_of_a_gear_leave_the_bodies_their_trust(lwr, columns):
+def test_rotors_off_by_the_square_of_a_gear_leave_the_bodies_their_weight(lwr, columns):
     """The reading `computed` has a hundredth of the rotors: bodies keep the weight they have with the right ones."""
     plant, information = informed(lwr, columns, 10.0, 0.05)
     table = columns.own(lwr)

@@ -118,19 +118,19 @@ def test_a_group_of_zeros_has_noise_that_others_bear() -> None:
     assert np.square(fit.sigma).item() > 0.0
 
 
-@pytest.mark.parametrize("trust", [0.0, -1.0, 100.0, 1e9, np.inf, np.nan])
-def test_a_trust_out_of_bounds_is_refused(trust: float) -> None:
+@pytest.mark.parametrize("deviation", [0.0, -1.0, 100.0, 1e9, np.inf, np.nan])
+def test_a_deviation_out_of_bounds_is_refused(deviation: float) -> None:
     with pytest.raises(OptionError, match="above 0 and up to"):
-        MotionRule(trust=trust)
+        MotionRule(deviation=deviation)
 
 
-@pytest.mark.parametrize("trust", ["10", "100"])
-def test_large_trust_is_fitted_or_refused_in_one_line(
-    trust: str, log: JointLog, tmp_path: Path, lwr_dyn_command: Command
+@pytest.mark.parametrize("deviation", ["10", "100"])
+def test_large_deviation_is_fitted_or_refused_in_one_line(
+    deviation: str, log: JointLog, tmp_path: Path, lwr_dyn_command: Command
 ) -> None:
     path = with_torques(log, tmp_path / "a.csv", lambda tau: tau)
-    code, out, err = lwr_dyn_command("identify", "motion", path, *OF_THE_LWR, "--trust", trust)
-    if trust == "10":
+    code, out, err = lwr_dyn_command("identify", "motion", path, *OF_THE_LWR, "--deviation", deviation)
+    if deviation == "10":
         assert (code, bool(out)) == (0, True)
     else:
         assert (code, out, len(err.splitlines())) == (2, "", 1)

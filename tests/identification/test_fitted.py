@@ -171,7 +171,7 @@ def test_a_second_fit_starts_from_the_first_one(lwr, folder):
     write_fitted(folder / "again.toml", again, paper)
     title = tomllib.loads((folder / "again.toml").read_text(encoding="utf-8"))["title"]
     assert title.count("fitted to logs") == 1
-    assert again.consistent.trust < 0.1 * lwr[0].consistent.trust  # it has no reason to leave it
+    assert again.consistent.deviation < 0.1 * lwr[0].consistent.deviation  # it has no reason to leave it
     check_agreement(again, lwr_dyn.load(folder / "again.toml"))
 
 

@@ -100,7 +100,7 @@ def test_nothing_but_bad_files_prints_no_report(lwr_dyn_command, tmp_path):
         (("friction", "x.csv", "--reading", "printed"), "--reading: would do nothing here; allowed: with --robot"),
         (("motion", "x.csv"), "Missing option '--robot'"),
         (("motion", "x.csv", "--robot", "wam7", "--folds", "1"), "folds: 1; allowed: a number of at least 2"),
-        (("motion", "x.csv", "--robot", "wam7", "--trust", "0"), "trust: 0.0; allowed: a share above 0"),
+        (("motion", "x.csv", "--robot", "wam7", "--deviation", "0"), "deviation: 0.0; allowed: a share above 0"),
         (("motion", "x.csv", "--robot", "wam7", "--friction", "lugre"), "'lugre' is not one of"),
     ],
 )

@@ -202,7 +202,7 @@ def test_what_is_known_of_the_bodies_holds_to_rounding_and_contradictions_are_na
     ("call", "message"),
     [
         (lambda: MotionRule(folds=1), "folds: 1; allowed: a number of at least 2"),
-        (lambda: MotionRule(trust=0.0), "trust: 0.0; allowed: a share above 0"),
+        (lambda: MotionRule(deviation=0.0), "deviation: 0.0; allowed: a share above 0"),
         (lambda: SampleRule(cutoff=0.0), "sample cutoff: 0.0; allowed: a frequency above 0"),
     ],
 )

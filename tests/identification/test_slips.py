@@ -116,17 +116,17 @@ def test_a_repair_done_again_on_what_it_made_is_said_and_changes_something(readi
 def test_a_right_table_meets_the_log(study: SlipStudy, off: float) -> None:
     rng = np.random.default_rng(11)
     for _ in range(5):
-        assert trace_cells(study.log(off, rng), study.table, trust=2 * off).fits
+        assert trace_cells(study.log(off, rng), study.table, deviation=2 * off).fits
 
 
-def test_without_trust_an_arm_off_its_table_would_have_slips(study: SlipStudy) -> None:
-    assert not trace_cells(study.log(0.2, np.random.default_rng(1)), study.table, trust=0.0, most=1).fits
+def test_without_deviation_an_arm_off_its_table_would_have_slips(study: SlipStudy) -> None:
+    assert not trace_cells(study.log(0.2, np.random.default_rng(1)), study.table, deviation=0.0, most=1).fits
 
 
 def test_the_copied_cell_of_the_paper_is_named_with_its_partner(study: SlipStudy) -> None:
     rng = np.random.default_rng(0)
     printed = study.table.with_cell(Cell(4, 3), -0.004375432)
-    report = trace_cells(study.log(0.02, rng), printed, trust=0.05)
+    report = trace_cells(study.log(0.02, rng), printed, deviation=0.05)
     assert {c.name for c in report.cells} == {"c5z", "c6y"}
     assert report.explanations[0].repairs[0].text.endswith("which repeats c6z")
     value = report.explanations[0].table.value(Cell(4, 3))
@@ -147,7 +147,7 @@ def test_planted_slips_are_traced(study: SlipStudy, off: float, traced: float, o
 
 def test_the_errata_of_the_paper_are_found_in_its_printed_tables(study: SlipStudy) -> None:
     information = study.log(0.01, np.random.default_rng(2))
-    report = trace_slips(information, open_paper("lwr4plus", "printed"), trust=0.02)
+    report = trace_slips(information, open_paper("lwr4plus", "printed"), deviation=0.02)
     best = [r.text for r in report.explanations[0].repairs]
     assert [text for text in best if text.startswith("c5z")]
     assert {text for text in best if not text.startswith("c5z")} == {
@@ -161,21 +161,21 @@ def test_the_errata_of_the_paper_are_found_in_its_printed_tables(study: SlipStud
 def test_every_cell_against_the_log(study: SlipStudy) -> None:
     information = study.log(0.0, np.random.default_rng(5))
     paper = open_paper("lwr4plus", "physical")
-    rows = {row.cell.name: row for row in table_against_log(information, paper, trust=0.0)}
+    rows = {row.cell.name: row for row in table_against_log(information, paper, deviation=0.0)}
     assert len(rows) == 77
     assert sorted(name for name, row in rows.items() if row.sigma == np.inf) == sorted(HIDDEN)
     pulls = np.array([row.pull for row in rows.values() if np.isfinite(row.sigma)])
     assert np.abs(pulls).max() < 4.0
     wrong = replace(as_printed(log_evidence(information, study.table, 0.0), study.table.with_cell(Cell(3, 9), 0.0879)))
-    row = {r.cell.name: r for r in table_against_log(information, paper, trust=0.0, at=wrong)}["I4zz"]
+    row = {r.cell.name: r for r in table_against_log(information, paper, deviation=0.0, at=wrong)}["I4zz"]
     assert row.state == OFF
     assert abs(row.value - study.table.value(Cell(3, 9))) < 4 * row.sigma
     assert rows["c5z"].like == (Cell(5, 2),)
 
 
 def test_bad_input(study: SlipStudy) -> None:
-    for trust in (-0.1, 1.0, float("nan")):
-        with pytest.raises(OptionError, match="trust"):
-            trace_slips(study.information, study.arm, trust=trust)
+    for deviation in (-0.1, 1.0, float("nan")):
+        with pytest.raises(OptionError, match="deviation"):
+            trace_slips(study.information, study.arm, deviation=deviation)
     with pytest.raises(OptionError, match="gives no mass"):
         printed_cells(open_paper("lwr4"))

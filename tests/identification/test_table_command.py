@@ -49,11 +49,11 @@ def test_a_table_with_a_copied_cell_is_named(lwr_dyn_command: Command, logs: lis
     assert code == 1
     assert "it does with 1 repair:\n- c5z = -0.02" in out
     assert "which repeats c6z (erratum table2-c5z)\n  or c6y = " in out
-    code, out, _ = lwr_dyn_command(*line, "--trust", "0.02", "--json")
+    code, out, _ = lwr_dyn_command(*line, "--deviation", "0.02", "--json")
     record = json.loads(out)
     assert code == 1
     assert {c for e in record["explanations"] for r in e["repairs"] for c in r["cells"]} == {"c5z", "c6y"}
-    assert record["trust"] == 0.02
+    assert record["deviation"] == 0.02
     assert len(record["cells"]) == 77
 
 
@@ -68,8 +68,8 @@ def test_a_urdf_has_cells_too(lwr_dyn_command: Command, logs: list[str], tmp_pat
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        (("--robot", "lwr4plus", "--trust", "much"), "--trust: 'much'"),
-        (("--robot", "lwr4plus", "--trust", "120%"), "trust: 1.2"),
+        (("--robot", "lwr4plus", "--deviation", "much"), "--deviation: 'much'"),
+        (("--robot", "lwr4plus", "--deviation", "120%"), "deviation: 1.2"),
         (("--robot", "lwr4"), "no mass"),
         (("--robot", "wam7"), ""),
     ],

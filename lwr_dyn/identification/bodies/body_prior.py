@@ -1,6 +1,6 @@
 """What a table says of the parameters before any log: how far bodies and rotors are from it, as a log-det distance.
 
-    D(P, P0) = trace(P0^-1 P) - log det(P0^-1 P) - 4     (Bregman), weight w = 1/trust^2
+    D(P, P0) = trace(P0^-1 P) - log det(P0^-1 P) - 4     (Bregman), weight w = 1/deviation^2
 
 exp(-w D) is a Wishart density of P; D grows to infinity at P singular, which keeps every body a body. A rotor's inertia
 is the same with a 1 x 1 matrix. Friction has a wide Gaussian about the table's value.
@@ -19,17 +19,17 @@ from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 
 UNKNOWN_FRICTION = 10.0
 """Standard deviation of friction that a table lacks [N m, N m s/rad]: wide, only to have a value without any data."""
-FRICTION_TRUST, OFFSET_TRUST, LEAST_SPREAD = 0.3, 0.1, 1.0
+FRICTION_DEVIATION, OFFSET_DEVIATION, LEAST_SPREAD = 0.3, 0.1, 1.0
 """The same where the table has friction: share of its viscous or Coulomb value; of an offset, share of the Coulomb one;
 and never less than `LEAST_SPREAD` [N m, N m s/rad].
 """
 UNKNOWN_ROTOR = 0.1
 """Guess for a rotor the table lacks, as share of the mean moment of inertia of the bodies from its link outward."""
 _KINDS = (
-    ("viscous", "viscous", FRICTION_TRUST),
-    ("coulomb", "coulomb", FRICTION_TRUST),
-    ("stribeck", "coulomb", FRICTION_TRUST),
-    ("offset", "coulomb", OFFSET_TRUST),
+    ("viscous", "viscous", FRICTION_DEVIATION),
+    ("coulomb", "coulomb", FRICTION_DEVIATION),
+    ("stribeck", "coulomb", FRICTION_DEVIATION),
+    ("offset", "coulomb", OFFSET_DEVIATION),
 )
 """Columns, those whose largest value is their measure, and the share of it."""
 _THINNEST, _LIGHTEST = 1e-3, 1e-2
@@ -156,12 +156,12 @@ def _friction_spreads(columns: TorqueColumns, table: Array) -> Array:
     spread = np.full(columns.count, UNKNOWN_FRICTION)
     for joint in range(columns.n):
         part = columns.of_joint(joint)
-        for kind, others, trust in _KINDS:
+        for kind, others, deviation in _KINDS:
             chosen = [k for k in range(part.start, part.stop) if columns.names[k].startswith(kind)]
             alike = [k for k in range(part.start, part.stop) if columns.names[k].startswith(others)]
             own = float(np.abs(table[alike]).max(initial=0.0))
             if own > 0.0:
-                spread[chosen] = max(trust * own, LEAST_SPREAD)
+                spread[chosen] = max(deviation * own, LEAST_SPREAD)
     return spread
 
 

@@ -4,7 +4,7 @@
 
 b and Lambda are the base parameters of the log and their precision, G the grouping, D the log-det distance to the table
 (`body_prior`). It is convex and its own barrier: a damped Newton method needs neither bounds nor a solver of cones, and
-every link of what it gives is a body. The weight w = 1/trust^2 is the one under which the log is most likely, near
+every link of what it gives is a body. The weight w = 1/deviation^2 is the one under which the log is most likely, near
 `weighted_fit.USUAL_WEIGHT` where a log says nothing of it.
 """
 
@@ -59,7 +59,7 @@ class ConsistentFit:
         freeze_arrays(self, "parameters", "covariance")
 
     @property
-    def trust(self) -> float:
+    def deviation(self) -> float:
         """The relative deviation from the table that the weight stands for."""
         return float(self.weight**-0.5)
 
@@ -96,7 +96,7 @@ def consistent_fit(
     table : (p,) array
         The table's parameters in the order of `information.columns` [SI]; a link that no body can be is thickened.
     weight : float, optional
-        Of the distance to the table, 1/trust^2 (20 % -> 25); by default that of most evidence.
+        Of the distance to the table, 1/deviation^2 (20 % -> 25); by default that of most evidence.
     rotor_weight : float, optional
         The same of the table's rotors, beside a given weight; by default that weight.
     constraints : Constraints, optional

@@ -77,7 +77,7 @@ def nearest_bodies(
     target : Target
     prior : BodyPrior
     weight : float
-        Of the distance, 1/trust^2.
+        Of the distance, 1/deviation^2.
     start : (p,) array
         Parameters of bodies that obey the constraints.
     free : (p, f) array, optional

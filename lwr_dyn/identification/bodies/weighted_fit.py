@@ -13,11 +13,11 @@ from lwr_dyn.identification.bodies.newton import NearestBodies, Target, nearest_
 from lwr_dyn.identification.regression.information import Information
 
 WEIGHTS = (0.3, 1e5)
-"""Range in which a weight is looked for: trust in the table from a factor of three to 0.3 %."""
+"""Range in which a weight is looked for: deviation from the table from a factor of three to 0.3 %."""
 USUAL_WEIGHT, USUAL_FACTOR = 25.0, 10.0
-"""Where a weight is when a log says nothing of it: tables are trusted to 20 %, give or take a factor of three (one
-standard deviation of the log of the trust; ten in the weight)."""
-NO_TRUST, APART = 1e-3, 5.0
+"""Where a weight is when a log says nothing of it: arms are 20 % off their tables, give or take a factor of three (one
+standard deviation of the log of the deviation; ten in the weight)."""
+NO_DEVIATION, APART = 1e-3, 5.0
 """Weight of rotors that are not believed at all, and the log evidence that a weight of their own must bring: odds of a
 hundred and fifty to one."""
 _WEIGHT_STEP = 0.2
@@ -68,8 +68,8 @@ class WeightedProblem:
         one = self._line(lambda weight, start: self.fit(weight, weight, start), self.prior.table)
         if not self.prior.known_rotors.size:
             return one
-        bodies = self._line(lambda weight, start: self.fit(weight, NO_TRUST, start), self.prior.table)
-        two = self._line(lambda weight, start: self.fit(bodies.weight, weight, start), bodies.parameters, NO_TRUST)
+        bodies = self._line(lambda weight, start: self.fit(weight, NO_DEVIATION, start), self.prior.table)
+        two = self._line(lambda weight, start: self.fit(bodies.weight, weight, start), bodies.parameters, NO_DEVIATION)
         return two if self.evidence(two) > self.evidence(one) + APART else one
 
     def _line(self, fit: Callable[[float, Array], WeightedFit], start: Array, least: float = WEIGHTS[0]) -> WeightedFit:

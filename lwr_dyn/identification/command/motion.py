@@ -45,7 +45,7 @@ SLOWEST_STRIBECK = 0.01
 @click.option("--friction", type=OneOf(FORMS), default=DEFAULT_MOTION.friction, show_default=True,
               help="Coulomb and viscous friction of each direction, or the same in both with an offset.")  # fmt: skip
 @click.option("--stribeck", is_flag=True, help="Search the Stribeck speeds of joints whose torques ask for one.")
-@click.option("--trust", type=float, help="Deviation of the arm from its table that is expected, such as 0.2; "
+@click.option("--deviation", type=float, help="Deviation of the arm from its table that is expected, such as 0.2; "
               "found from the logs if not given.")  # fmt: skip
 @click.option("--known", multiple=True, metavar="EQUATION",
               help="Known for certain of the bodies: 'total mass = 15.8', 'm_7 = 0.24' [SI]. Repeatable.")  # fmt: skip
@@ -68,7 +68,7 @@ def command(
     motors = chosen_motors(arm, given)
     transmission = None if motors is None else motors.transmission
     samples = SampleRule(given["cutoff"], slowest=slowest_motors(float(slowest), motors), transmission=transmission)
-    rule = MotionRule(samples, given["friction"], given["stribeck"], given["folds"], given["trust"], given["known"])
+    rule = MotionRule(samples, given["friction"], given["stribeck"], given["folds"], given["deviation"], given["known"])
     _check_paths(given, arm, paper)
     with progress("reading and fitting the logs"):
         usable, faults = joint_logs(logs, declared, arm, motors, given["columns"], given["as_logged"])

@@ -18,7 +18,7 @@ from lwr_dyn.identification.report.table_section import slips_card
 from lwr_dyn.identification.slips.printed_cells import printed_cells
 from lwr_dyn.identification.slips.slip_tables import best_table, slip_record, slip_text
 from lwr_dyn.identification.slips.table_against_log import table_against_log
-from lwr_dyn.identification.slips.trace import TRUST, checked_trust, trace_slips
+from lwr_dyn.identification.slips.trace import DEVIATION, checked_deviation, trace_slips
 from lwr_dyn.loading import load_with_paper
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.progress import progress
@@ -29,12 +29,12 @@ from lwr_dyn.progress import progress
 @log_options
 @click.option("--robot", required=True, help="Whose table it is (name, .toml or .urdf).")
 @click.option("--html", metavar="FILE", help="Write the report of identify motion, with the table's cells and repairs.")
-@click.option("--trust", default=f"{TRUST:.0%}", show_default=True,
+@click.option("--deviation", default=f"{DEVIATION:.0%}", show_default=True,
               help="How far the arm itself may be from a right table: 5% or 0.05.")  # fmt: skip
 @click.option("--slowest", type=float, default=DEFAULT_SAMPLES.slowest, show_default=True,
               help="Speed up to which a joint's torque is left out, rad/s.")  # fmt: skip
 def command(
-    logs: tuple[str, ...], robot: str, reading: str | None, units: str | None, columns: str | None, trust: str,
+    logs: tuple[str, ...], robot: str, reading: str | None, units: str | None, columns: str | None, deviation: str,
     slowest: float, html: str | None, as_json: bool, as_logged: bool,
 ) -> None:  # fmt: skip
     """Masses, centres, tensors and rotors of a table against logs; which cells are wrong, and how.
@@ -42,7 +42,7 @@ def command(
     Friction is left free. Signs, powers of ten, copies of a neighbour, exchanged cells, axes and rows, units and
     conventions are tried, and any other value of one cell. Exit 1 when the table does not meet the logs.
     """
-    share, rule, declared = _share(trust), SampleRule(slowest=slowest), declared_units(units)
+    share, rule, declared = _share(deviation), SampleRule(slowest=slowest), declared_units(units)
     arm, paper = load_with_paper(robot, reading)
     source = arm if paper is None else paper
     if html is not None:
@@ -53,8 +53,8 @@ def command(
         if not usable:
             end(faults)
         information = _information(usable, arm, rule)
-        report = trace_slips(information, source, trust=share)
-        cells = table_against_log(information, source, trust=share, at=best_table(report))
+        report = trace_slips(information, source, deviation=share)
+        cells = table_against_log(information, source, deviation=share, at=best_table(report))
     if as_json:
         print_json({"robot": robot, "reading": arm.reading, **slip_record(report, cells, paper)})
     else:
@@ -82,5 +82,5 @@ def _share(text: str) -> float:
     try:
         value = float(number) / (100.0 if text.strip().endswith("%") else 1.0)
     except ValueError:
-        raise OptionError("--trust", repr(text), "a share such as 5% or 0.05") from None
-    return checked_trust(value)
+        raise OptionError("--deviation", repr(text), "a share such as 5% or 0.05") from None
+    return checked_deviation(value)

@@ -155,8 +155,9 @@ def _about(result: MotionIdentification) -> str:
     motors = "" if result.columns.transmission is None else "; rotors and friction were fitted to the motors: not here"
     known = f", known: {'; '.join(fit.constraints)}" if fit.constraints else ""
     return (
-        f"bodies near reading {result.arm.reading}, trust {fit.trust:.3g} ({chosen}), {result.equations} equations, "
-        f"{result.identified} of {result.base.count} base parameters identified, friction {rule.friction}"
+        f"bodies near reading {result.arm.reading}, deviation {fit.deviation:.3g} ({chosen}), "
+        f"{result.equations} equations, {result.identified} of {result.base.count} base parameters identified, "
+        f"friction {rule.friction}"
         f"{' with Stribeck terms' if rule.stribeck else ''}, positions through {rule.samples.cutoff} Hz, price "
         f"{np.nanmax(fit.price.rms):.2g} N m (N) RMS at the worst joint{known}{motors}; sigma: one standard error"
     )

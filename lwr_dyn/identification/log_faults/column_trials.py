@@ -191,7 +191,7 @@ def trial_samples(logs: Iterable[JointLog]) -> Samples | None:
     None where torques are cut out of most instants, or of all but `LEAST`: those left are of one kind, such as few
     loads, and other signs and orders may explain them as well.
     """
-    samples = samples_of(logs, SampleRule(slowest=0.0))
+    samples = samples_of(logs, SampleRule(slowest=0.0, reach=0.0))
     whole = np.flatnonzero((samples.used | (samples.dq == 0.0)).all(axis=1))
     if whole.size < max(LEAST, WHOLE * len(samples)) and whole.size < len(samples):
         return None

@@ -6,7 +6,7 @@ from lwr_dyn.arrays import Array
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.arm import Arm
 
-TRUST = 0.5
+DEVIATION = 0.5
 """Share of a link's mass, mass times reach, mass times reach squared."""
 REACH = 0.15
 """[m] of a link's mass about its frame."""
@@ -33,7 +33,7 @@ def table_spread(columns: TorqueColumns, arm: Arm, friction: float) -> Array:
     usual = np.where(masses > 0.0, masses, known.mean() if known.size else 1.0)
     by_kind = np.array([1.0, *[REACH] * 3, *[REACH**2] * 6])
     spread = np.empty(columns.count)
-    spread[: columns.bodies] = (TRUST * usual[:, None] * by_kind).reshape(-1)
+    spread[: columns.bodies] = (DEVIATION * usual[:, None] * by_kind).reshape(-1)
     for j in range(n):
         spread[columns.of_joint(j)] = friction * efforts(arm)[j]
     spread[columns.rotor_indices] = 1.0 + own[columns.rotor_indices]

@@ -36,8 +36,7 @@ from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.shown import repr_html, short_repr
 
-LARGEST_TRUST = 10.0
-"""Times the table's values that an arm may be off it; beyond, the table says nothing and leaves no bodies."""
+LARGEST_DEVIATION = 10.0  # beyond, the table says nothing and leaves no bodies
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -54,7 +53,7 @@ class MotionRule:
         Whether Stribeck speeds are searched, on all motions; take samples at low speeds then.
     folds : int
         Parts into which the motions are dealt; each is kept from a fit in turn.
-    trust : float, optional
+    deviation : float, optional
         Relative deviation of the arm from its table that is expected, such as 0.2; that of most evidence if not given.
     known : tuple of str
         What is known for certain of the bodies, as `total mass = 15.8` or `m_7 = 0.24` (`constraints_of`).
@@ -62,26 +61,27 @@ class MotionRule:
     Raises
     ------
     OptionError
-        A trust that is not above 0 or beyond `LARGEST_TRUST`; fewer than two folds.
+        A deviation that is not above 0 or beyond `LARGEST_DEVIATION`; fewer than two folds.
     """
 
     samples: SampleRule = DEFAULT_SAMPLES
     friction: FrictionForm = "directions"
     stribeck: bool = False
     folds: int = 5
-    trust: float | None = None
+    deviation: float | None = None
     known: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if self.folds < 2:
             raise OptionError("folds", self.folds, "a number of at least 2")
-        if self.trust is not None and not (0.0 < self.trust <= LARGEST_TRUST):
-            raise OptionError("trust", self.trust, f"a share above 0 and up to {LARGEST_TRUST:g}, such as 0.2 for 20 %")
+        if self.deviation is not None and not (0.0 < self.deviation <= LARGEST_DEVIATION):
+            allowed = f"a share above 0 and up to {LARGEST_DEVIATION:g}, such as 0.2 for 20 %"
+            raise OptionError("deviation", self.deviation, allowed)
 
     @property
     def weight(self) -> float | None:
         """Of the table in the consistent fit."""
-        return None if self.trust is None else self.trust**-2
+        return None if self.deviation is None else self.deviation**-2
 
 
 DEFAULT_MOTION = MotionRule()

@@ -64,7 +64,8 @@ def _consistent_record(result: MotionIdentification) -> dict[str, Any] | None:
     own = result.columns.own(result.arm)
     rows = zip(result.columns.names, fit.parameters, fit.sigma, own, result.origins, strict=True)
     return {
-        "trust": fit.trust, "trust_chosen": fit.chosen, "price_chi2": fit.price.chi2, "price_rms": fit.price.rms,
+        "deviation": fit.deviation, "deviation_chosen": fit.chosen,
+        "price_chi2": fit.price.chi2, "price_rms": fit.price.rms,
         "physical": [bool(x) for x in fit.physical], "lifted": list(fit.lifted), "known": list(fit.constraints),
         "iterations": fit.iterations,
         "parameters": [

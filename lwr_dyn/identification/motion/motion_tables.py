@@ -92,8 +92,8 @@ def _consistent(result: MotionIdentification, fit: ConsistentFit) -> list[str]:
     """A line on the weight and the price, then a row a link."""
     chosen = "of most evidence" if fit.chosen else "as given"
     lines = [
-        f"bodies near the table: {int(fit.physical.sum())} of {result.arm.n} links are bodies; trust in the table "
-        f"{fit.trust:.2%} ({chosen}); price against least squares: chi^2 {fit.price.chi2:+.3g}, "
+        f"bodies near the table: {int(fit.physical.sum())} of {result.arm.n} links are bodies; deviation from the "
+        f"table {fit.deviation:.2%} ({chosen}); price against least squares: chi^2 {fit.price.chi2:+.3g}, "
         f"{np.nanmax(fit.price.rms):.2g} N m (N) RMS at the worst joint"
     ]
     if fit.constraints:

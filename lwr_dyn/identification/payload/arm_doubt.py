@@ -57,7 +57,7 @@ def arm_doubt(
     Returns
     -------
     share : float
-        As the trust of `consistent_fit`: 0.1 for an arm some 10 % off.
+        As the deviation of `consistent_fit`: 0.1 for an arm some 10 % off.
     covariance : (fitted, fitted) array
     """
     matrix, _ = normal.weighted(noise)

@@ -73,7 +73,7 @@ def possible_load(found: LoadIdentification, weight: float = WEIGHT) -> Possible
     ----------
     found : LoadIdentification
     weight : float
-        Of the distance to the ball, above 0: 1/trust^2.
+        Of the distance to the ball, above 0: 1/deviation^2.
 
     Returns
     -------

@@ -61,22 +61,28 @@ class SampleRule:
         The motor map dq_m = T dq of columns with friction at the motors: `slowest` is then a speed of motors, and a
         joint's equation needs all motors that drive it to be faster.
 
+    reach : float
+        Periods of the cut-off beside a reversal of a joint in which it has no equation; 0 for none left out.
+
     Raises
     ------
     OptionError
-        A number that is not above 0 (for `slowest` below 0).
+        A number that is not above 0 (for `slowest` and `reach` below 0).
     """
 
     cutoff: float | None = 20.0
     spacing: float = 0.01
     slowest: float | Array = 0.05
     transmission: Transmission | None = None
+    reach: float = REACH
 
     def __post_init__(self) -> None:
         if self.cutoff is not None and not (isfinite(self.cutoff) and self.cutoff > 0.0):
             raise OptionError("sample cutoff", self.cutoff, "a frequency above 0, or none")
         if not (isfinite(self.spacing) and self.spacing > 0.0):
             raise OptionError("sample spacing", self.spacing, "a number above 0")
+        if not (isfinite(self.reach) and self.reach >= 0.0):
+            raise OptionError("sample reach", self.reach, "a number >= 0")
         slowest = np.asarray(self.slowest, dtype=np.float64)
         if not (np.isfinite(slowest).all() and (slowest >= 0.0).all()):
             raise OptionError("sample slowest", self.slowest, "a number >= 0, or one for each joint")
@@ -202,7 +208,7 @@ def _piece(
         cutoff = min(rule.cutoff, NYQUIST * 0.5 / step)
         sos = butter(ORDER, cutoff * 2 * step, output="sos")
         period = 1.0 / (cutoff * step)  # in rows
-        edge, memory, reach = HALF + ceil(EDGE * period), ceil(MEMORY * period), ceil(REACH * period)
+        edge, memory, reach = HALF + ceil(EDGE * period), ceil(MEMORY * period), ceil(rule.reach * period)
     rows = np.arange(edge, t.size - edge, max(1, round(rule.spacing / step)))
     for part in np.array_split(rows, -(-(t.size) // PART)) if rows.size else ():
         first, last = max(0, part[0] - HALF - memory), min(t.size, part[-1] + HALF + memory + 1)

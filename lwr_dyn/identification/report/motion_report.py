@@ -81,7 +81,7 @@ def _sentences(result: MotionIdentification) -> list[str]:
         how += "" if fit.rotor_weight == fit.weight else f"; of rotors {100 * fit.rotor_weight**-0.5:.3g} %"
         said.append(
             f"The bodies drawn are as near to the robot's table as the logs allow: expected deviation "
-            f"{100 * fit.trust:.3g} % ({how}); they cost {number(fit.price.chi2, 3)} in chi squared."
+            f"{100 * fit.deviation:.3g} % ({how}); they cost {number(fit.price.chi2, 3)} in chi squared."
         )
     said += [f"By least squares alone, {line}." for line in body_lines(result.bodies)]
     return said

@@ -15,7 +15,7 @@ from lwr_dyn.identification.slips.table_against_log import (
     CellAgainstLog,
     table_against_log,
 )
-from lwr_dyn.identification.slips.trace import TRUST, SlipReport
+from lwr_dyn.identification.slips.trace import DEVIATION, SlipReport
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.papers.schema import Paper
 from lwr_dyn.tables import Heading, Table
@@ -26,7 +26,7 @@ _REPAIRS = 12
 """Explanations that are listed."""
 
 
-def table_card(information: Information, source: Paper | Arm, trust: float = TRUST) -> tuple[Section, ...]:
+def table_card(information: Information, source: Paper | Arm, deviation: float = DEVIATION) -> tuple[Section, ...]:
     """The card without repairs; none for a source without inertias, and for rotors that are fitted at their motors.
 
     Parameters
@@ -34,7 +34,7 @@ def table_card(information: Information, source: Paper | Arm, trust: float = TRU
     information : Information
     source : Paper or Arm
         As `table_against_log` takes them.
-    trust : float
+    deviation : float
         How far the arm is taken to be from a right table.
     """
     if information.columns.transmission is not None:
@@ -44,22 +44,22 @@ def table_card(information: Information, source: Paper | Arm, trust: float = TRU
     except OptionError:
         return ()
     notes = ("A slip pulls at many cells; lwr-dyn identify table looks for the repairs that explain them.",)
-    return (_section(table_against_log(information, source, trust=trust), table, trust, (), notes),)
+    return (_section(table_against_log(information, source, deviation=deviation), table, deviation, (), notes),)
 
 
 def slips_card(information: Information, source: Paper | Arm, slips: SlipReport) -> Section:
     """The card with the repairs that were found, and the cells before and after the likeliest of them."""
-    cells = table_against_log(information, source, trust=slips.trust)
+    cells = table_against_log(information, source, deviation=slips.deviation)
     first = _repairs(slips)
     if slips.explanations:
         best = slips.explanations[0]
-        after = table_against_log(information, source, trust=slips.trust, at=best)
+        after = table_against_log(information, source, deviation=slips.deviation, at=best)
         first.append(cell_map(after, best.table, "Sigmas off, after the repairs of explanation 1"))
-    return _section(cells, slips.printed.table, slips.trust, first, (_verdict(slips),))
+    return _section(cells, slips.printed.table, slips.deviation, first, (_verdict(slips),))
 
 
 def _section(
-    cells: Sequence[CellAgainstLog], table: PrintedCells, trust: float, first: Sequence[Table], said: Sequence[str]
+    cells: Sequence[CellAgainstLog], table: PrintedCells, deviation: float, first: Sequence[Table], said: Sequence[str]
 ) -> Section:
     off = [one for one in cells if one.state == OFF]
     tables = [*first, cell_map(cells, table, "Sigmas off, as printed")]
@@ -67,7 +67,7 @@ def _section(
     notes = [
         *said,
         "Sigmas by which each cell alone would have to change for the logs, with the arm itself "
-        f"{100 * trust:.3g} % off a right table; off: beyond {PULL:g}. A dot: no motion shows the cell; empty: the "
+        f"{100 * deviation:.3g} % off a right table; off: beyond {PULL:g}. A dot: no motion shows the cell; empty: the "
         f"source does not print it. {sum(one.state == AGREES for one in cells)} of {len(cells)} cells agree.",
     ]
     pairs = _pairs(cells)

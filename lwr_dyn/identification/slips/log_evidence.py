@@ -24,11 +24,11 @@ CONFIDENCE = 0.999
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LogEvidence:
-    """K (r, 11 n) and y (r,), whitened: the noise of K pi - y is 1 in every direction; `trust` as `trace_slips`."""
+    """K (r, 11 n) and y (r,), whitened: the noise of K pi - y is 1 in every direction; `deviation` as `trace_slips`."""
 
     K: Array
     y: Array
-    trust: float
+    deviation: float
 
     def __post_init__(self) -> None:
         freeze_arrays(self, "K", "y")
@@ -48,14 +48,14 @@ class LogEvidence:
         `known` are those of the table `like`; the parts of links that are the same in both are taken from there.
         """
         n = table.n
-        if self.trust == 0.0:
+        if self.deviation == 0.0:
             return np.zeros((n, self.directions, self.directions))
         out = np.empty((n, self.directions, self.directions)) if known is None else known.copy()
         changed = np.arange(n) if like is None else table.changed_links(like)
         spread = link_discrepancies(table)
         for i in changed:
             K = self.K[:, table.link_columns(i)]
-            out[i] = self.trust**2 * (K @ spread[i] @ K.T)
+            out[i] = self.deviation**2 * (K @ spread[i] @ K.T)
         return out
 
     def limit(self, freed: int = 0) -> float:
@@ -63,7 +63,7 @@ class LogEvidence:
         return float(stats.chi2.ppf(CONFIDENCE, max(self.directions - freed, 1)))
 
 
-def log_evidence(information: Information, table: PrintedCells, trust: float) -> LogEvidence:
+def log_evidence(information: Information, table: PrintedCells, deviation: float) -> LogEvidence:
     """The evidence of a log, in the columns of `PrintedCells.parameters`; friction and open parameters are free."""
     columns, n = information.columns, table.n
     own = np.concatenate([np.arange(10 * n), np.asarray(columns.rotor_indices, dtype=np.intp)])
@@ -74,7 +74,7 @@ def log_evidence(information: Information, table: PrintedCells, trust: float) ->
     K, y = blocked @ R @ grouping[:, own], blocked @ R @ information.values
     K[:, opened] = 0.0
     seen = _range(K)
-    return LogEvidence(seen.T @ K, seen.T @ y, trust)
+    return LogEvidence(seen.T @ K, seen.T @ y, deviation)
 
 
 def _complement(A: Array) -> Array:

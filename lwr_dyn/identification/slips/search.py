@@ -26,8 +26,8 @@ WIDTH = 8
 LOOKED_AT = 50
 """Repairs that are judged with their own discrepancy, of those that leave the least chi^2 with the former table's."""
 SLIP = 3.0
-"""A cell of any other value is a slip when it changes by more than this many times the trust in the arm, as a share of
-the largest number of its kind in its link; the arm itself may differ by less. A copy of a neighbour is always one."""
+"""A cell of any other value is a slip when it changes by more than this many times the arm's own deviation, as a share
+of the largest number of its kind in its link; the arm itself may differ by less. A neighbour's copy is always one."""
 
 
 def steps(
@@ -111,7 +111,7 @@ def _least_slip(evidence: LogEvidence, table: PrintedCells, cell: Cell) -> float
     if repeats(table, cell):
         return 0.0
     part = next(p for p in COLUMNS.values() if p.start <= cell.quantity < p.stop)
-    return SLIP * evidence.trust * float(np.abs(table.values[cell.link, part]).max())
+    return SLIP * evidence.deviation * float(np.abs(table.values[cell.link, part]).max())
 
 
 def _promising(evidence: LogEvidence, at: Hypothesis, shown: ShownCells) -> Iterable[Repair]:

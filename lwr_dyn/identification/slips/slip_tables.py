@@ -47,7 +47,11 @@ def best_table(report: SlipReport) -> Hypothesis:
 
 
 def _verdict(report: SlipReport) -> str:
-    own = f"the arm itself {report.trust:.3g} off a right table" if report.trust else "the arm exactly as a right table"
+    own = (
+        f"the arm itself {report.deviation:.3g} off a right table"
+        if report.deviation
+        else "the arm exactly as a right table"
+    )
     chi2 = f"chi^2 {report.printed.chi2:.4g}, at most {report.limit:.4g} with {own}"
     if report.fits:
         return f"the table meets the log: {chi2}"
@@ -121,7 +125,7 @@ def slip_record(report: SlipReport, cells: tuple[CellAgainstLog, ...], paper: Pa
         "fits": report.fits,
         "chi2": report.printed.chi2,
         "limit": report.limit,
-        "trust": report.trust,
+        "deviation": report.deviation,
         "sure": [_repair_record(r, paper) for r in report.sure],
         "explanations": [
             {"repairs": [_repair_record(r, paper) for r in e.repairs], "chi2": e.chi2, "evidence": e.evidence}

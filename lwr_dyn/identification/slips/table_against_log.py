@@ -9,7 +9,7 @@ from lwr_dyn.identification.slips.hypotheses import Hypothesis, as_printed, free
 from lwr_dyn.identification.slips.log_evidence import log_evidence
 from lwr_dyn.identification.slips.printed_cells import Cell, printed_cells
 from lwr_dyn.identification.slips.shown_cells import shown_cells
-from lwr_dyn.identification.slips.trace import TRUST, checked_trust
+from lwr_dyn.identification.slips.trace import DEVIATION, checked_deviation
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.papers.schema import Paper
 
@@ -40,7 +40,7 @@ class CellAgainstLog:
 
 
 def table_against_log(
-    information: Information, source: Paper | Arm, *, trust: float = TRUST, at: Hypothesis | None = None
+    information: Information, source: Paper | Arm, *, deviation: float = DEVIATION, at: Hypothesis | None = None
 ) -> tuple[CellAgainstLog, ...]:
     """Every printed cell of a table, in its order.
 
@@ -48,7 +48,7 @@ def table_against_log(
 
     Parameters
     ----------
-    information, source, trust
+    information, source, deviation
         As `trace_slips` takes them.
     at : Hypothesis, optional
         A repaired table of the same source, of a `SlipReport`; the table as printed if not given.
@@ -59,7 +59,7 @@ def table_against_log(
         As `trace_slips`.
     """
     table = printed_cells(source) if at is None else at.table
-    evidence = log_evidence(information, table, checked_trust(trust))
+    evidence = log_evidence(information, table, checked_deviation(deviation))
     shown = shown_cells(information, table)
     # cells of a repair that were freed count as the others do
     base = as_printed(evidence, table)

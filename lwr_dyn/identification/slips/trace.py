@@ -17,7 +17,7 @@ from lwr_dyn.identification.slips.shown_cells import ShownCells, shown_cells
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.papers.schema import Paper
 
-TRUST = 0.05
+DEVIATION = 0.05
 """How far an arm is from a right table of it, unless said otherwise."""
 MOST = 8
 """Repairs of one table that are looked for together."""
@@ -45,7 +45,7 @@ class SlipReport:
     """What a motion can show of the likeliest explanation's table (of the table as printed, if there is none)."""
     limit: float
     """Largest chi^2 of a table that fits."""
-    trust: float
+    deviation: float
 
     @property
     def fits(self) -> bool:
@@ -81,7 +81,7 @@ class SlipReport:
 
 
 def trace_slips(
-    information: Information, source: Paper | Arm, *, trust: float = TRUST, most: int = MOST
+    information: Information, source: Paper | Arm, *, deviation: float = DEVIATION, most: int = MOST
 ) -> SlipReport:  # fmt: skip
     """The slips of a table that a log shows.
 
@@ -95,7 +95,7 @@ def trace_slips(
         What the log says of the base parameters of the arm's geometry.
     source : Paper or Arm
         The table: a paper under its reading, or an arm whose bodies are taken as printed.
-    trust : float
+    deviation : float
         How far the arm itself may be from a right table, as a share (0.05: 5 %).
     most : int
         Repairs of one table, at most.
@@ -103,16 +103,16 @@ def trace_slips(
     Raises
     ------
     OptionError
-        A trust outside 0 to 1, or a source without inertias.
+        A deviation outside 0 to 1, or a source without inertias.
     """
-    return trace_cells(information, printed_cells(source), trust=trust, most=most)
+    return trace_cells(information, printed_cells(source), deviation=deviation, most=most)
 
 
 def trace_cells(
-    information: Information, table: PrintedCells, *, trust: float = TRUST, most: int = MOST
+    information: Information, table: PrintedCells, *, deviation: float = DEVIATION, most: int = MOST
 ) -> SlipReport:  # fmt: skip
     """`trace_slips` of a table that has been read."""
-    evidence = log_evidence(information, table, checked_trust(trust))
+    evidence = log_evidence(information, table, checked_deviation(deviation))
     printed = as_printed(evidence, table)
     shown = shown_cells(information, table)
     tried: list[Hypothesis] = [printed]
@@ -136,7 +136,7 @@ def trace_cells(
     explained = tuple(_with_values(h, table) for h in sorted(plain, key=lambda h: h.evidence))
     if explained:
         shown = shown_cells(information, explained[0].table)
-    return SlipReport(printed, explained, best, shown, evidence.limit(), trust)
+    return SlipReport(printed, explained, best, shown, evidence.limit(), deviation)
 
 
 def _says_less(evidence: LogEvidence, one: Hypothesis, other: Hypothesis) -> bool:
@@ -167,11 +167,11 @@ def _with_values(hypothesis: Hypothesis, printed: PrintedCells) -> Hypothesis:
     return replace(hypothesis, repairs=said)
 
 
-def checked_trust(trust: float) -> float:
-    """A trust from 0 to 1; else raises `OptionError`."""
-    if not (isfinite(trust) and 0.0 <= trust < 1.0):
-        raise OptionError("trust", trust, "a share from 0 to below 1, such as 0.05 for 5 %")
-    return trust
+def checked_deviation(deviation: float) -> float:
+    """A deviation from 0 to 1; else raises `OptionError`."""
+    if not (isfinite(deviation) and 0.0 <= deviation < 1.0):
+        raise OptionError("deviation", deviation, "a share from 0 to below 1, such as 0.05 for 5 %")
+    return deviation
 
 
 def _without_idle(evidence: LogEvidence, printed: Hypothesis, hypothesis: Hypothesis) -> Hypothesis:

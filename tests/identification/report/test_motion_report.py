@@ -55,7 +55,7 @@ def test_head_figures_are_those_of_the_fit(shown, result):
     figures = dict(shown.figures)
     assert figures["base parameters identified"] == f"{result.identified} of {result.base.count}"
     assert figures["links that are bodies"] == "7 of 7"
-    assert f"expected deviation {100 * result.consistent.trust:.3g} % (found from the logs" in shown.said[-1]
+    assert f"expected deviation {100 * result.consistent.deviation:.3g} % (found from the logs" in shown.said[-1]
     rotors = f"; of rotors {100 * result.consistent.rotor_weight**-0.5:.3g} %"
     assert (rotors in shown.said[-1]) == (result.consistent.rotor_weight != result.consistent.weight)
     unseen = np.sqrt(np.mean([v.consistent**2 for v in result.validation]))
