@@ -4,6 +4,7 @@ import errno
 import json
 import os
 import random
+import re
 import signal
 import time
 from dataclasses import replace
@@ -156,7 +157,7 @@ def test_a_chunk_whose_controller_fails_is_named_and_the_rest_is_made(tmp_path, 
     line = ("sweep", str(tmp_path / "small.toml"), "--out", str(tmp_path / "out"), "--runs", "4", "--threads", "1")
     code, out, err = lwr_dyn_command(*line)
     assert (code, err) == (1, "")
-    assert "about 1 s on 1 worker" in out
+    assert re.search(r"about \d+ s on 1 worker", out)
     assert "made 5 chunks" in out
     why = f"runs 2 to 2: run 2: {tmp_path}/mine.py: line 6: ZeroDivisionError: division by zero; allowed: a controller"
     assert f"FAILED: mine.py, chunk 2, {why}" in out
