@@ -206,8 +206,7 @@ def closest_parts(a: Array, b: Array, c: Array, d: Array) -> tuple[Array, Array]
     (array([0.25]), array([0.]))
     """
     u, v, w = b - a, d - c, a - c
-    uu, vv, uv = (np.maximum(np.einsum("kx,kx->k", x, y), 0.0) for x, y in ((u, u), (v, v), (u, v)))
-    uv = np.einsum("kx,kx->k", u, v)
+    uu, vv, uv = (np.einsum("kx,kx->k", x, y) for x, y in ((u, u), (v, v), (u, v)))
     uw, vw = np.einsum("kx,kx->k", u, w), np.einsum("kx,kx->k", v, w)
     small, one = _LEAST_LENGTH**2, np.ones(len(u))
     across = uu * vv - uv**2

@@ -48,6 +48,7 @@ def _body_lines(found: LoadIdentification, load: PossibleLoad) -> list[str]:
         f"load of {with_error(float(load.values[0]), float(load.sigma[0]))} kg{_doubt(found)}",
         aligned(rows, ("of the load", "value", "by the motion")),
         "com in the frame of the flange (of the tool's point where the arm has one), tensor about com along its axes",
+        "by the motion: of the mass, m com and the tensor about that frame, which are what least squares determines",
         _about(load),
     ]
 

@@ -11,27 +11,12 @@ which is delta^2 times the inverse Hessian of -log det P, and asks neither for a
 import numpy as np
 
 from lwr_dyn.arrays import Array
+from lwr_dyn.dynamics.regressor import INERTIAL
+from lwr_dyn.identification.bodies.pseudo_inertia import pseudo_inertia_weights, pseudo_inertias
 from lwr_dyn.identification.slips.printed_cells import PrintedCells
 
-_UPPER = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
-
-
-def _readers() -> Array:
-    """A (10, 4, 4): each inertial parameter as tr(A P)."""
-    out = np.zeros((10, 4, 4))
-    out[0, 3, 3] = 1.0
-    for a in range(3):
-        out[1 + a, a, 3] = out[1 + a, 3, a] = 0.5
-    for k, (a, b) in enumerate(_UPPER, start=4):
-        if a == b:
-            for c in {0, 1, 2} - {a}:
-                out[k, c, c] = 1.0
-        else:
-            out[k, a, b] = out[k, b, a] = -0.5
-    return out
-
-
-_READERS = _readers()
+_READERS = pseudo_inertia_weights(np.eye(len(INERTIAL)))
+"""A (10, 4, 4): each inertial parameter as tr(A P)."""
 
 
 def link_discrepancies(table: PrintedCells) -> Array:
@@ -57,8 +42,4 @@ def link_discrepancies(table: PrintedCells) -> Array:
 
 def table_pseudo_inertias(table: PrintedCells) -> Array:
     """P (n, 4, 4) of each link about its frame [SI]."""
-    parameters = table.parameters()[: 10 * table.n].reshape(table.n, 10)
-    m, mx, my, mz, xx, xy, xz, yy, yz, zz = np.moveaxis(parameters, -1, 0)
-    half = (xx + yy + zz) / 2.0
-    rows = ((half - xx, -xy, -xz, mx), (-xy, half - yy, -yz, my), (-xz, -yz, half - zz, mz), (mx, my, mz, m))
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+    return pseudo_inertias(table.parameters()[: 10 * table.n].reshape(table.n, 10))
