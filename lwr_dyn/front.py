@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from lwr_dyn.explorer.shown import show as show
     from lwr_dyn.kinematics.inverse import inverse_kinematics as inverse_kinematics
     from lwr_dyn.kinematics.pose_solver import ik_solver as ik_solver
-    from lwr_dyn.krl.kuka_units import KukaUnits
+    from lwr_dyn.krl.robot.kuka_units import KukaUnits
     from lwr_dyn.model.arm import Arm
     from lwr_dyn.model.run import Reference, Run
     from lwr_dyn.notebook.plot import plot as plot

@@ -37,7 +37,7 @@ FUNCTIONS: Registry[Callable[..., Any]] = Registry(
         "responses": Row("lwr_dyn.responses.response_text:responses_said", "what a loop made of a step or a chirp"),
         "show": Row("lwr_dyn.explorer.shown:show", "an arm or a run in the browser"),
         "plot_writer": Row("lwr_dyn.notebook.plot:plot_writer", "the option --plot", extra="plots"),
-        "kuka_units": Row("lwr_dyn.krl.kuka_units:KukaUnits", "poses in mm and deg, Status, Turn", extra="krl"),
+        "kuka_units": Row("lwr_dyn.krl.robot.kuka_units:KukaUnits", "poses in mm and deg, Status, Turn", extra="krl"),
     },
 )
 """Functions of optional packages that are offered by `import lwr_dyn` and by the commands."""

@@ -66,7 +66,9 @@ COMMANDS: Registry[click.Command] = Registry(
             "Faults in URDFs and tables, with place and reason.",
         ),
         "krl": Row(
-            "lwr_dyn.krl.command:command", "KUKA programs: write, check and run them on a robot's model.", extra="krl"
+            "lwr_dyn.krl.command.group:command",
+            "KUKA programs: write, check and run them on a robot's model.",
+            extra="krl",
         ),
         "conventions": Row(
             "lwr_dyn.audit.conventions.command:command",

@@ -17,7 +17,8 @@ from lwr_dyn.cli.help_text import FEW, ROBOT, help_texts
 from lwr_dyn.identification.logs import column_files
 from lwr_dyn.identification.logs.joint_log import write_log
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
-from lwr_dyn.krl import interpreter, lexer, motions, source
+from lwr_dyn.krl.language import lexer, source
+from lwr_dyn.krl.running import interpreter, motions
 from lwr_dyn.model import run_file
 from lwr_dyn.model.chain import with_payload
 from lwr_dyn.registry import Row

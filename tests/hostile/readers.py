@@ -95,10 +95,10 @@ def _kuka() -> Any:
 
 def krl(folder: Path, rng: random.Random) -> bool:
     """A KRL program without an error, and inputs from outside; every tenth is moved."""
-    from lwr_dyn.krl.controller import MachineData
-    from lwr_dyn.krl.evaluate import input_values
-    from lwr_dyn.krl.program import load_program
-    from lwr_dyn.krl.run import check_program
+    from lwr_dyn.krl.project.program import load_program
+    from lwr_dyn.krl.running.controller import MachineData
+    from lwr_dyn.krl.running.evaluate import input_values
+    from lwr_dyn.krl.running.run import check_program
 
     source, data = rng.choice(_programs())
     path = written(

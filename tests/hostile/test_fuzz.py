@@ -12,7 +12,7 @@ import lwr_dyn
 from lwr_dyn.audit.lint.rules import lint_file
 from lwr_dyn.errors import LwrDynError
 from lwr_dyn.identification.logs.joint_log import read_log
-from lwr_dyn.krl.program import load_program
+from lwr_dyn.krl.project.program import load_program
 from lwr_dyn.model.run import Run
 from tests.examples import examples
 from tests.hostile.changes import changed, flipped

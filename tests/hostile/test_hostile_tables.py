@@ -11,7 +11,7 @@ from lwr_dyn.audit.lint.sentences import equalities
 from lwr_dyn.audit.lint.sheet import TableError
 from lwr_dyn.audit.lint.toml_sheet import sheet_of_toml
 from lwr_dyn.errors import LwrDynError, PaperError, ShapeError
-from lwr_dyn.krl.point_program import read_point_program
+from lwr_dyn.krl.writing.point_program import read_point_program
 from lwr_dyn.papers.catalog import open_paper
 from lwr_dyn.papers.fields import parse_toml
 from lwr_dyn.papers.reader import parse_paper

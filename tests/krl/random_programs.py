@@ -2,10 +2,10 @@
 
 import random
 
-from lwr_dyn.krl import declarations as d
-from lwr_dyn.krl import expressions as e
-from lwr_dyn.krl import statements as s
-from lwr_dyn.krl.source import SourceFile, SourceLine
+from lwr_dyn.krl.language import declarations as d
+from lwr_dyn.krl.language import expressions as e
+from lwr_dyn.krl.language import statements as s
+from lwr_dyn.krl.language.source import SourceFile, SourceLine
 
 NAMES = ("a", "B2", "Point_1", "$VEL", "step", "path", "$BASE", "x", "P")
 COMPONENTS = list("XYZABCST")

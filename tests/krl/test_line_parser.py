@@ -2,8 +2,8 @@
 
 from lark import Lark
 
-from lwr_dyn.krl.lexer import GRAMMAR, KEYWORDS
-from lwr_dyn.krl.line_parser import RULES, parse_line
+from lwr_dyn.krl.language.lexer import GRAMMAR, KEYWORDS
+from lwr_dyn.krl.language.line_parser import RULES, parse_line
 
 
 def test_each_rule_of_the_grammar_has_a_function_and_no_function_lacks_a_rule():

@@ -5,11 +5,11 @@ from dataclasses import replace
 import pytest
 
 from lwr_dyn.errors import OptionError
-from lwr_dyn.krl import expressions as e
-from lwr_dyn.krl import statements as s
-from lwr_dyn.krl.line_parser import parse_line
-from lwr_dyn.krl.source import SourceLine, parse_bytes, parse_text, read_source
-from lwr_dyn.krl.unparse import expression_text, statement_text
+from lwr_dyn.krl.language import expressions as e
+from lwr_dyn.krl.language import statements as s
+from lwr_dyn.krl.language.line_parser import parse_line
+from lwr_dyn.krl.language.source import SourceLine, parse_bytes, parse_text, read_source
+from lwr_dyn.krl.language.unparse import expression_text, statement_text
 from tests.krl.mutations import PROGRAMS
 from tests.krl.random_programs import Writer
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.krl.program import load_program, parse_program
-from lwr_dyn.krl.run import check_program
+from lwr_dyn.krl.project.program import load_program, parse_program
+from lwr_dyn.krl.running.run import check_program
 from lwr_dyn.model.run import Run
 from lwr_dyn.reproduction.kr30ha.krl_program import (
     EXACT_MM,

@@ -5,7 +5,7 @@ import pytest
 import sympy as sp
 
 import lwr_dyn
-from lwr_dyn.krl.kuka_pose import pose_of_matrix
+from lwr_dyn.krl.robot.kuka_pose import pose_of_matrix
 from lwr_dyn.reproduction.kr30ha.matrices import paper_matrices
 from lwr_dyn.reproduction.kr30ha.points import paper_points
 

@@ -6,7 +6,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from lwr_dyn.krl.program import parse_program
+from lwr_dyn.krl.project.program import parse_program
 from lwr_dyn.reproduction.case import PaperData
 from lwr_dyn.reproduction.kr30ha import proofs_of_motion, proofs_of_program
 from lwr_dyn.reproduction.kr30ha.planar_dynamics import planar_equations

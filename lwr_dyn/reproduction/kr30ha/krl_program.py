@@ -9,9 +9,9 @@ import numpy as np
 
 from lwr_dyn.files import write_folder
 from lwr_dyn.krl.diagnostics import Diagnostic
-from lwr_dyn.krl.point_program import generate_program, point_program_of
-from lwr_dyn.krl.program import Program, parse_program
-from lwr_dyn.krl.run import ProgramRun, check_program, run_program
+from lwr_dyn.krl.project.program import Program, parse_program
+from lwr_dyn.krl.running.run import ProgramRun, check_program, run_program
+from lwr_dyn.krl.writing.point_program import generate_program, point_program_of
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.reproduction.results import printed_tables
 from lwr_dyn.tables import Heading, Table

@@ -6,7 +6,7 @@ import numpy as np
 
 from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.krl.diagnostics import Diagnostic
-from lwr_dyn.krl.run import check_program
+from lwr_dyn.krl.running.run import check_program
 from lwr_dyn.papers.assembly import arm_from_paper
 from lwr_dyn.papers.catalog import open_paper
 from lwr_dyn.reproduction.case import PaperData

@@ -1,0 +1,1 @@
+"""What can be diagnosed without running: names, types, declarations, initial values, jumps."""

@@ -1,0 +1,179 @@
+"""Static checks: what can be diagnosed without running a program: names, types, declarations, initial values, jumps."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import Any
+
+from lwr_dyn.krl.checks.type_check import check_assignable, shape_of, type_in
+from lwr_dyn.krl.diagnostics import Diagnostic
+from lwr_dyn.krl.language import expressions as e
+from lwr_dyn.krl.language import statements as s
+from lwr_dyn.krl.language.declarations import Declaration
+from lwr_dyn.krl.names.types import AXES, BOOL, CARTESIAN, INT, REAL, UNKNOWN
+from lwr_dyn.krl.project.program import Program
+from lwr_dyn.krl.project.symbols import Scope, SymbolTable, scope_of, signature, type_of
+
+LONGEST_NAME = 24
+"""Characters of a name that the controller distinguishes."""
+
+
+def static_diagnostics(program: Program) -> tuple[Diagnostic, ...]:
+    """Names and types of all routines of the `.src` and of the `.dat`."""
+    diagnostics: list[Diagnostic] = []
+    if program.data is not None:
+        lines = program.outlines[program.data.name].data
+        _check_lines(Scope(program, SymbolTable(), program.data, diagnostics), lines)
+    for routine in program.routines:
+        _check_lines(scope_of(program, routine, diagnostics), routine.lines())
+    return tuple(diagnostics)
+
+
+def _check_lines(scope: Scope, lines: Iterable[tuple[int, s.Statement]]) -> None:
+    for i, x in lines:
+        scope.line = i
+        check = _CHECKS.get(type(x))
+        if check is not None:
+            check(scope, x)
+
+
+def _declaration(scope: Scope, x: Declaration) -> None:
+    _check_declared_type(scope, x)
+    for d in x.names:
+        if d.value is not None and not scope.file.is_data:
+            message = f"{d.name} is given a value in its declaration"
+            hint = "values go into the .dat, or into an assignment"
+            scope.report(d.column, "initialiser-in-src", message, hint)
+        if d.value is not None:
+            check_assignable(scope, type_of(x.type, d), d.value, d.name)
+        for size in d.sizes or ():
+            type_in(scope, size)
+
+
+def _check_declared_type(scope: Scope, x: Declaration) -> None:
+    if x.type is None:
+        shape = next((shape_of(d.value) for d in x.names if isinstance(d.value, e.Aggregate)), UNKNOWN)
+        example = "E6POS" if shape.name in CARTESIAN else "E6AXIS" if shape.name in AXES else "INT"
+        scope.report(x.column, "missing-type", "a declaration without a type", f"DECL {example} {x.names[0].name}")
+    elif not scope.is_type(x.type.upper()):
+        message = f"{x.type} is no type" if x.decl else f"{x.type} {x.names[0].name}: neither a statement nor a type"
+        hint = "INT, REAL, BOOL, CHAR, E6POS ..., or one that is declared or lent with --with"
+        scope.report(x.column, "unknown-type", message, hint)
+    for d in x.names:
+        if len(d.name) > LONGEST_NAME:
+            message = f"the name has {len(d.name)} characters"
+            scope.report(d.column, "long-name", message, f"at most {LONGEST_NAME}", "warning")
+
+
+def _assign(scope: Scope, x: s.Assign) -> None:
+    target = x.target
+    while isinstance(target, e.Index):
+        target = target.of
+    check_assignable(scope, type_in(scope, x.target), x.value, target.name)
+
+
+def _invoke(scope: Scope, x: s.Invoke) -> None:
+    type_in(scope, x.call)
+    silent = Scope(scope.program, scope.own, scope.file, [])
+    returned, _, _ = signature(silent, x.call)
+    if returned is not None and returned is not UNKNOWN and scope.program.routine(x.call.name) is not None:
+        message = f"{x.call.name} returns a value that nobody takes"
+        scope.report(x.column, "unused-value", message, f"assign it: X = {x.call.name}(...)", "warning")
+
+
+def _move(scope: Scope, x: s.Move) -> None:
+    points = [x.target, *([x.auxiliary] if x.auxiliary is not None else [])]
+    for point in points:
+        kind = type_in(scope, point)
+        allowed = CARTESIAN if x.kind.startswith(("LIN", "CIRC", "SLIN", "SCIRC")) else (*CARTESIAN, *AXES)
+        if kind.name != "?" and (kind.name not in allowed or kind.dimensions):
+            scope.report(point.column, "type", f"{x.kind} to a {kind}", f"one of {', '.join(allowed)}")
+    if x.angle is not None:
+        check_assignable(scope, REAL, x.angle, "CA")
+    for setting in x.settings:
+        _assign(scope, setting)
+    _check_blends(scope, x)
+
+
+def _check_blends(scope: Scope, x: s.Move) -> None:
+    spline = x.kind.startswith(("SPTP", "SLIN", "SCIRC", "SPL"))
+    for i, blend in enumerate(x.blends):
+        wrong = (blend == "C_SPL") != spline or (blend == "C_PTP" and not x.kind.startswith("PTP"))
+        if wrong or (x.kind.startswith("PTP") and i == 0 and blend != "C_PTP"):
+            allowed = "C_SPL" if spline else "C_PTP" if x.kind.startswith("PTP") else "C_DIS, C_ORI or C_VEL"
+            scope.report(x.column, "blend", f"{blend} on {x.kind}", allowed)
+
+
+def _wait(scope: Scope, x: s.Wait) -> None:
+    check_assignable(scope, REAL if x.kind == "SEC" else BOOL, x.value, f"WAIT {x.kind}")
+
+
+def _condition(scope: Scope, x: s.Condition) -> None:
+    if x.keyword == "SWITCH":
+        type_in(scope, x.value)
+    else:
+        check_assignable(scope, BOOL, x.value, x.keyword)
+
+
+def _for(scope: Scope, x: s.For) -> None:
+    check_assignable(scope, INT, x.variable, "the variable of FOR")
+    for value in (x.first, x.last, x.step):
+        if value is not None:
+            check_assignable(scope, INT, value, "FOR")
+
+
+def _interrupt(scope: Scope, x: s.InterruptDeclaration) -> None:
+    check_assignable(scope, INT, x.priority, "the priority")
+    check_assignable(scope, BOOL, x.condition, "WHEN")
+    _CHECKS[type(x.action)](scope, x.action)
+
+
+def _trigger(scope: Scope, x: s.Trigger) -> None:
+    for value in (x.value, x.delay):
+        check_assignable(scope, REAL, value, "TRIGGER")
+    _CHECKS[type(x.action)](scope, x.action)
+
+
+def _jump(scope: Scope, x: s.Jump) -> None:
+    if scope.routine is not None and x.label.upper() not in scope.routine.labels:
+        hint = f"put {x.label}: where it should go on"
+        scope.report(x.column, "undeclared", f"there is no label {x.label}", hint)
+
+
+def _return(scope: Scope, x: s.Return) -> None:
+    _values(scope, x.value)
+    returns = None if scope.routine is None else scope.routine.head.returns
+    if (x.value is None) != (returns is None):
+        wanted = "no value" if returns is None else f"a value of type {returns}"
+        scope.report(x.column, "type", f"RETURN {'without' if x.value is None else 'with'} a value", wanted)
+
+
+def _spline(scope: Scope, x: s.SplineBlock) -> None:
+    for setting in x.settings:
+        _assign(scope, setting)
+
+
+def _values(scope: Scope, *values: e.Expression | None) -> None:
+    """Check expressions of any type; None for one that is left out."""
+    for value in values:
+        if value is not None:
+            type_in(scope, value)
+
+
+_CHECKS: dict[type, Callable[[Scope, Any], None]] = {
+    Declaration: _declaration,
+    s.Assign: _assign,
+    s.Invoke: _invoke,
+    s.Move: _move,
+    s.Wait: _wait,
+    s.Condition: _condition,
+    s.For: _for,
+    s.CaseBranch: lambda scope, x: _values(scope, *x.values),
+    s.Jump: _jump,
+    s.Return: _return,
+    s.InterruptDeclaration: _interrupt,
+    s.InterruptSwitch: lambda scope, x: _values(scope, x.priority),
+    s.Trigger: _trigger,
+    s.Analog: lambda scope, x: _values(scope, x.target, x.value),
+    s.SplineBlock: _spline,
+}

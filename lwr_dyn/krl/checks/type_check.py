@@ -1,0 +1,224 @@
+"""Type checking: the type of an expression in a scope, with a diagnostic where types do not fit.
+
+An unknown type fits every type.
+"""
+
+from collections.abc import Callable, Set
+from typing import Any
+
+from lwr_dyn.krl.language import expressions as e
+from lwr_dyn.krl.names.types import (
+    BOOL,
+    CARTESIAN,
+    ENUMS,
+    INT,
+    LARGEST,
+    NUMBERS,
+    REAL,
+    SIMPLE,
+    STRUCTURES,
+    UNKNOWN,
+    Type,
+)
+from lwr_dyn.krl.project.symbols import Scope, signature
+
+_BRACKETS = "; comparisons bind weaker than AND and OR: put each in brackets"
+
+
+def type_in(scope: Scope, x: e.Expression) -> Type:
+    """The type of an expression; its type errors are reported in the scope."""
+    return _TYPES[type(x)](scope, x)
+
+
+def check_assignable(scope: Scope, target: Type, x: e.Expression, what: str) -> None:
+    """Report a value that cannot be assigned to `target`, and components that `target` does not have."""
+    if isinstance(x, e.Aggregate) and x.type is None and target.name != "?":
+        _check_components(scope, x, target)
+        return
+    if isinstance(x, e.EnumLiteral):
+        _check_member(scope, x, target)
+        return
+    value = type_in(scope, x)
+    if target.name == "CHAR" and value.name == "CHAR":
+        return
+    if not target.accepts(value):
+        scope.report(x.column, "type", f"{what} is {target}, the value is {value}", f"a value of type {target}")
+
+
+def shape_of(x: e.Aggregate) -> Type:
+    """The first geometric type that has these components, else unknown.
+
+    >>> str(shape_of(e.Aggregate((e.Item("X", e.Integer(1)), e.Item("S", e.Integer(2))))))
+    'POS'
+    """
+    names = {item.name.upper() for item in x.items}
+    for kind in ("FRAME", "POS", "E3POS", "E6POS", "AXIS", "E3AXIS", "E6AXIS"):
+        if names <= set(STRUCTURES[kind]):
+            return Type(kind)
+    return UNKNOWN
+
+
+def _integer(scope: Scope, x: e.Integer) -> Type:
+    if x.value > LARGEST and not (x.base != 10 and x.value <= 2 * LARGEST + 1):
+        scope.report(x.column, "number-range", f"{x.value} is no INT", f"from {-LARGEST - 1} to {LARGEST}, or a REAL")
+    return INT
+
+
+def _real(scope: Scope, x: e.Real) -> Type:
+    if abs(x.value) > 3.4e38:
+        scope.report(x.column, "number-range", f"{x.value:g} is no REAL", "up to 3.4E38")
+    return REAL
+
+
+def _name(scope: Scope, x: e.Name) -> Type:
+    kind = scope.variable(x.name)
+    if kind is None:
+        scope.report(x.column, "undeclared", f"{x.name} is not declared", scope.near(x.name))
+        return UNKNOWN
+    return kind
+
+
+def _index(scope: Scope, x: e.Index) -> Type:
+    of = type_in(scope, x.of)
+    for i in x.indices:
+        if not INT.accepts(type_in(scope, i)):
+            scope.report(i.column, "type", "an index must be INT", "a whole number from 1")
+    if of.name == "?" or not x.indices:
+        return of
+    if of.dimensions == 0:
+        scope.report(x.column, "no-array", "an index on what is no array", "declare it with brackets")
+        return of
+    if len(x.indices) != of.dimensions:
+        message = f"{len(x.indices)} indices on an array of {of.dimensions}"
+        scope.report(x.column, "no-array", message, f"{of.dimensions} indices")
+    return of.element
+
+
+def _component(scope: Scope, x: e.Component) -> Type:
+    of = type_in(scope, x.of)
+    if of.name == "?":
+        return UNKNOWN
+    components = None if of.dimensions else scope.structure(of.name)
+    kind = None if components is None else components.get(x.name.upper())
+    if kind is None:
+        allowed = ", ".join(components) if components else "a structure before the point"
+        scope.report(x.column, "no-component", f"{of} has no component {x.name}", allowed)
+        return UNKNOWN
+    return kind
+
+
+def _call(scope: Scope, x: e.FunctionCall) -> Type:
+    returned, least, most = signature(scope, x)
+    count = len(x.arguments)
+    for argument in x.arguments:
+        if argument is not None:
+            type_in(scope, argument)
+    if not least <= count <= most:
+        allowed = str(least) if least == most else f"{least} to {most}"
+        scope.report(x.column, "arguments", f"{x.name} is given {count} arguments", f"it takes {allowed}")
+    return UNKNOWN if returned is None else returned
+
+
+def _aggregate(scope: Scope, x: e.Aggregate) -> Type:
+    if x.type is not None:
+        target = Type(x.type.upper())
+        if not scope.is_type(target.name):
+            scope.report(x.column, "unknown-type", f"{x.type} is no type", "a structure that is declared or built in")
+            return UNKNOWN
+        _check_components(scope, x, target)
+        return target
+    for item in x.items:
+        type_in(scope, item.value)
+    return shape_of(x)
+
+
+def _check_components(scope: Scope, x: e.Aggregate, target: Type) -> None:
+    components = scope.structure(target.name)
+    if components is None or target.dimensions:
+        if target.name != "?" and scope.is_type(target.name):
+            scope.report(x.column, "type", f"a structure where {target} is expected", f"a value of type {target}")
+        return
+    seen: set[str] = set()
+    for item in x.items:
+        name = item.name.upper()
+        if name not in components:
+            scope.report(item.column, "no-component", f"{target} has no component {item.name}", ", ".join(components))
+            type_in(scope, item.value)
+        else:
+            kind = components[name].element if item.indices else components[name]
+            check_assignable(scope, kind, item.value, f"component {item.name}")
+        if name in seen and item.indices is None:
+            scope.report(item.column, "duplicate-name", f"the component {item.name} is given twice", "remove one")
+        seen.add(name)
+
+
+def _check_member(scope: Scope, x: e.EnumLiteral, target: Type) -> None:
+    if target.name == "?":
+        return
+    members = scope.enum(target.name)
+    if members is None:
+        if target.name in SIMPLE or scope.structure(target.name) is not None:
+            scope.report(x.column, "type", f"#{x.name} where {target} is expected", f"a value of type {target}")
+    elif x.name.upper() not in members and target.name not in ENUMS:
+        scope.report(x.column, "no-component", f"{target} has no constant #{x.name}", ", ".join(sorted(members)))
+
+
+def _unary(scope: Scope, x: e.Unary) -> Type:
+    of = type_in(scope, x.operand)
+    wanted = {"NOT": {"BOOL"}, "B_NOT": {"INT", "CHAR"}}.get(x.operator, NUMBERS)
+    return _checked(scope, x, of, of, wanted)
+
+
+def _binary(scope: Scope, x: e.Binary) -> Type:
+    left, right = type_in(scope, x.left), type_in(scope, x.right)
+    if x.operator == ":":
+        _checked(scope, x, left, right, set(CARTESIAN))
+        return right
+    if x.operator in ("AND", "OR", "EXOR"):
+        return _checked(scope, x, left, right, {"BOOL"}, BOOL)
+    if x.operator.startswith("B_"):
+        return _checked(scope, x, left, right, {"INT", "CHAR"}, INT)
+    if x.operator in ("+", "-", "*", "/"):
+        result = INT if left.name == right.name == "INT" else REAL
+        return _checked(scope, x, left, right, NUMBERS, result)
+    return _comparison(scope, x, left, right)
+
+
+def _comparison(scope: Scope, x: e.Binary, left: Type, right: Type) -> Type:
+    ordered = x.operator not in ("==", "<>")
+    if not left.accepts(right) or (ordered and left.name not in (NUMBERS | {"?"})):
+        hint = "numbers" if ordered else "two values of one type"
+        if "BOOL" in (left.name, right.name):
+            hint += _BRACKETS
+        scope.report(x.column, "type", f"{left} {x.operator} {right} has no meaning", hint)
+    return BOOL
+
+
+def _checked(
+    scope: Scope, x: e.Unary | e.Binary, left: Type, right: Type, wanted: Set[str], result: Type | None = None
+) -> Type:
+    """The type of the result; reports the first operand whose type is not wanted."""
+    for side in (left, right):
+        if side.name not in wanted and side.name != "?":
+            hint = f"{' or '.join(sorted(wanted))} on both sides" if isinstance(x, e.Binary) else "another operator"
+            if wanted == {"BOOL"} and side.name in NUMBERS:
+                hint += _BRACKETS
+            scope.report(x.column, "type", f"{x.operator} on {side}", hint)
+            return result or UNKNOWN
+    return result or left
+
+
+_TYPES: dict[type, Callable[[Scope, Any], Type]] = {
+    e.Integer: _integer,
+    e.Real: _real,
+    e.Bool: lambda scope, x: BOOL,
+    e.Text: lambda scope, x: Type("CHAR", 0 if len(x.value) == 1 else 1),
+    e.EnumLiteral: lambda scope, x: UNKNOWN,
+    e.Name: _name,
+    e.Index: _index,
+    e.Component: _component,
+    e.FunctionCall: _call,
+    e.Aggregate: _aggregate,
+    e.Unary: _unary,
+    e.Binary: _binary,
+}

@@ -1,0 +1,1 @@
+"""`lwr-dyn krl`: one file a subcommand, one group."""

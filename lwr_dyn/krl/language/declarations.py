@@ -1,0 +1,160 @@
+"""Headers and declarations of KRL as records: DEF, DECL, STRUC, ENUM, SIGNAL, EXT."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from lwr_dyn.krl.language.expressions import Expression, Nodes, Reference, Rules
+
+
+@dataclass(frozen=True, slots=True)
+class Header:
+    """`&ACCESS RVP`: a whole line for the controller's file system."""
+
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """`name[]:IN`; `dimensions` is the number of indices between the brackets, 0 without brackets."""
+
+    name: str
+    mode: str | None = None
+    dimensions: int = 0
+    column: int = field(default=0, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Def:
+    """`DEF name(...)`, or `DEFFCT returns name(...)`."""
+
+    name: str
+    parameters: tuple[Parameter, ...] = ()
+    returns: str | None = None
+    returns_array: bool = False
+    is_global: bool = False
+    column: int = field(default=1, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class DefDat:
+    """`DEFDAT name PUBLIC`."""
+
+    name: str
+    public: bool = False
+    column: int = field(default=1, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Declarator:
+    """One declared name: `name[3, 4] = value`; `sizes` is None without brackets, () for `[]`."""
+
+    name: str
+    sizes: tuple[Expression, ...] | None = None
+    value: Expression | None = None
+    column: int = field(default=0, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Declaration:
+    """`DECL E6POS P1, P2`; `type` is None where it is missing, `decl` is False without the word DECL."""
+
+    type: str | None
+    names: tuple[Declarator, ...]
+    decl: bool = True
+    is_global: bool = False
+    const: bool = False
+    column: int = field(default=1, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class EnumType:
+    """`ENUM name A, B, C`."""
+
+    name: str
+    members: tuple[str, ...]
+    is_global: bool = False
+    column: int = field(default=1, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class StructType:
+    """`STRUC name INT A, B, REAL C`: one declaration for each type."""
+
+    name: str
+    members: tuple[tuple[str, tuple[Declarator, ...]], ...]
+    is_global: bool = False
+    column: int = field(default=1, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Signal:
+    """`SIGNAL name $IN[1] TO $IN[4]`."""
+
+    name: str
+    first: Reference
+    last: Reference | None = None
+    is_global: bool = False
+    column: int = field(default=1, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class External:
+    """`EXT name(INT:IN)`, `EXTFCT REAL name(...)`: a subprogram of another file."""
+
+    name: str
+    returns: str | None = None
+    parameters: tuple[str, ...] = ()
+    column: int = field(default=1, compare=False)
+
+
+def _declaration(c: Nodes, type_at: int | None, names_at: int) -> Declaration:
+    # parts: [GLOBAL] DECL [GLOBAL] [CONST] type names...
+    kind = None if type_at is None else c[type_at]
+    return Declaration(kind, tuple(c[names_at:]), True, (c[0] or c[2]) is not None, c[3] is not None, c[1].column)
+
+
+def _without_decl(c: Nodes, kind: str) -> Declaration:
+    # parts: [GLOBAL] [CONST] type names...
+    return Declaration(kind, tuple(c[3:]), False, c[0] is not None, c[1] is not None, c[2].column)
+
+
+def _structure(c: Nodes) -> StructType:
+    members: list[tuple[str, tuple[Declarator, ...]]] = []
+    for kind, declarator in c[3:]:
+        if kind is None:  # another name of the type before
+            members[-1] = (members[-1][0], (*members[-1][1], declarator))
+        else:
+            members.append((kind, (declarator,)))
+    return StructType(c[2].text, tuple(members), c[0] is not None, c[2].column)
+
+
+def _external_type(c: Nodes) -> str:
+    brackets = "" if c[1] is None else f"[{',' * (c[1] - 1)}]"
+    return str(c[0]) + brackets + ("" if c[2] is None else f":{c[2]}")
+
+
+RULES: Rules = {
+    "def_": lambda c: Def(c[2].text, c[3] or (), is_global=c[0] is not None, column=c[2].column),
+    "deffct": lambda c: Def(c[4].text, c[5] or (), c[2], c[3] is not None, c[0] is not None, c[4].column),
+    "defdat": lambda c: DefDat(c[1].text, c[2] is not None, c[1].column),
+    "parameters": tuple,
+    "parameter": lambda c: Parameter(c[0].text, c[2], c[1] or 0, c[0].column),
+    "brackets": lambda c: len(c) - 1,
+    "mode": lambda c: c[0].text.upper(),
+    "typed": lambda c: _declaration(c, 4, 5),
+    "untyped": lambda c: _declaration(c, None, 4),
+    "bare": lambda c: _without_decl(c, c[2].text.upper()),
+    "bare_named": lambda c: _without_decl(c, c[2].text),
+    "type": lambda c: c[0].text.upper() if c[0].kind == "SIMPLE" else c[0].text,
+    "declarator": lambda c: Declarator(c[0].text, c[1], c[2], c[0].column),
+    "enum_": lambda c: EnumType(c[2].text, tuple(x.text for x in c[3:]), c[0] is not None, c[2].column),
+    "struc": _structure,
+    "member": lambda c: (c[0], Declarator(c[1].text, c[2], None, c[1].column)),
+    "also": lambda c: (None, Declarator(c[0].text, c[1], None, c[0].column)),
+    "signal": lambda c: Signal(c[2].text, c[3], c[5], c[0] is not None, c[2].column),
+    "ext": lambda c: External(c[1].text, None, c[2] or (), c[1].column),
+    "extfct": lambda c: External(c[2].text, c[1], c[3] or (), c[2].column),
+    "ext_types": tuple,
+    "ext_type": _external_type,
+}

@@ -1,0 +1,176 @@
+"""Expressions of KRL as records; the parser builds them with `RULES`. `column` (from 1) is left out of equality."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, TypeAlias
+
+from lwr_dyn.krl.language.lexer import Token
+
+Nodes = list[Any]
+"""The parts of a rule of `grammar.lark` in order: tokens and records; None for an optional part that is left out."""
+Rules: TypeAlias = dict[str, Callable[[Nodes], Any]]
+"""Rule of `grammar.lark` -> the function that builds its record."""
+
+
+@dataclass(frozen=True, slots=True)
+class Integer:
+    """A whole number; `base` is 10, 2 (`'B010'`) or 16 (`'H1F'`), `digits` the number of digits written."""
+
+    value: int
+    base: int = 10
+    digits: int = 0
+    column: int = field(default=0, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Real:
+    """A number with a decimal point or an exponent."""
+
+    value: float
+    column: int = field(default=0, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Bool:
+    """TRUE or FALSE."""
+
+    value: bool
+    column: int = field(default=0, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Text:
+    """One or several characters in double quotes."""
+
+    value: str
+    column: int = field(default=0, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class EnumLiteral:
+    """`#NAME`, without the hash."""
+
+    name: str
+    column: int = field(default=0, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Name:
+    """A variable; system variables begin with $."""
+
+    name: str
+    column: int = field(default=0, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Index:
+    """`of[i, j]`; without indices (`of[]`) the whole array."""
+
+    of: Reference
+    indices: tuple[Expression, ...]
+    column: int = field(default=0, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Component:
+    """`of.name`."""
+
+    of: Reference
+    name: str
+    column: int = field(default=0, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class FunctionCall:
+    """`name(arguments)`; None for an argument that is left out."""
+
+    name: str
+    arguments: tuple[Expression | None, ...] = ()
+    column: int = field(default=0, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Item:
+    """One component of an aggregate: `X 10`, `POINT[] "P1"`, `J[2] 5`."""
+
+    name: str
+    value: Expression
+    indices: tuple[Expression, ...] | None = None
+    column: int = field(default=0, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Aggregate:
+    """`{type: X 1, Y 2}`; the type may be left out."""
+
+    items: tuple[Item, ...]
+    type: str | None = None
+    column: int = field(default=0, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Unary:
+    """`+ - NOT B_NOT`."""
+
+    operator: str
+    operand: Expression
+    column: int = field(default=0, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Binary:
+    """`: * / + - AND B_AND EXOR B_EXOR OR B_OR == <> < > <= >=`; the column is the operator's."""
+
+    operator: str
+    left: Expression
+    right: Expression
+    column: int = field(default=0, compare=False)
+
+
+Reference: TypeAlias = "Name | Index | Component"
+Literal: TypeAlias = "Integer | Real | Bool | Text | EnumLiteral"
+Expression: TypeAlias = "Literal | Reference | FunctionCall | Aggregate | Unary | Binary"
+
+PRIORITY = {
+    ":": 8, "*": 7, "/": 7, "+": 6, "-": 6, "AND": 5, "B_AND": 5, "EXOR": 4, "B_EXOR": 4, "OR": 3, "B_OR": 3,
+    "==": 2, "<>": 2, "<": 2, ">": 2, "<=": 2, ">=": 2,
+}  # fmt: skip
+"""Operators of two operands: the larger binds first; comparisons bind last, as KUKA's table of priorities has it."""
+
+
+def _optional_list(c: Nodes) -> tuple[Any, ...]:
+    return () if c == [None] else tuple(c)
+
+
+def _bits(token: Token) -> Integer:
+    digits, base = token.text[2:-1], 2 if token.text[1] in "Bb" else 16
+    return Integer(int(digits, base), base, len(digits), token.column)
+
+
+_LITERALS: dict[str, Callable[[Token], Literal]] = {
+    "INTEGER": lambda token: Integer(int(token.text), column=token.column),
+    "BITS": _bits,
+    "DECIMAL": lambda token: Real(float(token.text), token.column),
+    "STRING": lambda token: Text(token.text[1:-1], token.column),
+    "TRUTH": lambda token: Bool(token.text.upper() == "TRUE", token.column),
+    "ENUMERATION": lambda token: EnumLiteral(token.text[1:], token.column),
+}
+RULES: Rules = {
+    "name": lambda c: c[0],
+    "variable": lambda c: Name(c[0].text, c[0].column),
+    "literal": lambda c: _LITERALS[c[0].kind](c[0]),
+    "index": lambda c: Index(c[0], c[1], c[0].column),
+    "indices": _optional_list,
+    "no_indices": lambda c: (),
+    "component": lambda c: Component(c[0], c[1].text, c[1].column),
+    "call": lambda c: FunctionCall(c[0].text, c[1], c[0].column),
+    "arguments": _optional_list,
+    "aggregate": lambda c: Aggregate(tuple(c[2:]), None if c[1] is None else c[1].text, c[0].column),
+    "item": lambda c: Item(c[0].text, c[2], c[1], c[0].column),
+    "sizes": _optional_list,
+    "binary": lambda c: Binary(c[1].text.upper(), c[0], c[2], c[1].column),
+    "composed": lambda c: Binary(":", c[0], c[1], c[1].column),
+    "negated": lambda c: Unary(c[0].text.upper(), c[1], c[0].column),
+}

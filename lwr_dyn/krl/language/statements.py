@@ -1,0 +1,233 @@
+"""Statements of KRL as records. KRL has one statement a line; `blocks` pairs the lines of a block (IF ... ENDIF).
+
+A new statement needs a rule in `grammar.lark`; a record, its row in `RULES` and its place in `Statement` here; and a
+row each in `unparse`, `static_checks` and `execute`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, TypeAlias
+
+from lwr_dyn.krl.language.declarations import Declaration, Def, DefDat, EnumType, External, Header, Signal, StructType
+from lwr_dyn.krl.language.expressions import Expression, FunctionCall, Name, Nodes, Reference, Rules
+from lwr_dyn.krl.language.lexer import Token
+
+
+@dataclass(frozen=True, slots=True)
+class Plain:
+    """A line of one keyword: END, ENDFCT, ENDDAT, ELSE, ENDIF, LOOP, HALT, CONTINUE ..."""
+
+    keyword: str
+    column: int = field(default=1, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Assign:
+    """`target = value`."""
+
+    target: Reference
+    value: Expression
+    column: int = field(default=1, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Invoke:
+    """A subprogram call as a statement."""
+
+    call: FunctionCall
+    column: int = field(default=1, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Move:
+    """A motion: PTP, LIN, CIRC, their _REL and spline forms; CIRC has an auxiliary point and may have an angle."""
+
+    kind: str
+    target: Expression
+    auxiliary: Expression | None = None
+    angle: Expression | None = None
+    """[deg] CA of CIRC."""
+    settings: tuple[Assign, ...] = ()
+    """The assignments after WITH."""
+    blends: tuple[str, ...] = ()
+    """C_PTP, C_DIS, C_ORI, C_VEL, C_SPL."""
+    frame: str | None = None
+    """#BASE or #TOOL of a relative motion, without the hash."""
+    column: int = field(default=1, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class SplineBlock:
+    """`SPLINE WITH ...`, or `PTP_SPLINE`."""
+
+    kind: str
+    settings: tuple[Assign, ...] = ()
+    column: int = field(default=1, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class EndSpline:
+    """`ENDSPLINE C_SPL`."""
+
+    blends: tuple[str, ...] = ()
+    column: int = field(default=1, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Wait:
+    """`WAIT SEC seconds` or `WAIT FOR condition`."""
+
+    kind: str
+    value: Expression
+    column: int = field(default=1, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Condition:
+    """`IF x THEN`, `WHILE x`, `UNTIL x`, `SWITCH x`: a keyword with an expression."""
+
+    keyword: str
+    value: Expression
+    column: int = field(default=1, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class CaseBranch:
+    """`CASE 1, 2`."""
+
+    values: tuple[Expression, ...]
+    column: int = field(default=1, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class For:
+    """`FOR variable = first TO last STEP step`."""
+
+    variable: Reference
+    first: Expression
+    last: Expression
+    step: Expression | None = None
+    column: int = field(default=1, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Jump:
+    """`GOTO label`."""
+
+    label: str
+    column: int = field(default=1, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Label:
+    """`label:`."""
+
+    name: str
+    column: int = field(default=1, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Return:
+    """`RETURN`, in a function with its value."""
+
+    value: Expression | None = None
+    column: int = field(default=1, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class InterruptDeclaration:
+    """`INTERRUPT DECL priority WHEN condition DO action`."""
+
+    priority: Expression
+    condition: Expression
+    action: Assign | Invoke
+    is_global: bool = False
+    column: int = field(default=1, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class InterruptSwitch:
+    """`INTERRUPT ON 3`; mode is ON, OFF, ENABLE or DISABLE."""
+
+    mode: str
+    priority: Expression | None = None
+    column: int = field(default=1, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Trigger:
+    """`TRIGGER WHEN DISTANCE = 0 DELAY = 20 DO action PRIO = -1`; `place` is DISTANCE or PATH."""
+
+    place: str
+    value: Expression
+    delay: Expression
+    action: Assign | Invoke
+    priority: Expression | None = None
+    on_start: bool = False
+    column: int = field(default=1, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Analog:
+    """`ANOUT ON x = 0.5 * y + 0.1 DELAY = 0.2`, `ANIN OFF x`."""
+
+    keyword: str
+    mode: str
+    target: Reference
+    value: Expression | None = None
+    options: tuple[Assign, ...] = ()
+    column: int = field(default=1, compare=False)
+
+
+Statement: TypeAlias = (
+    Header | Def | DefDat | Plain | Declaration | EnumType | StructType | Signal | External | Assign | Invoke | Move
+    | SplineBlock | EndSpline | Wait | Condition | CaseBranch | For | Jump | Label | Return | InterruptDeclaration
+    | InterruptSwitch | Trigger | Analog
+)  # fmt: skip
+
+
+def _motion_options(c: Nodes) -> dict[str, Any]:
+    blends = tuple(x.text.upper() for x in c if isinstance(x, Token) and x.kind == "BLEND")
+    frames = [x.text[1:] for x in c if isinstance(x, Token) and x.kind == "ENUMERATION"]
+    settings = tuple(a for x in c if isinstance(x, tuple) for a in x)
+    return {"blends": blends, "frame": frames[-1] if frames else None, "settings": settings}
+
+
+def _move(c: Nodes) -> Move:
+    return Move(c[0].text.upper(), c[1], column=c[0].column, **_motion_options(c[2:]))
+
+
+def _circ(c: Nodes) -> Move:
+    # parts: CIRC auxiliary end [CA angle] options...
+    return Move(c[0].text.upper(), c[2], auxiliary=c[1], angle=c[4], column=c[0].column, **_motion_options(c[5:]))
+
+
+def _options(c: Nodes) -> tuple[Assign, ...]:
+    return (Assign(Name(c[0].text.upper(), c[0].column), c[1], c[0].column), *(c[2] or ()))
+
+
+RULES: Rules = {
+    "assign": lambda c: Assign(c[0], c[1], c[0].column),
+    "invoke": lambda c: Invoke(c[0], c[0].column),
+    "move": _move,
+    "circ": _circ,
+    "with_": lambda c: tuple(c[1:]),
+    "spline": lambda c: SplineBlock(c[0].text.upper(), c[1] or (), c[0].column),
+    "endspline": lambda c: EndSpline(tuple(x.text.upper() for x in c[1:]), c[0].column),
+    "wait": lambda c: Wait(c[1].text.upper(), c[2], c[0].column),
+    "condition": lambda c: Condition(c[0].text.upper(), c[1], c[0].column),
+    "case": lambda c: CaseBranch(tuple(c[1:]), c[0].column),
+    "for_": lambda c: For(c[1], c[2], c[4], c[6], c[0].column),
+    "jump": lambda c: Jump(c[1].text, c[0].column),
+    "label": lambda c: Label(c[0].text, c[0].column),
+    "return_": lambda c: Return(c[1], c[0].column),
+    # [GLOBAL] INTERRUPT DECL priority WHEN condition DO action
+    "interrupt_declaration": lambda c: InterruptDeclaration(c[3], c[5], c[7], c[0] is not None, c[1].column),
+    "interrupt_switch": lambda c: InterruptSwitch(c[1].text.upper(), c[2], c[0].column),
+    # TRIGGER WHEN place value [ONSTART] DELAY delay DO action [PRIO priority]
+    "trigger": lambda c: Trigger(c[2].text.upper(), c[3], c[6], c[8], c[10], c[4] is not None, c[0].column),
+    "analog": lambda c: Analog(c[0].text.upper(), c[1].text.upper(), c[2], c[3], c[4] or (), c[0].column),
+    "options": _options,
+    "plain": lambda c: Plain(c[0].text.upper(), c[0].column),
+}

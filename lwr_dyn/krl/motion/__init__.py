@@ -1,0 +1,1 @@
+"""Motions in time: PTP, LIN and CIRC as segments, and their blends on a timeline."""

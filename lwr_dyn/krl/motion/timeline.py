@@ -1,0 +1,151 @@
+"""Motion segments and pauses in time; in a blend a segment begins while the one before it still slows down.
+
+In this overlap the two motions add up: d (1 - u)^2 is left of the first and d u^2 is done of the second, so the corner
+is passed on a parabola within the distance d. Outside the overlap each segment keeps its own motion profile.
+"""
+
+from dataclasses import dataclass, field
+from typing import TypeAlias
+
+import numpy as np
+
+from lwr_dyn.arrays import Array
+from lwr_dyn.kinematics.forward import forward_kinematics
+from lwr_dyn.krl.motion.motion_segments import (
+    STILL,
+    AxisMotion,
+    CartesianSegment,
+    MotionSegment,
+    PtpSegment,
+    axes_of_poses,
+)
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.run import Motion
+
+HALVINGS = 40
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pause:
+    """No motion: the axes stay at `start` (n,) [rad] for `duration` [s]."""
+
+    start: Array
+    duration: float
+
+    def axes(self, t: Array) -> AxisMotion:
+        """At times t (k,) [s]."""
+        still = np.zeros((len(t), len(self.start)))
+        return AxisMotion(np.broadcast_to(self.start, still.shape), still, still)
+
+
+Part: TypeAlias = PtpSegment | CartesianSegment | Pause
+
+
+@dataclass(frozen=True, slots=True)
+class TimelineItem:
+    """A segment or pause from `begin` [s]; in its first `overlap` seconds the one before it still moves."""
+
+    part: Part
+    begin: float
+    overlap: float = 0.0
+
+    @property
+    def end(self) -> float:
+        """[s]"""
+        return self.begin + self.part.duration
+
+
+@dataclass(slots=True, eq=False)
+class Timeline:
+    """The motions of a program in order; it grows while the program runs."""
+
+    arm: Arm
+    items: list[TimelineItem] = field(default_factory=list)
+
+    @property
+    def duration(self) -> float:
+        """[s]"""
+        return self.items[-1].end if self.items else 0.0
+
+    def add(self, part: Part, overlap: float = 0.0) -> TimelineItem:
+        """Add a part, its first `overlap` [s] together with the end of the last one."""
+        item = TimelineItem(part, self.duration - overlap, overlap)
+        self.items.append(item)
+        return item
+
+    def sample(self, t: Array) -> Motion:
+        """The movement at times t (k,) [s]; before 0 and after `duration` it stands still."""
+        times = np.atleast_1d(np.asarray(t, dtype=np.float64))
+        if not self.items:
+            raise ValueError("an empty timeline has no axes")
+        q, dq, ddq = (np.zeros((len(times), self.arm.n)) for _ in range(3))
+        begins = np.array([item.begin for item in self.items])
+        owner = np.clip(np.searchsorted(begins, times, side="right") - 1, 0, len(begins) - 1)
+        for i in np.unique(owner):
+            item, mine = self.items[i], np.flatnonzero(owner == i)
+            in_blend = (times[mine] - item.begin < item.overlap) & (i > 0)
+            for rows, before in ((mine[~in_blend], None), (mine[in_blend], self.items[i - 1])):
+                if len(rows):
+                    axes = _axes(item, times[rows]) if before is None else _sum_of_axes(before, item, times[rows])
+                    q[rows], dq[rows], ddq[rows] = axes.q, axes.dq, axes.ddq
+        return Motion(times, q, dq, ddq)
+
+
+def _axes(item: TimelineItem, t: Array) -> AxisMotion:
+    return item.part.axes(np.clip(t - item.begin, 0.0, item.part.duration))
+
+
+def _sum_of_axes(before: TimelineItem, after: TimelineItem, t: Array) -> AxisMotion:
+    """Both motions of a blend: added in space for two paths of one tool on one branch, else axis by axis."""
+    a, b = before.part, after.part
+    if isinstance(a, CartesianSegment) and isinstance(b, CartesianSegment) and a.shares_branch(b):
+        return _sum_in_space(a, b, t - before.begin, t - after.begin)
+    x, y = _axes(before, t), _axes(after, t)
+    return AxisMotion(x.q + y.q - b.start, x.dq + y.dq, x.ddq + y.ddq)
+
+
+def _sum_in_space(a: CartesianSegment, b: CartesianSegment, ta: Array, tb: Array) -> AxisMotion:
+    x, y = a.timed.at(np.clip(ta, 0.0, a.duration)), b.timed.at(np.clip(tb, 0.0, b.duration))
+    corner = b.timed.poses(0.0)[0]
+    B = y.T[:, :3, :3] @ corner[:3, :3].T  # the turn of the second segment so far, which also turns the first
+    w, dw = (np.einsum("kij,kj->ki", B, rates[:, 3:]) for rates in (x.velocity, x.acceleration))
+    T, velocity, acceleration = y.T.copy(), x.velocity + y.velocity, x.acceleration + y.acceleration
+    T[:, :3, :3], T[:, :3, 3] = B @ x.T[:, :3, :3], x.T[:, :3, 3] + y.T[:, :3, 3] - corner[:3, 3]
+    velocity[:, 3:] = y.velocity[:, 3:] + w
+    acceleration[:, 3:] = y.acceleration[:, 3:] + dw + np.cross(y.velocity[:, 3:], w)
+    near = np.broadcast_to(b.start, (len(ta), len(b.start)))
+    return axes_of_poses(a.arm, a.tool, a.branch, T, velocity, acceleration, near)
+
+
+def ramp_seconds(segment: MotionSegment, at_end: bool) -> float:
+    """Duration [s] of the last ramp, or of the first."""
+    knots = segment.profile.knots
+    return float(knots[-1] - knots[-2]) if at_end else float(knots[1])
+
+
+def seconds_within(segment: MotionSegment, share: float, at_end: bool) -> float:
+    """The time [s], within the ramp, in which the last (or the first) `share` of the way is travelled."""
+    ramp = ramp_seconds(segment, at_end)
+    travelled = segment.profile.coefficients[0, 2] * ramp**2 / segment.profile.length
+    return ramp * float(np.sqrt(min(1.0, max(share, 0.0) / travelled)))
+
+
+def seconds_near(segment: MotionSegment, tool: Array, distance: float, at_end: bool) -> float:
+    """The time [s], within the ramp, in which the tool centre point is within `distance` [m] of the segment's end."""
+    if isinstance(segment, CartesianSegment) and segment.path.length > STILL:
+        # on an arc the chord is shorter than the way: this is on the safe side
+        return seconds_within(segment, distance / segment.path.length, at_end)
+    low, high = 0.0, ramp_seconds(segment, at_end)
+    corner = _tool_point(segment, tool, segment.duration if at_end else 0.0)
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        times = np.linspace(0.0, middle, 9)
+        points = [_tool_point(segment, tool, segment.duration - t if at_end else t) for t in times]
+        inside = max(float(np.linalg.norm(p - corner)) for p in points) <= distance
+        low, high = (middle, high) if inside else (low, middle)
+    return low
+
+
+def _tool_point(segment: MotionSegment, tool: Array, t: float) -> Array:
+    q = segment.axes(np.array([t])).q[0]
+    return np.asarray((forward_kinematics(segment.arm.chain, q) @ tool)[:3, 3])

@@ -1,0 +1,221 @@
+"""Executes one statement of a running program: a function for each statement in one table.
+
+A statement changes variables, moves the arm, or sets the next line of its routine. RETURN is in the interpreter.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+from lwr_dyn.krl.diagnostics import DiagnosticLog, ExecutionError
+from lwr_dyn.krl.language import expressions as e
+from lwr_dyn.krl.language import statements as s
+from lwr_dyn.krl.language.blocks import CodeBlock, Routine
+from lwr_dyn.krl.project.program import Program
+from lwr_dyn.krl.running.bas import bas
+from lwr_dyn.krl.running.controller import ControllerState
+from lwr_dyn.krl.running.evaluate import (
+    Environment,
+    aggregate_value,
+    function_value,
+    number_of,
+    reference_to,
+    truth_of,
+    value_of,
+)
+from lwr_dyn.krl.running.motions import Motions
+from lwr_dyn.krl.running.values import StructValue, Variable, copied
+
+
+@dataclass(slots=True, eq=False)
+class StackFrame:
+    """A call of a routine: its next line and its variables."""
+
+    routine: Routine
+    at: int
+    variables: dict[str, Variable]
+    loops: dict[int, tuple[int, int]] = field(default_factory=dict)
+    """Line of a FOR -> its last value and step."""
+
+
+class ExecutionContext(Environment, Protocol):
+    """The parts of a running program that statements change."""
+
+    program: Program
+    controller: ControllerState
+    motions: Motions
+    log: DiagnosticLog
+
+    def enter(self, routine: Routine, x: e.FunctionCall | None) -> None:
+        """Begin a routine with the arguments of a call."""
+
+
+def execute(m: ExecutionContext, x: s.Statement, frame: StackFrame, at: int) -> None:
+    """Execute the statement in line `at` of a routine; raises `ExecutionError`."""
+    function = _FUNCTIONS.get(type(x))
+    if function is not None:
+        function(m, x, frame, at)
+    if not (isinstance(x, s.Plain) and x.keyword == "CONTINUE"):
+        m.motions.kept = False
+
+
+def assign(m: ExecutionContext, x: s.Assign) -> None:
+    """Assign a value; to an output it stops the advance run; raises `ExecutionError`."""
+    target = reference_to(m, x.target)
+    value = aggregate_value(m, x.value, target.type.name) if isinstance(x.value, e.Aggregate) else value_of(m, x.value)
+    before = target.read()
+    if isinstance(x.value, e.Aggregate) and isinstance(before, StructValue) and isinstance(value, StructValue):
+        # components that an aggregate does not name keep their values
+        value = StructValue(value.type, {**{k: copied(v) for k, v in before.parts.items()}, **value.parts})
+    target.write(value)
+    root: e.Reference = x.target
+    while not isinstance(root, e.Name):
+        root = root.of
+    m.controller.note_speed(root.name)
+    if root.name.upper() in ("$OUT", "$ANOUT"):
+        m.motions.stop_advance()
+
+
+def _invoke(m: ExecutionContext, x: s.Invoke) -> None:
+    name = x.call.name.upper()
+    routine = m.program.routine(name)
+    if routine is not None:
+        m.enter(routine, x.call)
+    elif name == "BAS":
+        _bas(m, x.call)
+    elif function_value(m, x.call) is None:
+        m.motions.note_unmodelled(name)
+
+
+def _bas(m: ExecutionContext, x: e.FunctionCall) -> None:
+    arguments = [a for a in x.arguments if a is not None]
+    if not arguments or not isinstance(arguments[0], e.EnumLiteral):
+        raise ExecutionError("type", "BAS without a command", "BAS(#INITMOV, 0)")
+    value = number_of(m, arguments[1], "the value of BAS") if len(arguments) > 1 else 0.0
+    bas(m.controller, arguments[0].name.upper(), value)
+
+
+def _move(m: ExecutionContext, x: s.Move) -> None:
+    for setting in x.settings:
+        assign(m, setting)
+    m.motions.move(m, x, m.log.position)
+
+
+def _wait(m: ExecutionContext, x: s.Wait) -> None:
+    if x.kind == "SEC":
+        m.motions.wait(number_of(m, x.value, "WAIT SEC"), m.log.position)
+    elif not truth_of(m, x.value, "WAIT FOR"):
+        message = "the condition is FALSE and nothing here can change it"
+        raise ExecutionError("waits-forever", message, "set its input: --set")
+    else:
+        m.motions.stop_advance()
+
+
+def _plain(m: ExecutionContext, x: s.Plain, frame: StackFrame, at: int) -> None:
+    if x.keyword == "HALT":
+        m.motions.stop_advance()
+    elif x.keyword == "CONTINUE":
+        m.motions.keep_advance()
+    else:
+        _block_keyword(m, x.keyword, frame, at)
+
+
+def _block_keyword(m: ExecutionContext, keyword: str, frame: StackFrame, at: int) -> None:
+    """ELSE, CASE, DEFAULT and EXIT leave their block; ENDLOOP, ENDWHILE and ENDFOR return to its beginning."""
+    block = frame.routine.blocks.get(at)
+    if block is None:
+        return
+    if keyword in ("ELSE", "CASE", "DEFAULT", "EXIT"):
+        frame.at = block.last + 1
+        return
+    # the block of this line is the outermost one that it closes
+    back = {"ENDLOOP": block.first + 1, "ENDWHILE": block.first}
+    if keyword in back:
+        frame.at = back[keyword]
+    elif keyword == "ENDFOR":
+        _next_for(m, block, frame)
+
+
+def _condition(m: ExecutionContext, x: s.Condition, frame: StackFrame, at: int) -> None:
+    """IF, WHILE, UNTIL, SWITCH: into the block, to one of its parts, or past it."""
+    block = frame.routine.blocks.get(at)
+    if block is None:
+        return
+    if x.keyword == "SWITCH":
+        _switch(m, x, block, frame)
+    elif x.keyword == "UNTIL":
+        if not truth_of(m, x.value, "UNTIL"):
+            frame.at = block.first + 1
+    elif not truth_of(m, x.value, x.keyword):
+        frame.at = (block.parts[0] if block.parts else block.last) + 1
+
+
+def _switch(m: ExecutionContext, x: s.Condition, block: CodeBlock, frame: StackFrame) -> None:
+    value = value_of(m, x.value)
+    for at in block.parts:
+        case = frame.routine.file.lines[at].statement
+        if not isinstance(case, s.CaseBranch) or any(value_of(m, v) == value for v in case.values):
+            frame.at = at + 1
+            return
+    frame.at = block.last + 1
+
+
+def _begin_for(m: ExecutionContext, x: s.For, frame: StackFrame, at: int) -> None:
+    block = frame.routine.blocks.get(at)
+    if block is None:
+        return
+    first, last = (round(number_of(m, v, "FOR")) for v in (x.first, x.last))
+    step = 1 if x.step is None else round(number_of(m, x.step, "STEP"))
+    if step == 0:
+        raise ExecutionError("endless", "STEP 0 never ends", "a step that is not 0")
+    reference_to(m, x.variable).write(first)
+    frame.loops[at] = (last, step)
+    if (first - last) * step > 0:
+        frame.at = block.last + 1
+
+
+def _next_for(m: ExecutionContext, block: CodeBlock, frame: StackFrame) -> None:
+    x = frame.routine.file.lines[block.first].statement
+    if not isinstance(x, s.For) or block.first not in frame.loops:
+        return
+    last, step = frame.loops[block.first]
+    variable = reference_to(m, x.variable)
+    value = variable.read()
+    if not isinstance(value, int):
+        raise ExecutionError("no-value", "the variable of FOR has lost its value", "do not assign it in the loop")
+    if (value + step - last) * step <= 0:
+        variable.write(value + step)
+        frame.at = block.first + 1
+
+
+def _goto(x: s.Jump, frame: StackFrame) -> None:
+    if x.label.upper() not in frame.routine.labels:
+        raise ExecutionError("undeclared", f"there is no label {x.label}")
+    frame.at = frame.routine.labels[x.label.upper()]
+
+
+def _trigger(m: ExecutionContext, x: s.Trigger) -> None:
+    """Execute the action of a trigger at once: its time on the path is not modelled."""
+    if isinstance(x.action, s.Assign):
+        advance = m.motions.advance
+        assign(m, x.action)
+        m.motions.advance = advance
+
+
+def _spline(m: ExecutionContext, x: s.SplineBlock, frame: StackFrame, at: int) -> None:
+    raise ExecutionError("not-modelled", f"{x.kind} ... ENDSPLINE is not modelled", "single SPTP, SLIN, SCIRC are")
+
+
+_FUNCTIONS: dict[type, Callable[[ExecutionContext, Any, StackFrame, int], None]] = {
+    s.Assign: lambda m, x, frame, at: assign(m, x),
+    s.Invoke: lambda m, x, frame, at: _invoke(m, x),
+    s.Move: lambda m, x, frame, at: _move(m, x),
+    s.Wait: lambda m, x, frame, at: _wait(m, x),
+    s.Plain: _plain,
+    s.Condition: _condition,
+    s.CaseBranch: lambda m, x, frame, at: _block_keyword(m, "CASE", frame, at),
+    s.For: _begin_for,
+    s.Jump: lambda m, x, frame, at: _goto(x, frame),
+    s.Trigger: lambda m, x, frame, at: _trigger(m, x),
+    s.SplineBlock: _spline,
+}

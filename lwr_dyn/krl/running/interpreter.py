@@ -1,0 +1,229 @@
+"""The interpreter: executes a program line by line on a robot's model, with bounds on steps, time and call depth."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from lwr_dyn.krl.checks.type_check import shape_of
+from lwr_dyn.krl.diagnostics import Diagnostic, DiagnosticLog, ExecutionError, RunEndedError, SourcePosition
+from lwr_dyn.krl.language import expressions as e
+from lwr_dyn.krl.language import statements as s
+from lwr_dyn.krl.language.blocks import Routine
+from lwr_dyn.krl.language.declarations import Declarator, Parameter
+from lwr_dyn.krl.names.types import UNKNOWN, Type
+from lwr_dyn.krl.project.program import Program
+from lwr_dyn.krl.project.symbols import DeclaredName, scope_of
+from lwr_dyn.krl.running.controller import ControllerState, MachineData
+from lwr_dyn.krl.running.evaluate import Environment, aggregate_value, function_value, number_of, value_of
+from lwr_dyn.krl.running.execute import StackFrame, assign, execute
+from lwr_dyn.krl.running.motions import Motions
+from lwr_dyn.krl.running.values import ArrayValue, Value, Variable, converted
+from lwr_dyn.model.arm import Arm
+
+DEEPEST = 40
+"""Most calls inside one another."""
+LARGEST_ARRAY = 100_000
+"""Most elements along one dimension of an array."""
+
+
+class Interpreter:
+    """One run of one program. With `tolerant` a faulty statement is skipped and the run goes on."""
+
+    def __init__(
+        self, program: Program, arm: Arm, machine: MachineData, inputs: Mapping[str, Value], tolerant: bool = False
+    ) -> None:
+        self.program, self.machine = program, machine
+        self.log = DiagnosticLog(SourcePosition(program.source.name, 1), tolerant)
+        self.controller = ControllerState(arm, machine, inputs)
+        self.motions = Motions(self.controller, self.log.report)
+        self.stack: list[StackFrame] = []
+        self.steps = 0
+        self.globals: dict[str, Variable] = {}
+        self._declared: dict[int, Mapping[str, DeclaredName]] = {}
+
+    # --- the methods of evaluate.Environment
+    def variable(self, name: str) -> Variable:
+        """A variable of the routine, else of the `.dat`, else of the controller."""
+        key = name.upper()
+        for variables in ([self.stack[-1].variables] if self.stack else []) + [self.globals]:
+            if key in variables:
+                return variables[key]
+        variable = self.controller.variable(key)
+        if variable is None:
+            raise ExecutionError("undeclared", f"{name} is not declared", "declare it in the .dat or with DECL")
+        return variable
+
+    def element(self, name: str, index: tuple[int, ...]) -> Value | None:
+        """An element of an input; reading one stops the advance run, so no motion is blended across it."""
+        if not name.startswith("$"):
+            return None
+        value = self.controller.element(name, index)
+        if value is not None and name.upper() in ("$IN", "$OUT", "$ANIN", "$ANOUT"):
+            self.motions.stop_advance()
+        return value
+
+    def component_type(self, struct: str, name: str) -> Type:
+        """The type of a component; unknown for an unknown structure or component."""
+        return (self.program.names.structure(struct) or {}).get(name, UNKNOWN)
+
+    def call(self, x: e.FunctionCall) -> Value:
+        """The value of a predefined function, or of one of the program, which is executed to its end."""
+        routine = self.program.routine(x.name)
+        if routine is None:
+            value = function_value(self, x)
+            if value is None:
+                hint = "define it in the program"
+                raise ExecutionError("not-modelled", f"the function {x.name} is not modelled", hint)
+            return value
+        depth = len(self.stack)
+        self.enter(routine, x)
+        result: list[Value] = []
+        while len(self.stack) > depth:
+            self._step(result)
+        if not result:
+            raise ExecutionError("no-value", f"{x.name} ended without RETURN", "RETURN a value on every way")
+        return result[-1]
+
+    # --- the run
+    def run(self) -> tuple[Diagnostic, ...]:
+        """Execute the main routine to its end, or to the fault or bound that ends it."""
+        try:
+            self._declare_globals()
+            if self.program.routines:
+                self.enter(self.program.routines[0], None)
+            while self.stack:
+                self._step(None)
+            if self.motions.timeline.duration > self.machine.seconds:
+                self._end_at_bound(f"{self.machine.seconds:g} s of simulated time")
+        except RunEndedError as end:
+            if end.diagnostic is not None:
+                self.log.diagnostics.append(end.diagnostic)
+        except RecursionError:
+            deep = ("recursion", "functions call one another without end", "use a loop")
+            self.log.diagnostics.append(Diagnostic(self.log.position, "error", *deep))
+        return tuple(self.log.diagnostics)
+
+    def _step(self, result: list[Value] | None) -> None:
+        frame = self.stack[-1]
+        if frame.at >= frame.routine.last:
+            self.stack.pop()
+            return
+        at = frame.at
+        frame.at += 1
+        statement = frame.routine.file.lines[at].statement
+        if statement is None:
+            return
+        self.log.position = frame.routine.file.position(at, getattr(statement, "column", 1))
+        self._count_step()
+        try:
+            if isinstance(statement, s.Return):
+                self._return(statement, result)
+            else:
+                execute(self, statement, frame, at)
+        except ExecutionError as fault:
+            self.log.report_fault(fault)
+
+    def _return(self, x: s.Return, result: list[Value] | None) -> None:
+        value = None if x.value is None else value_of(self, x.value)
+        kind = self.stack[-1].routine.head.returns
+        if value is not None and kind is not None:
+            value = converted(value, Type(kind.upper()))
+        self.stack.pop()
+        if result is not None and value is not None:
+            result.append(value)
+
+    def _count_step(self) -> None:
+        self.steps += 1
+        bounds = (
+            (self.steps > self.machine.steps, f"{self.machine.steps} statements"),
+            (self.motions.timeline.duration > self.machine.seconds, f"{self.machine.seconds:g} s of simulated time"),
+            (self.motions.count >= self.machine.motions, f"{self.machine.motions} motions"),
+        )
+        for reached, what in bounds:
+            if reached:
+                self._end_at_bound(what)
+
+    def _end_at_bound(self, what: str) -> None:
+        hint = "an endless loop is cut; the bound is an option"
+        self.log.end_run("note", "bound", f"stopped here after {what}", hint)
+
+    def enter(self, routine: Routine, x: e.FunctionCall | None) -> None:
+        """Begin a routine with the arguments of a call; OUT parameters are the caller's own variables."""
+        if len(self.stack) >= DEEPEST:
+            deep = f"{DEEPEST} calls inside one another, at {routine.head.name}"
+            self.log.end_run("error", "recursion", deep, "use a loop")
+        variables: dict[str, Variable] = {}
+        declared = self._declared_in(routine)
+        arguments = () if x is None else x.arguments
+        for i, p in enumerate(routine.head.parameters):
+            key = p.name.upper()
+            kind = declared[key].type if key in declared else UNKNOWN
+            variables[key] = _argument(self, arguments[i] if i < len(arguments) else None, p, kind)
+        self.stack.append(StackFrame(routine, routine.first, variables))
+        for key, name in declared.items():
+            if key not in variables:
+                variables[key] = self._new_variable(name)
+
+    def _declared_in(self, routine: Routine) -> Mapping[str, DeclaredName]:
+        key = id(routine)
+        if key not in self._declared:
+            self._declared[key] = scope_of(self.program, routine, []).own.variables
+        return self._declared[key]
+
+    def _new_variable(self, name: DeclaredName) -> Variable:
+        """The variable as declared; a fault in its declaration is reported, and it has no value."""
+        try:
+            return _initialised(self, name)
+        except ExecutionError as fault:
+            self.log.position = name.position
+            self.log.report_fault(fault)
+            return Variable(name.type)
+
+    def _declare_globals(self) -> None:
+        data = self.program.data
+        for key, name in self.program.names.variables.items():
+            self.globals[key] = self._new_variable(name)
+        files = [*self.program.included, *([data] if data is not None else [])]
+        for file in files:
+            for i, x in self.program.outlines[file.name].data if file.is_data else ():
+                if isinstance(x, s.Assign):
+                    self.log.position = file.position(i, x.column)
+                    try:
+                        assign(self, x)
+                    except ExecutionError as fault:
+                        self.log.report_fault(fault)
+
+
+def _argument(env: Environment, x: e.Expression | None, p: Parameter, kind: Type) -> Variable:
+    """The variable of a parameter: the caller's own for OUT, where the argument is one; else a new one."""
+    if x is None:
+        return Variable(kind)
+    if p.mode != "IN" and isinstance(x, e.Name):
+        return env.variable(x.name)
+    if p.mode != "IN" and isinstance(x, e.Index) and not x.indices and isinstance(x.of, e.Name):
+        return env.variable(x.of.name)
+    return Variable(kind, converted(value_of(env, x), kind))
+
+
+def _initialised(env: Environment, name: DeclaredName) -> Variable:
+    """The variable as declared, with its initial value; raises `ExecutionError`."""
+    d, kind = name.declarator, name.type
+    if d is None:
+        return Variable(kind)
+    if d.sizes is not None:
+        return Variable(kind, _initial_array(env, d, kind))
+    if kind.name == "?" and isinstance(d.value, e.Aggregate):
+        kind = shape_of(d.value)
+    if d.value is None:
+        return Variable(kind)
+    if isinstance(d.value, e.Aggregate):
+        return Variable(kind, aggregate_value(env, d.value, kind.name))
+    return Variable(kind, converted(value_of(env, d.value), kind))
+
+
+def _initial_array(env: Environment, d: Declarator, kind: Type) -> Value:
+    sizes = tuple(int(number_of(env, x, "a size")) for x in d.sizes or ())
+    if any(not 1 <= n <= LARGEST_ARRAY for n in sizes):
+        message = f"{d.name} has the size {', '.join(map(str, sizes))}"
+        raise ExecutionError("index-range", message, f"from 1 to {LARGEST_ARRAY}")
+    return d.value.value if isinstance(d.value, e.Text) else ArrayValue(kind.name, sizes)

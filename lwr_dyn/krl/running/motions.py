@@ -1,0 +1,199 @@
+"""Moves the arm of a running program: plans one motion after another onto the timeline, and lists them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from lwr_dyn.arrays import Array
+from lwr_dyn.krl.diagnostics import ExecutionError, Report, Severity, SourcePosition
+from lwr_dyn.krl.language import expressions as e
+from lwr_dyn.krl.language import statements as s
+from lwr_dyn.krl.motion.motion_segments import MotionSegment, path_between
+from lwr_dyn.krl.motion.planner import Blend, append_segment, cartesian_segment, ptp_segment, tool_pose, warn_of_flip
+from lwr_dyn.krl.motion.timeline import Pause, Timeline
+from lwr_dyn.krl.robot.kuka_pose import status
+from lwr_dyn.krl.running.controller import ControllerState
+from lwr_dyn.krl.running.evaluate import Environment, number_of, value_of
+from lwr_dyn.krl.running.targets import RobotState, axes_of_point, point_in_world
+from lwr_dyn.krl.running.values import StructValue, Value, is_axes, pose_matrix, pose_value
+
+LONGEST_WAIT = 1e7
+"""[s]"""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ExecutedMotion:
+    """A motion or pause of a run: the position of its statement, its kind, begin and end [s], the axes at its end."""
+
+    position: SourcePosition
+    kind: str
+    begin: float
+    end: float
+    q: Array
+    overlap: float = 0.0
+    """[s] At its beginning, while the motion before it still ends."""
+
+
+@dataclass(slots=True, eq=False)
+class Motions:
+    """The motions of a run; `advance` is whether the next one may begin before the last one has ended."""
+
+    controller: ControllerState
+    report: Report
+    timeline: Timeline = field(init=False)
+    executed: list[ExecutedMotion] = field(default_factory=list)
+    blend: Blend | None = None
+    advance: bool = True
+    kept: bool = False
+    """Whether CONTINUE keeps the advance run for this statement."""
+    count: int = 0
+    unmodelled: set[str] = field(default_factory=set)
+
+    def __post_init__(self) -> None:
+        self.timeline = Timeline(self.controller.arm)
+
+    def move(self, env: Environment, x: s.Move, position: SourcePosition) -> None:
+        """Plan one motion; raises `ExecutionError`."""
+        first = self.count == 0
+        self.count += 1
+        self._check_speed_set(x)
+        kind = x.kind.removeprefix("S").removesuffix("_REL")
+        if kind not in ("PTP", "LIN", "CIRC"):
+            raise ExecutionError("not-modelled", f"{x.kind} is not modelled", "PTP, LIN, CIRC, SPTP, SLIN, SCIRC are")
+        point = self._point(env, x.target, x)
+        if kind == "PTP":
+            segment, q = self._ptp(point, first)
+        else:
+            through = None if x.auxiliary is None else self._point(env, x.auxiliary, x)
+            angle = None if x.angle is None else float(np.radians(number_of(env, x.angle, "CA")))
+            segment, q = self._cartesian(point, through, angle, first)
+        if q is not None:
+            self._append(x, position, segment, q)
+
+    def wait(self, seconds: float, position: SourcePosition) -> None:
+        """Add a pause; raises `ExecutionError` for one that is too long."""
+        self.stop_advance()
+        if not seconds <= LONGEST_WAIT:
+            raise ExecutionError("number-range", f"WAIT SEC {seconds:g}", f"at most {LONGEST_WAIT:g} s")
+        q = self.controller.q
+        if seconds > 0.0 and q is not None:
+            item = self.timeline.add(Pause(q, seconds))
+            self.executed.append(ExecutedMotion(position, "WAIT", item.begin, item.end, q))
+
+    def stop_advance(self) -> None:
+        """Let the motion end before the program goes on, unless CONTINUE stands before the statement."""
+        if not self.kept:
+            self.advance = False
+
+    def keep_advance(self) -> None:
+        """CONTINUE: the next statement does not stop the advance run."""
+        self.kept = True
+
+    def note_unmodelled(self, name: str) -> None:
+        """Report, once, a subprogram of the controller that is not modelled."""
+        if name not in self.unmodelled and not name.startswith("IR_STOP"):
+            self.unmodelled.add(name)
+            self.report("note", "not-modelled", f"{name} is not carried out", "")
+
+    def _point(self, env: Environment, target: e.Expression, x: s.Move) -> Value:
+        value = value_of(env, target)
+        return self._absolute(value, x) if x.kind.endswith("_REL") else value
+
+    def _absolute(self, value: Value, x: s.Move) -> Value:
+        """The absolute point of a relative one: axes and components are added, in #TOOL poses are multiplied."""
+        now = self._now(axes=isinstance(value, StructValue) and is_axes(value))
+        if not isinstance(value, StructValue):
+            raise ExecutionError("type", "a relative motion to what is no structure", "{X 10} or {A1 10}")
+        if not is_axes(value) and x.frame is not None and x.frame.upper() == "TOOL":
+            step = StructValue("FRAME", {**dict.fromkeys("XYZABC", 0.0), **value.parts})
+            return pose_value(pose_matrix(now, "where the arm stands") @ pose_matrix(step, "the step"), "FRAME")
+        parts = dict(now.parts)
+        for name, change in value.parts.items():
+            before = parts.get(name, 0.0)
+            if isinstance(before, int | float) and isinstance(change, int | float):
+                parts[name] = before + change
+        if not is_axes(value):
+            parts = {name: parts[name] for name in "XYZABC"}
+        return StructValue(now.type if is_axes(value) else "FRAME", parts)
+
+    def _now(self, axes: bool) -> StructValue:
+        now = self.controller.position("$AXIS_ACT" if axes else "$POS_ACT")
+        if self.controller.q is None or not isinstance(now, StructValue):
+            message = "a relative motion before the arm stands anywhere"
+            raise ExecutionError("first-motion", message, "begin with a full PTP")
+        return now
+
+    def _robot(self) -> RobotState:
+        c = self.controller
+        pose = None if c.q is None else c.position("$POS_ACT")
+        return RobotState(c.arm, c.q, c.base, c.tool, pose if isinstance(pose, StructValue) else None)
+
+    def _ptp(self, point: Value, first: bool) -> tuple[MotionSegment | None, Array | None]:
+        """The segment (None without motion) and the axes at its end (None where they are unknown)."""
+        c = self.controller
+        q = axes_of_point(self._robot(), point, first, self.report)
+        if q is None or c.q is None:
+            return None, q
+        if isinstance(point, StructValue) and not is_axes(point):
+            warn_of_flip(c.arm, c.q, q, self.report)
+        return ptp_segment(c.arm, c.q, q, c.speeds()), q
+
+    def _cartesian(
+        self, point: Value, through: Value | None, angle: float | None, first: bool
+    ) -> tuple[MotionSegment | None, Array | None]:
+        """The segment (None without motion) and the axes at its end (None where they are unknown)."""
+        c = self.controller
+        if first:
+            self.report("error", "first-motion", "the first motion is not a PTP", "begin with PTP to a full position")
+        if not isinstance(point, StructValue) or (through is not None and not isinstance(through, StructValue)):
+            raise ExecutionError("type", "the target is no structure", "a FRAME, POS or E6POS")
+        if is_axes(point):
+            raise ExecutionError("type", "LIN and CIRC go to poses, not to axes", "a FRAME, POS or E6POS")
+        robot = self._robot()
+        if c.q is None:
+            # the beginning of the path is not known, but its end can be checked
+            axes_of_point(robot, StructValue("FRAME", dict(point.parts)), False, self._report_errors)
+            return None, None
+        self._check_status(point, status(c.arm, c.q))
+        via = None if through is None else point_in_world(robot, through)
+        path = path_between(tool_pose(c.arm, c.q, c.tool), point_in_world(robot, point), via, angle)
+        segment = cartesian_segment(c.arm, c.q, c.tool, path, c.speeds(), self.report)
+        if segment is None:
+            return None, c.q if path.is_still else None
+        return segment, segment.end
+
+    def _report_errors(self, severity: Severity, code: str, message: str, hint: str) -> None:
+        if severity == "error":
+            self.report(severity, code, message, hint)
+
+    def _check_status(self, point: StructValue, now: int) -> None:
+        wanted = point.parts.get("S")
+        if isinstance(wanted, int) and wanted & 7 != now:
+            message = f"the point has S {wanted}, the path keeps S {now}: LIN and CIRC do not change it"
+            self.report("warning", "status-turn", message, "go there by PTP, or teach the point again")
+
+    def _append(self, x: s.Move, position: SourcePosition, segment: MotionSegment | None, q: Array) -> None:
+        c = self.controller
+        blend = self.blend if self.advance else None
+        if c.q is None:
+            # the first motion (KUKA's block coincidence) begins anywhere: it only sets the axes
+            self.timeline.add(Pause(q, 0.0))
+            self.executed.append(ExecutedMotion(position, f"{x.kind} (start)", 0.0, 0.0, q))
+        elif segment is not None:
+            item = append_segment(self.timeline, segment, blend, c.tool)
+            self.executed.append(ExecutedMotion(position, x.kind, item.begin, item.end, q, item.overlap))
+        c.q = q
+        self.blend, self.advance = c.blend(x.blends), True
+
+    def _check_speed_set(self, x: s.Move) -> None:
+        kind = "PTP" if "PTP" in x.kind else "CP"
+        if kind in self.controller.speeds_set:
+            return
+        self.controller.speeds_set.add(kind)
+        hint, motions, assumed = "BAS(#VEL_PTP, 100)", "PTP", "100 % of each axis"
+        if kind == "CP":
+            hint, motions, assumed = "$VEL.CP = 0.2", "LIN or CIRC", f"{self.controller.machine.vel_cp:g} m/s"
+        message = f"no velocity is set before the first {motions}: {assumed} is assumed"
+        self.report("warning", "no-velocity", message, f"set it: {hint}")

@@ -1,0 +1,205 @@
+"""Checks a program, and runs it on a robot's model: motions in time, speeds, torques, and a Run to replay."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from lwr_dyn.arrays import Array
+from lwr_dyn.dynamics.engines import dynamics_of
+from lwr_dyn.dynamics.protocol import mechanical_energy
+from lwr_dyn.errors import LwrDynError
+from lwr_dyn.krl.checks.static_checks import static_diagnostics
+from lwr_dyn.krl.diagnostics import Diagnostic, ExecutionError, sorted_diagnostics
+from lwr_dyn.krl.motion.timeline import Timeline
+from lwr_dyn.krl.project.program import Program
+from lwr_dyn.krl.robot.kuka_pose import KukaPose, kuka_pose
+from lwr_dyn.krl.running.controller import MachineData
+from lwr_dyn.krl.running.interpreter import Interpreter
+from lwr_dyn.krl.running.motions import ExecutedMotion
+from lwr_dyn.krl.running.values import Value
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.run import Event, Motion, Run
+from lwr_dyn.simulation.setup import arm_record
+
+INTERPOLATION = 0.012
+"""[s] KUKA's interpolation cycle: the sampling period of a run."""
+OVER = 1e-6
+"""Relative excess of an axis speed that is rounding."""
+CHECKED_MOTIONS = 1000
+"""Motions of a program that a check plans at most; a run plans all."""
+UNREADABLE = frozenset({
+    "syntax", "unknown-keyword", "open-bracket", "open-string", "bad-literal", "bad-character", "long-line",
+    "missing-end", "stray-end", "wrong-end", "missing-def", "outside-routine", "encoding", "deep-nesting",
+})  # fmt: skip
+"""After one of these errors it is not clear what would run, so a check does not plan motions."""
+
+
+class ProgramError(LwrDynError, RuntimeError):
+    """A KRL program cannot start or continue: the `position`, a `code`, the `message` and a `hint`."""
+
+    def __init__(self, position: str, code: str, message: str, hint: str) -> None:
+        super().__init__(f"{position}: {message}" + (f"; {hint}" if hint else ""))
+        self.position, self.code, self.message, self.hint = position, code, message, hint
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ProgramRun:
+    """A run: `timeline` gives the motion at any time, `motion` at the interpolation cycle."""
+
+    program: str
+    arm: Arm
+    machine: MachineData
+    timeline: Timeline
+    motion: Motion
+    executed: tuple[ExecutedMotion, ...]
+    diagnostics: tuple[Diagnostic, ...]
+    """Warnings and notes of the run; a bound that was reached; axes over their speed."""
+    static_torque: Array
+    """(k, n) [N m] The torque that holds the arm."""
+    torque: Array
+    """(k, n) [N m] The torque of the motion; masses of the KR 30 HA are estimated, so this is too."""
+
+    @property
+    def cycle_time(self) -> float:
+        """[s]"""
+        return float(self.motion.t[-1])
+
+    @property
+    def peak_speeds(self) -> Array:
+        """Of each axis (n,) [rad/s]."""
+        return np.asarray(np.abs(self.motion.dq).max(axis=0))
+
+    def poses(self) -> tuple[KukaPose, ...]:
+        """The flange at the end of each motion, with Status and Turn."""
+        return tuple(kuka_pose(self.arm, motion.q) for motion in self.executed)
+
+    def to_run(self) -> Run:
+        """As a `Run` for `lwr-dyn replay`, in which the axes follow the program exactly."""
+        m, arm = self.motion, self.arm
+        zero = np.zeros_like(m.q)
+        energy = mechanical_energy(dynamics_of(arm), m.q, m.dq)
+        power = np.sum(self.torque * m.dq, axis=1)
+        work = np.concatenate([[0.0], np.cumsum(0.5 * (power[1:] + power[:-1]) * np.diff(m.t))])
+        meta: dict[str, Any] = {
+            **arm_record(arm), "task": f"KRL program {self.program}", "controller": {"name": f"KRL {self.program}"},
+            "assumed": self.machine.to_json(), "diagnoses": [d.to_json() for d in self.diagnostics],
+        }  # fmt: skip
+        events = tuple(Event(x.begin, f"line {x.position.line}: {x.kind}") for x in self.executed)
+        return Run(
+            t=m.t, q=m.q, dq=m.dq, q_ref=m.q, dq_ref=m.dq, tau_command=self.torque, tau_applied=self.torque,
+            tau_friction=zero, energy=energy, work={"actuator": work}, events=events, meta=meta,
+        )  # fmt: skip
+
+
+def check_program(
+    program: Program,
+    arm: Arm | None = None,
+    machine: MachineData | None = None,
+    inputs: Mapping[str, Value] | None = None,
+) -> tuple[Diagnostic, ...]:
+    """All diagnostics of a program, in order of position.
+
+    Parameters
+    ----------
+    program : Program
+    arm : Arm, optional
+        Plans the motions on this arm; without it only language and types are checked.
+    machine : MachineData, optional
+    inputs : mapping, optional
+        Inputs and variables set from outside: `$IN[3]` -> value.
+
+    Raises
+    ------
+    OptionError, MissingDataError
+        The arm has no KUKA axes, or no axis speeds.
+
+    >>> from lwr_dyn.krl.project.program import parse_program
+    >>> for d in check_program(parse_program("DEF a( )\\nWAIT SEC x\\nEND\\n", name="a")): print(d)
+    a.src:2:10: error undeclared: x is not declared (declare it in the .dat or with DECL; no .dat is there)
+    """
+    static = [*program.diagnostics, *static_diagnostics(program)]
+    if arm is None or any(d.severity == "error" and d.code in UNREADABLE for d in static):
+        return sorted_diagnostics(static)
+    data = machine or MachineData()
+    data = replace(data, motions=min(CHECKED_MOTIONS, data.motions))
+    known = {(d.position.file, d.position.line, d.code) for d in static}
+    of_run = Interpreter(program, arm, data, inputs or {}, tolerant=True).run()
+    return sorted_diagnostics(
+        [*static, *(d for d in of_run if (d.position.file, d.position.line, d.code) not in known)]
+    )
+
+
+def run_program(
+    program: Program, arm: Arm, machine: MachineData | None = None, inputs: Mapping[str, Value] | None = None
+) -> ProgramRun:
+    """Run a program on an arm.
+
+    Parameters
+    ----------
+    program : Program
+    arm : Arm
+        With KUKA's axes, axis speeds and masses.
+    machine : MachineData, optional
+        Assumed machine data, bounds of steps and time.
+    inputs : mapping, optional
+        Inputs and variables set from outside: `$IN[3]` -> value.
+
+    Raises
+    ------
+    ProgramError
+        The program has an error, before or during its run.
+    OptionError, MissingDataError
+        The arm has no KUKA axes, no axis speeds or no masses.
+    """
+    data = machine or MachineData()
+    _refuse_errors([*program.diagnostics, *static_diagnostics(program)])
+    arm.require_dynamics()
+    interpreter = Interpreter(program, arm, data, inputs or {})
+    diagnostics = interpreter.run()
+    _refuse_errors(diagnostics)
+    timeline, executed, end = interpreter.motions.timeline, interpreter.motions.executed, str(interpreter.log.position)
+    if not timeline.items:
+        raise ProgramError(end, "no-motion", "the program moves nothing", "a program with a PTP, LIN or CIRC")
+    try:
+        motion = timeline.sample(_times(timeline, data.seconds))
+    except ExecutionError as fault:
+        raise ProgramError(end, fault.code, fault.message, fault.hint) from None
+    model = dynamics_of(arm)
+    return ProgramRun(
+        program=program.source.name, arm=arm, machine=data, timeline=timeline, motion=motion,
+        executed=tuple(executed), diagnostics=(*diagnostics, *_overspeed(arm, motion, executed)),
+        static_torque=model.gravity_vector(motion.q), torque=model.inverse_dynamics(motion.q, motion.dq, motion.ddq),
+    )  # fmt: skip
+
+
+def _refuse_errors(diagnostics: Sequence[Diagnostic]) -> None:
+    error = next((d for d in diagnostics if d.severity == "error"), None)
+    if error is not None:
+        raise ProgramError(str(error.position), error.code, error.message, error.hint)
+
+
+def _times(timeline: Timeline, longest: float) -> Array:
+    """The interpolation cycle, and each time at which a motion begins or ends, up to `longest` [s]."""
+    end = min(timeline.duration, longest)
+    cycle = np.minimum(np.arange(int(np.ceil(end / INTERPOLATION)) + 1) * INTERPOLATION, end)
+    marks = [x for item in timeline.items for x in (item.begin, item.end) if x <= end]
+    times = np.unique(np.concatenate([cycle, marks]))
+    # times that are equal up to rounding count once
+    return np.asarray(times[np.concatenate([[True], np.diff(times) > 1e-9])])
+
+
+def _overspeed(arm: Arm, motion: Motion, executed: Sequence[ExecutedMotion]) -> list[Diagnostic]:
+    """An error for each motion in which an axis is over its rated speed."""
+    diagnostics = []
+    use = np.abs(motion.dq) / arm.velocity
+    for x in executed:
+        part = use[(motion.t >= x.begin) & (motion.t <= x.end)]
+        if not part.size:
+            continue
+        k, i = np.unravel_index(int(np.argmax(part)), part.shape)
+        if part[k, i] > 1.0 + OVER:
+            message = f"{arm.joint_names[int(i)]} turns at {100 * part[k, i]:.4g} % of its speed"
+            diagnostics.append(Diagnostic(x.position, "error", "axis-speed", message, "a lower velocity, or no blend"))
+    return diagnostics

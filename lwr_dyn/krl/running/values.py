@@ -1,0 +1,164 @@
+"""Values of a running program: numbers, truth values, text, structures, arrays; and the variables that hold them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import TypeAlias
+
+import numpy as np
+
+from lwr_dyn.arrays import Array
+from lwr_dyn.krl.diagnostics import ExecutionError
+from lwr_dyn.krl.names.types import AXES, CARTESIAN, LARGEST, Type
+from lwr_dyn.krl.robot.kuka_pose import KukaPose, pose_of_matrix
+
+AXIS_NAMES = ("A1", "A2", "A3", "A4", "A5", "A6")
+FARTHEST = 1e9
+"""[mm, deg] A coordinate beyond this is no place, and its square need not be a float."""
+POSE_NAMES = ("X", "Y", "Z", "A", "B", "C")
+
+
+@dataclass(frozen=True, slots=True)
+class EnumValue:
+    """A value of an enumeration, its name in capitals."""
+
+    name: str
+
+
+@dataclass(slots=True)
+class StructValue:
+    """A structure: the name of its type ("?" if unknown) and the components that have a value."""
+
+    type: str
+    parts: dict[str, Value] = field(default_factory=dict)
+
+
+@dataclass(slots=True)
+class ArrayValue:
+    """An array: the type of its elements, its sizes (() if open), and the elements that have a value."""
+
+    type: str
+    sizes: tuple[int, ...]
+    items: dict[tuple[int, ...], Value] = field(default_factory=dict)
+
+
+Value: TypeAlias = "int | float | bool | str | EnumValue | StructValue | ArrayValue"
+
+
+@dataclass(slots=True)
+class Variable:
+    """A variable of a running program; its value is None before the first assignment."""
+
+    type: Type
+    value: Value | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class VariableReference:
+    """Reads and writes a variable, an element of an array or a component of a structure."""
+
+    read: Callable[[], Value | None]
+    write: Callable[[Value], None]
+    type: Type
+
+
+def copied(value: Value) -> Value:
+    """A deep copy."""
+    if isinstance(value, StructValue):
+        return StructValue(value.type, {k: copied(v) for k, v in value.parts.items()})
+    if isinstance(value, ArrayValue):
+        return ArrayValue(value.type, value.sizes, {k: copied(v) for k, v in value.items.items()})
+    return value
+
+
+def converted(value: Value, to: Type) -> Value:
+    """A value converted to the type of a variable: REAL to INT rounds; raises `ExecutionError`."""
+    if to.name == "?":
+        return copied(value)
+    if to.name in ("INT", "REAL") and not to.dimensions:
+        return _number(value, to.name)
+    if to.name == "BOOL" and not isinstance(value, bool) and not to.dimensions:
+        raise ExecutionError("type", f"BOOL is given {value_text(value)}", "TRUE or FALSE")
+    out = copied(value)
+    if isinstance(out, StructValue) and not to.dimensions:
+        out.type = to.name
+    return out
+
+
+def _number(value: Value, name: str) -> int | float:
+    if isinstance(value, str) and len(value) == 1:
+        value = ord(value)
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise ExecutionError("type", f"{name} is given {value_text(value)}", "a number")
+    if not math.isfinite(value):
+        raise ExecutionError("number-range", f"the value {value} is no number", "")
+    if name == "REAL":
+        return float(value)
+    rounded = math.floor(value + 0.5)
+    if abs(rounded) > LARGEST + 1:
+        raise ExecutionError("number-range", f"{rounded} is no INT", f"from {-LARGEST - 1} to {LARGEST}")
+    return rounded
+
+
+def value_text(value: Value | None) -> str:
+    """A value as text for a message."""
+    if value is None:
+        return "nothing"
+    if isinstance(value, StructValue):
+        return "{" + ", ".join(f"{k} {value_text(v)}" for k, v in value.parts.items()) + "}"
+    if isinstance(value, EnumValue):
+        return f"#{value.name}"
+    if isinstance(value, ArrayValue):
+        return f"an array of {value.type}"
+    return str(value).upper() if isinstance(value, bool) else str(value)
+
+
+def is_axes(value: StructValue) -> bool:
+    """Whether a structure holds axis angles."""
+    return value.type in AXES or (value.type == "?" and any(name in value.parts for name in AXIS_NAMES))
+
+
+def is_pose(value: StructValue) -> bool:
+    """Whether a structure holds a pose."""
+    return value.type in CARTESIAN or (value.type == "?" and bool(value.parts) and not is_axes(value))
+
+
+def pose_matrix(value: Value | None, what: str) -> Array:
+    """The pose (4, 4) [m] of X, Y, Z, A, B, C; raises `ExecutionError` where one is missing or beyond all places."""
+    if not isinstance(value, StructValue) or not is_pose(value):
+        raise ExecutionError("type", f"{what} is {value_text(value)}", "a FRAME, POS or E6POS")
+    numbers = [value.parts.get(name) for name in POSE_NAMES]
+    missing = [name for name, x in zip(POSE_NAMES, numbers, strict=True) if not isinstance(x, int | float)]
+    if missing:
+        raise ExecutionError("no-value", f"{what} has no {', '.join(missing)}", "a pose needs X, Y, Z, A, B, C")
+    pose = [float(x) for x in numbers]  # type: ignore[arg-type]
+    for name, x in zip(POSE_NAMES, pose, strict=True):
+        if not abs(x) <= FARTHEST:
+            raise ExecutionError("number-range", f"{name} {x:g} of {what}", f"at most {FARTHEST:g} mm or deg")
+    return KukaPose(*pose).matrix()  # type: ignore[arg-type]
+
+
+def pose_value(T: Array, type_name: str = "FRAME", rest: Mapping[str, Value] | None = None) -> StructValue:
+    """A pose (4, 4) [m] as a structure [mm, deg]; `rest` adds S, T and external axes."""
+    p = pose_of_matrix(T)
+    parts = dict(zip(POSE_NAMES, (p.x_mm, p.y_mm, p.z_mm, p.a_deg, p.b_deg, p.c_deg), strict=True))
+    return StructValue(type_name, {**parts, **(rest or {})})
+
+
+def axes_value(q: Array, type_name: str = "E6AXIS") -> StructValue:
+    """Axes [rad] as a structure [deg], external axes at 0."""
+    values = dict(zip(AXIS_NAMES, map(float, np.degrees(q)), strict=True))
+    return StructValue(type_name, {**values, **{f"E{i}": 0.0 for i in range(1, 7)}})
+
+
+def array_of(type_name: str, values: Iterable[Value]) -> ArrayValue:
+    """An array of one dimension from its elements."""
+    items: dict[tuple[int, ...], Value] = {(i + 1,): v for i, v in enumerate(values)}
+    return ArrayValue(type_name, (len(items),), items)
+
+
+def null_frame() -> StructValue:
+    """The frame with all components zero."""
+    return StructValue("FRAME", dict.fromkeys(POSE_NAMES, 0.0))

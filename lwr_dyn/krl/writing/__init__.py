@@ -1,0 +1,1 @@
+"""Programs written from other data: a list of points."""

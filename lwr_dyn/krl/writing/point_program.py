@@ -1,0 +1,200 @@
+"""A list of points -> a `.src` and `.dat` as a KUKA controller expects them, with Status and Turn from the model."""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lwr_dyn.arrays import Array
+from lwr_dyn.errors import OptionError, PaperError
+from lwr_dyn.files import read_text
+from lwr_dyn.krl.diagnostics import DiagnosticLog, SourcePosition
+from lwr_dyn.krl.language import expressions as e
+from lwr_dyn.krl.language import statements as s
+from lwr_dyn.krl.language.declarations import Declaration, Declarator, Def, DefDat, Header
+from lwr_dyn.krl.language.lexer import KEYWORDS
+from lwr_dyn.krl.language.source import SourceFile, SourceLine, lines_of
+from lwr_dyn.krl.project.program import Program, program_of
+from lwr_dyn.krl.robot.kuka_pose import status, turn
+from lwr_dyn.krl.running.targets import RobotState, axes_of_point
+from lwr_dyn.krl.running.values import POSE_NAMES, StructValue, pose_matrix
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.papers.fields import Fields, choice, parse_toml
+
+KINDS = ("PTP", "LIN")
+_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,23}")
+
+
+@dataclass(frozen=True, slots=True)
+class TaughtPoint:
+    """A point: X, Y, Z [mm], A, B, C [deg] of the tool in the base, the motion to it, the wait there [s]."""
+
+    name: str
+    pose: tuple[float, ...]
+    motion: str = "PTP"
+    wait: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class PointProgram:
+    """From home through the points in order and back home; tool and base as X, Y, Z [mm], A, B, C [deg]."""
+
+    name: str
+    points: tuple[TaughtPoint, ...]
+    home_deg: tuple[float, ...]
+    tool: tuple[float, ...] = (0.0,) * 6
+    base: tuple[float, ...] = (0.0,) * 6
+    ptp_percent: int = 100
+    lin_speed: float = 0.25
+    """[m/s]"""
+    wait: float = 0.0
+    """[s] At home, before and after."""
+
+
+def read_point_program(path: str | Path, arm: Arm) -> PointProgram:
+    """Read a task file (TOML); raises `FileAccessError`, or `PaperError` for a field that is missing or wrong."""
+    text = read_text(path, "a task file (TOML) for krl write")
+    return point_program_of(parse_toml(text, str(path)), arm, str(path))
+
+
+def point_program_of(table: Mapping[str, Any], arm: Arm, file: str = "task") -> PointProgram:
+    """From a table: name, [[point]] with name, xyz, abc, motion, wait; home_deg, tool, base, ptp_percent ...
+
+    Raises `PaperError`.
+    """
+    top = Fields(table, file, "")
+    points = tuple(_point(row, file, f"point[{i}]") for i, row in enumerate(top.take("point", list, default=[])))
+    if not points:
+        raise PaperError(file, "point", "none", "one or more [[point]] tables")
+    names = [p.name.upper() for p in points]
+    if len(set(names)) < len(names) or "XHOME" in names:
+        raise PaperError(file, "point", "a name that is there twice (or XHOME)", "a different name for each point")
+    home = top.take("home_deg", list, **({"default": np.degrees(arm.mastering).tolist()} if arm.mastering else {}))
+    program = PointProgram(
+        name=_name(top.take("name", str), file, "name"), points=points,
+        home_deg=_numbers(home, arm.n, file, "home_deg"),
+        tool=_numbers(top.take("tool", list, default=[0] * 6), 6, file, "tool"),
+        base=_numbers(top.take("base", list, default=[0] * 6), 6, file, "base"),
+        ptp_percent=int(_between(top.take("ptp_percent", object, default=100), 1, 100, file, "ptp_percent")),
+        lin_speed=_between(top.take("lin_speed", object, default=0.25), 1e-3, 10.0, file, "lin_speed"),
+        wait=_between(top.take("wait", object, default=0.0), 0.0, 1e4, file, "wait"),
+    )  # fmt: skip
+    top.refuse_unknown()
+    return program
+
+
+def _point(row: object, file: str, path: str) -> TaughtPoint:
+    fields = Fields(row, file, path)
+    xyz = _numbers(fields.take("xyz", list), 3, file, f"{path}.xyz")
+    abc = _numbers(fields.take("abc", list, default=[0, 0, 0]), 3, file, f"{path}.abc")
+    motion = choice(fields.take("motion", str, default="PTP"), KINDS, file, f"{path}.motion")
+    wait = _between(fields.take("wait", object, default=0.0), 0.0, 1e4, file, f"{path}.wait")
+    point = TaughtPoint(_name(fields.take("name", str), file, f"{path}.name"), (*xyz, *abc), motion, wait)
+    fields.refuse_unknown()
+    return point
+
+
+def _name(value: str, file: str, field: str) -> str:
+    if not _NAME.fullmatch(value) or value.upper() in KEYWORDS:
+        allowed = "a name of KRL: letters, digits and _, at most 24, no keyword"
+        raise PaperError(file, field, repr(value), allowed)
+    return value
+
+
+def _numbers(row: list[Any], count: int, file: str, field: str) -> tuple[float, ...]:
+    if len(row) != count or not all(_is_number(x) for x in row):
+        raise PaperError(file, field, repr(row), f"{count} finite numbers")
+    return tuple(float(x) for x in row)
+
+
+def _between(value: Any, least: float, most: float, file: str, field: str) -> float:
+    if not _is_number(value) or not least <= value <= most:
+        raise PaperError(file, field, repr(value), f"a number from {least:g} to {most:g}")
+    return float(value)
+
+
+def _is_number(x: object) -> bool:
+    return isinstance(x, int | float) and not isinstance(x, bool) and bool(np.isfinite(x))
+
+
+def generate_program(points: PointProgram, arm: Arm) -> Program:
+    """The KRL program; Status and Turn of each point are those of the solution nearest to the point before.
+
+    Raises `OptionError` for a point that the arm cannot reach.
+    """
+    q = np.radians(points.home_deg)
+    base, tool = (pose_matrix(_struct(x, "FRAME"), "a frame") for x in (points.base, points.tool))
+    taught = []
+    for point in points.points:
+        q = _axes_of(points.name, point, RobotState(arm, q, base, tool, None))
+        taught.append((point, status(arm, q), turn(q)))
+    return program_of(_source(points), _data(points, taught, arm))
+
+
+def _axes_of(program: str, point: TaughtPoint, robot: RobotState) -> Array:
+    log = DiagnosticLog(SourcePosition(program, 1), tolerant=True)
+    q = axes_of_point(robot, _struct(point.pose, "POS"), False, log.report)
+    errors = [d.message for d in log.diagnostics if d.severity == "error"]
+    if q is None or errors:
+        raise OptionError(f"point {point.name} of {program}", "; ".join(errors), "a point the arm can reach")
+    return q
+
+
+def _source(points: PointProgram) -> SourceFile:
+    number = e.Integer
+    lines: list[s.Statement | SourceLine] = [
+        Header("&ACCESS RVP"), Header("&REL 1"), Header("&COMMENT written by lwr_dyn"),
+        Def(points.name),
+        SourceLine(None, "FOLD INI"),
+        SourceLine(None, " speeds, frames and the advance run as the machine data have them"),
+        s.Invoke(e.FunctionCall("BAS", (e.EnumLiteral("INITMOV"), number(0)))),
+        SourceLine(None, "ENDFOLD (INI)"),
+        SourceLine(),
+        s.Assign(e.Name("$TOOL"), e.Aggregate(_pose_items(points.tool), "FRAME")),
+        s.Assign(e.Name("$BASE"), e.Aggregate(_pose_items(points.base), "FRAME")),
+        s.Invoke(e.FunctionCall("BAS", (e.EnumLiteral("VEL_PTP"), number(points.ptp_percent)))),
+        s.Assign(e.Component(e.Name("$VEL"), "CP"), e.Real(points.lin_speed)),
+        SourceLine(),
+        s.Move("PTP", e.Name("XHOME")), *_wait(points.wait),
+    ]  # fmt: skip
+    for point in points.points:
+        lines += [s.Move(point.motion, e.Name(point.name)), *_wait(point.wait)]
+    lines += [s.Move("PTP", e.Name("XHOME")), *_wait(points.wait), s.Plain("END")]
+    return SourceFile(f"{points.name}.src", lines_of(lines))
+
+
+def _data(points: PointProgram, taught: Sequence[tuple[TaughtPoint, int, int]], arm: Arm) -> SourceFile:
+    axes = tuple(e.Item(name, _real(x)) for name, x in zip(arm.joint_names, points.home_deg, strict=True))
+    outer = tuple(e.Item(f"E{i}", _real(0.0)) for i in range(1, 7))
+    lines: list[s.Statement | SourceLine] = [
+        Header("&ACCESS RVP"), Header("&REL 1"), DefDat(points.name),
+        _declared("E6AXIS", "XHOME", (*axes, *outer)),
+    ]  # fmt: skip
+    for point, S, T in taught:
+        branch = (e.Item("S", e.Integer(S, 2, 3)), e.Item("T", e.Integer(T, 2, 6)))
+        lines.append(_declared("E6POS", point.name, (*_pose_items(point.pose), *branch, *outer)))
+    return SourceFile(f"{points.name}.dat", lines_of([*lines, s.Plain("ENDDAT")]))
+
+
+def _declared(kind: str, name: str, items: tuple[e.Item, ...]) -> Declaration:
+    return Declaration(kind, (Declarator(name, None, e.Aggregate(items)),))
+
+
+def _wait(seconds: float) -> list[s.Statement]:
+    return [s.Wait("SEC", e.Real(seconds))] if seconds > 0.0 else []
+
+
+def _pose_items(values: Sequence[float]) -> tuple[e.Item, ...]:
+    return tuple(e.Item(name, _real(x)) for name, x in zip(POSE_NAMES, values, strict=True))
+
+
+def _real(x: float) -> e.Expression:
+    """A number as the grammar reads it: a sign is an operator of its own."""
+    return e.Unary("-", e.Real(-x)) if x < 0.0 else e.Real(abs(x))
+
+
+def _struct(values: Sequence[float], kind: str) -> StructValue:
+    return StructValue(kind, dict(zip(POSE_NAMES, map(float, values), strict=True)))
