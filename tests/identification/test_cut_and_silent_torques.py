@@ -14,7 +14,7 @@ from lwr_dyn.errors import OptionError
 from lwr_dyn.identification.log_faults.found_faults import log_faults
 from lwr_dyn.identification.log_faults.saturation import cut_saturated
 from lwr_dyn.identification.logs.joint_log import JointLog, write_log
-from lwr_dyn.identification.motion.motion_fit import MotionRule
+from lwr_dyn.identification.motion.motion_rule import MotionRule
 from lwr_dyn.identification.regression.grouped import equations_of, grouped
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.arm import Arm

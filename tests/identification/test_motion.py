@@ -8,7 +8,8 @@ from lwr_dyn.errors import MissingDataError, OptionError
 from lwr_dyn.identification.bodies.constraints import ConstraintError
 from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.logs.log_columns import LogError
-from lwr_dyn.identification.motion.motion_fit import MotionRule, identify_motion
+from lwr_dyn.identification.motion.motion_fit import identify_motion
+from lwr_dyn.identification.motion.motion_rule import MotionRule
 from lwr_dyn.identification.motion.motion_tables import motion_text
 from lwr_dyn.identification.motion.parameter_states import NOT_DETERMINED
 from lwr_dyn.identification.regression.least_squares import IDENTIFIED

@@ -1,18 +1,22 @@
 """`lwr-dyn identify motion`: friction, base parameters and bodies from any motion."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import click
 
 from lwr_dyn.cli.options import OneOf, print_json
+from lwr_dyn.cli.row_options import OptionRule, refuse_unused
+from lwr_dyn.errors import LwrDynError
 from lwr_dyn.identification.command.log_options import check_option, end, log_options, warn
 from lwr_dyn.identification.command.motor_options import chosen_motors, joint_logs, motor_options, slowest_motors
 from lwr_dyn.identification.fitted.fitted_files import check_fitted_path, write_fitted
+from lwr_dyn.identification.logs.joint_log import JointLog, read_log
 from lwr_dyn.identification.logs.log_columns import declared_units
 from lwr_dyn.identification.logs.repeated import apart_from
-from lwr_dyn.identification.motion.motion_fit import DEFAULT_MOTION, MotionIdentification, MotionRule, identify_motion
+from lwr_dyn.identification.motion.motion_fit import MotionIdentification, identify_motion
 from lwr_dyn.identification.motion.motion_record import motion_record, validation_record
+from lwr_dyn.identification.motion.motion_rule import DEFAULT_MOTION, MotionRule
 from lwr_dyn.identification.motion.motion_tables import body_lines, motion_text, validation_table
 from lwr_dyn.identification.motion.validation import Validation
 from lwr_dyn.identification.regression.joint_columns import FORMS
@@ -28,6 +32,11 @@ from lwr_dyn.progress import progress
 
 SLOWEST_STRIBECK = 0.01
 """[rad/s or m/s] Samples below three Stribeck speeds are what the search needs."""
+INSTRUMENT_RULES = tuple(
+    OptionRule(option, lambda given: not given["instruments"], "without --instruments, which takes unfiltered rows")
+    for option in ("stribeck", "motor-side", "cutoff", "folds", "html")
+)
+"""Options that instrumental variables have no use for."""
 
 
 @click.command("motion")
@@ -51,6 +60,9 @@ SLOWEST_STRIBECK = 0.01
               help="Known for certain of the bodies: 'total mass = 15.8', 'm_7 = 0.24' [SI]. Repeatable.")  # fmt: skip
 @click.option("--folds", type=int, default=DEFAULT_MOTION.folds, show_default=True,
               help="Parts of the motion, each kept from a fit in turn.")  # fmt: skip
+@click.option("--instruments", multiple=True, metavar="FILE",
+              help="The motion that was commanded (.csv of `excite`, or a run), one for each LOG: instrumental "
+              "variables on unfiltered rows, for logs that no filter suits.")  # fmt: skip
 @click.option("--validate", multiple=True, metavar="LOG", help="A log to predict and not to fit. Repeatable.")
 @motor_options
 def command(
@@ -64,6 +76,7 @@ def command(
     """
     usual = SLOWEST_STRIBECK if given["stribeck"] else DEFAULT_SAMPLES.slowest
     slowest = usual if given["slowest"] is None else given["slowest"]
+    refuse_unused(INSTRUMENT_RULES, given)
     (arm, paper), declared = load_with_paper(robot, reading), declared_units(units)
     motors = chosen_motors(arm, given)
     transmission = None if motors is None else motors.transmission
@@ -74,7 +87,8 @@ def command(
         usable, faults = joint_logs(logs, declared, arm, motors, given["columns"], given["as_logged"])
         unseen, more = joint_logs(given["validate"], declared, arm, motors, given["columns"], given["as_logged"])
         unseen, seen = apart_from(unseen, usable, "which is fitted", "logs that the fit does not see")
-        result = identify_motion(usable, arm, rule) if usable else None
+        commands, unread = _commands(given["instruments"], declared, arm)
+        result = identify_motion(usable, arm, rule, commands) if usable and not unread else None
     warn(sample_notes([*usable, *unseen], samples))
     if result is not None:
         checked = result.validated_on(unseen) if unseen else ()
@@ -88,7 +102,18 @@ def command(
                 click.echo(f"\n{validation_table(checked, f'{files}, which no fit has seen').text()}")
         for line in _written(given, result, checked, paper):
             click.echo(line, err=as_json)
-    end([*faults, *more, *seen])
+    end([*faults, *more, *seen, *unread])
+
+
+def _commands(paths: Sequence[str], units: Mapping[str, str], arm: Arm) -> tuple[list[JointLog], list[LwrDynError]]:
+    """The motions of --instruments: times and positions."""
+    commands, faults = [], []
+    for path in paths:
+        try:
+            commands.append(read_log(path, units, arm, needs=("q",), also=()))
+        except LwrDynError as fault:
+            faults.append(fault)
+    return commands, faults
 
 
 def _check_paths(given: dict[str, Any], arm: Arm, paper: Paper | None) -> None:

@@ -7,7 +7,8 @@ from lwr_dyn.errors import OptionError
 from lwr_dyn.identification.command.log_options import check_option, end, log_options, readable_logs
 from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.logs.log_columns import declared_units
-from lwr_dyn.identification.motion.motion_fit import MotionRule, identify_motion
+from lwr_dyn.identification.motion.motion_fit import identify_motion
+from lwr_dyn.identification.motion.motion_rule import MotionRule
 from lwr_dyn.identification.motion.residuals import inflation_of, residuals_of, whiteness_of
 from lwr_dyn.identification.regression.information import Information, information_of, widened
 from lwr_dyn.identification.regression.samples import DEFAULT_SAMPLES, SampleRule, samples_of

@@ -9,7 +9,6 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.errors import OptionError
 from lwr_dyn.identification.bodies.body_prior import body_prior
 from lwr_dyn.identification.bodies.consistent import ConsistentFit, consistent_fit
 from lwr_dyn.identification.bodies.constraints import constraints_of
@@ -17,6 +16,7 @@ from lwr_dyn.identification.bodies.possible_bodies import BodyVerdict, judge_bod
 from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.logs.log_columns import LogError
 from lwr_dyn.identification.motion.missing_motions import MissingMotion, missing_motions
+from lwr_dyn.identification.motion.motion_rule import DEFAULT_MOTION, MotionRule
 from lwr_dyn.identification.motion.parameter_states import (
     CorrelatedGroup,
     cell_origins,
@@ -27,64 +27,14 @@ from lwr_dyn.identification.motion.parameter_states import (
 from lwr_dyn.identification.motion.residuals import Whiteness, inflation_of, residuals_of, whiteness_of
 from lwr_dyn.identification.motion.validation import Folds, Validation, cross_validation, validated_on
 from lwr_dyn.identification.regression.base_parameters import ROUNDING, BaseParameters
+from lwr_dyn.identification.regression.commanded_motion import instrumental_information
 from lwr_dyn.identification.regression.information import Information, widened
-from lwr_dyn.identification.regression.joint_columns import FrictionForm
 from lwr_dyn.identification.regression.least_squares import IDENTIFIED, Estimate
-from lwr_dyn.identification.regression.samples import DEFAULT_SAMPLES, SampleRule, Samples, samples_of
+from lwr_dyn.identification.regression.samples import SampleRule, Samples, samples_of
 from lwr_dyn.identification.regression.stribeck import StribeckSearch, stribeck_search
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.shown import repr_html, short_repr
-
-LARGEST_DEVIATION = 10.0  # beyond, the table says nothing and leaves no bodies
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class MotionRule:
-    """How parameters are taken from logs.
-
-    Parameters
-    ----------
-    samples : SampleRule
-        How instants are taken; with a transmission rotors and friction are those of the motors.
-    friction : {"directions", "symmetric"}
-        Coulomb and viscous friction of each direction, or the same in both with an offset.
-    stribeck : bool
-        Whether Stribeck speeds are searched, on all motions; take samples at low speeds then.
-    folds : int
-        Parts into which the motions are dealt; each is kept from a fit in turn.
-    deviation : float, optional
-        Relative deviation of the arm from its table that is expected, such as 0.2; that of most evidence if not given.
-    known : tuple of str
-        What is known for certain of the bodies, as `total mass = 15.8` or `m_7 = 0.24` (`constraints_of`).
-
-    Raises
-    ------
-    OptionError
-        A deviation that is not above 0 or beyond `LARGEST_DEVIATION`; fewer than two folds.
-    """
-
-    samples: SampleRule = DEFAULT_SAMPLES
-    friction: FrictionForm = "directions"
-    stribeck: bool = False
-    folds: int = 5
-    deviation: float | None = None
-    known: tuple[str, ...] = ()
-
-    def __post_init__(self) -> None:
-        if self.folds < 2:
-            raise OptionError("folds", self.folds, "a number of at least 2")
-        if self.deviation is not None and not (0.0 < self.deviation <= LARGEST_DEVIATION):
-            allowed = f"a share above 0 and up to {LARGEST_DEVIATION:g}, such as 0.2 for 20 %"
-            raise OptionError("deviation", self.deviation, allowed)
-
-    @property
-    def weight(self) -> float | None:
-        """Of the table in the consistent fit."""
-        return None if self.deviation is None else self.deviation**-2
-
-
-DEFAULT_MOTION = MotionRule()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -172,7 +122,9 @@ class MotionIdentification:
         return validated_on(samples, self.columns, self.information.values, self.columns.own(self.arm), parameters)
 
 
-def identify_motion(logs: Iterable[JointLog], arm: Arm, rule: MotionRule = DEFAULT_MOTION) -> MotionIdentification:
+def identify_motion(
+    logs: Iterable[JointLog], arm: Arm, rule: MotionRule = DEFAULT_MOTION, instruments: Sequence[JointLog] = ()
+) -> MotionIdentification:
     """Inertial and friction parameters from recordings of any motion.
 
     Parameters
@@ -182,6 +134,9 @@ def identify_motion(logs: Iterable[JointLog], arm: Arm, rule: MotionRule = DEFAU
     arm : Arm
         Gives the geometry; its masses are what the consistent fit stays near, where the logs do not say otherwise.
     rule : MotionRule
+    instruments : sequence of JointLog, optional
+        The motion that was commanded for each log: parameters are then those of instrumental variables on unfiltered
+        rows (`instrumental_information`), and no part of the motion is kept from the fit.
 
     Returns
     -------
@@ -199,15 +154,8 @@ def identify_motion(logs: Iterable[JointLog], arm: Arm, rule: MotionRule = DEFAU
         Something is known of the bodies of an arm without masses.
     """
     several = list(logs)
-    samples = samples_of(several, rule.samples)
-    columns = TorqueColumns(arm.chain, rule.friction, transmission=rule.samples.transmission)
-    search = stribeck_search(samples, columns) if rule.stribeck else None
-    columns = columns if search is None else search.columns
-    folds = Folds.of(samples, columns, rule.folds)
-    information = folds.information()
-    _check_enough(several, information, samples, rule.samples)
-    whiteness = whiteness_of(residuals_of(samples, columns, information.values), samples.recording)
-    information = widened(information, inflation_of(whiteness, arm.n))
+    seen = _commanded(several, arm, rule, instruments) if instruments else _filtered(several, arm, rule)
+    columns, information = seen.information.columns, seen.information
     own = columns.own(arm)
     constraints = constraints_of(rule.known, columns.names) if rule.known else None
     consistent = None
@@ -222,11 +170,41 @@ def identify_motion(logs: Iterable[JointLog], arm: Arm, rule: MotionRule = DEFAU
         weights = {"weight": consistent.weight, "rotor_weight": consistent.rotor_weight}
         return consistent_fit(found, own, **weights, constraints=constraints).parameters
 
+    refit = None if consistent is None else again
+    validation = () if seen.folds is None else cross_validation(seen.folds, information, own, refit)
     return MotionIdentification(
-        arm, rule, samples, information, consistent, of_the_model,
-        cross_validation(folds, information, own, None if consistent is None else again),
-        whiteness, correlated_groups(information), judge_bodies(arm, columns, _estimate(information)), search,
+        arm, rule, seen.samples, information, consistent, of_the_model, validation, seen.whiteness,
+        correlated_groups(information), judge_bodies(arm, columns, _estimate(information)), seen.search,
     )  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _SeenLogs:
+    """What logs say, and how well a fit predicts parts of them; without folds and whiteness for unfiltered ones."""
+
+    samples: Samples
+    information: Information
+    folds: Folds | None = None
+    whiteness: tuple[Whiteness, ...] = ()
+    search: StribeckSearch | None = None
+
+
+def _filtered(logs: Sequence[JointLog], arm: Arm, rule: MotionRule) -> _SeenLogs:
+    samples = samples_of(logs, rule.samples)
+    columns = TorqueColumns(arm.chain, rule.friction, transmission=rule.samples.transmission)
+    search = stribeck_search(samples, columns) if rule.stribeck else None
+    columns = columns if search is None else search.columns
+    folds = Folds.of(samples, columns, rule.folds)
+    information = folds.information()
+    _check_enough(logs, information, samples, rule.samples)
+    whiteness = whiteness_of(residuals_of(samples, columns, information.values), samples.recording)
+    return _SeenLogs(samples, widened(information, inflation_of(whiteness, arm.n)), folds, whiteness, search)
+
+
+def _commanded(logs: Sequence[JointLog], arm: Arm, rule: MotionRule, instruments: Sequence[JointLog]) -> _SeenLogs:
+    columns = TorqueColumns(arm.chain, rule.friction)
+    information, along = instrumental_information(logs, instruments, columns, float(np.max(rule.samples.slowest)))
+    return _SeenLogs(along, information)
 
 
 def _estimate(information: Information) -> Estimate:

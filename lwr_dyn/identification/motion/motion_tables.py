@@ -18,6 +18,10 @@ NOISE_MODEL = (
     "the errors are those of noise, widened where residuals of neighbouring instants are alike; friction that the "
     "columns lack makes the true ones larger"
 )
+WITHOUT_PARTS = (
+    "instrumental variables on unfiltered rows: no part of the motion was kept from the fit, and the price is that "
+    "along the command; judge the fit on other logs with --validate"
+)
 _LONGEST = 48
 """Letters of a parameter in the table."""
 _FEW = 5
@@ -30,6 +34,8 @@ def motion_text(result: MotionIdentification) -> str:
     parts += _stribeck(result) + _not_identified(result)
     if result.consistent is not None:
         parts += ["", *_consistent(result, result.consistent)]
+    if not result.validation:
+        return "\n".join([*parts, WITHOUT_PARTS])
     about = f"{result.rule.folds} parts of the motion, each kept from a fit in turn"
     parts += ["", validation_table(result.validation, about).text()]
     parts += whiteness_lines(result.whiteness)

@@ -8,7 +8,8 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.identification.logs.joint_log import write_log
-from lwr_dyn.identification.motion.motion_fit import MotionRule, identify_motion
+from lwr_dyn.identification.motion.motion_fit import identify_motion
+from lwr_dyn.identification.motion.motion_rule import MotionRule
 from lwr_dyn.identification.regression.samples import SampleRule
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.identification.report.fit_values import link_parameters
