@@ -75,6 +75,7 @@ class Player {
       play: (on = true) => this.play(on),
       playing: () => this.playing,
       replace: (run, record) => this.replace(run, record),
+      watch: (tell) => this.watch(tell),
       flangePose: (run = 0) => this.stage.flangePose(run),
       stage: this.stage,
     };

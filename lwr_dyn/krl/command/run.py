@@ -24,7 +24,7 @@ from lwr_dyn.tables import aligned
 @click.argument("file")
 @shared_options
 @click.option("--out", help="The run file, .npz.")
-@click.option("--html", help="A page that replays the run.")
+@click.option("--html", help="A page that replays the run beside the program.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object.")
 def run(file: str, robot: str, included: tuple[str, ...], settings: tuple[str, ...], ramp: float, steps: int,
         seconds: float, out: str | None, html: str | None, as_json: bool) -> None:  # fmt: skip
@@ -37,13 +37,14 @@ def run(file: str, robot: str, included: tuple[str, ...], settings: tuple[str, .
     arm = load(robot)
     machine = MachineData(ramp=ramp, steps=steps, seconds=seconds)
     with progress(f"running {file}"):
-        result = run_program(load_program(file, included), arm, machine, input_values(settings))
+        program = load_program(file, included)
+        result = run_program(program, arm, machine, input_values(settings))
     if out is not None:
         result.to_run().save(out)
     if html is not None:
-        from lwr_dyn.viewer.replay_page import write_replay
+        from lwr_dyn.krl.page.program_page import write_program_page
 
-        write_replay(html, [result.to_run()], arm)
+        write_program_page(html, result, program)
     if as_json:
         print_json(run_record(result))
     else:

@@ -1,0 +1,85 @@
+// The program beside the stage: the line that moves the arm now is marked; a line with a motion goes to its motion.
+{
+  const data = JSON.parse(document.getElementById("replay-data").textContent);
+  const { files, motions, about, left_out: leftOut } = data.program;
+  const begins = motions.map((motion) => motion[2]);
+  const box = element("section", "card"), head = element("header"), says = element("span", "now"), list = element("ol");
+  const choice = element("select");
+  box.id = "program";
+  box.setAttribute("aria-label", "Program");
+  list.tabIndex = 0;
+  list.setAttribute("aria-label", "Lines");
+  choice.setAttribute("aria-label", "file");
+  choice.append(...files.map(({ name }, i) => Object.assign(element("option", "", name), { value: i })));
+  head.append(files.length > 1 ? choice : element("span", "", files[0].name), says);
+  box.append(head, list);
+  const marks = leftOut > 0 ? [`the lines of the last ${leftOut} motions are not marked`] : [];
+  box.append(element("div", "facts", [...about, ...marks].join(" \u00B7 ")));
+  box.style.setProperty("--accent", `var(--${runToken(data.runs[0])})`);
+  document.getElementById("cards").after(box);
+
+  const moving = files.map((_, file) => {
+    const times = new Map();
+    motions.forEach(([of, line, begin]) => { if (of === file) times.set(line, [...(times.get(line) ?? []), begin]); });
+    return times;
+  });
+  let shown = -1, rows = [], marked = [];
+
+  // The next time that the line moves the arm; after the last one its first.
+  const goTo = (line) => {
+    const times = moving[shown].get(line);
+    lwrReplay.play(false);
+    lwrReplay.setTime(times.find((t) => t > lwrReplay.time() + 1e-6) ?? times[0]);
+  };
+
+  const showFile = (file) => {
+    shown = file;
+    choice.value = file;
+    marked = [];
+    rows = files[file].lines.map((text, i) => {
+      const row = element("li"), moves = moving[file].has(i + 1);
+      const words = element(moves ? "button" : "code", /^\s*[;&]/.test(text) ? "aside" : "", text || " ");
+      if (moves) {
+        words.type = "button";
+        words.addEventListener("click", () => goTo(i + 1));
+      }
+      row.append(element("i", "", String(i + 1)), words, ...(files[file].says[i + 1] ?? []).map((text) => element("em", "", text)));
+      return row;
+    });
+    list.replaceChildren(...rows);
+  };
+
+  const mark = (line, name) => {
+    const row = rows[line - 1];
+    if (row === undefined) return;
+    row.classList.add(name);
+    if (name === "runs") row.setAttribute("aria-current", "step");
+    marked.push(row);
+  };
+
+  const follow = (row) => {
+    const from = row.offsetTop, seen = list.clientHeight;
+    if (from < list.scrollTop || from + row.offsetHeight > list.scrollTop + seen) list.scrollTop = from - seen / 2;
+  };
+
+  let last = null;
+  const show = (time) => {
+    const k = Math.max(0, lastAtMost(begins, time + 1e-9)), now = motions[k];
+    if (now === undefined) return;
+    const before = motions[k - 1], ends = before !== undefined && before[3] > time + 1e-9 ? before : undefined;
+    const state = `${k} ${ends !== undefined}`;
+    if (state === last) return;
+    last = state;
+    if (now[0] !== shown) showFile(now[0]);
+    marked.forEach((row) => { row.classList.remove("runs", "ends"); row.removeAttribute("aria-current"); });
+    marked = [];
+    if (ends !== undefined && ends[0] === shown) mark(ends[1], "ends");
+    mark(now[1], "runs");
+    says.textContent = `line ${now[1]}: ${now[4]}`;
+    follow(rows[now[1] - 1]);
+  };
+  choice.addEventListener("change", () => { showFile(Number(choice.value)); });
+  showFile(0);
+  lwrReplay.watch(show);
+  lwrReplay.program = { files, motions, row: () => list.querySelector(".runs") };
+}

@@ -1,0 +1,109 @@
+"""One HTML file that replays a run with its program beside the arm: the line that moves it now is marked.
+
+It is the page of any replay, with the program's lines and, for each motion, its line and time in addition.
+"""
+
+import json
+from html import escape
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lwr_dyn.files import write_file
+from lwr_dyn.kinematics.forward import forward_kinematics
+from lwr_dyn.krl.language.source import SourceFile, SourceLine
+from lwr_dyn.krl.project.program import Program
+from lwr_dyn.krl.running.run import ProgramRun
+from lwr_dyn.viewer.look import font_faces, look_css
+from lwr_dyn.viewer.page_parts import PLAYER, fill_template, meshcat_bundle, pack_int32, resource_text, script_safe
+from lwr_dyn.viewer.replay_page import page_data, replay_policy
+from lwr_dyn.viewer.replayed_runs import replayed_runs
+
+MOST_MOTIONS = 20_000
+"""Of a run whose lines the page marks; of a longer run the first ones."""
+SPEEDS = 2000
+"""Most points of the curve of speed."""
+_HERE = "lwr_dyn.krl.page"
+
+
+def program_html(run: ProgramRun, program: Program) -> str:
+    """The page; the same run gives the same text.
+
+    Parameters
+    ----------
+    run : ProgramRun
+    program : Program
+        The program that was run.
+    """
+    shown = replayed_runs([run.to_run()], run.arm, [run.program])
+    title = f"{run.program} on {run.arm.name}"
+    start = {"trace": True, "frames": False, "beside": False}
+    data = page_data(shown) | {"title": title, "live": False, "start": start, "program": program_data(run, program)}
+    style = [font_faces(), look_css(), *map(resource_text, ("player.css", "page.css"))]
+    player = [
+        *map(resource_text, (*PLAYER, "start.js")),
+        *(resource_text(name, _HERE) for name in ("program.js", "speed.js")),
+    ]
+    parts = {
+        "title": escape(title),
+        "policy": replay_policy(live=False),
+        "style": "\n".join([*style, resource_text("program.css", _HERE)]),
+        "controls": resource_text("controls.html"),
+        "meshcat": meshcat_bundle(),
+        "data": script_safe(json.dumps(data, sort_keys=True, separators=(",", ":"), allow_nan=False)),
+        "player": "\n".join(player),
+    }
+    return fill_template(resource_text("page.html"), parts)
+
+
+def write_program_page(path: str | Path, run: ProgramRun, program: Program) -> None:
+    """Write `program_html(run, program)` to a file; raises `FileAccessError`."""
+    write_file(path, program_html(run, program))
+
+
+def program_data(run: ProgramRun, program: Program) -> dict[str, Any]:
+    """The lines of each file that has a motion, and of each motion [file, line from 1, begin s, end s, kind]."""
+    moving = {motion.position.file for motion in run.executed}
+    files = [file for file in (program.source, *program.included) if file.name in moving or file is program.source]
+    place = {file.name: i for i, file in reversed(list(enumerate(files)))}
+    return {
+        "files": [{"name": file.name, "lines": _lines(file), "says": _says(run, file)} for file in files],
+        "motions": [
+            [place[x.position.file], x.position.line, round(x.begin, 6), round(x.end, 6), x.kind]
+            for x in run.executed[:MOST_MOTIONS]
+            if x.position.file in place
+        ],
+        "left_out": max(0, len(run.executed) - MOST_MOTIONS),
+        "about": [f"{run.cycle_time:.3f} s", f"{len(run.executed)} motions and pauses", f"robot {run.arm.name}"],
+        "speed": _flange_speed(run),
+    }
+
+
+def _flange_speed(run: ProgramRun) -> dict[str, Any]:
+    """The speed of the flange over time [m/s], of each interval of time its largest, at most `SPEEDS` of them."""
+    t = run.motion.t
+    if t.size < 2:
+        return {"t": pack_int32(t), "values": pack_int32(np.zeros(t.size))}
+    place = forward_kinematics(run.arm.chain, run.motion.q)[:, :3, 3]
+    speed = np.linalg.norm(np.diff(place, axis=0), axis=1) / np.diff(t)
+    begins = np.arange(0, speed.size, -(-speed.size // SPEEDS))
+    largest = np.maximum.reduceat(speed, begins)
+    return {"t": pack_int32(0.5 * (t[:-1] + t[1:])[begins]), "values": pack_int32(largest)}
+
+
+def _says(run: ProgramRun, file: SourceFile) -> dict[int, list[str]]:
+    """The warnings of the run by line."""
+    says: dict[int, list[str]] = {}
+    for d in run.diagnostics:
+        if d.position.file == file.name and d.severity != "note":
+            says.setdefault(d.position.line, []).append(f"{d.severity}: {d.message}")
+    return says
+
+
+def _lines(file: SourceFile) -> list[str]:
+    return [_text(line).expandtabs(4).rstrip() for line in file.lines]
+
+
+def _text(line: SourceLine) -> str:
+    return line.layout if line.layout is not None else line.text()

@@ -1,0 +1,123 @@
+"""The page of a run: the marked line is the one that moves the arm at that time, and a line goes to its motion."""
+
+import json
+import re
+
+import pytest
+
+import lwr_dyn
+from lwr_dyn.krl.language.source import parse_text
+from lwr_dyn.krl.page.program_page import SPEEDS, program_data, program_html
+from lwr_dyn.krl.project.program import load_program, parse_program, program_of
+from lwr_dyn.krl.running.run import run_program
+from tests.axe import EACH_ONCE, seen, sideways, violations
+from tests.headless import logs, opened, screenshot
+
+MARKED = "return [...document.querySelectorAll('#program li.runs i')].map((x) => Number(x.textContent))"
+ENDING = MARKED.replace("runs", "ends")
+CLICK = "document.querySelectorAll('#program li')[arguments[0] - 1].querySelector('button').click()"
+CALLER = """DEF a( )
+PTP {A1 0, A2 -90, A3 90, A4 0, A5 30, A6 0}
+turn( )
+PTP {A1 0}
+END
+"""
+CALLED = "DEF turn( )\nPTP {A1 20}\nEND\n"
+
+
+@pytest.fixture(scope="module")
+def program():
+    return load_program("tests/krl/programs/pick_place.src")
+
+
+@pytest.fixture(scope="module")
+def kr30ha():
+    return lwr_dyn.load("kr30ha")
+
+
+@pytest.fixture(scope="module")
+def run(program, kr30ha):
+    return run_program(program, kr30ha)
+
+
+@pytest.fixture(scope="module")
+def page(run, program, browser, tmp_path_factory):
+    file = tmp_path_factory.mktemp("program") / "x.html"
+    file.write_text(program_html(run, program))
+    opened(browser, file.as_uri())
+    return browser
+
+
+def test_the_marked_line_is_the_one_that_moves_the_arm(page, run):
+    for motion in run.executed:
+        if motion.end > motion.begin:
+            page.execute_script("lwrReplay.setTime(arguments[0])", motion.begin + 1e-4)
+            assert page.execute_script(MARKED) == [motion.position.line]
+            overlapped = motion.overlap > 2e-4
+            before = [x.position.line for x in run.executed if x.begin < motion.begin < x.end - 2e-4]
+            assert page.execute_script(ENDING) == (before if overlapped else [])
+
+
+def test_it_stays_in_sight_and_in_step_while_the_page_plays(page, run):
+    page.execute_script("lwrReplay.setTime(0)")
+    inside = """const row = document.querySelector('#program li.runs').getBoundingClientRect();
+    const list = document.querySelector('#program ol').getBoundingClientRect();
+    return row.top >= list.top - 1 && row.bottom <= list.bottom + 1"""
+    for motion in (run.executed[0], run.executed[-1], run.executed[5]):
+        page.execute_script("lwrReplay.setTime(arguments[0])", motion.begin)
+        assert page.execute_script(inside)
+
+
+def test_a_line_goes_to_each_of_its_motions_in_turn(page, run):
+    begins = [x.begin for x in run.executed if x.position.line == 38]
+    assert len(begins) == 3
+    page.execute_script("lwrReplay.setTime(0)")
+    for begin in [*begins, begins[0]]:
+        page.execute_script(CLICK, 38)
+        assert page.execute_script("return lwrReplay.time()") == pytest.approx(begin, abs=1e-5)
+
+
+@pytest.mark.parametrize(("width", "dark"), EACH_ONCE)
+def test_a_browser_finds_nothing_against_it(width, dark, page):
+    with seen(page, width, dark):
+        page.execute_script("lwrReplay.setTime(3.6)")
+        screenshot(page, f"program_{width}_{'dark' if dark else 'light'}.png")
+        assert violations(page) == []
+        assert sideways(page) == 0
+
+
+def test_it_makes_no_request_and_says_nothing_in_the_console(page):
+    requests, messages = logs(page)
+    assert [address for address in requests if not address.startswith(("file:", "data:", "blob:"))] == []
+    assert messages == []
+
+
+def test_the_data_has_every_line_and_every_motion(run, program):
+    data = program_data(run, program)
+    (file,) = data["files"]
+    assert file["name"] == "pick_place.src"
+    assert [line.strip() for line in file["lines"]] == [
+        line.strip().replace("\t", "    ") for line in program.source.text().splitlines()
+    ]
+    assert [m[1] for m in data["motions"]] == [x.position.line for x in run.executed]
+    assert data["speed"]["values"]["shape"][0] <= SPEEDS
+
+
+def test_each_motion_names_its_file(kr30ha):
+    included = [parse_text(CALLED, "turn.src")[0], parse_text("DEF still( )\nEND\n", "still.src")[0]]
+    program = program_of(parse_text(CALLER, "a.src")[0], None, included)
+    data = program_data(run_program(program, kr30ha), program)
+    assert [file["name"] for file in data["files"]] == ["a.src", "turn.src"]
+    assert [m[:2] for m in data["motions"]] == [[0, 2], [1, 2], [0, 4]]
+
+
+def test_warnings_stand_beside_their_lines_and_text_cannot_end_the_script(kr30ha):
+    source = CALLER.replace("turn( )", 'PTP {A1 20} ;</script><b>"')
+    program = parse_program(source, name="a")
+    run = run_program(program, kr30ha)
+    html = program_html(run, program)
+    data = json.loads(re.search(r'id="replay-data">(.*?)</script>', html, re.DOTALL)[1])
+    (file,) = data["program"]["files"]
+    assert file["says"]["2"][0].startswith("warning: no velocity is set")
+    assert "</script><b>" in file["lines"][2]
+    assert "</script><b>" not in html
