@@ -1,17 +1,20 @@
-"""The group `lwr-dyn krl`: a new subcommand is one file here and one row in it."""
+"""The group `lwr-dyn krl`: a new subcommand is one file here and one row in it; each is imported when it is used."""
 
 import click
 
-from lwr_dyn.cli.help_text import NamedGroup
-from lwr_dyn.krl.command.check import check
-from lwr_dyn.krl.command.run import run
-from lwr_dyn.krl.command.write import write
+from lwr_dyn.cli.main import RegistryGroup
+from lwr_dyn.registry import Registry, Row
+
+SUBCOMMANDS: Registry[click.Command] = Registry(
+    "krl_command",
+    {
+        "write": Row("lwr_dyn.krl.command.write:write", "A program from a file of points; Status and Turn are solved."),
+        "check": Row("lwr_dyn.krl.command.check:check", "What is wrong or doubtful in a program; exit 1 on errors."),
+        "run": Row("lwr_dyn.krl.command.run:run", "Run a program on a model: cycle time, motions, speeds, torques."),
+    },
+)
 
 
-@click.group("krl", cls=NamedGroup)
+@click.group("krl", cls=RegistryGroup, registry=SUBCOMMANDS)
 def command() -> None:
     """KUKA Robot Language: write a program, check it, run it on a robot's model."""
-
-
-for subcommand in (write, check, run):
-    command.add_command(subcommand)
