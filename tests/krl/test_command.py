@@ -75,7 +75,7 @@ def test_faults_make_exit_code_1_and_a_run_of_them_2(written, lwr_dyn_command):
 
 BAD = {
     "no file": (("check", "none.src"), "none.src: no such file or directory; allowed: a KRL file"),
-    "no source": (("check", "TwoPoint.dat"), "TwoPoint.dat: ends in '.dat'; allowed: a .src file"),
+    "no source": (("check", "TwoPoint.dat"), "TwoPoint.dat: ends in '.dat'; allowed: a .src or .sub file"),
     "other ending": (("run", "TwoPoint.src", "--out", "x.txt"), "x.txt: does not end in .npz"),
     "no folder": (("run", "TwoPoint.src", "--out", "none/x.npz"), "no directory none"),
     "ramp": (("run", "TwoPoint.src", "--ramp", "0"), "ramp: 0.0; allowed: a number from 0.001"),

@@ -80,7 +80,7 @@ def test_a_keyword_as_a_name_is_reported_as_such():
         (["INT i", "i = 3000000000"], [(3, "number-range")]),
         (["REAL x", "x = 1E999"], [(3, "number-range")]),
         (["REAL x", "x = SIN(1, 2)"], [(3, "arguments")]),
-        (["foo(1)"], [(2, "undeclared")]),
+        (["foo(1)"], [(2, "unknown-call")]),
         (["LIN {A1 3}"], [(2, "type")]),
         (["BOOL b", "b = 1 == 2 AND TRUE"], [(3, "type"), (3, "type")]),
         (["PTP {A1 0} C_DIS"], [(2, "blend")]),
@@ -215,7 +215,7 @@ def test_another_robot_is_refused():
 def test_an_included_file_is_krl(tmp_path):
     (tmp_path / "a.src").write_text("DEF a( )\nEND\n")
     (tmp_path / "b.toml").write_text("")
-    with pytest.raises(FileAccessError, match=r"ends in '.toml'; allowed: a .src or .dat file"):
+    with pytest.raises(FileAccessError, match=r"ends in '.toml'; allowed: a .src, .sub or .dat file, a folder"):
         load_program(tmp_path / "a.src", [tmp_path / "b.toml"])
 
 

@@ -125,9 +125,12 @@ def parse_bytes(data: bytes, name: str = "program.src") -> tuple[SourceFile, tup
     return SourceFile(name, file.lines, encoding, mark), (*diagnostics, *of_lines)
 
 
-def read_source(path: str | Path) -> tuple[SourceFile, tuple[Diagnostic, ...]]:
-    """A file from disk; raises `FileAccessError` when it cannot be read or is larger than any program."""
-    return parse_bytes(read_bytes(path, "a KRL file, .src or .dat", LARGEST), Path(path).name)
+def read_source(path: str | Path, name: str | None = None) -> tuple[SourceFile, tuple[Diagnostic, ...]]:
+    """A file from disk, with the name of its path unless another is given.
+
+    Raises `FileAccessError` when it cannot be read or is larger than any program.
+    """
+    return parse_bytes(read_bytes(path, "a KRL file, .src or .dat", LARGEST), name or Path(path).name)
 
 
 def _means(layout: str, line: SourceLine) -> bool:

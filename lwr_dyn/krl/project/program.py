@@ -1,96 +1,125 @@
-"""A program: a `.src`, its `.dat`, included files, and the symbol table of their declarations."""
+"""A program: one module of a project, with all the names that it sees."""
 
+import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from lwr_dyn.errors import FileAccessError
 from lwr_dyn.krl.diagnostics import Diagnostic
-from lwr_dyn.krl.language import statements as s
-from lwr_dyn.krl.language.blocks import FileOutline, Routine, outline_of
+from lwr_dyn.krl.language.blocks import FileOutline, Routine
 from lwr_dyn.krl.language.source import SourceFile, parse_bytes, read_source
+from lwr_dyn.krl.project.folder import is_program_file, read_files
+from lwr_dyn.krl.project.module import Module, ModuleFile, module_file
+from lwr_dyn.krl.project.project import Project, project_of
 from lwr_dyn.krl.project.symbols import SymbolTable
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Program:
-    """A `.src`, its `.dat` if it has one, and included files (`$config.dat`, other programs)."""
+    """A module of a project: a `.src` or `.sub` with its `.dat`, or a `.dat` alone; made by `program_in`."""
 
-    source: SourceFile
-    data: SourceFile | None
-    included: tuple[SourceFile, ...]
-    outlines: Mapping[str, FileOutline]
-    """Of each file, by its name."""
+    project: Project
+    module: Module
     names: SymbolTable
-    """Of the `.dat` and of the included files."""
+    """All that the module sees, its own names before those of others."""
     diagnostics: tuple[Diagnostic, ...]
-    """Faults of lines and blocks."""
+    """Faults of its lines, blocks and names, and of the files that are lent to it."""
+
+    @property
+    def source(self) -> SourceFile:
+        """The `.src` or `.sub`; where the module has none, the `.dat`."""
+        return self.module.files[0].file
+
+    @property
+    def data(self) -> SourceFile | None:
+        """The `.dat`."""
+        return None if self.module.data is None else self.module.data.file
+
+    @property
+    def included(self) -> tuple[SourceFile, ...]:
+        """The files of the other modules."""
+        own = {x.file.name for x in self.module.files}
+        return tuple(x.file for x in self.project.files if x.file.name not in own)
+
+    @property
+    def outlines(self) -> Mapping[str, FileOutline]:
+        """Of its own files, by their names."""
+        return {x.file.name: x.outline for x in self.module.files}
 
     @property
     def routines(self) -> list[Routine]:
         """Those of the `.src`, the main one first."""
-        return self.outlines[self.source.name].routines
+        return [] if self.module.source is None else self.module.source.outline.routines
 
     def routine(self, name: str) -> Routine | None:
-        """A routine by its name in any case: of the `.src`, else the main or a global one of an included file."""
-        for routine in self.routines:
-            if routine.name == name.upper():
-                return routine
-        for file in self.included:
-            for i, routine in enumerate(self.outlines[file.name].routines):
-                if routine.name == name.upper() and (i == 0 or routine.head.is_global):
-                    return routine
-        return None
+        """A routine by its name in any case: one of its own, else the main or a global one of another module."""
+        return self.names.routines.get(name.upper())
+
+
+def program_in(project: Project, module: Module, diagnostics: Iterable[Diagnostic] = ()) -> Program:
+    """The program of a module of a project; `diagnostics` are added to those of the module."""
+    return Program(project, module, project.seen_from(module), (*module.diagnostics, *diagnostics))
 
 
 def program_of(source: SourceFile, data: SourceFile | None = None, included: Sequence[SourceFile] = (),
                diagnostics: Sequence[Diagnostic] = ()) -> Program:  # fmt: skip
     """A program of files that are already read, with the diagnostics of their lines."""
-    own = [source, *([data] if data is not None else [])]
-    files = [*own, *included]
-    outlines = {file.name: outline_of(file) for file in files}
-    of_blocks = [d for file in own for d in outlines[file.name].diagnostics]
-    names = SymbolTable()
-    for file in reversed(files):
-        for i, statement in _declared_in(outlines[file.name], file):
-            names.declare(statement, file, i, of_blocks if file in own else [])
-    return Program(source, data, tuple(included), outlines, names, (*diagnostics, *of_blocks))
+    own = [module_file(x) for x in (source, data) if x is not None]
+    return _program([*own, *map(module_file, included)], source.name, diagnostics)
 
 
 def parse_program(source: str | bytes, data: str | bytes | None = None, name: str = "program") -> Program:
     """A program from the texts of its `.src` and `.dat`; no input raises."""
-    src, diagnostics = parse_bytes(_bytes(source), f"{name}.src")
-    if data is None:
-        return program_of(src, None, (), diagnostics)
-    dat, more = parse_bytes(_bytes(data), f"{name}.dat")
-    return program_of(src, dat, (), (*diagnostics, *more))
+    texts = [(source, f"{name}.src"), *([(data, f"{name}.dat")] if data is not None else [])]
+    files = [module_file(*parse_bytes(_bytes(text), path)) for text, path in texts]
+    return _program(files, f"{name}.src")
 
 
 def load_program(path: str | Path, include: Iterable[str | Path] = ()) -> Program:
-    """A `.src` with the `.dat` of its name beside it; faults in the files to `include` are not diagnosed.
+    """A `.src` or `.sub` with the `.dat` of its name beside it, and files to include, or folders of them.
 
+    A file to include brings the `.dat` beside it; of its faults only that it cannot be read is diagnosed.
     Raises `FileAccessError`.
     """
     target = Path(path)
-    if target.suffix.lower() != ".src":
-        raise FileAccessError(str(path), f"ends in {target.suffix or 'nothing'!r}", "a .src file")
-    source, diagnostics = read_source(target)
-    beside = _beside(target)
-    data, more = read_source(beside) if beside is not None else (None, ())
-    for other in include:
-        if Path(other).suffix.lower() not in (".src", ".dat"):
-            raise FileAccessError(str(other), f"ends in {Path(other).suffix or 'nothing'!r}", "a .src or .dat file")
-    included = [read_source(other)[0] for other in include]
-    return program_of(source, data, included, (*diagnostics, *more))
+    if target.suffix.lower() not in (".src", ".sub"):
+        raise FileAccessError(str(path), f"ends in {target.suffix or 'nothing'!r}", "a .src or .sub file")
+    files = {x.file.name: x for x in _with_data(target, target.parent)}
+    own = set(files)
+    for other in map(Path, include):
+        lent = read_files(other, target.parent) if other.is_dir() else _included(other, target.parent)
+        for x in lent:
+            files.setdefault(x.file.name, x)
+    faults = [d for name, x in files.items() if name not in own for d in _unreadable(x)]
+    return _program(list(files.values()), target.name, faults)
 
 
-def _declared_in(outline: FileOutline, file: SourceFile) -> Iterable[tuple[int, s.Statement]]:
-    """The declarations of a `.dat`; of a `.src` the statements before its first DEF."""
-    if file.is_data:
-        return outline.data
-    inside = outline.routines[0].first - 1 if outline.routines else len(file.lines)
-    pairs = ((i, line.statement) for i, line in enumerate(file.lines[:inside]))
-    return [(i, x) for i, x in pairs if x is not None]
+def _program(files: Sequence[ModuleFile], name: str, diagnostics: Sequence[Diagnostic] = ()) -> Program:
+    project = project_of(files)
+    return program_in(project, project.homes[name], diagnostics)
+
+
+def _included(path: Path, folder: Path) -> list[ModuleFile]:
+    if not is_program_file(path):
+        raise FileAccessError(str(path), f"ends in {path.suffix or 'nothing'!r}", "a .src, .sub or .dat file, a folder")
+    return _with_data(path, folder)
+
+
+def _with_data(path: Path, folder: Path) -> list[ModuleFile]:
+    """A file and, of a `.src` or `.sub`, the `.dat` beside it."""
+    beside = None if path.suffix.lower() == ".dat" else _beside(path)
+    paths = [path, *([beside] if beside is not None else [])]
+    return [module_file(*read_source(x, os.path.relpath(x, folder).replace(os.sep, "/"))) for x in paths]
+
+
+def _unreadable(x: ModuleFile) -> list[Diagnostic]:
+    """A warning at the first line of a lent file that cannot be read: its names may be missing."""
+    if not x.faults:
+        return []
+    first = x.faults[0]
+    message = f"{len(x.faults)} fault{'s' * (len(x.faults) > 1)} in a lent file, names may be missing: {first.message}"
+    return [Diagnostic(first.position, "warning", "lent-file", message, "check that file by itself")]
 
 
 def _beside(path: Path) -> Path | None:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from lwr_dyn.krl.project.program import Program
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class DeclaredName:
     """A declared variable: its type and position, and the declarator with its sizes and initial value."""
 
@@ -29,33 +29,63 @@ class DeclaredName:
     position: SourcePosition
     declarator: Declarator | None = None
     const: bool = False
+    is_global: bool = False
 
 
 @dataclass(slots=True)
 class SymbolTable:
-    """The declarations of a routine, or of a program's files; keys in capitals."""
+    """The declarations of a routine, of a file, or of all that a module sees; keys in capitals."""
 
     variables: dict[str, DeclaredName] = field(default_factory=dict)
     structures: dict[str, Mapping[str, Type]] = field(default_factory=dict)
     enums: dict[str, frozenset[str]] = field(default_factory=dict)
     externals: dict[str, External] = field(default_factory=dict)
+    routines: dict[str, Routine] = field(default_factory=dict)
+    types: dict[str, DeclaredName] = field(default_factory=dict)
+    """Where each structure (of type STRUC), enumeration (ENUM) and external subprogram (EXT) is declared."""
+
+    def copy(self) -> SymbolTable:
+        """A table of its own with the same names."""
+        return SymbolTable(*(dict(getattr(self, name)) for name in self.__slots__))
+
+    def update(self, other: SymbolTable) -> None:
+        """Add the names of another table; they hide equal ones."""
+        for name in self.__slots__:
+            getattr(self, name).update(getattr(other, name))
+
+    def globals(self) -> SymbolTable:
+        """The names that are declared GLOBAL, without routines."""
+        types = {key: x for key, x in self.types.items() if x.is_global}
+        return SymbolTable(
+            variables={key: x for key, x in self.variables.items() if x.is_global},
+            structures={key: x for key, x in self.structures.items() if key in types},
+            enums={key: x for key, x in self.enums.items() if key in types},
+            types=types,
+        )
 
     def declare(self, x: s.Statement, file: SourceFile, i: int, diagnostics: list[Diagnostic]) -> None:
         """Add the names that the statement in line `i` declares; a name declared twice is diagnosed."""
         if isinstance(x, StructType):
             members = {d.name.upper(): type_of(kind, d) for kind, declarators in x.members for d in declarators}
             self.structures[x.name.upper()] = members
+            self._place(x, "STRUC", file.position(i, x.column), x.is_global)
         elif isinstance(x, EnumType):
             self.enums[x.name.upper()] = frozenset(member.upper() for member in x.members)
+            self._place(x, "ENUM", file.position(i, x.column), x.is_global)
         elif isinstance(x, External):
             self.externals[x.name.upper()] = x
+            self._place(x, "EXT", file.position(i, x.column), False)
         elif isinstance(x, Signal):
-            kind = Type("BOOL" if x.last is None else "INT")
-            self._enter(DeclaredName(x.name, kind, file.position(i, x.column)), diagnostics)
+            position = file.position(i, x.column)
+            self._enter(DeclaredName(x.name, _signal_type(x), position, is_global=x.is_global), diagnostics)
         elif isinstance(x, Declaration):
             for d in x.names:
-                name = DeclaredName(d.name, type_of(x.type, d), file.position(i, d.column), d, x.const)
+                position = file.position(i, d.column)
+                name = DeclaredName(d.name, type_of(x.type, d), position, d, x.const, x.is_global)
                 self._enter(name, diagnostics)
+
+    def _place(self, x: StructType | EnumType | External, kind: str, position: SourcePosition, shared: bool) -> None:
+        self.types[x.name.upper()] = DeclaredName(x.name, Type(kind), position, is_global=shared)
 
     def _enter(self, new: DeclaredName, diagnostics: list[Diagnostic]) -> None:
         key = new.name.upper()
@@ -70,9 +100,14 @@ class SymbolTable:
             diagnostics.append(Diagnostic(new.position, "error", "duplicate-name", message, "rename or remove one"))
         self.variables[key] = new
 
-    def structure(self, name: str) -> Mapping[str, Type] | None:
-        """The components of a structure, declared or predefined; None for another name."""
-        return self.structures.get(name) or STRUCTURES.get(name)
+
+def _signal_type(x: Signal) -> Type:
+    """A group of outputs is a whole number, an analogue one REAL, a single one BOOL."""
+    root: e.Expression = x.first
+    while isinstance(root, e.Index | e.Component):
+        root = root.of
+    analogue = isinstance(root, e.Name) and root.name.upper() in ("$ANIN", "$ANOUT")
+    return Type("INT" if x.last is not None else "REAL" if analogue else "BOOL")
 
 
 def type_of(kind: str | None, declarator: Declarator) -> Type:
@@ -110,11 +145,21 @@ class Scope:
 
     def structure(self, name: str) -> Mapping[str, Type] | None:
         """The components of a structure; None for another name."""
-        return self.own.structure(name) or self.program.names.structure(name)
+        for names in (self.own, self.program.names):
+            if name in names.structures:
+                return names.structures[name]
+        return STRUCTURES.get(name)
 
     def enum(self, name: str) -> frozenset[str] | None:
         """The members of an enumeration; None for another name."""
         return self.own.enums.get(name) or self.program.names.enums.get(name) or ENUMS.get(name)
+
+    def declared(self, name: str) -> DeclaredName | Routine | None:
+        """What a name means here, with its place: a variable, a subprogram, a type; None for a predefined one."""
+        key, tables = name.upper(), (self.own, self.program.names)
+        of_variables = (names.variables.get(key) for names in tables)
+        found = next((x for x in of_variables if x is not None), None) or self.program.routine(name)
+        return found or next((names.types[key] for names in tables if key in names.types), None)
 
     def is_type(self, name: str) -> bool:
         """Whether a type of that name exists."""
@@ -156,9 +201,9 @@ def signature(scope: Scope, x: e.FunctionCall) -> tuple[Type | None, int, int]:
         function = FUNCTIONS[key]
         return function.returns, function.least, function.most
     if scope.variable(x.name) is None:
-        near = get_close_matches(key, [r.name for r in scope.program.routines] + list(FUNCTIONS), n=1)
+        near = get_close_matches(key, [*scope.program.names.routines, *FUNCTIONS], n=1)
         hint = f"did you mean {near[0]}?" if near else "define it, declare it with EXT, or name its file with --with"
-        scope.report(x.column, "undeclared", f"the subprogram {x.name} is not known", hint)
+        scope.report(x.column, "unknown-call", f"the subprogram {x.name} is not known", hint)
     else:
         scope.report(x.column, "type", f"{x.name} is a variable, no subprogram", "an array takes square brackets")
     return UNKNOWN, 0, LARGEST

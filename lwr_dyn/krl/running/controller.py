@@ -32,6 +32,8 @@ from lwr_dyn.model.arm import Arm
 INPUTS = ("$IN", "$ANIN", "$DIGIN1", "$DIGIN2", "$DIGIN3", "$DIGIN4", "$DIGIN5", "$DIGIN6", "$STOPMESS")
 """Variables that are set from outside: without a value unless one is given."""
 
+_OF_MOTION = ("$POS_ACT", "$POS_INT", "$POS_ACT_MES", "$AXIS_ACT", "$AXIS_INT", "$AXIS_ACT_MES")
+
 
 @dataclass(frozen=True, slots=True)
 class MachineData:
@@ -101,10 +103,14 @@ class ControllerState:
         for name, value in values.items():
             self.variables[name] = Variable(SYSTEM[name], value)
 
+    def holds(self, key: str) -> bool:
+        """Whether a system variable has its value here, also where a `.dat` declares it."""
+        return key in _OF_MOTION or key in self.variables or key in self.inputs
+
     def variable(self, name: str) -> Variable | None:
         """A system variable or one of the standard `$config.dat`; None for another name."""
         key = name.upper()
-        if key in ("$POS_ACT", "$POS_INT", "$POS_ACT_MES", "$AXIS_ACT", "$AXIS_INT", "$AXIS_ACT_MES"):
+        if key in _OF_MOTION:
             return Variable(SYSTEM[key], self.position(key))
         if key not in self.variables and key in self.inputs:
             self.variables[key] = Variable(SYSTEM.get(key, UNKNOWN), self.inputs[key])

@@ -29,8 +29,9 @@ from lwr_dyn.krl.running.values import StructValue, Variable, copied
 
 @dataclass(slots=True, eq=False)
 class StackFrame:
-    """A call of a routine: its next line and its variables."""
+    """A call of a routine: the program of its module, its next line and its variables."""
 
+    program: Program
     routine: Routine
     at: int
     variables: dict[str, Variable]
@@ -45,6 +46,9 @@ class ExecutionContext(Environment, Protocol):
     controller: ControllerState
     motions: Motions
     log: DiagnosticLog
+
+    def routine(self, name: str) -> Routine | None:
+        """A routine that the module of the current routine sees."""
 
     def enter(self, routine: Routine, x: e.FunctionCall | None) -> None:
         """Begin a routine with the arguments of a call."""
@@ -78,7 +82,7 @@ def assign(m: ExecutionContext, x: s.Assign) -> None:
 
 def _invoke(m: ExecutionContext, x: s.Invoke) -> None:
     name = x.call.name.upper()
-    routine = m.program.routine(name)
+    routine = m.routine(name)
     if routine is not None:
         m.enter(routine, x.call)
     elif name == "BAS":

@@ -4,26 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from lwr_dyn.krl.checks.type_check import shape_of
 from lwr_dyn.krl.diagnostics import Diagnostic, DiagnosticLog, ExecutionError, RunEndedError, SourcePosition
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language import statements as s
 from lwr_dyn.krl.language.blocks import Routine
-from lwr_dyn.krl.language.declarations import Declarator, Parameter
-from lwr_dyn.krl.names.types import UNKNOWN, Type
-from lwr_dyn.krl.project.program import Program
+from lwr_dyn.krl.language.declarations import Def
+from lwr_dyn.krl.names.types import STRUCTURES, UNKNOWN, Type
+from lwr_dyn.krl.project.program import Program, program_in
 from lwr_dyn.krl.project.symbols import DeclaredName, scope_of
 from lwr_dyn.krl.running.controller import ControllerState, MachineData
-from lwr_dyn.krl.running.evaluate import Environment, aggregate_value, function_value, number_of, value_of
+from lwr_dyn.krl.running.evaluate import function_value, value_of
 from lwr_dyn.krl.running.execute import StackFrame, assign, execute
+from lwr_dyn.krl.running.initial import argument_variable, initialised
 from lwr_dyn.krl.running.motions import Motions
-from lwr_dyn.krl.running.values import ArrayValue, Value, Variable, converted
+from lwr_dyn.krl.running.values import Value, Variable, converted
 from lwr_dyn.model.arm import Arm
 
 DEEPEST = 40
 """Most calls inside one another."""
-LARGEST_ARRAY = 100_000
-"""Most elements along one dimension of an array."""
 
 
 class Interpreter:
@@ -38,16 +36,20 @@ class Interpreter:
         self.motions = Motions(self.controller, self.log.report)
         self.stack: list[StackFrame] = []
         self.steps = 0
-        self.globals: dict[str, Variable] = {}
+        self.data: dict[str, dict[str, Variable]] = {}
+        """The variables of each file, by its name: those of a `.dat` are made when one of them is first used."""
+        self._programs: dict[str, Program] = {}
         self._declared: dict[int, Mapping[str, DeclaredName]] = {}
 
     # --- the methods of evaluate.Environment
     def variable(self, name: str) -> Variable:
-        """A variable of the routine, else of the `.dat`, else of the controller."""
+        """A variable of the routine, else of its module or one that it sees, else of the controller."""
         key = name.upper()
-        for variables in ([self.stack[-1].variables] if self.stack else []) + [self.globals]:
-            if key in variables:
-                return variables[key]
+        if self.stack and key in self.stack[-1].variables:
+            return self.stack[-1].variables[key]
+        declared = self.here.names.variables.get(key)
+        if declared is not None and not (key.startswith("$") and self.controller.holds(key)):
+            return self._variables_of(declared.position.file)[key]
         variable = self.controller.variable(key)
         if variable is None:
             raise ExecutionError("undeclared", f"{name} is not declared", "declare it in the .dat or with DECL")
@@ -64,11 +66,16 @@ class Interpreter:
 
     def component_type(self, struct: str, name: str) -> Type:
         """The type of a component; unknown for an unknown structure or component."""
-        return (self.program.names.structure(struct) or {}).get(name, UNKNOWN)
+        components = self.here.names.structures.get(struct) or STRUCTURES.get(struct) or {}
+        return components.get(name, UNKNOWN)
+
+    def routine(self, name: str) -> Routine | None:
+        """A routine that the module of the current routine sees."""
+        return self.here.routine(name)
 
     def call(self, x: e.FunctionCall) -> Value:
         """The value of a predefined function, or of one of the program, which is executed to its end."""
-        routine = self.program.routine(x.name)
+        routine = self.routine(x.name)
         if routine is None:
             value = function_value(self, x)
             if value is None:
@@ -88,7 +95,8 @@ class Interpreter:
     def run(self) -> tuple[Diagnostic, ...]:
         """Execute the main routine to its end, or to the fault or bound that ends it."""
         try:
-            self._declare_globals()
+            for file in self.program.module.files:
+                self._variables_of(file.file.name)
             if self.program.routines:
                 self.enter(self.program.routines[0], None)
             while self.stack:
@@ -153,77 +161,63 @@ class Interpreter:
             deep = f"{DEEPEST} calls inside one another, at {routine.head.name}"
             self.log.end_run("error", "recursion", deep, "use a loop")
         variables: dict[str, Variable] = {}
-        declared = self._declared_in(routine)
+        home = self._program_of(routine.file.name)
+        declared = self._declared_in(routine, home)
         arguments = () if x is None else x.arguments
         for i, p in enumerate(routine.head.parameters):
             key = p.name.upper()
             kind = declared[key].type if key in declared else UNKNOWN
-            variables[key] = _argument(self, arguments[i] if i < len(arguments) else None, p, kind)
-        self.stack.append(StackFrame(routine, routine.first, variables))
+            variables[key] = argument_variable(self, arguments[i] if i < len(arguments) else None, p, kind)
+        self.stack.append(StackFrame(home, routine, routine.first, variables))
         for key, name in declared.items():
             if key not in variables:
                 variables[key] = self._new_variable(name)
 
-    def _declared_in(self, routine: Routine) -> Mapping[str, DeclaredName]:
+    @property
+    def here(self) -> Program:
+        """The program of the module of the current routine."""
+        return self.stack[-1].program if self.stack else self.program
+
+    def _program_of(self, file: str) -> Program:
+        """The program of the module of a file."""
+        if file not in self._programs:
+            project = self.program.project
+            self._programs[file] = program_in(project, project.homes[file])
+        return self._programs[file]
+
+    def _declared_in(self, routine: Routine, home: Program) -> Mapping[str, DeclaredName]:
         key = id(routine)
         if key not in self._declared:
-            self._declared[key] = scope_of(self.program, routine, []).own.variables
+            self._declared[key] = scope_of(home, routine, []).own.variables
         return self._declared[key]
 
     def _new_variable(self, name: DeclaredName) -> Variable:
         """The variable as declared; a fault in its declaration is reported, and it has no value."""
         try:
-            return _initialised(self, name)
+            return initialised(self, name)
         except ExecutionError as fault:
             self.log.position = name.position
             self.log.report_fault(fault)
             return Variable(name.type)
 
-    def _declare_globals(self) -> None:
-        data = self.program.data
-        for key, name in self.program.names.variables.items():
-            self.globals[key] = self._new_variable(name)
-        files = [*self.program.included, *([data] if data is not None else [])]
-        for file in files:
-            for i, x in self.program.outlines[file.name].data if file.is_data else ():
-                if isinstance(x, s.Assign):
-                    self.log.position = file.position(i, x.column)
-                    try:
-                        assign(self, x)
-                    except ExecutionError as fault:
-                        self.log.report_fault(fault)
-
-
-def _argument(env: Environment, x: e.Expression | None, p: Parameter, kind: Type) -> Variable:
-    """The variable of a parameter: the caller's own for OUT, where the argument is one; else a new one."""
-    if x is None:
-        return Variable(kind)
-    if p.mode != "IN" and isinstance(x, e.Name):
-        return env.variable(x.name)
-    if p.mode != "IN" and isinstance(x, e.Index) and not x.indices and isinstance(x.of, e.Name):
-        return env.variable(x.of.name)
-    return Variable(kind, converted(value_of(env, x), kind))
-
-
-def _initialised(env: Environment, name: DeclaredName) -> Variable:
-    """The variable as declared, with its initial value; raises `ExecutionError`."""
-    d, kind = name.declarator, name.type
-    if d is None:
-        return Variable(kind)
-    if d.sizes is not None:
-        return Variable(kind, _initial_array(env, d, kind))
-    if kind.name == "?" and isinstance(d.value, e.Aggregate):
-        kind = shape_of(d.value)
-    if d.value is None:
-        return Variable(kind)
-    if isinstance(d.value, e.Aggregate):
-        return Variable(kind, aggregate_value(env, d.value, kind.name))
-    return Variable(kind, converted(value_of(env, d.value), kind))
-
-
-def _initial_array(env: Environment, d: Declarator, kind: Type) -> Value:
-    sizes = tuple(int(number_of(env, x, "a size")) for x in d.sizes or ())
-    if any(not 1 <= n <= LARGEST_ARRAY for n in sizes):
-        message = f"{d.name} has the size {', '.join(map(str, sizes))}"
-        raise ExecutionError("index-range", message, f"from 1 to {LARGEST_ARRAY}")
-    return d.value.value if isinstance(d.value, e.Text) else ArrayValue(kind.name, sizes)
+    def _variables_of(self, file: str) -> dict[str, Variable]:
+        """The variables of a file, with their initial values."""
+        if file in self.data:
+            return self.data[file]
+        variables = self.data[file] = {}
+        read, position = self.program.project.file(file), self.log.position
+        # the statements of a .dat see the names of its module
+        frame = StackFrame(self._program_of(file), Routine(read.file, Def(""), 0), 0, variables)
+        self.stack.append(frame)
+        for key, name in read.names.variables.items():
+            variables[key] = self._new_variable(name)
+        for i, x in read.outline.data:
+            if isinstance(x, s.Assign):
+                self.log.position = read.file.position(i, x.column)
+                try:
+                    assign(self, x)
+                except ExecutionError as fault:
+                    self.log.report_fault(fault)
+        self.stack.pop()
+        self.log.position = position
+        return variables

@@ -1,0 +1,134 @@
+"""A project: modules that see one another, as a KUKA controller sees them.
+
+A module sees its own names, the GLOBAL names of other modules' PUBLIC `.dat` files, all of the controller's `.dat`
+files, and of other modules' routines the first and the GLOBAL ones. STEU, R1 and a second robot do not see one another.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path, PurePosixPath
+
+from lwr_dyn.krl.diagnostics import Diagnostic, SourcePosition
+from lwr_dyn.krl.language.source import SourceFile
+from lwr_dyn.krl.project.module import Module, ModuleFile, module_file
+from lwr_dyn.krl.project.symbols import SymbolTable
+
+_PART = re.compile(r"STEU|R\d+", re.IGNORECASE)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Project:
+    """Modules by the paths of their files, relative to `folder`; make one with `project_of`."""
+
+    modules: tuple[Module, ...]
+    """In the order of their paths."""
+    folder: Path
+    homes: Mapping[str, Module]
+    """Of each file, by its name: the path within the folder."""
+    parts: Mapping[Module, tuple[str, ...]]
+    """Of each module, the folder up to STEU, R1, R2 ...; modules of different parts do not see each other."""
+    _shared: dict[tuple[str, ...], SymbolTable] = field(default_factory=dict)
+
+    def file(self, name: str) -> ModuleFile:
+        """A file by its path within the folder."""
+        return next(x for x in self.homes[name].files if x.file.name == name)
+
+    @property
+    def files(self) -> tuple[ModuleFile, ...]:
+        """All files, module by module."""
+        return tuple(x for module in self.modules for x in module.files)
+
+    def seen_from(self, module: Module) -> SymbolTable:
+        """The names that a module sees: those of the nearest folder where several modules share one, then its own."""
+        folder = module.path.parent.parts
+        if folder not in self._shared:
+            self._shared[folder] = self._shared_with(module)
+        out = self._shared[folder].copy()
+        for file in reversed(module.files):
+            out.update(file.names)
+        return out
+
+    def _shared_with(self, module: Module) -> SymbolTable:
+        out, here = SymbolTable(), module.path.parent
+        others = [x for x in self.modules if self.parts[x] == self.parts[module]]
+        for other in sorted(reversed(others), key=lambda x: -_steps(here, x.path.parent)):
+            for file in other.files:
+                out.update(file.shared)
+        return out
+
+    def twins(self) -> tuple[Diagnostic, ...]:
+        """A warning at each module whose name another one of the same robot has."""
+        named: dict[tuple[tuple[str, ...], str], list[Module]] = {}
+        for module in self.modules:
+            named.setdefault((self.parts[module], module.name), []).append(module)
+        out = []
+        for (_, name), same in named.items():
+            for module in same if len(same) > 1 else ():
+                other = next(x for x in same if x is not module)
+                message = f"the module {name} is there {len(same)} times, also as {other.path}"
+                hint = "rename or remove it: the one in the nearest folder is taken"
+                out.append(Diagnostic(SourcePosition(str(module.path), 1), "warning", "module-twice", message, hint))
+        return tuple(out)
+
+    def with_source(self, file: SourceFile, faults: Sequence[Diagnostic] = ()) -> Project:
+        """The project with another text of the file of that name, or with one more; the others are not read again."""
+        new = module_file(file, faults)
+        return project_of([*(x for x in self.files if x.file.name != file.name), new], self.folder)
+
+
+def project_of(files: Iterable[ModuleFile], folder: Path | None = None) -> Project:
+    """A project of files that are already read; their names are paths within `folder`, with /."""
+    by_key: dict[tuple[str, str], dict[str, ModuleFile]] = {}
+    for x in files:
+        path = PurePosixPath(x.file.name)
+        by_key.setdefault((str(path.parent).upper(), path.stem.upper()), {})[path.suffix.lower()] = x
+    modules = [m for group in by_key.values() for m in _modules(group)]
+    modules = sorted(_joined(modules), key=lambda m: (str(m.path).upper(), str(m.path)))
+    homes = {x.file.name: m for m in modules for x in m.files}
+    return Project(tuple(modules), folder or Path(), homes, _parts(modules))
+
+
+def _modules(group: Mapping[str, ModuleFile]) -> list[Module]:
+    """The modules of the files of one name in one folder."""
+    data = group.get(".dat")
+    sources = [x for ending, x in group.items() if ending != ".dat"]
+    return [Module(x, data) for x in sources] or [Module(None, data)]
+
+
+def _joined(modules: list[Module]) -> list[Module]:
+    """A `.src` without a `.dat` gets the one of its name that stands alone in another folder, if there is one only."""
+    alone: dict[tuple[tuple[str, ...], str], list[Module]] = {}
+    for m in modules:
+        if m.source is None or m.data is None:
+            alone.setdefault((_part(m.path), m.name), []).append(m)
+    pairs = [x for x in alone.values() if len(x) == 2 and (x[0].source is None) != (x[1].source is None)]
+    joined = [Module(a.source or b.source, a.data or b.data) for a, b in pairs]
+    gone = {id(m) for pair in pairs for m in pair}
+    return [m for m in modules if id(m) not in gone] + joined
+
+
+def _parts(modules: Sequence[Module]) -> dict[Module, tuple[str, ...]]:
+    """The part of each module; one outside of all belongs to the robot's if there is one only."""
+    found = {m: _part(m.path) for m in modules}
+    robots = {part for part in found.values() if part and part[-1].upper() != "STEU"}
+    rest = next(iter(robots)) if len(robots) == 1 else ()
+    return {m: part or rest for m, part in found.items()}
+
+
+def _part(path: PurePosixPath) -> tuple[str, ...]:
+    parts = path.parent.parts
+    at = next((i for i, x in enumerate(parts) if _PART.fullmatch(x)), None)
+    return () if at is None else parts[: at + 1]
+
+
+def _steps(a: PurePosixPath, b: PurePosixPath) -> int:
+    """The folders on the way from one to another."""
+    same = 0
+    for x, y in zip(a.parts, b.parts, strict=False):
+        if x.upper() != y.upper():
+            break
+        same += 1
+    return len(a.parts) + len(b.parts) - 2 * same

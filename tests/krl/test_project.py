@@ -1,0 +1,136 @@
+"""A project: which names a module sees, and the data of each module while a program runs."""
+
+import pytest
+
+import lwr_dyn
+from lwr_dyn.errors import FileAccessError
+from lwr_dyn.krl.language.source import parse_text
+from lwr_dyn.krl.project.folder import load_project
+from lwr_dyn.krl.project.program import load_program, program_in
+from lwr_dyn.krl.running.run import check_program, run_program
+
+HOME = "$VEL_AXIS[1]=100\nPTP {A1 0, A2 -90, A3 90, A4 0, A5 30, A6 0}\n"
+
+
+@pytest.fixture(scope="module")
+def arm():
+    return lwr_dyn.load("kr30ha")
+
+
+@pytest.fixture
+def folder(tmp_path):
+    def write(**files):
+        for name, text in files.items():
+            path = tmp_path / name.replace("__", "/").replace("_dot_", ".").replace("config", "$config")
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(text)
+        return tmp_path
+
+    return write
+
+
+def program(folder, name):
+    project = load_project(folder)
+    return program_in(project, project.homes[name])
+
+
+def told(folder, name):
+    return [(d.position.file, d.position.line, d.code) for d in check_program(program(folder, name))]
+
+
+def test_a_module_sees_what_is_global_in_a_public_data_list(folder):
+    where = folder(
+        a_dot_src="DEF a( )\nseen = 1\nhidden = 2\nlocal = 3\nOWN = 4\nEND\n",
+        a_dot_dat="DEFDAT a\nINT own\nENDDAT\n",
+        b_dot_dat="DEFDAT b PUBLIC\nDECL GLOBAL INT seen\nINT local\nENDDAT\n",
+        c_dot_dat="DEFDAT c\nGLOBAL INT hidden\nENDDAT\n",
+    )
+    assert told(where, "a.src") == [("a.src", 3, "undeclared"), ("a.src", 4, "undeclared")]
+    assert told(where, "c.dat") == [("c.dat", 1, "hidden-global")]
+
+
+def test_types_follow_the_same_rule_and_the_configuration_is_all_seen(folder):
+    where = folder(
+        a_dot_src="DEF a( )\nDECL T1 x\nDECL T2 y\nDECL T3 z\nx.n = 1\nEND\n",
+        b_dot_dat="DEFDAT b PUBLIC\nGLOBAL STRUC T1 INT n\nENUM T2 ON_1, OFF_1\nENDDAT\n",
+        System__config_dot_dat="DEFDAT $config\nENUM T3 A_1, B_1\nENDDAT\n",
+    )
+    assert told(where, "a.src") == [("a.src", 3, "unknown-type")]
+
+
+def test_of_routines_the_first_and_the_global_ones_are_seen(folder):
+    where = folder(
+        a_dot_src="DEF a( )\nb( )\nshared( )\ninner( )\nmine( )\nEND\nDEF mine( )\nEND\n",
+        b_dot_src="DEF b( )\nEND\nGLOBAL DEF shared( )\nEND\nDEF inner( )\nEND\n",
+    )
+    assert told(where, "a.src") == [("a.src", 4, "unknown-call")]
+
+
+def test_the_controller_itself_is_apart_from_the_robot(folder):
+    where = folder(
+        KRC__R1__Program__a_dot_src="DEF a( )\nof_robot = 1\nof_controller = 1\nEND\n",
+        KRC__R1__System__config_dot_dat="DEFDAT $CONFIG\nINT of_robot\nENDDAT\n",
+        KRC__STEU__config_dot_dat="DEFDAT $CONFIG\nINT of_controller\nENDDAT\n",
+    )
+    assert told(where, "KRC/R1/Program/a.src") == [("KRC/R1/Program/a.src", 3, "undeclared")]
+
+
+def test_of_two_modules_of_one_name_the_nearest_is_taken_and_both_are_told(folder):
+    where = folder(
+        new__a_dot_src="DEF a( )\nb(1)\nEND\n",
+        old__a_dot_src="DEF a( )\nb(1)\nEND\n",
+        new__b_dot_src="DEF b(n:IN)\nINT n\nEND\n",
+        old__b_dot_src="DEF b( )\nEND\n",
+    )
+    assert told(where, "new/a.src") == []
+    assert told(where, "old/a.src") == [("old/a.src", 2, "arguments")]
+    twins = load_project(where).twins()
+    assert [(d.position.file, d.code) for d in twins] == [
+        (f"{x}/{y}.src", "module-twice") for y in "ab" for x in ("new", "old")
+    ]
+
+
+def test_a_data_list_of_another_name_is_told(folder):
+    where = folder(a_dot_src="DEF a( )\nn = 1\nEND\n", a_dot_dat="DEFDAT other\nINT n\nENDDAT\n")
+    assert told(where, "a.src") == [("a.dat", 1, "module-name")]
+
+
+def test_a_lent_file_that_cannot_be_read_is_told(folder):
+    where = folder(a_dot_src="DEF a( )\nHALT\nEND\n", b_dot_dat="DEFDAT b\nINT 1n\nINT m[\nENDDAT\n")
+    (diagnostic,) = check_program(load_program(where / "a.src", [where / "b.dat"]))
+    assert (diagnostic.position.file, diagnostic.position.line, diagnostic.code) == ("b.dat", 2, "lent-file")
+    assert diagnostic.severity == "warning"
+    assert "2 faults" in diagnostic.message
+
+
+def test_a_submit_module_is_read_and_a_whole_folder_can_be_lent(folder):
+    where = folder(
+        run__sps_dot_sub="DEF sps( )\nLOOP\ntold = TRUE\nhelper( )\nENDLOOP\nEND\n",
+        lent__config_dot_dat="DEFDAT $config\nBOOL told\nENDDAT\n",
+        lent__helper_dot_src="DEF helper( )\nEND\n",
+    )
+    assert check_program(load_program(where / "run/sps.sub", [where / "lent"])) == ()
+    assert len(check_program(load_program(where / "run/sps.sub"))) == 2
+    with pytest.raises(FileAccessError, match="without KRL files"):
+        load_project(folder(none__x_dot_txt="") / "none")
+
+
+def test_each_module_has_its_own_data_while_a_program_runs(folder, arm):
+    where = folder(
+        a_dot_src=f"DEF a( )\n{HOME}b( )\np[3] = 5\nPTP_REL {{A1 p[3]}}\nPTP_REL {{A1 shared}}\nEND\n",
+        a_dot_dat="DEFDAT a\nDECL INT p[3]\nENDDAT\n",
+        b_dot_src="DEF b( )\np[5] = 7\nshared = p[5]\nEND\n",
+        b_dot_dat="DEFDAT b PUBLIC\nDECL INT p[5]\nGLOBAL INT shared = 1\nENDDAT\n",
+    )
+    run = run_program(program(where, "a.src"), arm)
+    assert [round(float(x.q[0]) * 57.29577951) for x in run.executed] == [0, 5, 12]
+    assert run_program(load_program(where / "a.src", [where / "b.src"]), arm).cycle_time == run.cycle_time
+
+
+def test_another_text_of_one_file_leaves_the_others_as_they_are(folder):
+    where = folder(a_dot_src="DEF a( )\nn = 1\nEND\n", b_dot_dat="DEFDAT b PUBLIC\nGLOBAL INT m\nENDDAT\n")
+    project = load_project(where)
+    changed = project.with_source(*parse_text("DEFDAT b PUBLIC\nGLOBAL INT n\nENDDAT\n", "b.dat"))
+    assert changed.file("a.src") is project.file("a.src")
+    of_both = [program_in(x, x.homes["a.src"]) for x in (project, changed)]
+    assert [[d.code for d in check_program(x)] for x in of_both] == [["undeclared"], []]
