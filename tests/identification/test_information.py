@@ -178,13 +178,16 @@ def test_nothing_at_all_is_determined_without_equations(plant, samples):
 
 
 def test_a_step_of_refinement_mends_an_inverse_that_is_nearly_singular():
-    rng = np.random.default_rng(12)
-    U = np.linalg.qr(rng.normal(size=(30, 30)))[0]
-    matrix = U * np.geomspace(1.0, 1e-9, 30) @ U.T
-    truth = rng.normal(size=30)
-    side, inverse = matrix @ truth, Spectrum.of(matrix).inverse()
-    left = np.abs(solved(matrix, side, inverse) - truth).max()
-    assert left < 0.5 * np.abs(inverse @ side - truth).max()
+    errors = []
+    for seed in range(40):  # of one matrix the ratio is rounding, another on each processor
+        rng = np.random.default_rng(seed)
+        U = np.linalg.qr(rng.normal(size=(30, 30)))[0]
+        matrix = U * np.geomspace(1.0, 1e-9, 30) @ U.T
+        truth = rng.normal(size=30)
+        side, inverse = matrix @ truth, Spectrum.of(matrix).inverse()
+        errors.append((np.abs(solved(matrix, side, inverse) - truth).max(), np.abs(inverse @ side - truth).max()))
+    refined, plain = np.median(errors, axis=0)
+    assert refined < 0.7 * plain
     assert Spectrum.of(matrix).rank == 30
     assert Spectrum.of(np.zeros((3, 3))).rank == 0
 
