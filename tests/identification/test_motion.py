@@ -69,6 +69,7 @@ def test_unseen_torques_are_predicted_to_the_noise(found, recorded):
         assert NOISE * 0.85 < one.fitted < one.held_out < 1.3 * NOISE
         assert one.consistent < 1.2 * NOISE
         assert one.model > 10 * one.held_out
+        assert 0.7 * NOISE < one.left_out < 1.4 * NOISE
     for one in found.validated_on([recorded(5.0, seed=7, source="other")]):
         assert one.held_out < 1.3 * NOISE
         assert one.consistent < 1.2 * NOISE

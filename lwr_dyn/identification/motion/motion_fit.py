@@ -118,8 +118,11 @@ class MotionIdentification:
     def validated_on(self, logs: Iterable[JointLog]) -> tuple[Validation, ...]:
         """The same figures on logs that the fit has not seen; raises `LogError` as `identify_motion`."""
         parameters = None if self.consistent is None else self.consistent.parameters
-        samples = samples_of(logs, self.rule.samples)
-        return validated_on(samples, self.columns, self.information.values, self.columns.own(self.arm), parameters)
+        several = list(logs)
+        samples = samples_of(several, self.rule.samples)
+        known = samples_of(several, self.rule.samples.taking_all()).used
+        values, own = self.information.values, self.columns.own(self.arm)
+        return validated_on(samples, known, self.columns, values, own, parameters)
 
 
 def identify_motion(
@@ -194,7 +197,8 @@ def _filtered(logs: Sequence[JointLog], arm: Arm, rule: MotionRule) -> _SeenLogs
     columns = TorqueColumns(arm.chain, rule.friction, transmission=rule.samples.transmission)
     search = stribeck_search(samples, columns) if rule.stribeck else None
     columns = columns if search is None else search.columns
-    folds = Folds.of(samples, columns, rule.folds)
+    known = samples_of(logs, rule.samples.taking_all()).used
+    folds = Folds.of(samples, columns, rule.folds, known)
     information = folds.information()
     _check_enough(logs, information, samples, rule.samples)
     whiteness = whiteness_of(residuals_of(samples, columns, information.values), samples.recording)

@@ -134,10 +134,11 @@ def validation_table(validation: Sequence[Validation], about: str) -> Table:
     for v in validation:
         cells = [v.measured, v.fitted, v.held_out, v.consistent, v.model]
         bands = " ".join(f"{band.left:.3g}" for band in v.by_speed)
-        rows.append((str(v.joint), *(None if x is None or np.isnan(x) else x for x in cells), bands))
+        rows.append((str(v.joint), *(None if x is None or np.isnan(x) else x for x in cells), bands, v.left_out))
     words = ("RMS torque", "left, seen", "left, unseen", "by bodies", "by the model")
     figures = [Heading(word, format=".4g") for word in words]
-    heads = [Heading("joint"), *figures, Heading("unseen, thirds of the speed, slow first")]
+    heads = [Heading("joint"), *figures, Heading("unseen, thirds of the speed, slow first"),
+             Heading("unseen, left out", format=".3g")]  # fmt: skip
     return Table(f"validation, RMS in N m (N): {about}", heads, rows)
 
 

@@ -40,7 +40,8 @@ class Validation:
 
     `fitted`: by the fit, of torques it saw. `held_out`: by fits that did not see the motion. `consistent`: by fits
     whose links are bodies, that did not see it either; None if there are none. `model`: by the arm's own model with its
-    own friction. `by_speed` splits `held_out`.
+    own friction. `by_speed` splits `held_out`. `left_out`: by fits that did not see the motion, of torques at instants
+    that no fit takes, slower than its slowest speed or beside a reversal; None without such instants.
     """
 
     joint: int
@@ -50,6 +51,7 @@ class Validation:
     consistent: float | None
     model: float
     by_speed: tuple[SpeedBand, ...] = ()
+    left_out: float | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,24 +59,27 @@ class Folds:
     """Motions of which some are kept from a fit in turn: which fold an instant is of, and their normal equations."""
 
     samples: Samples
+    known: NDArray[np.bool_]
+    """Which torques (k, n) were measured, whether a fit takes them or not."""
     columns: TorqueColumns
     base: BaseParameters
     fold: NDArray[np.intp]
     normal: tuple[NormalEquations, ...]
 
     @classmethod
-    def of(cls, samples: Samples, columns: TorqueColumns, count: int) -> "Folds":
+    def of(cls, samples: Samples, columns: TorqueColumns, count: int, known: NDArray[np.bool_]) -> "Folds":
         """Motions dealt to `count` folds; raises `OptionError` as `motion_pieces`."""
         base, fold = columns.base(), motion_pieces(samples, count)
         parts = [samples.select(fold == i) for i in range(count)]
-        return cls(samples, columns, base, fold, tuple(normal_equations(part, columns, base) for part in parts))
+        normal = tuple(normal_equations(part, columns, base) for part in parts)
+        return cls(samples, known, columns, base, fold, normal)
 
     def information(self) -> Information:
         """What all of them say."""
         return solve(reduce(add, self.normal), self.columns, self.base)
 
     def held_out(self, noise: Array, refit: Refit | None = None) -> Array:
-        """Residuals (k, n) of torques by fits to the other folds, NaN where not used; `refit` makes bodies of them."""
+        """Residuals (k, n) of torques by fits to the other folds, NaN where not known; `refit` makes bodies of them."""
         out = np.full(self.samples.tau.shape, np.nan)
         for i in range(len(self.normal)):
             rows = self.fold == i
@@ -83,8 +88,8 @@ class Folds:
             others = reduce(add, (part for k, part in enumerate(self.normal) if k != i))
             found = solve(others, self.columns, self.base, noise)
             values = found.values if refit is None else self.base.of(refit(found))
-            out[rows] = residuals_of(self.samples.select(rows), self.columns, values)
-        return out
+            out[rows] = self.samples.tau[rows] - predicted(self.samples.select(rows), self.columns, values)
+        return np.where(self.known, out, np.nan)
 
 
 def cross_validation(
@@ -111,10 +116,14 @@ def cross_validation(
 
 
 def validated_on(
-    samples: Samples, columns: TorqueColumns, values: Array, own: Array, parameters: Array | None = None
-) -> tuple[Validation, ...]:
-    """The same on logs that no fit saw: base values (b,), parameters (p,) of bodies; `fitted` is NaN."""
-    unseen = residuals_of(samples, columns, values)
+    samples: Samples, known: NDArray[np.bool_], columns: TorqueColumns, values: Array, own: Array,
+    parameters: Array | None = None,
+) -> tuple[Validation, ...]:  # fmt: skip
+    """The same on logs that no fit saw: base values (b,), parameters (p,) of bodies; `fitted` is NaN.
+
+    `known` (k, n): which torques were measured, whether a fit would take them or not.
+    """
+    unseen = np.where(known, samples.tau - predicted(samples, columns, values), np.nan)
     bodies = None if parameters is None else residuals_of(samples, columns, columns.base().of(parameters))
     nothing = np.full(unseen.shape, np.nan)
     left = np.where(samples.used, samples.tau - predicted(samples, columns, own), np.nan)
@@ -129,12 +138,15 @@ def _model(folds: Folds, own: Array) -> Array:
 def _by_joint(
     samples: Samples, fitted: Array, unseen: Array, bodies: Array | None, model: Array
 ) -> tuple[Validation, ...]:
-    measured = np.where(samples.used, samples.tau, np.nan)
+    measured, taken = (np.where(samples.used, x, np.nan) for x in (samples.tau, unseen))
+    beside = np.where(samples.used, np.nan, unseen)
+    others = None if bodies is None else np.where(samples.used, bodies, np.nan)
     return tuple(
         Validation(
-            j + 1, rms(measured[:, j]), rms(fitted[:, j]), rms(unseen[:, j]),
-            None if bodies is None else rms(bodies[:, j]), rms(model[:, j]),
-            speed_bands(samples.dq[:, j], unseen[:, j]),
+            j + 1, rms(measured[:, j]), rms(fitted[:, j]), rms(taken[:, j]),
+            None if others is None else rms(others[:, j]), rms(model[:, j]),
+            speed_bands(samples.dq[:, j], taken[:, j]),
+            rms(beside[:, j]) if np.isfinite(beside[:, j]).any() else None,
         )
         for j in range(samples.n)
     )  # fmt: skip

@@ -10,7 +10,7 @@ section III, for the filter on positions.
 """
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import ceil, isfinite
 
 import numpy as np
@@ -86,6 +86,10 @@ class SampleRule:
         slowest = np.asarray(self.slowest, dtype=np.float64)
         if not (np.isfinite(slowest).all() and (slowest >= 0.0).all()):
             raise OptionError("sample slowest", self.slowest, "a number >= 0, or one for each joint")
+
+    def taking_all(self) -> "SampleRule":
+        """The same instants, with every torque that was measured."""
+        return replace(self, slowest=0.0, reach=0.0, transmission=None)
 
     def moving(self, dq: Array) -> NDArray[np.bool_]:
         """Which equations count at speeds (k, n), (k, n)."""
