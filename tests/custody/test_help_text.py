@@ -191,7 +191,7 @@ def test_a_shell_completes_nothing_where_an_extra_is_missing(monkeypatch, capsys
     ("line", "words"),
     [
         ("lwr-dyn simu", {"simulate"}),
-        ("lwr-dyn krl ", {"check", "run", "write"}),
+        ("lwr-dyn krl wr", {"write"}),
         ("lwr-dyn simulate lwr4plus --controller inv", {"inverse-dynamics"}),
         ("lwr-dyn nonsense x", set()),
         ("lwr-dyn check lwr4p", {"lwr4plus"}),

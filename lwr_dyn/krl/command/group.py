@@ -11,7 +11,7 @@ SUBCOMMANDS: Registry[click.Command] = Registry(
         "write": Row("lwr_dyn.krl.command.write:write", "A program from a file of points; Status and Turn are solved."),
         "check": Row("lwr_dyn.krl.command.check:check", "What is wrong or doubtful in a program; exit 1 on errors."),
         "run": Row("lwr_dyn.krl.command.run:run", "Run a program on a model: cycle time, motions, speeds, torques."),
-        "format": Row("lwr_dyn.krl.command.format:format_files", "Layout of files or a folder in order; meaning stays."),
+        "format": Row("lwr_dyn.krl.command.format:format_files", "Layout of files in order; what they mean stays."),
     },
 )
 
