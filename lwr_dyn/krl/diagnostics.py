@@ -6,6 +6,8 @@ from typing import Any, Literal, NoReturn, TypeAlias
 
 Severity = Literal["error", "warning", "note"]
 SEVERITIES: tuple[Severity, ...] = ("error", "warning", "note")
+MOST = 100
+"""Diagnostics of one code and severity in one file that are shown."""
 Report: TypeAlias = Callable[[Severity, str, str, str], None]
 """Reports a diagnostic: severity, code, message, hint."""
 
@@ -46,10 +48,29 @@ class Diagnostic:
 
 
 def sorted_diagnostics(diagnostics: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
-    """Each diagnostic once, by file, line and column."""
-    return tuple(
-        sorted(dict.fromkeys(diagnostics), key=lambda d: (d.position.file, d.position.line, d.position.column, d.code))
+    """Each diagnostic once, by file, line and column; of one kind in a file the first `MOST` and a note of the rest."""
+    ordered = sorted(
+        dict.fromkeys(diagnostics), key=lambda d: (d.position.file, d.position.line, d.position.column, d.code)
     )
+    shown: list[Diagnostic] = []
+    counts: dict[tuple[str, Severity, str], int] = {}
+    cut: dict[tuple[str, Severity, str], int] = {}
+    for d in ordered:
+        kind = (d.position.file, d.severity, d.code)
+        counts[kind] = counts.get(kind, 0) + 1
+        if counts[kind] == MOST + 1:
+            cut[kind] = len(shown)
+        if counts[kind] <= MOST + 1:
+            shown.append(d)
+    for kind, at in cut.items():
+        shown[at] = _more(shown[at], counts[kind] - MOST)
+    return tuple(shown)
+
+
+def _more(first: Diagnostic, n: int) -> Diagnostic:
+    """A note in place of the first of `n` diagnostics that are left out."""
+    message = f"from here {n} more of severity {first.severity} and code {first.code}, not shown"
+    return Diagnostic(first.position, "note", "more", message, f"{MOST} of them are shown")
 
 
 def summary(diagnostics: Sequence[Diagnostic]) -> str:

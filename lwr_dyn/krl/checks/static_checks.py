@@ -5,14 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import Any
 
+from lwr_dyn.krl.checks.constants import check_setting
+from lwr_dyn.krl.checks.enumerations import check_compared
 from lwr_dyn.krl.checks.type_check import check_assignable, shape_of, type_in
 from lwr_dyn.krl.diagnostics import Diagnostic
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language import statements as s
-from lwr_dyn.krl.language.declarations import Declaration
-from lwr_dyn.krl.names.types import AXES, BOOL, CARTESIAN, INT, REAL, UNKNOWN
+from lwr_dyn.krl.language.declarations import Declaration, StructType
+from lwr_dyn.krl.names.types import AXES, BOOL, CARTESIAN, INT, REAL, STRUCTURES, UNKNOWN
 from lwr_dyn.krl.project.program import Program
 from lwr_dyn.krl.project.symbols import Scope, SymbolTable, scope_of, signature, type_of
+from lwr_dyn.krl.project.unknown_names import UnknownNames
 
 LONGEST_NAME = 24
 """Characters of a name that the controller distinguishes."""
@@ -21,12 +24,13 @@ LONGEST_NAME = 24
 def static_diagnostics(program: Program) -> tuple[Diagnostic, ...]:
     """Names and types of all routines of the `.src` and of the `.dat`."""
     diagnostics: list[Diagnostic] = []
+    in_data, in_source = UnknownNames(), UnknownNames()
     if program.data is not None:
         lines = program.outlines[program.data.name].data
-        _check_lines(Scope(program, SymbolTable(), program.data, diagnostics), lines)
+        _check_lines(Scope(program, SymbolTable(), program.data, diagnostics, unknown=in_data), lines)
     for routine in program.routines:
-        _check_lines(scope_of(program, routine, diagnostics), routine.lines())
-    return tuple(diagnostics)
+        _check_lines(scope_of(program, routine, diagnostics, in_source), routine.lines())
+    return (*diagnostics, *in_data.diagnostics(), *in_source.diagnostics())
 
 
 def _check_lines(scope: Scope, lines: Iterable[tuple[int, s.Statement]]) -> None:
@@ -58,24 +62,47 @@ def _check_declared_type(scope: Scope, x: Declaration) -> None:
     elif not scope.is_type(x.type.upper()):
         message = f"{x.type} is no type" if x.decl else f"{x.type} {x.names[0].name}: neither a statement nor a type"
         hint = "INT, REAL, BOOL, CHAR, E6POS ..., or one that is declared or lent with --with"
-        scope.report(x.column, "unknown-type", message, hint)
+        scope.report_unknown(x.column, "unknown-type", message, x.type, STRUCTURES, hint)
     for d in x.names:
         if len(d.name) > LONGEST_NAME:
             message = f"the name has {len(d.name)} characters"
             scope.report(d.column, "long-name", message, f"at most {LONGEST_NAME}", "warning")
 
 
+def _structure(scope: Scope, x: StructType) -> None:
+    for kind, declarators in x.members:
+        if not scope.is_type(kind.upper()):
+            message, hint = f"{kind} is no type", "a structure that is declared or built in"
+            scope.report_unknown(declarators[0].column, "unknown-type", message, kind, STRUCTURES, hint)
+    if _contains(scope, x.name.upper()):
+        scope.report(x.column, "recursive-type", f"{x.name} contains itself", "components of other types only")
+
+
+def _contains(scope: Scope, name: str) -> bool:
+    """Whether a structure contains itself, in its components or theirs."""
+    seen: set[str] = set()
+    ahead = [name]
+    while ahead:
+        inside = {kind.name for kind in (scope.structure(ahead.pop()) or {}).values()}
+        if name in inside:
+            return True
+        ahead += inside - seen
+        seen |= inside
+    return False
+
+
 def _assign(scope: Scope, x: s.Assign) -> None:
     target = x.target
     while isinstance(target, e.Index):
         target = target.of
-    check_assignable(scope, type_in(scope, x.target), x.value, target.name)
+    kind = type_in(scope, x.target)
+    check_assignable(scope, kind, x.value, target.name)
+    check_setting(scope, x.target, kind, x.value)
 
 
 def _invoke(scope: Scope, x: s.Invoke) -> None:
     type_in(scope, x.call)
-    silent = Scope(scope.program, scope.own, scope.file, [])
-    returned, _, _ = signature(silent, x.call)
+    returned, _, _ = signature(scope.silent(), x.call)
     if returned is not None and returned is not UNKNOWN and scope.program.routine(x.call.name) is not None:
         message = f"{x.call.name} returns a value that nobody takes"
         scope.report(x.column, "unused-value", message, f"assign it: X = {x.call.name}(...)", "warning")
@@ -122,6 +149,16 @@ def _for(scope: Scope, x: s.For) -> None:
             check_assignable(scope, INT, value, "FOR")
 
 
+def _case(scope: Scope, x: s.CaseBranch) -> None:
+    _values(scope, *x.values)
+    block = None if scope.routine is None else scope.routine.blocks.get(scope.line)
+    switch = None if block is None else scope.file.lines[block.first].statement
+    if isinstance(switch, s.Condition):
+        kind = type_in(scope.silent(), switch.value)
+        for value in x.values:
+            check_compared(scope, value, UNKNOWN, switch.value, kind)
+
+
 def _interrupt(scope: Scope, x: s.InterruptDeclaration) -> None:
     check_assignable(scope, INT, x.priority, "the priority")
     check_assignable(scope, BOOL, x.condition, "WHEN")
@@ -162,13 +199,14 @@ def _values(scope: Scope, *values: e.Expression | None) -> None:
 
 _CHECKS: dict[type, Callable[[Scope, Any], None]] = {
     Declaration: _declaration,
+    StructType: _structure,
     s.Assign: _assign,
     s.Invoke: _invoke,
     s.Move: _move,
     s.Wait: _wait,
     s.Condition: _condition,
     s.For: _for,
-    s.CaseBranch: lambda scope, x: _values(scope, *x.values),
+    s.CaseBranch: _case,
     s.Jump: _jump,
     s.Return: _return,
     s.InterruptDeclaration: _interrupt,

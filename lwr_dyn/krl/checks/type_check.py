@@ -6,16 +6,16 @@ An unknown type fits every type.
 from collections.abc import Callable, Set
 from typing import Any
 
+from lwr_dyn.krl.checks.constants import check_arguments, check_components, check_indices
+from lwr_dyn.krl.checks.enumerations import check_compared, check_constant
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.names.types import (
     BOOL,
     CARTESIAN,
-    ENUMS,
     INT,
     LARGEST,
     NUMBERS,
     REAL,
-    SIMPLE,
     STRUCTURES,
     UNKNOWN,
     Type,
@@ -36,7 +36,7 @@ def check_assignable(scope: Scope, target: Type, x: e.Expression, what: str) -> 
         _check_components(scope, x, target)
         return
     if isinstance(x, e.EnumLiteral):
-        _check_member(scope, x, target)
+        check_constant(scope, x, target)
         return
     value = type_in(scope, x)
     if target.name == "CHAR" and value.name == "CHAR":
@@ -73,7 +73,7 @@ def _real(scope: Scope, x: e.Real) -> Type:
 def _name(scope: Scope, x: e.Name) -> Type:
     kind = scope.variable(x.name)
     if kind is None:
-        scope.report(x.column, "undeclared", f"{x.name} is not declared", scope.near(x.name))
+        scope.report_variable(x.column, x.name)
         return UNKNOWN
     return kind
 
@@ -83,6 +83,7 @@ def _index(scope: Scope, x: e.Index) -> Type:
     for i in x.indices:
         if not INT.accepts(type_in(scope, i)):
             scope.report(i.column, "type", "an index must be INT", "a whole number from 1")
+    check_indices(scope, of, x)
     if of.name == "?" or not x.indices:
         return of
     if of.dimensions == 0:
@@ -113,6 +114,7 @@ def _call(scope: Scope, x: e.FunctionCall) -> Type:
     for argument in x.arguments:
         if argument is not None:
             type_in(scope, argument)
+    check_arguments(scope, x)
     if not least <= count <= most:
         allowed = str(least) if least == most else f"{least} to {most}"
         scope.report(x.column, "arguments", f"{x.name} is given {count} arguments", f"it takes {allowed}")
@@ -138,6 +140,7 @@ def _check_components(scope: Scope, x: e.Aggregate, target: Type) -> None:
         if target.name != "?" and scope.is_type(target.name):
             scope.report(x.column, "type", f"a structure where {target} is expected", f"a value of type {target}")
         return
+    check_components(scope, target, x)
     seen: set[str] = set()
     for item in x.items:
         name = item.name.upper()
@@ -150,17 +153,6 @@ def _check_components(scope: Scope, x: e.Aggregate, target: Type) -> None:
         if name in seen and item.indices is None:
             scope.report(item.column, "duplicate-name", f"the component {item.name} is given twice", "remove one")
         seen.add(name)
-
-
-def _check_member(scope: Scope, x: e.EnumLiteral, target: Type) -> None:
-    if target.name == "?":
-        return
-    members = scope.enum(target.name)
-    if members is None:
-        if target.name in SIMPLE or scope.structure(target.name) is not None:
-            scope.report(x.column, "type", f"#{x.name} where {target} is expected", f"a value of type {target}")
-    elif x.name.upper() not in members and target.name not in ENUMS:
-        scope.report(x.column, "no-component", f"{target} has no constant #{x.name}", ", ".join(sorted(members)))
 
 
 def _unary(scope: Scope, x: e.Unary) -> Type:
@@ -186,6 +178,7 @@ def _binary(scope: Scope, x: e.Binary) -> Type:
 
 def _comparison(scope: Scope, x: e.Binary, left: Type, right: Type) -> Type:
     ordered = x.operator not in ("==", "<>")
+    check_compared(scope, x.left, left, x.right, right)
     if not left.accepts(right) or (ordered and left.name not in (NUMBERS | {"?"})):
         hint = "numbers" if ordered else "two values of one type"
         if "BOOL" in (left.name, right.name):

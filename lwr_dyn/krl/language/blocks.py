@@ -6,25 +6,10 @@ from dataclasses import dataclass, field
 from lwr_dyn.krl.diagnostics import Diagnostic, Severity
 from lwr_dyn.krl.language import statements as s
 from lwr_dyn.krl.language.declarations import Declaration, Def, DefDat, EnumType, External, Header, Signal, StructType
+from lwr_dyn.krl.language.pairing import BLOCK_WORDS, CodeBlock, keyword_of, paired_blocks
 from lwr_dyn.krl.language.source import SourceFile
 
-OPENERS = {"IF": "ENDIF", "WHILE": "ENDWHILE", "SWITCH": "ENDSWITCH", "FOR": "ENDFOR", "LOOP": "ENDLOOP",
-           "REPEAT": "UNTIL", "SPLINE": "ENDSPLINE", "PTP_SPLINE": "ENDSPLINE"}  # fmt: skip
-CLOSERS = frozenset(OPENERS.values())
-LOOPS = frozenset({"WHILE", "FOR", "LOOP", "REPEAT"})
 DECLARATIONS = (Declaration, EnumType, StructType, Signal, External)
-NESTED = 200
-"""Most blocks inside one another."""
-
-
-@dataclass(slots=True)
-class CodeBlock:
-    """Lines from `first` (IF, LOOP ...) to `last` (ENDIF, ENDLOOP ...), `parts` its ELSE, CASE and DEFAULT lines."""
-
-    kind: str
-    first: int
-    last: int = -1
-    parts: list[int] = field(default_factory=list)
 
 
 @dataclass(slots=True)
@@ -61,15 +46,6 @@ class FileOutline:
     diagnostics: list[Diagnostic]
 
 
-def keyword_of(statement: s.Statement | None) -> str:
-    """The keyword by which a line opens, splits or closes a block; empty for other lines."""
-    if isinstance(statement, s.Plain | s.Condition):
-        return statement.keyword
-    if isinstance(statement, s.SplineBlock):
-        return statement.kind
-    return {s.For: "FOR", s.CaseBranch: "CASE", s.EndSpline: "ENDSPLINE"}.get(type(statement), "")
-
-
 def outline_of(file: SourceFile) -> FileOutline:
     """Routines and blocks with their faults; of a `.dat` its declarations."""
     return _OutlineReader(file).data() if file.is_data else _OutlineReader(file).routines()
@@ -82,7 +58,8 @@ class _OutlineReader:
         self.file = file
         self.out = FileOutline([], [], [])
         self.routine: Routine | None = None
-        self.open: list[CodeBlock] = []
+        self.names: set[str] = set()
+        self.words: list[tuple[int, str]] = []
         self.began = False
 
     def report(self, i: int, code: str, message: str, hint: str = "", severity: Severity = "error") -> None:
@@ -132,18 +109,18 @@ class _OutlineReader:
         return any(not line.readable for line in self.file.lines)
 
     def _open(self, i: int, head: Def) -> None:
-        self.routine, self.open, self.began = Routine(self.file, head, i + 1), [], False
-        if any(r.name == self.routine.name for r in self.out.routines):
+        self.routine, self.words, self.began = Routine(self.file, head, i + 1), [], False
+        if self.routine.name in self.names:
             self.report(i, "duplicate-name", f"{head.name} is defined twice", "rename one of them")
+        self.names.add(self.routine.name)
 
     def _close(self, i: int, missing: bool) -> None:
         routine = self.routine
         if routine is None:
             return
-        for block in self.open:
-            ender = OPENERS[block.kind]
-            self.report(block.first, "missing-end", f"{block.kind} has no {ender}", f"close it with {ender}")
-            self._pair(block, i)
+        paired = paired_blocks(self.file, self.words, i)
+        routine.blocks = paired.blocks
+        self.out.diagnostics += paired.diagnostics
         routine.last = i
         if missing:
             ender = "END" if routine.head.returns is None else "ENDFCT"
@@ -167,17 +144,8 @@ class _OutlineReader:
     def _body(self, i: int, x: s.Statement) -> None:
         self._order(i, x)
         keyword = keyword_of(x)
-        if keyword in OPENERS:
-            self._opened(i, keyword)
-        elif keyword in CLOSERS:
-            self._closed(i, keyword)
-        elif keyword in ("ELSE", "CASE", "DEFAULT"):
-            self._part(i, keyword)
-        elif keyword == "EXIT" and not any(block.kind in LOOPS for block in self.open):
-            self.report(i, "stray-exit", "EXIT outside of a loop", "EXIT leaves LOOP, FOR, WHILE and REPEAT")
-        elif keyword == "EXIT":
-            assert self.routine is not None
-            self.routine.blocks[i] = next(b for b in reversed(self.open) if b.kind in LOOPS)
+        if keyword in BLOCK_WORDS:
+            self.words.append((i, keyword))
         elif isinstance(x, s.Label):
             self._label(i, x)
 
@@ -194,39 +162,3 @@ class _OutlineReader:
                 self.report(i, "late-declaration", message, "declarations stand first, right after DEF")
         else:
             self.began = True
-
-    def _opened(self, i: int, keyword: str) -> None:
-        if len(self.open) >= NESTED:
-            self.report(i, "deep-nesting", f"more than {NESTED} blocks inside one another", "use subprograms")
-        self.open.append(CodeBlock(keyword, i))
-
-    def _closed(self, i: int, keyword: str) -> None:
-        at = next((k for k in range(len(self.open) - 1, -1, -1) if OPENERS[self.open[k].kind] == keyword), None)
-        if at is None:
-            opener = next(o for o, ender in OPENERS.items() if ender == keyword)
-            self.report(i, "stray-end", f"{keyword} closes nothing", f"remove it, or open with {opener}")
-            return
-        for block in self.open[at + 1 :]:
-            ender = OPENERS[block.kind]
-            self.report(block.first, "missing-end", f"{block.kind} has no {ender}", f"close it with {ender}")
-            self._pair(block, i)
-        self._pair(self.open[at], i)
-        del self.open[at:]
-
-    def _pair(self, block: CodeBlock, last: int) -> None:
-        assert self.routine is not None
-        block.last = last
-        for i in (block.first, *block.parts):
-            self.routine.blocks[i] = block
-        # a line that closes several blocks (an inner one has no end) belongs to the outermost
-        self.routine.blocks[last] = block
-
-    def _part(self, i: int, keyword: str) -> None:
-        wanted = "IF" if keyword == "ELSE" else "SWITCH"
-        if not self.open or self.open[-1].kind != wanted:
-            hint = f"it belongs between {wanted} and END{wanted}"
-            self.report(i, "stray-end", f"{keyword} outside of {wanted}", hint)
-        elif keyword == "ELSE" and self.open[-1].parts:
-            self.report(i, "stray-end", "a second ELSE in one IF", "nest another IF")
-        else:
-            self.open[-1].parts.append(i)

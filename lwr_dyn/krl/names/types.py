@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 SIMPLE = frozenset({"INT", "REAL", "BOOL", "CHAR"})
 NUMBERS = frozenset({"INT", "REAL", "CHAR"})
@@ -19,6 +19,8 @@ class Type:
 
     name: str
     dimensions: int = 0
+    sizes: tuple[int, ...] = field(default=(), compare=False)
+    """The last index of each dimension where it is known: 0 or nothing where it is not."""
 
     def __str__(self) -> str:
         return self.name + (f"[{',' * (self.dimensions - 1)}]" if self.dimensions else "")

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from difflib import get_close_matches
 from typing import TYPE_CHECKING
 
 from lwr_dyn.krl.diagnostics import Diagnostic, Severity, SourcePosition
@@ -15,6 +14,7 @@ from lwr_dyn.krl.language.declarations import Declaration, Declarator, EnumType,
 from lwr_dyn.krl.language.source import SourceFile
 from lwr_dyn.krl.names.predefined import CONFIG, FUNCTIONS, SYSTEM
 from lwr_dyn.krl.names.types import ENUMS, LARGEST, SIMPLE, STRUCTURES, UNKNOWN, Type
+from lwr_dyn.krl.project.unknown_names import UnknownNames
 
 if TYPE_CHECKING:
     from lwr_dyn.krl.project.program import Program
@@ -113,7 +113,8 @@ def _signal_type(x: Signal) -> Type:
 def type_of(kind: str | None, declarator: Declarator) -> Type:
     """The type of a declared name; unknown where the declaration has no type."""
     dimensions = 0 if declarator.sizes is None else max(len(declarator.sizes), 1)
-    return Type("?" if kind is None else kind.upper(), dimensions)
+    sizes = tuple(x.value if isinstance(x, e.Integer) else 0 for x in declarator.sizes or ())
+    return Type("?" if kind is None else kind.upper(), dimensions, sizes)
 
 
 @dataclass(slots=True)
@@ -127,6 +128,16 @@ class Scope:
     routine: Routine | None = None
     """None for a `.dat`."""
     line: int = 0
+    unknown: UnknownNames = field(default_factory=UnknownNames)
+    """Of the file."""
+
+    def silent(self) -> Scope:
+        """The same names; what is reported in it is not kept."""
+        return Scope(self.program, self.own, self.file, [], self.routine, self.line)
+
+    def report_unknown(self, column: int, code: str, message: str, name: str, known: Iterable[str], hint: str) -> None:
+        """Note a name that nothing declares; the file's first ones get a similar known name in place of `hint`."""
+        self.unknown.note(self.file.position(self.line, max(column, 1)), code, message, name, known, hint)
 
     def report(self, column: int, code: str, message: str, hint: str = "", severity: Severity = "error") -> None:
         """Add a diagnostic in the current line."""
@@ -165,17 +176,17 @@ class Scope:
         """Whether a type of that name exists."""
         return name in SIMPLE or name == "?" or self.structure(name) is not None or self.enum(name) is not None
 
-    def near(self, name: str) -> str:
-        """A hint for a name that is not declared: a similar one, or where to declare it."""
-        known = {v.name for names in (self.own, self.program.names) for v in names.variables.values()}
-        near = get_close_matches(name, sorted(known), n=1, cutoff=0.5)
-        if near:
-            return f"did you mean {near[0]}?"
+    def report_variable(self, column: int, name: str) -> None:
+        """Note a variable that nothing declares."""
+        known = (v.name for names in (self.own, self.program.names) for v in names.variables.values())
         where = "" if self.program.data is not None else "; no .dat is there"
-        return f"declare it in the .dat or with DECL{where}"
+        hint = f"declare it in the .dat or with DECL{where}"
+        self.report_unknown(column, "undeclared", f"{name} is not declared", name, known, hint)
 
 
-def scope_of(program: Program, routine: Routine, diagnostics: list[Diagnostic]) -> Scope:
+def scope_of(
+    program: Program, routine: Routine, diagnostics: list[Diagnostic], unknown: UnknownNames | None = None
+) -> Scope:
     """The names that a routine sees: its parameters and declarations, anywhere in its body, and the program's."""
     own = SymbolTable()
     for p in routine.head.parameters:
@@ -183,7 +194,7 @@ def scope_of(program: Program, routine: Routine, diagnostics: list[Diagnostic]) 
         own.variables[p.name.upper()] = DeclaredName(p.name, Type("?", p.dimensions), position)
     for i, x in routine.lines():
         own.declare(x, routine.file, i, diagnostics)
-    return Scope(program, own, routine.file, diagnostics, routine)
+    return Scope(program, own, routine.file, diagnostics, routine, unknown=unknown or UnknownNames())
 
 
 def signature(scope: Scope, x: e.FunctionCall) -> tuple[Type | None, int, int]:
@@ -201,9 +212,9 @@ def signature(scope: Scope, x: e.FunctionCall) -> tuple[Type | None, int, int]:
         function = FUNCTIONS[key]
         return function.returns, function.least, function.most
     if scope.variable(x.name) is None:
-        near = get_close_matches(key, [*scope.program.names.routines, *FUNCTIONS], n=1)
-        hint = f"did you mean {near[0]}?" if near else "define it, declare it with EXT, or name its file with --with"
-        scope.report(x.column, "unknown-call", f"the subprogram {x.name} is not known", hint)
+        hint = "define it, declare it with EXT, or name its file with --with"
+        known = (*scope.program.names.routines, *FUNCTIONS)
+        scope.report_unknown(x.column, "unknown-call", f"the subprogram {x.name} is not known", x.name, known, hint)
     else:
         scope.report(x.column, "type", f"{x.name} is a variable, no subprogram", "an array takes square brackets")
     return UNKNOWN, 0, LARGEST

@@ -10,7 +10,8 @@ from typing import Any, Protocol
 from lwr_dyn.krl.diagnostics import DiagnosticLog, ExecutionError
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language import statements as s
-from lwr_dyn.krl.language.blocks import CodeBlock, Routine
+from lwr_dyn.krl.language.blocks import Routine
+from lwr_dyn.krl.language.pairing import CodeBlock
 from lwr_dyn.krl.project.program import Program
 from lwr_dyn.krl.running.bas import bas
 from lwr_dyn.krl.running.controller import ControllerState

@@ -1,0 +1,88 @@
+"""Constants that cannot be meant: an index outside of its array, a speed in mm/s, a percentage over 100."""
+
+from __future__ import annotations
+
+from lwr_dyn.krl.language import expressions as e
+from lwr_dyn.krl.names.types import Type
+from lwr_dyn.krl.project.symbols import Scope
+
+FASTEST = 3.0
+"""[m/s] $VEL_MA.CP, the largest path speed, as the robots are delivered."""
+_SPEEDS = frozenset({"$VEL.CP", "LDAT.VEL", "BAS.VEL_CP", "BAS.CP_PARAMS", "SVEL_CP.1"})
+_PERCENTS = frozenset({
+    "$VEL_AXIS", "$ACC_AXIS", "$OV_PRO", "$OV_ROB", "$APO.CPTP", "$APO.CVEL", "PDAT.VEL", "PDAT.ACC", "LDAT.ACC",
+    "BAS.VEL_PTP", "BAS.ACC_PTP", "BAS.PTP_PARAMS", "SVEL_JOINT.1",
+})  # fmt: skip
+
+
+def number_of(x: e.Expression | None) -> float | None:
+    """The value of a number with its sign; None for anything else.
+
+    >>> number_of(e.Unary("-", e.Integer(3)))
+    -3.0
+    """
+    if isinstance(x, e.Unary) and x.operator in ("+", "-"):
+        value = number_of(x.operand)
+        return None if value is None else value if x.operator == "+" else -value
+    return float(x.value) if isinstance(x, e.Integer | e.Real) else None
+
+
+def check_indices(scope: Scope, of: Type, x: e.Index) -> None:
+    """Report constant indices before the first or after the last element."""
+    for i, index in enumerate(x.indices):
+        value = number_of(index)
+        last = of.sizes[i] if i < len(of.sizes) else 0
+        if value is not None and (value < 1 or (last and value > last)):
+            name = _place(scope, x.of, of)
+            message = f"index {value:g} of {name}"
+            scope.report(index.column or x.column, "index-range", message, f"1 to {last}" if last else "from 1")
+
+
+def check_setting(scope: Scope, target: e.Reference, of: Type, value: e.Expression) -> None:
+    """Report a constant that is too large for what is assigned: of a structure, each component."""
+    _check_value(scope, _place(scope, target, of), value)
+
+
+def check_components(scope: Scope, of: Type, x: e.Aggregate) -> None:
+    """Report constants that are too large among the components of a structure."""
+    for item in x.items:
+        _check_value(scope, f"{of.name}.{item.name.upper()}", item.value)
+
+
+def check_arguments(scope: Scope, x: e.FunctionCall) -> None:
+    """Report constants that are too large as arguments: `BAS(#VEL_PTP, 150)`."""
+    key = x.name.upper()
+    if key == "BAS" and len(x.arguments) == 2 and isinstance(x.arguments[0], e.EnumLiteral):
+        _check_value(scope, f"BAS.{x.arguments[0].name.upper()}", x.arguments[1])
+    elif x.arguments:
+        _check_value(scope, f"{key}.1", x.arguments[0])
+
+
+def _place(scope: Scope, x: e.Reference, of: Type) -> str:
+    """`$VEL.CP` for a component of a system variable, `LDAT.VEL` for one of another structure, else the name."""
+    if isinstance(x, e.Index):
+        return _place(scope, x.of, of)
+    if isinstance(x, e.Name):
+        return x.name.upper()
+    if isinstance(x.of, e.Name) and x.of.name.startswith("$"):
+        return f"{x.of.name}.{x.name}".upper()
+    whole = scope.variable(x.of.name) if isinstance(x.of, e.Name) else None
+    return f"{'?' if whole is None else whole.name}.{x.name}".upper()
+
+
+def _check_value(scope: Scope, place: str, x: e.Expression | None) -> None:
+    if isinstance(x, e.Aggregate):
+        for item in x.items:
+            _check_value(scope, f"{place}.{item.name.upper()}", item.value)
+        return
+    value = number_of(x)
+    if value is None or x is None:
+        return
+    name = place.removesuffix(".1")
+    if place in _PERCENTS and value > 100.0:
+        scope.report(x.column, "percent-range", f"{name} = {value:g} %", "at most 100")
+    elif place in _SPEEDS and value > FASTEST:
+        hint = f"in m/s, at most {FASTEST:g} as delivered"
+        if value >= 10.0:
+            hint += f"; {value:g} mm/s is {value / 1e3:g}"
+        scope.report(x.column, "speed-unit", f"{name} = {value:g} m/s", hint, "warning")

@@ -1,0 +1,33 @@
+"""Constants of enumerations, `#NAME`: whether the enumeration that is expected has such a constant."""
+
+from __future__ import annotations
+
+from lwr_dyn.krl.language import expressions as e
+from lwr_dyn.krl.names.types import ENUMS, SIMPLE, Type
+from lwr_dyn.krl.project.symbols import Scope
+from lwr_dyn.krl.project.unknown_names import near_name
+
+
+def check_constant(scope: Scope, x: e.EnumLiteral, target: Type) -> None:
+    """Report a constant where none is expected, or one that its enumeration does not have.
+
+    A warning for KUKA's own enumerations: their constants differ between versions of KSS.
+    """
+    if target.name == "?":
+        return
+    members = scope.enum(target.name)
+    if members is None:
+        if target.name in SIMPLE or scope.structure(target.name) is not None:
+            scope.report(x.column, "type", f"#{x.name} where {target} is expected", f"a value of type {target}")
+    elif x.name.upper() not in members:
+        near = near_name(x.name, members)
+        hint = ", ".join(sorted(members)) if near is None else f"did you mean #{near}?"
+        message = f"{target} has no constant #{x.name}"
+        scope.report(x.column, "no-constant", message, hint, "warning" if target.name in ENUMS else "error")
+
+
+def check_compared(scope: Scope, left: e.Expression, left_type: Type, right: e.Expression, right_type: Type) -> None:
+    """Report a constant that is compared with a value of an enumeration that does not have it."""
+    for x, other in ((left, right_type), (right, left_type)):
+        if isinstance(x, e.EnumLiteral) and scope.enum(other.name) is not None:
+            check_constant(scope, x, other)
