@@ -1,4 +1,4 @@
-"""Names that nothing declares: each is told once a file, where it stands first, with the number of its places."""
+"""Names that nothing declares: each is reported once a file, where it stands first, with its number of places."""
 
 from __future__ import annotations
 
