@@ -9,10 +9,10 @@ spaces inside a line stay too.
 from collections.abc import Iterator
 from dataclasses import replace
 
-from lwr_dyn.krl.language.blocks import CLOSERS, OPENERS, keyword_of
 from lwr_dyn.krl.language.declarations import Def, Header
 from lwr_dyn.krl.language.lexer import KEYWORDS, LineError, tokens_of
 from lwr_dyn.krl.language.line_parser import parse_line
+from lwr_dyn.krl.language.pairing import CLOSERS, OPENERS, keyword_of
 from lwr_dyn.krl.language.source import SourceFile, SourceLine
 from lwr_dyn.krl.language.spacing import spaced
 from lwr_dyn.krl.language.statements import Statement
