@@ -63,7 +63,8 @@ def run_record(run: ProgramRun) -> dict[str, Any]:
         for x, p in zip(run.executed, run.poses(), strict=True)
     ]  # fmt: skip
     return {
-        "program": run.program, "robot": run.arm.name, "cycle_time": run.cycle_time, "motions": rows,
+        "program": run.program, "robot": run.arm.name, "cycle_time": run.cycle_time,
+        "cycle_times": run.times().to_json(), "motions": rows,
         "peak_speed_deg": np.degrees(run.peak_speeds), "peak_static_torque": np.abs(run.static_torque).max(axis=0),
         "peak_torque": np.abs(run.torque).max(axis=0), "assumed": run.machine.to_json(),
         "diagnoses": [d.to_json() for d in run.diagnostics],
@@ -89,5 +90,6 @@ def run_text(run: ProgramRun) -> str:
         aligned(rows, head),
         aligned(axes, ("axis", "peak deg/s", "of rated", "static N m", "dynamic N m")),
         assumed,
+        *run.times().lines(),
         *map(str, run.diagnostics),
     ])  # fmt: skip

@@ -17,6 +17,7 @@ from lwr_dyn.errors import OptionError
 from lwr_dyn.ik_solvers.spherical_wrist import all_branches
 from lwr_dyn.kinematics.forward import jacobian_at, joint_axes, velocity_product_at
 from lwr_dyn.krl.diagnostics import ExecutionError
+from lwr_dyn.krl.motion.settings import ProfileBounds, Speeds
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.trajectory.motion_profile import MotionProfile
 from lwr_dyn.trajectory.pose_path import Slerp, TimedPosePath, slerp
@@ -44,11 +45,18 @@ class PtpSegment:
     start: Array
     end: Array
     profile: MotionProfile
+    speeds: Speeds
+    """The speeds that it is planned with."""
 
     @property
     def duration(self) -> float:
         """[s]"""
         return self.profile.duration
+
+    @property
+    def bounds(self) -> ProfileBounds:
+        """Of its profile."""
+        return ptp_bounds(self.start, self.end, self.speeds)
 
     def axes(self, t: Array) -> AxisMotion:
         """The axes at times t (k,) [s] from the beginning of the segment."""
@@ -91,6 +99,13 @@ class CartesianSegment:
     branch: int
     table: Array
     """(m, n) [rad] The axes at even steps along the path."""
+    speeds: Speeds
+    """The speeds that it is planned with."""
+
+    @property
+    def bounds(self) -> ProfileBounds:
+        """Of its profile."""
+        return path_bounds(self.path, self.speeds)
 
     @property
     def profile(self) -> MotionProfile:
@@ -125,6 +140,23 @@ class CartesianSegment:
 
 
 MotionSegment: TypeAlias = PtpSegment | CartesianSegment
+
+
+def ptp_bounds(start: Array, end: Array, speeds: Speeds) -> ProfileBounds:
+    """Of a PTP that moves, its parameter from 0 to 1: the slowest axis counts."""
+    way = np.abs(end - start)
+    moved = way > STILL
+    return ProfileBounds(
+        float(np.min(speeds.axis[moved] / way[moved])), float(np.min(speeds.axis_ramp[moved] / way[moved]))
+    )
+
+
+def path_bounds(path: PosePath, speeds: Speeds) -> ProfileBounds:
+    """Of a path that is not still: the tighter of path and orientation."""
+    whole = path.segment.length
+    both = [(path.length / whole, speeds.cp, speeds.cp_ramp), (path.angle / whole, speeds.ori, speeds.ori_ramp)]
+    moving = [(rate, v, a) for rate, v, a in both if rate * whole > STILL]
+    return ProfileBounds(min(v / rate for rate, v, _ in moving), min(a / rate for rate, _, a in moving))
 
 
 def axes_of_poses(

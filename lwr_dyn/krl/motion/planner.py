@@ -1,7 +1,6 @@
-"""Plans motions like a controller: profiles under the set speeds, paths on one branch, blends; reports faults."""
+"""Plans motions like a controller: profiles under the set speeds, paths on one branch; reports faults."""
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -10,8 +9,16 @@ from lwr_dyn.errors import OptionError
 from lwr_dyn.ik_solvers.spherical_wrist import all_branches
 from lwr_dyn.kinematics.forward import forward_kinematics, jacobian_at, joint_axes
 from lwr_dyn.krl.diagnostics import ExecutionError, Report
-from lwr_dyn.krl.motion.motion_segments import STILL, TURN, CartesianSegment, MotionSegment, PosePath, PtpSegment
-from lwr_dyn.krl.motion.timeline import Pause, Timeline, TimelineItem, ramp_seconds, seconds_near, seconds_within
+from lwr_dyn.krl.motion.motion_segments import (
+    STILL,
+    TURN,
+    CartesianSegment,
+    PosePath,
+    PtpSegment,
+    path_bounds,
+    ptp_bounds,
+)
+from lwr_dyn.krl.motion.settings import ProfileBounds, Speeds
 from lwr_dyn.krl.robot.kuka_pose import status
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.trajectory.lspb import trapezoid
@@ -28,42 +35,11 @@ STEP_M, STEP_RAD = 0.005, math.radians(1.0)
 FEWEST, MOST = 24, 600
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Speeds:
-    """The speeds when a motion is planned: axes (n,) [rad/s, rad/s^2], path [m/s, m/s^2], orientation [rad/s ...]."""
-
-    axis: Array
-    axis_ramp: Array
-    cp: float
-    cp_ramp: float
-    ori: float
-    ori_ramp: float
-
-
-@dataclass(frozen=True, slots=True)
-class Blend:
-    """How a point may be passed: the keywords of the statement, and the distances when it is planned."""
-
-    kinds: tuple[str, ...]
-    cdis: float
-    """[m]"""
-    cptp: float
-    """[%]"""
-    cori: float
-    """[rad]"""
-    cvel: float
-    """[%]"""
-
-
 def ptp_segment(arm: Arm, start: Array, end: Array, speeds: Speeds) -> PtpSegment | None:
     """PTP: all axes begin and end together, the slowest sets the profile; None when nothing moves."""
-    way = np.abs(end - start)
-    moved = way > STILL
-    if not moved.any():
+    if not (np.abs(end - start) > STILL).any():
         return None
-    speed = float(np.min(speeds.axis[moved] / way[moved]))
-    ramp = float(np.min(speeds.axis_ramp[moved] / way[moved]))
-    return PtpSegment(arm, start, end, _profile(1.0, speed, ramp))
+    return PtpSegment(arm, start, end, _profile(1.0, ptp_bounds(start, end, speeds)), speeds)
 
 
 def cartesian_segment(
@@ -72,21 +48,18 @@ def cartesian_segment(
     """LIN or CIRC from axes `start` (n,); None when nothing moves, or the path leaves reach or limits (reported)."""
     if path.is_still:
         return None
-    whole = path.segment.length
-    bounds = [(path.length / whole, speeds.cp, speeds.cp_ramp), (path.angle / whole, speeds.ori, speeds.ori_ramp)]
-    moving = [(rate, v, a) for rate, v, a in bounds if rate * whole > STILL]
-    profile = _profile(whole, min(v / rate for rate, v, _ in moving), min(a / rate for rate, _, a in moving))
+    profile = _profile(path.segment.length, path_bounds(path, speeds))
     timed = TimedPosePath(Path((path.segment,)), path.orientation, profile)
     table = _axis_table(arm, start, tool, path, timed, report)
     if table is None:
         return None
-    segment = CartesianSegment(arm, tool, path, timed, *table)
+    segment = CartesianSegment(arm, tool, path, timed, *table, speeds)
     return segment if _inside_limits(arm, segment.table, report) and _check_speeds(segment, report) else None
 
 
-def _profile(length: float, speed: float, ramp: float) -> MotionProfile:
+def _profile(length: float, bounds: ProfileBounds) -> MotionProfile:
     try:
-        return trapezoid(length, float(speed), float(ramp))
+        return trapezoid(length, bounds.speed, bounds.ramp)
     except OptionError as fault:
         raise ExecutionError("speed-range", f"the {fault.name} {fault.found} of this motion", fault.allowed) from None
 
@@ -175,27 +148,6 @@ def warn_of_flip(arm: Arm, start: Array, end: Array, report: Report) -> None:
         wrist = f"A5 from {_deg(start[4])} to {_deg(end[4])} deg, A4 by {_deg(end[3] - start[3])} deg"
         hint = "S with the same bit 2 as the point before keeps the wrist"
         report("warning", "wrist-flip", f"the wrist turns over: {wrist}", hint)
-
-
-def append_segment(timeline: Timeline, segment: MotionSegment, blend: Blend | None, tool: Array) -> TimelineItem:
-    """Adds the segment; it starts early where a blend allows overlap."""
-    before = timeline.items[-1].part if timeline.items else None
-    if blend is None or before is None or isinstance(before, Pause):
-        return timeline.add(segment)
-    overlap = min(_blend_seconds(before, blend, tool, True), _blend_seconds(segment, blend, tool, False))
-    return timeline.add(segment, overlap if overlap > 1e-9 else 0.0)
-
-
-def _blend_seconds(segment: MotionSegment, blend: Blend, tool: Array, at_end: bool) -> float:
-    """The time [s] at the end (or the beginning) of a segment that is within the distance of the blend."""
-    if blend.kinds[0] == "C_PTP" and isinstance(segment, PtpSegment):
-        return seconds_within(segment, 0.5 * min(blend.cptp, 100.0) / 100.0, at_end)
-    kind = next((kind for kind in reversed(blend.kinds) if kind != "C_PTP"), "C_DIS")
-    if kind == "C_VEL":
-        return ramp_seconds(segment, at_end) * min(blend.cvel, 100.0) / 100.0
-    if kind == "C_ORI" and isinstance(segment, CartesianSegment) and segment.path.angle > STILL:
-        return seconds_within(segment, blend.cori / segment.path.angle, at_end)
-    return seconds_near(segment, tool, blend.cdis, at_end)
 
 
 def tool_pose(arm: Arm, q: Array, tool: Array) -> Array:

@@ -10,19 +10,15 @@ from typing import TypeAlias
 import numpy as np
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.krl.motion.motion_segments import (
-    STILL,
     AxisMotion,
     CartesianSegment,
-    MotionSegment,
     PtpSegment,
     axes_of_poses,
 )
+from lwr_dyn.krl.motion.settings import Corner
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Motion
-
-HALVINGS = 40
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -48,6 +44,8 @@ class TimelineItem:
     part: Part
     begin: float
     overlap: float = 0.0
+    corner: Corner | None = None
+    """How the point at its beginning is passed."""
 
     @property
     def end(self) -> float:
@@ -67,9 +65,9 @@ class Timeline:
         """[s]"""
         return self.items[-1].end if self.items else 0.0
 
-    def add(self, part: Part, overlap: float = 0.0) -> TimelineItem:
+    def add(self, part: Part, overlap: float = 0.0, corner: Corner | None = None) -> TimelineItem:
         """Add a part, its first `overlap` [s] together with the end of the last one."""
-        item = TimelineItem(part, self.duration - overlap, overlap)
+        item = TimelineItem(part, self.duration - overlap, overlap, corner)
         self.items.append(item)
         return item
 
@@ -115,37 +113,3 @@ def _sum_in_space(a: CartesianSegment, b: CartesianSegment, ta: Array, tb: Array
     acceleration[:, 3:] = y.acceleration[:, 3:] + dw + np.cross(y.velocity[:, 3:], w)
     near = np.broadcast_to(b.start, (len(ta), len(b.start)))
     return axes_of_poses(a.arm, a.tool, a.branch, T, velocity, acceleration, near)
-
-
-def ramp_seconds(segment: MotionSegment, at_end: bool) -> float:
-    """Duration [s] of the last ramp, or of the first."""
-    knots = segment.profile.knots
-    return float(knots[-1] - knots[-2]) if at_end else float(knots[1])
-
-
-def seconds_within(segment: MotionSegment, share: float, at_end: bool) -> float:
-    """The time [s], within the ramp, in which the last (or the first) `share` of the way is travelled."""
-    ramp = ramp_seconds(segment, at_end)
-    travelled = segment.profile.coefficients[0, 2] * ramp**2 / segment.profile.length
-    return ramp * float(np.sqrt(min(1.0, max(share, 0.0) / travelled)))
-
-
-def seconds_near(segment: MotionSegment, tool: Array, distance: float, at_end: bool) -> float:
-    """The time [s], within the ramp, in which the tool centre point is within `distance` [m] of the segment's end."""
-    if isinstance(segment, CartesianSegment) and segment.path.length > STILL:
-        # on an arc the chord is shorter than the way: this is on the safe side
-        return seconds_within(segment, distance / segment.path.length, at_end)
-    low, high = 0.0, ramp_seconds(segment, at_end)
-    corner = _tool_point(segment, tool, segment.duration if at_end else 0.0)
-    for _ in range(HALVINGS):
-        middle = 0.5 * (low + high)
-        times = np.linspace(0.0, middle, 9)
-        points = [_tool_point(segment, tool, segment.duration - t if at_end else t) for t in times]
-        inside = max(float(np.linalg.norm(p - corner)) for p in points) <= distance
-        low, high = (middle, high) if inside else (low, middle)
-    return low
-
-
-def _tool_point(segment: MotionSegment, tool: Array, t: float) -> Array:
-    q = segment.axes(np.array([t])).q[0]
-    return np.asarray((forward_kinematics(segment.arm.chain, q) @ tool)[:3, 3])

@@ -12,7 +12,8 @@ import numpy as np
 from lwr_dyn.arrays import Array
 from lwr_dyn.errors import MissingDataError, OptionError
 from lwr_dyn.krl.diagnostics import ExecutionError
-from lwr_dyn.krl.motion.planner import Blend, Speeds, tool_pose
+from lwr_dyn.krl.motion.planner import tool_pose
+from lwr_dyn.krl.motion.settings import Blend, Speeds
 from lwr_dyn.krl.names.predefined import CONFIG, SYSTEM
 from lwr_dyn.krl.names.types import UNKNOWN
 from lwr_dyn.krl.robot.kuka_pose import has_kuka_axes, status, turn
@@ -187,7 +188,13 @@ class ControllerState:
         cp, ori = self._part("$VEL", "CP", 100.0), np.radians(self._part("$VEL", "ORI1", 1e5))
         cp_ramp, ori_ramp = self._part("$ACC", "CP", 1e3), np.radians(self._part("$ACC", "ORI1", 1e6))
         axis, axis_ramp = rated * vel * override, rated / self.machine.ramp * acc
-        return Speeds(axis, axis_ramp, cp * override, cp_ramp, ori * override, ori_ramp)
+        return Speeds(axis, axis_ramp, cp * override, cp_ramp, ori * override, ori_ramp, self.advance)
+
+    @property
+    def advance(self) -> int:
+        """$ADVANCE."""
+        value = self.variables["$ADVANCE"].value
+        return value if isinstance(value, int) and 0 <= value <= 5 else 3
 
     def _percents(self, name: str) -> Array:
         values = self.variables[name].value

@@ -26,6 +26,7 @@ from lwr_dyn.krl.running.evaluate import (
 )
 from lwr_dyn.krl.running.motions import Motions
 from lwr_dyn.krl.running.values import StructValue, Variable, copied
+from lwr_dyn.krl.running.with_settings import WithSettings, root_name
 
 
 @dataclass(slots=True, eq=False)
@@ -73,11 +74,9 @@ def assign(m: ExecutionContext, x: s.Assign) -> None:
         # components that an aggregate does not name keep their values
         value = StructValue(value.type, {**{k: copied(v) for k, v in before.parts.items()}, **value.parts})
     target.write(value)
-    root: e.Reference = x.target
-    while not isinstance(root, e.Name):
-        root = root.of
-    m.controller.note_speed(root.name)
-    if root.name.upper() in ("$OUT", "$ANOUT"):
+    name = root_name(x.target)
+    m.controller.note_speed(name)
+    if name in ("$OUT", "$ANOUT"):
         m.motions.stop_advance()
 
 
@@ -101,9 +100,8 @@ def _bas(m: ExecutionContext, x: e.FunctionCall) -> None:
 
 
 def _move(m: ExecutionContext, x: s.Move) -> None:
-    for setting in x.settings:
-        assign(m, setting)
-    m.motions.move(m, x, m.log.position)
+    with WithSettings(m.controller, m.motions, x.settings, lambda setting: assign(m, setting)):
+        m.motions.move(m, x, m.log.position)
 
 
 def _wait(m: ExecutionContext, x: s.Wait) -> None:

@@ -10,8 +10,10 @@ from lwr_dyn.arrays import Array
 from lwr_dyn.krl.diagnostics import ExecutionError, Report, Severity, SourcePosition
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language import statements as s
+from lwr_dyn.krl.motion.corner import append_segment
 from lwr_dyn.krl.motion.motion_segments import MotionSegment, path_between
-from lwr_dyn.krl.motion.planner import Blend, append_segment, cartesian_segment, ptp_segment, tool_pose, warn_of_flip
+from lwr_dyn.krl.motion.planner import cartesian_segment, ptp_segment, tool_pose, warn_of_flip
+from lwr_dyn.krl.motion.settings import Blend
 from lwr_dyn.krl.motion.timeline import Pause, Timeline
 from lwr_dyn.krl.robot.kuka_pose import status
 from lwr_dyn.krl.running.controller import ControllerState
@@ -176,7 +178,7 @@ class Motions:
 
     def _append(self, x: s.Move, position: SourcePosition, segment: MotionSegment | None, q: Array) -> None:
         c = self.controller
-        blend = self.blend if self.advance else None
+        blend = self.blend if self.advance and c.advance > 0 else None
         if c.q is None:
             # the first motion (KUKA's block coincidence) begins anywhere: it only sets the axes
             self.timeline.add(Pause(q, 0.0))

@@ -12,6 +12,7 @@ from lwr_dyn.dynamics.protocol import mechanical_energy
 from lwr_dyn.errors import LwrDynError
 from lwr_dyn.krl.checks.static_checks import static_diagnostics
 from lwr_dyn.krl.diagnostics import Diagnostic, ExecutionError, sorted_diagnostics
+from lwr_dyn.krl.motion.cycle_times import CycleTimes, cycle_times
 from lwr_dyn.krl.motion.timeline import Timeline
 from lwr_dyn.krl.project.program import Program
 from lwr_dyn.krl.robot.kuka_pose import KukaPose, kuka_pose
@@ -65,6 +66,10 @@ class ProgramRun:
     def cycle_time(self) -> float:
         """[s]"""
         return float(self.motion.t[-1])
+
+    def times(self) -> CycleTimes:
+        """The duration by three laws of look-ahead; `cycle_time` and `motion` are by the first, overlap."""
+        return cycle_times(self.timeline)
 
     @property
     def peak_speeds(self) -> Array:

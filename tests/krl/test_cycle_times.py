@@ -1,0 +1,90 @@
+"""Cycle times of motions that pass into one another: each law against its closed form."""
+
+import math
+
+import pytest
+
+import lwr_dyn
+from tests.krl.short_programs import HOME, run_of
+
+A, V = 2.0, 0.5
+SPEEDS = (f"$VEL.CP = {V}", f"$ACC.CP = {A}")
+
+
+@pytest.fixture(scope="module")
+def arm():
+    return lwr_dyn.load("kr30ha")
+
+
+def chain(arm, count, millimetres, advance=3, distance=100):
+    lines = [*SPEEDS, f"$ADVANCE = {advance}", f"$APO.CDIS = {distance}"]
+    return run_of(arm, HOME, *lines, *[f"LIN_REL {{Y {millimetres}}} C_DIS"] * count).times()
+
+
+@pytest.mark.parametrize(("count", "millimetres"), [(60, 1), (40, 2), (12, 10)])
+def test_short_lines_with_c_dis_run_at_the_root_of_a_l(arm, count, millimetres):
+    length = millimetres / 1e3
+    run = run_of(arm, HOME, *SPEEDS, "$APO.CDIS = 100", *[f"LIN_REL {{Y {millimetres}}} C_DIS"] * count)
+    middle = [x for x in run.executed if 0.25 * count < x.position.line - 8 < 0.75 * count]
+    speed = (len(middle) - 1) * length / (middle[-1].end - middle[0].end)
+    assert speed == pytest.approx(math.sqrt(A * length), rel=0.001)
+
+
+@pytest.mark.parametrize("count", [20, 200])
+def test_all_known_short_lines_take_the_time_of_one_long_line(arm, count):
+    times = chain(arm, count, 200 / count)
+    assert times.known == pytest.approx(0.2 / V + V / A, rel=1e-3)
+    assert times.chained == count
+
+
+def test_the_advance_bounds_the_speed_by_the_way_that_is_known(arm):
+    """Speed at the end of each motion: sqrt(2 a N L), at most."""
+    stop, one, three, five = (chain(arm, 60, 1, advance) for advance in (0, 1, 3, 5))
+    assert stop.chained == 0
+    assert stop.advance == pytest.approx(60 * 2 * math.sqrt(1e-3 / A), rel=1e-9)
+    assert stop.advance > one.overlap > one.advance > three.advance > five.advance > five.known
+    for n, times in ((1, one), (3, three), (5, five)):
+        slow, fast = (math.sqrt(2 * A * k * 1e-3) for k in (n, n + 0.5))
+        assert 0.06 / fast < times.advance < 0.06 / slow + 2 * slow / A
+
+
+def test_a_right_angle_by_each_law(arm):
+    stops = run_of(arm, HOME, *SPEEDS, "LIN_REL {Y 200}", "LIN_REL {Z -200}").times()
+    saved = []
+    for d in (5, 20, 50):
+        times = run_of(arm, HOME, *SPEEDS, f"$APO.CDIS = {d}", "LIN_REL {Y 200} C_DIS", "LIN_REL {Z -200}").times()
+        assert stops.overlap - times.overlap == pytest.approx(math.sqrt(2 * d / 1e3 / A), rel=1e-6)
+        saved.append(stops.known - times.known)
+        assert times.advance == pytest.approx(times.known, abs=1e-9)
+    # prototypes of the same law, written apart: 0.058, 0.119, 0.1945 s
+    assert saved == pytest.approx([0.058, 0.119, 0.1945], abs=0.001)
+
+
+def test_a_half_turn_back_stops_by_all_known(arm):
+    times = run_of(arm, HOME, *SPEEDS, "$APO.CDIS = 50", "LIN_REL {Y 200} C_DIS", "LIN_REL {Y -200}").times()
+    there_and_back = 2 * ((0.2 - 0.05) / V + V / A)
+    assert times.known > there_and_back * 0.9
+    assert times.known < 2 * (0.2 / V + V / A)
+
+
+def test_ptp_in_one_direction_is_one_ptp_when_all_is_known(arm):
+    one = run_of(arm, HOME, "PTP_REL {A1 60, A4 30}").times()
+    two = run_of(arm, HOME, "$APO.CPTP = 100", "PTP_REL {A1 30, A4 15} C_PTP", "PTP_REL {A1 30, A4 15}").times()
+    assert two.known == pytest.approx(one.known, rel=2e-3)
+    assert two.overlap > one.overlap * 1.03
+
+
+def test_what_is_not_passed_counts_as_planned(arm):
+    times = run_of(arm, HOME, "LIN_REL {Y 50}", "WAIT SEC 1", "PTP_REL {A1 10}").times()
+    assert times.overlap == times.advance == times.known
+    assert times.lines() == ()
+    assert "no KUKA figure" in chain(arm, 3, 10).lines()[0]
+
+
+def test_a_motion_that_slows_at_the_end_of_a_chain_is_not_sped_up_by_it(arm):
+    """PTP and LIN are two planners: their blend stays the overlap of ramps."""
+    times = run_of(
+        arm, HOME, "$APO.CDIS = 20", "$APO.CPTP = 50", "PTP_REL {A1 20} C_PTP C_DIS", "LIN_REL {Z -80}"
+    ).times()
+    assert times.chained == 0
+    assert times.known == times.overlap
