@@ -29,7 +29,7 @@ RUNS = {
     "identify elastic": ("identify elastic both_sides.csv --robot lwr4plus --reading physical",),
     "identify payload": ("identify payload with_load.csv --robot wam7",),
     "lint": ("lint wam7",),
-    "krl check": ("krl check two_points.src",),
+    "krl check": ("krl check two_points.src", "krl check ."),
     "krl run": ("krl run two_points.src",),
     "conventions": ("conventions kr30ha",),
     "parity": ("parity lwr4 --engine mujoco",),

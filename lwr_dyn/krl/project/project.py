@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePosixPath
 
 from lwr_dyn.krl.diagnostics import Diagnostic, SourcePosition
@@ -30,6 +30,8 @@ class Project:
     """Of each file, by its name: the path within the folder."""
     parts: Mapping[Module, tuple[str, ...]]
     """Of each module, the folder up to STEU, R1, R2 ...; modules of different parts do not see each other."""
+    given: SymbolTable = field(default_factory=SymbolTable)
+    """Names from outside, such as those of a cell file: each module sees them, but a declaration hides them."""
     _shared: dict[tuple[str, ...], SymbolTable] = field(default_factory=dict)
 
     def file(self, name: str) -> ModuleFile:
@@ -52,7 +54,7 @@ class Project:
         return out
 
     def _shared_with(self, module: Module) -> SymbolTable:
-        out, here = SymbolTable(), module.path.parent
+        out, here = self.given.copy(), module.path.parent
         others = [x for x in self.modules if self.parts[x] == self.parts[module]]
         for other in sorted(reversed(others), key=lambda x: -_steps(here, x.path.parent)):
             for file in other.files:
@@ -76,7 +78,12 @@ class Project:
     def with_source(self, file: SourceFile, faults: Sequence[Diagnostic] = ()) -> Project:
         """The project with another text of the file of that name, or with one more; the others are not read again."""
         new = module_file(file, faults)
-        return project_of([*(x for x in self.files if x.file.name != file.name), new], self.folder)
+        files = [*(x for x in self.files if x.file.name != file.name), new]
+        return project_of(files, self.folder).with_names(self.given)
+
+    def with_names(self, given: SymbolTable) -> Project:
+        """The project with these names from outside in place of those it has."""
+        return replace(self, given=given, _shared={})
 
 
 def project_of(files: Iterable[ModuleFile], folder: Path | None = None) -> Project:

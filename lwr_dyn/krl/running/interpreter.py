@@ -48,12 +48,17 @@ class Interpreter:
         if self.stack and key in self.stack[-1].variables:
             return self.stack[-1].variables[key]
         declared = self.here.names.variables.get(key)
-        if declared is not None and not (key.startswith("$") and self.controller.holds(key)):
+        if declared is not None and self._is_data(key, declared):
             return self._variables_of(declared.position.file)[key]
         variable = self.controller.variable(key)
         if variable is None:
             raise ExecutionError("undeclared", f"{name} is not declared", "declare it in the .dat or with DECL")
         return variable
+
+    def _is_data(self, key: str, declared: DeclaredName) -> bool:
+        """Whether a file holds the variable; the controller holds what it computes and what is given from outside."""
+        held = key.startswith("$") and self.controller.holds(key)
+        return not held and declared.position.file in self.program.project.homes
 
     def element(self, name: str, index: tuple[int, ...]) -> Value | None:
         """An element of an input; reading one stops the advance run, so no motion is blended across it."""
