@@ -18,7 +18,7 @@ from lwr_dyn.identification.logs import column_files
 from lwr_dyn.identification.logs.joint_log import write_log
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.krl.language import lexer, source
-from lwr_dyn.krl.running import interpreter, motions
+from lwr_dyn.krl.running import initial, interpreter, motions
 from lwr_dyn.model import run_file
 from lwr_dyn.model.chain import with_payload
 from lwr_dyn.registry import Row
@@ -116,7 +116,7 @@ LIMITS = {
     "identify elastic": {2 * GB: column_files.LARGEST},
     "identify payload": {2 * GB: column_files.LARGEST},
     "krl check": KRL,
-    "krl run": KRL | {40: interpreter.DEEPEST, 100_000: interpreter.LARGEST_ARRAY, 10**7: motions.LONGEST_WAIT},
+    "krl run": KRL | {40: interpreter.DEEPEST, 100_000: initial.LARGEST_ARRAY, 10**7: motions.LONGEST_WAIT},
 }
 """Command -> the numbers that its help states, and those of the code."""
 
