@@ -25,8 +25,6 @@ def told(*lines, data=None):
         (["HALT", "$OV_PRO = 101"], "percent-range"),
         (["HALT", "BAS(#VEL_PTP, 150)"], "percent-range"),
         (["HALT", "BAS(#ACC_PTP, 100.5)"], "percent-range"),
-        (["DECL PDAT p", "p = {VEL 110, ACC 100}"], "percent-range"),
-        (["DECL PDAT p", "p.VEL = 110"], "percent-range"),
         (["ENUM COLOR RED,GREEN", "DECL COLOR c", "c = #GREN"], "no-constant"),
         (["ENUM COLOR RED,GREEN", "DECL COLOR c", "IF c == #GREN THEN", "ENDIF"], "no-constant"),
         (["ENUM COLOR RED,GREEN", "DECL COLOR c", "IF #GREN <> c THEN", "ENDIF"], "no-constant"),
@@ -49,6 +47,8 @@ def test_an_error_is_told_at_its_line(lines, code):
         (["HALT", "$VEL = {CP 250, ORI1 200, ORI2 200}"], "speed-unit"),
         (["HALT", "BAS(#VEL_CP, 250)"], "speed-unit"),
         (["DECL LDAT l", "l = {VEL 250, ACC 100}"], "speed-unit"),
+        (["DECL PDAT p", "p = {VEL 110, ACC 100}"], "percent-range"),
+        (["DECL PDAT p", "p.VEL = 110"], "percent-range"),
         (["HALT", "$IPO_MODE = #TPC"], "no-constant"),
     ],
 )

@@ -112,3 +112,19 @@ ENDIF
 
 def test_wrong_indentation_alone_is_no_fault():
     assert missing("    IF TRUE THEN\nIF FALSE THEN\n  HALT\n        ENDIF\nENDIF") == []
+
+
+def test_an_unreadable_line_still_opens_and_closes_its_block():
+    assert [x[:2] for x in missing("IF TRUE THN\n  HALT\nENDIF")] == [(1, "syntax")]
+    assert [x[:2] for x in missing("REPEAT\n  HALT\nUNTIL (TRUE")] == [(3, "open-bracket")]
+
+
+def test_after_an_unreadable_def_its_lines_are_not_outside():
+    text = "DEF a( )\nHALT\nEND\nGLOBAL DEFFCT INT f(n :IM)\nRETURN 1\nENDFCT\nDEF b( )\nEND\n"
+    assert [(d.position.line, d.code) for d in check_program(parse_program(text, name="a"))] == [(4, "syntax")]
+
+
+def test_several_statements_outside_are_one_fault():
+    text = "DEF a( )\nEND\nHALT\nHALT\nEND\nHALT\n"
+    found = [(d.position.line, d.code) for d in check_program(parse_program(text, name="a"))]
+    assert found == [(3, "outside-routine"), (5, "stray-end"), (6, "outside-routine")]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from lwr_dyn.krl.diagnostics import Severity
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.names.types import Type
 from lwr_dyn.krl.project.symbols import Scope
@@ -80,7 +81,9 @@ def _check_value(scope: Scope, place: str, x: e.Expression | None) -> None:
         return
     name = place.removesuffix(".1")
     if place in _PERCENTS and value > 100.0:
-        scope.report(x.column, "percent-range", f"{name} = {value:g} %", "at most 100")
+        # bas.src multiplies what stands in PDAT and LDAT: more than 100 may work
+        severity: Severity = "warning" if "DAT." in place else "error"
+        scope.report(x.column, "percent-range", f"{name} = {value:g} %", "at most 100", severity)
     elif place in _SPEEDS and value > FASTEST:
         hint = f"in m/s, at most {FASTEST:g} as delivered"
         if value >= 10.0:

@@ -1,5 +1,6 @@
 """Routines and blocks of a file: the lines that belong together, and what is missing or in the wrong place."""
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
@@ -9,6 +10,7 @@ from lwr_dyn.krl.language.declarations import Declaration, Def, DefDat, EnumType
 from lwr_dyn.krl.language.pairing import BLOCK_WORDS, CodeBlock, keyword_of, paired_blocks
 from lwr_dyn.krl.language.source import SourceFile
 
+_WORD = re.compile(r"[A-Z_$][A-Z0-9_$]*")
 DECLARATIONS = (Declaration, EnumType, StructType, Signal, External)
 
 
@@ -61,6 +63,9 @@ class _OutlineReader:
         self.names: set[str] = set()
         self.words: list[tuple[int, str]] = []
         self.began = False
+        self.lost = False
+        """Whether the lines belong to a routine whose DEF has a syntax error."""
+        self.outside = False
 
     def report(self, i: int, code: str, message: str, hint: str = "", severity: Severity = "error") -> None:
         statement = self.file.lines[i].statement if i < len(self.file.lines) else None
@@ -88,9 +93,11 @@ class _OutlineReader:
     def routines(self) -> FileOutline:
         for i, line in enumerate(self.file.lines):
             x = line.statement
-            if x is None or isinstance(x, Header):
+            if not line.readable:
+                self._unreadable(i, line.layout or "")
+            elif x is None or isinstance(x, Header):
                 continue
-            if isinstance(x, Def):
+            elif isinstance(x, Def):
                 self._close(i, missing=True)
                 self._open(i, x)
             elif isinstance(x, s.Plain) and x.keyword in ("END", "ENDFCT"):
@@ -104,12 +111,22 @@ class _OutlineReader:
             self.report(0, "missing-def", "the file has no DEF", "begin with DEF name( ), end with END")
         return self.out
 
+    def _unreadable(self, i: int, text: str) -> None:
+        """A line with a syntax error still opens or closes what its first word says."""
+        words = _WORD.findall(text.upper())[:2]
+        if words and words[words[0] == "GLOBAL" and len(words) > 1] in ("DEF", "DEFFCT"):
+            self._close(i, missing=True)
+            self.lost = True
+        elif words and words[0] in BLOCK_WORDS and self.routine is not None:
+            self.words.append((i, words[0]))
+
     def _unread(self) -> bool:
         """Whether a line has a syntax error: the DEF or END may be that line, so it is not reported as missing."""
         return any(not line.readable for line in self.file.lines)
 
     def _open(self, i: int, head: Def) -> None:
         self.routine, self.words, self.began = Routine(self.file, head, i + 1), [], False
+        self.lost = self.outside = False
         if self.routine.name in self.names:
             self.report(i, "duplicate-name", f"{head.name} is defined twice", "rename one of them")
         self.names.add(self.routine.name)
@@ -130,7 +147,9 @@ class _OutlineReader:
 
     def _end(self, i: int, keyword: str) -> None:
         if self.routine is None:
-            self.report(i, "stray-end", f"{keyword} closes nothing", "remove it, or begin with DEF")
+            if not self.lost:
+                self.report(i, "stray-end", f"{keyword} closes nothing", "remove it, or begin with DEF")
+            self.lost = self.outside = False
             return
         wanted = "END" if self.routine.head.returns is None else "ENDFCT"
         if keyword != wanted:
@@ -138,8 +157,10 @@ class _OutlineReader:
         self._close(i, missing=False)
 
     def _outside(self, i: int, x: s.Statement) -> None:
-        if not isinstance(x, DECLARATIONS):
+        """Report the first of several statements outside of all routines."""
+        if not isinstance(x, DECLARATIONS) and not self.lost and not self.outside:
             self.report(i, "outside-routine", "a statement outside of DEF ... END", "move it into a routine")
+            self.outside = True
 
     def _body(self, i: int, x: s.Statement) -> None:
         self._order(i, x)
