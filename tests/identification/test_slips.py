@@ -16,6 +16,7 @@ from lwr_dyn.identification.slips.hypotheses import as_printed
 from lwr_dyn.identification.slips.log_evidence import log_evidence
 from lwr_dyn.identification.slips.printed_cells import Cell, printed_cells
 from lwr_dyn.identification.slips.repairs import of_cells, of_columns
+from lwr_dyn.identification.slips.slip_tables import slip_lines
 from lwr_dyn.identification.slips.table_against_log import OFF, table_against_log
 from lwr_dyn.identification.slips.trace import trace_cells, trace_slips
 from lwr_dyn.papers.catalog import open_paper
@@ -156,6 +157,22 @@ def test_the_errata_of_the_paper_are_found_in_its_printed_tables(study: SlipStud
         "axes y and z of the tensor of link 4 exchanged",
     }  # fmt: skip
     assert any(r.text.startswith("c6y") for repairs in report.alternatives for r in repairs)
+
+
+@pytest.mark.parametrize("factor", [0.8, 1.15])
+def test_a_heavier_arm_is_said_beside_the_cell_that_the_search_would_blame(study: SlipStudy, factor: float) -> None:
+    heavier = study.table.values.copy()
+    heavier[:, :1] *= 1.0 / factor
+    heavier[:, 4:10] *= 1.0 / factor
+    report = trace_cells(study.log(0.01, np.random.default_rng(3)), study.table.with_values(heavier), deviation=0.05)
+    assert not report.fits
+    assert report.common_factor == pytest.approx(factor, rel=0.02)
+    assert "or no cell is wrong: the table meets the log with all masses" in slip_lines(report)[-1]
+
+
+def test_of_a_table_with_a_slip_no_factor_is_said(study: SlipStudy) -> None:
+    printed = study.table.with_cell(Cell(4, 3), -0.004375432)
+    assert trace_cells(study.log(0.0, np.random.default_rng(0)), printed, deviation=0.0).common_factor is None
 
 
 def test_every_cell_against_the_log(study: SlipStudy) -> None:

@@ -31,7 +31,14 @@ def slip_text(report: SlipReport, cells: tuple[CellAgainstLog, ...], paper: Pape
 
 def slip_lines(report: SlipReport, paper: Paper | None = None) -> tuple[str, ...]:
     """The verdict, then each repair with what may stand in its place."""
-    return (_verdict(report), *_repairs(report, paper))
+    return (_verdict(report), *_repairs(report, paper), *_common_factor(report))
+
+
+def _common_factor(report: SlipReport) -> tuple[str, ...]:
+    if report.common_factor is None:
+        return ()
+    more = f"all masses and tensors times {report.common_factor:.3g}"
+    return (f"or no cell is wrong: the table meets the log with {more} (a heavier arm, or torques off by that factor)",)
 
 
 def cell_table(report: SlipReport, cells: tuple[CellAgainstLog, ...]) -> Table:
@@ -126,6 +133,7 @@ def slip_record(report: SlipReport, cells: tuple[CellAgainstLog, ...], paper: Pa
         "chi2": report.printed.chi2,
         "limit": report.limit,
         "deviation": report.deviation,
+        "common_factor": report.common_factor,
         "sure": [_repair_record(r, paper) for r in report.sure],
         "explanations": [
             {"repairs": [_repair_record(r, paper) for r in e.repairs], "chi2": e.chi2, "evidence": e.evidence}

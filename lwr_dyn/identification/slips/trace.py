@@ -8,6 +8,7 @@ import numpy as np
 
 from lwr_dyn.errors import OptionError
 from lwr_dyn.identification.regression.information import Information
+from lwr_dyn.identification.slips.common_factor import common_factor
 from lwr_dyn.identification.slips.hypotheses import FREED, Hypothesis, as_printed, freed_repair, repaired
 from lwr_dyn.identification.slips.log_evidence import LogEvidence, log_evidence
 from lwr_dyn.identification.slips.printed_cells import Cell, PrintedCells, printed_cells
@@ -46,6 +47,8 @@ class SlipReport:
     limit: float
     """Largest chi^2 of a table that fits."""
     deviation: float
+    common_factor: float | None = None
+    """Of all masses and tensors, with which the table as printed meets the log too: then no cell need be wrong."""
 
     @property
     def fits(self) -> bool:
@@ -136,7 +139,9 @@ def trace_cells(
     explained = tuple(_with_values(h, table) for h in sorted(plain, key=lambda h: h.evidence))
     if explained:
         shown = shown_cells(information, explained[0].table)
-    return SlipReport(printed, explained, best, shown, evidence.limit(), deviation)
+    limit = evidence.limit()
+    factor = None if printed.chi2 <= limit else common_factor(evidence, printed)
+    return SlipReport(printed, explained, best, shown, limit, deviation, factor)
 
 
 def _says_less(evidence: LogEvidence, one: Hypothesis, other: Hypothesis) -> bool:
