@@ -159,7 +159,7 @@ def test_the_errata_of_the_paper_are_found_in_its_printed_tables(study: SlipStud
     assert any(r.text.startswith("c6y") for repairs in report.alternatives for r in repairs)
 
 
-@pytest.mark.parametrize("factor", [0.8, 1.15])
+@pytest.mark.parametrize("factor", [0.8, 1.25])
 def test_a_heavier_arm_is_said_beside_the_cell_that_the_search_would_blame(study: SlipStudy, factor: float) -> None:
     heavier = study.table.values.copy()
     heavier[:, :1] *= 1.0 / factor
