@@ -86,7 +86,7 @@ class Writer:
             self.invoke,
             lambda: d.Header("&REL 7"),
             lambda: d.Def("f", (d.Parameter("a", "IN"), d.Parameter("b", None, 2)), is_global=r.random() < 0.5),
-            lambda: d.Def("g", (), "REAL", r.random() < 0.5),
+            lambda: d.Def("g", (), "CHAR", r.choice((None, (), (e.Integer(15),)))),
             lambda: d.DefDat("d", r.random() < 0.5),
             lambda: s.Plain(r.choice(PLAIN)),
             lambda: d.Declaration(r.choice((None, "INT", "E6POS")), self.declarators(), True, r.random() < 0.3),

@@ -124,10 +124,11 @@ def _move(scope: Scope, x: s.Move) -> None:
 
 def _check_blends(scope: Scope, x: s.Move) -> None:
     spline = x.kind.startswith(("SPTP", "SLIN", "SCIRC", "SPL"))
-    for i, blend in enumerate(x.blends):
-        wrong = (blend == "C_SPL") != spline or (blend == "C_PTP" and not x.kind.startswith("PTP"))
-        if wrong or (x.kind.startswith("PTP") and i == 0 and blend != "C_PTP"):
-            allowed = "C_SPL" if spline else "C_PTP" if x.kind.startswith("PTP") else "C_DIS, C_ORI or C_VEL"
+    for blend in x.blends:
+        allowed = "C_SPL or C_DIS" if spline else "C_DIS, C_ORI or C_VEL"
+        if x.kind.startswith("PTP"):
+            allowed = "C_PTP, C_DIS, C_ORI or C_VEL"
+        if blend not in allowed:
             scope.report(x.column, "blend", f"{blend} on {x.kind}", allowed)
 
 

@@ -89,9 +89,11 @@ def _index(scope: Scope, x: e.Index) -> Type:
     if of.dimensions == 0:
         scope.report(x.column, "no-array", "an index on what is no array", "declare it with brackets")
         return of
-    if len(x.indices) != of.dimensions:
-        message = f"{len(x.indices)} indices on an array of {of.dimensions}"
+    if len(x.indices) + x.row != of.dimensions:
+        message = f"{len(x.indices) + x.row} indices on an array of {of.dimensions}"
         scope.report(x.column, "no-array", message, f"{of.dimensions} indices")
+    if x.row:
+        return Type(of.name, 1)
     return of.element
 
 
@@ -211,6 +213,7 @@ _TYPES: dict[type, Callable[[Scope, Any], Type]] = {
     e.Index: _index,
     e.Component: _component,
     e.FunctionCall: _call,
+    e.ChannelName: lambda scope, x: UNKNOWN,
     e.Aggregate: _aggregate,
     e.Unary: _unary,
     e.Binary: _binary,

@@ -6,12 +6,22 @@ from dataclasses import dataclass, field
 
 from lwr_dyn.krl.diagnostics import Diagnostic, Severity
 from lwr_dyn.krl.language import statements as s
-from lwr_dyn.krl.language.declarations import Declaration, Def, DefDat, EnumType, External, Header, Signal, StructType
+from lwr_dyn.krl.language.declarations import (
+    Channel,
+    Declaration,
+    Def,
+    DefDat,
+    EnumType,
+    External,
+    Header,
+    Signal,
+    StructType,
+)
 from lwr_dyn.krl.language.pairing import BLOCK_WORDS, CodeBlock, keyword_of, paired_blocks
 from lwr_dyn.krl.language.source import SourceFile
 
 _WORD = re.compile(r"[A-Z_$][A-Z0-9_$]*")
-DECLARATIONS = (Declaration, EnumType, StructType, Signal, External)
+DECLARATIONS = (Declaration, EnumType, StructType, Signal, Channel, External)
 
 
 @dataclass(slots=True)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import TypeAlias
 
-from lwr_dyn.krl.language.expressions import Expression, Nodes, Reference, Rules
+from lwr_dyn.krl.language.expressions import Bool, Expression, Nodes, Reference, Rules
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,19 +22,26 @@ class Parameter:
     name: str
     mode: str | None = None
     dimensions: int = 0
+    sizes: tuple[Expression, ...] = ()
     column: int = field(default=0, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
 class Def:
-    """`DEF name(...)`, or `DEFFCT returns name(...)`."""
+    """`DEF name(...)`, or `DEFFCT returns[sizes] name(...)`."""
 
     name: str
     parameters: tuple[Parameter, ...] = ()
     returns: str | None = None
-    returns_array: bool = False
+    returns_sizes: tuple[Expression, ...] | None = None
+    """() for `CHAR[]`, None without brackets."""
     is_global: bool = False
     column: int = field(default=1, compare=False)
+
+    @property
+    def returns_array(self) -> bool:
+        """Whether it returns an array."""
+        return self.returns_sizes is not None
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,11 +55,13 @@ class DefDat:
 
 @dataclass(frozen=True, slots=True)
 class Declarator:
-    """One declared name: `name[3, 4] = value`; `sizes` is None without brackets, () for `[]`."""
+    """One declared name: `name[3, 4] = value`; `sizes` is None without brackets, () for `[]` and `[,]`."""
 
     name: str
     sizes: tuple[Expression, ...] | None = None
     value: Expression | None = None
+    commas: int = 0
+    """Those of brackets without sizes: 1 for `[,]`."""
     column: int = field(default=0, compare=False)
 
 
@@ -89,23 +99,39 @@ class StructType:
 
 @dataclass(frozen=True, slots=True)
 class Signal:
-    """`SIGNAL name $IN[1] TO $IN[4]`."""
+    """`SIGNAL name $IN[1] TO $IN[4]`; `SIGNAL name FALSE` switches one off."""
 
     name: str
-    first: Reference
+    first: Reference | Bool
     last: Reference | None = None
     is_global: bool = False
     column: int = field(default=1, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
+class Channel:
+    """`CHANNEL :name :channel $structure`: a serial line of the controller."""
+
+    name: str
+    channel: str
+    structure: Reference
+    is_global: bool = False
+    column: int = field(default=1, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
 class External:
-    """`EXT name(INT:IN)`, `EXTFCT REAL name(...)`: a subprogram of another file."""
+    """`EXT name(INT:IN)`, `EXTFCT REAL name(...)`: a subprogram of another file; EXTP, EXTFCTP: of the controller."""
 
     name: str
     returns: str | None = None
     parameters: tuple[str, ...] = ()
+    returns_sizes: tuple[Expression, ...] | None = None
+    of_controller: bool = False
     column: int = field(default=1, compare=False)
+
+
+Declared: TypeAlias = Header | Def | DefDat | Declaration | EnumType | StructType | Signal | Channel | External
 
 
 def _declaration(c: Nodes, type_at: int | None, names_at: int) -> Declaration:
@@ -119,6 +145,12 @@ def _without_decl(c: Nodes, kind: str) -> Declaration:
     return Declaration(kind, tuple(c[3:]), False, c[0] is not None, c[1] is not None, c[2].column)
 
 
+def _declarator(c: Nodes) -> Declarator:
+    if isinstance(c[1], int):
+        return Declarator(c[0].text, (), c[2], c[1], c[0].column)
+    return Declarator(c[0].text, c[1], c[2], column=c[0].column)
+
+
 def _structure(c: Nodes) -> StructType:
     members: list[tuple[str, tuple[Declarator, ...]]] = []
     for kind, declarator in c[3:]:
@@ -130,31 +162,49 @@ def _structure(c: Nodes) -> StructType:
 
 
 def _external_type(c: Nodes) -> str:
-    brackets = "" if c[1] is None else f"[{',' * (c[1] - 1)}]"
-    return str(c[0]) + brackets + ("" if c[2] is None else f":{c[2]}")
+    # type [name] [brackets] [mode]
+    name = "" if c[1] is None else f" {c[1].text}"
+    return str(c[0]) + name + (c[2] or "") + ("" if c[3] is None else f":{c[3]}")
+
+
+def _parameter(c: Nodes) -> Parameter:
+    if isinstance(c[1], int):
+        return Parameter(c[0].text, c[2], c[1] + 1, column=c[0].column)
+    dimensions = 0 if c[1] is None else max(len(c[1]), 1)
+    return Parameter(c[0].text, c[2], dimensions, c[1] or (), c[0].column)
+
+
+def _external(c: Nodes) -> External:
+    # EXT name [types], or EXTFCT type [sizes] name [types]
+    returns, sizes, name, types = (None, None, *c[1:]) if len(c) == 3 else c[1:]
+    own = c[0].kind.endswith("P")
+    return External(name.text, returns, types or (), sizes, own, name.column)
 
 
 RULES: Rules = {
     "def_": lambda c: Def(c[2].text, c[3] or (), is_global=c[0] is not None, column=c[2].column),
-    "deffct": lambda c: Def(c[4].text, c[5] or (), c[2], c[3] is not None, c[0] is not None, c[4].column),
+    "deffct": lambda c: Def(c[4].text, c[5] or (), c[2], c[3], c[0] is not None, c[4].column),
     "defdat": lambda c: DefDat(c[1].text, c[2] is not None, c[1].column),
     "parameters": tuple,
-    "parameter": lambda c: Parameter(c[0].text, c[2], c[1] or 0, c[0].column),
-    "brackets": lambda c: len(c) - 1,
+    "parameter": _parameter,
+    "brackets": lambda c: "".join(x.text for x in c),
     "mode": lambda c: c[0].text.upper(),
     "typed": lambda c: _declaration(c, 4, 5),
     "untyped": lambda c: _declaration(c, None, 4),
     "bare": lambda c: _without_decl(c, c[2].text.upper()),
     "bare_named": lambda c: _without_decl(c, c[2].text),
     "type": lambda c: c[0].text.upper() if c[0].kind == "SIMPLE" else c[0].text,
-    "declarator": lambda c: Declarator(c[0].text, c[1], c[2], c[0].column),
+    "declarator": _declarator,
+    "commas": len,
     "enum_": lambda c: EnumType(c[2].text, tuple(x.text for x in c[3:]), c[0] is not None, c[2].column),
     "struc": _structure,
-    "member": lambda c: (c[0], Declarator(c[1].text, c[2], None, c[1].column)),
-    "also": lambda c: (None, Declarator(c[0].text, c[1], None, c[0].column)),
+    "member": lambda c: (c[0], Declarator(c[1].text, c[2], column=c[1].column)),
+    "also": lambda c: (None, Declarator(c[0].text, c[1], column=c[0].column)),
     "signal": lambda c: Signal(c[2].text, c[3], c[5], c[0] is not None, c[2].column),
-    "ext": lambda c: External(c[1].text, None, c[2] or (), c[1].column),
-    "extfct": lambda c: External(c[2].text, c[1], c[3] or (), c[2].column),
+    "no_signal": lambda c: Signal(c[2].text, Bool(False, c[3].column), None, c[0] is not None, c[2].column),
+    "channel": lambda c: Channel(c[2].text, c[3].text, c[4], c[0] is not None, c[2].column),
+    "ext": _external,
+    "extfct": _external,
     "ext_types": tuple,
     "ext_type": _external_type,
 }

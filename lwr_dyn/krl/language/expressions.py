@@ -66,10 +66,11 @@ class Name:
 
 @dataclass(frozen=True, slots=True)
 class Index:
-    """`of[i, j]`; without indices (`of[]`) the whole array."""
+    """`of[i, j]`; without indices (`of[]`) the whole array; with `row` (`of[i,]`) a whole row of it."""
 
     of: Reference
     indices: tuple[Expression, ...]
+    row: bool = False
     column: int = field(default=0, compare=False)
 
 
@@ -88,6 +89,14 @@ class FunctionCall:
 
     name: str
     arguments: tuple[Expression | None, ...] = ()
+    column: int = field(default=0, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class ChannelName:
+    """`:name`, a serial line as the argument of COPEN."""
+
+    name: str
     column: int = field(default=0, compare=False)
 
 
@@ -131,7 +140,7 @@ class Binary:
 
 Reference: TypeAlias = "Name | Index | Component"
 Literal: TypeAlias = "Integer | Real | Bool | Text | EnumLiteral"
-Expression: TypeAlias = "Literal | Reference | FunctionCall | Aggregate | Unary | Binary"
+Expression: TypeAlias = "Literal | Reference | FunctionCall | ChannelName | Aggregate | Unary | Binary"
 
 PRIORITY = {
     ":": 8, "*": 7, "/": 7, "+": 6, "-": 6, "AND": 5, "B_AND": 5, "EXOR": 4, "B_EXOR": 4, "OR": 3, "B_OR": 3,
@@ -155,18 +164,21 @@ _LITERALS: dict[str, Callable[[Token], Literal]] = {
     "DECIMAL": lambda token: Real(float(token.text), token.column),
     "STRING": lambda token: Text(token.text[1:-1], token.column),
     "TRUTH": lambda token: Bool(token.text.upper() == "TRUE", token.column),
-    "ENUMERATION": lambda token: EnumLiteral(token.text[1:], token.column),
+    "ENUMERATION": lambda token: EnumLiteral(token.text[1:].lstrip(), token.column),
 }
 RULES: Rules = {
     "name": lambda c: c[0],
     "variable": lambda c: Name(c[0].text, c[0].column),
     "literal": lambda c: _LITERALS[c[0].kind](c[0]),
-    "index": lambda c: Index(c[0], c[1], c[0].column),
+    "index": lambda c: Index(c[0], c[1], column=c[0].column),
+    "row_of": lambda c: Index(c[0], c[1], True, c[0].column),
+    "row": tuple,
     "indices": _optional_list,
     "no_indices": lambda c: (),
     "component": lambda c: Component(c[0], c[1].text, c[1].column),
     "call": lambda c: FunctionCall(c[0].text, c[1], c[0].column),
     "arguments": _optional_list,
+    "channel_name": lambda c: ChannelName(c[0].text, c[0].column),
     "aggregate": lambda c: Aggregate(tuple(c[2:]), None if c[1] is None else c[1].text, c[0].column),
     "item": lambda c: Item(c[0].text, c[2], c[1], c[0].column),
     "sizes": _optional_list,

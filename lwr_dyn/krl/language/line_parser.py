@@ -5,7 +5,8 @@ recipe; later lines of that shape only fill in their own tokens.
 """
 
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence, Set
+from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import lru_cache
 from typing import Any, TypeAlias
@@ -21,9 +22,15 @@ from lwr_dyn.krl.language.lexer import GRAMMAR, KEYWORDS, LineError, Token, toke
 from lwr_dyn.krl.language.statements import Statement
 
 SHAPES = 4096
-"""Shapes of lines whose recipe is cached."""
+"""Shapes of lines whose recipe is kept."""
+LINES = 1 << 17
+"""Lines that are kept by their text: programs repeat theirs, and an editor asks for all again after each change."""
+LONGEST_KEPT = 500
+"""[characters] A longer line is not kept."""
 ParseRecipe: TypeAlias = "tuple[Callable[[list[Any]], Any], tuple[ParseRecipe | int | None, ...]]"
 """The function of a rule and its arguments: another recipe, the index of a token, or None for a part left out."""
+ParsedLine: TypeAlias = tuple[Statement | None, str | None] | LineError
+"""A line's statement and comment, or its fault."""
 RULES = {**expressions.RULES, **declarations.RULES, **statements.RULES}
 """Rule of the grammar -> the function that builds its record from the list of its parts."""
 _DESCRIPTIONS = {
@@ -49,18 +56,29 @@ def parse_line(text: str) -> tuple[Statement | None, str | None]:
     >>> parse_line("HALT ; wait here")
     (Plain(keyword='HALT', column=1), ' wait here')
     """
+    line = _kept_line(text) if len(text) <= LONGEST_KEPT else _line(text)
+    if isinstance(line, LineError):
+        raise LineError(line.column, line.code, line.message, line.hint)
+    return line
+
+
+def _line(text: str) -> ParsedLine:
     if text.lstrip().startswith("&"):
         return Header(text.strip()), None
-    tokens, cut = tokens_of(text)
-    comment = None if cut is None else text[cut + 1 :]
-    if not tokens:
-        return None, comment
     try:
-        recipe = _recipe(tuple(token.kind for token in tokens))
-    except UnexpectedToken as fault:
-        raise _syntax_error(tokens, fault) from None
-    statement: Statement = _filled(recipe, tokens)
-    return statement, comment
+        tokens, cut = tokens_of(text)
+        comment = None if cut is None else text[cut + 1 :]
+        if not tokens:
+            return None, comment
+        recipe = _recipe(tuple([token.kind for token in tokens]))
+        if isinstance(recipe, _Misfit):
+            return _syntax_error(tokens, recipe)
+        return _filled(recipe, tokens), comment
+    except LineError as fault:
+        return fault.with_traceback(None)
+
+
+_kept_line = lru_cache(maxsize=LINES)(_line)
 
 
 def _filled(recipe: ParseRecipe, tokens: Sequence[Token]) -> Any:
@@ -68,9 +86,21 @@ def _filled(recipe: ParseRecipe, tokens: Sequence[Token]) -> Any:
     return build([p if p is None else tokens[p] if isinstance(p, int) else _filled(p, tokens) for p in parts])
 
 
+@dataclass(frozen=True, slots=True)
+class _Misfit:
+    """Why a shape is no line: the index of the first token that does not fit, and the kinds allowed there."""
+
+    at: int
+    allowed: frozenset[str]
+
+
 @lru_cache(maxsize=SHAPES)
-def _recipe(shape: tuple[str, ...]) -> ParseRecipe:
-    return _recipe_of_tree(_parser().parse(shape))
+def _recipe(shape: tuple[str, ...]) -> "ParseRecipe | _Misfit":
+    try:
+        return _recipe_of_tree(_parser().parse(shape))
+    except UnexpectedToken as fault:
+        at = len(shape) if fault.token.type == "$END" else int(fault.token)
+        return _Misfit(at, frozenset(fault.accepts or fault.expected))
 
 
 def _recipe_of_tree(tree: Any) -> ParseRecipe:
@@ -94,9 +124,8 @@ def _parser() -> Lark:
     return Lark(GRAMMAR, parser="lalr", lexer=_Shape, start="line", maybe_placeholders=True)
 
 
-def _syntax_error(tokens: list[Token], fault: UnexpectedToken) -> LineError:
-    ended = fault.token.type == "$END"
-    at = len(tokens) if ended else int(fault.token)
+def _syntax_error(tokens: list[Token], fault: _Misfit) -> LineError:
+    at, ended = fault.at, fault.at == len(tokens)
     column = tokens[-1].column + len(tokens[-1].text) if ended else tokens[at].column
     bracket = _open_bracket(tokens[:at])
     if ended and bracket is not None:
@@ -106,10 +135,10 @@ def _syntax_error(tokens: list[Token], fault: UnexpectedToken) -> LineError:
     near = _near_keyword(first)
     if near is not None and (len(tokens) < 2 or tokens[1].kind not in _AFTER_NAMES):
         return LineError(first.column, "unknown-keyword", f"{first.text} is no keyword", f"did you mean {near}?")
-    if not ended and tokens[at].kind != "NAME" and tokens[at].text.isalpha() and "NAME" in fault.expected:
+    if not ended and tokens[at].kind != "NAME" and tokens[at].text.isalpha() and "NAME" in fault.allowed:
         return LineError(column, "syntax", f"{tokens[at].text} is a keyword and no name", "use another name")
     message = "the line ends too early" if ended else f"{tokens[at].text!r} does not belong here"
-    return LineError(column, "syntax", message, _allowed(fault))
+    return LineError(column, "syntax", message, _allowed(fault.allowed))
 
 
 def _open_bracket(tokens: list[Token]) -> Token | None:
@@ -130,10 +159,9 @@ def _near_keyword(first: Token) -> str | None:
     return near[0] if near else None
 
 
-def _allowed(fault: UnexpectedToken) -> str:
-    kinds = set(fault.accepts or fault.expected)
+def _allowed(kinds: Set[str]) -> str:
     if kinds >= _MAYBE_NAMES:
-        kinds -= _MAYBE_NAMES
+        kinds = kinds - _MAYBE_NAMES
     shown = sorted({_DESCRIPTIONS.get(kind, kind) for kind in kinds - {"$END", "BITS", "TRUTH"}})
     ends = ["the end of the line"] if "$END" in kinds else []
     return f"allowed here: {', '.join([*shown[:10], *ends])}"

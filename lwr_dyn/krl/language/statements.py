@@ -9,14 +9,14 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
-from lwr_dyn.krl.language.declarations import Declaration, Def, DefDat, EnumType, External, Header, Signal, StructType
+from lwr_dyn.krl.language.declarations import Declared
 from lwr_dyn.krl.language.expressions import Expression, FunctionCall, Name, Nodes, Reference, Rules
-from lwr_dyn.krl.language.lexer import Token
+from lwr_dyn.krl.language.lexer import LineError, Token
 
 
 @dataclass(frozen=True, slots=True)
 class Plain:
-    """A line of one keyword: END, ENDFCT, ENDDAT, ELSE, ENDIF, LOOP, HALT, CONTINUE ..."""
+    """A line of one keyword: END, ENDFCT, ENDDAT, ELSE, ENDIF, LOOP, HALT, BRAKE F ..."""
 
     keyword: str
     column: int = field(default=1, compare=False)
@@ -181,15 +181,14 @@ class Analog:
 
 
 Statement: TypeAlias = (
-    Header | Def | DefDat | Plain | Declaration | EnumType | StructType | Signal | External | Assign | Invoke | Move
-    | SplineBlock | EndSpline | Wait | Condition | CaseBranch | For | Jump | Label | Return | InterruptDeclaration
-    | InterruptSwitch | Trigger | Analog
+    Declared | Plain | Assign | Invoke | Move | SplineBlock | EndSpline | Wait | Condition | CaseBranch | For | Jump
+    | Label | Return | InterruptDeclaration | InterruptSwitch | Trigger | Analog
 )  # fmt: skip
 
 
 def _motion_options(c: Nodes) -> dict[str, Any]:
     blends = tuple(x.text.upper() for x in c if isinstance(x, Token) and x.kind == "BLEND")
-    frames = [x.text[1:] for x in c if isinstance(x, Token) and x.kind == "ENUMERATION"]
+    frames = [x.text[1:].lstrip() for x in c if isinstance(x, Token) and x.kind == "ENUMERATION"]
     settings = tuple(a for x in c if isinstance(x, tuple) for a in x)
     return {"blends": blends, "frame": frames[-1] if frames else None, "settings": settings}
 
@@ -205,6 +204,14 @@ def _circ(c: Nodes) -> Move:
 
 def _options(c: Nodes) -> tuple[Assign, ...]:
     return (Assign(Name(c[0].text.upper(), c[0].column), c[1], c[0].column), *(c[2] or ()))
+
+
+def _brake(c: Nodes) -> Plain:
+    if c[1] is None:
+        return Plain("BRAKE", c[0].column)
+    if c[1].text.upper() != "F":
+        raise LineError(c[1].column, "syntax", f"{c[1].text!r} does not belong here", "BRAKE, or BRAKE F")
+    return Plain("BRAKE F", c[0].column)
 
 
 RULES: Rules = {
@@ -229,5 +236,6 @@ RULES: Rules = {
     "trigger": lambda c: Trigger(c[2].text.upper(), c[3], c[6], c[8], c[10], c[4] is not None, c[0].column),
     "analog": lambda c: Analog(c[0].text.upper(), c[1].text.upper(), c[2], c[3], c[4] or (), c[0].column),
     "options": _options,
+    "brake": _brake,
     "plain": lambda c: Plain(c[0].text.upper(), c[0].column),
 }

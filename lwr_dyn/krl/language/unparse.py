@@ -51,7 +51,7 @@ def _integer(x: e.Integer, _: int) -> str:
 
 
 def _index(x: e.Index, _: int) -> str:
-    return f"{expression_text(x.of)}[{_list(x.indices)}]"
+    return f"{expression_text(x.of)}[{_list(x.indices)}{',' if x.row else ''}]"
 
 
 def _call(x: e.FunctionCall, _: int = 0) -> str:
@@ -91,6 +91,7 @@ _EXPRESSIONS: dict[type, Callable[[Any, int], str]] = {
     e.Index: _index,
     e.Component: lambda x, _: f"{expression_text(x.of)}.{x.name}",
     e.FunctionCall: _call,
+    e.ChannelName: lambda x, _: f":{x.name}",
     e.Aggregate: _aggregate,
     e.Unary: _unary,
     e.Binary: _binary,
@@ -109,23 +110,26 @@ def _words(*words: str | None) -> str:
     return " ".join(word for word in words if word)
 
 
-def _global(x: d.Def | d.Declaration | d.EnumType | d.StructType | d.Signal | s.InterruptDeclaration) -> str | None:
+def _global(
+    x: d.Def | d.Declaration | d.EnumType | d.StructType | d.Signal | d.Channel | s.InterruptDeclaration,
+) -> str | None:
     return "GLOBAL" if x.is_global else None
 
 
 def _declarator(x: d.Declarator) -> str:
     value = "" if x.value is None else f" = {expression_text(x.value)}"
-    return f"{x.name}{_brackets(x.sizes)}{value}"
+    brackets = f"[{',' * x.commas}]" if x.commas else _brackets(x.sizes)
+    return f"{x.name}{brackets}{value}"
 
 
 def _parameter(x: d.Parameter) -> str:
-    brackets = f"[{',' * (x.dimensions - 1)}]" if x.dimensions else ""
+    brackets = _brackets(x.sizes) if x.sizes else f"[{',' * (x.dimensions - 1)}]" if x.dimensions else ""
     return f"{x.name}{brackets}" + (f":{x.mode}" if x.mode else "")
 
 
 def _def(x: d.Def) -> str:
     parameters = ", ".join(map(_parameter, x.parameters)) or " "
-    head = "DEF" if x.returns is None else f"DEFFCT {x.returns}{'[]' if x.returns_array else ''}"
+    head = "DEF" if x.returns is None else f"DEFFCT {x.returns}{_brackets(x.returns_sizes)}"
     return _words(_global(x), head, f"{x.name}({parameters})")
 
 
@@ -145,7 +149,8 @@ def _signal(x: d.Signal) -> str:
 
 
 def _external(x: d.External) -> str:
-    head = "EXT" if x.returns is None else f"EXTFCT {x.returns}"
+    own = "P" if x.of_controller else ""
+    head = f"EXT{own}" if x.returns is None else f"EXTFCT{own} {x.returns}{_brackets(x.returns_sizes)}"
     return f"{head} {x.name}({', '.join(x.parameters) or ' '})"
 
 
@@ -211,6 +216,7 @@ _STATEMENTS: dict[type, Callable[[Any], str]] = {
     d.EnumType: _enum,
     d.StructType: _struct,
     d.Signal: _signal,
+    d.Channel: lambda x: _words(_global(x), f"CHANNEL :{x.name} :{x.channel}", expression_text(x.structure)),
     d.External: _external,
     s.Assign: _assign,
     s.Invoke: lambda x: _call(x.call),

@@ -112,7 +112,7 @@ def _signal_type(x: Signal) -> Type:
 
 def type_of(kind: str | None, declarator: Declarator) -> Type:
     """The type of a declared name; unknown where the declaration has no type."""
-    dimensions = 0 if declarator.sizes is None else max(len(declarator.sizes), 1)
+    dimensions = 0 if declarator.sizes is None else max(len(declarator.sizes), 1 + declarator.commas)
     sizes = tuple(x.value if isinstance(x, e.Integer) else 0 for x in declarator.sizes or ())
     return Type("?" if kind is None else kind.upper(), dimensions, sizes)
 

@@ -197,6 +197,7 @@ _VALUES: dict[type, Callable[[Environment, Any], Value]] = {
     e.Index: _read,
     e.Component: _read,
     e.FunctionCall: lambda env, x: env.call(x),
+    e.ChannelName: lambda env, x: f":{x.name}",
     e.Aggregate: aggregate_value,
     e.Unary: lambda env, x: unary_value(x.operator, value_of(env, x.operand)),
     e.Binary: lambda env, x: binary_value(x.operator, value_of(env, x.left), value_of(env, x.right)),

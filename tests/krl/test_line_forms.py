@@ -1,0 +1,99 @@
+"""Forms of lines that real programs hold: each is read as meant, and what is written of it is read back the same."""
+
+import pytest
+
+from lwr_dyn.krl.language import declarations as d
+from lwr_dyn.krl.language import expressions as e
+from lwr_dyn.krl.language import statements as s
+from lwr_dyn.krl.language.lexer import LONGEST, LineError
+from lwr_dyn.krl.language.line_parser import parse_line
+from lwr_dyn.krl.language.unparse import statement_text
+
+
+def name(text):
+    return e.Name(text)
+
+
+FORMS = {
+    'tool_name[1,]="Gripper"': s.Assign(e.Index(name("tool_name"), (e.Integer(1),), row=True), e.Text("Gripper")),
+    'grid[1,2,]="x"': s.Assign(e.Index(name("grid"), (e.Integer(1), e.Integer(2)), row=True), e.Text("x")),
+    "STRUC slot INT OUT, REAL IN, BOOL INT": d.StructType(
+        "slot", (("INT", (d.Declarator("OUT"),)), ("REAL", (d.Declarator("IN"),)), ("BOOL", (d.Declarator("INT"),)))
+    ),
+    "GLOBAL STRUC pair INT ON, OFF": d.StructType("pair", (("INT", (d.Declarator("ON"), d.Declarator("OFF"))),), True),
+    "GLOBAL ENUM lamp ON, OFF, WAIT": d.EnumType("lamp", ("ON", "OFF", "WAIT"), True),
+    "box.IN.S1 = box.OUT": s.Assign(e.Component(e.Component(name("box"), "IN"), "S1"), e.Component(name("box"), "OUT")),
+    "slot = {OUT 1, IN 2.5, SUB {ON TRUE, OFF FALSE}}": s.Assign(
+        name("slot"),
+        e.Aggregate(
+            (
+                e.Item("OUT", e.Integer(1)),
+                e.Item("IN", e.Real(2.5)),
+                e.Item("SUB", e.Aggregate((e.Item("ON", e.Bool(True)), e.Item("OFF", e.Bool(False))))),
+            )
+        ),
+    ),
+    "DEFFCT CHAR[15] label_of(n:IN)": d.Def("label_of", (d.Parameter("n", "IN"),), "CHAR", (e.Integer(15),)),
+    "GLOBAL DEFFCT CHAR[] text_of()": d.Def("text_of", (), "CHAR", (), True),
+    "DEF fill(text[80]:OUT, table[,]:IN)": d.Def(
+        "fill", (d.Parameter("text", "OUT", 1, (e.Integer(80),)), d.Parameter("table", "IN", 2))
+    ),
+    "DEF old(a:INOUT)": d.Def("old", (d.Parameter("a", "INOUT"),)),
+    "EXTFCT CHAR[15] label_of(INT:IN)": d.External("label_of", "CHAR", ("INT:IN",), (e.Integer(15),)),
+    "EXTP raise_it(ERROR_T what:OUT)": d.External("raise_it", None, ("ERROR_T what:OUT",), None, True),
+    "EXTFCTP INT length_of(CHAR text[80]:IN)": d.External("length_of", "INT", ("CHAR text[80]:IN",), None, True),
+    "SIGNAL $WORKSTATE1 FALSE": d.Signal("$WORKSTATE1", e.Bool(False)),
+    "CHANNEL :SER_1 :SER_1 $PSER_1": d.Channel("SER_1", "SER_1", name("$PSER_1")),
+    "COPEN(:SER_3, handle)": s.Invoke(e.FunctionCall("COPEN", (e.ChannelName("SER_3"), name("handle")))),
+    "BRAKE": s.Plain("BRAKE"),
+    "BRAKE F": s.Plain("BRAKE F"),
+    "ON_ERROR_PROCEED": s.Plain("ON_ERROR_PROCEED"),
+    "DECL INT V[,]": d.Declaration("INT", (d.Declarator("V", (), commas=1),)),
+    "CHAR text[]": d.Declaration("CHAR", (d.Declarator("text", ()),), False),
+    "PTP P1 C_DIS": s.Move("PTP", name("P1"), blends=("C_DIS",)),
+    "SLIN P1 C_DIS": s.Move("SLIN", name("P1"), blends=("C_DIS",)),
+    "DEFDAT points() PUBLIC": d.DefDat("points", True),
+    "err = f(# STATE)": s.Assign(name("err"), e.FunctionCall("f", (e.EnumLiteral("STATE"),))),
+}
+
+
+@pytest.mark.parametrize("line", FORMS)
+def test_a_form_is_read_as_meant_and_survives_writing(line):
+    statement, _ = parse_line(line)
+    assert statement == FORMS[line]
+    assert parse_line(statement_text(statement))[0] == statement
+    assert parse_line(line.lower().replace('"gripper"', '"Gripper"'))[0] is not None
+
+
+@pytest.mark.parametrize(
+    ("line", "column"),
+    [("BRAKE G", 7), ("x = T[,1]", 8), ("STRUC p INT", 12), ("SIGNAL off FALSE", 8), ("CHANNEL SER_1", 9)],
+)
+def test_what_is_near_these_forms_is_a_fault(line, column):
+    with pytest.raises(LineError) as fault:
+        parse_line(line)
+    assert fault.value.column == column
+
+
+def test_a_line_of_8192_characters_is_read_and_a_longer_one_is_a_fault():
+    items = ", ".join(f"A{i} -{i}.5" for i in range(600))
+    line = f"t = {{{items}}}"
+    line += " " * (LONGEST - len(line))
+    assert len(line) == LONGEST
+    assert len(parse_line(line)[0].value.items) == 600
+    assert parse_line(line + ";" + "c" * 50_000)[1] == "c" * 50_000
+    for longer in (line + " ", "x = " + "?" * 10_000_000, "y" * 10_000_000):
+        with pytest.raises(LineError) as fault:
+            parse_line(longer)
+        assert fault.value.column <= LONGEST + 1
+    assert (fault.value.code, fault.value.column) == ("long-line", LONGEST + 1)
+
+
+def test_a_faulty_line_is_kept_and_reported_the_same_each_time():
+    faults = []
+    for _ in range(3):
+        with pytest.raises(LineError) as fault:
+            parse_line("x = (1 + 2")
+        faults.append(fault.value)
+    assert len({(f.column, f.code, f.message, f.hint) for f in faults}) == 1
+    assert faults[0] is not faults[1]
