@@ -1,0 +1,168 @@
+"""What counts as a false diagnosis of a public KRL program; written before the programs were checked.
+
+Only errors count. A warning or a note may be right or idle: KSS runs the program all the same.
+
+true     KSS refuses the line, or cannot run it, whatever else is installed.
+missing  The name is declared nowhere in what was given and is none of KUKA's: the program needs a file that is not
+         there, or the name is misspelt. KSS refuses it too.
+unclear  Right or not depends on something that is not in the repository: a name of an option package that it does not
+         bring, a form of a line that only some version of KSS has or that no public text decides.
+false    KSS takes the line as it stands. Of two readings, the one that speaks against us.
+
+A false *syntax* error is a false one about a line as such: its words, their order, blocks and where they end
+(`SYNTAX_CODES`). A false *alarm* is any false error. No KSS was at hand: each verdict follows from a rule here or from
+one row, with its reason, in the manifest; an error that neither decides counts as false, so no error passes unread.
+
+The rules, for an error about an unknown name:
+1. a program that stands alone, a name that its repository declares: missing;
+2. a name in the controller's own list (`operate*.dat` in one of the repositories), one with `$`, or one of the options
+   whose manuals are public (EKI_, RSI_): false;
+3. a name that a KUKA file of another repository declares (below a folder System, TP or Mada), or one that begins like
+   an option's (`OPTIONS`): unclear;
+4. any other: missing.
+"""
+
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from fnmatch import fnmatch
+from pathlib import Path
+from typing import Any, Literal
+
+from lwr_dyn.krl.diagnostics import Diagnostic
+
+Verdict = Literal["true", "missing", "unclear", "false"]
+VERDICTS: tuple[Verdict, ...] = ("true", "missing", "unclear", "false")
+SYNTAX_CODES = frozenset(
+    [
+        "syntax",
+        "bad-literal",
+        "bad-character",
+        "unknown-keyword",
+        "missing-type",
+        "long-line",
+        "late-declaration",
+        "initialiser-in-src",
+        "outside-routine",
+        "stray-end",
+        "missing-end",
+        "open-string",
+        "open-bracket",
+        "bad-name",
+    ]
+)
+PUBLIC_OPTIONS = re.compile(r"(EKI|RSI)_")
+OPTIONS = re.compile(
+    r"MSG(NOTIFY|QUIT|STATE|DIALOG|LOOP)|(ST|GRP|GRIP|ARC|SPOT|LASER|CONV|TM|OPC)_|GRIPPER|A[125]0|USERSPOT"
+)
+"""How the names of option packages begin; it makes a verdict unclear, so it speaks against us."""
+_NAME = re.compile(r"^(?:the subprogram |the function )?(\S+) (?:is not declared|is not known|is no type)")
+_DECLARED = re.compile(
+    rb"(?im)^[ \t]*(?:GLOBAL[ \t]+)?(?:DECL|DEF|DEFFCT|ENUM|STRUC|SIGNAL|EXT|EXTFCT|EXTP|EXTFCTP|INT|REAL|BOOL|CHAR)\b"
+    rb"[ \t]*([^\r\n;]*)"
+)
+_WORD = re.compile(r"[$A-Za-z_][$\w]*")
+
+
+@dataclass(frozen=True, slots=True)
+class CorpusNames:
+    """Names in capitals, read without our parser: a line that declares yields all its words."""
+
+    kernel: frozenset[str]
+    supplied: Mapping[str, frozenset[str]]
+    """By repository, of the files that KUKA supplies."""
+    declared: Mapping[str, frozenset[str]]
+    """By repository, of all its files."""
+
+
+def corpus_names(folder: Path) -> CorpusNames:
+    """Those of all repositories below a folder, each `owner+name/...`."""
+    kernel: set[str] = set()
+    supplied: dict[str, set[str]] = {}
+    declared: dict[str, set[str]] = {}
+    for path in sorted(folder.rglob("*")):
+        if path.suffix.lower() not in (".src", ".sub", ".dat") or not path.is_file():
+            continue
+        parts = path.relative_to(folder).parts
+        words = declared_words(path.read_bytes())
+        declared.setdefault(parts[0], set()).update(words)
+        if path.name.lower().startswith("operate"):
+            kernel |= words
+        elif {"system", "tp", "mada"} & {part.lower() for part in parts[1:-1]}:
+            supplied.setdefault(parts[0], set()).update(words)
+    return CorpusNames(
+        frozenset(kernel),
+        {name: frozenset(words) for name, words in supplied.items()},
+        {name: frozenset(words) for name, words in declared.items()},
+    )
+
+
+def declared_words(text: bytes) -> set[str]:
+    """All words of the lines that declare, before a value."""
+    lines = (x.group(1).split(b"=")[0].decode("latin-1") for x in _DECLARED.finditer(text))
+    return {word.upper() for line in lines for word in _WORD.findall(line)}
+
+
+@dataclass(frozen=True, slots=True)
+class Judgement:
+    """One row of the manifest: errors of a code in files of a repository, at these lines or at all."""
+
+    repository: str
+    file: str
+    code: str
+    verdict: Verdict
+    why: str
+    lines: tuple[int, ...] = ()
+    names: tuple[str, ...] = ()
+
+    def decides(self, repository: str, file: str, diagnosis: Diagnostic) -> bool:
+        """Whether this row speaks of that error."""
+        name = name_of(diagnosis)
+        return (
+            fnmatch(repository, self.repository)
+            and fnmatch(file.lower(), self.file.lower())
+            and fnmatch(diagnosis.code, self.code)
+            and (not self.lines or diagnosis.position.line in self.lines)
+            and (not self.names or (name is not None and any(fnmatch(name, x.upper()) for x in self.names)))
+        )
+
+
+def judgements(rows: Iterable[Mapping[str, Any]]) -> list[Judgement]:
+    """The rows of a manifest."""
+    return [
+        Judgement(**{**row, "lines": tuple(row.get("lines", ())), "names": tuple(row.get("names", ()))}) for row in rows
+    ]
+
+
+def name_of(diagnosis: Diagnostic) -> str | None:
+    """The unknown name of an error about one, in capitals."""
+    found = _NAME.match(diagnosis.message)
+    return None if found is None else found.group(1).upper()
+
+
+@dataclass(slots=True, eq=False)
+class Judge:
+    """Gives each error its verdict: rows of the manifest first, then the rules; `undecided` keeps what none decides."""
+
+    names: CorpusNames
+    rows: list[Judgement]
+    undecided: list[tuple[str, Diagnostic]] = field(default_factory=list)
+
+    def verdict(self, repository: str, file: str, diagnosis: Diagnostic, *, alone: bool) -> Verdict:
+        """Of an error in a file, by its path within its repository; `alone`: checked without the other files."""
+        row = next((x for x in self.rows if x.decides(repository, file, diagnosis)), None)
+        if row is not None:
+            return row.verdict
+        name = name_of(diagnosis)
+        if name is None:
+            self.undecided.append((f"{repository}/{file}", diagnosis))
+            return "false"
+        return self._of_name(repository, name, alone)
+
+    def _of_name(self, repository: str, name: str, alone: bool) -> Verdict:
+        if alone and name in self.names.declared.get(repository, ()):
+            return "missing"
+        if name in self.names.kernel or name.startswith("$") or PUBLIC_OPTIONS.match(name):
+            return "false"
+        others = (words for other, words in self.names.supplied.items() if other != repository)
+        return "unclear" if OPTIONS.match(name) or any(name in words for words in others) else "missing"
