@@ -34,22 +34,8 @@ from lwr_dyn.krl.diagnostics import Diagnostic
 Verdict = Literal["true", "missing", "unclear", "false"]
 VERDICTS: tuple[Verdict, ...] = ("true", "missing", "unclear", "false")
 SYNTAX_CODES = frozenset(
-    [
-        "syntax",
-        "bad-literal",
-        "bad-character",
-        "unknown-keyword",
-        "missing-type",
-        "long-line",
-        "late-declaration",
-        "initialiser-in-src",
-        "outside-routine",
-        "stray-end",
-        "missing-end",
-        "open-string",
-        "open-bracket",
-        "bad-name",
-    ]
+    {"syntax", "bad-literal", "bad-character", "unknown-keyword", "missing-type", "long-line", "late-declaration"}
+    | {"initialiser-in-src", "outside-routine", "stray-end", "missing-end", "open-string", "open-bracket", "bad-name"}
 )
 PUBLIC_OPTIONS = re.compile(r"(EKI|RSI)_")
 OPTIONS = re.compile(
@@ -58,8 +44,8 @@ OPTIONS = re.compile(
 """How the names of option packages begin; it makes a verdict unclear, so it speaks against us."""
 _NAME = re.compile(r"^(?:the subprogram |the function )?(\S+) (?:is not declared|is not known|is no type)")
 _DECLARED = re.compile(
-    rb"(?im)^[ \t]*(?:GLOBAL[ \t]+)?(?:DECL|DEF|DEFFCT|ENUM|STRUC|SIGNAL|EXT|EXTFCT|EXTP|EXTFCTP|INT|REAL|BOOL|CHAR)\b"
-    rb"[ \t]*([^\r\n;]*)"
+    rb"(?im)^[ \t]*(?:GLOBAL[ \t]+)?(DECL|DEF|DEFFCT|ENUM|STRUC|SIGNAL|EXT|EXTFCT|EXTP|EXTFCTP|INT|REAL|BOOL|CHAR)\b"
+    rb"[ \t]*([^\r\n;=(]*)"
 )
 _WORD = re.compile(r"[$A-Za-z_][$\w]*")
 
@@ -98,9 +84,12 @@ def corpus_names(folder: Path) -> CorpusNames:
 
 
 def declared_words(text: bytes) -> set[str]:
-    """All words of the lines that declare, before a value."""
-    lines = (x.group(1).split(b"=")[0].decode("latin-1") for x in _DECLARED.finditer(text))
-    return {word.upper() for line in lines for word in _WORD.findall(line)}
+    """The words of the lines that declare, up to a value or an argument; of a type its name only."""
+    out: set[str] = set()
+    for keyword, rest in _DECLARED.findall(text):
+        words = [word.upper() for word in _WORD.findall(rest.decode("latin-1"))]
+        out.update(words[:1] if keyword.upper() in (b"ENUM", b"STRUC") else words)
+    return out
 
 
 @dataclass(frozen=True, slots=True)
