@@ -32,6 +32,7 @@ from lwr_dyn.identification.regression.information import Information, widened
 from lwr_dyn.identification.regression.least_squares import IDENTIFIED, Estimate
 from lwr_dyn.identification.regression.samples import SampleRule, Samples, samples_of
 from lwr_dyn.identification.regression.stribeck import StribeckSearch, stribeck_search
+from lwr_dyn.identification.regression.stribeck_errors import with_unknown_speeds
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.shown import repr_html, short_repr
@@ -59,6 +60,8 @@ class MotionIdentification:
     """Whether no bodies can have the values of least squares."""
     stribeck: StribeckSearch | None = None
     """The search for Stribeck speeds, where one was asked for."""
+    stribeck_sigma: Array | None = None
+    """Their standard errors (n,) [rad/s or m/s], NaN for a joint without one."""
     __repr__ = short_repr
     _repr_html_ = repr_html
 
@@ -178,6 +181,7 @@ def identify_motion(
     return MotionIdentification(
         arm, rule, seen.samples, information, consistent, of_the_model, validation, seen.whiteness,
         correlated_groups(information), judge_bodies(arm, columns, _estimate(information)), seen.search,
+        seen.search_sigma,
     )  # fmt: skip
 
 
@@ -190,6 +194,7 @@ class _SeenLogs:
     folds: Folds | None = None
     whiteness: tuple[Whiteness, ...] = ()
     search: StribeckSearch | None = None
+    search_sigma: Array | None = None
 
 
 def _filtered(logs: Sequence[JointLog], arm: Arm, rule: MotionRule) -> _SeenLogs:
@@ -202,7 +207,11 @@ def _filtered(logs: Sequence[JointLog], arm: Arm, rule: MotionRule) -> _SeenLogs
     information = folds.information()
     _check_enough(logs, information, samples, rule.samples)
     whiteness = whiteness_of(residuals_of(samples, columns, information.values), samples.recording)
-    return _SeenLogs(samples, widened(information, inflation_of(whiteness, arm.n)), folds, whiteness, search)
+    information = widened(information, inflation_of(whiteness, arm.n))
+    if search is None or columns.stribeck_velocity is None:
+        return _SeenLogs(samples, information, folds, whiteness, search)
+    information, sigma = with_unknown_speeds(samples, information)
+    return _SeenLogs(samples, information, folds, whiteness, search, sigma)
 
 
 def _commanded(logs: Sequence[JointLog], arm: Arm, rule: MotionRule, instruments: Sequence[JointLog]) -> _SeenLogs:

@@ -33,6 +33,7 @@ def motion_record(result: MotionIdentification, robot: str) -> dict[str, Any]:
             for s, v, error, half, own, state in rows
         ],
         "stribeck_velocity": None if result.stribeck is None else result.stribeck.speeds,
+        "stribeck_velocity_error": result.stribeck_sigma,
         "together": [{"parameters": list(g.members), "largest_correlation": g.largest} for g in result.groups],
         "missing_motions": [asdict(motion) for motion in result.missing_motions()],
         "consistent": _consistent_record(result),

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from lwr_dyn.arrays import Array
 from lwr_dyn.dynamics.regressor import INERTIAL
 from lwr_dyn.identification.bodies.consistent import ConsistentFit
 from lwr_dyn.identification.bodies.possible_bodies import CONFIGURATIONS, BodyVerdict
@@ -75,12 +76,17 @@ def _stribeck(result: MotionIdentification) -> list[str]:
     found = result.stribeck
     if found is None:
         return []
+    sigma = result.stribeck_sigma
     joints = [
-        f"joint {j + 1} {v:.3g}" + (" (bound of the search)" if found.at_bound[j] else "")
+        f"joint {j + 1} {v:.3g}" + (" (bound of the search)" if found.at_bound[j] else _spread(sigma, j))
         for j, v in enumerate(found.speeds)
         if np.isfinite(v)
     ]
     return [f"Stribeck speeds [rad/s, m/s]: {', '.join(joints) or 'no joint asks for one'}"]
+
+
+def _spread(sigma: Array | None, joint: int) -> str:
+    return "" if sigma is None else f" +- {sigma[joint]:.2g}"
 
 
 def _not_identified(result: MotionIdentification) -> list[str]:

@@ -76,8 +76,7 @@ def stribeck_search(samples: Samples, columns: TorqueColumns, worth: float = WOR
 
     Notes
     -----
-    Standard errors take v_s as known. That makes those of friction 9 % too small on 10 s of the LWR (99.4 % within 3
-    sigma, of 525 intervals); v_s itself spreads by 2 to 8 %.
+    Standard errors of `information` take v_s as known; `with_unknown_speeds` does not.
 
     References
     ----------
