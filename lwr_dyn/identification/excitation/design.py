@@ -21,7 +21,7 @@ from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Motion
 from lwr_dyn.model.shown import short_repr
 
-DURATION, HARMONICS, STARTS = 10.0, 5, 8
+DURATION, HARMONICS, STARTS = 10.0, 5, 2
 NOISE = 0.1
 """[N m or N] Standard deviation of a joint's torque, where it is not given."""
 LONGEST, MOST_STARTS, MOST_ROWS = 3600.0, 1000, 2_000_000

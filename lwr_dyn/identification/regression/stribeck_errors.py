@@ -3,8 +3,8 @@
     d tau_j / d v_s = drop sign(dq) exp(-(dq/v_s)^2) 2 dq^2 / v_s^3
 
 With T these columns and W those of the base parameters, both weighted by the noise, the precision of all is
-[W^T W, W^T T; T^T W, T^T T]. The covariance of v_s is the inverse of its Schur complement, and the precision of the base
-parameters with v_s unknown is W^T W - W^T T (T^T T)^-1 T^T W.
+[W^T W, W^T T; T^T W, T^T T]. The covariance of v_s is the inverse of its Schur complement, and the precision of the
+base parameters with v_s unknown is W^T W - W^T T (T^T T)^-1 T^T W.
 
 References
 ----------
