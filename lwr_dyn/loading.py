@@ -37,6 +37,7 @@ FUNCTIONS: Registry[Callable[..., Any]] = Registry(
         "responses": Row("lwr_dyn.responses.response_text:responses_said", "what a loop made of a step or a chirp"),
         "show": Row("lwr_dyn.explorer.shown:show", "an arm or a run in the browser"),
         "plot_writer": Row("lwr_dyn.notebook.plot:plot_writer", "the option --plot", extra="plots"),
+        "machine_arm": Row("lwr_dyn.krl.robot.machine_arm:load_machine_arm", "KUKA's machine data", extra="krl"),
         "kuka_units": Row("lwr_dyn.krl.robot.kuka_units:KukaUnits", "poses in mm and deg, Status, Turn", extra="krl"),
     },
 )
@@ -71,9 +72,11 @@ def load_with_paper(
         arm, paper = read_urdf(name, tip, lock, xacro_args), None
     elif tip is not None:
         raise OptionError("tip", f"given for {name}", "only with a .urdf file")
+    elif ends_in(name, ".dat", ".kuka.toml"):
+        arm, paper = FUNCTIONS.load("machine_arm")(name, reading, lock), None
     else:
         arm, paper = _of_paper(name, reading, lock or {})
-    file = str(Path(name).resolve()) if ends_in(name, ".urdf", ".xacro", ".toml") else ""
+    file = str(Path(name).resolve()) if ends_in(name, ".urdf", ".xacro", ".toml", ".dat") else ""
     arm = replace(arm, file=file, loaded_with=options)
     return (arm if mount is tool is None else PARTS.load("installation")(arm, mount, tool)), paper
 
@@ -109,7 +112,7 @@ def arm_of(run: Run) -> Arm:
         raise OptionError("run", "does not say of which robot it is", "a run made by simulate")
     try:
         options = run.meta.get("loaded_with") or {}
-        reading = None if ends_in(robot, ".urdf", ".xacro") else reading
+        reading = None if ends_in(robot, ".urdf", ".xacro", ".dat", ".kuka.toml") else reading
         arm, _ = load_with_paper(robot, reading, **options)
     except (TypeError, AttributeError):  # a record that another hand has changed
         raise OptionError("run", "loaded with options that do not exist", "a run made by simulate") from None

@@ -52,10 +52,18 @@ class KukaPose:
 
 
 def has_kuka_axes(arm: Arm) -> bool:
-    """Whether the joints are A1 to A6 with KUKA's zero and directions: only then Status and Turn are defined."""
+    """Whether the joints are A1 to A6 with KUKA's zero and directions: only then Status and Turn are defined.
+
+    The robot may hang or stand anywhere, so the axes are compared in its own triad: axis 1, axis 2 and their normal.
+    """
     if wrist_arm_geometry(arm.chain) is None:
         return False
-    return bool(np.abs(joint_axes(arm.chain, np.zeros(arm.n)).z - _AXES).max() < 1e-9)
+    z = joint_axes(arm.chain, np.zeros(arm.n)).z
+    return bool(np.abs(z @ _triad(z) - _AXES @ _triad(_AXES)).max() < 1e-9)
+
+
+def _triad(z: Array) -> Array:
+    return np.column_stack([z[0], z[1], np.cross(z[0], z[1])])
 
 
 def kuka_pose(arm: Arm, q: Array) -> KukaPose:

@@ -1,0 +1,135 @@
+"""A robot from its machine data: the KR 30 HA, and robots that count or stand otherwise; one line for wrong data."""
+
+import numpy as np
+import pytest
+
+import lwr_dyn
+from lwr_dyn.errors import FileAccessError, PaperError, UnknownNameError
+from lwr_dyn.krl.robot.kuka_pose import has_kuka_axes, kuka_pose
+from lwr_dyn.krl.robot.machine_arm import load_machine_arm
+from lwr_dyn.krl.robot.machine_data import read_machine_record
+
+RATIOS = {1: (1800, 7), 2: (2000, 11), 3: (1500, 7), 4: (1000, 7), 5: (800, 7), 6: (700, 11)}
+
+
+def data(**changes):
+    """Machine data with the lengths of the KR 30 HA; ratios and speeds are invented."""
+    given = {
+        "TRAFONAME[]": '"#KR30HA"',
+        "TIRORO": "{X 0.0,Y 0.0,Z 815.0,A 0.0,B 0.0,C 0.0}",
+        "TFLWP": "{X 0.0,Y 0.0,Z 170.0,A 0.0,B 0.0,C 0.0}",
+        "TX3P3": "{X 820.0,Y 0.0,Z 145.0,A 0.0,B 90.0,C 0.0}",
+        "LENGTH_A": "350.0",
+        "LENGTH_B": "850.0",
+        "DH_4": "{DHART_A 0.0,DHART_D 0.0,DHART_ALPHA 90.0}",
+        "DH_5": "{DHART_A 0.0,DHART_D 0.0,DHART_ALPHA -90.0}",
+        "MAIN_AXIS": "#NR",
+        "WRIST_AXIS": "#ZEH",
+        "TRAFO_AXIS": "6",
+    }
+    lists = {
+        "AXIS_DIR": [-1, 1, 1, -1, -1, -1, 0],
+        "SOFTN_END": [-185, -135, -120, -350, -119, -350, 0],
+        "SOFTP_END": [185, 35, 158, 350, 119, 350, 0],
+        "VEL_AXIS_MA": [4500.0] * 6 + [0.0],
+        "RAT_MOT_AX": [f"{{N -{n},D {d}}}" for n, d in RATIOS.values()],
+    }
+    given |= {f"{key}[{i}]": str(x) for key, values in lists.items() for i, x in enumerate(values, 1)}
+    given |= changes
+    lines = [f"REAL ${key}={x}" if "[" not in key else f"${key}={x}" for key, x in given.items() if x]
+    return "\n".join(["DEFDAT $MACHINE PUBLIC", *lines, "ENDDAT", ""])
+
+
+@pytest.fixture
+def written(tmp_path):
+    def write(**changes):
+        path = tmp_path / "$machine.dat"
+        path.write_text(data(**changes))
+        return path
+
+    return write
+
+
+def test_the_machine_data_of_the_kr_30_are_the_paper_s_arm(written):
+    arm, paper = lwr_dyn.load(written()), lwr_dyn.load("kr30ha")
+    assert has_kuka_axes(arm)
+    for q in np.random.default_rng(3).uniform(-3, 3, (20, 6)):
+        np.testing.assert_allclose(lwr_dyn.forward_kinematics(arm, q), lwr_dyn.forward_kinematics(paper, q), atol=1e-14)
+        assert kuka_pose(arm, q).s == kuka_pose(paper, q).s
+    np.testing.assert_allclose(arm.lower, paper.lower, atol=1e-15)
+    np.testing.assert_allclose(arm.upper, paper.upper, atol=1e-15)
+    assert np.degrees(arm.velocity) == pytest.approx([4500 / 60 * d / n * 360 for n, d in RATIOS.values()])
+    assert arm.chain.bodies is None
+
+
+def test_a_robot_that_turns_the_other_way_or_hangs_reads_the_same_axes(written):
+    plain = lwr_dyn.load(written())
+    other = lwr_dyn.load(written(**{"AXIS_DIR[1]": "1"}))
+    q = np.array([0.3, -1.2, 1.4, 0.2, 0.5, -0.1])
+    mirrored = q * [-1, 1, 1, 1, 1, 1]
+    T = lwr_dyn.forward_kinematics(plain, q)
+    np.testing.assert_allclose(lwr_dyn.forward_kinematics(other, mirrored), T, atol=1e-14)
+    assert not has_kuka_axes(other)
+    hanging = lwr_dyn.load(written(ROBROOT="{X 100.0,Y 0.0,Z 3000.0,A 0.0,B 0.0,C 180.0}"))
+    assert has_kuka_axes(hanging)
+    assert kuka_pose(hanging, q).s == kuka_pose(plain, q).s
+    assert lwr_dyn.forward_kinematics(hanging, q)[2, 3] == pytest.approx(3.0 - T[2, 3])
+    behind = np.radians([0, -170, 30, 0, 20, 0])
+    assert [kuka_pose(x, behind).s & 1 for x in (plain, hanging)] == [1, 1]
+
+
+def test_the_toml_form_is_the_same_robot(written, tmp_path):
+    path = tmp_path / "kr30.kuka.toml"
+    path.write_text(TOML)
+    arm, of_data = lwr_dyn.load(path), lwr_dyn.load(written())
+    q = np.array([0.3, -1.2, 1.4, 0.2, 0.5, -0.1])
+    np.testing.assert_allclose(lwr_dyn.forward_kinematics(arm, q), lwr_dyn.forward_kinematics(of_data, q), atol=1e-14)
+    assert np.degrees(arm.velocity) == pytest.approx([140, 126, 140, 260, 245, 322])
+    assert read_machine_record(path).raise_time == (0.4, 0.5, 0.4, 0.3, 0.3, 0.2)
+
+
+TOML = """
+name = "KR 30 HA"
+TIRORO = { Z = 815 }
+LENGTH_A = 350
+LENGTH_B = 850
+TX3P3 = { X = 820, Z = 145 }
+TFLWP = { Z = 170 }
+SOFTN_END = [-185, -135, -120, -350, -119, -350]
+SOFTP_END = [185, 35, 158, 350, 119, 350]
+RAISE_TIME = [400, 500, 400, 300, 300, 200]
+speed = [140, 126, 140, 260, 245, 322]
+"""
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"LENGTH_A": ""}, r"\$LENGTH_A: missing; allowed: a finite number"),
+        ({"LENGTH_A": "TRUE"}, r"\$LENGTH_A: True"),
+        ({"MAIN_AXIS": "#SS"}, r"\$MAIN_AXIS: 'SS'; allowed: NR: other robots are not modelled"),
+        ({"SOFTN_END[2]": ""}, r"\$SOFTN_END\[2\]: missing"),
+        ({"SOFTN_END[2]": "40"}, r"allowed: less than \$SOFTP_END"),
+        ({"AXIS_DIR[3]": "0"}, r"\$AXIS_DIR"),
+        ({"RAT_MOT_AX[1]": "{N 0,D 1}"}, r"\$RAT_MOT_AX\[1\]: 0 to 1; allowed: a ratio that is not zero"),
+        ({"TX3P3": "{X 820.0,Q 1.0}"}, r"\$TX3P3: .*; allowed: X, Y, Z, A, B, C"),
+        ({"VEL_AXIS_MA[1]": "-1.0"}, "speed of the axes"),
+    ],
+)
+def test_wrong_machine_data_are_one_line(written, change, message):
+    with pytest.raises(PaperError, match=message) as caught:
+        load_machine_arm(written(**change))
+    assert "\n" not in str(caught.value)
+
+
+def test_files_that_are_no_machine_data(tmp_path, written):
+    with pytest.raises(FileAccessError):
+        lwr_dyn.load(tmp_path / "none.dat")
+    with pytest.raises(UnknownNameError):
+        lwr_dyn.load(written(), reading="printed")
+    (tmp_path / "a.kuka.toml").write_text(TOML.replace("LENGTH_A", "LENGHT_A"))
+    with pytest.raises(PaperError, match="LENGTH_A: missing"):
+        lwr_dyn.load(tmp_path / "a.kuka.toml")
+    (tmp_path / "a.kuka.toml").write_text(TOML + "colour = 1\n")
+    with pytest.raises(PaperError, match="colour: unknown field"):
+        lwr_dyn.load(tmp_path / "a.kuka.toml")
