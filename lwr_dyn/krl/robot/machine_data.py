@@ -66,7 +66,7 @@ def read_machine_record(path: str | Path) -> MachineRecord:
     else:
         content = read_bytes(path, NEEDED)
         values, lines = _of_data(content, Path(path).name)
-    return _Reader(str(path), values, lines).record(hashlib.sha256(content).hexdigest())
+    return _MachineDataReader(str(path), values, lines).record(hashlib.sha256(content).hexdigest())
 
 
 Values = dict[str, Any]
@@ -143,7 +143,7 @@ def _capitals(given: Mapping[str, Any]) -> dict[str, Any]:
     return {key.upper(): value for key, value in given.items()}
 
 
-class _Reader:
+class _MachineDataReader:
     """Takes values of the machine data; raises `PaperError` for one that is missing or wrong."""
 
     def __init__(self, file: str, values: Values, lines: Mapping[str, int]) -> None:
