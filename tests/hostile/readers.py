@@ -96,8 +96,8 @@ def _kuka() -> Any:
 def krl(folder: Path, rng: random.Random) -> bool:
     """A KRL program without an error, and inputs from outside; every tenth is moved."""
     from lwr_dyn.krl.project.program import load_program
+    from lwr_dyn.krl.running.constants import input_values
     from lwr_dyn.krl.running.controller import MachineData
-    from lwr_dyn.krl.running.evaluate import input_values
     from lwr_dyn.krl.running.run import check_program
 
     source, data = rng.choice(_programs())

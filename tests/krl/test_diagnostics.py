@@ -5,8 +5,8 @@ import pytest
 import lwr_dyn
 from lwr_dyn.errors import FileAccessError, OptionError
 from lwr_dyn.krl.project.program import load_program, parse_program
+from lwr_dyn.krl.running.constants import input_values
 from lwr_dyn.krl.running.controller import MachineData
-from lwr_dyn.krl.running.evaluate import input_values
 from lwr_dyn.krl.running.run import ProgramError, check_program, run_program
 
 HOME = "PTP {A1 0, A2 -90, A3 90, A4 0, A5 30, A6 0}"

@@ -8,14 +8,10 @@ import click
 
 from lwr_dyn.cli.options import print_json
 from lwr_dyn.errors import OptionError
-from lwr_dyn.front import load
 from lwr_dyn.krl.checks.project_check import check_project, totals
-from lwr_dyn.krl.command.options import shared_options
+from lwr_dyn.krl.command.options import SharedOptions, shared_options
 from lwr_dyn.krl.diagnostics import Diagnostic, has_no_error, summary
 from lwr_dyn.krl.project.folder import load_project
-from lwr_dyn.krl.project.program import load_program
-from lwr_dyn.krl.running.controller import MachineData
-from lwr_dyn.krl.running.evaluate import input_values
 from lwr_dyn.krl.running.run import check_program
 from lwr_dyn.progress import progress
 from lwr_dyn.tables import aligned
@@ -26,21 +22,20 @@ from lwr_dyn.tables import aligned
 @shared_options
 @click.option("--no-motion", is_flag=True, help="Language and types only.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object.")
-def check(file: str, robot: str, included: tuple[str, ...], settings: tuple[str, ...], ramp: float, steps: int,
-          seconds: float, no_motion: bool, as_json: bool) -> None:  # fmt: skip
+def check(file: str, shared: SharedOptions, no_motion: bool, as_json: bool) -> None:
     """Diagnose FILE.src with the .dat beside it, or each file of a FOLDER; exit 1 when there is an error.
 
     The files of a folder, such as a backup, see one another's names as on a controller; their motions are not planned.
     """
     if Path(file).is_dir():
-        if included:
+        if shared.included:
             raise OptionError("--with", "given with a folder", "nothing: a folder lends its own files")
         _check_folder(file, as_json)
         return
-    program = load_program(file, included)
-    machine = MachineData(ramp=ramp, steps=steps, seconds=seconds)
+    program, machine = shared.program(file), shared.machine
     with progress(f"checking {file}"):
-        diagnostics = check_program(program, None if no_motion else load(robot), machine, input_values(settings))
+        arm = None if no_motion else shared.arm
+        diagnostics = check_program(program, arm, machine, shared.inputs, shared.cell)
     if as_json:
         print_json({"file": file, "holds": has_no_error(diagnostics), "diagnoses": [d.to_json() for d in diagnostics]})
     else:

@@ -1,11 +1,29 @@
 """The options that `krl check` and `krl run` share."""
 
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+from functools import cached_property, wraps
+from pathlib import Path
 from typing import Any
 
 import click
 
+from lwr_dyn.front import load
+from lwr_dyn.krl.project.program import Program, load_program
+from lwr_dyn.krl.running.cell import RobotCell
+from lwr_dyn.krl.running.cell_file import read_cell
+from lwr_dyn.krl.running.cell_values import with_cell
+from lwr_dyn.krl.running.constants import input_values
+from lwr_dyn.krl.running.controller import MachineData
+from lwr_dyn.krl.running.values import Value
+from lwr_dyn.model.arm import Arm
+
+ROBOT = "kr30ha"
 SHARED_OPTIONS = (
-    click.option("--robot", default="kr30ha", show_default=True, help="A robot with KUKA's axes."),
+    click.option("--robot", help=f"A robot with KUKA's axes.  [default: the cell's, else {ROBOT}]"),
+    click.option("--cell", "cell_file", help="A cell file: inputs, states, tools, stubs; lwr-dyn new cell writes one."),
     click.option("--with", "included", multiple=True, help="A file to include: $config.dat, another .src."),
     click.option("--set", "settings", multiple=True, metavar="NAME=VALUE", help="An input or variable: $IN[3]=TRUE."),
     click.option("--ramp", default=0.4, show_default=True, help="Assumed: seconds to rated speed."),
@@ -14,8 +32,52 @@ SHARED_OPTIONS = (
 )
 
 
-def shared_options(command: Any) -> Any:
-    """Add them to a subcommand."""
+@dataclass(frozen=True)
+class SharedOptions:
+    """The options as given; a property for what they stand for, which raises where one is wrong."""
+
+    robot: str | None
+    cell_file: str | None
+    included: tuple[str, ...]
+    settings: tuple[str, ...]
+    ramp: float
+    steps: int
+    seconds: float
+
+    @cached_property
+    def cell(self) -> RobotCell:
+        """That of `--cell`, else an empty one."""
+        return RobotCell() if self.cell_file is None else read_cell(self.cell_file)
+
+    @cached_property
+    def arm(self) -> Arm:
+        """The robot of `--robot`, else of the cell, else the usual one."""
+        return load(self.robot or self.cell.robot or ROBOT)
+
+    @property
+    def machine(self) -> MachineData:
+        """Assumed machine data and bounds."""
+        return MachineData(ramp=self.ramp, steps=self.steps, seconds=self.seconds)
+
+    @property
+    def inputs(self) -> dict[str, Value]:
+        """Of `--set`."""
+        return input_values(self.settings)
+
+    def program(self, file: str | Path) -> Program:
+        """The program with the files of `--with` and the names of the cell."""
+        return with_cell(load_program(file, self.included), self.cell)
+
+
+def shared_options(command: Callable[..., None]) -> Any:
+    """Add them to a subcommand, which takes them as one `shared`."""
+
+    @wraps(command)
+    def with_shared(**given: Any) -> None:
+        taken = {f.name: given.pop(f.name) for f in fields(SharedOptions)}
+        command(shared=SharedOptions(**taken), **given)
+
+    out: Any = with_shared
     for option in reversed(SHARED_OPTIONS):
-        command = option(command)
-    return command
+        out = option(out)
+    return out

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any
@@ -17,6 +18,9 @@ from lwr_dyn.krl.motion.settings import Blend, Speeds
 from lwr_dyn.krl.names.predefined import CONFIG, SYSTEM
 from lwr_dyn.krl.names.types import UNKNOWN
 from lwr_dyn.krl.robot.kuka_pose import has_kuka_axes, status, turn
+from lwr_dyn.krl.running.assumptions import Assumptions
+from lwr_dyn.krl.running.cell import RobotCell
+from lwr_dyn.krl.running.default_values import default_value
 from lwr_dyn.krl.running.values import (
     ArrayValue,
     StructValue,
@@ -27,12 +31,12 @@ from lwr_dyn.krl.running.values import (
     null_frame,
     pose_matrix,
     pose_value,
+    value_text,
 )
 from lwr_dyn.model.arm import Arm
 
-INPUTS = ("$IN", "$ANIN", "$DIGIN1", "$DIGIN2", "$DIGIN3", "$DIGIN4", "$DIGIN5", "$DIGIN6", "$STOPMESS")
+INPUTS = ("$IN", "$ANIN", "$DIGIN1", "$DIGIN2", "$DIGIN3", "$DIGIN4", "$DIGIN5", "$DIGIN6")
 """Variables that are set from outside: without a value unless one is given."""
-
 _OF_MOTION = ("$POS_ACT", "$POS_INT", "$POS_ACT_MES", "$AXIS_ACT", "$AXIS_INT", "$AXIS_ACT_MES")
 
 
@@ -74,8 +78,14 @@ class ControllerState:
 
     arm: Arm
     machine: MachineData
-    inputs: Mapping[str, Value] = field(default_factory=dict)
-    """`$IN[3]` -> value; names in capitals without spaces."""
+    cell: RobotCell = field(default_factory=RobotCell)
+    inputs: dict[str, Value] = field(default_factory=dict)
+    """Those of the cell, and what replies and triggers change: `$IN[3]` -> value."""
+    given: Mapping[str, Mapping[str, Value]] = field(init=False)
+    """Other values of the cell by the name that they begin with: `$ERR` -> `$ERR.NUMBER` -> 3."""
+    assumptions: Assumptions = field(default_factory=Assumptions)
+    unread: dict[str, str] = field(default_factory=dict)
+    """Name of a value that is assumed, and not yet read or set by the program -> where it comes from."""
     variables: dict[str, Variable] = field(default_factory=dict)
     q: Array | None = None
     """(n,) [rad]; None before the first motion."""
@@ -87,6 +97,14 @@ class ControllerState:
             raise OptionError("robot", self.arm.name, "an arm with KUKA's axes A1 to A6 (kr30ha)")
         if not np.isfinite(self.arm.velocity).all():
             raise MissingDataError(self.arm.name, "axis speeds", "the timing of motions")
+        given: dict[str, dict[str, Value]] = {}
+        for name, value in self.cell.values.items():
+            root = re.split(r"[\[.]", name, maxsplit=1)[0]
+            if root in INPUTS:
+                self.inputs[name] = value
+            else:
+                given.setdefault(root, {})[name] = value
+        self.given = given
         self.initialise()
 
     def initialise(self) -> None:
@@ -106,67 +124,55 @@ class ControllerState:
 
     def holds(self, key: str) -> bool:
         """Whether a system variable has its value here, also where a `.dat` declares it."""
-        return key in _OF_MOTION or key in self.variables or key in self.inputs
+        return key in _OF_MOTION or key in self.variables or key in self.given
 
     def variable(self, name: str) -> Variable | None:
-        """A system variable or one of the standard `$config.dat`; None for another name."""
+        """A system variable, one of the standard `$config.dat` or of the cell; None for another name."""
         key = name.upper()
         if key in _OF_MOTION:
             return Variable(SYSTEM[key], self.position(key))
-        if key not in self.variables and key in self.inputs:
-            self.variables[key] = Variable(SYSTEM.get(key, UNKNOWN), self.inputs[key])
-        if key not in self.variables and (key.startswith("$") or key in CONFIG):
+        if key not in self.variables and (key.startswith("$") or key in CONFIG or key in self.given):
             kind = SYSTEM.get(key) or CONFIG.get(key) or UNKNOWN
-            self.variables[key] = Variable(kind, self._default(key, kind.name))
+            value, why = default_value(self, key, kind.name)
+            self.variables[key] = Variable(kind, value)
+            if why:
+                self.unread[key] = why
         return self.variables.get(key)
 
-    def _default(self, key: str, type_name: str) -> Value | None:
-        """The initial value of a predefined variable, None without one; raises `ExecutionError`."""
-        if key.startswith("XHOME") or key == "$H_POS":
-            return axes_value(self.home())
-        if key in ("$FLAG", "$CYCFLAG", "$OUT", "$TIMER", "$TIMER_STOP"):
-            return ArrayValue(type_name, ())
-        if key in ("$TRUE", "$FALSE"):
-            return key == "$TRUE"
-        if key in ("PDAT_ACT", "PDEFAULT"):
-            return StructValue("PDAT", {"VEL": 100.0, "ACC": 100.0, "APO_DIST": 100.0})
-        if key in ("LDAT_ACT", "LDEFAULT"):
-            return StructValue("LDAT", {"VEL": 2.0, "ACC": 100.0, "APO_DIST": 100.0})
-        if key == "FDAT_ACT" or key.startswith("FHOME"):
-            return StructValue("FDAT", {"TOOL_NO": 0, "BASE_NO": 0})
-        return None
+    def give(self, key: str, value: Value) -> None:
+        """Set an input from outside: `$IN[3]`."""
+        self.inputs[key] = value
+
+    def note_read(self, key: str) -> None:
+        """List a value as assumed that the program reads and has not set itself."""
+        why = self.unread.pop(key, None)
+        if why is not None:
+            self.assumptions.note(key, value_text(self.variables[key].value) if key in self.variables else "", why)
+
+    def note_written(self, key: str) -> None:
+        """The program, or its data, has set a variable: its value is no assumption any more."""
+        self.unread.pop(key, None)
+        kind = {"$VEL_AXIS": "PTP", "$VEL": "CP"}.get(key)
+        if kind is not None:
+            self.speeds_set.add(kind)
 
     def home(self) -> Array:
-        """The mastering position (n,) [rad], the home of a new `$config.dat`; raises `ExecutionError`."""
+        """The home of the cell, else the mastering position (n,) [rad]; raises `ExecutionError`."""
+        if self.cell.home_deg is not None:
+            return np.radians(self.cell.home_deg)
         if not self.arm.mastering:
-            raise ExecutionError("no-value", "the home position is not known", "give XHOME a value")
+            raise ExecutionError("no-value", "the home position is not known", "home_deg in the cell file")
         return np.array(self.arm.mastering)
-
-    def element(self, name: str, index: tuple[int, ...]) -> Value | None:
-        """An element of an input or output, a flag's default; None for an ordinary array; raises `ExecutionError`."""
-        key = name.upper()
-        text = f"{key}[{','.join(map(str, index))}]"
-        if text in self.inputs:
-            return self.inputs[text]
-        if key == "$IN" and index == (1025,):
-            return True
-        if key == "$IN" and index == (1026,):
-            return False
-        if key in INPUTS:
-            raise ExecutionError("unknown-input", f"the input {text} has no value", f"give one: --set '{text}=TRUE'")
-        if key in ("$OUT", "$FLAG", "$CYCFLAG", "$TIMER_STOP", "$TIMER", "$ANOUT"):
-            variable = self.variable(key)
-            array = None if variable is None else variable.value
-            value = array.items.get(index) if isinstance(array, ArrayValue) else None
-            default: Value = 0 if key in ("$TIMER", "$ANOUT") else False
-            return default if value is None else value
-        return None
 
     def position(self, key: str) -> Value | None:
         """`$POS_ACT` or `$AXIS_ACT`; before the first motion the arm is assumed at mastering."""
         q = self.home() if self.q is None else self.q
         if key.startswith("$AXIS"):
             return axes_value(q)
+        return self.pose_at(q)
+
+    def pose_at(self, q: Array) -> StructValue:
+        """The tool at q (n,) [rad] in the base, with Status and Turn."""
         T = np.linalg.inv(self.base) @ tool_pose(self.arm, q, self.tool)
         return pose_value(T, "E6POS", {"S": status(self.arm, q), "T": turn(q)})
 
@@ -214,12 +220,6 @@ class ControllerState:
         values = map(parts.get, ("CDIS", "CPTP", "CORI", "CVEL"))
         cdis, cptp, cori, cvel = (max(float(x), 0.0) if isinstance(x, int | float) else 0.0 for x in values)
         return Blend(kinds, cdis / 1e3, cptp, float(np.radians(cori)), cvel)
-
-    def note_speed(self, name: str) -> None:
-        """Remember which speed the program has set, if the variable is one."""
-        kind = {"$VEL_AXIS": "PTP", "$VEL": "CP"}.get(name.upper())
-        if kind is not None:
-            self.speeds_set.add(kind)
 
 
 def _between(what: str, value: Value | None, most: float) -> float:

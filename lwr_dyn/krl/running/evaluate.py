@@ -3,21 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any, Protocol
 
-import numpy as np
-
-from lwr_dyn.errors import OptionError
 from lwr_dyn.krl.diagnostics import ExecutionError
 from lwr_dyn.krl.language import expressions as e
-from lwr_dyn.krl.language.lexer import LineError
-from lwr_dyn.krl.language.line_parser import parse_line
-from lwr_dyn.krl.language.statements import Assign
 from lwr_dyn.krl.language.unparse import expression_text
-from lwr_dyn.krl.names.predefined import FUNCTIONS
-from lwr_dyn.krl.names.types import LARGEST, UNKNOWN, Type
-from lwr_dyn.krl.running.operators import binary_value, ranged, unary_value
+from lwr_dyn.krl.names.types import LARGEST, Type
+from lwr_dyn.krl.running.operators import binary_value, unary_value
 from lwr_dyn.krl.running.values import (
     ArrayValue,
     EnumValue,
@@ -27,8 +20,7 @@ from lwr_dyn.krl.running.values import (
     VariableReference,
     converted,
     copied,
-    pose_matrix,
-    pose_value,
+    text_array,
     value_text,
 )
 
@@ -44,6 +36,9 @@ class Environment(Protocol):
 
     def call(self, x: e.FunctionCall) -> Value:
         """The value a function returns; raises `ExecutionError`."""
+
+    def note_read(self, name: str) -> None:
+        """The program reads this variable, or a part of it."""
 
     def component_type(self, struct: str, name: str) -> Type:
         """The type of a component."""
@@ -76,14 +71,30 @@ def reference_to(env: Environment, x: e.Reference) -> VariableReference:
         variable = env.variable(x.name)
 
         def write(value: Value) -> None:
-            variable.value = converted(value, variable.type)
+            variable.value = _in_room(converted(value, variable.type), variable.value)
 
         return VariableReference(lambda: variable.value, write, variable.type)
     return _element(env, x) if isinstance(x, e.Index) else _component(env, x)
 
 
+def root_name(x: e.Reference) -> str:
+    """The name with which a reference begins, in capitals."""
+    while not isinstance(x, e.Name):
+        x = x.of
+    return x.name.upper()
+
+
 def _indices(env: Environment, x: e.Index | e.Item) -> tuple[int, ...]:
     return tuple(int(number_of(env, i, "an index")) for i in x.indices or ())
+
+
+def _in_room(value: Value, before: Value | None) -> Value:
+    """Text that is put into an array of characters keeps its size; raises `ExecutionError` where it is longer."""
+    if not (isinstance(value, str) and isinstance(before, ArrayValue)):
+        return value
+    if before.sizes and len(value) > before.sizes[-1]:
+        raise ExecutionError("index-range", f"a text of {len(value)} characters", f"at most {before.sizes[-1]}")
+    return text_array(value, before.sizes)
 
 
 def _element(env: Environment, x: e.Index) -> VariableReference:
@@ -97,7 +108,7 @@ def _element(env: Environment, x: e.Index) -> VariableReference:
         if value is None:
             of.write(ArrayValue(of.type.name, ()))
         elif isinstance(value, str):
-            of.write(ArrayValue("CHAR", (), {(i + 1,): letter for i, letter in enumerate(value)}))
+            of.write(text_array(value))
         value = of.read()
         if not isinstance(value, ArrayValue):
             raise ExecutionError("no-array", f"{expression_text(x.of)} is no array", "declare it with brackets")
@@ -140,6 +151,7 @@ def _read(env: Environment, x: e.Reference) -> Value:
         if outside is not None:
             return outside
     value: Value | None = reference_to(env, x).read()
+    env.note_read(root_name(x))
     if value is None:
         hint = "assign it first, or give it in the .dat"
         raise ExecutionError("no-value", f"{expression_text(x)} has no value", hint)
@@ -164,29 +176,6 @@ def aggregate_value(env: Environment, x: e.Aggregate, type_name: str = "?") -> S
     return out
 
 
-def function_value(env: Environment, x: e.FunctionCall) -> Value | None:
-    """The value of a predefined function; None where the model does not compute it; raises `ExecutionError`."""
-    name = x.name.upper()
-    arguments = [a for a in x.arguments if a is not None]
-    if name == "ABS" and len(arguments) == 1:
-        value = value_of(env, arguments[0])
-        if isinstance(value, int | float) and not isinstance(value, bool):
-            return ranged(abs(value))
-        return abs(number_of(env, arguments[0], "ABS"))
-    if name == "INV_POS" and len(arguments) == 1:
-        inverse = np.linalg.inv(pose_matrix(value_of(env, arguments[0]), "INV_POS"))
-        return pose_value(np.asarray(inverse, dtype=np.float64))
-    compute = FUNCTIONS[name].compute if name in FUNCTIONS else None
-    if compute is None:
-        return None
-    numbers = [number_of(env, a, f"an argument of {name}") for a in arguments]
-    try:
-        return ranged(compute(*numbers))
-    except (ValueError, TypeError):
-        hint = "from -1 to 1" if name == "ACOS" else "not negative" if name == "SQRT" else "the right arguments"
-        raise ExecutionError("number-range", f"{name} of {', '.join(map(str, numbers))}", hint) from None
-
-
 _VALUES: dict[type, Callable[[Environment, Any], Value]] = {
     e.Integer: lambda env, x: x.value - 2**32 if x.base != 10 and x.value > LARGEST else x.value,
     e.Real: lambda env, x: x.value,
@@ -202,39 +191,3 @@ _VALUES: dict[type, Callable[[Environment, Any], Value]] = {
     e.Unary: lambda env, x: unary_value(x.operator, value_of(env, x.operand)),
     e.Binary: lambda env, x: binary_value(x.operator, value_of(env, x.left), value_of(env, x.right)),
 }
-
-
-def input_values(texts: Sequence[str]) -> dict[str, Value]:
-    """Inputs and variables set from outside, written as `$IN[3]=TRUE`: name -> value; raises `OptionError`.
-
-    >>> input_values(["$IN[3]=TRUE", "n=2"])
-    {'$IN[3]': True, 'N': 2}
-    """
-    return dict(_input_value(text) for text in texts)
-
-
-def _input_value(text: str) -> tuple[str, Value]:
-    name, _, _ = text.partition("=")
-    try:
-        statement, _ = parse_line(text)
-        if not isinstance(statement, Assign):
-            raise ExecutionError("syntax", text)
-        return name.replace(" ", "").upper(), value_of(_NoNames(), statement.value)
-    except (LineError, ExecutionError):
-        raise OptionError("--set", repr(text), "NAME=VALUE with a constant, such as $IN[3]=TRUE") from None
-
-
-class _NoNames:
-    """An environment without names: only constants have a value."""
-
-    def variable(self, name: str) -> Variable:
-        raise ExecutionError("undeclared", name)
-
-    def element(self, name: str, index: tuple[int, ...]) -> Value | None:
-        raise ExecutionError("undeclared", name)
-
-    def call(self, x: e.FunctionCall) -> Value:
-        raise ExecutionError("undeclared", x.name)
-
-    def component_type(self, struct: str, name: str) -> Type:
-        return UNKNOWN

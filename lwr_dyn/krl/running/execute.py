@@ -3,6 +3,8 @@
 A statement changes variables, moves the arm, or sets the next line of its routine. RETURN is in the interpreter.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, Protocol
@@ -14,19 +16,20 @@ from lwr_dyn.krl.language.blocks import Routine
 from lwr_dyn.krl.language.pairing import CodeBlock
 from lwr_dyn.krl.project.program import Program
 from lwr_dyn.krl.running.bas import bas
+from lwr_dyn.krl.running.calls import called_routine, value_of_call
 from lwr_dyn.krl.running.controller import ControllerState
 from lwr_dyn.krl.running.evaluate import (
     Environment,
     aggregate_value,
-    function_value,
     number_of,
     reference_to,
+    root_name,
     truth_of,
     value_of,
 )
 from lwr_dyn.krl.running.motions import Motions
 from lwr_dyn.krl.running.values import StructValue, Variable, copied
-from lwr_dyn.krl.running.with_settings import WithSettings, root_name
+from lwr_dyn.krl.running.with_settings import WithSettings
 
 
 @dataclass(slots=True, eq=False)
@@ -74,20 +77,22 @@ def assign(m: ExecutionContext, x: s.Assign) -> None:
         # components that an aggregate does not name keep their values
         value = StructValue(value.type, {**{k: copied(v) for k, v in before.parts.items()}, **value.parts})
     target.write(value)
-    name = root_name(x.target)
-    m.controller.note_speed(name)
-    if name in ("$OUT", "$ANOUT"):
+    root = root_name(x.target)
+    m.controller.note_written(root)
+    if root in ("$OUT", "$ANOUT"):
         m.motions.stop_advance()
 
 
 def _invoke(m: ExecutionContext, x: s.Invoke) -> None:
     name = x.call.name.upper()
-    routine = m.routine(name)
+    routine = called_routine(m, name)
     if routine is not None:
         m.enter(routine, x.call)
+    elif name in m.controller.cell.stubs:
+        value_of_call(m, x.call)
     elif name == "BAS":
         _bas(m, x.call)
-    elif function_value(m, x.call) is None:
+    elif value_of_call(m, x.call) is None:
         m.motions.note_unmodelled(name)
 
 
@@ -96,7 +101,7 @@ def _bas(m: ExecutionContext, x: e.FunctionCall) -> None:
     if not arguments or not isinstance(arguments[0], e.EnumLiteral):
         raise ExecutionError("type", "BAS without a command", "BAS(#INITMOV, 0)")
     value = number_of(m, arguments[1], "the value of BAS") if len(arguments) > 1 else 0.0
-    bas(m.controller, arguments[0].name.upper(), value)
+    bas(m, m.controller, arguments[0].name.upper(), value)
 
 
 def _move(m: ExecutionContext, x: s.Move) -> None:

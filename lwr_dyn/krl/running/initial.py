@@ -9,7 +9,7 @@ from lwr_dyn.krl.language.declarations import Declarator, Parameter
 from lwr_dyn.krl.names.types import Type
 from lwr_dyn.krl.project.symbols import DeclaredName
 from lwr_dyn.krl.running.evaluate import Environment, aggregate_value, number_of, value_of
-from lwr_dyn.krl.running.values import ArrayValue, Value, Variable, converted
+from lwr_dyn.krl.running.values import ArrayValue, Value, Variable, converted, text_array
 
 LARGEST_ARRAY = 100_000
 """Most elements along one dimension of an array."""
@@ -47,4 +47,4 @@ def _initial_array(env: Environment, d: Declarator, kind: Type) -> Value:
     if any(not 1 <= n <= LARGEST_ARRAY for n in sizes):
         message = f"{d.name} has the size {', '.join(map(str, sizes))}"
         raise ExecutionError("index-range", message, f"from 1 to {LARGEST_ARRAY}")
-    return d.value.value if isinstance(d.value, e.Text) else ArrayValue(kind.name, sizes)
+    return text_array(d.value.value, sizes) if isinstance(d.value, e.Text) else ArrayValue(kind.name, sizes)

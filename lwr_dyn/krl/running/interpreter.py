@@ -12,11 +12,15 @@ from lwr_dyn.krl.language.declarations import Def
 from lwr_dyn.krl.names.types import STRUCTURES, UNKNOWN, Type
 from lwr_dyn.krl.project.program import Program, program_in
 from lwr_dyn.krl.project.symbols import DeclaredName, scope_of
+from lwr_dyn.krl.running.calls import called_routine, value_of_call
+from lwr_dyn.krl.running.cell import RobotCell
+from lwr_dyn.krl.running.cell_values import give_cell
 from lwr_dyn.krl.running.controller import ControllerState, MachineData
-from lwr_dyn.krl.running.evaluate import function_value, value_of
+from lwr_dyn.krl.running.evaluate import value_of
 from lwr_dyn.krl.running.execute import StackFrame, assign, execute
 from lwr_dyn.krl.running.initial import argument_variable, initialised
 from lwr_dyn.krl.running.motions import Motions
+from lwr_dyn.krl.running.signals import element_value
 from lwr_dyn.krl.running.values import Value, Variable, converted
 from lwr_dyn.model.arm import Arm
 
@@ -28,11 +32,11 @@ class Interpreter:
     """One run of one program. With `tolerant` a faulty statement is skipped and the run goes on."""
 
     def __init__(
-        self, program: Program, arm: Arm, machine: MachineData, inputs: Mapping[str, Value], tolerant: bool = False
+        self, program: Program, arm: Arm, machine: MachineData, cell: RobotCell | None = None, tolerant: bool = False
     ) -> None:
         self.program, self.machine = program, machine
         self.log = DiagnosticLog(SourcePosition(program.source.name, 1), tolerant)
-        self.controller = ControllerState(arm, machine, inputs)
+        self.controller = ControllerState(arm, machine, cell or RobotCell())
         self.motions = Motions(self.controller, self.log.report)
         self.stack: list[StackFrame] = []
         self.steps = 0
@@ -64,7 +68,7 @@ class Interpreter:
         """An element of an input; reading one stops the advance run, so no motion is blended across it."""
         if not name.startswith("$"):
             return None
-        value = self.controller.element(name, index)
+        value = element_value(self.controller, name, index)
         if value is not None and name.upper() in ("$IN", "$OUT", "$ANIN", "$ANOUT"):
             self.motions.stop_advance()
         return value
@@ -80,11 +84,11 @@ class Interpreter:
 
     def call(self, x: e.FunctionCall) -> Value:
         """The value of a predefined function, or of one of the program, which is executed to its end."""
-        routine = self.routine(x.name)
+        routine = called_routine(self, x.name.upper())
         if routine is None:
-            value = function_value(self, x)
+            value = value_of_call(self, x)
             if value is None:
-                hint = "define it in the program"
+                hint = "define it in the program, or give it a stub in the cell file"
                 raise ExecutionError("not-modelled", f"the function {x.name} is not modelled", hint)
             return value
         depth = len(self.stack)
@@ -96,12 +100,17 @@ class Interpreter:
             raise ExecutionError("no-value", f"{x.name} ended without RETURN", "RETURN a value on every way")
         return result[-1]
 
+    def note_read(self, name: str) -> None:
+        """A value that is assumed and read is listed."""
+        self.controller.note_read(name)
+
     # --- the run
     def run(self) -> tuple[Diagnostic, ...]:
         """Execute the main routine to its end, or to the fault or bound that ends it."""
         try:
             for file in self.program.module.files:
                 self._variables_of(file.file.name)
+            give_cell(self, self.controller)
             if self.program.routines:
                 self.enter(self.program.routines[0], None)
             while self.stack:

@@ -6,7 +6,7 @@ from typing import Any
 
 from lwr_dyn.krl.diagnostics import ExecutionError
 from lwr_dyn.krl.names.types import LARGEST, STRUCTURES
-from lwr_dyn.krl.running.values import StructValue, Value, pose_matrix, pose_value, value_text
+from lwr_dyn.krl.running.values import ArrayValue, StructValue, Value, pose_matrix, pose_value, text_of, value_text
 
 
 def unary_value(sign: str, value: Value) -> Value:
@@ -36,6 +36,8 @@ def binary_value(sign: str, left: Value, right: Value) -> Value:
 
 
 def _plain(value: Value) -> Any:
+    if isinstance(value, ArrayValue) and value.type == "CHAR":
+        value = text_of(value)
     return ord(value) if isinstance(value, str) and len(value) == 1 else value
 
 

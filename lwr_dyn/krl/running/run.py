@@ -16,6 +16,8 @@ from lwr_dyn.krl.motion.cycle_times import CycleTimes, cycle_times
 from lwr_dyn.krl.motion.timeline import Timeline
 from lwr_dyn.krl.project.program import Program
 from lwr_dyn.krl.robot.kuka_pose import KukaPose, kuka_pose
+from lwr_dyn.krl.running.assumptions import Assumption
+from lwr_dyn.krl.running.cell import RobotCell
 from lwr_dyn.krl.running.controller import MachineData
 from lwr_dyn.krl.running.interpreter import Interpreter
 from lwr_dyn.krl.running.motions import ExecutedMotion
@@ -57,6 +59,8 @@ class ProgramRun:
     executed: tuple[ExecutedMotion, ...]
     diagnostics: tuple[Diagnostic, ...]
     """Warnings and notes of the run; a bound that was reached; axes over their speed."""
+    assumptions: tuple[Assumption, ...]
+    """Values and rules that neither the program nor its files give."""
     static_torque: Array
     """(k, n) [N m] The torque that holds the arm."""
     torque: Array
@@ -89,7 +93,9 @@ class ProgramRun:
         work = np.concatenate([[0.0], np.cumsum(0.5 * (power[1:] + power[:-1]) * np.diff(m.t))])
         meta: dict[str, Any] = {
             **arm_record(arm), "task": f"KRL program {self.program}", "controller": {"name": f"KRL {self.program}"},
-            "assumed": self.machine.to_json(), "diagnoses": [d.to_json() for d in self.diagnostics],
+            "assumed": self.machine.to_json(),
+            "assumptions": [x.to_json() for x in self.assumptions],
+            "diagnoses": [d.to_json() for d in self.diagnostics],
         }  # fmt: skip
         events = tuple(Event(x.begin, f"line {x.position.line}: {x.kind}") for x in self.executed)
         return Run(
@@ -103,6 +109,7 @@ def check_program(
     arm: Arm | None = None,
     machine: MachineData | None = None,
     inputs: Mapping[str, Value] | None = None,
+    cell: RobotCell | None = None,
 ) -> tuple[Diagnostic, ...]:
     """All diagnostics of a program, in order of position.
 
@@ -114,6 +121,8 @@ def check_program(
     machine : MachineData, optional
     inputs : mapping, optional
         Inputs and variables set from outside: `$IN[3]` -> value.
+    cell : RobotCell, optional
+        What stands around the program: states, stubs, tools ...; see `with_cell` for its names.
 
     Raises
     ------
@@ -130,14 +139,18 @@ def check_program(
     data = machine or MachineData()
     data = replace(data, motions=min(CHECKED_MOTIONS, data.motions))
     known = {(d.position.file, d.position.line, d.code) for d in static}
-    of_run = Interpreter(program, arm, data, inputs or {}, tolerant=True).run()
+    of_run = Interpreter(program, arm, data, _surroundings(cell, inputs), tolerant=True).run()
     return sorted_diagnostics(
         [*static, *(d for d in of_run if (d.position.file, d.position.line, d.code) not in known)]
     )
 
 
 def run_program(
-    program: Program, arm: Arm, machine: MachineData | None = None, inputs: Mapping[str, Value] | None = None
+    program: Program,
+    arm: Arm,
+    machine: MachineData | None = None,
+    inputs: Mapping[str, Value] | None = None,
+    cell: RobotCell | None = None,
 ) -> ProgramRun:
     """Run a program on an arm.
 
@@ -150,6 +163,8 @@ def run_program(
         Assumed machine data, bounds of steps and time.
     inputs : mapping, optional
         Inputs and variables set from outside: `$IN[3]` -> value.
+    cell : RobotCell, optional
+        What stands around the program: states, stubs, tools ...; see `with_cell` for its names.
 
     Raises
     ------
@@ -159,9 +174,9 @@ def run_program(
         The arm has no KUKA axes, no axis speeds or no masses.
     """
     data = machine or MachineData()
-    _refuse_errors([*program.diagnostics, *static_diagnostics(program)])
+    _refuse_errors([d for d in (*program.diagnostics, *static_diagnostics(program)) if d.code != "unknown-call"])
     arm.require_dynamics()
-    interpreter = Interpreter(program, arm, data, inputs or {})
+    interpreter = Interpreter(program, arm, data, _surroundings(cell, inputs))
     diagnostics = interpreter.run()
     _refuse_errors(diagnostics)
     timeline, executed, end = interpreter.motions.timeline, interpreter.motions.executed, str(interpreter.log.position)
@@ -175,8 +190,15 @@ def run_program(
     return ProgramRun(
         program=program.source.name, arm=arm, machine=data, timeline=timeline, motion=motion,
         executed=tuple(executed), diagnostics=(*diagnostics, *_overspeed(arm, motion, executed)),
+        assumptions=interpreter.controller.assumptions.all(),
         static_torque=model.gravity_vector(motion.q), torque=model.inverse_dynamics(motion.q, motion.dq, motion.ddq),
     )  # fmt: skip
+
+
+def _surroundings(cell: RobotCell | None, inputs: Mapping[str, Value] | None) -> RobotCell:
+    """The cell with inputs and variables that are given one by one."""
+    whole = cell or RobotCell()
+    return replace(whole, values={**whole.values, **(inputs or {})})
 
 
 def _refuse_errors(diagnostics: Sequence[Diagnostic]) -> None:

@@ -159,6 +159,27 @@ def array_of(type_name: str, values: Iterable[Value]) -> ArrayValue:
     return ArrayValue(type_name, (len(items),), items)
 
 
+def text_array(text: str, sizes: tuple[int, ...] = ()) -> ArrayValue:
+    """Text as an array of characters."""
+    return ArrayValue("CHAR", sizes, {(i + 1,): letter for i, letter in enumerate(text)})
+
+
+def text_of(value: Value) -> str:
+    """Text from a constant or from an array of characters, up to the first one that has no value.
+
+    >>> text_of(ArrayValue("CHAR", (4,), {(1,): "a", (2,): "b", (4,): "d"}))
+    'ab'
+    """
+    if isinstance(value, str):
+        return value
+    if not isinstance(value, ArrayValue):
+        raise ExecutionError("type", f"{value_text(value)} is no text", "an array of CHAR or a text in quotes")
+    out = ""
+    while isinstance(letter := value.items.get((len(out) + 1,)), str) and letter != "\0":
+        out += letter
+    return out
+
+
 def null_frame() -> StructValue:
     """The frame with all components zero."""
     return StructValue("FRAME", dict.fromkeys(POSE_NAMES, 0.0))

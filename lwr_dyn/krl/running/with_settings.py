@@ -11,6 +11,7 @@ from lwr_dyn.krl.diagnostics import ExecutionError
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language import statements as s
 from lwr_dyn.krl.running.controller import ControllerState
+from lwr_dyn.krl.running.evaluate import root_name
 from lwr_dyn.krl.running.motions import Motions
 from lwr_dyn.krl.running.values import ArrayValue, Value, copied
 
@@ -65,10 +66,3 @@ class WithSettings(AbstractContextManager[None]):
         for name, value in self.before.items():
             self.controller.variables[name].value = value
         self.controller.speeds_set -= self.speeds
-
-
-def root_name(x: e.Reference) -> str:
-    """The name of a variable, without its indices and components, in capitals."""
-    while not isinstance(x, e.Name):
-        x = x.of
-    return x.name.upper()

@@ -1,0 +1,58 @@
+"""Brings a cell to a program: its names for the checks, its values for a run."""
+
+from __future__ import annotations
+
+import re
+
+from lwr_dyn.errors import OptionError
+from lwr_dyn.krl.diagnostics import ExecutionError, SourcePosition
+from lwr_dyn.krl.language.declarations import External
+from lwr_dyn.krl.language.line_parser import parse_line
+from lwr_dyn.krl.language.statements import Assign
+from lwr_dyn.krl.names.predefined import CONFIG
+from lwr_dyn.krl.names.types import UNKNOWN, Type
+from lwr_dyn.krl.project.program import Program
+from lwr_dyn.krl.project.symbols import DeclaredName
+from lwr_dyn.krl.running.cell import RobotCell
+from lwr_dyn.krl.running.controller import ControllerState
+from lwr_dyn.krl.running.evaluate import Environment, reference_to
+from lwr_dyn.krl.running.values import StructValue, Value, value_text
+
+MOST_ARGUMENTS = 40
+"""Of a stub: any number up to this."""
+
+
+def with_cell(program: Program, cell: RobotCell) -> Program:
+    """The program with the variables and stubs of a cell among its names; those it declares itself stay."""
+    names = program.names
+    for name, value in cell.values.items():
+        root, rest = re.match(r"([^\[.]*)(.*)", name).groups()  # type: ignore[union-attr]
+        if not root.startswith("$") and root not in CONFIG:
+            dimensions = rest.partition("]")[0].count(",") + 1 if rest.startswith("[") else 0
+            kind = Type("?", dimensions) if rest else _type_of(value)
+            names.variables.setdefault(root, DeclaredName(root, kind, SourcePosition(cell.file, 1)))
+    for name, stub in cell.stubs.items():
+        returns = None if stub.returns is None else _type_of(stub.returns).name
+        names.externals.setdefault(name, External(name, returns, ("?",) * MOST_ARGUMENTS))
+    return program
+
+
+def give_cell(env: Environment, c: ControllerState) -> None:
+    """Set the variables and states of the cell; raises `OptionError` for a value of the wrong type."""
+    for root, values in c.given.items():
+        for name, value in values.items():
+            statement, _ = parse_line(f"{name}=0")
+            assert isinstance(statement, Assign)
+            try:
+                reference = reference_to(env, statement.target)
+                reference.write(value)
+            except ExecutionError as fault:
+                raise OptionError(f"the cell's {name}", value_text(value), fault.hint or str(fault)) from None
+        c.unread[root] = "given"
+
+
+def _type_of(value: Value) -> Type:
+    for kind, name in ((bool, "BOOL"), (int, "INT"), (float, "REAL")):
+        if isinstance(value, kind):
+            return Type(name)
+    return Type(value.type) if isinstance(value, StructValue) and value.type != "?" else UNKNOWN

@@ -1,0 +1,70 @@
+"""Constants written in KRL's own form, from the command line and from cell files: `3`, `TRUE`, `#EX`, `{X 1, Y 2}`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from lwr_dyn.errors import OptionError
+from lwr_dyn.krl.diagnostics import ExecutionError
+from lwr_dyn.krl.language import expressions as e
+from lwr_dyn.krl.language.lexer import LineError
+from lwr_dyn.krl.language.line_parser import parse_line
+from lwr_dyn.krl.language.statements import Assign
+from lwr_dyn.krl.names.types import UNKNOWN, Type
+from lwr_dyn.krl.running.evaluate import value_of
+from lwr_dyn.krl.running.values import Value, Variable
+
+
+def constant_value(text: str) -> Value:
+    """The value of a constant; raises `ExecutionError` where the text is none.
+
+    >>> constant_value("{X 1.5}").parts["X"]
+    1.5
+    """
+    return _assigned(f"X={text}")[1]
+
+
+def input_values(texts: Sequence[str]) -> dict[str, Value]:
+    """Inputs and variables set from outside, written as `$IN[3]=TRUE`: name -> value; raises `OptionError`.
+
+    >>> input_values(["$IN[3]=TRUE", "n=2"])
+    {'$IN[3]': True, 'N': 2}
+    """
+    values = {}
+    for text in texts:
+        try:
+            name, value = _assigned(text)
+        except ExecutionError:
+            raise OptionError("--set", repr(text), "NAME=VALUE with a constant, such as $IN[3]=TRUE") from None
+        values[name] = value
+    return values
+
+
+def _assigned(text: str) -> tuple[str, Value]:
+    name, _, _ = text.partition("=")
+    try:
+        statement, _ = parse_line(text)
+    except LineError as fault:
+        raise ExecutionError("syntax", str(fault)) from None
+    if not isinstance(statement, Assign):
+        raise ExecutionError("syntax", text)
+    return name.replace(" ", "").upper(), value_of(_NoNames(), statement.value)
+
+
+class _NoNames:
+    """An environment without names: only constants have a value."""
+
+    def variable(self, name: str) -> Variable:
+        raise ExecutionError("undeclared", name)
+
+    def element(self, name: str, index: tuple[int, ...]) -> Value | None:
+        raise ExecutionError("undeclared", name)
+
+    def call(self, x: e.FunctionCall) -> Value:
+        raise ExecutionError("undeclared", x.name)
+
+    def note_read(self, name: str) -> None:
+        raise ExecutionError("undeclared", name)
+
+    def component_type(self, struct: str, name: str) -> Type:
+        return UNKNOWN

@@ -1,0 +1,123 @@
+"""RobotCell files: what they give a program, what is listed as assumed, one clear line on a bad one."""
+
+import json
+
+import pytest
+
+import lwr_dyn
+from lwr_dyn.errors import OptionError, PaperError
+from lwr_dyn.krl.running.cell_file import cell_of, new_cell_text
+from lwr_dyn.papers.fields import parse_toml
+from tests.krl.short_programs import values_of
+
+
+@pytest.fixture(scope="module")
+def arm():
+    return lwr_dyn.load("kr30ha")
+
+
+def cell(text):
+    return cell_of(parse_toml(text, "cell.toml"), "cell.toml")
+
+
+def test_a_state_that_nothing_gives_is_assumed_and_listed_once(arm):
+    values, assumed = values_of(arm, ["A = $T1 OR $T1", "N = $ERR.NUMBER"], ["DECL BOOL A", "DECL INT N"])
+    assert (values["A"], values["N"]) == (False, 0)
+    assert [x for x in assumed if x.startswith("$T1")] == ["$T1 = FALSE (state default)"]
+
+
+def test_what_the_program_sets_itself_is_no_assumption(arm):
+    _, assumed = values_of(arm, ["$FILTER = 5", "N = $FILTER"], ["DECL INT N"])
+    assert not assumed
+
+
+def test_a_cell_gives_states_variables_tools_inputs(arm):
+    given = cell("""
+        inputs.3 = true
+        inputs.others = false
+        states."$MODE_OP" = "#T1"
+        states."$ERR.NUMBER" = 7
+        variables.PART = 4
+        variables."P[2]" = "{X 1, Y 2}"
+        tools.1 = [0, 0, 150, 0, 0, 0]
+    """)
+    lines = [
+        "A = $IN[3]", "B = $IN[4]", "M = $MODE_OP == #T1", "N = $ERR.NUMBER + PART", "X = P[2].Y", "BAS(#TOOL, 1)",
+        "Z = $TOOL.Z",
+    ]  # fmt: skip
+    values, assumed = values_of(arm, lines, ["DECL BOOL A, B, M", "DECL INT N", "DECL REAL X, Z"], given)
+    assert values == {"A": True, "B": False, "M": True, "N": 11, "X": 2.0, "Z": 150.0}
+    assert "$IN[3] = TRUE (given)" in assumed
+    assert "$IN[4] = FALSE (inputs.others of the cell file)" in assumed
+
+
+def test_a_stub_returns_and_sets_arguments(arm):
+    given = cell("stubs.EKI_GETREAL = { returns = true, out = { 3 = 12.5 } }\nstubs.MSG = {}")
+    lines = ["MSG(1, 2)", 'Y = EKI_GETREAL("c", "p", X)']
+    values, assumed = values_of(arm, lines, ["DECL BOOL Y", "DECL REAL X"], given)
+    assert values == {"Y": True, "X": 12.5}
+    assert assumed == ["MSG( ) = nothing (stub)", "EKI_GETREAL( ) = TRUE (stub)"]
+
+
+def test_a_value_of_the_wrong_type_is_refused(arm):
+    with pytest.raises(OptionError, match="N"):
+        values_of(arm, [], ["DECL BOOL N"], cell("variables.N = 3"))
+
+
+@pytest.mark.parametrize(
+    ("text", "named"),
+    [
+        ("robots = 3", "robots"),
+        ("robot = 3", "robot"),
+        ("inputs.3 = 1", "inputs.3"),
+        ("inputs.three = true", "inputs.three"),
+        ("inputs.0 = true", "inputs.0"),
+        ("inputs.others = 1", "inputs.others"),
+        ("states.T1 = true", "states.T1"),
+        ('variables."$T1" = true', r"variables.\$T1"),
+        ('variables.A = "{X"', "variables.A"),
+        ("variables.A = [1]", "variables.A"),
+        ("tools.1 = [1, 2]", "tools.1"),
+        ("tools.1 = [0, 0, nan, 0, 0, 0]", "tools.1"),
+        ("stubs.F = 3", "stubs.F"),
+        ("stubs.F = { out = { x = 3 } }", "stubs.F.out.x"),
+        ("unmet_wait_s = -1", "unmet_wait_s"),
+        ('submits = ["a.src"]', "submits"),
+        ('[[reply]]\nwhen = "$OUT["\nset = {}', r"reply\[0\].when"),
+        ('[[reply]]\nwhen = "A"', r"reply\[0\].set"),
+        ('home_deg = "x"', "home_deg"),
+    ],
+)
+def test_a_bad_file_is_one_line_that_names_the_field(text, named):
+    with pytest.raises(PaperError, match=f"{named}: .*expected|{named}") as fault:
+        cell(text)
+    assert "\n" not in str(fault.value)
+
+
+def test_the_template_can_be_read_as_it_stands_and_with_every_line_filled_in(arm):
+    text = new_cell_text("cell.toml")
+    assert cell(text).robot == "kr30ha"
+    filled = "\n".join(line.removeprefix("# ") if "=" in line or "[[" in line else line for line in text.splitlines())
+    whole = cell(filled)
+    assert whole.values["TOOL_DATA[1]"].parts["Z"] == 150
+    assert whole.replies[0].after == 0.4
+    assert whole.stubs["EKI_GETREAL"].out == {3: 12.5}
+
+
+def test_the_commands_take_a_cell_and_list_what_is_assumed(lwr_dyn_command, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "a.src").write_text(
+        "DEF a( )\nIF $IN[3] AND NOT $T1 THEN\nPTP {A1 0, A2 -90, A3 90, A4 0, A5 30, A6 0}\nPTP {A1 5}\nENDIF\nEND\n"
+    )
+    code, _, _ = lwr_dyn_command("new", "cell", "cell.toml")
+    assert code == 0
+    (tmp_path / "cell.toml").write_text((tmp_path / "cell.toml").read_text().replace("# 3 = true", "3 = true"))
+    code, out, _ = lwr_dyn_command("krl", "run", "a.src", "--cell", "cell.toml", "--json")
+    assert code == 0
+    names = {x["name"]: x for x in json.loads(out)["assumptions"]}
+    assert names["$T1"] == {"name": "$T1", "value": "FALSE", "why": "state default"}
+    assert names["$IN[3]"]["why"] == "given"
+    code, out, _ = lwr_dyn_command("krl", "check", "a.src", "--cell", "cell.toml")
+    assert code == 0
+    code, _, err = lwr_dyn_command("krl", "run", "a.src")
+    assert "$IN[3]" in err
