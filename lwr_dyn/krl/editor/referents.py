@@ -1,0 +1,235 @@
+"""What a name refers to: the variable, routine, type, component, constant or label that stands at a place in a file."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, fields, is_dataclass
+from typing import Any, Literal
+
+from lwr_dyn.krl.checks.type_check import type_in
+from lwr_dyn.krl.diagnostics import SourcePosition
+from lwr_dyn.krl.language import expressions as e
+from lwr_dyn.krl.language import statements as s
+from lwr_dyn.krl.language.blocks import Routine
+from lwr_dyn.krl.language.declarations import Declaration
+from lwr_dyn.krl.language.lexer import LineError, Token, tokens_of
+from lwr_dyn.krl.names.types import Type
+from lwr_dyn.krl.project.module import ModuleFile
+from lwr_dyn.krl.project.program import Program
+from lwr_dyn.krl.project.symbols import DeclaredName, Scope, SymbolTable, scope_of
+
+Meaning = Literal["variable", "routine", "type", "component", "constant", "label"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Referent:
+    """What a name means; `declared` where the project declares it, None for a name of every controller."""
+
+    meaning: Meaning
+    name: str
+    owner: str = ""
+    """Of a component or a constant, its type in capitals."""
+    declared: DeclaredName | Routine | None = None
+    position: SourcePosition | None = None
+    node: Any = None
+    """The expression that stands there: a name, or one with its index."""
+
+    @property
+    def key(self) -> tuple[object, ...]:
+        """Equal for two places that mean the same."""
+        place = self.position if self.owner == "" else None
+        return (self.meaning, self.owner, self.name.upper() if place is None else place)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LineContext:
+    """A line of a file of a program, with the names that are seen there."""
+
+    program: Program
+    file: ModuleFile
+    line: int
+    scope: Scope
+
+    @property
+    def statement(self) -> s.Statement | None:
+        """Of the line."""
+        return self.file.file.lines[self.line].statement
+
+    @property
+    def text(self) -> str:
+        """Of the line."""
+        line = self.file.file.lines[self.line]
+        return line.layout if line.layout is not None else line.text()
+
+
+def line_context(program: Program, file: ModuleFile, line: int, scopes: dict[int, Scope] | None = None) -> LineContext:
+    """A line with its scope; `scopes` keeps those of the routines."""
+    kept = {} if scopes is None else scopes
+    routine = next((r for r in file.outline.routines if r.first - 1 <= line <= max(r.last, r.first)), None)
+    if id(routine) not in kept:
+        plain = Scope(program, SymbolTable(), file.file, [])
+        kept[id(routine)] = plain if routine is None else scope_of(program, routine, [])
+    return LineContext(program, file, line, kept[id(routine)])
+
+
+def referent_at(context: LineContext, column: int) -> tuple[Token, Referent] | None:
+    """The name that stands at a column (from 1) and what it refers to; None where no name stands."""
+    tokens = _tokens(context.text)
+    i = next((k for k, t in enumerate(tokens) if t.column <= column <= t.column + len(t.text)), None)
+    if i is not None and i + 1 < len(tokens) and tokens[i].kind not in _NAMES and tokens[i + 1].column == column:
+        i += 1
+    if i is None or tokens[i].kind not in _NAMES:
+        return None
+    found = _referent(context, tokens, i)
+    return None if found is None else (tokens[i], found)
+
+
+def referents_in(context: LineContext, name: str) -> Iterator[tuple[Token, Referent]]:
+    """All names of a line that are spelt so (in any case), with what they refer to."""
+    tokens = _tokens(context.text)
+    for i, token in enumerate(tokens):
+        if token.kind in _NAMES and token.text.lstrip("#").upper() == name.upper():
+            found = _referent(context, tokens, i)
+            if found is not None:
+                yield token, found
+
+
+_NAMES = ("NAME", "ENUMERATION")
+
+
+def spelt(name: str) -> re.Pattern[str]:
+    """Finds a name in a text, in any case."""
+    return re.compile(rf"(?<![\w$]){re.escape(name)}(?![\w$])", re.IGNORECASE | re.ASCII)
+
+
+def _tokens(text: str) -> list[Token]:
+    if text.lstrip().startswith("&"):
+        return []
+    try:
+        return tokens_of(text)[0]
+    except LineError:
+        return []
+
+
+def _referent(context: LineContext, tokens: list[Token], i: int) -> Referent | None:
+    token, statement = tokens[i], context.statement
+    if token.kind == "ENUMERATION":
+        return _constant(context, token)
+    node = next((x for x in _nodes(statement) if getattr(x, "column", 0) == token.column and _is_named(x, token)), None)
+    if isinstance(node, e.Component):
+        return _component(context.scope, type_in(_silent(context.scope), node.of), node.name, node)
+    if isinstance(node, e.Item):
+        owner = _owner_of_item(context.scope, statement, node)
+        return None if owner is None else _component(context.scope, owner, node.name, node)
+    if isinstance(statement, s.Jump) or (isinstance(statement, s.Label) and i == 0):
+        return _label(context, token)
+    called = isinstance(node, e.FunctionCall) or (i + 1 < len(tokens) and tokens[i + 1].kind == "_LPAR")
+    order = (_routine, _variable, _type) if called else (_variable, _routine, _type)
+    within = _with_index(statement, node)
+    return next((x for x in (find(context.scope, token, within) for find in order) if x is not None), None)
+
+
+def _is_named(node: Any, token: Token) -> bool:
+    return str(getattr(node, "name", "")).upper() == token.text.upper()
+
+
+def _nodes(x: Any) -> Iterator[Any]:
+    """A record and all records within, the inner ones first."""
+    if isinstance(x, tuple):
+        for part in x:
+            yield from _nodes(part)
+    elif is_dataclass(x):
+        for one in fields(x):
+            yield from _nodes(getattr(x, one.name))
+        yield x
+
+
+def _with_index(statement: s.Statement | None, node: Any) -> Any:
+    """`T[3]` where the name T in it is the node."""
+    return next((x for x in _nodes(statement) if isinstance(x, e.Index) and x.of is node), node)
+
+
+def _silent(scope: Scope) -> Scope:
+    return Scope(scope.program, scope.own, scope.file, [], scope.routine)
+
+
+def _variable(scope: Scope, token: Token, node: Any) -> Referent | None:
+    key = token.text.upper()
+    for names in (scope.own, scope.program.names):
+        if key in names.variables:
+            found = names.variables[key]
+            return Referent("variable", found.name, declared=found, position=found.position, node=node)
+    return None if scope.variable(token.text) is None else Referent("variable", token.text, node=node)
+
+
+def _routine(scope: Scope, token: Token, node: Any) -> Referent | None:
+    routine = scope.program.routine(token.text)
+    if routine is not None:
+        position = routine.file.position(routine.first - 1, routine.head.column)
+        return Referent("routine", routine.head.name, declared=routine, position=position, node=node)
+    return Referent("routine", token.text, node=node) if isinstance(node, e.FunctionCall) else None
+
+
+def _type(scope: Scope, token: Token, node: Any) -> Referent | None:
+    key = token.text.upper()
+    for names in (scope.own, scope.program.names):
+        if key in names.types:
+            found = names.types[key]
+            return Referent("type", found.name, declared=found, position=found.position)
+    return Referent("type", token.text) if scope.is_type(key) else None
+
+
+def _constant(context: LineContext, token: Token) -> Referent:
+    name = token.text[1:]
+    tables = (context.scope.own.enums, context.scope.program.names.enums)
+    owner = next((enum for table in tables for enum, members in table.items() if name.upper() in members), "")
+    position = _member_position(context.scope, owner)
+    return Referent("constant", name, owner or "#", position=position)
+
+
+def _component(scope: Scope, owner: Type, name: str, node: Any) -> Referent | None:
+    components = scope.structure(owner.name)
+    if components is None or name.upper() not in components:
+        return None
+    return Referent("component", name, owner.name, position=_member_position(scope, owner.name), node=node)
+
+
+def _member_position(scope: Scope, owner: str) -> SourcePosition | None:
+    """Where the type of a component or constant is declared."""
+    found = scope.own.types.get(owner) or scope.program.names.types.get(owner)
+    return None if found is None else found.position
+
+
+def _label(context: LineContext, token: Token) -> Referent | None:
+    routine = context.scope.routine
+    at = None if routine is None else routine.labels.get(token.text.upper())
+    return None if at is None else Referent("label", token.text, position=context.file.file.position(at))
+
+
+def _owner_of_item(scope: Scope, statement: s.Statement | None, item: e.Item) -> Type | None:
+    """The type of the structure whose component an item of `{X 1, Y 2}` gives."""
+    pairs: list[tuple[Any, Type]] = []
+    if isinstance(statement, Declaration):
+        pairs = [(d.value, Type((statement.type or "?").upper())) for d in statement.names]
+    elif isinstance(statement, s.Assign):
+        pairs = [(statement.value, type_in(_silent(scope), statement.target))]
+    pairs += [(x, Type("?")) for x in _nodes(statement) if isinstance(x, e.Aggregate)]
+    return next((found for x, kind in pairs if (found := _owner_within(scope, x, kind, item)) is not None), None)
+
+
+def _owner_within(scope: Scope, x: Any, kind: Type, item: e.Item) -> Type | None:
+    if not isinstance(x, e.Aggregate):
+        return None
+    own = Type(x.type.upper()) if x.type is not None else kind
+    if own.name == "?":
+        own = type_in(_silent(scope), x)
+    components = scope.structure(own.name) or {}
+    for one in x.items:
+        if one is item:
+            return own
+        inner = components.get(one.name.upper())
+        found = None if inner is None else _owner_within(scope, one.value, inner.element, item)
+        if found is not None:
+            return found
+    return None
