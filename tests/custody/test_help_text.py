@@ -29,8 +29,8 @@ from tests.identification.plants import perturbed_plant, random_motion
 from tests.identification.simulated import ideal_cruise
 from tests.krl.test_command import TASK
 
-SLOW = {"sensitivity", "reproduce", "sweep"}
-"""Half a minute and more; tests of their packages run them."""
+SLOW = {"sensitivity", "reproduce", "sweep", "krl server"}
+"""Half a minute and more, or until an editor ends it; tests of their packages run them."""
 
 
 def all_commands():

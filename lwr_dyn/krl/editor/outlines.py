@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import Literal
@@ -15,6 +16,7 @@ from lwr_dyn.krl.language.unparse import statement_text
 Kind = Literal["routine", "block", "fold", "variable", "type"]
 LONGEST = 80
 """Characters of a name."""
+_FOLD = re.compile(r"\s*(END)?FOLD\b([^;]*)", re.IGNORECASE)
 
 
 @dataclass(slots=True)
@@ -62,13 +64,14 @@ def _folds(file: SourceFile) -> Iterator[OutlineItem]:
     """`;FOLD name` to `;ENDFOLD`; a fold without its end is left out."""
     opened: list[tuple[int, str]] = []
     for i, line in enumerate(file.lines):
-        comment = line.comment.strip() if line.comment is not None and line.statement is None else ""
-        word = comment[:7].upper()
-        if word == "ENDFOLD" and opened:
+        mark = None if line.comment is None or line.statement is not None else _FOLD.match(line.comment)
+        if mark is None:
+            continue
+        if mark[1] is None:
+            opened.append((i, _shortened(mark[2])))
+        elif opened:
             first, name = opened.pop()
             yield OutlineItem(name, "fold", first, i)
-        elif word.startswith("FOLD") and word[4:5].isspace():
-            opened.append((i, _shortened(comment[5:].split(";")[0])))
 
 
 def _declared(data: Iterable[tuple[int, s.Statement]]) -> Iterator[OutlineItem]:

@@ -1,0 +1,102 @@
+"""A scripted editor: starts `lwr-dyn krl server` and speaks the Language Server Protocol with it."""
+
+import json
+import queue
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+PATIENCE = 60.0
+
+
+class LanguageClient:
+    """One server process; `texts` are the files that are open."""
+
+    def __init__(self, folder, encodings=("utf-16",), **capabilities):
+        self.began = time.perf_counter()
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", "lwr_dyn", "krl", "server"], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+        )
+        self.messages = queue.Queue()
+        threading.Thread(target=self._read, daemon=True).start()
+        self.count, self.versions = 0, {}
+        self.other = []
+        uri = None if folder is None else Path(folder).as_uri()
+        folders = None if folder is None else [{"uri": uri, "name": "backup"}]
+        general = {"positionEncodings": list(encodings)}
+        wishes = {"general": general, **capabilities}
+        initialize = {"processId": None, "rootUri": uri, "capabilities": wishes, "workspaceFolders": folders}
+        self.capabilities = self.request("initialize", initialize)["capabilities"]
+        self.notify("initialized", {})
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        if self.process.poll() is None:
+            self.request("shutdown", None)
+            self.notify("exit", None)
+            self.process.wait(timeout=PATIENCE)
+        self.process.stdin.close()
+        self.process.stdout.close()
+
+    def _read(self):
+        stream = self.process.stdout
+        while header := stream.readline():
+            length = int(header.split(b":")[1])
+            while stream.readline().strip():
+                pass
+            self.messages.put((time.perf_counter(), json.loads(stream.read(length))))
+
+    def send(self, message):
+        body = json.dumps({"jsonrpc": "2.0", **message}).encode()
+        self.process.stdin.write(b"Content-Length: %d\r\n\r\n%s" % (len(body), body))
+        self.process.stdin.flush()
+
+    def notify(self, method, params):
+        self.send({"method": method, "params": params})
+
+    def request(self, method, params):
+        self.count += 1
+        wanted = self.count
+        self.send({"id": wanted, "method": method, "params": params})
+        message = self.until(lambda m: m.get("id") == wanted and "method" not in m)[1]
+        assert "error" not in message, message
+        return message["result"]
+
+    def until(self, holds):
+        """(Time, message) of the next message that is wanted; the others are kept in `other`."""
+        for kept in self.other:
+            if holds(kept[1]):
+                self.other.remove(kept)
+                return kept
+        end = time.perf_counter() + PATIENCE
+        while True:
+            got = self.messages.get(timeout=max(0.01, end - time.perf_counter()))
+            if holds(got[1]):
+                return got
+            self.other.append(got)
+
+    def open(self, path, text):
+        self.versions[path] = 1
+        document = {"uri": path.as_uri(), "languageId": "krl", "version": 1, "text": text}
+        self.notify("textDocument/didOpen", {"textDocument": document})
+
+    def change(self, path, text):
+        self.versions[path] += 1
+        document = {"uri": path.as_uri(), "version": self.versions[path]}
+        self.notify("textDocument/didChange", {"textDocument": document, "contentChanges": [{"text": text}]})
+
+    def diagnostics(self, path):
+        """(Time, diagnoses) of the next publication for a file."""
+        uri = path.as_uri()
+        at, message = self.until(
+            lambda m: m.get("method") == "textDocument/publishDiagnostics" and m["params"]["uri"] == uri
+        )
+        return at, message["params"]["diagnostics"]
+
+    def ask(self, what, path, line, character, **more):
+        place = {"textDocument": {"uri": path.as_uri()}, "position": {"line": line, "character": character}}
+        return self.request(f"textDocument/{what}", {**place, **more})

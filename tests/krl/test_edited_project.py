@@ -1,0 +1,81 @@
+"""Texts of the editor in the place of files; files that come, change and go; the editor's code loads no numerics."""
+
+import subprocess
+import sys
+
+import pytest
+
+from lwr_dyn.krl.editor.edited_project import LOST, EditedProject, Session
+from tests.krl.small_backup import CLOSE, FILES, MAIN, write_backup
+
+
+@pytest.fixture
+def project(tmp_path):
+    return EditedProject(write_backup(tmp_path))
+
+
+def codes(project, name):
+    return [(d.position.line, d.code) for d in project.diagnostics(name)[name]]
+
+
+def test_a_whole_backup_has_no_diagnosis(project):
+    for name in FILES:
+        assert codes(project, name) == []
+
+
+def test_the_text_in_the_editor_counts_until_it_is_closed(project):
+    project.set_text(MAIN, FILES[MAIN].replace("LIN pick", "LIN pik"))
+    assert codes(project, MAIN) == [(11, "undeclared")]
+    project.close(MAIN)
+    assert codes(project, MAIN) == []
+
+
+def test_a_change_in_one_file_is_seen_in_the_others(project):
+    data = "KRC/R1/Program/close_it.dat"
+    assert codes(project, MAIN) == []
+    project.set_text(data, FILES[data].replace("GLOBAL ", ""))
+    assert set(codes(project, MAIN)) == {(17, "undeclared")}
+
+
+def test_files_on_disk_come_change_and_go(project, tmp_path):
+    path = tmp_path / CLOSE
+    before = path.read_bytes()
+    assert codes(project, MAIN) == []
+    path.unlink()
+    project.reread(CLOSE)
+    assert [code for _, code in codes(project, MAIN)] == ["unknown-call"]
+    path.write_bytes(before.replace(b"close_it(g:OUT, n:IN)", b"close_it(g:OUT)"))
+    project.reread(CLOSE)
+    assert (13, "arguments") in codes(project, MAIN)
+
+
+def test_the_other_robot_is_not_seen(project):
+    config = "KRC/R1/System/$config.dat"
+    project.set_text(config, FILES[config].replace("DECL REAL SPEED=0.25\n", ""))
+    assert codes(project, MAIN) == [(25, "undeclared")]
+
+
+def test_characters_that_the_editor_has_lost_are_said(project):
+    project.set_text(MAIN, FILES[MAIN].replace("(INI)", f"{LOST}ber"))
+    assert codes(project, MAIN) == [(7, "encoding")]
+
+
+def test_a_file_outside_of_all_folders_sees_those_beside_it(tmp_path):
+    write_backup(tmp_path / "backup")
+    session = Session()
+    session.add_folder(tmp_path / "backup" / "KRC")
+    inside = session.place(tmp_path / "backup" / MAIN)
+    assert (inside[0].folder.name, inside[1]) == ("KRC", "R1/Program/main.src")
+    project, name = session.place(tmp_path / "backup" / "loose.src")
+    assert (project.whole, name) == (False, "loose.src")
+    project.set_text(name, "DEF loose( )\nSPEED = 1\nEND\n")
+    assert codes(project, name) == [(2, "undeclared")]
+    assert [x.file.name for x in project.project.files] == ["loose.src"]
+
+
+def test_editor_and_checks_load_no_numerics():
+    program = """import sys
+import lwr_dyn.krl.editor.server, lwr_dyn.krl.command.server
+print([m for m in ("numpy", "scipy", "pinocchio", "meshcat") if m in sys.modules])"""
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert done.stdout == "[]\n"
