@@ -1,0 +1,120 @@
+"""Where a fault can be planted: a line of a program without errors, its words, and the edits of them."""
+
+from __future__ import annotations
+
+import random
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+
+from lwr_dyn.krl.language.lexer import KEYWORDS, LineError, Token, tokens_of
+from lwr_dyn.krl.language.source import SourceFile
+from lwr_dyn.krl.language.statements import Statement
+from lwr_dyn.krl.project.module import Module
+from lwr_dyn.krl.project.project import Project
+
+_WORD = re.compile(r"[A-Za-z_$][A-Za-z0-9_$]*")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SeededProject:
+    """A project, the words that it uses, and the sizes of the arrays with one dimension that it declares."""
+
+    name: str
+    project: Project
+    words: frozenset[str]
+    sizes: Mapping[str, int]
+    """0 for a name that is declared with several sizes."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PlantSite:
+    """A line of a file."""
+
+    of: SeededProject
+    module: Module
+    file: SourceFile
+    at: int
+
+    @property
+    def statement(self) -> Statement | None:
+        return self.file.lines[self.at].statement
+
+    @property
+    def text(self) -> str:
+        return self.file.lines[self.at].layout or ""
+
+    @property
+    def tokens(self) -> tuple[Token, ...]:
+        return words_of(self.text)
+
+    def replaced(self, token: Token, new: str) -> str:
+        """The line with another text in place of a token."""
+        begin = token.column - 1
+        return self.text[:begin] + new + self.text[begin + len(token.text) :]
+
+    def typo(self, word: str, rng: random.Random) -> str | None:
+        """The word with two letters swapped, one left out or one doubled, so that it is no word of the project."""
+        ways = []
+        for i in range(len(word) - 1):
+            ways.append(word[:i] + word[i + 1] + word[i] + word[i + 2 :])
+            ways.append(word[: i + 1] + word[i + 2 :])
+            ways.append(word[: i + 1] + word[i] + word[i + 1 :])
+        rng.shuffle(ways)
+        used = self.of.words | set(KEYWORDS)
+        return next((w for w in ways if w.upper() not in used and re.fullmatch(r"[A-Za-z_]\w*", w)), None)
+
+
+@dataclass(frozen=True, slots=True)
+class PlantedFault:
+    """The lines of a file with a fault, and the places (file, line from 1) at which it must be told."""
+
+    file: str
+    lines: tuple[str, ...]
+    places: frozenset[tuple[str, int]]
+
+
+def changed(site: PlantSite, new: str, *more: int) -> PlantedFault:
+    """The line of the site replaced; it must be told there, or at one of the lines (from 1) in `more`."""
+    lines = texts_of(site.file)
+    lines[site.at] = new
+    name = site.file.name
+    return PlantedFault(name, tuple(lines), frozenset((name, line) for line in (site.at + 1, *more)))
+
+
+def inserted(site: PlantSite, new: str) -> PlantedFault:
+    """A line after that of the site; it must be told there."""
+    lines = texts_of(site.file)
+    lines.insert(site.at + 1, new)
+    return PlantedFault(site.file.name, tuple(lines), frozenset({(site.file.name, site.at + 2)}))
+
+
+def texts_of(file: SourceFile) -> list[str]:
+    """The text of each line."""
+    return [line.layout or "" for line in file.lines]
+
+
+@lru_cache(maxsize=300_000)
+def words_of(text: str) -> tuple[Token, ...]:
+    """The tokens of a line; none if it cannot be read or is a header."""
+    if text.lstrip().startswith("&"):
+        return ()
+    try:
+        return tuple(tokens_of(text)[0])
+    except LineError:
+        return ()
+
+
+def seeded(name: str, project: Project) -> SeededProject:
+    """A project with its words and array sizes."""
+    words: set[str] = set()
+    sizes: dict[str, int] = {}
+    for of in project.files:
+        for line in of.file.lines:
+            words.update(word.upper() for word in _WORD.findall(line.layout or ""))
+            if re.match(r"\s*(DECL|GLOBAL|INT|REAL|BOOL|CHAR)\b", line.layout or "", re.IGNORECASE):
+                for array, size in re.findall(r"(\w+)\[(\d+)\]", (line.layout or "").split("=")[0]):
+                    same = sizes.setdefault(array.upper(), int(size)) == int(size)
+                    sizes[array.upper()] = int(size) if same else 0
+    return SeededProject(name, project, frozenset(words), sizes)
