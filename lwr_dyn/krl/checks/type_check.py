@@ -6,6 +6,7 @@ An unknown type fits every type.
 from collections.abc import Callable, Set
 from typing import Any
 
+from lwr_dyn.krl.checks.arguments import check_types
 from lwr_dyn.krl.checks.constants import check_arguments, check_components, check_indices
 from lwr_dyn.krl.checks.enumerations import check_compared, check_constant
 from lwr_dyn.krl.language import expressions as e
@@ -113,9 +114,8 @@ def _component(scope: Scope, x: e.Component) -> Type:
 def _call(scope: Scope, x: e.FunctionCall) -> Type:
     returned, least, most = signature(scope, x)
     count = len(x.arguments)
-    for argument in x.arguments:
-        if argument is not None:
-            type_in(scope, argument)
+    given = [UNKNOWN if argument is None else type_in(scope, argument) for argument in x.arguments]
+    check_types(scope, x, given)
     check_arguments(scope, x)
     if not least <= count <= most:
         allowed = str(least) if least == most else f"{least} to {most}"

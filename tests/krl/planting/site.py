@@ -11,6 +11,7 @@ from functools import lru_cache
 from lwr_dyn.krl.language.lexer import KEYWORDS, LineError, Token, tokens_of
 from lwr_dyn.krl.language.source import SourceFile
 from lwr_dyn.krl.language.statements import Statement
+from lwr_dyn.krl.names.predefined import FUNCTIONS
 from lwr_dyn.krl.project.module import Module
 from lwr_dyn.krl.project.project import Project
 
@@ -62,7 +63,7 @@ class PlantSite:
             ways.append(word[: i + 1] + word[i + 2 :])
             ways.append(word[: i + 1] + word[i] + word[i + 1 :])
         rng.shuffle(ways)
-        used = self.of.words | set(KEYWORDS)
+        used = self.of.words | set(KEYWORDS) | set(FUNCTIONS)
         return next((w for w in ways if w.upper() not in used and re.fullmatch(r"[A-Za-z_]\w*", w)), None)
 
 
