@@ -13,8 +13,9 @@ from itertools import pairwise
 import numpy as np
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.krl.motion.motion_segments import STILL, CartesianSegment, PtpSegment
+from lwr_dyn.krl.motion.motion_segments import CartesianSegment, PtpSegment
 from lwr_dyn.krl.motion.path_speed import HUGE, PathLimits
+from lwr_dyn.krl.motion.pose_paths import STILL
 from lwr_dyn.krl.motion.timeline import TimelineItem
 from lwr_dyn.trajectory.segments import SHORTEST, ArcSegment, LineSegment
 
@@ -138,7 +139,7 @@ def _corner(a: object, b: object, cut: float) -> tuple[Array, ...]:
 
 def _turn(part: CartesianSegment) -> Array:
     """(3,) [rad/m] The turn of the orientation along the path."""
-    return np.asarray(part.path.orientation.axis * part.path.angle / part.path.length)
+    return np.asarray(part.path.orientation.at(np.zeros(1)).rate[0])
 
 
 def _axis_bounds(a: PtpSegment, b: PtpSegment, first: Array, second: Array) -> tuple[Array, ...]:

@@ -11,9 +11,11 @@ import numpy as np
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.kinematics.forward import forward_kinematics
-from lwr_dyn.krl.motion.motion_segments import STILL, CartesianSegment, MotionSegment, PtpSegment
+from lwr_dyn.krl.motion.motion_segments import AxisSplineSegment, CartesianSegment, MotionSegment, PtpSegment
+from lwr_dyn.krl.motion.pose_paths import STILL
 from lwr_dyn.krl.motion.settings import Blend, Corner
 from lwr_dyn.krl.motion.timeline import Pause, Timeline, TimelineItem
+from lwr_dyn.trajectory.motion_profile import MotionProfile
 
 HALVINGS = 30
 SAMPLES = np.linspace(0.0, 1.0, 9)
@@ -31,7 +33,7 @@ def append_segment(timeline: Timeline, segment: MotionSegment, blend: Blend | No
 
 def corner_share(segment: MotionSegment, blend: Blend, tool: Array, at_end: bool) -> float:
     """The share of the way, at most a half, at the end (or the beginning) of a segment that the corner may take."""
-    if blend.kinds[0] == "C_PTP" and isinstance(segment, PtpSegment):
+    if blend.kinds[0] == "C_PTP" and not isinstance(segment, CartesianSegment):
         return 0.5 * min(blend.cptp, 100.0) / 100.0
     kind = next((kind for kind in reversed(blend.kinds) if kind != "C_PTP"), "C_DIS")
     share = 0.5
@@ -50,19 +52,34 @@ def corner_share(segment: MotionSegment, blend: Blend, tool: Array, at_end: bool
 
 def seconds_within(segment: MotionSegment, share: float, at_end: bool) -> float:
     """The time [s], within the ramp, in which the last (or the first) `share` of the way is travelled."""
-    knots = segment.profile.knots
+    profile = segment.profile
+    knots, pieces = profile.knots, profile.coefficients
     ramp = float(knots[-1] - knots[-2]) if at_end else float(knots[1])
-    travelled = segment.profile.coefficients[0, 2] * ramp**2 / segment.profile.length
+    if len(pieces) > 3:
+        return _seconds_in_ramp(profile, share, at_end)
+    travelled = pieces[0, 2] * ramp**2 / profile.length
     return ramp * math.sqrt(min(1.0, max(share, 0.0) / travelled))
 
 
-def _share_near(segment: PtpSegment, tool: Array, distance: float, at_end: bool) -> float:
-    """The share of a PTP, up to a half, in which the tool centre point is within `distance` [m] of its end."""
-    corner, other = (segment.end, segment.start) if at_end else (segment.start, segment.end)
+def _seconds_in_ramp(profile: MotionProfile, share: float, at_end: bool) -> float:
+    """The same for a spline, whose ramp has many pieces: as long as the speed grows from rest."""
+    knots = profile.knots
+    sample = profile.at(knots)
+    s, t = (profile.length - sample.s[::-1], knots[-1] - knots[::-1]) if at_end else (sample.s, knots)
+    v = sample.ds[::-1] if at_end else sample.ds
+    falls = np.flatnonzero(np.diff(v) <= 0.0)
+    last = int(falls[0]) if len(falls) else len(v) - 1
+    # from rest the way grows with the square of the time
+    return float(np.interp(math.sqrt(max(share, 0.0) * profile.length), np.sqrt(s[: last + 1]), t[: last + 1]))
+
+
+def _share_near(segment: PtpSegment | AxisSplineSegment, tool: Array, distance: float, at_end: bool) -> float:
+    """The share of a motion of the axes, up to a half, in which the tool centre point is within `distance` [m]."""
     low, high = 0.0, 0.5
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
-        q = corner + np.outer(middle * SAMPLES, other - corner)
+        share = middle * SAMPLES
+        q = segment.axes_at(1.0 - share if at_end else share)
         p = (forward_kinematics(segment.arm.chain, q) @ tool)[:, :3, 3]
         inside = float(np.max(np.linalg.norm(p - p[0], axis=1))) <= distance
         low, high = (middle, high) if inside else (low, middle)

@@ -6,26 +6,21 @@ the branch of its beginning (LIN keeps the Status), with rates by the Jacobian.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.errors import OptionError
 from lwr_dyn.ik_solvers.spherical_wrist import all_branches
 from lwr_dyn.kinematics.forward import jacobian_at, joint_axes, velocity_product_at
 from lwr_dyn.krl.diagnostics import ExecutionError
+from lwr_dyn.krl.motion.pose_paths import STILL, TURN, PosePath, path_bounds
 from lwr_dyn.krl.motion.settings import ProfileBounds, Speeds
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.trajectory.motion_profile import MotionProfile
-from lwr_dyn.trajectory.pose_path import Slerp, TimedPosePath, slerp
-from lwr_dyn.trajectory.segments import SHORTEST, ArcSegment, LineSegment
-
-TURN = 2.0 * math.pi
-STILL = 1e-9
-"""[m, rad] A smaller motion is none."""
+from lwr_dyn.trajectory.pose_path import TimedPosePath
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,25 +60,51 @@ class PtpSegment:
             self.start + np.outer(profile.s, step), np.outer(profile.ds, step), np.outer(profile.dds, step)
         )
 
+    def axes_at(self, share: Array) -> Array:
+        """The axes (k, n) [rad] at shares (k,) of the way."""
+        return np.asarray(self.start + np.outer(share, self.end - self.start))
+
 
 @dataclass(frozen=True, slots=True, eq=False)
-class PosePath:
-    """A line or arc of the tool centre point, with the orientation turning about one axis in proportion.
+class AxisSplineSegment:
+    """PTP_SPLINE: the axes (n,) on a curve through points, in a profile of its parameter [s at the set speed]."""
 
-    The parameter of both is the length [m]; of a turn in place, which has no length, it is the angle [rad].
-    """
-
-    segment: LineSegment | ArcSegment
-    orientation: Slerp
-    length: float
-    """[m]"""
-    angle: float
-    """[rad] Turn of the orientation."""
+    arm: Arm
+    curve: CubicSpline
+    profile: MotionProfile
+    speeds: Speeds
 
     @property
-    def is_still(self) -> bool:
-        """Whether nothing moves."""
-        return self.length < STILL and self.angle < STILL
+    def start(self) -> Array:
+        """The axes (n,) [rad] where it begins."""
+        return np.asarray(self.curve(0.0))
+
+    @property
+    def end(self) -> Array:
+        """The axes (n,) [rad] where it ends."""
+        return np.asarray(self.curve(self.profile.length))
+
+    @property
+    def duration(self) -> float:
+        """[s]"""
+        return self.profile.duration
+
+    @property
+    def bounds(self) -> ProfileBounds:
+        """Of its profile, where it ends."""
+        rate = np.maximum(np.abs(self.curve(self.profile.length, 1)), STILL)
+        return ProfileBounds(float(np.min(self.speeds.axis / rate)), float(np.min(self.speeds.axis_ramp / rate)))
+
+    def axes(self, t: Array) -> AxisMotion:
+        """The axes at times t (k,) [s] from the beginning of the segment."""
+        profile = self.profile.at(t)
+        q, first, second = (np.asarray(self.curve(profile.s, i), dtype=np.float64) for i in range(3))
+        ds = profile.ds[:, None]
+        return AxisMotion(q, first * ds, first * profile.dds[:, None] + second * ds**2)
+
+    def axes_at(self, share: Array) -> Array:
+        """The axes (k, n) [rad] at shares (k,) of the way."""
+        return np.asarray(self.curve(share * self.profile.length), dtype=np.float64)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -139,7 +160,7 @@ class CartesianSegment:
         return self.branch == other.branch and np.array_equal(self.tool, other.tool)
 
 
-MotionSegment: TypeAlias = PtpSegment | CartesianSegment
+MotionSegment: TypeAlias = PtpSegment | AxisSplineSegment | CartesianSegment
 
 
 def ptp_bounds(start: Array, end: Array, speeds: Speeds) -> ProfileBounds:
@@ -149,14 +170,6 @@ def ptp_bounds(start: Array, end: Array, speeds: Speeds) -> ProfileBounds:
     return ProfileBounds(
         float(np.min(speeds.axis[moved] / way[moved])), float(np.min(speeds.axis_ramp[moved] / way[moved]))
     )
-
-
-def path_bounds(path: PosePath, speeds: Speeds) -> ProfileBounds:
-    """Of a path that is not still: the tighter of path and orientation."""
-    whole = path.segment.length
-    both = [(path.length / whole, speeds.cp, speeds.cp_ramp), (path.angle / whole, speeds.ori, speeds.ori_ramp)]
-    moving = [(rate, v, a) for rate, v, a in both if rate * whole > STILL]
-    return ProfileBounds(min(v / rate for rate, v, _ in moving), min(a / rate for rate, _, a in moving))
 
 
 def axes_of_poses(
@@ -180,44 +193,3 @@ def axes_of_poses(
     except np.linalg.LinAlgError:
         raise ExecutionError("singularity", "the path meets a singularity", "move it, or go there by PTP") from None
     return AxisMotion(q, dq, ddq)
-
-
-def path_between(start: Array, end: Array, through: Array | None = None, angle: float | None = None) -> PosePath:
-    """The path from one pose (4, 4) to another: a line, or an arc through a third pose; `angle` [rad] is CIRC's CA.
-
-    Raises `ExecutionError`: half a turn of the orientation, three points of an arc in line.
-    """
-    try:
-        turn = slerp(start[:3, :3], end[:3, :3], 1.0)
-    except OptionError:
-        hint = "put a point in between: either way is as short"
-        raise ExecutionError("half-turn", "the orientation turns by 180 deg", hint) from None
-    if through is not None:
-        segment: LineSegment | ArcSegment = _arc(start[:3, 3], through[:3, 3], end[:3, 3], angle)
-        length = segment.length
-    else:
-        way = end[:3, 3] - start[:3, 3]
-        length = float(np.linalg.norm(way))
-        parameter = turn.rate if length < SHORTEST and turn.rate > STILL else max(length, STILL)
-        segment = LineSegment(start[:3, 3], way / parameter, parameter)
-    return PosePath(segment, Slerp(turn.R, turn.axis, turn.rate / segment.length), length, turn.rate)
-
-
-def _arc(a: Array, b: Array, c: Array, angle: float | None) -> ArcSegment:
-    """The arc from a through b to c (3,) [m]."""
-    u, v = b - a, c - a
-    normal = np.cross(u, v)
-    area = float(normal @ normal)
-    if area < 1e-12 * max(float(u @ u), 1e-12) * max(float(v @ v), 1e-12):
-        raise ExecutionError("no-arc", "start, auxiliary point and end lie in line", "three points that make a circle")
-    centre = a + (np.cross(normal, u) * (v @ v) + np.cross(v, normal) * (u @ u)) / (2.0 * area)
-    radius = float(np.linalg.norm(a - centre))
-    x, z = (a - centre) / radius, normal / math.sqrt(area)
-    y = np.cross(z, x)
-    whole = math.atan2(float((c - centre) @ y), float((c - centre) @ x)) % TURN
-    if angle is not None:
-        whole = abs(angle)
-        y = math.copysign(1.0, angle) * y
-    if whole * radius < 1e-9:
-        raise ExecutionError("no-arc", "the arc has no length", "an angle CA that is not 0")
-    return ArcSegment(centre, radius, x, y, radius * whole)

@@ -118,3 +118,12 @@ def profile_along(name: str, s: Array, x: Array) -> MotionProfile:
     rows = np.zeros((len(u), DEGREE + 1))
     rows[:, 0], rows[:, 1], rows[:, 2] = s[:-1] - s[0], np.sqrt(x[:-1]), 0.5 * u
     return MotionProfile(name, float(s[-1] - s[0]), times_along(s, x), rows)
+
+
+def seconds_at(profile: MotionProfile, s: Array) -> Array:
+    """The time (k,) [s] at which a profile of constant dds from knot to knot reaches s (k,)."""
+    c = profile.coefficients
+    piece = np.clip(np.searchsorted(c[:, 0], s, side="right") - 1, 0, len(c) - 1)
+    way, v, u = s - c[piece, 0], c[piece, 1], 2.0 * c[piece, 2]
+    later = np.sqrt(np.maximum(v**2 + 2.0 * u * way, 0.0))
+    return np.asarray(profile.knots[piece] + 2.0 * way / np.maximum(v + later, 1e-15))

@@ -13,7 +13,7 @@ from lwr_dyn.arrays import Array
 from lwr_dyn.krl.motion.motion_segments import (
     AxisMotion,
     CartesianSegment,
-    PtpSegment,
+    MotionSegment,
     axes_of_poses,
 )
 from lwr_dyn.krl.motion.settings import Corner
@@ -34,7 +34,7 @@ class Pause:
         return AxisMotion(np.broadcast_to(self.start, still.shape), still, still)
 
 
-Part: TypeAlias = PtpSegment | CartesianSegment | Pause
+Part: TypeAlias = MotionSegment | Pause
 
 
 @dataclass(frozen=True, slots=True)

@@ -28,6 +28,7 @@ from lwr_dyn.krl.running.evaluate import (
     value_of,
 )
 from lwr_dyn.krl.running.motions import Motions
+from lwr_dyn.krl.running.spline_block import OpenBlock, begin_block, collect, end_block
 from lwr_dyn.krl.running.values import StructValue, Variable, copied
 from lwr_dyn.krl.running.with_settings import WithSettings
 
@@ -104,9 +105,16 @@ def _bas(m: ExecutionContext, x: e.FunctionCall) -> None:
     bas(m, m.controller, arguments[0].name.upper(), value)
 
 
+def _with(m: ExecutionContext, settings: tuple[s.Assign, ...]) -> WithSettings:
+    return WithSettings(m.controller, m.motions.note_unmodelled, settings, lambda setting: assign(m, setting))
+
+
 def _move(m: ExecutionContext, x: s.Move) -> None:
-    with WithSettings(m.controller, m.motions, x.settings, lambda setting: assign(m, setting)):
-        m.motions.move(m, x, m.log.position)
+    with _with(m, x.settings):
+        if m.motions.block is None:
+            m.motions.move(m, x, m.log.position)
+        else:
+            collect(m.motions, m, x, m.log.position)
 
 
 def _wait(m: ExecutionContext, x: s.Wait) -> None:
@@ -211,7 +219,18 @@ def _trigger(m: ExecutionContext, x: s.Trigger) -> None:
 
 
 def _spline(m: ExecutionContext, x: s.SplineBlock, frame: StackFrame, at: int) -> None:
-    raise ExecutionError("not-modelled", f"{x.kind} ... ENDSPLINE is not modelled", "single SPTP, SLIN, SCIRC are")
+    settings = _with(m, x.settings)
+    settings.__enter__()
+    begin_block(m.motions, OpenBlock(x.kind, m.log.position, settings))
+
+
+def _end_spline(m: ExecutionContext, x: s.EndSpline) -> None:
+    block = m.motions.block
+    try:
+        end_block(m.motions, x.blends)
+    finally:
+        if block is not None:
+            block.settings.__exit__(None, None, None)
 
 
 _FUNCTIONS: dict[type, Callable[[ExecutionContext, Any, StackFrame, int], None]] = {
@@ -226,4 +245,5 @@ _FUNCTIONS: dict[type, Callable[[ExecutionContext, Any, StackFrame, int], None]]
     s.Jump: lambda m, x, frame, at: _goto(x, frame),
     s.Trigger: lambda m, x, frame, at: _trigger(m, x),
     s.SplineBlock: _spline,
+    s.EndSpline: lambda m, x, frame, at: _end_spline(m, x),
 }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,15 +12,19 @@ from lwr_dyn.krl.diagnostics import ExecutionError, Report, Severity, SourcePosi
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language import statements as s
 from lwr_dyn.krl.motion.corner import append_segment
-from lwr_dyn.krl.motion.motion_segments import MotionSegment, path_between
+from lwr_dyn.krl.motion.motion_segments import MotionSegment
 from lwr_dyn.krl.motion.planner import cartesian_segment, ptp_segment, tool_pose, warn_of_flip
+from lwr_dyn.krl.motion.pose_paths import path_between
 from lwr_dyn.krl.motion.settings import Blend
 from lwr_dyn.krl.motion.timeline import Pause, Timeline
 from lwr_dyn.krl.robot.kuka_pose import status
 from lwr_dyn.krl.running.controller import ControllerState
 from lwr_dyn.krl.running.evaluate import Environment, number_of, value_of
 from lwr_dyn.krl.running.targets import RobotState, axes_of_point, point_in_world
-from lwr_dyn.krl.running.values import StructValue, Value, is_axes, pose_matrix, pose_value
+from lwr_dyn.krl.running.values import StructValue, Value, axes_value, is_axes, pose_matrix, pose_value
+
+if TYPE_CHECKING:
+    from lwr_dyn.krl.running.spline_block import OpenBlock
 
 LONGEST_WAIT = 1e7
 """[s]"""
@@ -51,6 +56,8 @@ class Motions:
     kept: bool = False
     """Whether CONTINUE keeps the advance run for this statement."""
     count: int = 0
+    block: OpenBlock | None = None
+    """A spline block that is not ended."""
     unmodelled: set[str] = field(default_factory=set)
 
     def __post_init__(self) -> None:
@@ -60,19 +67,23 @@ class Motions:
         """Plan one motion; raises `ExecutionError`."""
         first = self.count == 0
         self.count += 1
-        self._check_speed_set(x)
+        self.check_speed_set(x)
         kind = x.kind.removeprefix("S").removesuffix("_REL")
         if kind not in ("PTP", "LIN", "CIRC"):
             raise ExecutionError("not-modelled", f"{x.kind} is not modelled", "PTP, LIN, CIRC, SPTP, SLIN, SCIRC are")
-        point = self._point(env, x.target, x)
+        point = self.point(env, x.target, x)
         if kind == "PTP":
             segment, q = self._ptp(point, first)
         else:
-            through = None if x.auxiliary is None else self._point(env, x.auxiliary, x)
+            through = None if x.auxiliary is None else self.point(env, x.auxiliary, x)
             angle = None if x.angle is None else float(np.radians(number_of(env, x.angle, "CA")))
             segment, q = self._cartesian(point, through, angle, first)
         if q is not None:
             self._append(x, position, segment, q)
+
+    def blend_now(self) -> Blend | None:
+        """How the next motion may begin before the last one has ended."""
+        return self.blend if self.advance and self.controller.advance > 0 else None
 
     def wait(self, seconds: float, position: SourcePosition) -> None:
         """Add a pause; raises `ExecutionError` for one that is too long."""
@@ -99,7 +110,8 @@ class Motions:
             self.unmodelled.add(name)
             self.report("note", "not-modelled", f"{name} is not carried out", "")
 
-    def _point(self, env: Environment, target: e.Expression, x: s.Move) -> Value:
+    def point(self, env: Environment, target: e.Expression, x: s.Move) -> Value:
+        """The point of a motion; that of a relative one made absolute."""
         value = value_of(env, target)
         return self._absolute(value, x) if x.kind.endswith("_REL") else value
 
@@ -121,21 +133,33 @@ class Motions:
         return StructValue(now.type if is_axes(value) else "FRAME", parts)
 
     def _now(self, axes: bool) -> StructValue:
-        now = self.controller.position("$AXIS_ACT" if axes else "$POS_ACT")
+        now = self._position("$AXIS_ACT" if axes else "$POS_ACT")
         if self.controller.q is None or not isinstance(now, StructValue):
             message = "a relative motion before the arm stands anywhere"
             raise ExecutionError("first-motion", message, "begin with a full PTP")
         return now
 
-    def _robot(self) -> RobotState:
+    def _position(self, name: str) -> Value | None:
+        """Where the last motion ends; in a spline block that is not planned yet, where its last one does."""
         c = self.controller
-        pose = None if c.q is None else c.position("$POS_ACT")
-        return RobotState(c.arm, c.q, c.base, c.tool, pose if isinstance(pose, StructValue) else None)
+        if self.block is None or self.block.q is None or self.block.pose is None:
+            return c.position(name)
+        if name == "$AXIS_ACT":
+            return axes_value(self.block.q)
+        pose = self.block.pose if self.block.kind == "SPLINE" else tool_pose(c.arm, self.block.q, c.tool)
+        return pose_value(np.linalg.inv(c.base) @ pose, "E6POS")
+
+    def robot(self) -> RobotState:
+        """Where the next motion begins."""
+        c = self.controller
+        pose = None if c.q is None else self._position("$POS_ACT")
+        q = c.q if self.block is None else self.block.q
+        return RobotState(c.arm, q, c.base, c.tool, pose if isinstance(pose, StructValue) else None)
 
     def _ptp(self, point: Value, first: bool) -> tuple[MotionSegment | None, Array | None]:
         """The segment (None without motion) and the axes at its end (None where they are unknown)."""
         c = self.controller
-        q = axes_of_point(self._robot(), point, first, self.report)
+        q = axes_of_point(self.robot(), point, first, self.report)
         if q is None or c.q is None:
             return None, q
         if isinstance(point, StructValue) and not is_axes(point):
@@ -153,7 +177,7 @@ class Motions:
             raise ExecutionError("type", "the target is no structure", "a FRAME, POS or E6POS")
         if is_axes(point):
             raise ExecutionError("type", "LIN and CIRC go to poses, not to axes", "a FRAME, POS or E6POS")
-        robot = self._robot()
+        robot = self.robot()
         if c.q is None:
             # the beginning of the path is not known, but its end can be checked
             axes_of_point(robot, StructValue("FRAME", dict(point.parts)), False, self._report_errors)
@@ -178,7 +202,7 @@ class Motions:
 
     def _append(self, x: s.Move, position: SourcePosition, segment: MotionSegment | None, q: Array) -> None:
         c = self.controller
-        blend = self.blend if self.advance and c.advance > 0 else None
+        blend = self.blend_now()
         if c.q is None:
             # the first motion (KUKA's block coincidence) begins anywhere: it only sets the axes
             self.timeline.add(Pause(q, 0.0))
@@ -189,7 +213,8 @@ class Motions:
         c.q = q
         self.blend, self.advance = c.blend(x.blends), True
 
-    def _check_speed_set(self, x: s.Move) -> None:
+    def check_speed_set(self, x: s.Move) -> None:
+        """Warn, once, of a motion before any velocity was set."""
         kind = "PTP" if "PTP" in x.kind else "CP"
         if kind in self.controller.speeds_set:
             return

@@ -12,7 +12,6 @@ from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language import statements as s
 from lwr_dyn.krl.running.controller import ControllerState
 from lwr_dyn.krl.running.evaluate import root_name
-from lwr_dyn.krl.running.motions import Motions
 from lwr_dyn.krl.running.values import ArrayValue, Value, copied
 
 TIMED = ("$VEL", "$ACC", "$APO", "$VEL_AXIS", "$ACC_AXIS", "$TOOL", "$BASE", "$IPO_MODE", "$ADVANCE", "$OV_PRO")
@@ -26,7 +25,7 @@ class WithSettings(AbstractContextManager[None]):
     """Applies assignments, and takes them back at its exit."""
 
     controller: ControllerState
-    motions: Motions
+    note: Callable[[str], None]
     settings: Sequence[s.Assign]
     assign: Callable[[s.Assign], None]
     before: dict[str, Value | None] = field(default_factory=dict)
@@ -46,7 +45,7 @@ class WithSettings(AbstractContextManager[None]):
                 if name in TIMED or fault.code != "not-modelled":
                     self.__exit__(None, None, None)
                     raise
-                self.motions.note_unmodelled(f"{name} after WITH")
+                self.note(f"{name} after WITH")
         for name in OF_ALL_AXES:
             self._spread(name)
         self.speeds = c.speeds_set - known
