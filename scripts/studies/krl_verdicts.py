@@ -14,7 +14,8 @@ A false *syntax* error is a false one about a line as such: its words, their ord
 one row, with its reason, in the manifest; an error that neither decides counts as false, so no error passes unread.
 
 The rules, for an error about an unknown name:
-1. a program that stands alone, a name that its repository declares: missing;
+1. a name that its repository declares: missing where the program stands alone; false in its folder where it is GLOBAL,
+   or in a `$config.dat`, or the first DEF of a file;
 2. a name in the controller's own list (`operate*.dat` in one of the repositories), one with `$`, or one of the options
    whose manuals are public (EKI_, RSI_): false;
 3. a name that a KUKA file of another repository declares (below a folder System, TP or Mada), or one that begins like
@@ -59,28 +60,39 @@ class CorpusNames:
     """By repository, of the files that KUKA supplies."""
     declared: Mapping[str, frozenset[str]]
     """By repository, of all its files."""
+    shared: Mapping[str, frozenset[str]]
+    """By repository, those that other modules see."""
 
 
 def corpus_names(folder: Path) -> CorpusNames:
     """Those of all repositories below a folder, each `owner+name/...`."""
     kernel: set[str] = set()
-    supplied: dict[str, set[str]] = {}
-    declared: dict[str, set[str]] = {}
+    supplied, declared, shared = ({x.name: set[str]() for x in folder.iterdir()} for _ in range(3))
     for path in sorted(folder.rglob("*")):
         if path.suffix.lower() not in (".src", ".sub", ".dat") or not path.is_file():
             continue
-        parts = path.relative_to(folder).parts
-        words = declared_words(path.read_bytes())
-        declared.setdefault(parts[0], set()).update(words)
+        repository, *parts = path.relative_to(folder).parts
+        text = path.read_bytes()
+        words = declared_words(text)
+        declared[repository] |= words
+        shared[repository] |= words if path.name.lower() == "$config.dat" else shared_words(text)
         if path.name.lower().startswith("operate"):
             kernel |= words
-        elif {"system", "tp", "mada"} & {part.lower() for part in parts[1:-1]}:
-            supplied.setdefault(parts[0], set()).update(words)
-    return CorpusNames(
-        frozenset(kernel),
-        {name: frozenset(words) for name, words in supplied.items()},
-        {name: frozenset(words) for name, words in declared.items()},
-    )
+        elif {"system", "tp", "mada"} & {part.lower() for part in parts[:-1]}:
+            supplied[repository] |= words
+    return CorpusNames(frozenset(kernel), *(_frozen(x) for x in (supplied, declared, shared)))
+
+
+def _frozen(names: Mapping[str, set[str]]) -> dict[str, frozenset[str]]:
+    return {name: frozenset(words) for name, words in names.items()}
+
+
+def shared_words(text: bytes) -> set[str]:
+    """The words of the lines with GLOBAL, and the name of the first DEF."""
+    first = re.search(rb"(?im)^[ \t]*DEF(?:FCT[ \t]+\w+)?[ \t]+(\w+)", text)
+    lines = [line for line in text.splitlines() if re.match(rb"(?i)\s*(DECL\s+)?GLOBAL\b", line)]
+    unmarked = (re.sub(rb"(?i)\bGLOBAL\b", b"", line) for line in lines)
+    return declared_words(b"\n".join(unmarked)) | ({first.group(1).decode("latin-1").upper()} if first else set())
 
 
 def declared_words(text: bytes) -> set[str]:
@@ -151,6 +163,8 @@ class Judge:
     def _of_name(self, repository: str, name: str, alone: bool) -> Verdict:
         if alone and name in self.names.declared.get(repository, ()):
             return "missing"
+        if not alone and name in self.names.shared.get(repository, ()):
+            return "false"
         if name in self.names.kernel or name.startswith("$") or PUBLIC_OPTIONS.match(name):
             return "false"
         others = (words for other, words in self.names.supplied.items() if other != repository)

@@ -13,6 +13,7 @@ FILES = {
     "ann+cell/KRC/R1/Program/good.src": GOOD,
     "ann+cell/KRC/R1/Program/calls.src": "DEF calls( )\nlent( )\nEND\n",
     "ann+cell/KRC/R1/System/lent.src": "DEF lent( )\nEND\n",
+    "ann+cell/KRC/R1/Program/more.sub": "DEF more( )\nEND\nGLOBAL DEFFCT INT twice(A :IN)\nRETURN 2*A\nENDFCT\nDEF hidden( )\nEND\n",
     "ann+cell/KRC/R1/TP/option.dat": "DEFDAT OPTION PUBLIC\nDECL GLOBAL INT ODD_OPTION=1\nENDDAT\n",
     "bob+one/copy.src": GOOD.replace("&ACCESS RVP\n", "&REL 7\n").upper(),
     "bob+one/broken.src": "DEF broken( )\nX = = 1\nEND\n",
@@ -60,6 +61,7 @@ def test_words_of_declarations_leave_out_values_arguments_and_members():
         ("MsgNotify", False, "unclear"),
         ("odd_option", False, "unclear"),
         ("names", True, "missing"),
+        ("names", False, "false"),
     ],
 )
 def test_the_verdict_of_an_unknown_name(folder, name, alone, verdict):
@@ -67,6 +69,10 @@ def test_the_verdict_of_an_unknown_name(folder, name, alone, verdict):
     for message in (f"{name} is not declared", f"the subprogram {name} is not known", f"{name} is no type (3 times)"):
         assert judge.verdict("bob+one", "x.src", an_error("undeclared", message), alone=alone) == verdict
     assert judge.undecided == []
+
+
+def test_names_that_other_modules_see(folder):
+    assert corpus_names(folder).shared["ann+cell"] == {"GOOD", "CALLS", "LENT", "MORE", "INT", "TWICE", "ODD_OPTION"}
 
 
 def test_an_error_that_nothing_decides_counts_as_false(folder):
@@ -102,7 +108,7 @@ def test_the_manifest_holds_counts_and_no_program(folder):
     alone, together, _ = study(folder, [])
     found = {x["name"]: x for x in tomllib.loads(counts(folder, alone, together))["repository"]}
     assert found["ann/cell"]["programs"] == 3
-    assert found["ann/cell"]["files"] == 4
+    assert found["ann/cell"]["files"] == 5
     assert found["ann/cell"]["alone"] == [3, 3, 3, 2]
     assert found["ann/cell"]["together"] == [3, 3, 3, 3]
     assert found["bob/one"]["together"] == [1, 0, 0, 0]
