@@ -18,7 +18,7 @@ The rules, for an error about an unknown name:
    or in a `$config.dat`, or the first DEF of a file;
 2. a name in the controller's own list (`operate*.dat` in one of the repositories), one with `$`, or one of the options
    whose manuals are public (EKI_, RSI_): false;
-3. a name that a KUKA file of another repository declares (below a folder System, TP or Mada), or one that begins like
+3. a name that a KUKA file of another repository shares (below a folder System, TP or Mada), or one that begins like
    an option's (`OPTIONS`): unclear;
 4. any other: missing.
 """
@@ -75,11 +75,12 @@ def corpus_names(folder: Path) -> CorpusNames:
         text = path.read_bytes()
         words = declared_words(text)
         declared[repository] |= words
-        shared[repository] |= words if path.name.lower() == "$config.dat" else shared_words(text)
+        public = words if path.name.lower() == "$config.dat" else shared_words(text)
+        shared[repository] |= public
         if path.name.lower().startswith("operate"):
             kernel |= words
         elif {"system", "tp", "mada"} & {part.lower() for part in parts[:-1]}:
-            supplied[repository] |= words
+            supplied[repository] |= public
     return CorpusNames(frozenset(kernel), *(_frozen(x) for x in (supplied, declared, shared)))
 
 
