@@ -9,11 +9,12 @@ from scripts.studies.krl_programs import counts, program_paths, rates, study, ta
 from scripts.studies.krl_verdicts import Judge, corpus_names, declared_words, judgements
 
 GOOD = "&ACCESS RVP\nDEF good( )\nPTP {A1 0,A2 -90,A3 90,A4 0,A5 0,A6 0}\nEND\n"
+MORE = "DEF more( )\nEND\nGLOBAL DEFFCT INT twice(A :IN)\nRETURN 2*A\nENDFCT\nDEF hidden( )\nEND\n"
 FILES = {
     "ann+cell/KRC/R1/Program/good.src": GOOD,
     "ann+cell/KRC/R1/Program/calls.src": "DEF calls( )\nlent( )\nEND\n",
     "ann+cell/KRC/R1/System/lent.src": "DEF lent( )\nEND\n",
-    "ann+cell/KRC/R1/Program/more.sub": "DEF more( )\nEND\nGLOBAL DEFFCT INT twice(A :IN)\nRETURN 2*A\nENDFCT\nDEF hidden( )\nEND\n",
+    "ann+cell/KRC/R1/Program/more.sub": MORE,
     "ann+cell/KRC/R1/TP/option.dat": "DEFDAT OPTION PUBLIC\nDECL GLOBAL INT ODD_OPTION=1\nENDDAT\n",
     "bob+one/copy.src": GOOD.replace("&ACCESS RVP\n", "&REL 7\n").upper(),
     "bob+one/broken.src": "DEF broken( )\nX = = 1\nEND\n",
