@@ -21,13 +21,20 @@ from lwr_dyn.krl.robot.kuka_pose import status
 from lwr_dyn.krl.running.controller import ControllerState
 from lwr_dyn.krl.running.evaluate import Environment, number_of, value_of
 from lwr_dyn.krl.running.targets import RobotState, axes_of_point, point_in_world
-from lwr_dyn.krl.running.values import StructValue, Value, axes_value, is_axes, pose_matrix, pose_value
+from lwr_dyn.krl.running.values import EnumValue, StructValue, Value, axes_value, is_axes, pose_matrix, pose_value
 
 if TYPE_CHECKING:
     from lwr_dyn.krl.running.spline_block import OpenBlock
 
 LONGEST_WAIT = 1e7
 """[s]"""
+PASSED = "the ramps of two motions overlap, which gives sqrt(a L) at points L apart; no KUKA figure tests it"
+TURNED = {
+    "$ORI_TYPE": ("JOINT", "the orientation of LIN and CIRC turns about one axis, as with #VAR"),
+    "$CIRC_TYPE": ("PATH", "the orientation of CIRC is led as with #BASE"),
+    "$IPO_MODE": ("TCP", "a fixed tool is not modelled: as with #BASE"),
+}
+"""Values of system variables that are not modelled, and what is done instead."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -184,11 +191,24 @@ class Motions:
             return None, None
         self._check_status(point, status(c.arm, c.q))
         via = None if through is None else point_in_world(robot, through)
-        path = path_between(tool_pose(c.arm, c.q, c.tool), point_in_world(robot, point), via, angle)
+        path = path_between(tool_pose(c.arm, c.q, c.tool), self.led(point_in_world(robot, point), c.q), via, angle)
         segment = cartesian_segment(c.arm, c.q, c.tool, path, c.speeds(), self.report)
         if segment is None:
             return None, c.q if path.is_still else None
         return segment, segment.end
+
+    def led(self, pose: Array, q: Array) -> Array:
+        """The pose (4, 4) [m] at the end of a path that begins at axes q; $ORI_TYPE #CONSTANT keeps the orientation."""
+        c = self.controller
+        values = {name: c.variables[name].value for name in TURNED if name in c.variables}
+        for name, (value, text) in TURNED.items():
+            if values.get(name) == EnumValue(value):
+                c.assumptions.note(f"{name} #{value}", "", text)
+        if values.get("$ORI_TYPE") != EnumValue("CONSTANT"):
+            return pose
+        kept = pose.copy()
+        kept[:3, :3] = tool_pose(c.arm, q, c.tool)[:3, :3]
+        return kept
 
     def _report_errors(self, severity: Severity, code: str, message: str, hint: str) -> None:
         if severity == "error":
@@ -209,6 +229,8 @@ class Motions:
             self.executed.append(ExecutedMotion(position, f"{x.kind} (start)", 0.0, 0.0, q))
         elif segment is not None:
             item = append_segment(self.timeline, segment, blend, c.tool)
+            if item.overlap > 0.0:
+                c.assumptions.note("points passed without a stop", "", PASSED)
             self.executed.append(ExecutedMotion(position, x.kind, item.begin, item.end, q, item.overlap))
         c.q = q
         self.blend, self.advance = c.blend(x.blends), True

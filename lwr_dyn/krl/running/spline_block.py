@@ -27,6 +27,8 @@ from lwr_dyn.krl.running.with_settings import WithSettings
 OF_BLOCK = {"SPLINE": {"SPL": "SPL", "SLIN": "LIN", "SCIRC": "CIRC"}, "PTP_SPLINE": {"SPTP": "PTP"}}
 """The motions that a block takes, without _REL, and their kinds of path."""
 
+CURVE = "planned whole on a cubic curve through its points; KUKA's own curve is not published"
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlannedPiece:
@@ -151,6 +153,8 @@ def end_block(m: Motions, blends: tuple[str, ...]) -> None:
     pieces = None if block is None else block.plan(m.controller, m.report)
     if block is None or pieces is None:
         return
+    if pieces:
+        m.controller.assumptions.note(block.kind, "", CURVE)
     blend = m.blend_now()
     for piece in pieces:
         item = append_segment(m.timeline, piece.segment, blend, m.controller.tool)

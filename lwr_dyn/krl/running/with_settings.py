@@ -57,6 +57,7 @@ class WithSettings(AbstractContextManager[None]):
         if len(targets) == 1 and isinstance(targets[0], e.Index) and variable is not None:
             array = variable.value
             if isinstance(array, ArrayValue) and targets[0].indices == (e.Integer(1),) and (1,) in array.items:
+                self.controller.assumptions.note(f"{name}[1] after WITH", "", "counts for all axes")
                 array.items.update(dict.fromkeys([(i,) for i in range(1, 7)], array.items[1,]))
 
     def __exit__(

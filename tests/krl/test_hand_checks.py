@@ -1,0 +1,93 @@
+"""Motions whose time and place are worked out by hand."""
+
+import math
+
+import numpy as np
+import pytest
+
+import lwr_dyn
+from lwr_dyn.krl.robot.kuka_pose import kuka_pose
+from tests.krl.short_programs import HOME, run_of
+
+SPEEDS = ("$VEL.CP = 0.5", "$ACC.CP = 2")
+CORNER = ("$APO.CDIS = 50", "LIN_REL {Y 300} C_DIS", "LIN_REL {Z -300}")
+
+
+@pytest.fixture(scope="module")
+def arm():
+    return lwr_dyn.load("kr30ha")
+
+
+def test_ptp_of_60_deg(arm):
+    """60 deg at 140 deg/s, and 0.4 s for the ramps."""
+    assert run_of(arm, HOME, "PTP_REL {A1 60, A2 5}").cycle_time == pytest.approx(60 / 140 + 0.4, abs=1e-9)
+
+
+def test_lin_of_400_and_of_50_mm(arm):
+    """0.4 m at 0.5 m/s with ramps of 0.25 s, then a triangle of 0.05 m at 2 m/s^2."""
+    run = run_of(arm, HOME, *SPEEDS, "LIN_REL {Y 400}", "LIN_REL {Z -50}")
+    assert run.cycle_time == pytest.approx(1.05 + 2 * math.sqrt(0.05 / 2), abs=1e-9)
+
+
+@pytest.mark.parametrize("turn", [360, -90])
+def test_circ_of_radius_150(arm, turn):
+    run = run_of(arm, HOME, *SPEEDS, f"CIRC_REL {{Y 150, Z 150}}, {{Z 300}}, CA {turn}")
+    T = lwr_dyn.forward_kinematics(arm, run.timeline.sample(np.linspace(0.0, run.cycle_time, 200)).q)
+    away = T[:, :3, 3] - (T[0, :3, 3] + [0, 0, 0.15])
+    assert np.abs(np.linalg.norm(away, axis=1) - 0.15).max() < 1e-11
+    # from below the centre a right angle against the auxiliary point's side ends at its -Y
+    end = {360: [0, 0, -0.15], -90: [0, -0.15, 0]}[turn]
+    assert np.abs(away[-1] - end).max() < 1e-9
+
+
+def test_base_and_tool(arm):
+    """The point lies (0, 70.711, 0) from (950, 300, 800); the tool, 150 long, points down and forward at 45 deg."""
+    run = run_of(arm, "$BASE = {X 950, Y 300, Z 800, A 45, B 0, C 0}", "$TOOL = {X 0, Y 0, Z 150, A 0, B 0, C 0}",
+                 HOME, "PTP {X 50, Y 50, Z 0, A -135, B 45, C 180}")  # fmt: skip
+    p = kuka_pose(arm, run.executed[-1].q)
+    assert [p.x_mm, p.y_mm, p.z_mm] == pytest.approx([950.0, 264.645, 906.066], abs=1e-3)
+    assert [p.a_deg, p.b_deg, abs(p.c_deg)] == pytest.approx([-90, 45, 180], abs=1e-9)
+
+
+def test_c_dis_at_a_right_angle(arm):
+    """The two ramps share sqrt(2 d/a), and the corner is passed at d/(2 sqrt(2))."""
+    run = run_of(arm, HOME, *SPEEDS, *CORNER)
+    assert run.cycle_time == pytest.approx(2 * 0.85 - math.sqrt(2 * 0.05 / 2), abs=1e-9)
+    corner = lwr_dyn.forward_kinematics(arm, run.executed[1].q)[:3, 3]
+    item = run.timeline.items[-1]
+    t = item.begin + item.overlap * np.linspace(0.0, 1.0, 201)
+    p = lwr_dyn.forward_kinematics(arm, run.timeline.sample(t).q)[:, :3, 3]
+    assert np.linalg.norm(p - corner, axis=1).min() == pytest.approx(0.05 / (2 * math.sqrt(2)), abs=1e-9)
+
+
+@pytest.mark.parametrize(("setting", "keyword", "distance"), [
+    ("$APO.CDIS = 20", "C_DIS", 20.0),
+    ("$APO.CDIS = 400", "C_DIS", 62.5),  # the whole ramp: v^2/(2 a)
+    ("$APO.CVEL = 50", "C_VEL", 15.625),  # half the speed: a quarter of the ramp's way
+    ("$APO.CVEL = 100", "C_VEL", 62.5),
+    ("$APO.CORI = 2", "C_ORI", 20.0),  # 2 of 30 deg on 300 mm
+])  # fmt: skip
+def test_where_a_corner_begins(arm, setting, keyword, distance):
+    """Both motions turn by 30 deg on 300 mm, so the three kinds can be compared."""
+    run = run_of(arm, HOME, *SPEEDS, setting, f"LIN_REL {{Y 300, C 30}} {keyword}", "LIN_REL {Z -300, C -30}")
+    assert run.executed[-1].overlap == pytest.approx(math.sqrt(2 * distance / 1e3 / 2), rel=1e-9)
+
+
+@pytest.mark.parametrize(("percent", "share"), [(100, 0.5), (20, 0.1)])
+def test_c_ptp_takes_its_share_of_half_the_way(arm, percent, share):
+    run = run_of(arm, HOME, f"$APO.CPTP = {percent}", "PTP_REL {A1 20} C_PTP", "PTP_REL {A1 20}")
+    # 20 deg is a triangle: 350 deg/s^2
+    assert run.executed[-1].overlap == pytest.approx(math.sqrt(2 * share * 20 / 350), rel=1e-9)
+
+
+def test_a_constant_orientation_is_kept(arm):
+    run = run_of(arm, HOME, "$ORI_TYPE = #CONSTANT", "LIN_REL {Y 100, C 20}")
+    R = lwr_dyn.forward_kinematics(arm, np.array([x.q for x in run.executed]))[:, :3, :3]
+    assert np.abs(R[1] - R[0]).max() < 1e-9
+
+
+def test_the_assumptions_of_timing_are_listed(arm):
+    run = run_of(arm, HOME, *SPEEDS, *CORNER, "SPLINE", "SLIN_REL {Y 20}", "ENDSPLINE")
+    assert {"points passed without a stop", "SPLINE"} <= {x.name for x in run.assumptions}
+    plain = run_of(arm, HOME, *SPEEDS, "LIN_REL {Y 20}")
+    assert not any("points" in x.name for x in plain.assumptions)
