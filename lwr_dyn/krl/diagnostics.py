@@ -90,11 +90,14 @@ def has_no_error(diagnostics: Sequence[Diagnostic]) -> bool:
 
 
 class ExecutionError(Exception):
-    """A statement that cannot be executed: code, message, hint. Used inside this package only."""
+    """A statement that cannot be executed: code, message, hint, and the variable without a value, if that is why.
 
-    def __init__(self, code: str, message: str, hint: str = "") -> None:
+    Used inside this package only.
+    """
+
+    def __init__(self, code: str, message: str, hint: str = "", variable: str = "") -> None:
         super().__init__(message)
-        self.code, self.message, self.hint = code, message, hint
+        self.code, self.message, self.hint, self.variable = code, message, hint, variable
 
 
 class RunEndedError(Exception):
@@ -113,6 +116,8 @@ class DiagnosticLog:
     """Of the statement that is executed now."""
     tolerant: bool
     diagnostics: list[Diagnostic] = field(default_factory=list)
+    unassigned: set[str] = field(default_factory=set)
+    """Variables, in capitals, whose assignment had a fault: that they have no value is not reported again."""
 
     def report(self, severity: Severity, code: str, message: str, hint: str) -> None:
         """Add a diagnostic at the current statement; raises `RunEndedError`."""
@@ -130,7 +135,8 @@ class DiagnosticLog:
         # a check ends quietly at a value or a function that only the real controller has
         if self.tolerant and fault.code in ("unknown-input", "not-modelled"):
             self.end_run("note", fault.code, f"not looked at from here: {fault.message}", fault.hint)
-        if self.tolerant and fault.code == "undeclared":  # the static checks report it
+        # the static checks report an undeclared name; a value that is missing after a fault is no other fault
+        if self.tolerant and (fault.code == "undeclared" or fault.variable in self.unassigned):
             return
         self.report("error", fault.code, fault.message, fault.hint)
         if fault.code in ("recursion", "waits-forever"):

@@ -29,6 +29,8 @@ def told(*lines, data=None):
         (["ENUM COLOR RED,GREEN", "DECL COLOR c", "IF c == #GREN THEN", "ENDIF"], "no-constant"),
         (["ENUM COLOR RED,GREEN", "DECL COLOR c", "IF #GREN <> c THEN", "ENDIF"], "no-constant"),
         (["ENUM COLOR RED,GREEN", "DECL COLOR c", "SWITCH c", "CASE #RED, #GREN", "ENDSWITCH"], "no-constant"),
+        (["INT n", "SWITCH n", "CASE #RED", "ENDSWITCH"], "type"),
+        (["BOOL b", "IF b == #RED THEN", "ENDIF"], "type"),
         (["STRUC S1 INT A, S1 B"], "recursive-type"),
         (["STRUC S2 S3 A", "STRUC S3 INT K, S2 B"], "recursive-type"),
         (["STRUC S4 FRAMM A"], "unknown-type"),

@@ -170,6 +170,12 @@ def test_functions_nested_in_sums_without_end_are_reported_by_check_and_run(arm)
     assert fault.value.code == "recursion"
 
 
+def test_a_value_that_is_missing_after_a_fault_is_no_other_fault(arm):
+    lines = ["REAL X, Y", SPEED, HOME, "X = 1e400", "Y = X", "WAIT SEC Y", "Y = 1", "WAIT SEC Y"]
+    assert codes(body(*lines), arm) == [(6, "number-range")]
+    assert codes(body("REAL X", SPEED, HOME, "X = X + 1", "WAIT SEC X"), arm) == [(6, "no-value")]
+
+
 def test_an_endless_loop_is_cut_and_reported(arm):
     for what, settings in (
         ("5000 statements", MachineData(steps=5000)),

@@ -27,7 +27,7 @@ def check_constant(scope: Scope, x: e.EnumLiteral, target: Type) -> None:
 
 
 def check_compared(scope: Scope, left: e.Expression, left_type: Type, right: e.Expression, right_type: Type) -> None:
-    """Report a constant that is compared with a value of an enumeration that does not have it."""
+    """Report a constant that is compared with a number, or with a value of an enumeration that does not have it."""
     for x, other in ((left, right_type), (right, left_type)):
-        if isinstance(x, e.EnumLiteral) and scope.enum(other.name) is not None:
+        if isinstance(x, e.EnumLiteral):
             check_constant(scope, x, other)

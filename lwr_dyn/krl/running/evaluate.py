@@ -154,7 +154,7 @@ def _read(env: Environment, x: e.Reference) -> Value:
     env.note_read(root_name(x))
     if value is None:
         hint = "assign it first, or give it in the .dat"
-        raise ExecutionError("no-value", f"{expression_text(x)} has no value", hint)
+        raise ExecutionError("no-value", f"{expression_text(x)} has no value", hint, root_name(x))
     return value
 
 

@@ -16,7 +16,7 @@ from lwr_dyn.krl.running.calls import called_routine, value_of_call
 from lwr_dyn.krl.running.cell import RobotCell
 from lwr_dyn.krl.running.cell_values import give_cell
 from lwr_dyn.krl.running.controller import ControllerState, MachineData
-from lwr_dyn.krl.running.evaluate import value_of
+from lwr_dyn.krl.running.evaluate import root_name, value_of
 from lwr_dyn.krl.running.execute import StackFrame, assign, execute
 from lwr_dyn.krl.running.initial import argument_variable, initialised
 from lwr_dyn.krl.running.motions import Motions
@@ -144,6 +144,8 @@ class Interpreter:
                 execute(self, statement, frame, at)
         except ExecutionError as fault:
             self.log.report_fault(fault)
+            if isinstance(statement, s.Assign):
+                self.log.unassigned.add(root_name(statement.target))
 
     def _return(self, x: s.Return, result: list[Value] | None) -> None:
         value = None if x.value is None else value_of(self, x.value)
