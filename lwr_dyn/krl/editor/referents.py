@@ -118,7 +118,7 @@ def _referent(context: LineContext, tokens: list[Token], i: int) -> Referent | N
         return _constant(context, token)
     node = next((x for x in _nodes(statement) if getattr(x, "column", 0) == token.column and _is_named(x, token)), None)
     if isinstance(node, e.Component):
-        return _component(context.scope, type_in(_silent(context.scope), node.of), node.name, node)
+        return _component(context.scope, type_in(context.scope.silent(), node.of), node.name, node)
     if isinstance(node, e.Item):
         owner = _owner_of_item(context.scope, statement, node)
         return None if owner is None else _component(context.scope, owner, node.name, node)
@@ -148,10 +148,6 @@ def _nodes(x: Any) -> Iterator[Any]:
 def _with_index(statement: s.Statement | None, node: Any) -> Any:
     """`T[3]` where the name T in it is the node."""
     return next((x for x in _nodes(statement) if isinstance(x, e.Index) and x.of is node), node)
-
-
-def _silent(scope: Scope) -> Scope:
-    return Scope(scope.program, scope.own, scope.file, [], scope.routine)
 
 
 def _variable(scope: Scope, token: Token, node: Any) -> Referent | None:
@@ -213,7 +209,7 @@ def _owner_of_item(scope: Scope, statement: s.Statement | None, item: e.Item) ->
     if isinstance(statement, Declaration):
         pairs = [(d.value, Type((statement.type or "?").upper())) for d in statement.names]
     elif isinstance(statement, s.Assign):
-        pairs = [(statement.value, type_in(_silent(scope), statement.target))]
+        pairs = [(statement.value, type_in(scope.silent(), statement.target))]
     pairs += [(x, Type("?")) for x in _nodes(statement) if isinstance(x, e.Aggregate)]
     return next((found for x, kind in pairs if (found := _owner_within(scope, x, kind, item)) is not None), None)
 
@@ -223,7 +219,7 @@ def _owner_within(scope: Scope, x: Any, kind: Type, item: e.Item) -> Type | None
         return None
     own = Type(x.type.upper()) if x.type is not None else kind
     if own.name == "?":
-        own = type_in(_silent(scope), x)
+        own = type_in(scope.silent(), x)
     components = scope.structure(own.name) or {}
     for one in x.items:
         if one is item:

@@ -22,7 +22,7 @@ from lwr_dyn.krl.language.lexer import Token
 from lwr_dyn.krl.language.source import SourceFile
 from lwr_dyn.version import VERSION
 
-DEBOUNCE = 0.15
+DEBOUNCE = 0.1
 """[s] After the last change, until the file is checked again."""
 _SEVERITY = {"error": lsp.DiagnosticSeverity.Error, "warning": lsp.DiagnosticSeverity.Warning,
              "note": lsp.DiagnosticSeverity.Information}  # fmt: skip

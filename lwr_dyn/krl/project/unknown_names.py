@@ -36,8 +36,7 @@ class UnknownNames:
         """One of each name."""
         for key, diagnostic in self.found.items():
             n = self.places[key]
-            message = diagnostic.message if n == 1 else f"{diagnostic.message} ({n} places)"
-            yield replace(diagnostic, message=message)
+            yield diagnostic if n == 1 else replace(diagnostic, message=f"{diagnostic.message} ({n} places)")
 
 
 def near_name(name: str, known: Iterable[str]) -> str | None:
