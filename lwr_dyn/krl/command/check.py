@@ -32,9 +32,10 @@ def check(file: str, shared: SharedOptions, no_motion: bool, as_json: bool) -> N
             raise OptionError("--with", "given with a folder", "nothing: a folder lends its own files")
         _check_folder(file, as_json)
         return
-    program, machine = shared.program(file), shared.machine
+    program = shared.program(file)
     with progress(f"checking {file}"):
-        arm = None if no_motion else shared.arm
+        arm = None if no_motion else shared.arm(program)
+        machine = None if arm is None else shared.machine(arm)
         diagnostics = check_program(program, arm, machine, shared.inputs, shared.cell)
     if as_json:
         print_json({"file": file, "holds": has_no_error(diagnostics), "diagnoses": [d.to_json() for d in diagnostics]})

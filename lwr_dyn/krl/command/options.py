@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import cached_property, wraps
 from pathlib import Path
 from typing import Any
@@ -12,6 +12,7 @@ import click
 
 from lwr_dyn.front import load
 from lwr_dyn.krl.project.program import Program, load_program
+from lwr_dyn.krl.robot.machine_arm import raise_times
 from lwr_dyn.krl.running.cell import RobotCell
 from lwr_dyn.krl.running.cell_file import read_cell
 from lwr_dyn.krl.running.cell_values import with_cell
@@ -22,11 +23,11 @@ from lwr_dyn.model.arm import Arm
 
 ROBOT = "kr30ha"
 SHARED_OPTIONS = (
-    click.option("--robot", help=f"A robot with KUKA's axes.  [default: the cell's, else {ROBOT}]"),
+    click.option("--robot", help=f"With KUKA's axes.  [default: the cell's, $machine.dat of the files, {ROBOT}]"),
     click.option("--cell", "cell_file", help="A cell file: inputs, states, tools, stubs; lwr-dyn new cell writes one."),
     click.option("--with", "included", multiple=True, help="A file to include: $config.dat, another .src."),
     click.option("--set", "settings", multiple=True, metavar="NAME=VALUE", help="An input or variable: $IN[3]=TRUE."),
-    click.option("--ramp", default=0.4, show_default=True, help="Assumed: seconds to rated speed."),
+    click.option("--ramp", type=float, help="Seconds to rated speed.  [default: those of $machine.dat, 0.4 assumed]"),
     click.option("--steps", default=200_000, show_default=True, help="Statements executed at most."),
     click.option("--seconds", default=3600.0, show_default=True, help="Simulated time at most."),
 )
@@ -40,7 +41,7 @@ class SharedOptions:
     cell_file: str | None
     included: tuple[str, ...]
     settings: tuple[str, ...]
-    ramp: float
+    ramp: float | None
     steps: int
     seconds: float
 
@@ -49,15 +50,15 @@ class SharedOptions:
         """That of `--cell`, else an empty one."""
         return RobotCell() if self.cell_file is None else read_cell(self.cell_file)
 
-    @cached_property
-    def arm(self) -> Arm:
-        """The robot of `--robot`, else of the cell, else the usual one."""
-        return load(self.robot or self.cell.robot or ROBOT)
+    def arm(self, program: Program) -> Arm:
+        """The robot of `--robot`, else of the cell, else of the machine data of the program's files, else the usual."""
+        data = program.project.nearest(program.module, "$machine.dat")
+        return load(self.robot or self.cell.robot or data or ROBOT)
 
-    @property
-    def machine(self) -> MachineData:
-        """Assumed machine data and bounds."""
-        return MachineData(ramp=self.ramp, steps=self.steps, seconds=self.seconds)
+    def machine(self, arm: Arm) -> MachineData:
+        """Assumed machine data and bounds; without `--ramp` the seconds to rated speed of the arm's machine data."""
+        data = MachineData(steps=self.steps, seconds=self.seconds)
+        return replace(data, ramps=raise_times(arm)) if self.ramp is None else replace(data, ramp=self.ramp)
 
     @property
     def inputs(self) -> dict[str, Value]:

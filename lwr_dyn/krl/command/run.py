@@ -27,10 +27,10 @@ def run(file: str, shared: SharedOptions, out: str | None, html: str | None, as_
             if not path.endswith(ending):
                 raise FileAccessError(path, f"does not end in {ending}", f"a path that ends in {ending}")
             check_writable(path)
-    arm, machine = shared.arm, shared.machine
+    program = shared.program(file)
+    arm = shared.arm(program)
     with progress(f"running {file}"):
-        program = shared.program(file)
-        result = run_program(program, arm, machine, shared.inputs, shared.cell)
+        result = run_program(program, arm, shared.machine(arm), shared.inputs, shared.cell)
     if out is not None:
         result.to_run().save(out)
     if html is not None:

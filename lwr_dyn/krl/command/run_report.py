@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from lwr_dyn.arrays import Array
 from lwr_dyn.krl.running.run import ProgramRun
 from lwr_dyn.tables import aligned
 
@@ -19,8 +20,8 @@ def run_record(run: ProgramRun) -> dict[str, Any]:
     return {
         "program": run.program, "robot": run.arm.name, "cycle_time": run.cycle_time,
         "cycle_times": run.times().to_json(), "motions": rows,
-        "peak_speed_deg": np.degrees(run.peak_speeds), "peak_static_torque": np.abs(run.static_torque).max(axis=0),
-        "peak_torque": np.abs(run.torque).max(axis=0), "assumed": run.machine.to_json(),
+        "peak_speed_deg": np.degrees(run.peak_speeds), "peak_static_torque": _peaks(run, run.static_torque),
+        "peak_torque": _peaks(run, run.torque), "assumed": run.machine.to_json(),
         "assumptions": [x.to_json() for x in run.assumptions],
         "diagnoses": [d.to_json() for d in run.diagnostics],
     }  # fmt: skip
@@ -34,12 +35,17 @@ def run_text(run: ProgramRun) -> str:
         pose = ["0.00" if v == "-0.00" else v for v in pose]
         rows.append((str(x.position.line), x.kind, f"{x.begin:.3f}", f"{x.end:.3f}", *pose, f"S {p.s} T {p.t}"))
     head = ("line", "motion", "from s", "to s", "X mm", "Y mm", "Z mm", "A deg", "B deg", "C deg", "branch")
-    arm, static, dynamic = run.arm, np.abs(run.static_torque).max(axis=0), np.abs(run.torque).max(axis=0)
+    arm, peaks = run.arm, [_peaks(run, x) for x in (run.static_torque, run.torque)]
     axes = [
-        (name, f"{np.degrees(v):.1f}", f"{v / most:.0%}", f"{g:.1f}", f"{tau:.1f}")
-        for name, v, most, g, tau in zip(arm.joint_names, run.peak_speeds, arm.velocity, static, dynamic, strict=True)
+        (name, f"{np.degrees(v):.1f}", f"{v / most:.0%}", *("-" if np.isnan(x) else f"{x:.1f}" for x in of_axis))
+        for name, v, most, *of_axis in zip(arm.joint_names, run.peak_speeds, arm.velocity, *peaks, strict=True)
     ]
-    assumed = f"assumed: {run.machine.ramp:g} s to rated speed; masses of {arm.name} as its data file has them"
+    ramps = ", ".join(f"{x:g}" for x in run.machine.ramps or (run.machine.ramp,))
+    source = "$RAISE_TIME of its machine data" if run.machine.ramps else "assumed"
+    masses = (
+        "masses unknown, so no torques" if run.torque is None else f"masses of {arm.name} as its data file has them"
+    )
+    assumed = f"{source}: {ramps} s to rated speed; {masses}"
     return "\n".join([
         f"{run.program} on {arm.name}: {run.cycle_time:.3f} s",
         aligned(rows, head),
@@ -49,3 +55,8 @@ def run_text(run: ProgramRun) -> str:
         *(f"assumed: {x}" for x in run.assumptions),
         *map(str, run.diagnostics),
     ])  # fmt: skip
+
+
+def _peaks(run: ProgramRun, torque: Array | None) -> Array:
+    """The largest of each axis (n,) [N m]; NaN where it is unknown."""
+    return np.full(run.arm.n, np.nan) if torque is None else np.asarray(np.abs(torque).max(axis=0))

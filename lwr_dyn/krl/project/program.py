@@ -92,11 +92,13 @@ def load_program(path: str | Path, include: Iterable[str | Path] = ()) -> Progra
         for x in lent:
             files.setdefault(x.file.name, x)
     faults = [d for name, x in files.items() if name not in own for d in _unreadable(x)]
-    return _program(list(files.values()), target.name, faults)
+    return _program(list(files.values()), target.name, faults, target.parent)
 
 
-def _program(files: Sequence[ModuleFile], name: str, diagnostics: Sequence[Diagnostic] = ()) -> Program:
-    project = project_of(files)
+def _program(
+    files: Sequence[ModuleFile], name: str, diagnostics: Sequence[Diagnostic] = (), folder: Path | None = None
+) -> Program:
+    project = project_of(files, folder)
     return program_in(project, project.homes[name], diagnostics)
 
 

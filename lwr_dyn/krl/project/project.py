@@ -61,6 +61,14 @@ class Project:
                 out.update(file.shared)
         return out
 
+    def nearest(self, module: Module, name: str) -> Path | None:
+        """The path of the nearest file of that name, in any case, of the same robot as the module."""
+        own = (m for m in self.modules if self.parts[m] == self.parts[module])
+        paths = [PurePosixPath(x.file.name) for m in own for x in m.files]
+        same = [x for x in paths if x.name.upper() == name.upper()]
+        here = module.path.parent
+        return self.folder / min(same, key=lambda x: _steps(here, x.parent)) if same else None
+
     def twins(self) -> tuple[Diagnostic, ...]:
         """A warning at each module whose name another one of the same robot has."""
         named: dict[tuple[tuple[str, ...], str], list[Module]] = {}

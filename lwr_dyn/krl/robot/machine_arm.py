@@ -20,6 +20,8 @@ from lwr_dyn.model.chain import Chain, ChainLink
 from lwr_dyn.model.dh import JointKind
 from lwr_dyn.model.spatial import Pose, rot_x
 
+MACHINE_DATA = "machine data"
+"""Stands for the reading of a paper."""
 GRAVITY = (0.0, 0.0, -9.81)
 """[m/s^2] In the world."""
 
@@ -35,6 +37,11 @@ def load_machine_arm(path: str | Path, reading: str | None = None, lock: Mapping
     for joint, value in (lock or {}).items():
         arm = arm.with_locked_joint(joint, value)
     return arm
+
+
+def raise_times(arm: Arm) -> tuple[float, ...]:
+    """[s] From rest to rated speed of each axis, where the machine data of the arm say it; else empty."""
+    return read_machine_record(arm.file).raise_time if arm.reading == MACHINE_DATA else ()
 
 
 def machine_arm(record: MachineRecord) -> Arm:
@@ -60,7 +67,7 @@ def machine_arm(record: MachineRecord) -> Arm:
     name = re.sub(r"[^a-z0-9]+", "_", record.name.lower()).strip("_") or "robot"
     chain = Chain(tuple(links), frames["TFLWP"], np.array(GRAVITY))
     return Arm(
-        name=name, reading="machine data", title=f"{record.name}, from {Path(record.file).name}", chain=chain,
+        name=name, reading=MACHINE_DATA, title=f"{record.name}, from {Path(record.file).name}", chain=chain,
         limits=_limits(record), sources=_sources(record), digest=record.digest, file=str(Path(record.file).resolve()),
     )  # fmt: skip
 

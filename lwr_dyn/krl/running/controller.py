@@ -37,6 +37,7 @@ from lwr_dyn.model.arm import Arm
 
 INPUTS = ("$IN", "$ANIN", "$DIGIN1", "$DIGIN2", "$DIGIN3", "$DIGIN4", "$DIGIN5", "$DIGIN6")
 """Variables that are set from outside: without a value unless one is given."""
+HOME_DEG = (0.0, -90.0, 90.0, 0.0, 0.0, 0.0)
 _OF_MOTION = ("$POS_ACT", "$POS_INT", "$POS_ACT_MES", "$AXIS_ACT", "$AXIS_INT", "$AXIS_ACT_MES")
 
 
@@ -46,6 +47,8 @@ class MachineData:
 
     ramp: float = 0.4
     """[s] From rest to rated speed of each axis at 100 % of $ACC_AXIS (assumed)."""
+    ramps: tuple[float, ...] = ()
+    """[s] The same of each axis, where the robot's machine data give it ($RAISE_TIME); empty otherwise."""
     vel_cp: float = 2.0
     """[m/s] $VEL.CP after BAS(#INITMOV, 0) (assumed)."""
     acc_cp: float = 2.3
@@ -62,14 +65,14 @@ class MachineData:
     """Most motions."""
 
     def __post_init__(self) -> None:
-        for f in fields(self):
-            value = getattr(self, f.name)
+        named = [(f.name, getattr(self, f.name)) for f in fields(self) if f.name != "ramps"]
+        for name, value in (*named, *(("ramps", x) for x in self.ramps)):
             if not (isinstance(value, int | float) and math.isfinite(value) and 1e-3 <= value <= 1e9):
-                raise OptionError(f.name, value, "a number from 0.001 to 1e9")
+                raise OptionError(name, value, "a number from 0.001 to 1e9")
 
     def to_json(self) -> dict[str, Any]:
         """As JSON values."""
-        return {f.name: getattr(self, f.name) for f in fields(self)}
+        return {f.name: getattr(self, f.name) for f in fields(self) if f.name != "ramps" or self.ramps}
 
 
 @dataclass(slots=True, eq=False)
@@ -157,12 +160,13 @@ class ControllerState:
             self.speeds_set.add(kind)
 
     def home(self) -> Array:
-        """The home of the cell, else the mastering position (n,) [rad]; raises `ExecutionError`."""
+        """The home of the cell, else the mastering position of the arm, else that of most KUKA robots (n,) [rad]."""
         if self.cell.home_deg is not None:
             return np.radians(self.cell.home_deg)
-        if not self.arm.mastering:
-            raise ExecutionError("no-value", "the home position is not known", "home_deg in the cell file")
-        return np.array(self.arm.mastering)
+        if self.arm.mastering:
+            return np.array(self.arm.mastering)
+        self.assumptions.note("home", "A2 -90, A3 90, all others 0", "not known of this robot: home_deg in a cell file")
+        return np.radians(HOME_DEG)
 
     def position(self, key: str) -> Value | None:
         """`$POS_ACT` or `$AXIS_ACT`; before the first motion the arm is assumed at mastering."""
@@ -193,7 +197,7 @@ class ControllerState:
         rated = self.arm.velocity
         cp, ori = self._part("$VEL", "CP", 100.0), np.radians(self._part("$VEL", "ORI1", 1e5))
         cp_ramp, ori_ramp = self._part("$ACC", "CP", 1e3), np.radians(self._part("$ACC", "ORI1", 1e6))
-        axis, axis_ramp = rated * vel * override, rated / self.machine.ramp * acc
+        axis, axis_ramp = rated * vel * override, rated / (self.machine.ramps or self.machine.ramp) * acc
         return Speeds(axis, axis_ramp, cp * override, cp_ramp, ori * override, ori_ramp, self.advance)
 
     @property

@@ -61,9 +61,9 @@ class ProgramRun:
     """Warnings and notes of the run; a bound that was reached; axes over their speed."""
     assumptions: tuple[Assumption, ...]
     """Values and rules that neither the program nor its files give."""
-    static_torque: Array
-    """(k, n) [N m] The torque that holds the arm."""
-    torque: Array
+    static_torque: Array | None
+    """(k, n) [N m] The torque that holds the arm; None where masses are unknown."""
+    torque: Array | None
     """(k, n) [N m] The torque of the motion; masses of the KR 30 HA are estimated, so this is too."""
 
     @property
@@ -85,21 +85,26 @@ class ProgramRun:
         return tuple(kuka_pose(self.arm, motion.q) for motion in self.executed)
 
     def to_run(self) -> Run:
-        """As a `Run` for `lwr-dyn replay`, in which the axes follow the program exactly."""
+        """As a `Run` for `lwr-dyn replay`, in which the axes follow the program exactly.
+
+        Where masses are unknown its torques and energy are zeros, and `meta["unknown"]` names them.
+        """
         m, arm = self.motion, self.arm
-        zero = np.zeros_like(m.q)
-        energy = mechanical_energy(dynamics_of(arm), m.q, m.dq)
-        power = np.sum(self.torque * m.dq, axis=1)
+        zero, known = np.zeros_like(m.q), self.torque is not None
+        torque = zero if self.torque is None else self.torque
+        energy = mechanical_energy(dynamics_of(arm), m.q, m.dq) if known else zero[:, 0]
+        power = np.sum(torque * m.dq, axis=1)
         work = np.concatenate([[0.0], np.cumsum(0.5 * (power[1:] + power[:-1]) * np.diff(m.t))])
         meta: dict[str, Any] = {
             **arm_record(arm), "task": f"KRL program {self.program}", "controller": {"name": f"KRL {self.program}"},
             "assumed": self.machine.to_json(),
             "assumptions": [x.to_json() for x in self.assumptions],
             "diagnoses": [d.to_json() for d in self.diagnostics],
+            **({} if known else {"unknown": ["torques", "energy", "work"]}),
         }  # fmt: skip
         events = tuple(Event(x.begin, f"line {x.position.line}: {x.kind}") for x in self.executed)
         return Run(
-            t=m.t, q=m.q, dq=m.dq, q_ref=m.q, dq_ref=m.dq, tau_command=self.torque, tau_applied=self.torque,
+            t=m.t, q=m.q, dq=m.dq, q_ref=m.q, dq_ref=m.dq, tau_command=torque, tau_applied=torque,
             tau_friction=zero, energy=energy, work={"actuator": work}, events=events, meta=meta,
         )  # fmt: skip
 
@@ -158,7 +163,7 @@ def run_program(
     ----------
     program : Program
     arm : Arm
-        With KUKA's axes, axis speeds and masses.
+        With KUKA's axes and axis speeds; without masses the run has no torques.
     machine : MachineData, optional
         Assumed machine data, bounds of steps and time.
     inputs : mapping, optional
@@ -171,11 +176,10 @@ def run_program(
     ProgramError
         The program has an error, before or during its run.
     OptionError, MissingDataError
-        The arm has no KUKA axes, no axis speeds or no masses.
+        The arm has no KUKA axes, or no axis speeds.
     """
     data = machine or MachineData()
     _refuse_errors([d for d in (*program.diagnostics, *static_diagnostics(program)) if d.code != "unknown-call"])
-    arm.require_dynamics()
     interpreter = Interpreter(program, arm, data, _surroundings(cell, inputs))
     diagnostics = interpreter.run()
     _refuse_errors(diagnostics)
@@ -186,13 +190,21 @@ def run_program(
         motion = timeline.sample(_times(timeline, data.seconds))
     except ExecutionError as fault:
         raise ProgramError(end, fault.code, fault.message, fault.hint) from None
-    model = dynamics_of(arm)
+    static, torque = _torques(arm, motion)
     return ProgramRun(
         program=program.source.name, arm=arm, machine=data, timeline=timeline, motion=motion,
         executed=tuple(executed), diagnostics=(*diagnostics, *_overspeed(arm, motion, executed)),
         assumptions=interpreter.controller.assumptions.all(),
-        static_torque=model.gravity_vector(motion.q), torque=model.inverse_dynamics(motion.q, motion.dq, motion.ddq),
+        static_torque=static, torque=torque,
     )  # fmt: skip
+
+
+def _torques(arm: Arm, motion: Motion) -> tuple[Array | None, Array | None]:
+    """The torques that hold and move the arm; None where its masses are unknown."""
+    if arm.chain.bodies is None:
+        return None, None
+    model = dynamics_of(arm)
+    return model.gravity_vector(motion.q), model.inverse_dynamics(motion.q, motion.dq, motion.ddq)
 
 
 def _surroundings(cell: RobotCell | None, inputs: Mapping[str, Value] | None) -> RobotCell:
