@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from lwr_dyn.krl.language import expressions as e
-from lwr_dyn.krl.names.types import ENUMS, SIMPLE, Type
+from lwr_dyn.krl.names.types import SIMPLE, Type
 from lwr_dyn.krl.project.symbols import Scope
 from lwr_dyn.krl.project.unknown_names import near_name
 
@@ -19,11 +19,11 @@ def check_constant(scope: Scope, x: e.EnumLiteral, target: Type) -> None:
     if members is None:
         if target.name in SIMPLE or scope.structure(target.name) is not None:
             scope.report(x.column, "type", f"#{x.name} where {target} is expected", f"a value of type {target}")
-    elif x.name.upper() not in members:
+    elif x.name.upper() not in members and not scope.is_open(target.name):
         near = near_name(x.name, members)
         hint = ", ".join(sorted(members)) if near is None else f"did you mean #{near}?"
         message = f"{target} has no constant #{x.name}"
-        scope.report(x.column, "no-constant", message, hint, "warning" if target.name in ENUMS else "error")
+        scope.report(x.column, "no-constant", message, hint, "warning" if scope.is_foreign(target.name) else "error")
 
 
 def check_compared(scope: Scope, left: e.Expression, left_type: Type, right: e.Expression, right_type: Type) -> None:

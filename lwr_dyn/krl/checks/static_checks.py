@@ -12,7 +12,7 @@ from lwr_dyn.krl.diagnostics import Diagnostic
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language import statements as s
 from lwr_dyn.krl.language.declarations import Declaration, StructType
-from lwr_dyn.krl.names.types import AXES, BOOL, CARTESIAN, INT, REAL, STRUCTURES, UNKNOWN
+from lwr_dyn.krl.names.types import AXES, BOOL, CARTESIAN, INT, REAL, UNKNOWN
 from lwr_dyn.krl.project.program import Program
 from lwr_dyn.krl.project.symbols import Scope, SymbolTable, scope_of, signature, type_of
 from lwr_dyn.krl.project.unknown_names import UnknownNames
@@ -62,7 +62,7 @@ def _check_declared_type(scope: Scope, x: Declaration) -> None:
     elif not scope.is_type(x.type.upper()):
         message = f"{x.type} is no type" if x.decl else f"{x.type} {x.names[0].name}: neither a statement nor a type"
         hint = "INT, REAL, BOOL, CHAR, E6POS ..., or one that is declared or lent with --with"
-        scope.report_unknown(x.column, "unknown-type", message, x.type, STRUCTURES, hint)
+        scope.report_unknown(x.column, "unknown-type", message, x.type, scope.known.structures, hint)
     for d in x.names:
         if len(d.name) > LONGEST_NAME:
             message = f"the name has {len(d.name)} characters"
@@ -73,7 +73,7 @@ def _structure(scope: Scope, x: StructType) -> None:
     for kind, declarators in x.members:
         if not scope.is_type(kind.upper()):
             message, hint = f"{kind} is no type", "a structure that is declared or built in"
-            scope.report_unknown(declarators[0].column, "unknown-type", message, kind, STRUCTURES, hint)
+            scope.report_unknown(declarators[0].column, "unknown-type", message, kind, scope.known.structures, hint)
     if _contains(scope, x.name.upper()):
         scope.report(x.column, "recursive-type", f"{x.name} contains itself", "components of other types only")
 

@@ -3,21 +3,22 @@
 An unknown type fits every type.
 """
 
-from collections.abc import Callable, Set
+from collections.abc import Callable, Mapping, Set
 from typing import Any
 
 from lwr_dyn.krl.checks.arguments import check_types
 from lwr_dyn.krl.checks.constants import check_arguments, check_components, check_indices
 from lwr_dyn.krl.checks.enumerations import check_compared, check_constant
+from lwr_dyn.krl.diagnostics import Severity
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.names.types import (
     BOOL,
     CARTESIAN,
+    GEOMETRY,
     INT,
     LARGEST,
     NUMBERS,
     REAL,
-    STRUCTURES,
     UNKNOWN,
     Type,
 )
@@ -54,7 +55,7 @@ def shape_of(x: e.Aggregate) -> Type:
     """
     names = {item.name.upper() for item in x.items}
     for kind in ("FRAME", "POS", "E3POS", "E6POS", "AXIS", "E3AXIS", "E6AXIS"):
-        if names <= set(STRUCTURES[kind]):
+        if names <= set(GEOMETRY[kind]):
             return Type(kind)
     return UNKNOWN
 
@@ -105,10 +106,18 @@ def _component(scope: Scope, x: e.Component) -> Type:
     components = None if of.dimensions else scope.structure(of.name)
     kind = None if components is None else components.get(x.name.upper())
     if kind is None:
-        allowed = ", ".join(components) if components else "a structure before the point"
-        scope.report(x.column, "no-component", f"{of} has no component {x.name}", allowed)
+        _report_component(scope, x.column, of, x.name, components)
         return UNKNOWN
     return kind
+
+
+def _report_component(scope: Scope, column: int, of: Type, name: str, components: Mapping[str, Type] | None) -> None:
+    """A component that a structure does not have: a warning for KUKA's own, which differ between versions of KSS."""
+    if components is not None and scope.is_open(of.name):
+        return
+    allowed = ", ".join(components) if components else "a structure before the point"
+    severity: Severity = "warning" if components and scope.is_foreign(of.name) else "error"
+    scope.report(column, "no-component", f"{of} has no component {name}", allowed, severity)
 
 
 def _call(scope: Scope, x: e.FunctionCall) -> Type:
@@ -147,7 +156,7 @@ def _check_components(scope: Scope, x: e.Aggregate, target: Type) -> None:
     for item in x.items:
         name = item.name.upper()
         if name not in components:
-            scope.report(item.column, "no-component", f"{target} has no component {item.name}", ", ".join(components))
+            _report_component(scope, item.column, target, item.name, components)
             type_in(scope, item.value)
         else:
             kind = components[name].element if item.indices else components[name]

@@ -11,6 +11,7 @@ from lwr_dyn.errors import OptionError
 from lwr_dyn.krl.checks.project_check import check_project, totals
 from lwr_dyn.krl.command.options import SharedOptions, shared_options
 from lwr_dyn.krl.diagnostics import Diagnostic, has_no_error, summary
+from lwr_dyn.krl.names.names_file import known_names
 from lwr_dyn.krl.project.folder import load_project
 from lwr_dyn.krl.running.run import check_program
 from lwr_dyn.progress import progress
@@ -30,7 +31,7 @@ def check(file: str, shared: SharedOptions, no_motion: bool, as_json: bool) -> N
     if Path(file).is_dir():
         if shared.included:
             raise OptionError("--with", "given with a folder", "nothing: a folder lends its own files")
-        _check_folder(file, as_json)
+        _check_folder(file, shared.names, as_json)
         return
     program = shared.program(file)
     with progress(f"checking {file}"):
@@ -45,9 +46,9 @@ def check(file: str, shared: SharedOptions, no_motion: bool, as_json: bool) -> N
     sys.exit(0 if has_no_error(diagnostics) else 1)
 
 
-def _check_folder(folder: str, as_json: bool) -> None:
+def _check_folder(folder: str, names: tuple[str, ...], as_json: bool) -> None:
     with progress(f"checking {folder}"):
-        files = check_project(load_project(folder))
+        files = check_project(load_project(folder).with_known(known_names(names)))
     diagnostics = [d for x in files for d in x.diagnostics]
     numbers = totals(files)
     if as_json:

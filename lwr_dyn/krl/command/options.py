@@ -11,6 +11,7 @@ from typing import Any
 import click
 
 from lwr_dyn.front import load
+from lwr_dyn.krl.names.names_file import known_names
 from lwr_dyn.krl.project.program import Program, load_program
 from lwr_dyn.krl.robot.machine_arm import raise_times
 from lwr_dyn.krl.running.cell import RobotCell
@@ -25,6 +26,7 @@ ROBOT = "kr30ha"
 SHARED_OPTIONS = (
     click.option("--robot", help=f"With KUKA's axes.  [default: the cell's, $machine.dat of the files, {ROBOT}]"),
     click.option("--cell", "cell_file", help="A cell file: inputs, states, tools, stubs; lwr-dyn new cell writes one."),
+    click.option("--names", multiple=True, help="A file of names that options bring, like krl/names/options.toml."),
     click.option("--with", "included", multiple=True, help="A file to include: $config.dat, another .src."),
     click.option("--set", "settings", multiple=True, metavar="NAME=VALUE", help="An input or variable: $IN[3]=TRUE."),
     click.option("--ramp", type=float, help="Seconds to rated speed.  [default: those of $machine.dat, 0.4 assumed]"),
@@ -39,6 +41,7 @@ class SharedOptions:
 
     robot: str | None
     cell_file: str | None
+    names: tuple[str, ...]
     included: tuple[str, ...]
     settings: tuple[str, ...]
     ramp: float | None
@@ -67,7 +70,10 @@ class SharedOptions:
 
     def program(self, file: str | Path) -> Program:
         """The program with the files of `--with` and the names of the cell."""
-        return with_cell(load_program(file, self.included), self.cell)
+        program = load_program(file, self.included)
+        if self.names:
+            program = replace(program, project=program.project.with_known(known_names(self.names)))
+        return with_cell(program, self.cell)
 
 
 def shared_options(command: Callable[..., None]) -> Any:

@@ -1,4 +1,4 @@
-"""Types of KRL: simple types, and the structures and enumerations that every controller has."""
+"""Types of KRL: simple types, and the structures of the language itself; those of the controller are in kernel.toml."""
 
 from __future__ import annotations
 
@@ -55,8 +55,7 @@ _PLACE = _fields("REAL", "X Y Z A B C")
 _BRANCH = _fields("INT", "S T")
 _E3, _E6 = _fields("REAL", "E1 E2 E3"), _fields("REAL", "E1 E2 E3 E4 E5 E6")
 _AXES = _fields("REAL", "A1 A2 A3 A4 A5 A6")
-_TEXT = Type("CHAR", 1)
-STRUCTURES: Mapping[str, Mapping[str, Type]] = {
+GEOMETRY: Mapping[str, Mapping[str, Type]] = {
     "FRAME": _PLACE,
     "POS": _PLACE | _BRANCH,
     "E3POS": _PLACE | _BRANCH | _E3,
@@ -64,23 +63,5 @@ STRUCTURES: Mapping[str, Mapping[str, Type]] = {
     "AXIS": _AXES,
     "E3AXIS": _AXES | _E3,
     "E6AXIS": _AXES | _E6,
-    "CP": _fields("REAL", "CP ORI1 ORI2"),
-    "APO_T": _fields("REAL", "CDIS CORI CPTP CVEL"),
-    "INERTIA": _fields("REAL", "X Y Z"),
-    "LOAD": {"M": REAL, "CM": FRAME, "J": Type("INERTIA")},
-    "FDAT": _fields("INT", "TOOL_NO BASE_NO") | {"IPO_FRAME": Type("IPO_M_T"), "POINT2": _TEXT, "TQ_STATE": BOOL},
-    "PDAT": _fields("REAL", "VEL ACC APO_DIST GEAR_JERK EXAX_IGN") | {"APO_MODE": Type("APO_MODE_T")},
-    "LDAT": _fields("REAL", "VEL ACC APO_DIST APO_FAC AXIS_VEL AXIS_ACC GEAR_JERK JERK_FAC EXAX_IGN")
-    | {"ORI_TYP": Type("ORI_TYPE"), "CIRC_TYP": Type("CIRC_TYPE"), "ORI_TYPE": Type("ORI_TYPE")}
-    | {"CIRC_TYPE": Type("CIRC_TYPE"), "APO_MODE": Type("APO_MODE_T"), "CB": UNKNOWN},
-    "BASIS_SUGG_T": {"POINT1": _TEXT, "POINT2": _TEXT, "CP_PARAMS": _TEXT, "PTP_PARAMS": _TEXT, "CONT": _TEXT}
-    | {"CP_VEL": _TEXT, "PTP_VEL": _TEXT, "SYNC_PARAMS": _TEXT, "SPL_NAME": _TEXT, "A_PARAMS": _TEXT},
 }
-"""Structures that need no declaration: name -> component -> its type."""
-ENUMS: Mapping[str, frozenset[str]] = {
-    "IPO_M_T": frozenset({"NONE", "TCP", "BASE"}),
-    "IPO_MODE": frozenset({"NONE", "TCP", "BASE"}),
-    "ORI_TYPE": frozenset({"VAR", "CONSTANT", "JOINT", "IGNORE", "NONE"}),
-    "CIRC_TYPE": frozenset({"BASE", "PATH", "NONE"}),
-    "APO_MODE_T": frozenset({"CDIS", "CPTP", "NONE", "VEL", "CPTPDIS"}),
-}
+"""The structures of the language itself: name -> component -> its type."""

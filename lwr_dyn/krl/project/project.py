@@ -13,6 +13,8 @@ from pathlib import Path, PurePosixPath
 
 from lwr_dyn.krl.diagnostics import Diagnostic, SourcePosition
 from lwr_dyn.krl.language.source import SourceFile
+from lwr_dyn.krl.names.known import KnownNames
+from lwr_dyn.krl.names.names_file import known_names
 from lwr_dyn.krl.project.module import Module, ModuleFile, module_file
 from lwr_dyn.krl.project.symbols import SymbolTable
 
@@ -32,6 +34,8 @@ class Project:
     """Of each module, the folder up to STEU, R1, R2 ...; modules of different parts do not see each other."""
     given: SymbolTable = field(default_factory=SymbolTable)
     """Names from outside, such as those of a cell file: each module sees them, but a declaration hides them."""
+    known: KnownNames = field(default_factory=known_names)
+    """Names that need no declaration."""
     _shared: dict[tuple[str, ...], SymbolTable] = field(default_factory=dict)
 
     def file(self, name: str) -> ModuleFile:
@@ -87,11 +91,15 @@ class Project:
         """The project with another text of the file of that name, or with one more; the others are not read again."""
         new = module_file(file, faults)
         files = [*(x for x in self.files if x.file.name != file.name), new]
-        return project_of(files, self.folder).with_names(self.given)
+        return replace(project_of(files, self.folder), given=self.given, known=self.known)
 
     def with_names(self, given: SymbolTable) -> Project:
         """The project with these names from outside in place of those it has."""
         return replace(self, given=given, _shared={})
+
+    def with_known(self, known: KnownNames) -> Project:
+        """The project with other names that need no declaration: those of `known_names(files)`."""
+        return replace(self, known=known)
 
 
 def project_of(files: Iterable[ModuleFile], folder: Path | None = None) -> Project:

@@ -12,8 +12,8 @@ from lwr_dyn.krl.language import statements as s
 from lwr_dyn.krl.language.blocks import Routine
 from lwr_dyn.krl.language.declarations import Declaration, Declarator, EnumType, External, Signal, StructType
 from lwr_dyn.krl.language.source import SourceFile
-from lwr_dyn.krl.names.predefined import CONFIG, FUNCTIONS, SYSTEM
-from lwr_dyn.krl.names.types import ENUMS, LARGEST, SIMPLE, STRUCTURES, UNKNOWN, Type
+from lwr_dyn.krl.names.known import KnownNames
+from lwr_dyn.krl.names.types import GEOMETRY, LARGEST, SIMPLE, UNKNOWN, Type
 from lwr_dyn.krl.project.unknown_names import UnknownNames
 
 if TYPE_CHECKING:
@@ -131,6 +131,11 @@ class Scope:
     unknown: UnknownNames = field(default_factory=UnknownNames)
     """Of the file."""
 
+    @property
+    def known(self) -> KnownNames:
+        """The names that need no declaration."""
+        return self.program.project.known
+
     def silent(self) -> Scope:
         """The same names; what is reported in it is not kept."""
         return Scope(self.program, self.own, self.file, [], self.routine, self.line)
@@ -150,20 +155,27 @@ class Scope:
         for names in (self.own, self.program.names):
             if key in names.variables:
                 return names.variables[key].type
-        if key.startswith("$"):
-            return SYSTEM.get(key, UNKNOWN)
-        return CONFIG.get(key)
+        return self.known.variables.get(key, UNKNOWN if key.startswith("$") else None)
 
     def structure(self, name: str) -> Mapping[str, Type] | None:
         """The components of a structure; None for another name."""
         for names in (self.own, self.program.names):
             if name in names.structures:
                 return names.structures[name]
-        return STRUCTURES.get(name)
+        return self.known.structures.get(name)
 
     def enum(self, name: str) -> frozenset[str] | None:
         """The members of an enumeration; None for another name."""
-        return self.own.enums.get(name) or self.program.names.enums.get(name) or ENUMS.get(name)
+        return self.own.enums.get(name) or self.program.names.enums.get(name) or self.known.enums.get(name)
+
+    def is_foreign(self, name: str) -> bool:
+        """Whether a type is one of the controller's or of an option's, whose members differ between versions."""
+        tables = (self.own, self.program.names)
+        return name not in GEOMETRY and not any(name in x.structures or name in x.enums for x in tables)
+
+    def is_open(self, name: str) -> bool:
+        """Whether a type of the controller or of an option has members that are not listed here."""
+        return name in self.known.open and self.is_foreign(name)
 
     def declared(self, name: str) -> DeclaredName | Routine | None:
         """What a name means here, with its place: a variable, a subprogram, a type; None for a predefined one."""
@@ -208,12 +220,12 @@ def signature(scope: Scope, x: e.FunctionCall) -> tuple[Type | None, int, int]:
     external = scope.own.externals.get(key) or scope.program.names.externals.get(key)
     if external is not None:
         return (None if external.returns is None else Type(external.returns.upper())), 0, len(external.parameters)
-    if key in FUNCTIONS:
-        function = FUNCTIONS[key]
+    if key in scope.known.functions:
+        function = scope.known.functions[key]
         return function.returns, function.least, function.most
     if scope.variable(x.name) is None:
         hint = "define it, declare it with EXT, or name its file with --with"
-        known = (*scope.program.names.routines, *FUNCTIONS)
+        known = (*scope.program.names.routines, *scope.known.functions)
         scope.report_unknown(x.column, "unknown-call", f"the subprogram {x.name} is not known", x.name, known, hint)
     else:
         scope.report(x.column, "type", f"{x.name} is a variable, no subprogram", "an array takes square brackets")

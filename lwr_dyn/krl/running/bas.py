@@ -36,7 +36,7 @@ def frame_of_table(env: Environment, table: str, number: int) -> StructValue:
 
 def _set_axes(c: ControllerState, name: str, percent: float) -> None:
     """All six axes of `$VEL_AXIS` or `$ACC_AXIS` [%]."""
-    c.variables[name].value = array_of("INT", [round(percent)] * 6)
+    c.variables[name].value = array_of("REAL", [float(percent)] * 6)
     c.note_written(name)
 
 

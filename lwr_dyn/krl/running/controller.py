@@ -118,8 +118,8 @@ class ControllerState:
             "$ROBROOT": null_frame(),
             "$VEL": StructValue("CP", {"CP": data.vel_cp, "ORI1": data.vel_ori, "ORI2": data.vel_ori}),
             "$ACC": StructValue("CP", {"CP": data.acc_cp, "ORI1": data.acc_ori, "ORI2": data.acc_ori}),
-            "$VEL_AXIS": array_of("INT", [100] * 6), "$ACC_AXIS": array_of("INT", [100] * 6),
-            "$APO": StructValue("APO_T", dict.fromkeys(("CDIS", "CORI", "CPTP", "CVEL"), 0.0)),
+            "$VEL_AXIS": array_of("REAL", [100.0] * 6), "$ACC_AXIS": array_of("REAL", [100.0] * 6),
+            "$APO": StructValue("CONT", dict.fromkeys(("CDIS", "CORI", "CPTP", "CVEL"), 0.0)),
             "$OV_PRO": 100, "$ADVANCE": 3,
         }  # fmt: skip
         for name, value in values.items():

@@ -71,5 +71,5 @@ def _machine_value(c: ControllerState, key: str) -> Value | None:
     if key in ("$SOFTN_END", "$SOFTP_END"):
         return array_of("REAL", map(float, np.degrees(arm.lower if key == "$SOFTN_END" else arm.upper)))
     if key in ("$VEL_ACT_MA", "$ACC_ACT_MA"):
-        return array_of("INT", [100] * arm.n)
+        return 110 if key == "$VEL_ACT_MA" else 250
     return arm.name if key in ("$TRAFONAME", "$MODEL_NAME", "$ROBNAME") else None

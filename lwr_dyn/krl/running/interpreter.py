@@ -9,7 +9,7 @@ from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language import statements as s
 from lwr_dyn.krl.language.blocks import Routine
 from lwr_dyn.krl.language.declarations import Def
-from lwr_dyn.krl.names.types import STRUCTURES, UNKNOWN, Type
+from lwr_dyn.krl.names.types import UNKNOWN, Type
 from lwr_dyn.krl.project.program import Program, program_in
 from lwr_dyn.krl.project.symbols import DeclaredName, scope_of
 from lwr_dyn.krl.running.calls import called_routine, value_of_call
@@ -75,7 +75,7 @@ class Interpreter:
 
     def component_type(self, struct: str, name: str) -> Type:
         """The type of a component; unknown for an unknown structure or component."""
-        components = self.here.names.structures.get(struct) or STRUCTURES.get(struct) or {}
+        components = self.here.names.structures.get(struct) or self.here.project.known.structures.get(struct) or {}
         return components.get(name, UNKNOWN)
 
     def routine(self, name: str) -> Routine | None:

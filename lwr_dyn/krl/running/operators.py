@@ -5,7 +5,7 @@ from collections.abc import Callable
 from typing import Any
 
 from lwr_dyn.krl.diagnostics import ExecutionError
-from lwr_dyn.krl.names.types import LARGEST, STRUCTURES
+from lwr_dyn.krl.names.types import GEOMETRY, LARGEST
 from lwr_dyn.krl.running.values import ArrayValue, StructValue, Value, pose_matrix, pose_value, text_of, value_text
 
 
@@ -73,7 +73,7 @@ def ranged(value: int | float) -> int | float:
 def _composed(left: Value, right: Value) -> Value:
     T = pose_matrix(left, "the left of :") @ pose_matrix(right, "the right of :")
     assert isinstance(right, StructValue)
-    rest = {name: v for name, v in right.parts.items() if name not in STRUCTURES["FRAME"]}
+    rest = {name: v for name, v in right.parts.items() if name not in GEOMETRY["FRAME"]}
     return pose_value(T, "FRAME" if right.type == "?" and not rest else right.type, rest)
 
 
