@@ -13,9 +13,9 @@ from lwr_dyn.krl.running.run import run_program
 from tests.axe import EACH_ONCE, seen, sideways, violations
 from tests.headless import logs, opened, screenshot
 
-MARKED = "return [...document.querySelectorAll('#program li.runs i')].map((x) => Number(x.textContent))"
+MARKED = "return [...document.querySelectorAll('#program ol li.runs i')].map((x) => Number(x.textContent))"
 ENDING = MARKED.replace("runs", "ends")
-CLICK = "document.querySelectorAll('#program li')[arguments[0] - 1].querySelector('button').click()"
+CLICK = "document.querySelectorAll('#program ol li')[arguments[0] - 1].querySelector('button').click()"
 CALLER = """DEF a( )
 PTP {A1 0, A2 -90, A3 90, A4 0, A5 30, A6 0}
 turn( )
@@ -60,7 +60,7 @@ def test_the_marked_line_is_the_one_that_moves_the_arm(page, run):
 
 def test_it_stays_in_sight_and_in_step_while_the_page_plays(page, run):
     page.execute_script("lwrReplay.setTime(0)")
-    inside = """const row = document.querySelector('#program li.runs').getBoundingClientRect();
+    inside = """const row = document.querySelector('#program ol li.runs').getBoundingClientRect();
     const list = document.querySelector('#program ol').getBoundingClientRect();
     return row.top >= list.top - 1 && row.bottom <= list.bottom + 1"""
     for motion in (run.executed[0], run.executed[-1], run.executed[5]):

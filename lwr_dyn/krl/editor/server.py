@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import re
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -17,6 +15,7 @@ from lwr_dyn.krl.diagnostics import Diagnostic, SourcePosition
 from lwr_dyn.krl.editor.edited_project import EditedProject, Session
 from lwr_dyn.krl.editor.hover import hover_text
 from lwr_dyn.krl.editor.outlines import OutlineItem, folds_of, outline_items
+from lwr_dyn.krl.editor.positions import characters, column_at, word_length
 from lwr_dyn.krl.editor.referents import LineContext, Referent
 from lwr_dyn.krl.language.lexer import Token
 from lwr_dyn.krl.language.source import SourceFile
@@ -28,7 +27,6 @@ _SEVERITY = {"error": lsp.DiagnosticSeverity.Error, "warning": lsp.DiagnosticSev
              "note": lsp.DiagnosticSeverity.Information}  # fmt: skip
 _KINDS = {"routine": lsp.SymbolKind.Function, "block": lsp.SymbolKind.Namespace, "fold": lsp.SymbolKind.String,
           "variable": lsp.SymbolKind.Variable, "type": lsp.SymbolKind.Struct}  # fmt: skip
-_WORD = re.compile(r"#?[\w$.]+|\S?")
 
 
 def serve() -> None:
@@ -185,7 +183,7 @@ class _Editor:
         lines = project.project.file(name).file.lines
         if position.line >= len(lines):
             return None
-        column = _column(lines[position.line].layout or "", position.character, self._encoding) + 1
+        column = column_at(lines[position.line].layout or "", position.character, self._encoding) + 1
         found = project.at(name, position.line, column)
         return None if found is None else (project, *found)
 
@@ -210,14 +208,13 @@ class _Editor:
         line, first = position.line - 1, position.column - 1
         text = (file.lines[line].layout or "") if line < len(file.lines) else ""
         if length is None:
-            word = _WORD.match(text, min(first, len(text)))
-            length = max(1, 0 if word is None else len(word[0]))
-        ends = (_characters(text, at, self._encoding) for at in (first, first + length))
+            length = word_length(text, first)
+        ends = (characters(text, at, self._encoding) for at in (first, first + length))
         return lsp.Range(*(lsp.Position(line, at) for at in ends))
 
     def _units(self, file: SourceFile, line: int) -> int:
         text = (file.lines[line].layout or "") if line < len(file.lines) else ""
-        return _characters(text, len(text), self._encoding)
+        return characters(text, len(text), self._encoding)
 
     @property
     def _encoding(self) -> str:
@@ -227,21 +224,3 @@ class _Editor:
 
 def _path(uri: str) -> Path:
     return Path(to_fs_path(uri) or uri)
-
-
-def _characters(text: str, at: int, encoding: str) -> int:
-    """The units of the protocol before a character (from 0) of a line."""
-    if text.isascii() or encoding == "utf-32":
-        return at
-    size = 2 if encoding == "utf-16" else 1
-    return len(text[:at].encode(f"{encoding}-le" if size == 2 else encoding, "surrogatepass")) // size + max(
-        0, at - len(text)
-    )
-
-
-def _column(text: str, units: int, encoding: str) -> int:
-    """The character (from 0) of a line at which so many units of the protocol end."""
-    sizes: Sequence[int] = (
-        [_characters(text, at, encoding) for at in range(len(text) + 1)] if not text.isascii() else ()
-    )
-    return units if not sizes else next((at for at, size in enumerate(sizes) if size >= units), len(text))

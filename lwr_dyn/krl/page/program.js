@@ -1,7 +1,7 @@
 // The program beside the stage: the line that moves the arm now is marked; a line with a motion goes to its motion.
 {
   const data = JSON.parse(document.getElementById("replay-data").textContent);
-  const { files, motions, about, left_out: leftOut } = data.program;
+  const { files, motions, about, assumed, left_out: leftOut } = data.program;
   const begins = motions.map((motion) => motion[2]);
   const box = element("section", "card"), head = element("header"), says = element("span", "now"), list = element("ol");
   const choice = element("select");
@@ -15,6 +15,12 @@
   box.append(head, list);
   const marks = leftOut > 0 ? [`the lines of the last ${leftOut} motions are not marked`] : [];
   box.append(element("div", "facts", [...about, ...marks].join(" \u00B7 ")));
+  if (assumed.length > 0) {
+    const why = element("details", "assumed"), points = element("ul");
+    points.append(...assumed.map((text) => element("li", "", text)));
+    why.append(element("summary", "", `what is assumed (${assumed.length})`), points);
+    box.append(why);
+  }
   box.style.setProperty("--accent", `var(--${runToken(data.runs[0])})`);
   document.getElementById("cards").after(box);
 

@@ -75,6 +75,7 @@ def program_data(run: ProgramRun, program: Program) -> dict[str, Any]:
             if x.position.file in place
         ],
         "left_out": max(0, len(run.executed) - MOST_MOTIONS),
+        "assumed": [*run.times().lines(), *map(str, run.assumptions)],
         "about": [f"{run.cycle_time:.3f} s", f"{len(run.executed)} motions and pauses", f"robot {run.arm.name}"],
         "speed": _flange_speed(run),
     }
