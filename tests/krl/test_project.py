@@ -134,3 +134,13 @@ def test_another_text_of_one_file_leaves_the_others_as_they_are(folder):
     assert changed.file("a.src") is project.file("a.src")
     of_both = [program_in(x, x.homes["a.src"]) for x in (project, changed)]
     assert [[d.code for d in check_program(x)] for x in of_both] == [["undeclared"], []]
+
+
+def test_the_hint_names_the_file_that_hides_a_name(folder):
+    where = folder(
+        a_dot_src="DEF a( )\nlocal = 1\ninner( )\nEND\n",
+        b_dot_src="DEF b( )\nEND\nDEF inner( )\nEND\n",
+        b_dot_dat="DEFDAT b PUBLIC\nINT local\nENDDAT\n",
+    )
+    hints = [d.hint for d in check_program(program(where, "a.src"))]
+    assert [hint.split(" declares")[0] for hint in hints] == ["b.dat", "b.src"]

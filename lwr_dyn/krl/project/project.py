@@ -37,6 +37,7 @@ class Project:
     known: KnownNames = field(default_factory=known_names)
     """Names that need no declaration."""
     _shared: dict[tuple[str, ...], SymbolTable] = field(default_factory=dict)
+    _places: dict[tuple[tuple[str, ...], str], str] = field(default_factory=dict)
 
     def file(self, name: str) -> ModuleFile:
         """A file by its path within the folder."""
@@ -64,6 +65,15 @@ class Project:
             for file in other.files:
                 out.update(file.shared)
         return out
+
+    def declaring(self, module: Module, name: str) -> str | None:
+        """The first file of the same robot that declares a variable, routine or type, seen from the module or not."""
+        if not self._places:
+            for m in reversed(self.modules):
+                for x in reversed(m.files):
+                    keys = (*x.names.variables, *x.names.routines, *x.names.structures, *x.names.enums)
+                    self._places.update(dict.fromkeys(((self.parts[m], key) for key in keys), x.file.name))
+        return self._places.get((self.parts[module], name.upper()))
 
     def nearest(self, module: Module, name: str) -> Path | None:
         """The path of the nearest file of that name, in any case, of the same robot as the module."""
@@ -95,7 +105,7 @@ class Project:
 
     def with_names(self, given: SymbolTable) -> Project:
         """The project with these names from outside in place of those it has."""
-        return replace(self, given=given, _shared={})
+        return replace(self, given=given, _shared={}, _places={})
 
     def with_known(self, known: KnownNames) -> Project:
         """The project with other names that need no declaration: those of `known_names(files)`."""

@@ -141,7 +141,10 @@ class Scope:
         return Scope(self.program, self.own, self.file, [], self.routine, self.line)
 
     def report_unknown(self, column: int, code: str, message: str, name: str, known: Iterable[str], hint: str) -> None:
-        """Note a name that nothing declares; the file's first ones get a similar known name in place of `hint`."""
+        """Note an unknown name; the hint is the file that hides it, or for the first ones of a file a similar name."""
+        hidden = self.program.project.declaring(self.program.module, name)
+        if hidden is not None:
+            known, hint = (), f"{hidden} declares it, but not for other modules: GLOBAL, and PUBLIC in a .dat"
         self.unknown.note(self.file.position(self.line, max(column, 1)), code, message, name, known, hint)
 
     def report(self, column: int, code: str, message: str, hint: str = "", severity: Severity = "error") -> None:
