@@ -11,6 +11,11 @@ from lwr_dyn.krl.diagnostics import Diagnostic, SourcePosition
 NEAR_NAMES = 20
 """Names of a file for which a similar known one is looked for: that takes milliseconds each."""
 
+COMPARED = 300
+"""Known names that are compared letter by letter with an unknown one."""
+SAME_LETTERS = 0.6
+"""Share of the letters of an unknown name that a similar one has."""
+
 
 @dataclass(slots=True, eq=False)
 class UnknownNames:
@@ -45,6 +50,12 @@ def near_name(name: str, known: Iterable[str]) -> str | None:
     >>> near_name("hight", ["HEIGHT", "WIDTH"])
     'HEIGHT'
     """
-    by_capitals = {word.upper(): word for word in known}
-    near = get_close_matches(name.upper(), sorted(by_capitals), n=1, cutoff=0.6)
+    upper = name.upper()
+    letters, reach = set(upper), 1 + len(upper) // 4
+    by_capitals = {
+        key: word for word in known if abs(len(word) - len(upper)) <= reach
+        and len(letters.intersection(key := word.upper())) >= SAME_LETTERS * len(letters)
+    }  # fmt: skip
+    by_length = sorted(by_capitals, key=lambda key: (abs(len(key) - len(upper)), key))
+    near = get_close_matches(upper, by_length[:COMPARED], n=1, cutoff=0.6)
     return by_capitals[near[0]] if near else None
