@@ -3,45 +3,75 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from lwr_dyn.krl.checks.enumerations import check_constant
+from lwr_dyn.krl.diagnostics import Severity
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language.blocks import DECLARATIONS, Routine
 from lwr_dyn.krl.language.declarations import Declaration
+from lwr_dyn.krl.names.known import FunctionParameter
 from lwr_dyn.krl.names.types import NUMBERS, UNKNOWN, Type
 from lwr_dyn.krl.project.symbols import Scope, type_of
 
-
-@dataclass(frozen=True, slots=True)
-class TakenArgument:
-    """What a parameter takes: its type, unknown where it is not declared."""
-
-    name: str
-    type: Type
+KERNEL = "KSS"
+"""The package of the controller's own functions."""
 
 
 def check_types(scope: Scope, x: e.FunctionCall, given: Sequence[Type]) -> None:
-    """Report arguments whose type is not that of the parameter; `given` are the types of the arguments."""
-    routine = scope.program.routine(x.name)
-    taken = () if routine is None else taken_by(routine)
+    """Report arguments that do not fit the parameter; `given` are the types of the arguments.
+
+    A warning for functions of option packages: their signatures are known from use only.
+    """
+    key = x.name.upper()
+    origin = scope.known.origins.get(key)
+    severity: Severity = "error"
+    routine, external = scope.program.routine(x.name), scope.external(x.name)
+    if routine is not None:
+        taken = taken_by(routine)
+    elif external is not None:
+        taken = tuple(_declared(i, text) for i, text in enumerate(external.parameters))
+    elif key in scope.known.functions:
+        taken = scope.known.functions[key].parameters
+        severity = "error" if origin is not None and origin.package == KERNEL else "warning"
+    else:
+        return
     for parameter, argument, kind in zip(taken, x.arguments, given, strict=False):
-        if isinstance(argument, e.EnumLiteral):
-            check_constant(scope, argument, parameter.type)
-        elif argument is not None and not _fits(parameter.type, kind):
-            message = f"{parameter.name} of {x.name} is {parameter.type}, the argument is {kind}"
-            scope.report(argument.column, "type", message, f"a value of type {parameter.type}")
+        if argument is not None:
+            _check(scope, x.name, parameter, argument, kind, severity)
 
 
-def taken_by(routine: Routine) -> tuple[TakenArgument, ...]:
-    """The parameters of a routine with the types that its first lines declare."""
+def _check(
+    scope: Scope, name: str, parameter: FunctionParameter, argument: e.Expression, kind: Type, severity: Severity
+) -> None:
+    taken = parameter.type
+    if isinstance(argument, e.EnumLiteral):
+        check_constant(scope, argument, taken)
+    elif parameter.mode == "OUT" and not isinstance(argument, e.Name | e.Index | e.Component):
+        message = f"{parameter.name} of {name} is OUT, the argument is no variable"
+        scope.report(argument.column, "arguments", message, f"a variable of type {taken}", severity)
+    elif not _fits(taken, kind):
+        message = f"{parameter.name} of {name} is {taken}, the argument is {kind}"
+        scope.report(argument.column, "type", message, f"a value of type {taken}", severity)
+
+
+def taken_by(routine: Routine) -> tuple[FunctionParameter, ...]:
+    """The parameters of a routine with the types that its first lines declare.
+
+    All count as IN: what happens to a constant for OUT is not documented, and programs hand over texts so.
+    """
     kinds: dict[str, Type] = {}
     for _, x in routine.lines():
         if not isinstance(x, DECLARATIONS):
             break
         if isinstance(x, Declaration):
             kinds |= {d.name.upper(): type_of(x.type, d) for d in x.names}
-    return tuple(TakenArgument(p.name, kinds.get(p.name.upper(), UNKNOWN)) for p in routine.head.parameters)
+    return tuple(FunctionParameter(p.name, kinds.get(p.name.upper(), UNKNOWN)) for p in routine.head.parameters)
+
+
+def _declared(i: int, text: str) -> FunctionParameter:
+    """A parameter as EXT declares it: `CHAR[]:OUT`, or with a name, `CHAR TEXT[]:OUT`."""
+    kind, _, brackets = text.partition(":")[0].partition("[")
+    return FunctionParameter(f"argument {i + 1}", Type(kind.split()[0].upper(), brackets.count(",") + bool(brackets)))
 
 
 def _fits(taken: Type, given: Type) -> bool:

@@ -180,6 +180,10 @@ class Scope:
         """Whether a type of the controller or of an option has members that are not listed here."""
         return name in self.known.open and self.is_foreign(name)
 
+    def external(self, name: str) -> External | None:
+        """The declaration with EXT of a subprogram; None where there is none."""
+        return self.own.externals.get(name.upper()) or self.program.names.externals.get(name.upper())
+
     def declared(self, name: str) -> DeclaredName | Routine | None:
         """What a name means here, with its place: a variable, a subprogram, a type; None for a predefined one."""
         key, tables = name.upper(), (self.own, self.program.names)
@@ -220,7 +224,7 @@ def signature(scope: Scope, x: e.FunctionCall) -> tuple[Type | None, int, int]:
         kind = routine.head.returns
         returned = None if kind is None else Type(kind.upper(), int(routine.head.returns_array))
         return returned, 0, len(routine.head.parameters)
-    external = scope.own.externals.get(key) or scope.program.names.externals.get(key)
+    external = scope.external(x.name)
     if external is not None:
         return (None if external.returns is None else Type(external.returns.upper())), 0, len(external.parameters)
     if key in scope.known.functions:
