@@ -144,3 +144,17 @@ def test_the_hint_names_the_file_that_hides_a_name(folder):
     )
     hints = [d.hint for d in check_program(program(where, "a.src"))]
     assert [hint.split(" declares")[0] for hint in hints] == ["b.dat", "b.src"]
+
+
+def test_names_that_differ_in_case_only_are_all_read_and_told(folder):
+    where = folder(
+        a_dot_src="DEF a( )\nn = 1\nEND\n",
+        A_dot_src="DEF A( )\nn = 1\nEND\n",
+        b_dot_src="DEF b( )\nm = 1\nEND\n",
+        B_dot_DAT="DEFDAT b\nINT m\nENDDAT\n",
+    )
+    project = load_project(where)
+    assert sorted(project.homes) == ["A.src", "B.DAT", "a.src", "b.src"]
+    assert [str(m.path) for m in project.modules] == ["A.src", "a.src", "b.src"]
+    assert [d.position.file for d in project.twins()] == ["A.src", "a.src"]
+    assert told(where, "b.src") == []

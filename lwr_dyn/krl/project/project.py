@@ -114,21 +114,24 @@ class Project:
 
 def project_of(files: Iterable[ModuleFile], folder: Path | None = None) -> Project:
     """A project of files that are already read; their names are paths within `folder`, with /."""
-    by_key: dict[tuple[str, str], dict[str, ModuleFile]] = {}
+    by_key: dict[tuple[str, str], list[ModuleFile]] = {}
     for x in files:
         path = PurePosixPath(x.file.name)
-        by_key.setdefault((str(path.parent).upper(), path.stem.upper()), {})[path.suffix.lower()] = x
+        by_key.setdefault((str(path.parent).upper(), path.stem.upper()), []).append(x)
     modules = [m for group in by_key.values() for m in _modules(group)]
     modules = sorted(_joined(modules), key=lambda m: (str(m.path).upper(), str(m.path)))
     homes = {x.file.name: m for m in modules for x in m.files}
     return Project(tuple(modules), folder or Path(), homes, _parts(modules))
 
 
-def _modules(group: Mapping[str, ModuleFile]) -> list[Module]:
-    """The modules of the files of one name in one folder."""
-    data = group.get(".dat")
-    sources = [x for ending, x in group.items() if ending != ".dat"]
-    return [Module(x, data) for x in sources] or [Module(None, data)]
+def _modules(group: Sequence[ModuleFile]) -> list[Module]:
+    """The modules of the files of one name, in any case, in one folder; a `.dat` goes with the name written alike."""
+    data = [x for x in group if x.file.is_data]
+    sources = [x for x in group if not x.file.is_data]
+    alike = {PurePosixPath(x.file.name).stem: x for x in reversed(data)}
+    pairs = [Module(x, alike.get(PurePosixPath(x.file.name).stem, data[0] if data else None)) for x in sources]
+    used = {id(m.data) for m in pairs}
+    return [*pairs, *(Module(None, x) for x in data if id(x) not in used)]
 
 
 def _joined(modules: list[Module]) -> list[Module]:
