@@ -47,6 +47,7 @@ FORMS = {
     "COPEN(:SER_3, handle)": s.Invoke(e.FunctionCall("COPEN", (e.ChannelName("SER_3"), name("handle")))),
     "BRAKE": s.Plain("BRAKE"),
     "BRAKE F": s.Plain("BRAKE F"),
+    "CONFIRM nr": s.Confirm(name("nr")),
     "ON_ERROR_PROCEED": s.Plain("ON_ERROR_PROCEED"),
     "DECL INT V[,]": d.Declaration("INT", (d.Declarator("V", (), commas=1),)),
     "CHAR text[]": d.Declaration("CHAR", (d.Declarator("text", ()),), False),

@@ -206,6 +206,7 @@ _CHECKS: dict[type, Callable[[Scope, Any], None]] = {
     s.Move: _move,
     s.Wait: _wait,
     s.Condition: _condition,
+    s.Confirm: lambda scope, x: check_assignable(scope, INT, x.value, "CONFIRM"),
     s.For: _for,
     s.CaseBranch: _case,
     s.Jump: _jump,

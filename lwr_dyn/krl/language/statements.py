@@ -180,8 +180,16 @@ class Analog:
     column: int = field(default=1, compare=False)
 
 
+@dataclass(frozen=True, slots=True)
+class Confirm:
+    """`CONFIRM number`: acknowledge messages, all with 0."""
+
+    value: Expression
+    column: int = field(default=1, compare=False)
+
+
 Statement: TypeAlias = (
-    Declared | Plain | Assign | Invoke | Move | SplineBlock | EndSpline | Wait | Condition | CaseBranch | For | Jump
+    Declared | Plain | Confirm | Assign | Invoke | Move | SplineBlock | EndSpline | Wait | Condition | CaseBranch | For | Jump
     | Label | Return | InterruptDeclaration | InterruptSwitch | Trigger | Analog
 )  # fmt: skip
 
@@ -237,5 +245,6 @@ RULES: Rules = {
     "analog": lambda c: Analog(c[0].text.upper(), c[1].text.upper(), c[2], c[3], c[4] or (), c[0].column),
     "options": _options,
     "brake": _brake,
+    "confirm": lambda c: Confirm(c[1], c[0].column),
     "plain": lambda c: Plain(c[0].text.upper(), c[0].column),
 }

@@ -212,6 +212,7 @@ _STATEMENTS: dict[type, Callable[[Any], str]] = {
     d.Def: _def,
     d.DefDat: lambda x: _words("DEFDAT", x.name, "PUBLIC" if x.public else None),
     s.Plain: lambda x: x.keyword,
+    s.Confirm: lambda x: f"CONFIRM {expression_text(x.value)}",
     d.Declaration: _declaration,
     d.EnumType: _enum,
     d.StructType: _struct,
