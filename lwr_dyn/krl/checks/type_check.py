@@ -101,7 +101,7 @@ def _index(scope: Scope, x: e.Index) -> Type:
 
 def _component(scope: Scope, x: e.Component) -> Type:
     of = type_in(scope, x.of)
-    if of.name == "?":
+    if of.name == "?" or not scope.is_type(of.name):  # a type that nothing declares is told where it is named
         return UNKNOWN
     components = None if of.dimensions else scope.structure(of.name)
     kind = None if components is None else components.get(x.name.upper())

@@ -189,8 +189,8 @@ class Confirm:
 
 
 Statement: TypeAlias = (
-    Declared | Plain | Confirm | Assign | Invoke | Move | SplineBlock | EndSpline | Wait | Condition | CaseBranch | For | Jump
-    | Label | Return | InterruptDeclaration | InterruptSwitch | Trigger | Analog
+    Declared | Plain | Confirm | Assign | Invoke | Move | SplineBlock | EndSpline | Wait | Condition | CaseBranch
+    | For | Jump | Label | Return | InterruptDeclaration | InterruptSwitch | Trigger | Analog
 )  # fmt: skip
 
 

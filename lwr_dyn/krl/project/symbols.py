@@ -230,7 +230,7 @@ def signature(scope: Scope, x: e.FunctionCall) -> tuple[Type | None, int, int]:
     if key in scope.known.functions:
         function = scope.known.functions[key]
         return function.returns, function.least, function.most
-    if scope.variable(x.name) is None:
+    if scope.variable(x.name) in (None, UNKNOWN):
         hint = "define it, declare it with EXT, or name its file with --with"
         known = (*scope.program.names.routines, *scope.known.functions)
         scope.report_unknown(x.column, "unknown-call", f"the subprogram {x.name} is not known", x.name, known, hint)
