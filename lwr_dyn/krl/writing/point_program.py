@@ -14,13 +14,13 @@ from lwr_dyn.files import read_text
 from lwr_dyn.krl.diagnostics import DiagnosticLog, SourcePosition
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language import statements as s
-from lwr_dyn.krl.language.declarations import Declaration, Declarator, Def, DefDat, Header
 from lwr_dyn.krl.language.lexer import KEYWORDS
-from lwr_dyn.krl.language.source import SourceFile, SourceLine, lines_of
+from lwr_dyn.krl.language.source import SourceFile
 from lwr_dyn.krl.project.program import Program, program_of
 from lwr_dyn.krl.robot.kuka_pose import status, turn
 from lwr_dyn.krl.running.targets import RobotState, axes_of_point
 from lwr_dyn.krl.running.values import POSE_NAMES, StructValue, pose_matrix
+from lwr_dyn.krl.writing.program_lines import axes_declared, data_file, pose_declared, program_file
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.papers.fields import Fields, choice, parse_toml
 
@@ -144,56 +144,20 @@ def _axes_of(program: str, point: TaughtPoint, robot: RobotState) -> Array:
 
 
 def _source(points: PointProgram) -> SourceFile:
-    number = e.Integer
-    lines: list[s.Statement | SourceLine] = [
-        Header("&ACCESS RVP"), Header("&REL 1"), Header("&COMMENT written by lwr_dyn"),
-        Def(points.name),
-        SourceLine(None, "FOLD INI"),
-        SourceLine(None, " speeds, frames and the advance run as the machine data have them"),
-        s.Invoke(e.FunctionCall("BAS", (e.EnumLiteral("INITMOV"), number(0)))),
-        SourceLine(None, "ENDFOLD (INI)"),
-        SourceLine(),
-        s.Assign(e.Name("$TOOL"), e.Aggregate(_pose_items(points.tool), "FRAME")),
-        s.Assign(e.Name("$BASE"), e.Aggregate(_pose_items(points.base), "FRAME")),
-        s.Invoke(e.FunctionCall("BAS", (e.EnumLiteral("VEL_PTP"), number(points.ptp_percent)))),
-        s.Assign(e.Component(e.Name("$VEL"), "CP"), e.Real(points.lin_speed)),
-        SourceLine(),
-        s.Move("PTP", e.Name("XHOME")), *_wait(points.wait),
-    ]  # fmt: skip
+    moves = [s.Move("PTP", e.Name("XHOME")), *_wait(points.wait)]
     for point in points.points:
-        lines += [s.Move(point.motion, e.Name(point.name)), *_wait(point.wait)]
-    lines += [s.Move("PTP", e.Name("XHOME")), *_wait(points.wait), s.Plain("END")]
-    return SourceFile(f"{points.name}.src", lines_of(lines))
+        moves += [s.Move(point.motion, e.Name(point.name)), *_wait(point.wait)]
+    moves += [s.Move("PTP", e.Name("XHOME")), *_wait(points.wait)]
+    return program_file(points.name, points.tool, points.base, points.ptp_percent, points.lin_speed, moves)
 
 
 def _data(points: PointProgram, taught: Sequence[tuple[TaughtPoint, int, int]], arm: Arm) -> SourceFile:
-    axes = tuple(e.Item(name, _real(x)) for name, x in zip(arm.joint_names, points.home_deg, strict=True))
-    outer = tuple(e.Item(f"E{i}", _real(0.0)) for i in range(1, 7))
-    lines: list[s.Statement | SourceLine] = [
-        Header("&ACCESS RVP"), Header("&REL 1"), DefDat(points.name),
-        _declared("E6AXIS", "XHOME", (*axes, *outer)),
-    ]  # fmt: skip
-    for point, S, T in taught:
-        branch = (e.Item("S", e.Integer(S, 2, 3)), e.Item("T", e.Integer(T, 2, 6)))
-        lines.append(_declared("E6POS", point.name, (*_pose_items(point.pose), *branch, *outer)))
-    return SourceFile(f"{points.name}.dat", lines_of([*lines, s.Plain("ENDDAT")]))
-
-
-def _declared(kind: str, name: str, items: tuple[e.Item, ...]) -> Declaration:
-    return Declaration(kind, (Declarator(name, None, e.Aggregate(items)),))
+    home = axes_declared("XHOME", arm, points.home_deg)
+    return data_file(points.name, [home, *(pose_declared(point.name, point.pose, S, T) for point, S, T in taught)])
 
 
 def _wait(seconds: float) -> list[s.Statement]:
     return [s.Wait("SEC", e.Real(seconds))] if seconds > 0.0 else []
-
-
-def _pose_items(values: Sequence[float]) -> tuple[e.Item, ...]:
-    return tuple(e.Item(name, _real(x)) for name, x in zip(POSE_NAMES, values, strict=True))
-
-
-def _real(x: float) -> e.Expression:
-    """A number as the grammar reads it: a sign is an operator of its own."""
-    return e.Unary("-", e.Real(-x)) if x < 0.0 else e.Real(abs(x))
 
 
 def _struct(values: Sequence[float], kind: str) -> StructValue:

@@ -1,0 +1,75 @@
+"""Lines of a program that is written: its beginning, declared points, its `.src` and `.dat`."""
+
+from collections.abc import Sequence
+
+from lwr_dyn.krl.language import expressions as e
+from lwr_dyn.krl.language import statements as s
+from lwr_dyn.krl.language.declarations import Declaration, Declarator, Def, DefDat, Header
+from lwr_dyn.krl.language.source import SourceFile, SourceLine, lines_of
+from lwr_dyn.krl.running.values import POSE_NAMES
+from lwr_dyn.model.arm import Arm
+
+OUTER = tuple(e.Item(f"E{i}", e.Real(0.0)) for i in range(1, 7))
+"""External axes, which the model does not have."""
+
+
+def program_file(
+    name: str, tool: Sequence[float], base: Sequence[float], percent: int, speed: float, moves: Sequence[s.Statement]
+) -> SourceFile:
+    """A `.src`: initialisation, tool and base as X, Y, Z [mm], A, B, C [deg], speeds [%], [m/s], then the moves."""
+    lines: list[s.Statement | SourceLine] = [
+        Header("&ACCESS RVP"), Header("&REL 1"), Header("&COMMENT written by lwr_dyn"),
+        Def(name),
+        SourceLine(None, "FOLD INI"),
+        SourceLine(None, " speeds, frames and the advance run as the machine data have them"),
+        s.Invoke(e.FunctionCall("BAS", (e.EnumLiteral("INITMOV"), e.Integer(0)))),
+        SourceLine(None, "ENDFOLD (INI)"),
+        SourceLine(),
+        s.Assign(e.Name("$TOOL"), e.Aggregate(pose_items(tool), "FRAME")),
+        s.Assign(e.Name("$BASE"), e.Aggregate(pose_items(base), "FRAME")),
+        s.Invoke(e.FunctionCall("BAS", (e.EnumLiteral("VEL_PTP"), e.Integer(percent)))),
+        component_set("$VEL", "CP", speed),
+        SourceLine(),
+        *moves,
+        s.Plain("END"),
+    ]  # fmt: skip
+    return SourceFile(f"{name}.src", lines_of(lines))
+
+
+def data_file(name: str, declarations: Sequence[s.Statement]) -> SourceFile:
+    """A `.dat`."""
+    lines: list[s.Statement | SourceLine] = [
+        Header("&ACCESS RVP"), Header("&REL 1"), DefDat(name), *declarations, s.Plain("ENDDAT"),
+    ]  # fmt: skip
+    return SourceFile(f"{name}.dat", lines_of(lines))
+
+
+def axes_declared(name: str, arm: Arm, axes_deg: Sequence[float]) -> Declaration:
+    """`DECL E6AXIS name = {A1 ...}`."""
+    axes = tuple(e.Item(axis, real(x)) for axis, x in zip(arm.joint_names, axes_deg, strict=True))
+    return _declared("E6AXIS", name, (*axes, *OUTER))
+
+
+def pose_declared(name: str, pose: Sequence[float], S: int, T: int) -> Declaration:
+    """`DECL E6POS name = {X ..., S ..., T ...}`, S and T in bits."""
+    branch = (e.Item("S", e.Integer(S, 2, 3)), e.Item("T", e.Integer(T, 2, 6)))
+    return _declared("E6POS", name, (*pose_items(pose), *branch, *OUTER))
+
+
+def component_set(name: str, component: str, value: float) -> s.Assign:
+    """`$VEL.CP = 0.25`."""
+    return s.Assign(e.Component(e.Name(name), component), real(value))
+
+
+def pose_items(values: Sequence[float]) -> tuple[e.Item, ...]:
+    """X, Y, Z, A, B, C of an aggregate."""
+    return tuple(e.Item(name, real(x)) for name, x in zip(POSE_NAMES, values, strict=True))
+
+
+def real(x: float) -> e.Expression:
+    """A number as the grammar reads it: a sign is an operator of its own."""
+    return e.Unary("-", e.Real(-x)) if x < 0.0 else e.Real(abs(x))
+
+
+def _declared(kind: str, name: str, items: tuple[e.Item, ...]) -> Declaration:
+    return Declaration(kind, (Declarator(name, None, e.Aggregate(items)),))

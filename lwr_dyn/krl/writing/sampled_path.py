@@ -1,0 +1,167 @@
+"""A path that an arm has taken or shall take, as samples: from a run, a motion, or a table of poses or axes."""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from lwr_dyn.arrays import Array, freeze_arrays
+from lwr_dyn.errors import FileAccessError, OptionError
+from lwr_dyn.files import ends_in, read_text
+from lwr_dyn.kinematics.forward import forward_kinematics
+from lwr_dyn.krl.robot.kuka_pose import rotation_of_abc
+from lwr_dyn.krl.writing.branches import followed
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.run import Motion, Run
+from lwr_dyn.trajectory.pose_path import slerp
+
+SAME = 1e-9
+"""[rad] Samples nearer than this in all axes are one."""
+BETWEEN_M, BETWEEN_RAD = 0.002, np.radians(0.5)
+"""[m], [rad] Between two rows of poses the path is straight; it is sampled at most this far apart."""
+MOST = 200_000
+"""Most samples of a path."""
+NEEDED = "a .csv with X, Y, Z, A, B, C [mm, deg], A1 to A6 [deg] or q1 to q6 [rad], or a run, .npz"
+_POSE = ("X", "Y", "Z", "A", "B", "C")
+_AXES = tuple(f"A{i}" for i in range(1, 7))
+_JOINTS = tuple(f"q{i}" for i in range(1, 7))
+_TIME = ("t", "time")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SampledPath:
+    """k samples of a path: axes q (k, n) [rad], poses T (k, 4, 4) [m] of the tool in the world."""
+
+    arm: Arm
+    q: Array
+    T: Array
+    tool: Array
+    """(4, 4) [m] The tool in the flange."""
+    t: Array | None
+    """(k,) [s] The times; None where there are none."""
+    source: str
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, "q", "T", "tool")
+
+    @property
+    def duration(self) -> float | None:
+        """[s]"""
+        return None if self.t is None else float(self.t[-1] - self.t[0])
+
+
+def path_of_motion(motion: Run | Motion, arm: Arm, tool: Array | None = None, source: str = "motion") -> SampledPath:
+    """The path of a `Run` or `Motion`; samples at rest count once.
+
+    Raises `OptionError` where the motion is another arm's, or nothing moves.
+    """
+    if motion.q.shape[1] != arm.n:
+        raise OptionError(source, f"{motion.q.shape[1]} joints", f"the {arm.n} of {arm.name}")
+    return _of_axes(arm, motion.q, motion.t, np.eye(4) if tool is None else tool, source)
+
+
+def read_sampled_path(
+    path: str | Path, arm: Arm, tool: Array | None = None, base: Array | None = None
+) -> SampledPath:
+    """The path of a run file (.npz), or of a table (.csv) of poses of the tool in the base, or of axes.
+
+    Raises `FileAccessError`, or `OptionError` for poses that no branch of the arm follows.
+    """
+    flange, world = np.eye(4) if tool is None else tool, np.eye(4) if base is None else base
+    if ends_in(path, ".npz"):
+        return path_of_motion(Run.load(path), arm, flange, Path(path).name)
+    columns = _columns(path)
+    t = next((columns[name] for name in _TIME if name in columns), None)
+    if t is not None and (np.diff(t) <= 0.0).any():
+        raise FileAccessError(str(path), "times that do not grow", "a time later than the row before in each row")
+    for names, factor in ((_AXES, np.pi / 180.0), (_JOINTS, 1.0)):
+        if all(name in columns for name in names):
+            q = np.stack([columns[name] for name in names], axis=1) * factor
+            return _of_axes(arm, q, t, flange, Path(path).name)
+    missing = [name for name in _POSE if name not in columns]
+    if missing:
+        raise FileAccessError(str(path), f"no column {', '.join(missing)}", NEEDED)
+    poses, times = _between(_poses(columns, world), t, str(path))
+    wanted = [None if name not in columns else int(columns[name][0]) for name in ("S", "T")]
+    q = followed(arm, poses @ np.linalg.inv(flange), wanted[0], wanted[1], Path(path).name)
+    return SampledPath(arm, q, poses, flange, times, Path(path).name)
+
+
+def _of_axes(arm: Arm, q: Array, t: Array | None, tool: Array, source: str) -> SampledPath:
+    outside = np.maximum(q - arm.upper, arm.lower - q)
+    k, i = np.unravel_index(int(np.argmax(outside)), outside.shape)
+    if outside[k, i] > SAME:
+        place = f"{arm.joint_names[int(i)]} outside its range by {np.degrees(outside[k, i]):.4g} deg in sample {k + 1}"
+        raise OptionError(source, place, "axes inside their limits")
+    moved = np.concatenate([[True], np.abs(np.diff(q, axis=0)).max(axis=1) > SAME])
+    if moved.sum() < 2:
+        raise OptionError(source, "nothing moves", "a motion")
+    if moved.sum() > MOST:
+        raise OptionError(source, f"{int(moved.sum())} samples", f"at most {MOST}")
+    kept = np.array(q[moved])
+    T = forward_kinematics(arm.chain, kept) @ tool
+    return SampledPath(arm, kept, T, tool, None if t is None else np.array(t[moved]), source)
+
+
+def _columns(path: str | Path) -> Mapping[str, Array]:
+    """The columns by name without their unit in brackets; raises `FileAccessError`."""
+    rows = [row for row in csv.reader(io.StringIO(read_text(path, NEEDED, "utf-8-sig"))) if any(map(str.strip, row))]
+    if len(rows) < 3:
+        raise FileAccessError(str(path), f"{max(len(rows) - 1, 0)} rows of numbers", "a line of names and two rows")
+    names = [re.sub(r"\s*[\[(].*", "", name.strip()) for name in rows[0]]
+    if len(set(names)) < len(names):
+        raise FileAccessError(str(path), "a column that is there twice", NEEDED)
+    return dict(zip(names, np.array(_numbers(path, rows[1:], len(names))).T, strict=True))
+
+
+def _numbers(path: str | Path, rows: Sequence[Sequence[str]], count: int) -> list[list[float]]:
+    out = []
+    for i, row in enumerate(rows, 2):
+        try:
+            values = [float(x) for x in row]
+        except ValueError:
+            values = []
+        if len(values) != count or not np.isfinite(values).all():
+            raise FileAccessError(str(path), f"row {i} is {','.join(row)[:60]!r}", f"{count} finite numbers")
+        out.append(values)
+    return out
+
+
+def _poses(columns: Mapping[str, Array], base: Array) -> Array:
+    rows = np.stack([columns[name] for name in _POSE], axis=1)
+    T = np.zeros((len(rows), 4, 4))
+    T[:, 3, 3], T[:, :3, 3] = 1.0, rows[:, :3] / 1e3
+    T[:, :3, :3] = [rotation_of_abc(tuple(abc)) for abc in rows[:, 3:]]
+    return np.asarray(base @ T)
+
+
+def _between(T: Array, t: Array | None, path: str) -> tuple[Array, Array | None]:
+    """The poses with samples between them, along lines and shortest turns; rows that repeat count once."""
+    poses, times = [T[:1]], [np.zeros(0) if t is None else t[:1]]
+    for k in range(1, len(T)):
+        try:
+            turn = slerp(T[k - 1, :3, :3], T[k, :3, :3], 1.0)
+        except OptionError:
+            allowed = "less than 180 deg between two rows"
+            raise FileAccessError(path, f"half a turn between rows {k + 1} and {k + 2}", allowed) from None
+        way = T[k, :3, 3] - T[k - 1, :3, 3]
+        if np.linalg.norm(way) < SAME and turn.rate < SAME:
+            continue
+        steps = int(np.ceil(max(np.linalg.norm(way) / BETWEEN_M, turn.rate / BETWEEN_RAD, 1.0)))
+        if steps > MOST or sum(map(len, poses)) > MOST:
+            raise FileAccessError(path, "a path that is too long", f"at most {MOST} samples, {1e3 * BETWEEN_M:g} mm apart")
+        u = np.arange(1, steps + 1) / steps
+        part = np.tile(np.eye(4), (steps, 1, 1))
+        part[:, :3, :3], part[:, :3, 3] = turn.at(u).R, T[k - 1, :3, 3] + u[:, None] * way
+        poses.append(part)
+        if t is not None:
+            times.append(t[k - 1] + u * (t[k] - t[k - 1]))
+    if len(poses) == 1:
+        raise FileAccessError(path, "nothing moves", "two rows that differ")
+    return np.concatenate(poses), None if t is None else np.concatenate(times)
