@@ -10,6 +10,10 @@ from lwr_dyn.krl.robot.kuka_pose import status, turn
 from lwr_dyn.model.arm import Arm
 
 WHOLE = 2.0 * np.pi
+NEAR_ZERO = np.radians(0.01)
+"""[rad] The sign of an axis this near to zero, which Turn holds, may be lost where a pose is rounded."""
+TAUGHT = 1e-4
+"""[rad] A solution this near to the axes is theirs."""
 TOUCH = 1e-9
 """[rad] Rounding allowed at a limit."""
 
@@ -59,3 +63,18 @@ def _along(arm: Arm, q: Array, excess: float, home: Array) -> tuple[Array | None
 
 def _inside(arm: Arm, q: Array, i: int) -> bool:
     return bool(((q <= arm.upper[i] + TOUCH) & (q >= arm.lower[i] - TOUCH)).all())
+
+
+def taught_axes(arm: Arm, flange: Array, q: Array, clear: float) -> Array | None:
+    """The solution (n,) [rad] of a rounded pose (4, 4) [m] that is nearest to q (n,).
+
+    None where Status and Turn would not select it for sure: nearer than `clear` [rad] to the wrist singularity, or an
+    axis at zero.
+    """
+    branches = all_branches(arm, flange[None])
+    solutions = branches.q[0] + WHOLE * np.round((q - branches.q[0]) / WHOLE)
+    away = np.nan_to_num(np.abs(solutions - q).max(axis=-1), nan=np.inf)
+    best = int(np.argmin(away))
+    if away[best] > TAUGHT or branches.clearance[0, best, 2] < clear or np.abs(q).min() < NEAR_ZERO:
+        return None
+    return np.asarray(solutions[best])

@@ -83,7 +83,7 @@ def fitted_motions(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Fit:
-    """Asks how far a motion of one kind follows the samples; `reach` is where a path in space from each ends at most."""
+    """How far a motion of one kind follows the samples; `reach` is where a path in space from each ends at most."""
 
     samples: SampledPath
     tolerance: tuple[float, float]

@@ -1,6 +1,5 @@
 """A list of points -> a `.src` and `.dat` as a KUKA controller expects them, with Status and Turn from the model."""
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,18 +13,16 @@ from lwr_dyn.files import read_text
 from lwr_dyn.krl.diagnostics import DiagnosticLog, SourcePosition
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language import statements as s
-from lwr_dyn.krl.language.lexer import KEYWORDS
 from lwr_dyn.krl.language.source import SourceFile
 from lwr_dyn.krl.project.program import Program, program_of
 from lwr_dyn.krl.robot.kuka_pose import status, turn
 from lwr_dyn.krl.running.targets import RobotState, axes_of_point
 from lwr_dyn.krl.running.values import POSE_NAMES, StructValue, pose_matrix
-from lwr_dyn.krl.writing.program_lines import axes_declared, data_file, pose_declared, program_file
+from lwr_dyn.krl.writing.program_lines import NAMES, axes_declared, data_file, is_name, pose_declared, program_file
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.papers.fields import Fields, choice, parse_toml
 
 KINDS = ("PTP", "LIN")
-_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,23}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,9 +95,8 @@ def _point(row: object, file: str, path: str) -> TaughtPoint:
 
 
 def _name(value: str, file: str, field: str) -> str:
-    if not _NAME.fullmatch(value) or value.upper() in KEYWORDS:
-        allowed = "a name of KRL: letters, digits and _, at most 24, no keyword"
-        raise PaperError(file, field, repr(value), allowed)
+    if not is_name(value):
+        raise PaperError(file, field, repr(value), NAMES)
     return value
 
 

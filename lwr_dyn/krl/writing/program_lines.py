@@ -1,16 +1,26 @@
 """Lines of a program that is written: its beginning, declared points, its `.src` and `.dat`."""
 
+import re
 from collections.abc import Sequence
 
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language import statements as s
 from lwr_dyn.krl.language.declarations import Declaration, Declarator, Def, DefDat, Header
+from lwr_dyn.krl.language.lexer import KEYWORDS
 from lwr_dyn.krl.language.source import SourceFile, SourceLine, lines_of
 from lwr_dyn.krl.running.values import POSE_NAMES
 from lwr_dyn.model.arm import Arm
 
 OUTER = tuple(e.Item(f"E{i}", e.Real(0.0)) for i in range(1, 7))
 """External axes, which the model does not have."""
+
+NAMES = "a name of KRL: letters, digits and _, at most 24, no keyword"
+_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,23}")
+
+
+def is_name(text: str) -> bool:
+    """Whether a text is a name of KRL."""
+    return _NAME.fullmatch(text) is not None and text.upper() not in KEYWORDS
 
 
 def program_file(

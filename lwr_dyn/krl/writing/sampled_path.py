@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from scipy.interpolate import CubicHermiteSpline
 
 from lwr_dyn.arrays import Array, freeze_arrays
 from lwr_dyn.errors import FileAccessError, OptionError
@@ -25,6 +26,9 @@ SAME = 1e-9
 """[rad] Samples nearer than this in all axes are one."""
 BETWEEN_M, BETWEEN_RAD = 0.002, np.radians(0.5)
 """[m], [rad] Between two rows of poses the path is straight; it is sampled at most this far apart."""
+SAGITTA_M, SAGITTA_RAD = 5e-6, 1e-4
+"""[m], [rad] Between two samples of a motion its path bends so much at most, if `MOST_BETWEEN` samples more do."""
+MOST_BETWEEN = 32
 MOST = 200_000
 """Most samples of a path."""
 NEEDED = "a .csv with X, Y, Z, A, B, C [mm, deg], A1 to A6 [deg] or q1 to q6 [rad], or a run, .npz"
@@ -63,12 +67,30 @@ def path_of_motion(motion: Run | Motion, arm: Arm, tool: Array | None = None, so
     """
     if motion.q.shape[1] != arm.n:
         raise OptionError(source, f"{motion.q.shape[1]} joints", f"the {arm.n} of {arm.name}")
-    return _of_axes(arm, motion.q, motion.t, np.eye(4) if tool is None else tool, source)
+    flange = np.eye(4) if tool is None else tool
+    t, q = _refined(arm, motion, flange)
+    return _of_axes(arm, q, t, flange, source)
 
 
-def read_sampled_path(
-    path: str | Path, arm: Arm, tool: Array | None = None, base: Array | None = None
-) -> SampledPath:
+def _refined(arm: Arm, motion: Run | Motion, tool: Array) -> tuple[Array, Array]:
+    """Times and axes with samples between those of the motion, by its speeds, where its path is curved."""
+    t, q = motion.t, motion.q
+    if len(t) < 3:
+        return t, q
+    T = forward_kinematics(arm.chain, q) @ tool
+    bend = np.linalg.norm(np.diff(T[:, :3, 3], 2, axis=0), axis=1) / (8.0 * SAGITTA_M)
+    turn = np.linalg.norm(np.diff(T[:, :3, :3], 2, axis=0), axis=(1, 2)) / (8.0 * SAGITTA_RAD)
+    each = np.sqrt(np.maximum(bend, turn))
+    counts = np.ceil(np.maximum(np.append(each, each[-1]), np.append(each[0], each))).astype(int)
+    counts = np.clip(counts, 1, MOST_BETWEEN)
+    if counts.sum() > MOST:
+        return t, q
+    parts = [np.linspace(t[k], t[k + 1], n, endpoint=False) for k, n in enumerate(counts)]
+    times = np.append(np.concatenate(parts), t[-1])
+    return times, np.asarray(CubicHermiteSpline(t, q, motion.dq)(times))
+
+
+def read_sampled_path(path: str | Path, arm: Arm, tool: Array | None = None, base: Array | None = None) -> SampledPath:
     """The path of a run file (.npz), or of a table (.csv) of poses of the tool in the base, or of axes.
 
     Raises `FileAccessError`, or `OptionError` for poses that no branch of the arm follows.
@@ -155,7 +177,9 @@ def _between(T: Array, t: Array | None, path: str) -> tuple[Array, Array | None]
             continue
         steps = int(np.ceil(max(np.linalg.norm(way) / BETWEEN_M, turn.rate / BETWEEN_RAD, 1.0)))
         if steps > MOST or sum(map(len, poses)) > MOST:
-            raise FileAccessError(path, "a path that is too long", f"at most {MOST} samples, {1e3 * BETWEEN_M:g} mm apart")
+            raise FileAccessError(
+                path, "a path that is too long", f"at most {MOST} samples, {1e3 * BETWEEN_M:g} mm apart"
+            )
         u = np.arange(1, steps + 1) / steps
         part = np.tile(np.eye(4), (steps, 1, 1))
         part[:, :3, :3], part[:, :3, 3] = turn.at(u).R, T[k - 1, :3, 3] + u[:, None] * way

@@ -1,0 +1,106 @@
+"""Writes a sampled path as a program, runs the program, and keeps what stays within the tolerance."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from lwr_dyn.arrays import Array
+from lwr_dyn.errors import OptionError
+from lwr_dyn.krl.running.controller import MachineData
+from lwr_dyn.krl.running.run import ProgramError, ProgramRun, run_program
+from lwr_dyn.krl.writing.corners import approximations
+from lwr_dyn.krl.writing.motion_program import PathProgram, speeds_of, with_slower
+from lwr_dyn.krl.writing.path_fit import KINDS, Tolerance, fitted_motions
+from lwr_dyn.krl.writing.program_lines import NAMES, is_name
+from lwr_dyn.krl.writing.round_trip import PathDeviation, path_deviation
+from lwr_dyn.krl.writing.sampled_path import SampledPath
+
+FITTED, CUT, LEFT = 0.55, 0.4, 0.9
+"""Shares of the tolerance: of the fit where corners are cut, of the cut itself, of the fit where they are not."""
+SHARES = (1.0, 0.5, 0.25, 0.1, 0.0)
+"""Of the approximations that the corners allow; the first at which the run stays within the tolerance is taken."""
+SLOWER, SLOWEST = 0.8, 0.05
+USED = 0.9
+"""Share of an axis' rated speed that a path in space uses at most."""
+
+
+@dataclass(frozen=True, slots=True)
+class WritingOptions:
+    """How a path becomes a program; speeds that are None come from the samples' times."""
+
+    name: str = "Motion1"
+    tolerance: Tolerance = field(default_factory=Tolerance)
+    kinds: tuple[str, ...] = KINDS
+    speed: float | None = None
+    """[m/s]"""
+    percent: int | None = None
+    """Of the axes' rated speeds, for PTP."""
+    approximate: bool = True
+
+    def __post_init__(self) -> None:
+        if not is_name(self.name):
+            raise OptionError("name", repr(self.name), NAMES)
+        if not self.kinds or not set(self.kinds) <= set(KINDS):
+            raise OptionError("kinds", ",".join(self.kinds) or "none", f"some of {', '.join(KINDS)}")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class WrittenPath:
+    """The program, its run on the model, and how far the run's path is from the samples."""
+
+    written: PathProgram
+    run: ProgramRun
+    deviation: PathDeviation
+    tolerance: Tolerance
+
+    @property
+    def holds(self) -> bool:
+        """Whether the run stays within the tolerance."""
+        return self.deviation.holds(self.tolerance)
+
+
+def write_path(
+    samples: SampledPath, options: WritingOptions, base: Array | None = None, machine: MachineData | None = None
+) -> WrittenPath:
+    """A program that follows the samples, tried on the model.
+
+    Raises `ProgramError` where it cannot run even slowly, with the line that stops it.
+    """
+    shares = SHARES if options.approximate else (0.0,)
+    written = None
+    for share in shares:
+        candidate = _candidate(samples, options, np.eye(4) if base is None else base, share)
+        program, run = _slow_enough(candidate, machine)
+        deviation = path_deviation(samples, program.motions, run, options.tolerance)
+        written = WrittenPath(program, run, deviation, options.tolerance)
+        if written.holds:
+            break
+    assert written is not None
+    return written
+
+
+def _candidate(samples: SampledPath, options: WritingOptions, base: Array, share: float) -> PathProgram:
+    tolerance = options.tolerance
+    motions = fitted_motions(samples, tolerance.times(FITTED if share else LEFT), options.kinds)
+    speeds = speeds_of(samples, motions, options.speed, options.percent, USED)
+    blends = approximations(samples, motions, tolerance.times(CUT), share)
+    return PathProgram(options.name, samples, motions, speeds, blends, base)
+
+
+def _slow_enough(candidate: PathProgram, machine: MachineData | None) -> tuple[PathProgram, ProgramRun]:
+    """The program, slower where an axis would be over its speed, and its run."""
+    factor = 1.0
+    while True:
+        program = candidate if factor == 1.0 else with_slower(candidate, factor)
+        fault = None
+        try:
+            run = run_program(program.program(), candidate.samples.arm, machine)
+        except ProgramError as error:
+            if error.code != "axis-speed" or factor < SLOWEST:
+                raise
+            fault = error
+        if fault is None and (factor < SLOWEST or not any(d.code == "axis-speed" for d in run.diagnostics)):
+            return program, run
+        factor *= SLOWER
