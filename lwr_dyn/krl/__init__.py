@@ -4,7 +4,7 @@ The rooms, each sees those below it:
 
     command     `lwr-dyn krl write | check | run`
     page        the page that replays a run beside its program
-    writing     programs from lists of points
+    writing     programs from points, runs and tables of poses
     running     the interpreter, the controller's state, motions of the arm; `check_program`, `run_program`
     motion      segments and blends in time
     checks      what can be diagnosed without running

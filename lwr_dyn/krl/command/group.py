@@ -8,7 +8,7 @@ from lwr_dyn.registry import Registry, Row
 SUBCOMMANDS: Registry[click.Command] = Registry(
     "krl_command",
     {
-        "write": Row("lwr_dyn.krl.command.write:write", "A program from a file of points; Status and Turn are solved."),
+        "write": Row("lwr_dyn.krl.command.write:write", "A program from points, a run or a path; S and T are solved."),
         "check": Row("lwr_dyn.krl.command.check:check", "What is wrong or doubtful in a program; exit 1 on errors."),
         "run": Row("lwr_dyn.krl.command.run:run", "Run a program on a model: cycle time, motions, speeds, torques."),
         "format": Row("lwr_dyn.krl.command.format:format_files", "Layout of files in order; what they mean stays."),

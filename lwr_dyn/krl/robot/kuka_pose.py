@@ -71,6 +71,12 @@ def kuka_pose(arm: Arm, q: Array) -> KukaPose:
     return replace(pose_of_matrix(forward_kinematics(arm.chain, q)), s=status(arm, q), t=turn(q))
 
 
+def frame_matrix(values: Sequence[float]) -> Array:
+    """The pose (4, 4) [m] of X, Y, Z [mm], A, B, C [deg]."""
+    x, y, z, a, b, c = values
+    return KukaPose(x, y, z, a, b, c).matrix()
+
+
 def pose_of_matrix(T: Array) -> KukaPose:
     """X, Y, Z, A, B, C of a pose (4, 4) [m], Status and Turn unknown."""
     x, y, z = (float(v) * 1e3 + 0.0 for v in T[:3, 3])

@@ -1,1 +1,1 @@
-"""Programs written from other data: a list of points."""
+"""Programs written from other data: a list of points, a run, a table of poses or axes."""

@@ -9,6 +9,8 @@ from lwr_dyn.krl.motion.planner import NEAR
 from lwr_dyn.krl.robot.kuka_pose import status, turn
 from lwr_dyn.model.arm import Arm
 
+HOME = np.radians([0.0, -90.0, 90.0, 0.0, 0.0, 0.0])
+"""[rad] Where mastering is not known."""
 WHOLE = 2.0 * np.pi
 NEAR_ZERO = np.radians(0.01)
 """[rad] The sign of an axis this near to zero, which Turn holds, may be lost where a pose is rounded."""
@@ -24,14 +26,15 @@ def followed(arm: Arm, T: Array, s: int | None, t: int | None, source: str) -> A
     With Status `s` and Turn `t` where they are given. Raises `OptionError` with what stops the best branch.
     """
     branches = all_branches(arm, T)
-    home = np.array(arm.mastering) if arm.mastering else np.zeros(arm.n)
-    found, faults = [], []
+    home = np.array(arm.mastering) if arm.mastering else HOME
+    found: list[tuple[bool, float, int, Array]] = []
+    faults: list[tuple[float, str]] = []
     for b in range(branches.q.shape[1]):
         q, fault = _along(arm, branches.q[:, b], float(branches.reach_excess[:, b].max()), home)
-        if q is not None and s is not None and status(arm, q[0]) != s & 7:
-            q, fault = None, (1.0, f"it begins with S {status(arm, q[0])}")
-        if q is not None and t is not None and turn(q[0]) != t & 63:
-            q, fault = None, (1.0, f"it begins with T {turn(q[0])}")
+        if q is not None:
+            S, here = status(arm, q[0]), turn(q[0])
+            if (S if s is None else s & 7) != S or here != (here if t is None else t & 63):
+                q, fault = None, (1.0, f"it begins with S {S} T {here}")
         if q is None:
             faults.append(fault)
         else:

@@ -44,7 +44,7 @@ def approximations(
 def _at_corner(
     samples: SampledPath, a: FittedMotion, b: FittedMotion, tolerance: tuple[float, float], share: float
 ) -> Approximation | None:
-    if (a.kind == "PTP") != (b.kind == "PTP"):
+    if a.last in samples.pauses or (a.kind == "PTP") != (b.kind == "PTP"):
         return None
     if a.kind == "PTP":
         percent = np.floor(200.0 * share * _ptp_share(samples, a, b, tolerance))
@@ -63,7 +63,7 @@ def _distance(a: PosePath, b: PosePath, tolerance: tuple[float, float]) -> float
         float(np.linalg.norm(b.orientation.axis * b.orientation.rate - a.orientation.axis * a.orientation.rate)) / 4.0
     )
     # on arcs the chord of d leaves the path too: d^2 / (8 r)
-    bend = (np.linalg.norm(before.ddp[0]) + np.linalg.norm(after.ddp[0])) / 8.0
+    bend = float(np.linalg.norm(before.ddp[0]) + np.linalg.norm(after.ddp[0])) / 8.0
     d = 0.5 * min(a.length, b.length)
     d = min(d, tolerance[1] / turn) if turn > 0.0 else d
     return float(min(d, _root(bend, cut, tolerance[0])))

@@ -11,11 +11,18 @@ from lwr_dyn.arrays import Array
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language import statements as s
 from lwr_dyn.krl.project.program import Program, program_of
-from lwr_dyn.krl.robot.kuka_pose import KukaPose, pose_of_matrix, status, turn
+from lwr_dyn.krl.robot.kuka_pose import frame_matrix, pose_of_matrix, status, turn
 from lwr_dyn.krl.writing.branches import taught_axes
 from lwr_dyn.krl.writing.corners import Approximation
 from lwr_dyn.krl.writing.path_fit import CLEAR, FittedMotion
-from lwr_dyn.krl.writing.program_lines import axes_declared, component_set, data_file, pose_declared, program_file
+from lwr_dyn.krl.writing.program_lines import (
+    axes_declared,
+    component_set,
+    data_file,
+    frame_set,
+    pose_declared,
+    program_file,
+)
 from lwr_dyn.krl.writing.sampled_path import SampledPath
 
 DECIMALS_MM, DECIMALS_DEG = 4, 5
@@ -54,21 +61,24 @@ class PathProgram:
         kinds = [motion.kind for motion in self.motions]
         return {kind: kinds.count(kind) for kind in dict.fromkeys(kinds)}
 
-    def program(self) -> Program:
-        """As files."""
+    def program(self, tool: int | None = None, base: int | None = None) -> Program:
+        """As files; tool and base by their numbers in `$config.dat` where these are given."""
         moves, points = self._moves()
-        tool, base = (_rounded(frame) for frame in (self.samples.tool, self.base))
-        first = next((v for v in self.speeds.cp if v > 0.0), 0.25)
-        source = program_file(self.name, tool, base, self.speeds.percent, _digits(first), moves)
+        frames = (frame_set("TOOL", rounded(self.samples.tool), tool), frame_set("BASE", rounded(self.base), base))
+        source = program_file(self.name, *frames, self.speeds.percent, _digits(self._first_speed), moves)
         start = axes_declared(START, self.samples.arm, _axes_deg(self.samples.q[0]))
         return program_of(source, data_file(self.name, [start, *points]))
 
+    @property
+    def _first_speed(self) -> float:
+        return next((v for v in self.speeds.cp if v > 0.0), 0.25)
+
     def _moves(self) -> tuple[list[s.Statement], list[s.Statement]]:
-        moves: list[s.Statement] = [s.Move("PTP", e.Name(START))]
+        moves: list[s.Statement] = [s.Move("PTP", e.Name(START)), *self._wait(0)]
         points: list[s.Statement] = []
         if self.speeds.orientation is not None:
-            moves.insert(0, component_set("$VEL", "ORI1", _digits(self.speeds.orientation)))
-        set_: dict[str, float] = {"$VEL.CP": _digits(next((v for v in self.speeds.cp if v > 0.0), 0.25))}
+            moves.insert(0, component_set("$VEL.ORI1", _digits(self.speeds.orientation)))
+        set_: dict[str, float] = {"$VEL.CP": _digits(self._first_speed)}
         for i, motion in enumerate(self.motions):
             approximation = self.approximations[i]
             moves += self._settings(set_, self.speeds.cp[i], approximation)
@@ -78,8 +88,12 @@ class PathProgram:
                 points.append(self._point(f"V{i + 1}", motion.via, axes=False))
             points.append(self._point(f"P{i + 1}", motion.last, axes=motion.kind == "PTP"))
             blends = () if approximation is None else (approximation.keyword,)
-            moves.append(s.Move(motion.kind, e.Name(f"P{i + 1}"), auxiliary=via, blends=blends))
+            moves += [s.Move(motion.kind, e.Name(f"P{i + 1}"), auxiliary=via, blends=blends), *self._wait(motion.last)]
         return moves, points
+
+    def _wait(self, sample: int) -> list[s.Statement]:
+        seconds = self.samples.pauses.get(sample, 0.0)
+        return [s.Wait("SEC", e.Real(round(seconds, 3)))] if seconds else []
 
     def _settings(self, set_: dict[str, float], cp: float, approximation: Approximation | None) -> list[s.Statement]:
         """The assignments that change something before a motion."""
@@ -88,13 +102,13 @@ class PathProgram:
             wanted["$APO.CDIS" if approximation.keyword == "C_DIS" else "$APO.CPTP"] = approximation.value
         changed = {name: value for name, value in wanted.items() if set_.get(name) != value}
         set_.update(changed)
-        return [component_set(*name.split("."), value) for name, value in changed.items()]  # type: ignore[arg-type]
+        return [component_set(name, value) for name, value in changed.items()]
 
     def _point(self, name: str, sample: int, axes: bool) -> s.Statement:
         """A point: its pose with S and T, or its axes for a PTP to where a pose does not determine them."""
         arm, q = self.samples.arm, self.samples.q[sample]
-        pose = _rounded(np.linalg.inv(self.base) @ self.samples.T[sample])
-        flange = self.base @ KukaPose(*pose).matrix() @ np.linalg.inv(self.samples.tool)
+        pose = rounded(np.linalg.inv(self.base) @ self.samples.T[sample])
+        flange = self.base @ frame_matrix(pose) @ np.linalg.inv(self.samples.tool)
         solved = taught_axes(arm, flange, q, CLEAR)
         if axes and solved is None:
             return axes_declared(name, arm, _axes_deg(q))
@@ -142,7 +156,7 @@ def speeds_of(
     return ProgramSpeeds(percent, tuple(found), float(slowest) if slowest < 200.0 else None)
 
 
-def _rounded(T: Array) -> tuple[float, ...]:
+def rounded(T: Array) -> tuple[float, ...]:
     """X, Y, Z, A, B, C of a pose (4, 4), as they are written."""
     p = pose_of_matrix(T)
     mm = (round(x, DECIMALS_MM) + 0.0 for x in (p.x_mm, p.y_mm, p.z_mm))

@@ -91,7 +91,8 @@ class _Fit:
 
     def farthest(self, kind: str, first: int) -> int:
         """The last sample that a motion of this kind from sample `first` can reach; `first` if none."""
-        most = len(self.samples.q) - 1 if kind == "PTP" else int(self.reach[first])
+        stop = min((k for k in self.samples.pauses if k > first), default=len(self.samples.q) - 1)
+        most = stop if kind == "PTP" else min(stop, int(self.reach[first]))
         follows = partial(_FOLLOWS[kind], self.samples, self.tolerance, first)
         return _farthest(follows, first, most, 2 if kind == "CIRC" else 1)
 

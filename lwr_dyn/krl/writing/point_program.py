@@ -18,7 +18,15 @@ from lwr_dyn.krl.project.program import Program, program_of
 from lwr_dyn.krl.robot.kuka_pose import status, turn
 from lwr_dyn.krl.running.targets import RobotState, axes_of_point
 from lwr_dyn.krl.running.values import POSE_NAMES, StructValue, pose_matrix
-from lwr_dyn.krl.writing.program_lines import NAMES, axes_declared, data_file, is_name, pose_declared, program_file
+from lwr_dyn.krl.writing.program_lines import (
+    NAMES,
+    axes_declared,
+    data_file,
+    frame_set,
+    is_name,
+    pose_declared,
+    program_file,
+)
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.papers.fields import Fields, choice, parse_toml
 
@@ -144,7 +152,8 @@ def _source(points: PointProgram) -> SourceFile:
     for point in points.points:
         moves += [s.Move(point.motion, e.Name(point.name)), *_wait(point.wait)]
     moves += [s.Move("PTP", e.Name("XHOME")), *_wait(points.wait)]
-    return program_file(points.name, points.tool, points.base, points.ptp_percent, points.lin_speed, moves)
+    tool, base = frame_set("TOOL", points.tool), frame_set("BASE", points.base)
+    return program_file(points.name, tool, base, points.ptp_percent, points.lin_speed, moves)
 
 
 def _data(points: PointProgram, taught: Sequence[tuple[TaughtPoint, int, int]], arm: Arm) -> SourceFile:

@@ -8,6 +8,7 @@ from lwr_dyn.krl.language import statements as s
 from lwr_dyn.krl.language.declarations import Declaration, Declarator, Def, DefDat, Header
 from lwr_dyn.krl.language.lexer import KEYWORDS
 from lwr_dyn.krl.language.source import SourceFile, SourceLine, lines_of
+from lwr_dyn.krl.language.unparse import expression_text
 from lwr_dyn.krl.running.values import POSE_NAMES
 from lwr_dyn.model.arm import Arm
 
@@ -24,9 +25,9 @@ def is_name(text: str) -> bool:
 
 
 def program_file(
-    name: str, tool: Sequence[float], base: Sequence[float], percent: int, speed: float, moves: Sequence[s.Statement]
+    name: str, tool: s.Statement, base: s.Statement, percent: int, speed: float, moves: Sequence[s.Statement]
 ) -> SourceFile:
-    """A `.src`: initialisation, tool and base as X, Y, Z [mm], A, B, C [deg], speeds [%], [m/s], then the moves."""
+    """A `.src`: initialisation, tool and base, speeds [%], [m/s], then the moves."""
     lines: list[s.Statement | SourceLine] = [
         Header("&ACCESS RVP"), Header("&REL 1"), Header("&COMMENT written by lwr_dyn"),
         Def(name),
@@ -35,10 +36,10 @@ def program_file(
         s.Invoke(e.FunctionCall("BAS", (e.EnumLiteral("INITMOV"), e.Integer(0)))),
         SourceLine(None, "ENDFOLD (INI)"),
         SourceLine(),
-        s.Assign(e.Name("$TOOL"), e.Aggregate(pose_items(tool), "FRAME")),
-        s.Assign(e.Name("$BASE"), e.Aggregate(pose_items(base), "FRAME")),
+        tool,
+        base,
         s.Invoke(e.FunctionCall("BAS", (e.EnumLiteral("VEL_PTP"), e.Integer(percent)))),
-        component_set("$VEL", "CP", speed),
+        component_set("$VEL.CP", speed),
         SourceLine(),
         *moves,
         s.Plain("END"),
@@ -66,9 +67,23 @@ def pose_declared(name: str, pose: Sequence[float], S: int, T: int) -> Declarati
     return _declared("E6POS", name, (*pose_items(pose), *branch, *OUTER))
 
 
-def component_set(name: str, component: str, value: float) -> s.Assign:
+def frame_set(name: str, pose: Sequence[float], number: int | None = None) -> s.Statement:
+    """`$TOOL = {FRAME: X ...}` of X, Y, Z [mm], A, B, C [deg], or by its number: `BAS(#TOOL, 3)`."""
+    if number is None:
+        return s.Assign(e.Name(f"${name}"), e.Aggregate(pose_items(pose), "FRAME"))
+    return s.Invoke(e.FunctionCall("BAS", (e.EnumLiteral(name), e.Integer(number))))
+
+
+def config_entries(name: str, number: int, pose: Sequence[float], title: str) -> str:
+    """The two lines of `$config.dat` for a tool or base of this number."""
+    values = expression_text(e.Aggregate(pose_items(pose)))
+    return f'{name}_DATA[{number}]={values}\n{name}_NAME[{number},]="{title}"'
+
+
+def component_set(name: str, value: float) -> s.Assign:
     """`$VEL.CP = 0.25`."""
-    return s.Assign(e.Component(e.Name(name), component), real(value))
+    variable, component = name.split(".")
+    return s.Assign(e.Component(e.Name(variable), component), real(value))
 
 
 def pose_items(values: Sequence[float]) -> tuple[e.Item, ...]:

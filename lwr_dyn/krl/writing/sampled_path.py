@@ -6,7 +6,7 @@ import csv
 import io
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -29,6 +29,8 @@ BETWEEN_M, BETWEEN_RAD = 0.002, np.radians(0.5)
 SAGITTA_M, SAGITTA_RAD = 5e-6, 1e-4
 """[m], [rad] Between two samples of a motion its path bends so much at most, if `MOST_BETWEEN` samples more do."""
 MOST_BETWEEN = 32
+PAUSE = 0.05
+"""[s] An arm that stands so long waits."""
 MOST = 200_000
 """Most samples of a path."""
 NEEDED = "a .csv with X, Y, Z, A, B, C [mm, deg], A1 to A6 [deg] or q1 to q6 [rad], or a run, .npz"
@@ -50,6 +52,8 @@ class SampledPath:
     t: Array | None
     """(k,) [s] The times; None where there are none."""
     source: str
+    pauses: Mapping[int, float] = field(default_factory=dict)
+    """Sample -> how long the arm stands there [s]."""
 
     def __post_init__(self) -> None:
         freeze_arrays(self, "q", "T", "tool")
@@ -128,7 +132,12 @@ def _of_axes(arm: Arm, q: Array, t: Array | None, tool: Array, source: str) -> S
         raise OptionError(source, f"{int(moved.sum())} samples", f"at most {MOST}")
     kept = np.array(q[moved])
     T = forward_kinematics(arm.chain, kept) @ tool
-    return SampledPath(arm, kept, T, tool, None if t is None else np.array(t[moved]), source)
+    if t is None:
+        return SampledPath(arm, kept, T, tool, None, source)
+    last = np.append(np.flatnonzero(moved)[1:], len(q)) - 1
+    stood = t[last] - t[moved]
+    pauses = {int(k): float(stood[k]) for k in np.flatnonzero(stood >= PAUSE)}
+    return SampledPath(arm, kept, T, tool, np.array(t[moved]), source, pauses)
 
 
 def _columns(path: str | Path) -> Mapping[str, Array]:

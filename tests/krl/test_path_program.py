@@ -1,0 +1,193 @@
+"""`krl write` of a run or a table: PTP, LIN and CIRC within the tolerance, Status and Turn solved, run and compared."""
+
+import numpy as np
+import pytest
+from scipy.spatial.distance import cdist
+
+import lwr_dyn
+from lwr_dyn.errors import LwrDynError
+from lwr_dyn.kinematics.forward import forward_kinematics
+from lwr_dyn.krl.robot.kuka_pose import frame_matrix
+from lwr_dyn.krl.writing.path_fit import Tolerance, fitted_motions
+from lwr_dyn.krl.writing.path_program import WritingOptions, write_path
+from lwr_dyn.krl.writing.round_trip import path_deviation
+from lwr_dyn.krl.writing.sampled_path import path_of_motion, read_sampled_path
+from lwr_dyn.model.run import Motion
+from tests.krl.short_programs import HOME, run_of
+
+TURN = 2.0 * np.pi
+
+
+@pytest.fixture(scope="module")
+def arm():
+    return lwr_dyn.load("kr30ha")
+
+
+def fourier(arm, seed, duration=3.0):
+    """A motion of all axes, as an exciting motion has them."""
+    rng, t = np.random.default_rng(seed), np.linspace(0.0, duration, 1501)
+    parts = [(k * TURN / duration, 0.2 / k * rng.normal(size=6)) for k in (1, 2)]
+    q = np.radians([0, -90, 90, 20, 50, 0]) + sum(np.sin(w * t)[:, None] * a for w, a in parts)
+    dq = sum(w * np.cos(w * t)[:, None] * a for w, a in parts)
+    return Motion(t, q, dq, 0.0 * q)
+
+
+def tool_places(arm, q, tool):
+    return (forward_kinematics(arm.chain, q) @ tool)[:, :3, 3]
+
+
+def hausdorff(a, b):
+    """The largest distance of points of one line from the nearest of the other, both ways."""
+    between = cdist(a, b)
+    return max(between.min(axis=0).max(), between.min(axis=1).max())
+
+
+def dense(places, count=4000):
+    along = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(places, axis=0), axis=1)))
+    return np.stack([np.interp(np.linspace(0, along[-1], count), along, x) for x in places.T], axis=1)
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("mm", [0.2, 2.0])
+def test_any_motion_is_followed_within_the_tolerance(arm, seed, mm):
+    motion, tool = fourier(arm, seed), frame_matrix((10, 20, 150, 0, 30, 0))
+    written = write_path(path_of_motion(motion, arm, tool), WritingOptions(tolerance=Tolerance(mm / 1e3, 5e-3)))
+    assert written.holds
+    # by another road: the nearest of many places, both ways
+    program = dense(tool_places(arm, written.run.timeline.sample(np.linspace(0, written.run.cycle_time, 8000)).q, tool))
+    away = 1e3 * hausdorff(program, dense(tool_places(arm, motion.q, tool)))
+    assert 0.1 * mm < away <= mm + 0.05
+    assert 1e3 * written.deviation.position == pytest.approx(away, abs=0.1)
+
+
+def test_a_program_written_from_its_run_has_its_motions_again(arm):
+    lines = ("PTP {A1 30, A2 -80, A3 100, A4 10, A5 45, A6 20}", "WAIT SEC 0.5", "LIN_REL {Z -100}",
+             "CIRC_REL {X 50, Y 50}, {X 100, Y 0}", "LIN_REL {X 100, B 10}")  # fmt: skip
+    run = run_of(arm, HOME, *lines)
+    written = write_path(path_of_motion(run.to_run(), arm), WritingOptions(tolerance=Tolerance(2e-4, 1e-3)))
+    assert [m.kind for m in written.written.motions] == ["PTP", "LIN", "CIRC", "LIN"]
+    ends = [x.q for x in run.executed if x.kind != "WAIT"]
+    again = [x.q for x in written.run.executed if x.kind != "WAIT"]
+    np.testing.assert_allclose(again, ends, atol=np.radians(0.05))
+    assert [x.end - x.begin for x in written.run.executed if x.kind == "WAIT"] == pytest.approx([0.5])
+    assert written.holds
+
+
+def test_status_and_turn_lead_back_to_the_axes(arm):
+    q = np.radians([[0, -90, 90, 0, 30, 0], [-40, -70, 60, -120, -50, 200], [30, -100, 110, 60, 70, -190]])
+    t = np.linspace(0.0, 1.0, 301)
+    samples = np.vstack([q[0] + t[:, None] * (q[1] - q[0]), q[1] + t[1:, None] * (q[2] - q[1])])
+    times = np.arange(len(samples)) / 100.0
+    path = path_of_motion(Motion(times, samples, np.gradient(samples, times, axis=0), 0 * samples), arm)
+    written = write_path(path, WritingOptions(kinds=("PTP",), tolerance=Tolerance(1e-3, 1e-2), approximate=False))
+    text = written.written.program().data.text()
+    assert text.count("DECL E6POS") >= 2
+    np.testing.assert_allclose(written.run.executed[-1].q, q[2], atol=1e-6)
+    assert written.holds
+
+
+def test_through_the_wrist_singularity_goes_by_ptp(arm):
+    t = np.linspace(0.0, 1.0, 501)
+    q = np.radians([0, -90, 90, 0, 40, 0]) + t[:, None] * np.radians([5, 5, 0, 0, -80, 0])
+    path = path_of_motion(Motion(t, q, np.gradient(q, t, axis=0), 0 * q), arm)
+    motions = fitted_motions(path, (1e-3, 1e-2), ("LIN", "CIRC"))
+    crossed = [m.kind for m in motions if path.q[m.first, 4] > 0 >= path.q[m.last, 4]]
+    assert crossed == ["PTP"]
+    assert write_path(path, WritingOptions(kinds=("LIN", "CIRC"), tolerance=Tolerance(1e-3, 1e-2))).holds
+
+
+SQUARE = "X,Y,Z,A,B,C\n0,0,0,0,0,0\n200,0,0,0,0,0\n200,200,0,0,0,0\n0,200,50,0,20,0\n"
+FRAMES = {"tool": frame_matrix((0, 0, 100, 0, 0, 0)), "base": frame_matrix((1000, -100, 1400, 0, 90, 0))}
+
+
+@pytest.fixture
+def square(tmp_path):
+    (tmp_path / "square.csv").write_text(SQUARE)
+    return tmp_path / "square.csv"
+
+
+def test_corners_are_cut_by_less_than_the_tolerance_and_save_time(arm, square):
+    path = read_sampled_path(square, arm, **FRAMES)
+    options = WritingOptions(tolerance=Tolerance(1e-3, 1e-2))
+    passed, stopped = (
+        write_path(path, WritingOptions(tolerance=options.tolerance, approximate=x), FRAMES["base"])
+        for x in (True, False)
+    )
+    assert [m.kind for m in passed.written.motions] == ["LIN"] * 3
+    assert passed.holds
+    assert stopped.holds
+    assert 1e-4 < passed.deviation.position < 1e-3
+    assert stopped.deviation.position < 1e-6
+    assert passed.run.cycle_time < stopped.run.cycle_time - 0.02
+    source = passed.written.program().source.text()
+    assert source.count("C_DIS") == 2
+    assert "X 200.0, Y 200.0, Z 0.0" in passed.written.program().data.text()
+
+
+def test_a_program_that_is_somewhere_else_is_seen(arm, square):
+    path = read_sampled_path(square, arm, **FRAMES)
+    written = write_path(path, WritingOptions(approximate=False), FRAMES["base"])
+    shifted = (frame_matrix((0, 0, 3, 0, 0, 0)) @ path.T)[:, :, :]
+    other = type(path)(arm, path.q, shifted, path.tool, None, "shifted")
+    found = path_deviation(other, written.written.motions, written.run, Tolerance())
+    assert found.position == pytest.approx(3e-3, rel=1e-3)
+    assert not found.holds(Tolerance())
+
+
+def test_a_speed_that_an_axis_cannot_keep_is_lowered(arm, square):
+    path = read_sampled_path(square, arm, **FRAMES)
+    fast = write_path(path, WritingOptions(speed=10.0), FRAMES["base"])
+    assert max(fast.written.speeds.cp) < 10.0
+    assert not [d for d in fast.run.diagnostics if d.code == "axis-speed"]
+
+
+def test_the_command_writes_prints_and_is_run_again(square, tmp_path, monkeypatch, lwr_dyn_command):
+    monkeypatch.chdir(tmp_path)
+    frames = ("--tool", "0,0,100,0,0,0", "--base", "1000,-100,1400,0,90,0")
+    code, out, err = lwr_dyn_command("krl", "write", "square.csv", *frames, "--tolerance", "1")
+    assert (code, err) == (0, "")
+    assert "3 LIN; 2 of 2 points are passed without a stop" in out
+    assert lwr_dyn_command("krl", "run", "square.src", "--out", "square.npz")[0] == 0
+    code, out, err = lwr_dyn_command("krl", "write", "square.npz", *frames, "--tolerance", "2", "--out", "b.src",
+                                     "--tool-number", "3", "--motions", "lin,circ,ptp")  # fmt: skip
+    assert (code, err) == (0, "")
+    assert 'TOOL_DATA[3]={X 0.0, Y 0.0, Z 100.0, A 0.0, B 0.0, C 0.0}\nTOOL_NAME[3,]="b"' in out
+    assert "BAS(#TOOL, 3)" in (tmp_path / "b.src").read_text()
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("X,Y,Z\n1,2,3\n4,5,6\n", "no column A, B, C"),
+        ("X,Y,Z,A,B,C\n1,2,3,0,0,0\n", "1 rows of numbers"),
+        ("X,Y,Z,A,B,C\n1,2,3,0,0,0\n1,2,x,0,0,0\n", "row 3 is '1,2,x,0,0,0'; allowed: 6 finite numbers"),
+        ("X,Y,Z,A,B,X\n1,2,3,0,0,0\n1,2,3,0,0,1\n", "a column that is there twice"),
+        ("t,A1,A2,A3,A4,A5,A6\n1,0,-90,90,0,0,0\n0,0,-90,80,0,0,0\n", "times that do not grow"),
+        ("A1,A2,A3,A4,A5,A6\n0,-90,90,0,0,0\n0,-90,90,0,0,0\n", "nothing moves"),
+        ("A1,A2,A3,A4,A5,A6\n0,-90,90,0,0,0\n0,-90,90,0,0,9999\n", "A6 outside its range by"),
+        ("X,Y,Z,A,B,C\n9000,0,0,0,0,0\n9001,0,0,0,0,0\n", "no branch follows it: out of reach by"),
+        ("X,Y,Z,A,B,C\n900,0,900,0,0,0\n900,0,900,180,0,0\n", "half a turn between rows 2 and 3"),
+    ],
+)
+def test_a_wrong_table_is_one_line(arm, tmp_path, text, message):
+    (tmp_path / "wrong.csv").write_text(text)
+    with pytest.raises(LwrDynError) as fault:
+        read_sampled_path(tmp_path / "wrong.csv", arm)
+    assert message in str(fault.value)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (("--motions", "LIN,FLY"), "kinds: LIN,FLY; allowed: some of LIN, CIRC, PTP"),
+        (("--tolerance", "0"), "tolerance: 0 mm; allowed: from 0.001 to 1000 mm"),
+        (("--tool", "1,2"), "--tool: 1,2; allowed: six numbers"),
+        (("--out", "if.src"), "name: 'if'; allowed: a name of KRL"),
+        (("--out", "a.txt"), "allowed: a path that ends in a.src"),
+    ],
+)
+def test_a_wrong_option_is_one_line(square, tmp_path, monkeypatch, lwr_dyn_command, options, message):
+    monkeypatch.chdir(tmp_path)
+    code, out, err = lwr_dyn_command("krl", "write", "square.csv", *options)
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert message in err
