@@ -13,10 +13,10 @@ from lwr_dyn.errors import OptionError
 from lwr_dyn.ik_solvers.spherical_wrist import all_branches
 from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.krl.diagnostics import ExecutionError
-from lwr_dyn.krl.motion.motion_segments import PosePath, path_between
-from lwr_dyn.krl.motion.planner import NEAR
+from lwr_dyn.krl.motion.path_axes import NEAR
+from lwr_dyn.krl.motion.pose_paths import PosePath, path_between
 from lwr_dyn.krl.writing.sampled_path import SampledPath
-from lwr_dyn.trajectory.segments import ArcSegment
+from lwr_dyn.trajectory.segments import ArcSegment, LineSegment
 
 KINDS = ("LIN", "CIRC", "PTP")
 CLEAR = 2.0 * NEAR
@@ -167,9 +167,10 @@ def places(path: PosePath, T: Array) -> Array:
         whole = segment.length / segment.radius
         angle = np.where(angle > 0.5 * whole + np.pi, 0.0, angle)
         return np.asarray(np.clip(angle, 0.0, whole) * segment.radius)
+    assert isinstance(segment, LineSegment)
     if path.length > 1e-6:
         return np.asarray(np.clip((T[:, :3, 3] - segment.start) @ segment.direction, 0.0, segment.length))
-    turned = rotation_angle(T[:, :3, :3], path.orientation.R)
+    turned = rotation_angle(T[:, :3, :3], path.orientation.at(np.zeros(1)).R)
     return np.asarray(np.clip(turned / max(path.angle, 1e-12), 0.0, 1.0) * segment.length)
 
 
