@@ -59,9 +59,8 @@ def _distance(a: PosePath, b: PosePath, tolerance: tuple[float, float]) -> float
         return 0.0
     before, after = (a.segment.at(np.array([a.segment.length])), b.segment.at(np.array([0.0])))
     cut = float(np.linalg.norm(after.dp[0] - before.dp[0])) / 4.0
-    turn = (
-        float(np.linalg.norm(b.orientation.axis * b.orientation.rate - a.orientation.axis * a.orientation.rate)) / 4.0
-    )
+    ends = (a.orientation.at(np.array([a.segment.length])), b.orientation.at(np.array([0.0])))
+    turn = float(np.linalg.norm(ends[1].rate[0] - ends[0].rate[0])) / 4.0
     # on arcs the chord of d leaves the path too: d^2 / (8 r)
     bend = float(np.linalg.norm(before.ddp[0]) + np.linalg.norm(after.ddp[0])) / 8.0
     d = 0.5 * min(a.length, b.length)
