@@ -15,7 +15,7 @@ import numpy as np
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.kinematics.forward import forward_kinematics
-from lwr_dyn.krl.motion.motion_segments import PosePath
+from lwr_dyn.krl.motion.pose_paths import PosePath
 from lwr_dyn.krl.writing.path_fit import FittedMotion, rotation_angle
 from lwr_dyn.krl.writing.sampled_path import SampledPath
 
