@@ -43,7 +43,7 @@ KNOWN = (
     ("simulation/record.py", "side * speeds > 0.0", "side * speeds <= 0.0"),
     ("trajectory/motion_profile.py", "np.roots(slope[::-1])", "np.roots(slope)"),
     ("kinematics/arm_angle.py", "(passage.low + passage.high) / 2.0", "(passage.low + passage.high) * 2.0"),
-    ("krl/planner.py", "if wrist[passed] < NEAR:", "if wrist[passed] < 2 * NEAR:"),
+    ("krl/motion/path_axes.py", "if wrist[passed] < NEAR:", "if wrist[passed] < 2 * NEAR:"),
     ("control/worst_case_inertia.py", "middle = (lower + upper) / 2\n", "middle = (lower + upper) * 2\n"),
 )
 """Faults that the tests of version 0.1.0 did not see."""
