@@ -40,7 +40,8 @@ SYNTAX_CODES = frozenset(
 )
 PUBLIC_OPTIONS = re.compile(r"(EKI|RSI)_")
 OPTIONS = re.compile(
-    r"MSG(NOTIFY|QUIT|STATE|DIALOG|LOOP)|(ST|GRP|GRIP|ARC|SPOT|LASER|CONV|TM|OPC)_|GRIPPER|A[125]0|USERSPOT"
+    r"MSG(NOTIFY|QUIT|STATE|DIALOG|LOOP)|(ST|GRP|GRIP|ARC|SPOT|LASER|CONV|TM|OPC|TOUCH|TECH|A|H70)_|GRIPPER|[AH][1257]0"
+    r"|USERSPOT|ARC20|FG_TOUCH|(CD0|DUMMY|GDEFAULT|POWER)$"
 )
 """How the names of option packages begin; it makes a verdict unclear, so it speaks against us."""
 _NAME = re.compile(r"^(?:the subprogram |the function )?(\S+) (?:is not declared|is not known|is no type)")
