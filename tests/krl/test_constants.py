@@ -20,6 +20,7 @@ def told(*lines, data=None):
         (["INT i[3], k", "k = 2 + i[-1]"], "index-range"),
         (["STRUC BOX INT N[4]", "DECL BOX b", "b.N[5] = 1"], "index-range"),
         (["HALT", "$OUT[0] = TRUE"], "index-range"),
+        (["SIGNAL LAMP $OUT[0] TO $OUT[8]"], "index-range"),
         (["HALT", "$UNHEARD_OF[0] = TRUE"], "index-range"),
         (["HALT", "$VEL_AXIS[1] = 150"], "percent-range"),
         (["HALT", "$OV_PRO = 101"], "percent-range"),
@@ -51,6 +52,7 @@ def test_an_error_is_told_at_its_line(lines, code):
         (["DECL LDAT l", "l = {VEL 250, ACC 100}"], "speed-unit"),
         (["DECL PDAT p", "p = {VEL 110, ACC 100}"], "percent-range"),
         (["DECL PDAT p", "p.VEL = 110"], "percent-range"),
+        (["HALT", "$UNHEARD_OF = #INITMVO"], "no-constant"),
         (["HALT", "$IPO_MODE = #TPC"], "no-constant"),
     ],
 )
@@ -68,6 +70,6 @@ def test_what_is_within_its_bounds_is_not_told():
         "$VEL_AXIS[1] = 100", "$OV_PRO = 100", "BAS(#VEL_PTP, 100)", "BAS(#VEL_CP, 2)", "$VEL.ORI1 = 400",
         "$ACC.CP = 10", "$APO.CDIS = 500", "p = {VEL 100, ACC 100, APO_DIST 500}", "l = {VEL 2, ACC 100, APO_DIST 500}",
         "c = #green", "IF c == #RED THEN", "ENDIF", "SWITCH c", "CASE #RED", "CASE #GREEN", "ENDSWITCH",
-        "$IPO_MODE = #BASE", "SWITCH n", "CASE 1", "ENDSWITCH",
+        "$IPO_MODE = #BASE", "$UNHEARD_OF = #UNHEARD", "$UNHEARD_OF = #INITMOV", "SWITCH n", "CASE 1", "ENDSWITCH",
     ]  # fmt: skip
     assert told(*sound) == []

@@ -34,8 +34,9 @@ def check_types(scope: Scope, x: e.FunctionCall, given: Sequence[Type]) -> None:
         taken = scope.known.functions[key].parameters
         severity = "error" if origin is not None and origin.package == KERNEL else "warning"
     else:
-        return
-    for parameter, argument, kind in zip(taken, x.arguments, given, strict=False):
+        taken = ()
+    rest = [FunctionParameter("", UNKNOWN)] * (len(x.arguments) - len(taken))
+    for parameter, argument, kind in zip((*taken, *rest), x.arguments, given, strict=False):
         if argument is not None:
             _check(scope, x.name, parameter, argument, kind, severity)
 

@@ -7,6 +7,9 @@ from lwr_dyn.krl.names.types import SIMPLE, Type
 from lwr_dyn.krl.project.symbols import Scope
 from lwr_dyn.krl.project.unknown_names import near_name
 
+LIKE = 0.85
+"""Similarity (of `difflib`) from which a constant is taken for a misspelt one though its enumeration is not known."""
+
 
 def check_constant(scope: Scope, x: e.EnumLiteral, target: Type) -> None:
     """Report a constant where none is expected, or one that its enumeration does not have.
@@ -14,6 +17,7 @@ def check_constant(scope: Scope, x: e.EnumLiteral, target: Type) -> None:
     A warning for KUKA's own enumerations: their constants differ between versions of KSS.
     """
     if target.name == "?":
+        _check_anywhere(scope, x)
         return
     members = scope.enum(target.name)
     if members is None:
@@ -24,6 +28,17 @@ def check_constant(scope: Scope, x: e.EnumLiteral, target: Type) -> None:
         hint = ", ".join(sorted(members)) if near is None else f"did you mean #{near}?"
         message = f"{target} has no constant #{x.name}"
         scope.report(x.column, "no-constant", message, hint, "warning" if scope.is_foreign(target.name) else "error")
+
+
+def _check_anywhere(scope: Scope, x: e.EnumLiteral) -> None:
+    """Where no enumeration is expected: a constant that none has, and that is very like one of a known enumeration."""
+    enums = [*scope.own.enums.values(), *scope.program.names.enums.values(), *scope.known.enums.values()]
+    if any(x.name.upper() in members for members in enums):
+        return
+    near = near_name(x.name, {m for members in enums for m in members if m[0] == x.name[0].upper()}, LIKE)
+    if near is not None:
+        message, hint = f"no enumeration that is known has the constant #{x.name}", f"did you mean #{near}?"
+        scope.report(x.column, "no-constant", message, hint, "warning")
 
 
 def check_compared(scope: Scope, left: e.Expression, left_type: Type, right: e.Expression, right_type: Type) -> None:

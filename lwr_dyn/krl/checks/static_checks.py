@@ -11,7 +11,7 @@ from lwr_dyn.krl.checks.type_check import check_assignable, shape_of, type_in
 from lwr_dyn.krl.diagnostics import Diagnostic
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language import statements as s
-from lwr_dyn.krl.language.declarations import Declaration, StructType
+from lwr_dyn.krl.language.declarations import Declaration, Signal, StructType
 from lwr_dyn.krl.names.types import AXES, BOOL, CARTESIAN, INT, REAL, UNKNOWN
 from lwr_dyn.krl.project.program import Program
 from lwr_dyn.krl.project.symbols import Scope, SymbolTable, scope_of, signature, type_of
@@ -201,6 +201,7 @@ def _values(scope: Scope, *values: e.Expression | None) -> None:
 _CHECKS: dict[type, Callable[[Scope, Any], None]] = {
     Declaration: _declaration,
     StructType: _structure,
+    Signal: lambda scope, x: _values(scope, x.first, x.last),
     s.Assign: _assign,
     s.Invoke: _invoke,
     s.Move: _move,

@@ -44,7 +44,7 @@ class UnknownNames:
             yield diagnostic if n == 1 else replace(diagnostic, message=f"{diagnostic.message} ({n} places)")
 
 
-def near_name(name: str, known: Iterable[str]) -> str | None:
+def near_name(name: str, known: Iterable[str], like: float = 0.6) -> str | None:
     """The most similar of the known names in any case; None where none is similar.
 
     >>> near_name("hight", ["HEIGHT", "WIDTH"])
@@ -57,5 +57,5 @@ def near_name(name: str, known: Iterable[str]) -> str | None:
         and len(letters.intersection(key := word.upper())) >= SAME_LETTERS * len(letters)
     }  # fmt: skip
     by_length = sorted(by_capitals, key=lambda key: (abs(len(key) - len(upper)), key))
-    near = get_close_matches(upper, by_length[:COMPARED], n=1, cutoff=0.6)
+    near = get_close_matches(upper, by_length[:COMPARED], n=1, cutoff=like)
     return by_capitals[near[0]] if near else None

@@ -5,7 +5,7 @@ from __future__ import annotations
 import random
 
 from lwr_dyn.krl.language import statements as s
-from lwr_dyn.krl.language.declarations import Declaration
+from lwr_dyn.krl.language.declarations import Declaration, StructType
 from lwr_dyn.krl.language.lexer import Token
 from tests.krl.planting.site import PlantedFault, PlantSite, changed
 
@@ -24,7 +24,7 @@ def _indices(site: PlantSite) -> list[tuple[Token, Token]]:
 
 
 def _code(site: PlantSite) -> bool:
-    return not isinstance(site.statement, Declaration)
+    return not isinstance(site.statement, Declaration | StructType)
 
 
 def index_past_array(site: PlantSite, rng: random.Random) -> PlantedFault | None:
