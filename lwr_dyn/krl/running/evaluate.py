@@ -11,6 +11,7 @@ from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language.unparse import expression_text
 from lwr_dyn.krl.names.types import LARGEST, Type
 from lwr_dyn.krl.running.operators import binary_value, unary_value
+from lwr_dyn.krl.running.rows import row_reference
 from lwr_dyn.krl.running.values import (
     ArrayValue,
     EnumValue,
@@ -74,6 +75,8 @@ def reference_to(env: Environment, x: e.Reference) -> VariableReference:
             variable.value = _in_room(converted(value, variable.type), variable.value)
 
         return VariableReference(lambda: variable.value, write, variable.type)
+    if isinstance(x, e.Index) and x.row:
+        return row_reference(reference_to(env, x.of), _indices(env, x), expression_text(x))
     return _element(env, x) if isinstance(x, e.Index) else _component(env, x)
 
 

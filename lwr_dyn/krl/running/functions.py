@@ -19,6 +19,7 @@ from lwr_dyn.krl.running.inline_functions import INLINE
 from lwr_dyn.krl.running.operators import ranged
 from lwr_dyn.krl.running.text_functions import TEXT
 from lwr_dyn.krl.running.values import AXIS_NAMES, StructValue, Value, axes_value, pose_matrix, pose_value
+from lwr_dyn.krl.running.variable_state import variable_state
 
 Arguments: TypeAlias = Sequence[e.Expression]
 
@@ -123,4 +124,5 @@ GEOMETRY: dict[str, Callable[[Environment, ControllerState, Arguments], Value]] 
     "INV_POS": _inv_pos,
     "FORWARD": _forward,
     "INVERSE": _inverse,
+    "VARSTATE": variable_state,
 }
