@@ -128,3 +128,24 @@ def test_several_statements_outside_are_one_fault():
     text = "DEF a( )\nEND\nHALT\nHALT\nEND\nHALT\n"
     found = [(d.position.line, d.code) for d in check_program(parse_program(text, name="a"))]
     assert found == [(3, "outside-routine"), (5, "stray-end"), (6, "outside-routine")]
+
+
+def test_of_an_unknown_type_nothing_more_is_told():
+    lines = [
+        "DECL BOXES b",
+        "DECL BOXES c[3]",
+        "b.HIGH = TRUE",
+        "c[1].LOW = b.HIGH + 1",
+        "b = c[2]",
+        "PTP b",
+        "c[4] = b",
+    ]
+    found = [(d.position.line, d.code) for d in diagnostics_of(*lines)]
+    assert found == [(2, "unknown-type"), (8, "index-range")]
+    inside = diagnostics_of("STRUC S1 BOXES K", "DECL S1 s", "s.K.HIGH = 3")
+    assert [(d.position.line, d.code) for d in inside] == [(2, "unknown-type")]
+
+
+def test_an_unknown_system_name_may_be_a_subprogram():
+    assert [d.code for d in diagnostics_of("$unheard( )")] == ["unknown-call"]
+    assert [d.code for d in diagnostics_of("INT n", "n(3)", "$OV_PRO(3)")] == ["type", "type"]

@@ -44,7 +44,7 @@ def check_types(scope: Scope, x: e.FunctionCall, given: Sequence[Type]) -> None:
 def _check(
     scope: Scope, name: str, parameter: FunctionParameter, argument: e.Expression, kind: Type, severity: Severity
 ) -> None:
-    taken = parameter.type
+    taken = scope.type_seen(parameter.type)
     if isinstance(argument, e.EnumLiteral):
         check_constant(scope, argument, taken)
     elif parameter.mode == "OUT" and not isinstance(argument, e.Name | e.Index | e.Component):

@@ -108,7 +108,7 @@ def _component(scope: Scope, x: e.Component) -> Type:
     if kind is None:
         _report_component(scope, x.column, of, x.name, components)
         return UNKNOWN
-    return kind
+    return scope.type_seen(kind)
 
 
 def _report_component(scope: Scope, column: int, of: Type, name: str, components: Mapping[str, Type] | None) -> None:

@@ -157,8 +157,12 @@ class Scope:
         key = name.upper()
         for names in (self.own, self.program.names):
             if key in names.variables:
-                return names.variables[key].type
+                return self.type_seen(names.variables[key].type)
         return self.known.variables.get(key, UNKNOWN if key.startswith("$") else None)
+
+    def type_seen(self, kind: Type) -> Type:
+        """A type as declared; unknown if nothing declares that type: then nothing more can be said of its values."""
+        return kind if self.is_type(kind.name) else Type(UNKNOWN.name, kind.dimensions, kind.sizes)
 
     def structure(self, name: str) -> Mapping[str, Type] | None:
         """The components of a structure; None for another name."""
@@ -222,7 +226,7 @@ def signature(scope: Scope, x: e.FunctionCall) -> tuple[Type | None, int, int]:
     routine = scope.program.routine(x.name)
     if routine is not None:
         kind = routine.head.returns
-        returned = None if kind is None else Type(kind.upper(), int(routine.head.returns_array))
+        returned = None if kind is None else scope.type_seen(Type(kind.upper(), int(routine.head.returns_array)))
         return returned, 0, len(routine.head.parameters)
     external = scope.external(x.name)
     if external is not None:
