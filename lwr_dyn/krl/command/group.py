@@ -11,6 +11,7 @@ SUBCOMMANDS: Registry[click.Command] = Registry(
         "write": Row("lwr_dyn.krl.command.write:write", "A program from points, a run or a path; S and T are solved."),
         "check": Row("lwr_dyn.krl.command.check:check", "What is wrong or doubtful in a program; exit 1 on errors."),
         "run": Row("lwr_dyn.krl.command.run:run", "Run a program on a model: cycle time, motions, speeds, torques."),
+        "diff": Row("lwr_dyn.krl.command.diff:diff", "What two programs or backups differ in: points, values, logic."),
         "format": Row("lwr_dyn.krl.command.format:format_files", "Layout of files in order; what they mean stays."),
         "server": Row("lwr_dyn.krl.command.server:server", "A language server for editors.", extra="krl"),
     },
