@@ -31,10 +31,11 @@ RUNS = {
     "lint": ("lint wam7",),
     "krl check": ("krl check two_points.src", "krl check ."),
     "krl run": ("krl run two_points.src",),
+    "krl diff": ("krl diff two_points.src two_points.dat",),
     "conventions": ("conventions kr30ha",),
     "parity": ("parity lwr4 --engine mujoco",),
 }
-FILES = {"krl check": "two_points.src", "krl run": "two_points.src"}
+FILES = {"krl check": "two_points.src", "krl run": "two_points.src", "krl diff": "two_points.src"}
 FILES |= {"identify friction": "moves_*.csv", "identify motion": "any_motion.csv"}
 FILES |= {"identify table": "any_motion.csv"}
 FILES |= {"identify elastic": "both_sides.csv", "identify payload": "with_load.csv"}

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from lwr_dyn.errors import FileAccessError
 from lwr_dyn.krl.comparing.file_logic import RoutineChange, routine_changes
 from lwr_dyn.krl.comparing.file_values import (
     SAME_DEG,
@@ -56,6 +57,9 @@ def _pairs(before: Path, after: Path) -> Iterator[tuple[str, Path | None, Path |
     if before.is_dir() and after.is_dir():
         yield from _pairs_of_folders(before, after)
         return
+    for path in (before, after):
+        if path.is_dir():
+            raise FileAccessError(str(path), "a folder beside a file", "two files, or two folders")
     (a,), (b,) = krl_files(before), krl_files(after)
     yield b.name, a, b
     beside = [_data_beside(path) for path in (a, b)]

@@ -72,13 +72,13 @@ def file_values(file: SourceFile) -> dict[str, FileValue]:
             found[name.upper()] = FileValue(name, i, None, x.value)
         elif isinstance(x, DECLARATIONS):
             text = statement_text(x)
-            found[f"{type(x).__name__} {getattr(x, 'name', text)}".upper()] = FileValue(text, i, text, None)
+            found[f"{type(x).__name__} {x.name}".upper()] = FileValue(x.name, i, text, None)
     return found
 
 
 def same_value(a: FileValue, b: FileValue) -> bool:
     """Whether both mean the same: 1.50 is 1.5, and case counts in strings only."""
-    return meaning_of(a.text) == meaning_of(b.text) and (a.type or "") == (b.type or "")
+    return meaning_of(a.text) == meaning_of(b.text) and meaning_of(a.type or "") == meaning_of(b.type or "")
 
 
 def meaning_of(code: str) -> str:
