@@ -7,7 +7,7 @@ from lwr_dyn.errors import FileAccessError
 from lwr_dyn.krl.language.source import parse_text
 from lwr_dyn.krl.project.folder import load_project
 from lwr_dyn.krl.project.program import load_program, program_in
-from lwr_dyn.krl.running.run import check_program, run_program
+from lwr_dyn.krl.running.run import ProgramError, check_program, run_program
 
 HOME = "$VEL_AXIS[1]=100\nPTP {A1 0, A2 -90, A3 90, A4 0, A5 30, A6 0}\n"
 
@@ -158,3 +158,12 @@ def test_names_that_differ_in_case_only_are_all_read_and_told(folder):
     assert [str(m.path) for m in project.modules] == ["A.src", "a.src", "b.src"]
     assert [d.position.file for d in project.twins()] == ["A.src", "a.src"]
     assert told(where, "b.src") == []
+
+
+def test_a_fault_after_a_function_of_another_module_stands_in_the_calling_line(folder, arm):
+    where = folder(
+        a_dot_src=f"DEF a( )\n{HOME}PTP_REL {{A1 far( )}}\nEND\n",
+        b_dot_src="DEF b( )\nEND\nGLOBAL DEFFCT INT far( )\nRETURN 300\nENDFCT\n",
+    )
+    with pytest.raises(ProgramError, match=r"^a\.src:4:1: A1 = 300 deg"):
+        run_program(program(where, "a.src"), arm)

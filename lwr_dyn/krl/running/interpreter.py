@@ -91,11 +91,12 @@ class Interpreter:
                 hint = "define it in the program, or give it a stub in the cell file"
                 raise ExecutionError("not-modelled", f"the function {x.name} is not modelled", hint)
             return value
-        depth = len(self.stack)
+        depth, position = len(self.stack), self.log.position
         self.enter(routine, x)
         result: list[Value] = []
         while len(self.stack) > depth:
             self._step(result)
+        self.log.position = position  # the statement that calls goes on
         if not result:
             raise ExecutionError("no-value", f"{x.name} ended without RETURN", "RETURN a value on every way")
         return result[-1]
