@@ -25,7 +25,8 @@ class Node(NamedTuple):
     """`in` (row = array, column), `const` (its value), or an operation on nodes; of one node a = b.
 
     Beside + - * / and sqrt: > gives 1.0 or 0.0; min and max give the first where a node is NaN; ? gives b where a is
-    1.0, else 0.0; abs; 2^ of a whole number; exponent e and significand m of 2^e m, 1 <= m < 2.
+    1.0, else 0.0; abs; 2^ of a whole number; exponent e and significand m of 2^e m, 1 <= m < 2. sin and cos stand only
+    in code for other languages, which call their library.
     """
 
     op: str
@@ -33,7 +34,8 @@ class Node(NamedTuple):
     b: Any = None
 
 
-OPERATIONS = ("+", "-", "*", "/", ">", "sqrt", "min", "max", "?", "abs", "2^", "exponent", "significand")
+OPERATIONS = ("+", "-", "*", "/", ">", "sqrt", "min", "max", "?", "abs", "2^", "exponent", "significand",
+              "sin", "cos")  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True, eq=False)

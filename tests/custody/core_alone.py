@@ -10,7 +10,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 OPTIONAL = (
-    "arm_setup", "audit", "cartesian", "codegen", "comparison", "design", "elastic", "environment", "explorer",
+    "arm_setup", "audit", "cartesian", "codegen", "comparison", "design", "elastic", "emit", "environment", "explorer",
     "export", "feedback", "identification", "ik_solvers", "inertia_bounds", "krl", "notebook", "parity", "plotting",
     "reproduction", "responses", "rollout", "sweeps", "symbolic",
 )  # fmt: skip

@@ -1,0 +1,61 @@
+"""Operations -> C99: one function each, no allocation, no globals, every operation a statement of its own.
+
+One operation a statement keeps compilers from contracting a product and a sum, so that results have the same bits
+everywhere (gcc contracts across statements where -ffp-contract=fast or its own dialect asks for it).
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from lwr_dyn.codegen.straight_line import Node
+from lwr_dyn.emit.straight_code import EmittedCode, Operation, Store
+
+_TYPES = {"float64": ("double", ""), "float32": ("float", "f")}
+_FORMS = {
+    ">": "{0} > {1} ? {one} : {zero}", "?": "{0} > {half} ? {1} : {zero}", "min": "{0} > {1} ? {1} : {0}",
+    "max": "{1} > {0} ? {1} : {0}", "sqrt": "sqrt{f}({0})", "abs": "fabs{f}({0})", "sin": "sin{f}({0})",
+    "cos": "cos{f}({0})",
+}  # fmt: skip
+
+
+def declaration(code: EmittedCode, name: str) -> str:
+    """The head of the C function."""
+    number, _ = _TYPES[code.dtype]
+    arguments = [f"const {number} {a.name}[{a.width}]" for a in code.function.arguments]
+    result = f"{number} {'*restrict out' if code.stores_early else 'out'}"
+    sized = result if code.stores_early else f"{result}[{code.function.width}]"
+    return f"void {name}({', '.join([*arguments, sized])})"
+
+
+def c_function(code: EmittedCode, name: str) -> str:
+    """The C function."""
+    return "\n".join([declaration(code, name), "{", *(f"    {line}" for line in _lines(code)), "}", ""])
+
+
+def literal(value: float, dtype: str) -> str:
+    """A number as a C literal that reads back as itself."""
+    if dtype == "float64":
+        return repr(float(value))
+    return f"{float(np.float32(value))!r}f"
+
+
+def _lines(code: EmittedCode) -> Iterator[str]:
+    number, f = _TYPES[code.dtype]
+    arguments = code.function.arguments
+    words = {"f": f, "one": literal(1.0, code.dtype), "zero": literal(0.0, code.dtype),
+             "half": literal(0.5, code.dtype)}  # fmt: skip
+
+    def name(i: int) -> str:
+        node: Node = code.nodes[i]
+        if node.op == "const":
+            return literal(node.a, code.dtype)
+        return f"{arguments[node.a].name}[{node.b}]" if node.op == "in" else f"v{i}"
+
+    for statement in code.statements:
+        match statement:
+            case Operation(i, node):
+                form = _FORMS.get(node.op, f"{{0}} {node.op} {{1}}")
+                yield f"const {number} v{i} = {form.format(name(node.a), name(node.b), **words)};"
+            case Store(place, value):
+                yield f"out[{place}] = {'-' if value.sign < 0 else ''}{name(value.node)};"
