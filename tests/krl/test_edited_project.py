@@ -7,6 +7,7 @@ import time
 import pytest
 
 from lwr_dyn.krl.editor.edited_project import LOST, EditedProject, Session
+from tests.krl.edited_texts import edits_agree
 from tests.krl.small_backup import CLOSE, FILES, MAIN, write_backup
 
 
@@ -93,3 +94,8 @@ def test_a_change_in_6000_lines_costs_less_than_300_ms(tmp_path):
             assert len(project.diagnostics("a.src")["a.src"]) <= 102
             times.append(time.process_time() - began)
         assert min(times[1:]) < 0.3
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_after_random_edits_answers_are_those_of_a_fresh_project(tmp_path, seed):
+    assert edits_agree(tmp_path, seed, 12) > 50

@@ -103,6 +103,7 @@ def test_places_count_as_the_editor_counts_and_a_form_feed_ends_no_line(tmp_path
     path = tmp_path / "a.src"
     with LanguageClient(None, [encoding]) as client:
         assert client.capabilities["positionEncoding"] == encoding
+        assert client.capabilities["textDocumentSync"]["change"] == 1  # whole texts, see `language_server`
         client.open(path, 'DEF a( )\nDECL CHAR t[9]\n;\x0c\nt[] = "\U0001f916" + nix\nEND\n')
         found = [d for d in client.diagnostics(path)[1] if d["code"] == "undeclared"]
         first = 7 + size + 1 + 3

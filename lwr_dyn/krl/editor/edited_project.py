@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -10,7 +11,7 @@ from pathlib import Path
 from lwr_dyn.errors import FileAccessError
 from lwr_dyn.krl.checks.static_checks import static_diagnostics
 from lwr_dyn.krl.diagnostics import Diagnostic, SourcePosition, sorted_diagnostics
-from lwr_dyn.krl.editor.referents import LineContext, Referent, line_context, referent_at, referents_in, spelt
+from lwr_dyn.krl.editor.referents import LineContext, Referent, line_context, referent_at, referents_in
 from lwr_dyn.krl.language.lexer import Token
 from lwr_dyn.krl.language.source import parse_text, read_source
 from lwr_dyn.krl.project.folder import is_program_file, read_files
@@ -94,7 +95,7 @@ class EditedProject:
     def uses(self, wanted: Referent) -> list[SourcePosition]:
         """All places of the project that mean the same, with its declaration."""
         out: list[SourcePosition] = []
-        pattern = spelt(wanted.name)
+        pattern = re.compile(re.escape(wanted.name), re.IGNORECASE)
         for file in self.project.files:
             scopes: dict[int, Scope] = {}
             for i, line in enumerate(file.file.lines):

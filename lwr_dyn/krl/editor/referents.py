@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from dataclasses import dataclass, fields, is_dataclass
+from functools import cache
 from typing import Any, Literal
 
 from lwr_dyn.krl.checks.type_check import type_in
@@ -98,11 +98,6 @@ def referents_in(context: LineContext, name: str) -> Iterator[tuple[Token, Refer
 _NAMES = ("NAME", "ENUMERATION")
 
 
-def spelt(name: str) -> re.Pattern[str]:
-    """Finds a name in a text, in any case."""
-    return re.compile(rf"(?<![\w$]){re.escape(name)}(?![\w$])", re.IGNORECASE | re.ASCII)
-
-
 def _tokens(text: str) -> list[Token]:
     if text.lstrip().startswith("&"):
         return []
@@ -134,15 +129,17 @@ def _is_named(node: Any, token: Token) -> bool:
     return str(getattr(node, "name", "")).upper() == token.text.upper()
 
 
-def _nodes(x: Any) -> Iterator[Any]:
+def _nodes(x: Any) -> list[Any]:
     """A record and all records within, the inner ones first."""
     if isinstance(x, tuple):
-        for part in x:
-            yield from _nodes(part)
-    elif is_dataclass(x):
-        for one in fields(x):
-            yield from _nodes(getattr(x, one.name))
-        yield x
+        return [node for part in x for node in _nodes(part)]
+    names = _field_names(type(x))
+    return [node for name in names for node in _nodes(getattr(x, name))] + [x] if names else []
+
+
+@cache
+def _field_names(kind: type) -> tuple[str, ...]:
+    return tuple(one.name for one in fields(kind)) if is_dataclass(kind) else ()
 
 
 def _with_index(statement: s.Statement | None, node: Any) -> Any:

@@ -1,0 +1,50 @@
+"""Random edits of a backup in an editor: whatever was edited and closed, answers are those of a fresh project."""
+
+import random
+
+from lwr_dyn.krl.editor.edited_project import EditedProject
+from lwr_dyn.krl.editor.hover import hover_text
+from lwr_dyn.krl.editor.outlines import folds_of, outline_items
+from tests.krl.mutations import mutated
+from tests.krl.small_backup import FILES, write_backup
+
+
+def edits_agree(folder, seed, steps):
+    """Number of diagnoses compared; a project that was edited says what one says that reads the same texts anew."""
+    rng = random.Random(seed)
+    project, names, compared = EditedProject(write_backup(folder)), sorted(FILES), 0
+    for _ in range(steps):
+        name = rng.choice(names)
+        if rng.random() < 0.2:
+            project.close(name)
+        else:
+            text = project.texts.get(name, FILES[name]).encode("latin-1")
+            project.set_text(name, mutated(text, rng).decode("latin-1"))
+        fresh = EditedProject(folder, texts=dict(project.texts))
+        for each in names:
+            found = project.diagnostics(each)
+            assert found == fresh.diagnostics(each), (seed, each, project.texts)
+            compared += sum(map(len, found.values()))
+        assert_answers(project, name, rng)
+    return compared
+
+
+def assert_answers(project, name, rng, places=20):
+    """Outline and folds lie in the file, and each name is among the uses of what it means; nothing raises."""
+    file = project.project.file(name)
+    last = max(len(file.file.lines) - 1, 0)
+    assert_inside(outline_items(file.file, file.outline), 0, last)
+    assert all(0 <= x.first < x.last <= last for x in folds_of(file.file, file.outline))
+    for _ in range(places):
+        line = rng.randrange(last + 2)
+        found = project.at(name, line, rng.randint(1, 40))
+        if found is not None:
+            context, token, referent = found
+            assert hover_text(context, referent).startswith("```krl")
+            assert file.file.position(line, token.column) in project.uses(referent)
+
+
+def assert_inside(items, first, last):
+    for item in items:
+        assert first <= item.first <= item.last <= last
+        assert_inside(item.items, item.first, item.last)
