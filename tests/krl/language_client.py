@@ -14,10 +14,10 @@ PATIENCE = 60.0
 class LanguageClient:
     """One server process; `texts` are the files that are open."""
 
-    def __init__(self, folder, encodings=("utf-16",), **capabilities):
+    def __init__(self, folder, encodings=("utf-16",), options=(), **capabilities):
         self.began = time.perf_counter()
         self.process = subprocess.Popen(
-            [sys.executable, "-m", "lwr_dyn", "krl", "server"], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+            [sys.executable, "-m", "lwr_dyn", "krl", "server", *options], stdin=subprocess.PIPE, stdout=subprocess.PIPE
         )
         self.messages = queue.Queue()
         threading.Thread(target=self._read, daemon=True).start()
@@ -49,6 +49,7 @@ class LanguageClient:
             while stream.readline().strip():
                 pass
             self.messages.put((time.perf_counter(), json.loads(stream.read(length))))
+        self.messages.put((time.perf_counter(), {"ended": True}))
 
     def send(self, message):
         body = json.dumps({"jsonrpc": "2.0", **message}).encode()
@@ -75,6 +76,7 @@ class LanguageClient:
         end = time.perf_counter() + PATIENCE
         while True:
             got = self.messages.get(timeout=max(0.01, end - time.perf_counter()))
+            assert "ended" not in got[1], "the server has ended"
             if holds(got[1]):
                 return got
             self.other.append(got)

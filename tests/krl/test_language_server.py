@@ -132,3 +132,15 @@ def test_it_ends_when_the_editor_goes_away(tmp_path):
     client.process.stdin.close()
     assert client.process.wait(timeout=20) == 0
     client.process.stdout.close()
+
+
+def test_names_of_the_users_own_options_are_known(tmp_path):
+    names, path = tmp_path / "own.toml", tmp_path / "a.src"
+    names.write_text('[[group]]\ntitle = "glue"\npackage = "Own"\nfunctions = ["GLUE_ON(INT gun)"]\n')
+    text = "DEF a( )\nGLUE_ON(3)\nGLUE_OFF(3)\nEND\n"
+    with LanguageClient(tmp_path, options=["--names", str(names)]) as client:
+        client.open(path, text)
+        assert [d["message"].split(" (")[0] for d in client.diagnostics(path)[1]] == [
+            "the subprogram GLUE_OFF is not known"
+        ]
+        assert "Own: glue" in client.ask("hover", path, 1, 2)["contents"]["value"]

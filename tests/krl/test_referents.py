@@ -95,8 +95,9 @@ TEXTS = {
     "structure": (MAIN, "DECL GRIP_T", "GRIP_T", ["STRUC GRIP_T STATE_E STATE, REAL FORCE"]),
     "component": (CLOSE, "g.force", "force", ["REAL force of GRIP_T"]),
     "constant": (MAIN, "#OPEN", "#OPEN", ["ENUM STATE_E OPEN, SHUT"]),
-    "function": (MAIN, "BAS (#", "BAS", ["BAS", "every controller"]),
-    "system variable": (MAIN, "$TOOL", "$TOOL", ["DECL FRAME $TOOL", "every controller"]),
+    "function": (MAIN, "BAS (#", "BAS", ["DEF BAS(BAS_COMMAND command:IN", "bas.src"]),
+    "constant of a kernel type": (MAIN, "#INITMOV", "#INITMOV", ["ENUM BAS_COMMAND", "INITMOV"]),
+    "system variable": (MAIN, "$TOOL", "$TOOL", ["FRAME $TOOL", "KSS"]),
 }
 
 

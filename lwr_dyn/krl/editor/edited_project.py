@@ -14,6 +14,8 @@ from lwr_dyn.krl.diagnostics import Diagnostic, SourcePosition, sorted_diagnosti
 from lwr_dyn.krl.editor.referents import LineContext, Referent, line_context, referent_at, referents_in
 from lwr_dyn.krl.language.lexer import Token
 from lwr_dyn.krl.language.source import parse_text, read_source
+from lwr_dyn.krl.names.known import KnownNames
+from lwr_dyn.krl.names.names_file import known_names
 from lwr_dyn.krl.project.folder import is_program_file, read_files
 from lwr_dyn.krl.project.module import ModuleFile, module_file
 from lwr_dyn.krl.project.program import Program, program_in
@@ -30,6 +32,8 @@ class EditedProject:
 
     folder: Path
     whole: bool = True
+    known: KnownNames = field(default_factory=known_names)
+    """Names that need no declaration."""
     texts: dict[str, str] = field(default_factory=dict)
     """Of the files that are open, by their names: paths within the folder, with /."""
     _project: Project | None = None
@@ -107,7 +111,7 @@ class EditedProject:
         return out
 
     def _keep(self, project: Project) -> None:
-        self._project = project
+        self._project = project.with_known(self.known)
         self._programs.clear()
 
     def _others(self, name: str) -> Iterable[ModuleFile]:
@@ -131,16 +135,17 @@ class Session:
     """The folders that an editor has open; a file outside of them sees those beside it."""
 
     folders: dict[Path, EditedProject] = field(default_factory=dict)
+    known: KnownNames = field(default_factory=known_names)
 
     def add_folder(self, folder: Path) -> None:
         """Take a folder as a project."""
-        self.folders.setdefault(folder, EditedProject(folder))
+        self.folders.setdefault(folder, EditedProject(folder, known=self.known))
 
     def place(self, path: Path) -> tuple[EditedProject, str]:
         """The project of a file, and its name there."""
         above = [x for x, project in self.folders.items() if project.whole and x in path.parents]
         folder = max(above, key=lambda x: len(x.parts), default=path.parent)
-        project = self.folders.setdefault(folder, EditedProject(folder, whole=bool(above)))
+        project = self.folders.setdefault(folder, EditedProject(folder, bool(above), self.known))
         return project, os.path.relpath(path, folder).replace(os.sep, "/")
 
 

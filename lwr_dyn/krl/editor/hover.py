@@ -9,7 +9,6 @@ from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language import statements as s
 from lwr_dyn.krl.language.blocks import Routine
 from lwr_dyn.krl.language.unparse import expression_text, statement_text
-from lwr_dyn.krl.names.predefined import FUNCTIONS
 from lwr_dyn.krl.project.symbols import DeclaredName
 
 MOST_VALUES = 8
@@ -17,12 +16,13 @@ MOST_VALUES = 8
 
 
 def hover_text(context: LineContext, found: Referent) -> str:
-    """What is known of a name: how it is declared, its values in the `.dat`, and where it stands."""
+    """What is known of a name: how it is declared, its values in the `.dat`, and where it stands or who brings it."""
     code = [*_declaration(context, found), *_values(context, found)]
-    where = "" if found.position is None else f"\n\n{found.position.file}, line {found.position.line}"
-    if found.position is None and found.meaning != "constant":
-        where = "\n\nof every controller"
-    return "```krl\n" + "\n".join(code) + "\n```" + where
+    if found.position is not None:
+        where = f"{found.position.file}, line {found.position.line}"
+    else:
+        where = str(context.scope.known.origins.get((found.owner or found.name).upper(), ""))
+    return "```krl\n" + "\n".join(code) + "\n```" + (f"\n\n{where}" if where else "")
 
 
 def _declaration(context: LineContext, found: Referent) -> list[str]:
@@ -31,9 +31,11 @@ def _declaration(context: LineContext, found: Referent) -> list[str]:
     if found.meaning in ("component", "constant", "label"):
         return _part(context, found)
     if found.meaning == "routine":
-        return [_function(found.name)]
+        return [_known(context, found.name)]
     if found.meaning == "type":
         return _type(context, found)
+    if found.declared is None and context.scope.known.text(found.name) is not None:
+        return [_known(context, found.name)]
     kind = context.scope.variable(found.name)
     text = "" if kind is None or kind.name == "?" else f"{kind} "
     mark = "CONST " if isinstance(found.declared, DeclaredName) and found.declared.const else ""
@@ -45,10 +47,17 @@ def _part(context: LineContext, found: Referent) -> list[str]:
     if found.meaning == "label":
         return [f"{found.name}:"]
     if found.meaning == "constant":
-        members = context.scope.enum(found.owner)
-        return [f"#{found.name}" if members is None else f"ENUM {found.owner} {', '.join(sorted(members))}"]
+        return _constant(context, found)
     components = context.scope.structure(found.owner) or {}
     return [f"{components[found.name.upper()]} {found.name} of {found.owner}"]
+
+
+def _constant(context: LineContext, found: Referent) -> list[str]:
+    """The enumerations that have it: the project's, or the first known ones."""
+    own, known = context.scope.enum(found.owner), context.scope.known.enums
+    enums = {name: x for name, x in known.items() if found.name.upper() in x} if own is None else {found.owner: own}
+    lines = [f"ENUM {name} {', '.join(sorted(members))}" for name, members in enums.items()]
+    return lines[:MOST_VALUES] or [f"#{found.name}"]
 
 
 def _type(context: LineContext, found: Referent) -> list[str]:
@@ -59,13 +68,10 @@ def _type(context: LineContext, found: Referent) -> list[str]:
     return [found.name if members is None else f"ENUM {found.name} {', '.join(sorted(members))}"]
 
 
-def _function(name: str) -> str:
-    known = FUNCTIONS.get(name.upper())
-    if known is None:
-        return f"{name} ( )"
-    count = str(known.least) if known.least == known.most else f"{known.least} to {known.most}"
-    head = "DEF" if known.returns is None else f"DEFFCT {known.returns}"
-    return f"{head} {name.upper()} ; {count} arguments"
+def _known(context: LineContext, name: str) -> str:
+    """The declaration of a name that comes with the controller or an option."""
+    text, origin = context.scope.known.text(name), context.scope.known.origins.get(name.upper())
+    return f"{name} ( )" if text is None else text.removesuffix(f" ({origin})")
 
 
 def _values(context: LineContext, found: Referent) -> list[str]:

@@ -133,7 +133,8 @@ def _nodes(x: Any) -> list[Any]:
     """A record and all records within, the inner ones first."""
     if isinstance(x, tuple):
         return [node for part in x for node in _nodes(part)]
-    names = _field_names(type(x))
+    kind: type = type(x)
+    names = _field_names(kind)
     return [node for name in names for node in _nodes(getattr(x, name))] + [x] if names else []
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -19,6 +20,7 @@ from lwr_dyn.krl.editor.positions import characters, column_at, word_length
 from lwr_dyn.krl.editor.referents import LineContext, Referent
 from lwr_dyn.krl.language.lexer import Token
 from lwr_dyn.krl.language.source import SourceFile
+from lwr_dyn.krl.names.names_file import known_names
 from lwr_dyn.version import VERSION
 
 DEBOUNCE = 0.1
@@ -29,16 +31,16 @@ _KINDS = {"routine": lsp.SymbolKind.Function, "block": lsp.SymbolKind.Namespace,
           "variable": lsp.SymbolKind.Variable, "type": lsp.SymbolKind.Struct}  # fmt: skip
 
 
-def serve() -> None:
-    """Answer an editor until it closes stdin or asks to exit."""
-    language_server().start_io()
+def serve(names: Sequence[str] = ()) -> None:
+    """Answer an editor until it closes stdin or asks to exit; `names` are files as of `known_names`, which raises."""
+    language_server(Session(known=known_names(names))).start_io()
 
 
-def language_server() -> LanguageServer:
+def language_server(session: Session) -> LanguageServer:
     """The server with all that it offers."""
     # whole texts: pygls counts lines at more signs than the protocol does, such as a form feed
     server = LanguageServer("lwr-dyn krl", VERSION, text_document_sync_kind=lsp.TextDocumentSyncKind.Full)
-    editor = _Editor(server)
+    editor = _Editor(server, session)
     for method, answer in (
         (lsp.INITIALIZED, editor.initialized),
         (lsp.TEXT_DOCUMENT_DID_OPEN, editor.opened),
@@ -61,7 +63,7 @@ class _Editor:
     """What is open in the editor, and the answers to its questions."""
 
     server: LanguageServer
-    session: Session = field(default_factory=Session)
+    session: Session
     waiting: dict[str, asyncio.TimerHandle] = field(default_factory=dict)
     """By the address of a file that has changed: when it is checked."""
     open: dict[str, Path] = field(default_factory=dict)
