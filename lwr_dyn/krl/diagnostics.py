@@ -108,6 +108,10 @@ class RunEndedError(Exception):
         self.diagnostic = diagnostic
 
 
+class ResumedError(Exception):
+    """RESUME has ended an interrupt and the calls below the routine that declared it. Used inside this package only."""
+
+
 @dataclass(slots=True, eq=False)
 class DiagnosticLog:
     """The diagnostics of a run; an error ends the run unless `tolerant`."""

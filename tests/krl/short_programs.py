@@ -27,5 +27,5 @@ def values_of(arm, lines, data=(), cell=None):
     interpreter = Interpreter(with_cell(program, cell or RobotCell()), arm, MachineData(), cell)
     faults = [str(d) for d in interpreter.run() if d.severity == "error"]
     assert not faults, faults
-    values = {name: variable.value for name, variable in interpreter.data["a.dat"].items()}
+    values = {name: variable.value for name, variable in interpreter.data.files["a.dat"].items()}
     return values, [str(x) for x in interpreter.controller.assumptions.all()]

@@ -23,6 +23,8 @@ def run_record(run: ProgramRun) -> dict[str, Any]:
         "peak_speed_deg": np.degrees(run.peak_speeds), "peak_static_torque": _peaks(run, run.static_torque),
         "peak_torque": _peaks(run, run.torque), "assumed": run.machine.to_json(),
         "assumptions": [x.to_json() for x in run.assumptions],
+        "events": [x.to_json() for x in run.events],
+        "passes": None if run.passes is None else run.passes.to_json(),
         "diagnoses": [d.to_json() for d in run.diagnostics],
     }  # fmt: skip
 
@@ -49,6 +51,7 @@ def run_text(run: ProgramRun) -> str:
     return "\n".join([
         f"{run.program} on {arm.name}: {run.cycle_time:.3f} s",
         aligned(rows, head),
+        *([] if run.passes is None else [str(run.passes)]),
         aligned(axes, ("axis", "peak deg/s", "of rated", "static N m", "dynamic N m")),
         assumed,
         *run.times().lines(),

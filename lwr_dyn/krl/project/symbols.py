@@ -30,6 +30,8 @@ class DeclaredName:
     declarator: Declarator | None = None
     const: bool = False
     is_global: bool = False
+    signal: Signal | None = None
+    """What a SIGNAL stands for."""
 
 
 @dataclass(slots=True)
@@ -77,7 +79,7 @@ class SymbolTable:
             self._place(x, "EXT", file.position(i, x.column), False)
         elif isinstance(x, Signal):
             position = file.position(i, x.column)
-            self._enter(DeclaredName(x.name, _signal_type(x), position, is_global=x.is_global), diagnostics)
+            self._enter(DeclaredName(x.name, _signal_type(x), position, is_global=x.is_global, signal=x), diagnostics)
         elif isinstance(x, Declaration):
             for d in x.names:
                 position = file.position(i, d.column)

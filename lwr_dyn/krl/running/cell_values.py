@@ -14,7 +14,7 @@ from lwr_dyn.krl.names.types import UNKNOWN, Type
 from lwr_dyn.krl.project.program import Program
 from lwr_dyn.krl.project.symbols import DeclaredName
 from lwr_dyn.krl.running.cell import RobotCell
-from lwr_dyn.krl.running.controller import ControllerState
+from lwr_dyn.krl.running.controller import INPUTS, ControllerState
 from lwr_dyn.krl.running.evaluate import Environment, reference_to
 from lwr_dyn.krl.running.values import StructValue, Value, value_text
 
@@ -41,14 +41,22 @@ def give_cell(env: Environment, c: ControllerState) -> None:
     """Set the variables and states of the cell; raises `OptionError` for a value of the wrong type."""
     for root, values in c.given.items():
         for name, value in values.items():
-            statement, _ = parse_line(f"{name}=0")
-            assert isinstance(statement, Assign)
             try:
-                reference = reference_to(env, statement.target)
-                reference.write(value)
+                give_value(env, c, name, value)
             except ExecutionError as fault:
                 raise OptionError(f"the cell's {name}", value_text(value), fault.hint or str(fault)) from None
         c.unread[root] = "given"
+
+
+def give_value(env: Environment, c: ControllerState, name: str, value: Value) -> str:
+    """Set an input, a state or a variable from outside; the text says what is set. Raises `ExecutionError`."""
+    if name.partition("[")[0] in INPUTS:
+        c.give(name, value)
+    else:
+        statement, _ = parse_line(f"{name}=0")
+        assert isinstance(statement, Assign)
+        reference_to(env, statement.target).write(value)
+    return f"{name} = {value_text(value)}"
 
 
 def _type_of(value: Value) -> Type:

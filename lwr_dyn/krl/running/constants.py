@@ -12,7 +12,7 @@ from lwr_dyn.krl.language.line_parser import parse_line
 from lwr_dyn.krl.language.statements import Assign
 from lwr_dyn.krl.names.types import UNKNOWN, Type
 from lwr_dyn.krl.running.evaluate import value_of
-from lwr_dyn.krl.running.values import Value, Variable
+from lwr_dyn.krl.running.values import Value, Variable, VariableReference
 
 
 def constant_value(text: str) -> Value:
@@ -62,6 +62,9 @@ class _NoNames:
 
     def call(self, x: e.FunctionCall) -> Value:
         raise ExecutionError("undeclared", x.name)
+
+    def signal_reference(self, name: str) -> VariableReference | None:
+        return None
 
     def note_read(self, name: str) -> None:
         raise ExecutionError("undeclared", name)

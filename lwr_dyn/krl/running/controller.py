@@ -63,6 +63,8 @@ class MachineData:
     """[s] Longest simulated time."""
     motions: int = 20_000
     """Most motions."""
+    passes: int = 100
+    """Most passes of a LOOP without a way out."""
 
     def __post_init__(self) -> None:
         named = [(f.name, getattr(self, f.name)) for f in fields(self) if f.name != "ramps"]

@@ -38,6 +38,9 @@ class Environment(Protocol):
     def call(self, x: e.FunctionCall) -> Value:
         """The value a function returns; raises `ExecutionError`."""
 
+    def signal_reference(self, name: str) -> VariableReference | None:
+        """What a SIGNAL name stands for; None for another name; raises `ExecutionError`."""
+
     def note_read(self, name: str) -> None:
         """The program reads this variable, or a part of it."""
 
@@ -69,6 +72,9 @@ def truth_of(env: Environment, x: e.Expression, what: str) -> bool:
 def reference_to(env: Environment, x: e.Reference) -> VariableReference:
     """The variable, element or component that a reference names; raises `ExecutionError`."""
     if isinstance(x, e.Name):
+        signal = env.signal_reference(x.name)
+        if signal is not None:
+            return signal
         variable = env.variable(x.name)
 
         def write(value: Value) -> None:
@@ -77,7 +83,7 @@ def reference_to(env: Environment, x: e.Reference) -> VariableReference:
         return VariableReference(lambda: variable.value, write, variable.type)
     if isinstance(x, e.Index) and x.row:
         return row_reference(reference_to(env, x.of), _indices(env, x), expression_text(x))
-    return _element(env, x) if isinstance(x, e.Index) else _component(env, x)
+    return element_reference(env, x) if isinstance(x, e.Index) else _component(env, x)
 
 
 def root_name(x: e.Reference) -> str:
@@ -100,7 +106,8 @@ def _in_room(value: Value, before: Value | None) -> Value:
     return text_array(value, before.sizes)
 
 
-def _element(env: Environment, x: e.Index) -> VariableReference:
+def element_reference(env: Environment, x: e.Index) -> VariableReference:
+    """The element, or the whole array without an index; raises `ExecutionError`."""
     of = reference_to(env, x.of)
     if not x.indices:
         return of

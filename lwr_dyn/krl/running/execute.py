@@ -6,20 +6,17 @@ A statement changes variables, moves the arm, or sets the next line of its routi
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any
 
-from lwr_dyn.krl.diagnostics import DiagnosticLog, ExecutionError
+from lwr_dyn.krl.diagnostics import ExecutionError
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language import statements as s
-from lwr_dyn.krl.language.blocks import Routine
 from lwr_dyn.krl.language.pairing import CodeBlock
-from lwr_dyn.krl.project.program import Program
+from lwr_dyn.krl.language.unparse import expression_text
 from lwr_dyn.krl.running.bas import bas
 from lwr_dyn.krl.running.calls import called_routine, value_of_call
-from lwr_dyn.krl.running.controller import ControllerState
+from lwr_dyn.krl.running.context import ExecutionContext, StackFrame
 from lwr_dyn.krl.running.evaluate import (
-    Environment,
     aggregate_value,
     number_of,
     reference_to,
@@ -27,37 +24,10 @@ from lwr_dyn.krl.running.evaluate import (
     truth_of,
     value_of,
 )
-from lwr_dyn.krl.running.motions import Motions
 from lwr_dyn.krl.running.spline_block import OpenBlock, begin_block, collect, end_block
-from lwr_dyn.krl.running.values import StructValue, Variable, copied
+from lwr_dyn.krl.running.values import StructValue, Value, copied, value_text
+from lwr_dyn.krl.running.waiting import halt, wait
 from lwr_dyn.krl.running.with_settings import WithSettings
-
-
-@dataclass(slots=True, eq=False)
-class StackFrame:
-    """A call of a routine: the program of its module, its next line and its variables."""
-
-    program: Program
-    routine: Routine
-    at: int
-    variables: dict[str, Variable]
-    loops: dict[int, tuple[int, int]] = field(default_factory=dict)
-    """Line of a FOR -> its last value and step."""
-
-
-class ExecutionContext(Environment, Protocol):
-    """The parts of a running program that statements change."""
-
-    program: Program
-    controller: ControllerState
-    motions: Motions
-    log: DiagnosticLog
-
-    def routine(self, name: str) -> Routine | None:
-        """A routine that the module of the current routine sees."""
-
-    def enter(self, routine: Routine, x: e.FunctionCall | None) -> None:
-        """Begin a routine with the arguments of a call."""
 
 
 def execute(m: ExecutionContext, x: s.Statement, frame: StackFrame, at: int) -> None:
@@ -78,13 +48,26 @@ def assign(m: ExecutionContext, x: s.Assign) -> None:
         # components that an aggregate does not name keep their values
         value = StructValue(value.type, {**{k: copied(v) for k, v in before.parts.items()}, **value.parts})
     target.write(value)
-    root = root_name(x.target)
-    m.controller.note_written(root)
+    m.controller.note_written(root_name(x.target))
+    _note_output(m, x, value)
+
+
+def _note_output(m: ExecutionContext, x: s.Assign, value: Value) -> None:
+    """An output stops the advance run and is an event; timers count from here."""
+    root, clock = m.io_name(x.target), m.background.clock
     if root in ("$OUT", "$ANOUT"):
         m.motions.stop_advance()
+        clock.record(m.log.position, "output", f"{expression_text(x.target)} = {value_text(value)}")
+    elif root in ("$TIMER", "$TIMER_STOP") and isinstance(x.target, e.Index) and x.target.indices:
+        number = int(number_of(m, x.target.indices[0], root))
+        if root == "$TIMER" and isinstance(value, int | float):
+            clock.set_timer(number, float(value))
+        elif root == "$TIMER_STOP":
+            clock.stop_timer(number, value is True)
 
 
-def _invoke(m: ExecutionContext, x: s.Invoke) -> None:
+def invoke(m: ExecutionContext, x: s.Invoke) -> None:
+    """A subprogram call; raises `ExecutionError`."""
     name = x.call.name.upper()
     routine = called_routine(m, name)
     if routine is not None:
@@ -117,19 +100,11 @@ def _move(m: ExecutionContext, x: s.Move) -> None:
             collect(m.motions, m, x, m.log.position)
 
 
-def _wait(m: ExecutionContext, x: s.Wait) -> None:
-    if x.kind == "SEC":
-        m.motions.wait(number_of(m, x.value, "WAIT SEC"), m.log.position)
-    elif not truth_of(m, x.value, "WAIT FOR"):
-        message = "the condition is FALSE and nothing here can change it"
-        raise ExecutionError("waits-forever", message, "set its input: --set")
-    else:
-        m.motions.stop_advance()
-
-
 def _plain(m: ExecutionContext, x: s.Plain, frame: StackFrame, at: int) -> None:
     if x.keyword == "HALT":
-        m.motions.stop_advance()
+        halt(m)
+    elif x.keyword == "RESUME":
+        m.background.resume()
     elif x.keyword == "CONTINUE":
         m.motions.keep_advance()
     else:
@@ -210,14 +185,6 @@ def _goto(x: s.Jump, frame: StackFrame) -> None:
     frame.at = frame.routine.labels[x.label.upper()]
 
 
-def _trigger(m: ExecutionContext, x: s.Trigger) -> None:
-    """Execute the action of a trigger at once: its time on the path is not modelled."""
-    if isinstance(x.action, s.Assign):
-        advance = m.motions.advance
-        assign(m, x.action)
-        m.motions.advance = advance
-
-
 def _spline(m: ExecutionContext, x: s.SplineBlock, frame: StackFrame, at: int) -> None:
     settings = _with(m, x.settings)
     settings.__enter__()
@@ -235,15 +202,17 @@ def _end_spline(m: ExecutionContext, x: s.EndSpline) -> None:
 
 _FUNCTIONS: dict[type, Callable[[ExecutionContext, Any, StackFrame, int], None]] = {
     s.Assign: lambda m, x, frame, at: assign(m, x),
-    s.Invoke: lambda m, x, frame, at: _invoke(m, x),
+    s.Invoke: lambda m, x, frame, at: invoke(m, x),
     s.Move: lambda m, x, frame, at: _move(m, x),
-    s.Wait: lambda m, x, frame, at: _wait(m, x),
+    s.Wait: lambda m, x, frame, at: wait(m, x),
     s.Plain: _plain,
     s.Condition: _condition,
     s.CaseBranch: lambda m, x, frame, at: _block_keyword(m, "CASE", frame, at),
     s.For: _begin_for,
     s.Jump: lambda m, x, frame, at: _goto(x, frame),
-    s.Trigger: lambda m, x, frame, at: _trigger(m, x),
+    s.Trigger: lambda m, x, frame, at: m.background.trigger(x, m.log.position),
+    s.InterruptDeclaration: lambda m, x, frame, at: m.background.declare(x, frame, m.log.position),
+    s.InterruptSwitch: lambda m, x, frame, at: m.background.switch(x),
     s.SplineBlock: _spline,
     s.EndSpline: lambda m, x, frame, at: _end_spline(m, x),
 }

@@ -2,26 +2,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
-from lwr_dyn.krl.diagnostics import Diagnostic, DiagnosticLog, ExecutionError, RunEndedError, SourcePosition
+from lwr_dyn.krl.diagnostics import (
+    Diagnostic,
+    DiagnosticLog,
+    ExecutionError,
+    ResumedError,
+    RunEndedError,
+    SourcePosition,
+)
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language import statements as s
 from lwr_dyn.krl.language.blocks import Routine
-from lwr_dyn.krl.language.declarations import Def
+from lwr_dyn.krl.language.declarations import Signal
 from lwr_dyn.krl.names.types import UNKNOWN, Type
-from lwr_dyn.krl.project.program import Program, program_in
-from lwr_dyn.krl.project.symbols import DeclaredName, scope_of
+from lwr_dyn.krl.project.program import Program
+from lwr_dyn.krl.project.symbols import DeclaredName
+from lwr_dyn.krl.running.background import Background
 from lwr_dyn.krl.running.calls import called_routine, value_of_call
 from lwr_dyn.krl.running.cell import RobotCell
 from lwr_dyn.krl.running.cell_values import give_cell
+from lwr_dyn.krl.running.clock import ProgramClock
+from lwr_dyn.krl.running.context import StackFrame
 from lwr_dyn.krl.running.controller import ControllerState, MachineData
 from lwr_dyn.krl.running.evaluate import root_name, value_of
-from lwr_dyn.krl.running.execute import StackFrame, assign, execute
-from lwr_dyn.krl.running.initial import argument_variable, initialised
+from lwr_dyn.krl.running.execute import assign, execute, invoke
+from lwr_dyn.krl.running.module_data import ModuleData
 from lwr_dyn.krl.running.motions import Motions
+from lwr_dyn.krl.running.passes import LoopPasses, look_at_loop
+from lwr_dyn.krl.running.signal_names import signal_reference
 from lwr_dyn.krl.running.signals import element_value
-from lwr_dyn.krl.running.values import Value, Variable, converted
+from lwr_dyn.krl.running.triggers import Triggers
+from lwr_dyn.krl.running.values import Value, Variable, VariableReference, converted
 from lwr_dyn.model.arm import Arm
 
 DEEPEST = 40
@@ -39,11 +50,11 @@ class Interpreter:
         self.controller = ControllerState(arm, machine, cell or RobotCell())
         self.motions = Motions(self.controller, self.log.report)
         self.stack: list[StackFrame] = []
+        self.data = ModuleData(program.project, self.log, self.stack)
+        self.background = Background(self, ProgramClock(self.motions), Triggers(self.motions))
         self.steps = 0
-        self.data: dict[str, dict[str, Variable]] = {}
-        """The variables of each file, by its name: those of a `.dat` are made when one of them is first used."""
-        self._programs: dict[str, Program] = {}
-        self._declared: dict[int, Mapping[str, DeclaredName]] = {}
+        self.passes: LoopPasses | None = None
+        """Of an endless loop at which the run has ended."""
 
     # --- the methods of evaluate.Environment
     def variable(self, name: str) -> Variable:
@@ -53,7 +64,7 @@ class Interpreter:
             return self.stack[-1].variables[key]
         declared = self.here.names.variables.get(key)
         if declared is not None and self._is_data(key, declared):
-            return self._variables_of(declared.position.file)[key]
+            return self.data.variables_of(self, declared.position.file)[key]
         variable = self.controller.variable(key)
         if variable is None:
             raise ExecutionError("undeclared", f"{name} is not declared", "declare it in the .dat or with DECL")
@@ -64,11 +75,31 @@ class Interpreter:
         held = key.startswith("$") and self.controller.holds(key)
         return not held and declared.position.file in self.program.project.homes
 
+    def signal(self, name: str) -> Signal | None:
+        """What a name declared with SIGNAL stands for; the controller's own states are no signals here."""
+        key = name.upper()
+        if key.startswith("$"):
+            return None
+        local = self.data.declared.get(id(self.stack[-1].routine), {}).get(key) if self.stack else None
+        declared = local or self.here.names.variables.get(key)
+        return None if declared is None else declared.signal
+
+    def signal_reference(self, name: str) -> VariableReference | None:
+        """The inputs or outputs of a SIGNAL name; None for another name."""
+        signal = self.signal(name)
+        return None if signal is None else signal_reference(self, signal)
+
+    def io_name(self, x: e.Reference) -> str:
+        """The name with which a reference begins; of a SIGNAL the input or output it stands for."""
+        name = root_name(x)
+        signal = self.signal(name)
+        return root_name(signal.first) if signal is not None and not isinstance(signal.first, e.Bool) else name
+
     def element(self, name: str, index: tuple[int, ...]) -> Value | None:
         """An element of an input; reading one stops the advance run, so no motion is blended across it."""
         if not name.startswith("$"):
             return None
-        value = element_value(self.controller, name, index)
+        value = element_value(self.controller, self.background.clock, name, index)
         if value is not None and name.upper() in ("$IN", "$OUT", "$ANIN", "$ANOUT"):
             self.motions.stop_advance()
         return value
@@ -109,15 +140,7 @@ class Interpreter:
     def run(self) -> tuple[Diagnostic, ...]:
         """Execute the main routine to its end, or to the fault or bound that ends it."""
         try:
-            for file in self.program.module.files:
-                self._variables_of(file.file.name)
-            give_cell(self, self.controller)
-            if self.program.routines:
-                self.enter(self.program.routines[0], None)
-            while self.stack:
-                self._step(None)
-            if self.motions.timeline.duration > self.machine.seconds:
-                self._end_at_bound(f"{self.machine.seconds:g} s of simulated time")
+            self._run()
         except RunEndedError as end:
             if end.diagnostic is not None:
                 self.log.diagnostics.append(end.diagnostic)
@@ -125,6 +148,26 @@ class Interpreter:
             deep = ("recursion", "functions call one another without end", "use a loop")
             self.log.diagnostics.append(Diagnostic(self.log.position, "error", *deep))
         return tuple(self.log.diagnostics)
+
+    def _run(self) -> None:
+        for file in self.program.module.files:
+            self.data.variables_of(self, file.file.name)
+        give_cell(self, self.controller)
+        self.background.start()
+        if self.program.routines:
+            self.enter(self.program.routines[0], None)
+        while self.stack:
+            try:
+                self._step(None)
+            except ResumedError:
+                continue
+        self.background.end()
+        if self.motions.now > self.machine.seconds:
+            self._end_at_bound(f"{self.machine.seconds:g} s of simulated time")
+
+    def step(self) -> None:
+        """Execute the next statement."""
+        self._step(None)
 
     def _step(self, result: list[Value] | None) -> None:
         frame = self.stack[-1]
@@ -136,13 +179,17 @@ class Interpreter:
         statement = frame.routine.file.lines[at].statement
         if statement is None:
             return
-        self.log.position = frame.routine.file.position(at, getattr(statement, "column", 1))
+        position = self.log.position = frame.routine.file.position(at, getattr(statement, "column", 1))
         self._count_step()
+        before = len(self.motions.executed)
         try:
             if isinstance(statement, s.Return):
                 self._return(statement, result)
             else:
                 execute(self, statement, frame, at)
+            self.background.after_statement(statement, position, before)
+            if frame.at <= at and self.stack and self.stack[-1] is frame and not self.background.submitting:
+                look_at_loop(self, frame, at)
         except ExecutionError as fault:
             self.log.report_fault(fault)
             if isinstance(statement, s.Assign):
@@ -157,11 +204,26 @@ class Interpreter:
         if result is not None and value is not None:
             result.append(value)
 
+    def execute_beside(self, action: s.Assign | s.Invoke, position: SourcePosition) -> None:
+        """Execute an assignment or a whole subprogram now; without motion it does not stop the advance run."""
+        motions, before = self.motions, self.log.position
+        advance, count, depth = motions.advance, len(motions.executed), len(self.stack)
+        self.log.position = position
+        if isinstance(action, s.Assign):
+            assign(self, action)
+        else:
+            invoke(self, action)
+            while len(self.stack) > depth:
+                self._step(None)
+        self.log.position = before
+        if len(motions.executed) == count:
+            motions.advance = advance
+
     def _count_step(self) -> None:
         self.steps += 1
         bounds = (
             (self.steps > self.machine.steps, f"{self.machine.steps} statements"),
-            (self.motions.timeline.duration > self.machine.seconds, f"{self.machine.seconds:g} s of simulated time"),
+            (self.motions.now > self.machine.seconds, f"{self.machine.seconds:g} s of simulated time"),
             (self.motions.count >= self.machine.motions, f"{self.machine.motions} motions"),
         )
         for reached, what in bounds:
@@ -177,64 +239,9 @@ class Interpreter:
         if len(self.stack) >= DEEPEST:
             deep = f"{DEEPEST} calls inside one another, at {routine.head.name}"
             self.log.end_run("error", "recursion", deep, "use a loop")
-        variables: dict[str, Variable] = {}
-        home = self._program_of(routine.file.name)
-        declared = self._declared_in(routine, home)
-        arguments = () if x is None else x.arguments
-        for i, p in enumerate(routine.head.parameters):
-            key = p.name.upper()
-            kind = declared[key].type if key in declared else UNKNOWN
-            variables[key] = argument_variable(self, arguments[i] if i < len(arguments) else None, p, kind)
-        self.stack.append(StackFrame(home, routine, routine.first, variables))
-        for key, name in declared.items():
-            if key not in variables:
-                variables[key] = self._new_variable(name)
+        self.data.enter(self, routine, () if x is None else x.arguments)
 
     @property
     def here(self) -> Program:
         """The program of the module of the current routine."""
         return self.stack[-1].program if self.stack else self.program
-
-    def _program_of(self, file: str) -> Program:
-        """The program of the module of a file."""
-        if file not in self._programs:
-            project = self.program.project
-            self._programs[file] = program_in(project, project.homes[file])
-        return self._programs[file]
-
-    def _declared_in(self, routine: Routine, home: Program) -> Mapping[str, DeclaredName]:
-        key = id(routine)
-        if key not in self._declared:
-            self._declared[key] = scope_of(home, routine, []).own.variables
-        return self._declared[key]
-
-    def _new_variable(self, name: DeclaredName) -> Variable:
-        """The variable as declared; a fault in its declaration is reported, and it has no value."""
-        try:
-            return initialised(self, name)
-        except ExecutionError as fault:
-            self.log.position = name.position
-            self.log.report_fault(fault)
-            return Variable(name.type)
-
-    def _variables_of(self, file: str) -> dict[str, Variable]:
-        """The variables of a file, with their initial values."""
-        if file in self.data:
-            return self.data[file]
-        variables = self.data[file] = {}
-        read, position = self.program.project.file(file), self.log.position
-        # the statements of a .dat see the names of its module
-        frame = StackFrame(self._program_of(file), Routine(read.file, Def(""), 0), 0, variables)
-        self.stack.append(frame)
-        for key, name in read.names.variables.items():
-            variables[key] = self._new_variable(name)
-        for i, x in read.outline.data:
-            if isinstance(x, s.Assign):
-                self.log.position = read.file.position(i, x.column)
-                try:
-                    assign(self, x)
-                except ExecutionError as fault:
-                    self.log.report_fault(fault)
-        self.stack.pop()
-        self.log.position = position
-        return variables

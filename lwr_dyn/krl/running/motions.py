@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -65,6 +65,8 @@ class Motions:
     count: int = 0
     block: OpenBlock | None = None
     """A spline block that is not ended."""
+    idle: float = 0.0
+    """[s] Waited before the arm stood anywhere: no part of the timeline."""
     unmodelled: set[str] = field(default_factory=set)
 
     def __post_init__(self) -> None:
@@ -92,15 +94,26 @@ class Motions:
         """How the next motion may begin before the last one has ended."""
         return self.blend if self.advance and self.controller.advance > 0 else None
 
-    def wait(self, seconds: float, position: SourcePosition) -> None:
+    @property
+    def now(self) -> float:
+        """[s] From the start of the program to the end of the motions that are planned."""
+        return self.idle + self.timeline.duration
+
+    def wait(self, seconds: float, position: SourcePosition, kind: str = "WAIT") -> None:
         """Add a pause; raises `ExecutionError` for one that is too long."""
         self.stop_advance()
         if not seconds <= LONGEST_WAIT:
             raise ExecutionError("number-range", f"WAIT SEC {seconds:g}", f"at most {LONGEST_WAIT:g} s")
         q = self.controller.q
-        if seconds > 0.0 and q is not None:
+        if seconds > 0.0 and q is None:
+            self.idle += seconds
+        elif seconds > 0.0 and q is not None:
             item = self.timeline.add(Pause(q, seconds))
-            self.executed.append(ExecutedMotion(position, "WAIT", item.begin, item.end, q))
+            last = self.executed[-1] if self.executed else None
+            if last is not None and last.kind == kind and last.position == position and kind != "WAIT":
+                self.executed[-1] = replace(last, end=item.end)
+            else:
+                self.executed.append(ExecutedMotion(position, kind, item.begin, item.end, q))
 
     def stop_advance(self) -> None:
         """Let the motion end before the program goes on, unless CONTINUE stands before the statement."""

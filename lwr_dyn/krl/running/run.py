@@ -18,9 +18,11 @@ from lwr_dyn.krl.project.program import Program
 from lwr_dyn.krl.robot.kuka_pose import KukaPose, kuka_pose
 from lwr_dyn.krl.running.assumptions import Assumption
 from lwr_dyn.krl.running.cell import RobotCell
+from lwr_dyn.krl.running.clock import ProgramEvent
 from lwr_dyn.krl.running.controller import MachineData
 from lwr_dyn.krl.running.interpreter import Interpreter
 from lwr_dyn.krl.running.motions import ExecutedMotion
+from lwr_dyn.krl.running.passes import LoopPasses
 from lwr_dyn.krl.running.values import Value
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Event, Motion, Run
@@ -61,6 +63,10 @@ class ProgramRun:
     """Warnings and notes of the run; a bound that was reached; axes over their speed."""
     assumptions: tuple[Assumption, ...]
     """Values and rules that neither the program nor its files give."""
+    events: tuple[ProgramEvent, ...]
+    """Outputs, triggers, interrupts, answers of the cell, in order of time."""
+    passes: LoopPasses | None
+    """Of the endless loop at which the run has ended."""
     static_torque: Array | None
     """(k, n) [N m] The torque that holds the arm; None where masses are unknown."""
     torque: Array | None
@@ -185,6 +191,7 @@ def run_program(
     _refuse_errors(diagnostics)
     timeline, executed, end = interpreter.motions.timeline, interpreter.motions.executed, str(interpreter.log.position)
     if not timeline.items:
+        _refuse_errors([replace(d, severity="error") for d in diagnostics if d.code == "endless"])
         raise ProgramError(end, "no-motion", "the program moves nothing", "a program with a PTP, LIN or CIRC")
     try:
         motion = timeline.sample(_times(timeline, data.seconds))
@@ -195,6 +202,7 @@ def run_program(
         program=program.source.name, arm=arm, machine=data, timeline=timeline, motion=motion,
         executed=tuple(executed), diagnostics=(*diagnostics, *_overspeed(arm, motion, executed)),
         assumptions=interpreter.controller.assumptions.all(),
+        events=tuple(sorted(interpreter.background.clock.events, key=lambda x: x.time)), passes=interpreter.passes,
         static_torque=static, torque=torque,
     )  # fmt: skip
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from lwr_dyn.krl.diagnostics import ExecutionError
+from lwr_dyn.krl.running.clock import ProgramClock
 from lwr_dyn.krl.running.controller import INPUTS, ControllerState
 from lwr_dyn.krl.running.values import ArrayValue, Value, value_text
 
@@ -12,17 +13,21 @@ AT_START: dict[str, Value] = {
 """Arrays of the controller -> the value of each element at the start."""
 
 
-def element_value(c: ControllerState, name: str, index: tuple[int, ...]) -> Value | None:
+def element_value(c: ControllerState, clock: ProgramClock, name: str, index: tuple[int, ...]) -> Value | None:
     """An element of an input or output, a flag; None for an ordinary array; raises `ExecutionError`."""
     key = name.upper()
     text = f"{key}[{','.join(map(str, index))}]"
+    if key in ("$TIMER", "$TIMER_FLAG") and len(index) == 1:
+        return round(clock.timer(index[0])) if key == "$TIMER" else clock.timer(index[0]) > 0.0
     if text in c.inputs:
         c.assumptions.note(text, value_text(c.inputs[text]), "given")
         return c.inputs[text]
     if key == "$IN" and index in ((1025,), (1026,)):
         return index == (1025,)
     if key in INPUTS:
-        return _other_input(c, key, text)
+        given = c.variables[key].value if key in c.variables else None
+        value = given.items.get(index) if isinstance(given, ArrayValue) else None
+        return _other_input(c, key, text) if value is None else value
     if key not in AT_START:
         return None
     variable = c.variable(key)

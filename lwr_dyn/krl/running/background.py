@@ -1,0 +1,215 @@
+"""What goes on beside a running program: triggers, interrupts, the answers of the cell, submit programs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from lwr_dyn.errors import OptionError
+from lwr_dyn.krl.diagnostics import ExecutionError, ResumedError, SourcePosition
+from lwr_dyn.krl.language import expressions as e
+from lwr_dyn.krl.language import statements as s
+from lwr_dyn.krl.language.unparse import expression_text
+from lwr_dyn.krl.running.cell import Reply
+from lwr_dyn.krl.running.cell_values import give_value
+from lwr_dyn.krl.running.clock import TICK, ProgramClock
+from lwr_dyn.krl.running.context import ExecutionContext, StackFrame
+from lwr_dyn.krl.running.evaluate import number_of, truth_of
+from lwr_dyn.krl.running.submits import Submit, run_submit, submit_file
+from lwr_dyn.krl.running.triggers import PathTrigger, Triggers
+
+MOST_AT_ONCE = 100
+"""Interrupts and answers that may follow one another at one time."""
+
+LONGEST_TAIL = 10.0
+"""[s] After the end of a program, what still happens: delays of triggers, answers of the cell."""
+
+
+@dataclass(slots=True, eq=False)
+class Watch:
+    """A condition that is looked at; what follows when it becomes true."""
+
+    condition: e.Expression
+    follow: Callable[[], None]
+    last: bool = False
+    enabled: bool = True
+    frame: StackFrame | None = None
+    """The routine that has declared an interrupt: it holds there and in what that calls."""
+
+
+@dataclass(slots=True, eq=False)
+class Background:
+    """The clock of a program, and what depends on it."""
+
+    m: ExecutionContext
+    clock: ProgramClock
+    triggers: Triggers
+    interrupts: dict[int, Watch] = field(default_factory=dict)
+    replies: list[Watch] = field(default_factory=list)
+    priority: int = 1000
+    """Of the interrupt that is executed now; only a lower number may come between."""
+    returns_to: StackFrame | None = None
+    """The routine that has declared the interrupt that is executed now."""
+    submits: list[Submit] = field(default_factory=list)
+    submitting: bool = False
+    """Whether one of them is executed now."""
+
+    def start(self) -> None:
+        """The cell's answers are watched, and its submit programs run, from the start."""
+        project = self.m.program.project
+        self.submits = [Submit(submit_file(project, path)) for path in self.m.controller.cell.submits]
+        self.run_submits()
+        for i, reply in enumerate(self.m.controller.cell.replies):
+            if reply.when is None:
+                self.clock.add(reply.after, self._giving(i, reply))
+            else:
+                self.replies.append(Watch(reply.when, self._later(i, reply)))
+        for watch in self.replies:
+            watch.last = self._is_true(watch.condition)
+            if watch.last:
+                watch.follow()
+
+    def after_statement(self, x: s.Statement, position: SourcePosition, before: int) -> None:
+        """Look at what the statement has changed; `before` is the number of motions executed before it."""
+        if len(self.m.motions.executed) > before:
+            self.clock.at = None
+            self.run_submits()
+        if isinstance(x, s.Move) and self.triggers.waiting:
+            self.triggers.bind(position, before)
+        if self.triggers.bound:
+            self._fire_triggers(final=False)
+        self.settle()
+
+    def next_time(self) -> float | None:
+        """[s] At which something beside the program happens next; None where nothing ever does."""
+        times = [self.clock.next_time()] if self.clock.next_time() is not None else []
+        if any(x.stack for x in self.submits):
+            times.append(self.clock.now + TICK)
+        return min((t for t in times if t is not None), default=None)
+
+    def run_submits(self) -> None:
+        """One pass of each submit program."""
+        if not self.submitting:
+            self.submitting = True
+            for x in self.submits:
+                run_submit(self.m, x)
+            self.submitting = False
+
+    def submit_frames(self) -> list[StackFrame]:
+        """The calls of all submit programs."""
+        return [frame for x in self.submits for frame in x.stack]
+
+    def end(self) -> None:
+        """The program has ended: what was planned for later still happens."""
+        self._fire_triggers(final=True)
+        while (time := self.clock.pending[0][0] if self.clock.pending else None) is not None:
+            if time > self.m.motions.now + LONGEST_TAIL:
+                return
+            self.clock.run_due(self._look, time)
+
+    def settle(self) -> None:
+        """Let all happen that is due, and all that follows from it."""
+        if not (self.clock.pending or self.replies or self.interrupts):
+            return
+        for _ in range(MOST_AT_ONCE):
+            happened = self.clock.run_due(self._look)
+            if not self._look() and not happened:
+                return
+        raise ExecutionError("endless", "interrupts or answers of the cell follow one another without end", "")
+
+    def _look(self) -> bool:
+        """Look at the conditions; whether one has become true."""
+        followed = False
+        live = [w for p, w in sorted(self.interrupts.items()) if p < self.priority and w.enabled]
+        for watch in (*self.replies, *live):
+            if watch.frame is not None and watch.frame not in self.m.stack:
+                watch.enabled = False
+                continue
+            now = self._is_true(watch.condition)
+            rises, watch.last = now and not watch.last, now
+            if rises:
+                followed = True
+                watch.follow()
+        return followed
+
+    def _is_true(self, condition: e.Expression) -> bool:
+        """Whether it is true now; looking does not stop the advance run. FALSE where a value is missing."""
+        motions = self.m.motions
+        advance = motions.advance
+        try:
+            return truth_of(self.m, condition, "a condition")
+        except ExecutionError:
+            return False
+        finally:
+            motions.advance = advance
+
+    # --- the answers of the cell
+    def _giving(self, i: int, reply: Reply) -> Callable[[], None]:
+        def give() -> None:
+            for name, value in reply.values.items():
+                try:
+                    text = give_value(self.m, self.m.controller, name, value)
+                except ExecutionError as fault:
+                    raise OptionError(
+                        f"reply[{i}].set.{name}", str(fault), "a variable and a value of its type"
+                    ) from None
+                self.clock.record(self.m.log.position, "reply", text)
+
+        return give
+
+    def _later(self, i: int, reply: Reply) -> Callable[[], None]:
+        give = self._giving(i, reply)
+        return lambda: self.clock.add(self.clock.now + reply.after, give)
+
+    # --- interrupts
+    def declare(self, x: s.InterruptDeclaration, frame: StackFrame, position: SourcePosition) -> None:
+        """INTERRUPT DECL: it is off until it is switched on; raises `ExecutionError`."""
+        priority = int(number_of(self.m, x.priority, "the priority of INTERRUPT"))
+        old = self.interrupts.get(priority)
+        enabled = old is not None and old.enabled
+
+        def follow() -> None:
+            self.clock.record(position, "interrupt", f"interrupt {priority}: {expression_text(x.condition)}")
+            before = self.priority, self.returns_to
+            self.priority, self.returns_to = priority, frame
+            try:
+                self.m.execute_beside(x.action, position)
+            finally:
+                self.priority, self.returns_to = before
+
+        self.interrupts[priority] = Watch(x.condition, follow, enabled=enabled, frame=frame)
+
+    def switch(self, x: s.InterruptSwitch) -> None:
+        """INTERRUPT ON, OFF, ENABLE or DISABLE: one priority, or all."""
+        on = x.mode in ("ON", "ENABLE")
+        only = None if x.priority is None else int(number_of(self.m, x.priority, "the priority of INTERRUPT"))
+        for priority, watch in self.interrupts.items():
+            if only in (None, priority):
+                watch.enabled = on
+                # only an edge after this counts
+                watch.last = on and self._is_true(watch.condition)
+
+    def resume(self) -> None:
+        """RESUME: back to the routine that has declared the interrupt; raises `ResumedError`, `ExecutionError`."""
+        stack = self.m.stack
+        if self.returns_to is None or self.returns_to not in stack:
+            raise ExecutionError("resume", "RESUME outside an interrupt", "in a subprogram that INTERRUPT DECL calls")
+        del stack[stack.index(self.returns_to) + 1 :]
+        self.m.motions.stop_advance()
+        raise ResumedError
+
+    # --- triggers
+    def trigger(self, x: s.Trigger, position: SourcePosition) -> None:
+        """TRIGGER: its action waits for the next motion; raises `ExecutionError`."""
+        value = number_of(self.m, x.value, x.place)
+        delay = number_of(self.m, x.delay, "DELAY") / 1e3
+
+        def act() -> None:
+            self.clock.record(position, "trigger", f"TRIGGER {x.place} = {value:g}, {1e3 * delay:g} ms")
+            self.m.execute_beside(x.action, position)
+
+        self.triggers.add(PathTrigger(x, value, delay, self.m.controller.tool, act))
+
+    def _fire_triggers(self, final: bool) -> None:
+        for time, trigger in self.triggers.take_timed(final):
+            self.clock.add(max(time, 0.0) + self.m.motions.idle, trigger.action)

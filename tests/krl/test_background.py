@@ -1,0 +1,156 @@
+"""What goes on beside a program: waits and answers, triggers at their time, interrupts, timers, signals, submits."""
+
+import pytest
+
+import lwr_dyn
+from lwr_dyn.krl.project.module import module_file
+from lwr_dyn.krl.project.program import parse_program, program_of
+from lwr_dyn.krl.running.cell_file import cell_of
+from lwr_dyn.krl.running.run import ProgramError, run_program
+from lwr_dyn.papers.fields import parse_toml
+from tests.krl.short_programs import HOME, values_of
+
+LIN = "LIN_REL {Y 400}"
+"""0.2 m/s and 2.3 m/s^2: 2 s and a ramp of 0.2/2.3 s."""
+RAMP = 0.2 / 2.3
+
+
+@pytest.fixture(scope="module")
+def arm():
+    return lwr_dyn.load("kr30ha")
+
+
+def cell(text):
+    return cell_of(parse_toml(text, "cell.toml"), "cell.toml")
+
+
+def run_of(arm, *lines, cell_text="", data=None):
+    text = "\n".join(["DEF a( )", "BAS(#VEL_PTP, 100)", "$VEL.CP = 0.2", HOME, *lines, "END", ""])
+    extra = "DEF f( )\n$OUT[9] = TRUE\nEND\nDEF g( )\n$OUT[9] = TRUE\nRESUME\nEND\n"
+    return run_program(parse_program(text + extra, data, name="a"), arm, cell=cell(cell_text))
+
+
+def events(run):
+    return [(x.kind, round(x.time, 6), x.text) for x in run.events]
+
+
+def test_an_output_is_an_event_at_the_end_of_the_motion_before(arm):
+    run = run_of(arm, LIN, "$OUT[3] = TRUE", "WAIT SEC 1")
+    assert events(run) == [("output", round(2 + RAMP, 6), "$OUT[3] = TRUE")]
+
+
+def test_an_answer_of_the_cell_ends_a_wait(arm):
+    text = '[[reply]]\nwhen = "$OUT[5]"\nafter_s = 0.4\nset = { "$IN[7]" = true }\n[inputs]\n7 = false'
+    run = run_of(arm, LIN, "$OUT[5] = TRUE", "WAIT FOR $IN[7]", LIN.replace("400", "-400"), cell_text=text)
+    kinds = [(x.kind, x.end - x.begin) for x in run.executed[2:]]
+    assert kinds == [("WAIT FOR", pytest.approx(0.4)), ("LIN_REL", pytest.approx(2 + RAMP))]
+    assert ("reply", round(2.4 + RAMP, 6), "$IN[7] = TRUE") in events(run)
+
+
+def test_a_wait_that_nothing_ends_stops_the_run_or_counts_as_met(arm):
+    with pytest.raises(ProgramError, match="nothing here can change it"):
+        run_of(arm, LIN, "WAIT FOR $IN[7]", cell_text="inputs.7 = false")
+    run = run_of(arm, LIN, "WAIT FOR $IN[7]", cell_text="unmet_wait_s = 1.5\ninputs.7 = false")
+    assert run.cycle_time == pytest.approx(3.5 + RAMP)
+    assert [x.name for x in run.assumptions if "WAIT" in x.name] == ["WAIT FOR $IN[7]"]
+
+
+@pytest.mark.parametrize(
+    ("place", "time"),
+    [
+        ("DISTANCE = 0 DELAY = 20", 0.02),
+        ("DISTANCE = 1 DELAY = -50", 2 + RAMP - 0.05),
+        ("PATH = -100 DELAY = 0", 2 + RAMP - 0.5 - RAMP / 2),
+        ("PATH = 100 ONSTART DELAY = 0", 0.5 + RAMP / 2),
+    ],
+)
+def test_a_trigger_acts_at_its_place(arm, place, time):
+    run = run_of(arm, f"TRIGGER WHEN {place} DO $OUT[4]=TRUE", LIN, "WAIT SEC 1")
+    (trigger,) = [x for x in run.events if x.kind == "trigger"]
+    (output,) = [x for x in run.events if x.kind == "output"]
+    assert trigger.time == output.time == pytest.approx(time, abs=2e-4)
+
+
+def test_a_trigger_does_not_stop_the_advance_run(arm):
+    lines = ["$APO.CDIS = 50", "LIN_REL {Y 200} C_DIS", "LIN_REL {Z 200}"]
+    plain = run_of(arm, *lines)
+    run = run_of(arm, lines[0], "TRIGGER WHEN DISTANCE = 1 DELAY = 0 DO $OUT[4]=TRUE", *lines[1:])
+    assert run.cycle_time == pytest.approx(plain.cycle_time)
+    # the end of a blended motion is the middle of its blend
+    middle = plain.executed[1].end - 0.5 * plain.executed[2].overlap
+    assert run.events[0].time == pytest.approx(middle, abs=1e-6)
+
+
+def test_an_interrupt_comes_at_its_edge_once(arm):
+    text = '[[reply]]\nafter_s = 1.0\nset = { "$IN[7]" = true }\n[inputs]\n7 = false'
+    lines = ["INTERRUPT DECL 5 WHEN $IN[7] DO f( )", "INTERRUPT ON 5", LIN, LIN.replace("400", "-400")]
+    run = run_of(arm, *lines, cell_text=text)
+    found = [x for x in events(run) if x[0] in ("interrupt", "output")]
+    assert found == [("interrupt", 1.0, "interrupt 5: $IN[7]"), ("output", 1.0, "$OUT[9] = TRUE")]
+    off = run_of(arm, *lines[:2], "INTERRUPT OFF 5", *lines[2:], cell_text=text)
+    assert not [x for x in events(off) if x[0] == "interrupt"]
+
+
+def test_resume_goes_back_to_the_routine_that_declared_the_interrupt(arm):
+    source = """DEF a( )
+INTERRUPT DECL 5 WHEN $FLAG[1] DO g( )
+INTERRUPT ON 5
+b( )
+N = N + 100
+END
+DEF b( )
+$FLAG[1] = TRUE
+N = N + 10
+END
+DEF g( )
+N = N + 1
+RESUME
+END
+"""
+    from lwr_dyn.krl.running.controller import MachineData
+    from lwr_dyn.krl.running.interpreter import Interpreter
+
+    program = parse_program(source, "DEFDAT a\nDECL INT N=0\nENDDAT\n", name="a")
+    interpreter = Interpreter(program, arm, MachineData())
+    assert [d for d in interpreter.run() if d.severity == "error"] == []
+    assert interpreter.data.files["a.dat"]["N"].value == 101
+
+
+def test_timers_count_the_time_of_the_model(arm):
+    data = "DEFDAT a\nDECL INT N=0\nENDDAT\n"
+    run = run_of(arm, "$TIMER[1] = 0", "$TIMER_STOP[1] = FALSE", LIN, "N = $TIMER[1]", "WAIT SEC N / 1000.0", data=data)
+    assert run.cycle_time == pytest.approx(2 * (2 + RAMP), abs=1e-3)
+
+
+def test_signals_are_inputs_and_outputs(arm):
+    data = [
+        "SIGNAL GRIP $OUT[3]",
+        "SIGNAL READY $IN[8]",
+        "SIGNAL CODE $OUT[11] TO $OUT[14]",
+        "DECL BOOL A,B",
+        "DECL INT N",
+    ]
+    lines = ["GRIP = TRUE", "A = $OUT[3]", "B = READY", "CODE = 5", "N = CODE"]
+    values, _ = values_of(
+        arm, [*lines, "A = A AND $OUT[11] AND NOT $OUT[12] AND $OUT[13]"], data, cell("inputs.8 = true")
+    )
+    assert (values["A"], values["B"], values["N"]) == (True, True, 5)
+
+
+def test_a_submit_program_answers_an_output(arm):
+    source = module_file(*_parsed("a.src", f"DEF a( )\n{HOME}\n$OUT[1] = TRUE\nWAIT FOR $FLAG[2]\nPTP {{A1 5}}\nEND\n"))
+    submit = module_file(
+        *_parsed("sps.sub", "DEF sps( )\nLOOP\nIF $OUT[1] THEN\n$FLAG[2] = TRUE\nENDIF\nENDLOOP\nEND\n")
+    )
+    program = program_of(source.file, None, [submit.file])
+    run = run_program(program, arm, cell=cell('submits = ["sps.sub"]'))
+    assert [x.kind for x in run.executed][-1] == "PTP"
+    assert run.executed[-1].begin < 0.05
+    with pytest.raises(ProgramError, match="nothing here can change it"):
+        run_program(program, arm)
+
+
+def _parsed(name, text):
+    from lwr_dyn.krl.language.source import parse_bytes
+
+    return parse_bytes(text.encode(), name)

@@ -1,0 +1,118 @@
+"""Endless loops: one pass is found where the state comes back; a loop that only watches is named."""
+
+import json
+
+import pytest
+
+import lwr_dyn
+from lwr_dyn.krl.project.program import parse_program
+from lwr_dyn.krl.running.controller import MachineData
+from lwr_dyn.krl.running.run import ProgramError, check_program, run_program
+from tests.krl.short_programs import HOME
+
+PASS = ["LIN_REL {Y 400}", "LIN_REL {Y -400}"]
+SECONDS = 2 * (2 + 0.2 / 2.3)
+
+
+@pytest.fixture(scope="module")
+def arm():
+    return lwr_dyn.load("kr30ha")
+
+
+def program(*lines, data=("DECL INT N=0",)):
+    source = "\n".join(["DEF a( )", "BAS(#VEL_PTP, 100)", "$VEL.CP = 0.2", HOME, *lines, "END", ""])
+    return parse_program(source, "\n".join(["DEFDAT a", *data, "ENDDAT", ""]), name="a")
+
+
+@pytest.mark.parametrize(
+    "loop",
+    [
+        ["LOOP", *PASS, "ENDLOOP"],
+        ["WHILE TRUE", *PASS, "ENDWHILE"],
+        ["REPEAT", *PASS, "UNTIL FALSE"],
+        ["X:", *PASS, "GOTO X"],
+    ],
+)
+def test_one_pass_is_found_and_the_run_ends(arm, loop):
+    run = run_program(program("PTP_REL {A1 10}", *loop), arm)
+    assert run.passes.period == 1
+    assert run.passes.cycle_time == pytest.approx(SECONDS)
+    assert [d.code for d in run.diagnostics] == ["endless"]
+    assert len(run.executed) < 10
+
+
+def test_passes_that_take_turns_are_found(arm):
+    loop = ["LOOP", "N = 1 - N", "IF N == 1 THEN", *PASS, "ENDIF", "WAIT SEC 1", "ENDLOOP"]
+    run = run_program(program(*loop), arm)
+    assert run.passes.period == 2
+    assert run.passes.cycle_time == pytest.approx(SECONDS / 2 + 1)
+
+
+def test_a_counter_does_not_hide_that_passes_are_alike(arm):
+    run = run_program(program("LOOP", "N = N + 1", *PASS, "ENDLOOP"), arm)
+    assert (run.passes.period, len(run.passes.seconds)) == (0, 3)
+    assert run.passes.cycle_time == pytest.approx(SECONDS)
+
+
+def test_a_loop_with_a_way_out_runs_to_its_end(arm):
+    run = run_program(program("LOOP", "N = N + 1", *PASS, "IF N == 6 THEN", "EXIT", "ENDIF", "ENDLOOP"), arm)
+    assert run.passes is None
+    assert run.cycle_time == pytest.approx(6 * SECONDS)
+
+
+def test_passes_that_differ_are_counted_up_to_the_bound(arm):
+    run = run_program(program("LOOP", "N = N + 1", "WAIT SEC N", "ENDLOOP"), arm, MachineData(passes=12))
+    assert len(run.passes.seconds) == 12
+    assert "from 2.000 to 13.000 s" in str(run.passes)
+
+
+def test_a_loop_that_only_watches_is_named_and_ends_the_run(arm):
+    loop = ["LOOP", "IF $FLAG[3] THEN", *PASS, "ENDIF", "ENDLOOP"]
+    run = run_program(program("PTP_REL {A1 10}", *loop), arm)
+    assert [(d.severity, d.code) for d in run.diagnostics] == [("warning", "endless")]
+    empty = parse_program("DEF a( )\nLOOP\nENDLOOP\nEND\n", name="a")
+    with pytest.raises(ProgramError, match="goes round without motion") as fault:
+        run_program(empty, arm)
+    assert fault.value.code == "endless"
+    assert [d.code for d in check_program(empty, arm)] == ["endless"]
+
+
+def test_a_loop_that_watches_a_timer_ends_with_it(arm):
+    lines = ["$TIMER[1] = 0", "$TIMER_STOP[1] = FALSE", "REPEAT", "N = 1", "UNTIL $TIMER[1] > 500", "PTP_REL {A1 10}"]
+    run = run_program(program(*lines), arm)
+    assert run.passes is None
+    assert run.executed[-2].kind == "watching loop"
+    assert run.executed[-1].begin == pytest.approx(0.5, abs=0.03)
+
+
+def test_a_wait_before_the_arm_stands_anywhere_counts(arm):
+    endless = parse_program("DEF a( )\nREPEAT\nWAIT SEC 1\n$FILTER = $FILTER + 1\nUNTIL FALSE\nEND\n", name="a")
+    notes = check_program(endless, arm, MachineData(seconds=20.0))
+    assert [d.message for d in notes] == ["stopped here after 20 s of simulated time"]
+
+
+def test_a_long_computation_is_not_taken_for_an_endless_loop(arm):
+    lines = [
+        "FOR N = 1 TO 3000",
+        "$FILTER = N / 2",
+        "ENDFOR",
+        "WHILE N > 5",
+        "N = N - 5",
+        "ENDWHILE",
+        "PTP_REL {A1 10}",
+    ]
+    assert run_program(program(*lines), arm).executed[-1].kind == "PTP_REL"
+
+
+def test_the_command_prints_the_pass(lwr_dyn_command, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "a.src").write_text(
+        "\n".join(["DEF a( )", HOME, "LOOP", *PASS, "$OUT[1] = TRUE", "ENDLOOP", "END", ""])
+    )
+    code, out, _ = lwr_dyn_command("krl", "run", "a.src", "--json")
+    record = json.loads(out)
+    assert code == 0
+    assert record["passes"]["period"] == 1
+    assert record["events"][0]["text"] == "$OUT[1] = TRUE"
+    code, out, _ = lwr_dyn_command("krl", "run", "a.src")
+    assert "s a pass, for ever" in out
