@@ -20,8 +20,9 @@ from lwr_dyn.krl.motion.timeline import Pause, Timeline
 from lwr_dyn.krl.robot.kuka_pose import status
 from lwr_dyn.krl.running.controller import ControllerState
 from lwr_dyn.krl.running.evaluate import Environment, number_of, value_of
+from lwr_dyn.krl.running.relative import absolute_point
 from lwr_dyn.krl.running.targets import RobotState, axes_of_point, point_in_world
-from lwr_dyn.krl.running.values import EnumValue, StructValue, Value, axes_value, is_axes, pose_matrix, pose_value
+from lwr_dyn.krl.running.values import EnumValue, StructValue, Value, axes_value, is_axes, pose_value
 
 if TYPE_CHECKING:
     from lwr_dyn.krl.running.spline_block import OpenBlock
@@ -133,24 +134,9 @@ class Motions:
     def point(self, env: Environment, target: e.Expression, x: s.Move) -> Value:
         """The point of a motion; that of a relative one made absolute."""
         value = value_of(env, target)
-        return self._absolute(value, x) if x.kind.endswith("_REL") else value
-
-    def _absolute(self, value: Value, x: s.Move) -> Value:
-        """The absolute point of a relative one: axes and components are added, in #TOOL poses are multiplied."""
-        now = self._now(axes=isinstance(value, StructValue) and is_axes(value))
-        if not isinstance(value, StructValue):
-            raise ExecutionError("type", "a relative motion to what is no structure", "{X 10} or {A1 10}")
-        if not is_axes(value) and x.frame is not None and x.frame.upper() == "TOOL":
-            step = StructValue("FRAME", {**dict.fromkeys("XYZABC", 0.0), **value.parts})
-            return pose_value(pose_matrix(now, "where the arm stands") @ pose_matrix(step, "the step"), "FRAME")
-        parts = dict(now.parts)
-        for name, change in value.parts.items():
-            before = parts.get(name, 0.0)
-            if isinstance(before, int | float) and isinstance(change, int | float):
-                parts[name] = before + change
-        if not is_axes(value):
-            parts = {name: parts[name] for name in "XYZABC"}
-        return StructValue(now.type if is_axes(value) else "FRAME", parts)
+        if not x.kind.endswith("_REL"):
+            return value
+        return absolute_point(value, self._now(axes=isinstance(value, StructValue) and is_axes(value)), x.frame)
 
     def _now(self, axes: bool) -> StructValue:
         now = self._position("$AXIS_ACT" if axes else "$POS_ACT")

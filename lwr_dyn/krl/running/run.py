@@ -23,15 +23,12 @@ from lwr_dyn.krl.running.controller import MachineData
 from lwr_dyn.krl.running.interpreter import Interpreter
 from lwr_dyn.krl.running.motions import ExecutedMotion
 from lwr_dyn.krl.running.passes import LoopPasses
+from lwr_dyn.krl.running.sampling import overspeed, sample_times
 from lwr_dyn.krl.running.values import Value
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Event, Motion, Run
 from lwr_dyn.simulation.setup import arm_record
 
-INTERPOLATION = 0.012
-"""[s] KUKA's interpolation cycle: the sampling period of a run."""
-OVER = 1e-6
-"""Relative excess of an axis speed that is rounding."""
 CHECKED_MOTIONS = 1000
 """Motions of a program that a check plans at most; a run plans all."""
 UNREADABLE = frozenset({
@@ -194,13 +191,13 @@ def run_program(
         _refuse_errors([replace(d, severity="error") for d in diagnostics if d.code == "endless"])
         raise ProgramError(end, "no-motion", "the program moves nothing", "a program with a PTP, LIN or CIRC")
     try:
-        motion = timeline.sample(_times(timeline, data.seconds))
+        motion = timeline.sample(sample_times(timeline, data.seconds))
     except ExecutionError as fault:
         raise ProgramError(end, fault.code, fault.message, fault.hint) from None
     static, torque = _torques(arm, motion)
     return ProgramRun(
         program=program.source.name, arm=arm, machine=data, timeline=timeline, motion=motion,
-        executed=tuple(executed), diagnostics=(*diagnostics, *_overspeed(arm, motion, executed)),
+        executed=tuple(executed), diagnostics=(*diagnostics, *overspeed(arm, motion, executed)),
         assumptions=interpreter.controller.assumptions.all(),
         events=tuple(sorted(interpreter.background.clock.events, key=lambda x: x.time)), passes=interpreter.passes,
         static_torque=static, torque=torque,
@@ -225,28 +222,3 @@ def _refuse_errors(diagnostics: Sequence[Diagnostic]) -> None:
     error = next((d for d in diagnostics if d.severity == "error"), None)
     if error is not None:
         raise ProgramError(str(error.position), error.code, error.message, error.hint)
-
-
-def _times(timeline: Timeline, longest: float) -> Array:
-    """The interpolation cycle, and each time at which a motion begins or ends, up to `longest` [s]."""
-    end = min(timeline.duration, longest)
-    cycle = np.minimum(np.arange(int(np.ceil(end / INTERPOLATION)) + 1) * INTERPOLATION, end)
-    marks = [x for item in timeline.items for x in (item.begin, item.end) if x <= end]
-    times = np.unique(np.concatenate([cycle, marks]))
-    # times that are equal up to rounding count once
-    return np.asarray(times[np.concatenate([[True], np.diff(times) > 1e-9])])
-
-
-def _overspeed(arm: Arm, motion: Motion, executed: Sequence[ExecutedMotion]) -> list[Diagnostic]:
-    """An error for each motion in which an axis is over its rated speed."""
-    diagnostics = []
-    use = np.abs(motion.dq) / arm.velocity
-    for x in executed:
-        part = use[(motion.t >= x.begin) & (motion.t <= x.end)]
-        if not part.size:
-            continue
-        k, i = np.unravel_index(int(np.argmax(part)), part.shape)
-        if part[k, i] > 1.0 + OVER:
-            message = f"{arm.joint_names[int(i)]} turns at {100 * part[k, i]:.4g} % of its speed"
-            diagnostics.append(Diagnostic(x.position, "error", "axis-speed", message, "a lower velocity, or no blend"))
-    return diagnostics
