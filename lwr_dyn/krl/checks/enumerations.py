@@ -7,8 +7,8 @@ from lwr_dyn.krl.names.types import SIMPLE, Type
 from lwr_dyn.krl.project.symbols import Scope
 from lwr_dyn.krl.project.unknown_names import near_name
 
-LIKE = 0.85
-"""Similarity (of `difflib`) from which a constant is taken for a misspelt one though its enumeration is not known."""
+LIKE = 0.8
+"""Similarity (of `difflib`) from which a name is taken for a misspelt one though not all of its kind are known."""
 
 
 def check_constant(scope: Scope, x: e.EnumLiteral, target: Type) -> None:
