@@ -7,13 +7,14 @@ means the same, so the layout stays and an edit changes its own lines only.
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 
 from lwr_dyn.errors import OptionError
 from lwr_dyn.files import read_bytes, write_file
 from lwr_dyn.krl.diagnostics import Diagnostic, SourcePosition
 from lwr_dyn.krl.language.lexer import LineError
-from lwr_dyn.krl.language.line_parser import parse_line
+from lwr_dyn.krl.language.line_parser import LINES, LONGEST_KEPT, parse_line
 from lwr_dyn.krl.language.statements import Statement
 from lwr_dyn.krl.language.unparse import statement_text
 
@@ -98,14 +99,23 @@ def parse_text(text: str, name: str = "program.src") -> tuple[SourceFile, tuple[
     """
     lines, diagnostics = [], []
     for i, (raw, end) in enumerate(_split(text)):
-        try:
-            statement, comment = parse_line(raw)
-            lines.append(SourceLine(statement, comment, raw, end))
-        except LineError as fault:
-            lines.append(SourceLine(None, None, raw, end, readable=False))
+        line, fault = _kept_line(raw, end) if len(raw) <= LONGEST_KEPT else _line(raw, end)
+        lines.append(line)
+        if fault is not None:
             position = SourcePosition(name, i + 1, fault.column)
             diagnostics.append(Diagnostic(position, "error", fault.code, fault.message, fault.hint))
     return SourceFile(name, tuple(lines)), tuple(diagnostics)
+
+
+def _line(raw: str, end: str) -> tuple[SourceLine, LineError | None]:
+    try:
+        statement, comment = parse_line(raw)
+        return SourceLine(statement, comment, raw, end), None
+    except LineError as fault:
+        return SourceLine(None, None, raw, end, readable=False), fault.with_traceback(None)
+
+
+_kept_line = lru_cache(maxsize=LINES)(_line)
 
 
 def parse_bytes(data: bytes, name: str = "program.src") -> tuple[SourceFile, tuple[Diagnostic, ...]]:
