@@ -98,19 +98,21 @@ def test_a_text_may_be_anything_while_it_is_written(client, backup):
     assert client.diagnostics(main)[1] == []
 
 
-@pytest.mark.parametrize(("encoding", "size"), [("utf-8", 4), ("utf-16", 2), ("utf-32", 1)])
-def test_places_count_as_the_editor_counts_and_a_form_feed_ends_no_line(tmp_path, encoding, size):
-    path = tmp_path / "a.src"
-    with LanguageClient(None, [encoding]) as client:
-        assert client.capabilities["positionEncoding"] == encoding
+def test_places_count_as_the_editor_counts_and_a_form_feed_ends_no_line(tmp_path):
+    names, path = tmp_path / "own.toml", tmp_path / "a.src"
+    names.write_text('[[group]]\ntitle = "glue"\npackage = "Own"\nfunctions = ["GLUE_ON(INT gun)"]\n')
+    with LanguageClient(None, ["utf-8"], ["--names", str(names)]) as client:
+        assert client.capabilities["positionEncoding"] == "utf-8"
         assert client.capabilities["textDocumentSync"]["change"] == 1  # whole texts, see `language_server`
-        client.open(path, 'DEF a( )\nDECL CHAR t[9]\n;\x0c\nt[] = "\U0001f916" + nix\nEND\n')
-        found = [d for d in client.diagnostics(path)[1] if d["code"] == "undeclared"]
-        first = 7 + size + 1 + 3
-        assert [d["range"] for d in found] == [
-            {"start": {"line": 3, "character": first}, "end": {"line": 3, "character": first + 3}}
-        ]
-        assert "nix" not in str(client.ask("hover", path, 3, 1))
+        client.open(path, 'DEF a( )\nDECL CHAR t[9]\n;\x0c\nt[] = "\U0001f916" + nix\nGLUE_ON(3)\nGLUE_OFF(3)\nEND\n')
+        found = {d["code"]: d["range"] for d in client.diagnostics(path)[1]}
+        first = 7 + 4 + 1 + 3
+        assert found["undeclared"] == {
+            "start": {"line": 3, "character": first},
+            "end": {"line": 3, "character": first + 3},
+        }
+        assert found["unknown-call"]["start"]["line"] == 5
+        assert "Own: glue" in client.ask("hover", path, 4, 2)["contents"]["value"]
 
 
 def test_files_that_change_on_disk_are_read_again(tmp_path):
@@ -132,15 +134,3 @@ def test_it_ends_when_the_editor_goes_away(tmp_path):
     client.process.stdin.close()
     assert client.process.wait(timeout=20) == 0
     client.process.stdout.close()
-
-
-def test_names_of_the_users_own_options_are_known(tmp_path):
-    names, path = tmp_path / "own.toml", tmp_path / "a.src"
-    names.write_text('[[group]]\ntitle = "glue"\npackage = "Own"\nfunctions = ["GLUE_ON(INT gun)"]\n')
-    text = "DEF a( )\nGLUE_ON(3)\nGLUE_OFF(3)\nEND\n"
-    with LanguageClient(tmp_path, options=["--names", str(names)]) as client:
-        client.open(path, text)
-        assert [d["message"].split(" (")[0] for d in client.diagnostics(path)[1]] == [
-            "the subprogram GLUE_OFF is not known"
-        ]
-        assert "Own: glue" in client.ask("hover", path, 1, 2)["contents"]["value"]
