@@ -11,17 +11,15 @@ Lengths are in mm, angles in deg. The speed of an axis is `$VEL_AXIS_MA` [rev/mi
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from lwr_dyn.errors import PaperError
 from lwr_dyn.files import ends_in, read_bytes, read_text
-from lwr_dyn.krl.language import expressions as e
-from lwr_dyn.krl.language.declarations import Declaration
+from lwr_dyn.krl.language.plain_values import given_values
 from lwr_dyn.krl.language.source import parse_bytes
-from lwr_dyn.krl.language.statements import Assign
 from lwr_dyn.papers.fields import Fields, parse_toml
 
 NEEDED = "a $machine.dat, or a TOML file with its words"
@@ -78,41 +76,14 @@ def _of_data(content: bytes, name: str) -> tuple[Values, dict[str, int]]:
     lines: dict[str, int] = {}
     file, _ = parse_bytes(content, name)
     for i, line in enumerate(file.lines):
-        for key, index, value in _given(line.statement):
+        for variable, index, value in given_values(line.statement):
+            key = variable.lstrip("$")
             lines[key] = i + 1
             if index is None:
                 values[key] = value
             elif isinstance(values.setdefault(key, {}), dict):
                 values[key][index] = value
     return values, lines
-
-
-def _given(x: object) -> Iterator[tuple[str, int | None, Any]]:
-    """Name without its $, index (None for the whole) and value of each constant that a line gives."""
-    if isinstance(x, Declaration):
-        yield from ((d.name.upper().lstrip("$"), None, _constant(d.value)) for d in x.names if d.value is not None)
-    if not isinstance(x, Assign):
-        return
-    target, index = x.target, None
-    if isinstance(target, e.Index):
-        only = target.indices[0] if len(target.indices) == 1 else None
-        index, target = (only.value if isinstance(only, e.Integer) else None), target.of
-        if index is None and not isinstance(x.value, e.Text):
-            return
-    if isinstance(target, e.Name):
-        yield target.name.upper().lstrip("$"), index, _constant(x.value)
-
-
-def _constant(x: e.Expression | None) -> Any:
-    """The value of a constant; None for another expression."""
-    if isinstance(x, e.Unary) and x.operator in ("-", "+"):
-        value = _constant(x.operand)
-        return (-value if x.operator == "-" else value) if isinstance(value, int | float) else None
-    if isinstance(x, e.Aggregate):
-        return {item.name.upper(): _constant(item.value) for item in x.items}
-    if isinstance(x, e.EnumLiteral):
-        return x.name.upper()
-    return x.value if isinstance(x, e.Integer | e.Real | e.Bool | e.Text) else None
 
 
 def _of_toml(table: Mapping[str, Any], file: str) -> Values:
