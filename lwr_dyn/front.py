@@ -74,7 +74,7 @@ def load(
     tool: Any = None,
     xacro_args: Mapping[str, str] | None = None,
 ) -> Arm:
-    """A robot by name, from a user's own `.toml`, or from a `.urdf` or `.xacro`.
+    """A robot by name, from a user's own `.toml`, a `.urdf` or `.xacro`, or the `$machine.dat` of a KUKA robot.
 
     Parameters
     ----------
