@@ -174,9 +174,9 @@ def counts(folder: Path, alone: Sequence[CheckedProgram], together: Sequence[Che
     return "\n".join(out)
 
 
-def study(folder: Path, rows: list[Judgement]) -> tuple[list[CheckedProgram], list[CheckedProgram], Judge]:
-    """All programs alone, all in their folders, and the judge with what was left undecided."""
-    judge = Judge(corpus_names(folder), rows)
+def study(folder: Path, rows: list[Judgement], *more: Path) -> tuple[list[CheckedProgram], list[CheckedProgram], Judge]:
+    """All programs alone, all in their folders, and the judge with what was left undecided; `more` gives names only."""
+    judge = Judge(corpus_names(folder, *more), rows)
     paths = program_paths(folder)
     return list(check_alone(folder, judge, paths)), list(check_together(folder, judge, paths)), judge
 
@@ -185,11 +185,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=Path)
     parser.add_argument("--manifest", type=Path, default=MANIFEST)
+    parser.add_argument("--names", type=Path, action="append", default=[], help="a folder whose names are known too")
     parser.add_argument("--list", action="store_true", help="every false and unclear error")
     parser.add_argument("--rates", type=Path, help="write the counts by repository")
     given = parser.parse_args()
     rows = judgements(tomllib.loads(given.manifest.read_text(encoding="utf-8")).get("judgement", []))
-    alone, together, judge = study(given.folder, rows)
+    alone, together, judge = study(given.folder, rows, *given.names)
     if given.list:
         print("\n".join(["alone", *listed(alone), "together", *listed(together)]))
     print(table(alone, "alone"), table(together, "in their folders"), sep="\n")

@@ -40,7 +40,7 @@ SYNTAX_CODES = frozenset(
 )
 PUBLIC_OPTIONS = re.compile(r"(EKI|RSI)_")
 OPTIONS = re.compile(
-    r"MSG(NOTIFY|QUIT|STATE|DIALOG|LOOP)|(ST|GRP|GRIP|ARC|SPOT|LASER|CONV|TM|OPC|TOUCH|TECH|A|H70)_|GRIPPER|[AH][1257]0"
+    r"MSG(NOTIFY|QUIT|STATE|DIALOG|LOOP)|(ST|GRP|GRIP|ARC|SPOT|LASER|CONV|TM|OPC|TOUCH|TECH|H70|A_ARC|A_FLY|A_FG)_|GRIPPER|[AH][1257]0"
     r"|USERSPOT|ARC20|FG_TOUCH|(CD0|DUMMY|GDEFAULT|POWER)$"
 )
 """How the names of option packages begin; it makes a verdict unclear, so it speaks against us."""
@@ -65,11 +65,12 @@ class CorpusNames:
     """By repository, those that other modules see."""
 
 
-def corpus_names(folder: Path) -> CorpusNames:
-    """Those of all repositories below a folder, each `owner+name/...`."""
+def corpus_names(*folders: Path) -> CorpusNames:
+    """Those of all repositories below folders, each `owner+name/...`."""
     kernel: set[str] = set()
-    supplied, declared, shared = ({x.name: set[str]() for x in folder.iterdir()} for _ in range(3))
-    for path in sorted(folder.rglob("*")):
+    repositories = [x.name for folder in folders for x in folder.iterdir()]
+    supplied, declared, shared = ({name: set[str]() for name in repositories} for _ in range(3))
+    for folder, path in ((x, path) for x in folders for path in sorted(x.rglob("*"))):
         if path.suffix.lower() not in (".src", ".sub", ".dat") or not path.is_file():
             continue
         repository, *parts = path.relative_to(folder).parts
