@@ -8,6 +8,7 @@ import lwr_dyn
 from lwr_dyn.errors import LwrDynError
 from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.krl.robot.kuka_pose import frame_matrix
+from lwr_dyn.krl.writing.corners import Approximation
 from lwr_dyn.krl.writing.path_fit import Tolerance, fitted_motions
 from lwr_dyn.krl.writing.path_program import WritingOptions, write_path
 from lwr_dyn.krl.writing.round_trip import path_deviation
@@ -47,8 +48,7 @@ def dense(places, count=4000):
     return np.stack([np.interp(np.linspace(0, along[-1], count), along, x) for x in places.T], axis=1)
 
 
-@pytest.mark.parametrize("seed", [1, 2])
-@pytest.mark.parametrize("mm", [0.2, 2.0])
+@pytest.mark.parametrize(("seed", "mm"), [(1, 0.2), (2, 2.0)])
 def test_any_motion_is_followed_within_the_tolerance(arm, seed, mm):
     motion, tool = fourier(arm, seed), frame_matrix((10, 20, 150, 0, 30, 0))
     written = write_path(path_of_motion(motion, arm, tool), WritingOptions(tolerance=Tolerance(mm / 1e3, 5e-3)))
@@ -58,6 +58,21 @@ def test_any_motion_is_followed_within_the_tolerance(arm, seed, mm):
     away = 1e3 * hausdorff(program, dense(tool_places(arm, motion.q, tool)))
     assert 0.1 * mm < away <= mm + 0.05
     assert 1e3 * written.deviation.position == pytest.approx(away, abs=0.1)
+
+
+def test_a_spline_block_takes_fewer_points_and_never_stops(arm):
+    path, tolerance = path_of_motion(fourier(arm, 1), arm), Tolerance(1e-3, 1e-2)
+    blocks = write_path(path, WritingOptions(tolerance=tolerance, kinds=("LIN", "CIRC", "PTP", "SPL")))
+    arcs = write_path(path, WritingOptions(tolerance=tolerance))
+    (kind,) = blocks.written.counts()
+    points = {"LIN": 1, "CIRC": 2, "PTP": 1}
+    assert kind == "SPL"
+    assert blocks.written.counts()["SPL"] < sum(points[k] * n for k, n in arcs.written.counts().items())
+    assert blocks.written.passed == blocks.written.counts()["SPL"] - 1
+    assert blocks.holds
+    assert blocks.run.cycle_time < arcs.run.cycle_time
+    source = blocks.written.program().source.text()
+    assert (source.count("\r\nSPLINE"), source.count("ENDSPLINE")) == (1, 1)
 
 
 def test_a_program_written_from_its_run_has_its_motions_again(arm):
@@ -119,6 +134,8 @@ def test_corners_are_cut_by_less_than_the_tolerance_and_save_time(arm, square):
     assert 1e-4 < passed.deviation.position < 1e-3
     assert stopped.deviation.position < 1e-6
     assert passed.run.cycle_time < stopped.run.cycle_time - 0.02
+    # d |turn of the direction| / 4 is CUT of the tolerance: 1.13 mm at the right angle, rounded down
+    assert passed.written.approximations[0] == Approximation("C_DIS", 1.1)
     source = passed.written.program().source.text()
     assert source.count("C_DIS") == 2
     assert "X 200.0, Y 200.0, Z 0.0" in passed.written.program().data.text()
@@ -179,7 +196,7 @@ def test_a_wrong_table_is_one_line(arm, tmp_path, text, message):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (("--motions", "LIN,FLY"), "kinds: LIN,FLY; allowed: some of LIN, CIRC, PTP"),
+        (("--motions", "LIN,FLY"), "kinds: LIN,FLY; allowed: some of LIN, CIRC, PTP, SPL"),
         (("--tolerance", "0"), "tolerance: 0 mm; allowed: from 0.001 to 1000 mm"),
         (("--tool", "1,2"), "--tool: 1,2; allowed: six numbers"),
         (("--out", "if.src"), "name: 'if'; allowed: a name of KRL"),

@@ -57,9 +57,15 @@ class PathProgram:
     """(4, 4) [m]"""
 
     def counts(self) -> dict[str, int]:
-        """Motions of each kind that occurs."""
-        kinds = [motion.kind for motion in self.motions]
+        """Motions of each kind that occurs; of SPL those in all blocks."""
+        kinds = [motion.kind for motion in self.motions for _ in motion.knots or (motion.last,)]
         return {kind: kinds.count(kind) for kind in dict.fromkeys(kinds)}
+
+    @property
+    def passed(self) -> int:
+        """Points that are passed without a stop."""
+        inside = sum(len(motion.knots) - 1 for motion in self.motions if motion.knots)
+        return inside + sum(approximation is not None for approximation in self.approximations)
 
     def program(self, tool: int | None = None, base: int | None = None) -> Program:
         """As files; tool and base by their numbers in `$config.dat` where these are given."""
@@ -82,13 +88,17 @@ class PathProgram:
         for i, motion in enumerate(self.motions):
             approximation = self.approximations[i]
             moves += self._settings(set_, self.speeds.cp[i], approximation)
+            ends = motion.knots or (motion.last,)
+            names = [f"P{len(points) + k}" for k in range(1, len(ends) + 1)]
             via = None
             if motion.via is not None:
-                via = e.Name(f"V{i + 1}")
-                points.append(self._point(f"V{i + 1}", motion.via, axes=False))
-            points.append(self._point(f"P{i + 1}", motion.last, axes=motion.kind == "PTP"))
+                via = e.Name(names[0].replace("P", "V"))
+                points.append(self._point(via.name, motion.via, axes=False))
+            points += [self._point(name, k, axes=motion.kind == "PTP") for name, k in zip(names, ends, strict=True)]
             blends = () if approximation is None else (approximation.keyword,)
-            moves += [s.Move(motion.kind, e.Name(f"P{i + 1}"), auxiliary=via, blends=blends), *self._wait(motion.last)]
+            block = [s.Move(motion.kind, e.Name(name), auxiliary=via, blends=blends) for name in names]
+            moves += [s.SplineBlock("SPLINE"), *block, s.EndSpline()] if motion.kind == "SPL" else block
+            moves += self._wait(motion.last)
         return moves, points
 
     def _wait(self, sample: int) -> list[s.Statement]:
@@ -141,8 +151,9 @@ def speeds_of(
         percent = int(np.clip(np.ceil(100.0 * used), 1, 100))
     found, turns = [], []
     for motion in motions:
-        if motion.kind == "PTP":
-            found.append(0.0)
+        if motion.kind in ("PTP", "SPL"):
+            # the speed of a block is planned under the axes' bounds
+            found.append(0.0 if motion.kind == "PTP" else cp)
             continue
         part = slice(motion.first, motion.last)
         length = motion.path(samples).length

@@ -18,7 +18,9 @@ from lwr_dyn.krl.motion.pose_paths import PosePath, path_between
 from lwr_dyn.krl.writing.sampled_path import SampledPath
 from lwr_dyn.trajectory.segments import ArcSegment, LineSegment
 
-KINDS = ("LIN", "CIRC", "PTP")
+KINDS = ("LIN", "CIRC", "PTP", "SPL")
+USUAL = ("LIN", "CIRC", "PTP")
+"""Those whose path is known: KUKA's curve of SPL is not published."""
 CLEAR = 2.0 * NEAR
 """[rad] A path in space stays this far from the wrist singularity; nearer to it only PTP is used."""
 BRANCH = 1e-6
@@ -46,12 +48,14 @@ class Tolerance:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FittedMotion:
-    """A motion from sample `first` to sample `last`; `via` is the sample of CIRC's auxiliary point."""
+    """A motion, or a block of SPL, from sample `first` to `last`; `via` is the sample of CIRC's auxiliary point."""
 
     kind: str
     first: int
     last: int
     via: int | None = None
+    knots: tuple[int, ...] = ()
+    """The samples of the points of SPL, `last` among them."""
 
     def path(self, samples: SampledPath) -> PosePath:
         """The path of LIN or CIRC."""
@@ -60,7 +64,7 @@ class FittedMotion:
 
 
 def fitted_motions(
-    samples: SampledPath, tolerance: tuple[float, float], kinds: tuple[str, ...] = KINDS
+    samples: SampledPath, tolerance: tuple[float, float], kinds: tuple[str, ...] = USUAL
 ) -> tuple[FittedMotion, ...]:
     """The samples from first to last as motions, each the kind that reaches farthest within the tolerance.
 
@@ -130,7 +134,7 @@ def _ptp_follows(samples: SampledPath, tolerance: tuple[float, float], first: in
         return False
     on_line = q[0] + np.clip(u, 0.0, 1.0)[:, None] * way
     T = forward_kinematics(samples.arm.chain, on_line) @ samples.tool
-    return _within(T, samples.T[first : last + 1], tolerance)
+    return bool(within(T, samples.T[first : last + 1], tolerance).all())
 
 
 def _path_follows(
@@ -148,7 +152,7 @@ def _path_follows(
     slack = tolerance[0] / path.segment.length if path.length > tolerance[0] else 1e-3
     if not _in_order(s / path.segment.length, slack):
         return False
-    return _within(poses_at(path, s), T, tolerance)
+    return bool(within(poses_at(path, s), T, tolerance).all())
 
 
 _FOLLOWS: dict[str, Callable[[SampledPath, tuple[float, float], int, int], bool]] = {
@@ -186,9 +190,10 @@ def rotation_angle(R: Array, S: Array) -> Array:
     return np.asarray(2.0 * np.arcsin(np.minimum(np.linalg.norm(R - S, axis=(-2, -1)) / np.sqrt(8.0), 1.0)))
 
 
-def _within(T: Array, wanted: Array, tolerance: tuple[float, float]) -> bool:
+def within(T: Array, wanted: Array, tolerance: tuple[float, float]) -> Array:
+    """Whether poses (k, 4, 4) are within a tolerance [m, rad] of those wanted, (k,)."""
     away = np.linalg.norm(T[:, :3, 3] - wanted[:, :3, 3], axis=1)
-    return bool(away.max() <= tolerance[0] and rotation_angle(T[:, :3, :3], wanted[:, :3, :3]).max() <= tolerance[1])
+    return np.asarray((away <= tolerance[0]) & (rotation_angle(T[:, :3, :3], wanted[:, :3, :3]) <= tolerance[1]))
 
 
 def _in_order(share: Array, slack: float) -> bool:

@@ -12,13 +12,16 @@ from lwr_dyn.krl.running.controller import MachineData
 from lwr_dyn.krl.running.run import ProgramError, ProgramRun, run_program
 from lwr_dyn.krl.writing.corners import approximations
 from lwr_dyn.krl.writing.motion_program import PathProgram, speeds_of, with_slower
-from lwr_dyn.krl.writing.path_fit import KINDS, Tolerance, fitted_motions
+from lwr_dyn.krl.writing.path_fit import KINDS, USUAL, Tolerance, fitted_motions
 from lwr_dyn.krl.writing.program_lines import NAMES, is_name
 from lwr_dyn.krl.writing.round_trip import PathDeviation, path_deviation
 from lwr_dyn.krl.writing.sampled_path import SampledPath
+from lwr_dyn.krl.writing.spline_fit import with_splines
 
 FITTED, CUT, LEFT = 0.55, 0.4, 0.9
 """Shares of the tolerance: of the fit where corners are cut, of the cut itself, of the fit where they are not."""
+SPLINED = (0.8, 0.4, 0.15)
+"""Shares of the tolerance for SPL at the samples, until its curve keeps it between them too."""
 SHARES = (1.0, 0.5, 0.25, 0.1, 0.0)
 """Of the approximations that the corners allow; the first at which the run stays within the tolerance is taken."""
 SLOWER, SLOWEST = 0.8, 0.05
@@ -32,7 +35,7 @@ class WritingOptions:
 
     name: str = "Motion1"
     tolerance: Tolerance = field(default_factory=Tolerance)
-    kinds: tuple[str, ...] = KINDS
+    kinds: tuple[str, ...] = USUAL
     speed: float | None = None
     """[m/s]"""
     percent: int | None = None
@@ -68,11 +71,9 @@ def write_path(
 
     Raises `ProgramError` where it cannot run even slowly, with the line that stops it.
     """
-    shares = SHARES if options.approximate else (0.0,)
-    written = None
-    for share in shares:
-        candidate = _candidate(samples, options, np.eye(4) if base is None else base, share)
-        program, run = _slow_enough(candidate, machine)
+    frame, written = np.eye(4) if base is None else base, None
+    for splined, share in _attempts(options):
+        program, run = _slow_enough(_candidate(samples, options, frame, splined, share), machine)
         deviation = path_deviation(samples, program.motions, run, options.tolerance)
         written = WrittenPath(program, run, deviation, options.tolerance)
         if written.holds:
@@ -81,9 +82,19 @@ def write_path(
     return written
 
 
-def _candidate(samples: SampledPath, options: WritingOptions, base: Array, share: float) -> PathProgram:
+def _attempts(options: WritingOptions) -> list[tuple[float, float]]:
+    """Shares of the tolerance for SPL (0: no block), and of the approximations that the corners allow."""
+    shares = SHARES if options.approximate else (0.0,)
+    with_blocks = [(splined, shares[0]) for splined in SPLINED] if "SPL" in options.kinds else []
+    return with_blocks + ([(0.0, share) for share in shares] if set(options.kinds) != {"SPL"} else [])
+
+
+def _candidate(samples: SampledPath, options: WritingOptions, base: Array, splined: float, share: float) -> PathProgram:
     tolerance = options.tolerance
-    motions = fitted_motions(samples, tolerance.times(FITTED if share else LEFT), options.kinds)
+    kinds = tuple(kind for kind in options.kinds if kind != "SPL") or ("LIN", "CIRC")
+    motions = fitted_motions(samples, tolerance.times(FITTED if share else LEFT), kinds)
+    if splined:
+        motions = with_splines(samples, motions, tolerance.times(splined), wherever=set(options.kinds) == {"SPL"})
     speeds = speeds_of(samples, motions, options.speed, options.percent, USED)
     blends = approximations(samples, motions, tolerance.times(CUT), share)
     return PathProgram(options.name, samples, motions, speeds, blends, base)

@@ -45,7 +45,9 @@ def path_deviation(
     moved = [x for x in run.executed[1:] if x.kind != "WAIT"]
     weight = tolerance.position / tolerance.orientation
     worst = np.zeros(2)
-    places = [_program_places(samples, run, x.begin, x.end, FINEST * tolerance.position) for x in moved]
+    ends = np.cumsum([len(motion.knots) or 1 for motion in motions])
+    spans = [(moved[b - (len(m.knots) or 1)].begin, moved[b - 1].end) for m, b in zip(motions, ends, strict=True)]
+    places = [_program_places(samples, run, begin, end, FINEST * tolerance.position) for begin, end in spans]
     written = [samples.T[m.first : m.last + 1] for m in motions]
     for i in range(len(motions)):
         around = slice(max(i - 1, 0), i + 2)
