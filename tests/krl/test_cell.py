@@ -2,13 +2,16 @@
 
 import json
 
+import numpy as np
 import pytest
 
 import lwr_dyn
 from lwr_dyn.errors import OptionError, PaperError
+from lwr_dyn.krl.project.program import parse_program
 from lwr_dyn.krl.running.cell_file import cell_of, new_cell_text
+from lwr_dyn.krl.running.run import ProgramError, run_program
 from lwr_dyn.papers.fields import parse_toml
-from tests.krl.short_programs import values_of
+from tests.krl.short_programs import HOME, values_of
 
 
 @pytest.fixture(scope="module")
@@ -57,6 +60,34 @@ def test_a_stub_returns_and_sets_arguments(arm):
     values, assumed = values_of(arm, lines, ["DECL BOOL Y", "DECL REAL X"], given)
     assert values == {"Y": True, "X": 12.5}
     assert assumed == ["MSG( ) = nothing (stub)", "EKI_GETREAL( ) = TRUE (stub)"]
+
+
+def test_every_other_function_can_be_an_empty_stub(arm):
+    values, assumed = values_of(arm, ["Y = NOT EKI_X()", "N = SYNC() + 3"], ["DECL BOOL Y", "DECL INT N"],
+                                cell("stubs.others = true\nstubs.EKI_X = { returns = false }"))  # fmt: skip
+    assert values == {"Y": True, "N": 3}
+    assert "SYNC( ) = 0 (stubs.others of the cell file)" in assumed
+
+
+def test_the_cell_gives_the_arguments_of_the_routine_that_is_run(arm):
+    program = parse_program(f"DEF a(JOB :IN)\nDECL INT JOB\n{HOME}\nPTP {{A1 JOB}}\nEND\n", name="a")
+    with pytest.raises(ProgramError, match="JOB has no value"):
+        run_program(program, arm)
+    run = run_program(program, arm, cell=cell("arguments.JOB = 20"))
+    assert run.executed[-1].q[0] == pytest.approx(np.radians(20))
+    assert [str(x) for x in run.assumptions] == ["the argument JOB = 20 (given)"]
+
+
+def test_a_fault_the_run_does_not_come_to_does_not_stop_it(arm):
+    """The result says that a controller would refuse the program."""
+    program = parse_program(f"DEF a( )\n{HOME}\nPTP {{A1 5}}\nIF $T1 THEN\nN = 3\nENDIF\nEND\n", name="a")
+    assert [d.code for d in run_program(program, arm).diagnostics if d.severity == "error"] == ["undeclared"]
+
+
+def test_a_condition_that_has_no_value_never_interrupts(arm):
+    lines = ["INTERRUPT DECL 5 WHEN $IN[3] DO $OUT[1]=TRUE", "INTERRUPT ON 5", HOME]
+    _, assumed = values_of(arm, lines)
+    assert assumed == ["$IN[3] = FALSE (the input $IN[3] has no value)"]
 
 
 def test_a_value_of_the_wrong_type_is_refused(arm):

@@ -140,7 +140,7 @@ def test_tabs_and_every_kind_of_line_end(arm):
         ([SPEED, HOME, "PTP {X 91, Y -1139, Z 1392, A 0, B 0, C 0, S 0, T 63}"], "status-turn"),
         ([SPEED, HOME, "LIN_REL {X 2000}"], "out-of-reach"),
         ([SPEED, HOME, "CIRC_REL {X -10}, {X -20}"], "no-arc"),
-        (["FOR i = 1 TO 3 STEP 0", "ENDFOR"], "undeclared"),
+        (["FOR i = 1 TO 3", "ENDFOR"], "undeclared"),
         (["INT i", SPEED, HOME, "FOR i = 1 TO 3 STEP 0", "ENDFOR"], "endless"),
     ],
 )

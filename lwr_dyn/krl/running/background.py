@@ -138,7 +138,8 @@ class Background:
         advance = motions.advance
         try:
             return truth_of(self.m, condition, "a condition")
-        except ExecutionError:
+        except ExecutionError as fault:
+            self.m.controller.assumptions.note(expression_text(condition), "FALSE", str(fault))
             return False
         finally:
             motions.advance = advance

@@ -40,6 +40,10 @@ class RobotCell:
     """The value of an input that is not listed; None: a program that asks for it stops."""
     stubs: Mapping[str, Stub] = field(default_factory=dict)
     """By name in capitals."""
+    other_stubs: bool = False
+    """Whether every other function that is not there returns FALSE, 0 or an empty structure."""
+    arguments: Mapping[str, Value] = field(default_factory=dict)
+    """Of the routine that is run, by the names of its parameters in capitals."""
     replies: tuple[Reply, ...] = ()
     submits: tuple[str, ...] = ()
     """Paths of submit programs (.sub) that run beside."""

@@ -43,14 +43,18 @@ def cell_of(table: Mapping[str, Any], file: str = "cell") -> RobotCell:
         **_numbered(_table(top, "analog_inputs"), "$ANIN[{}]", file, "analog_inputs", lambda x, n: _value(x, file, n)),
         **_numbered(_table(top, "tools"), "TOOL_DATA[{}]", file, "tools", lambda x, name: _frame(x, file, name)),
         **_numbered(_table(top, "bases"), "BASE_DATA[{}]", file, "bases", lambda x, name: _frame(x, file, name)),
-        **_places(top.take("states", dict, default={}), file, "states", system=True),
-        **_places(top.take("variables", dict, default={}), file, "variables", system=False),
+        **_places(_table(top, "states"), file, "states", system=True),
+        **_places(_table(top, "variables"), file, "variables", system=False),
     }  # fmt: skip
+    stubs = _table(top, "stubs")
+    other_stubs = _truth(stubs.pop("others", False), file, "stubs.others")
     cell = RobotCell(
         file=file, robot=_robot(top.take("robot", str, default=None), file),
         home_deg=None if home is None else _numbers(home, None, file, "home_deg"),
         values=values, other_inputs=None if others is None else _truth(others, file, "inputs.others"),
-        stubs={name.upper(): _stub(x, file, f"stubs.{name}") for name, x in _table(top, "stubs").items()},
+        stubs={name.upper(): _stub(x, file, f"stubs.{name}") for name, x in stubs.items()},
+        other_stubs=other_stubs,
+        arguments=_places(_table(top, "arguments"), file, "arguments", system=False),
         replies=tuple(_reply(x, file, f"reply[{i}]") for i, x in enumerate(top.take("reply", list, default=[]))),
         submits=tuple(_path(x, file, "submits") for x in top.take("submits", list, default=[])),
         unmet_wait=_seconds(top.take("unmet_wait_s", object, default=None), file, "unmet_wait_s"),

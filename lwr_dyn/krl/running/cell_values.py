@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 from lwr_dyn.errors import OptionError
-from lwr_dyn.krl.diagnostics import ExecutionError, SourcePosition
+from lwr_dyn.krl.diagnostics import ExecutionError, Report, SourcePosition
 from lwr_dyn.krl.language.declarations import External
 from lwr_dyn.krl.language.line_parser import parse_line
 from lwr_dyn.krl.language.statements import Assign
@@ -14,9 +14,10 @@ from lwr_dyn.krl.names.types import UNKNOWN, Type
 from lwr_dyn.krl.project.program import Program
 from lwr_dyn.krl.project.symbols import DeclaredName
 from lwr_dyn.krl.running.cell import RobotCell
+from lwr_dyn.krl.running.context import StackFrame
 from lwr_dyn.krl.running.controller import INPUTS, ControllerState
 from lwr_dyn.krl.running.evaluate import Environment, reference_to
-from lwr_dyn.krl.running.values import StructValue, Value, value_text
+from lwr_dyn.krl.running.values import StructValue, Value, converted, value_text
 
 MOST_ARGUMENTS = 40
 """Of a stub: any number up to this."""
@@ -46,6 +47,26 @@ def give_cell(env: Environment, c: ControllerState) -> None:
             except ExecutionError as fault:
                 raise OptionError(f"the cell's {name}", value_text(value), fault.hint or str(fault)) from None
         c.unread[root] = "given"
+
+
+def give_arguments(frame: StackFrame, c: ControllerState, report: Report) -> None:
+    """Set the parameters of the routine that is run; those without a value are noted; raises `OptionError`."""
+    missing = []
+    for p in frame.routine.head.parameters:
+        key, variable = p.name.upper(), frame.variables[p.name.upper()]
+        if key not in c.cell.arguments:
+            missing.append(p.name)
+            continue
+        value = c.cell.arguments[key]
+        try:
+            variable.value = converted(value, variable.type)
+        except ExecutionError as fault:
+            raise OptionError(f"the cell's arguments.{key}", value_text(value), fault.hint or str(fault)) from None
+        c.assumptions.note(f"the argument {p.name}", value_text(value), "given")
+    if missing:
+        name = frame.routine.head.name
+        message = f"{name} is run without its argument{'s' * (len(missing) > 1)} {', '.join(missing)}"
+        report("note", "arguments", message, "give them in a cell file under [arguments]")
 
 
 def give_value(env: Environment, c: ControllerState, name: str, value: Value) -> str:

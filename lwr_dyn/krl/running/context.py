@@ -48,6 +48,10 @@ class ExecutionContext(Environment, Protocol):
     stack: list[StackFrame]
     passes: LoopPasses | None
 
+    @property
+    def here(self) -> Program:
+        """The program of the module of the current routine."""
+
     def routine(self, name: str) -> Routine | None:
         """A routine that the module of the current routine sees."""
 

@@ -38,7 +38,10 @@ from lwr_dyn.model.arm import Arm
 INPUTS = ("$IN", "$ANIN", "$DIGIN1", "$DIGIN2", "$DIGIN3", "$DIGIN4", "$DIGIN5", "$DIGIN6")
 """Variables that are set from outside: without a value unless one is given."""
 HOME_DEG = (0.0, -90.0, 90.0, 0.0, 0.0, 0.0)
-_OF_MOTION = ("$POS_ACT", "$POS_INT", "$POS_ACT_MES", "$AXIS_ACT", "$AXIS_INT", "$AXIS_ACT_MES")
+_OF_MOTION = frozenset({
+    "$POS_ACT", "$POS_INT", "$POS_FOR", "$POS_ACT_MES", "$AXIS_ACT", "$AXIS_INT", "$AXIS_FOR", "$AXIS_ACT_MES",
+    "$AXIS_ACT_MEAS",
+})  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)

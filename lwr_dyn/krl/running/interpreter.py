@@ -18,9 +18,9 @@ from lwr_dyn.krl.names.types import UNKNOWN, Type
 from lwr_dyn.krl.project.program import Program
 from lwr_dyn.krl.project.symbols import DeclaredName
 from lwr_dyn.krl.running.background import Background
-from lwr_dyn.krl.running.calls import called_routine, value_of_call
+from lwr_dyn.krl.running.calls import called_routine, empty_value, value_of_call
 from lwr_dyn.krl.running.cell import RobotCell
-from lwr_dyn.krl.running.cell_values import give_cell
+from lwr_dyn.krl.running.cell_values import give_arguments, give_cell
 from lwr_dyn.krl.running.clock import ProgramClock
 from lwr_dyn.krl.running.context import StackFrame
 from lwr_dyn.krl.running.controller import ControllerState, MachineData
@@ -118,7 +118,7 @@ class Interpreter:
         routine = called_routine(self, x.name.upper())
         if routine is None:
             value = value_of_call(self, x)
-            if value is None:
+            if value is None and (value := empty_value(self, x)) is None:
                 hint = "define it in the program, or give it a stub in the cell file"
                 raise ExecutionError("not-modelled", f"the function {x.name} is not modelled", hint)
             return value
@@ -156,6 +156,7 @@ class Interpreter:
         self.background.start()
         if self.program.routines:
             self.enter(self.program.routines[0], None)
+            give_arguments(self.stack[0], self.controller, self.log.report)
         while self.stack:
             try:
                 self._step(None)

@@ -177,15 +177,17 @@ def run_program(
     Raises
     ------
     ProgramError
-        The program has an error, before or during its run.
+        The program cannot be read, or comes to an error. Errors in statements it does not come to are diagnoses of
+        the run, as a controller would refuse to start it.
     OptionError, MissingDataError
         The arm has no KUKA axes, or no axis speeds.
     """
     data = machine or MachineData()
-    _refuse_errors([d for d in (*program.diagnostics, *static_diagnostics(program)) if d.code != "unknown-call"])
+    static = [*program.diagnostics, *static_diagnostics(program)]
+    _refuse_errors([d for d in static if d.code in UNREADABLE])
     interpreter = Interpreter(program, arm, data, _surroundings(cell, inputs))
     diagnostics = interpreter.run()
-    _refuse_errors(diagnostics)
+    _refuse_errors(_as_checked(diagnostics, static))
     timeline, executed, end = interpreter.motions.timeline, interpreter.motions.executed, str(interpreter.log.position)
     if not timeline.items:
         _refuse_errors([replace(d, severity="error") for d in diagnostics if d.code == "endless"])
@@ -194,14 +196,19 @@ def run_program(
         motion = timeline.sample(sample_times(timeline, data.seconds))
     except ExecutionError as fault:
         raise ProgramError(end, fault.code, fault.message, fault.hint) from None
-    static, torque = _torques(arm, motion)
+    held, torque = _torques(arm, motion)
     return ProgramRun(
         program=program.source.name, arm=arm, machine=data, timeline=timeline, motion=motion,
-        executed=tuple(executed), diagnostics=(*diagnostics, *overspeed(arm, motion, executed)),
+        executed=tuple(executed), diagnostics=(*_only_errors(static), *diagnostics, *overspeed(arm, motion, executed)),
         assumptions=interpreter.controller.assumptions.all(),
         events=tuple(sorted(interpreter.background.clock.events, key=lambda x: x.time)), passes=interpreter.passes,
-        static_torque=static, torque=torque,
+        static_torque=held, torque=torque,
     )  # fmt: skip
+
+
+def _only_errors(diagnostics: Sequence[Diagnostic]) -> tuple[Diagnostic, ...]:
+    """Those that are errors; what unknown subprograms there are, the run itself notes where it comes to one."""
+    return sorted_diagnostics(d for d in diagnostics if d.severity == "error" and d.code != "unknown-call")
 
 
 def _torques(arm: Arm, motion: Motion) -> tuple[Array | None, Array | None]:
@@ -216,6 +223,12 @@ def _surroundings(cell: RobotCell | None, inputs: Mapping[str, Value] | None) ->
     """The cell with inputs and variables that are given one by one."""
     whole = cell or RobotCell()
     return replace(whole, values={**whole.values, **(inputs or {})})
+
+
+def _as_checked(diagnostics: Sequence[Diagnostic], static: Sequence[Diagnostic]) -> list[Diagnostic]:
+    """What the checks say of the same fault in the same line, in place of what the run says."""
+    checked = {(d.position.file, d.position.line, d.code): d for d in static}
+    return [checked.get((d.position.file, d.position.line, d.code), d) for d in diagnostics]
 
 
 def _refuse_errors(diagnostics: Sequence[Diagnostic]) -> None:
