@@ -9,7 +9,24 @@ from lwr_dyn.krl.language.source import SourceFile, SourceLine
 
 NAMES = ("a", "B2", "Point_1", "$VEL", "step", "path", "$BASE", "x", "P")
 COMPONENTS = list("XYZABCST")
-PLAIN = ("END", "ENDFCT", "ENDDAT", "ELSE", "ENDIF", "LOOP", "ENDLOOP", "REPEAT", "HALT", "EXIT", "CONTINUE")
+KEYWORD_MEMBERS = ("IN", "OUT", "ON", "OFF", "TO", "SEC", "DO", "PUBLIC", "LIN", "TRUE", "NOT", "END", "WAIT")
+"""Keywords, which are names as components and as constants of an enumeration."""
+PLAIN = (
+    "BRAKE",
+    "BRAKE F",
+    "ON_ERROR_PROCEED",
+    "END",
+    "ENDFCT",
+    "ENDDAT",
+    "ELSE",
+    "ENDIF",
+    "LOOP",
+    "ENDLOOP",
+    "REPEAT",
+    "HALT",
+    "EXIT",
+    "CONTINUE",
+)
 OPERATORS = tuple(e.PRIORITY)
 
 
@@ -25,7 +42,9 @@ class Writer:
     def reference(self, depth: int = 1) -> e.Reference:
         kind = self.r.randrange(4) if depth else 0
         if kind == 1:
-            return e.Component(self.reference(depth - 1), self.r.choice(("X", "CP", "c")))
+            return e.Component(self.reference(depth - 1), self.r.choice(("X", "CP", "c", *KEYWORD_MEMBERS)))
+        if kind == 2 and self.r.random() < 0.2:
+            return e.Index(self.reference(0), tuple(self.expression(0) for _ in range(self.r.randint(1, 2))), row=True)
         if kind == 2:
             return e.Index(self.reference(0), tuple(self.expression(0) for _ in range(self.r.randint(0, 2))))
         return e.Name(self.name())
@@ -61,7 +80,8 @@ class Writer:
         return e.Binary(self.r.choice(OPERATORS), self.expression(depth - 1), self.expression(depth - 1))
 
     def aggregate(self, depth: int = 0) -> e.Aggregate:
-        items = [e.Item(n, self.expression(depth)) for n in self.r.sample(COMPONENTS, self.r.randint(1, 8))]
+        names = self.r.sample([*COMPONENTS, *KEYWORD_MEMBERS], self.r.randint(1, 8))
+        items = [e.Item(n, self.expression(depth)) for n in names]
         if self.r.random() < 0.2:
             items.append(e.Item("POINT", e.Text("P1"), ()))
         return e.Aggregate(tuple(items), self.r.choice((None, "E6POS")))
@@ -75,7 +95,8 @@ class Writer:
     def declarators(self) -> tuple[d.Declarator, ...]:
         def one() -> d.Declarator:
             sizes = self.r.choice((None, (), (e.Integer(3),), (e.Integer(2), e.Integer(4))))
-            return d.Declarator(self.name(), sizes, self.r.choice((None, self.expression(1))))
+            commas = self.r.choice((0, 0, 1, 2)) if sizes == () else 0
+            return d.Declarator(self.name(), sizes, self.r.choice((None, self.expression(1))), commas)
 
         return tuple(one() for _ in range(self.r.randint(1, 3)))
 
@@ -91,7 +112,15 @@ class Writer:
             lambda: s.Plain(r.choice(PLAIN)),
             lambda: d.Declaration(r.choice((None, "INT", "E6POS")), self.declarators(), True, r.random() < 0.3),
             lambda: d.Declaration("REAL", self.declarators(), False, False, r.random() < 0.3),
-            lambda: d.EnumType("col", ("red", "green")),
+            lambda: d.EnumType("col", ("red", *r.sample(KEYWORD_MEMBERS, 2))),
+            lambda: d.StructType("t", (("REAL", tuple(d.Declarator(x) for x in r.sample(KEYWORD_MEMBERS, 2))),)),
+            lambda: d.Def("h", (d.Parameter("t", "OUT", 1, (e.Integer(80),)),), "CHAR", (e.Integer(15),)),
+            lambda: d.Signal("$OFF", e.Bool(False), None, r.random() < 0.5),
+            lambda: d.Channel("SER_1", "SER_2", self.reference(0)),
+            lambda: d.External("own", r.choice((None, "INT")), ("CHAR text[80]:IN", "INT:OUT"), None, True),
+            lambda: d.External("far", "CHAR", ("INT:IN",), r.choice(((), (e.Integer(15),)))),
+            lambda: s.Invoke(e.FunctionCall("COPEN", (e.ChannelName("SER_3"), self.reference(0)))),
+            lambda: s.Confirm(x(1)),
             lambda: d.StructType(
                 "t", (("INT", (d.Declarator("a"), d.Declarator("b", (e.Integer(2),)))), ("FRAME", (d.Declarator("f"),)))
             ),

@@ -17,17 +17,11 @@ PROGRAM_COUNT = 1000
 
 
 def test_random_programs_survive_write_and_parse():
-    unread = 0
     for seed in range(PROGRAM_COUNT):
         file = Writer(seed).file()
         back, diagnostics = parse_text(file.text(), file.name)
-        # a random line may be longer than allowed
-        if any(d.code == "long-line" for d in diagnostics):
-            unread += 1
-            continue
         assert not diagnostics, (seed, diagnostics[0], file.text())
         assert back == file, (seed, next((a, b) for a, b in zip(file.lines, back.lines, strict=True) if a != b))
-    assert unread < PROGRAM_COUNT / 20
 
 
 @pytest.mark.parametrize("path", sorted(PROGRAMS.iterdir()), ids=lambda p: p.name)

@@ -103,7 +103,7 @@ def _token(kind: str, text: str, at: int, before: list[Token]) -> Token:
 def _names_member(before: list[Token], keyword: str) -> bool:
     """Whether a keyword after these tokens is the name of a component or of a constant of an enumeration."""
     last = before[-1].kind
-    if last in ("_DOT", "BRACE"):
+    if last in ("_DOT", "BRACE") or (last == "_COLON" and len(before) > 2 and before[-3].kind == "BRACE"):
         return True
     first = before[1].kind if before[0].kind == "GLOBAL" and len(before) > 1 else before[0].kind
     if first in ("STRUC", "ENUM"):

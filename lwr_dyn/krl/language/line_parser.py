@@ -23,7 +23,7 @@ from lwr_dyn.krl.language.statements import Statement
 
 SHAPES = 4096
 """Shapes of lines whose recipe is kept."""
-LINES = 1 << 17
+LINES = 1 << 16
 """Lines that are kept by their text: programs repeat theirs, and an editor asks for all again after each change."""
 LONGEST_KEPT = 500
 """[characters] A longer line is not kept."""
