@@ -149,3 +149,8 @@ def test_of_an_unknown_type_nothing_more_is_told():
 def test_an_unknown_system_name_may_be_a_subprogram():
     assert [d.code for d in diagnostics_of("$unheard( )")] == ["unknown-call"]
     assert [d.code for d in diagnostics_of("INT n", "n(3)", "$OV_PRO(3)")] == ["type", "type"]
+
+
+def test_a_keyword_misspelt_before_a_bracket_is_no_unknown_subprogram():
+    (fault,) = [d for d in diagnostics_of("RETRUN (3)") if d.position.line == 2]
+    assert (fault.code, fault.hint) == ("unknown-keyword", "did you mean RETURN?")

@@ -15,8 +15,10 @@ from lwr_dyn.krl.language.declarations import Declaration, Signal, StructType
 from lwr_dyn.krl.names.types import AXES, BOOL, CARTESIAN, INT, REAL, UNKNOWN
 from lwr_dyn.krl.project.program import Program
 from lwr_dyn.krl.project.symbols import Scope, SymbolTable, scope_of, signature, type_of
-from lwr_dyn.krl.project.unknown_names import UnknownNames
+from lwr_dyn.krl.project.unknown_names import UnknownNames, slip_of
 
+BEFORE_BRACKETS = ("RETURN", "WHILE", "UNTIL", "SWITCH")
+"""Keywords before an expression: one that is misspelt before a bracket reads as a call."""
 LONGEST_NAME = 24
 """Characters of a name that the controller distinguishes."""
 
@@ -101,6 +103,12 @@ def _assign(scope: Scope, x: s.Assign) -> None:
 
 
 def _invoke(scope: Scope, x: s.Invoke) -> None:
+    name = x.call.name
+    keyword = slip_of(name, BEFORE_BRACKETS)
+    is_known = scope.program.routine(name) or scope.external(name) or name.upper() in scope.known.functions
+    if keyword is not None and not is_known:
+        scope.report(x.column, "unknown-keyword", f"{x.call.name} is no keyword", f"did you mean {keyword}?")
+        return
     type_in(scope, x.call)
     returned, _, _ = signature(scope.silent(), x.call)
     if returned is not None and returned is not UNKNOWN and scope.program.routine(x.call.name) is not None:

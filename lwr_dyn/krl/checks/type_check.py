@@ -8,7 +8,7 @@ from typing import Any
 
 from lwr_dyn.krl.checks.arguments import check_types
 from lwr_dyn.krl.checks.constants import check_arguments, check_components, check_indices
-from lwr_dyn.krl.checks.enumerations import LIKE, check_compared, check_constant
+from lwr_dyn.krl.checks.enumerations import check_compared, check_constant
 from lwr_dyn.krl.diagnostics import Severity
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.names.types import (
@@ -23,7 +23,7 @@ from lwr_dyn.krl.names.types import (
     Type,
 )
 from lwr_dyn.krl.project.symbols import Scope, signature
-from lwr_dyn.krl.project.unknown_names import near_name
+from lwr_dyn.krl.project.unknown_names import slip_of
 
 _BRACKETS = "; comparisons bind weaker than AND and OR: put each in brackets"
 
@@ -115,9 +115,9 @@ def _component(scope: Scope, x: e.Component) -> Type:
 def _report_component(scope: Scope, column: int, of: Type, name: str, components: Mapping[str, Type] | None) -> None:
     """A component that a structure does not have: a warning for KUKA's own, which differ between versions of KSS.
 
-    Of a structure whose components are not all listed, only one that is very like a listed one.
+    Of a structure whose components are not all listed, only one that is a slip away from a listed one.
     """
-    near = near_name(name, components, LIKE) if components else None
+    near = slip_of(name, components) if components else None
     if components is not None and scope.is_open(of.name) and near is None:
         return
     listed = ", ".join(components) if components else "a structure before the point"

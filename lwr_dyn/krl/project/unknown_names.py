@@ -44,7 +44,7 @@ class UnknownNames:
             yield diagnostic if n == 1 else replace(diagnostic, message=f"{diagnostic.message} ({n} places)")
 
 
-def near_name(name: str, known: Iterable[str], like: float = 0.6) -> str | None:
+def near_name(name: str, known: Iterable[str]) -> str | None:
     """The most similar of the known names in any case; None where none is similar.
 
     >>> near_name("hight", ["HEIGHT", "WIDTH"])
@@ -57,5 +57,28 @@ def near_name(name: str, known: Iterable[str], like: float = 0.6) -> str | None:
         and len(letters.intersection(key := word.upper())) >= SAME_LETTERS * len(letters)
     }  # fmt: skip
     by_length = sorted(by_capitals, key=lambda key: (abs(len(key) - len(upper)), key))
-    near = get_close_matches(upper, by_length[:COMPARED], n=1, cutoff=like)
+    near = get_close_matches(upper, by_length[:COMPARED], n=1, cutoff=0.6)
     return by_capitals[near[0]] if near else None
+
+
+def slip_of(name: str, known: Iterable[str]) -> str | None:
+    """The known name from which one differs by one slip: a letter left out, added or replaced, or two swapped.
+
+    Digits do not count, and names of three letters are too short to tell.
+
+    >>> slip_of("INITMVO", ["INITMOV", "TOOL"]), slip_of("TOOL1", ["TOOL2"])
+    ('INITMOV', None)
+    """
+    upper = name.upper()
+    return next((word for word in known if len(word) > 3 and _is_slip(upper, word.upper())), None)
+
+
+def _is_slip(one: str, other: str) -> bool:
+    if abs(len(one) - len(other)) > 1 or one == other:
+        return False
+    begin = next((i for i, (a, b) in enumerate(zip(one, other, strict=False)) if a != b), min(len(one), len(other)))
+    one, other = one[begin:], other[begin:]
+    while one and other and one[-1] == other[-1]:
+        one, other = one[:-1], other[:-1]
+    swapped = len(one) == 2 and one == other[::-1]
+    return (one + other).isalpha() and (swapped or max(len(one), len(other)) == 1)

@@ -9,6 +9,12 @@ from lwr_dyn.krl.language import statements as s
 from lwr_dyn.krl.language.lexer import Token
 from tests.krl.planting.site import PlantedFault, PlantSite, changed
 
+_TAKEN = {
+    1: "SIN COS TAN ACOS SQRT ABS INV_POS STRLEN STRCLEAR STRDECLLEN EKI_INIT EKI_OPEN EKI_CLOSE EKI_CLEAR",
+    2: "ATAN2 BAS STRADD STRCOPY EKI_CHECKBUFFER",
+    3: "EKI_GETINT EKI_GETREAL EKI_GETBOOL EKI_GETSTRING EKI_SETINT EKI_SETREAL STRCOMP PULSE INVERSE",
+}
+_OPEN, _CLOSE = ("_LPAR", "_LSQB", "BRACE"), ("_RPAR", "_RSQB", "_RBRACE")
 EXECUTABLE = (s.Assign, s.Invoke, s.Move, s.Wait, s.Condition, s.For, s.Return, s.CaseBranch)
 
 
@@ -126,16 +132,30 @@ def foreign_letter(site: PlantSite, rng: random.Random) -> PlantedFault | None:
 
 
 def one_argument_more(site: PlantSite, rng: random.Random) -> PlantedFault | None:
+    """In a call that has all arguments its subprogram takes; an optional one would be no fault."""
     t = site.tokens
     calls = [i for i, x in enumerate(t) if x.kind == "NAME" and _kinds(site, i)[1] == "_LPAR"]
+    calls = [i for i in calls if _taken(site, t[i].text) == _given(t, i + 1)[0]]
     if not calls or not isinstance(site.statement, EXECUTABLE):
         return None
-    depth, begin = 0, rng.choice(calls) + 1
-    for i in range(begin, len(t)):
-        depth += (t[i].kind == "_LPAR") - (t[i].kind == "_RPAR")
+    count, end = _given(t, rng.choice(calls) + 1)
+    return changed(site, site.replaced(t[end], ", 1)" if count else "1)"))
+
+
+def _taken(site: PlantSite, name: str) -> int:
+    key = name.upper()
+    return site.of.arguments.get(key, next((n for n, names in _TAKEN.items() if key in names.split()), -1))
+
+
+def _given(t: tuple[Token, ...], at: int) -> tuple[int, int]:
+    """How many arguments the brackets that open at `at` hold, and where they close; -2 if they do not."""
+    depth, count = 0, 0
+    for i in range(at, len(t)):
+        depth += (t[i].kind in _OPEN) - (t[i].kind in _CLOSE)
+        count += t[i].kind == "_COMMA" and depth == 1
         if depth == 0:
-            return changed(site, site.replaced(t[i], "1)" if i == begin + 1 else ", 1)"))
-    return None
+            return count + (i > at + 1), i
+    return -2, -1
 
 
 def operand_lost(site: PlantSite, rng: random.Random) -> PlantedFault | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import random
 
+from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language import statements as s
 from lwr_dyn.krl.language.declarations import Declaration, StructType
 from lwr_dyn.krl.language.lexer import Token
@@ -50,7 +51,13 @@ def speed_in_millimetres(site: PlantSite, rng: random.Random) -> PlantedFault | 
 def over_hundred(site: PlantSite, rng: random.Random) -> PlantedFault | None:
     token = _after(site, "BAS(#VEL_PTP,", "BAS(#ACC_PTP,", "BAS(#PTP_PARAMS,")
     named = [name for name, _ in _indices(site)] or list(site.tokens[:1])
-    if token is None and isinstance(site.statement, s.Assign) and named[0].text.upper() in _PERCENTS:
+    x = site.statement
+    if (
+        token is None
+        and isinstance(x, s.Assign)
+        and isinstance(x.value, e.Integer | e.Real)
+        and named[0].text.upper() in _PERCENTS
+    ):
         token = site.tokens[-1]
     if token is None or token.kind not in ("INTEGER", "DECIMAL") or float(token.text) > 100.0:
         return None

@@ -15,6 +15,7 @@ from lwr_dyn.krl.names.predefined import FUNCTIONS
 from lwr_dyn.krl.project.module import Module
 from lwr_dyn.krl.project.project import Project
 
+_HEAD = re.compile(r"\s*(?:GLOBAL\s+)?(?:DEF|DEFFCT\s+\w+(?:\s*\[[\d, ]*\])?)\s+(\w+)\s*\(([^)]*)\)", re.IGNORECASE)
 _WORD = re.compile(r"[A-Za-z_$][A-Za-z0-9_$]*")
 
 
@@ -27,6 +28,8 @@ class SeededProject:
     words: frozenset[str]
     sizes: Mapping[str, int]
     """0 for a name that is declared with several sizes."""
+    arguments: Mapping[str, int]
+    """Of a subprogram that it defines, how many arguments it takes; -1 for one that is defined differently twice."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -111,11 +114,17 @@ def seeded(name: str, project: Project) -> SeededProject:
     """A project with its words and array sizes."""
     words: set[str] = set()
     sizes: dict[str, int] = {}
+    arguments: dict[str, int] = {}
     for of in project.files:
         for line in of.file.lines:
             words.update(word.upper() for word in _WORD.findall(line.layout or ""))
+            head = _HEAD.match(line.layout or "")
+            if head:
+                count = head[2].count(",") + bool(head[2].strip())
+                same = arguments.setdefault(head[1].upper(), count) == count
+                arguments[head[1].upper()] = count if same else -1
             if re.match(r"\s*(DECL|GLOBAL|INT|REAL|BOOL|CHAR)\b", line.layout or "", re.IGNORECASE):
                 for array, size in re.findall(r"(\w+)\[(\d+)\]", (line.layout or "").split("=")[0]):
                     same = sizes.setdefault(array.upper(), int(size)) == int(size)
                     sizes[array.upper()] = int(size) if same else 0
-    return SeededProject(name, project, frozenset(words), sizes)
+    return SeededProject(name, project, frozenset(words), sizes, arguments)
