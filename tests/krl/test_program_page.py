@@ -77,6 +77,22 @@ def test_a_line_goes_to_each_of_its_motions_in_turn(page, run):
         assert page.execute_script("return lwrReplay.time()") == pytest.approx(begin, abs=1e-5)
 
 
+def test_an_output_is_marked_when_it_is_set_and_a_line_goes_to_it(page, run):
+    events = [x for x in run.events if x.position.line == 40]
+    assert len(events) == 3
+    marked = MARKED.replace("runs", "happens")
+    page.execute_script("lwrReplay.setTime(0)")
+    for event in events:
+        page.execute_script(CLICK, 40)
+        assert page.execute_script("return lwrReplay.time()") == pytest.approx(event.time, abs=1e-5)
+        assert 40 in page.execute_script(marked)
+        text = page.execute_script("return document.querySelector('#program .happened').textContent")
+        assert text == f"{event.time:.3f} s: $OUT[1] = TRUE"
+        page.execute_script("lwrReplay.setTime(arguments[0])", event.time - 1e-3)
+        assert 40 not in page.execute_script(marked)
+        page.execute_script("lwrReplay.setTime(arguments[0])", event.time)
+
+
 @pytest.mark.parametrize(("width", "dark"), EACH_ONCE)
 def test_a_browser_finds_nothing_against_it(width, dark, page):
     with seen(page, width, dark):

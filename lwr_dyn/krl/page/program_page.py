@@ -20,8 +20,8 @@ from lwr_dyn.viewer.page_parts import PLAYER, fill_template, meshcat_bundle, pac
 from lwr_dyn.viewer.replay_page import page_data, replay_policy
 from lwr_dyn.viewer.replayed_runs import replayed_runs
 
-MOST_MOTIONS = 20_000
-"""Of a run whose lines the page marks; of a longer run the first ones."""
+MOST = 20_000
+"""Motions, and events, of a run whose lines the page marks; of a longer run the first ones."""
 SPEEDS = 2000
 """Most points of the curve of speed."""
 _HERE = "lwr_dyn.krl.page"
@@ -63,20 +63,23 @@ def write_program_page(path: str | Path, run: ProgramRun, program: Program) -> N
 
 
 def program_data(run: ProgramRun, program: Program) -> dict[str, Any]:
-    """The lines of each file that has a motion, and of each motion [file, line from 1, begin s, end s, kind]."""
-    moving = {motion.position.file for motion in run.executed}
-    files = [file for file in (program.source, *program.included) if file.name in moving or file is program.source]
+    """The lines of each file in which something happens; each motion and each event with its file and line from 1."""
+    used = {x.position.file for x in (*run.executed, *run.events)}
+    files = [file for file in (program.source, *program.included) if file.name in used or file is program.source]
     place = {file.name: i for i, file in reversed(list(enumerate(files)))}
+    motions = [x for x in run.executed[:MOST] if x.position.file in place]
+    events = [x for x in run.events[:MOST] if x.position.file in place]
+    passes = [] if run.passes is None else [f"{run.passes.cycle_time:.3f} s a pass"]
+    count = f"{len(run.executed)} motions and pauses"
     return {
         "files": [{"name": file.name, "lines": _lines(file), "says": _says(run, file)} for file in files],
         "motions": [
-            [place[x.position.file], x.position.line, round(x.begin, 6), round(x.end, 6), x.kind]
-            for x in run.executed[:MOST_MOTIONS]
-            if x.position.file in place
+            [place[x.position.file], x.position.line, round(x.begin, 6), round(x.end, 6), x.kind] for x in motions
         ],
-        "left_out": max(0, len(run.executed) - MOST_MOTIONS),
+        "events": [[place[x.position.file], x.position.line, round(x.time, 6), x.text] for x in events],
+        "left_out": max(0, len(run.executed) - MOST),
         "assumed": [*run.times().lines(), *map(str, run.assumptions)],
-        "about": [f"{run.cycle_time:.3f} s", f"{len(run.executed)} motions and pauses", f"robot {run.arm.name}"],
+        "about": [f"{run.cycle_time:.3f} s", *passes, count, f"robot {run.arm.name}"],
         "speed": _flange_speed(run),
     }
 
