@@ -64,7 +64,7 @@ def write_program_page(path: str | Path, run: ProgramRun, program: Program) -> N
 
 def program_data(run: ProgramRun, program: Program) -> dict[str, Any]:
     """The lines of each file in which something happens; each motion and each event with its file and line from 1."""
-    used = {x.position.file for x in (*run.executed, *run.events)}
+    used = {x.position.file for x in run.executed} | {x.position.file for x in run.events}
     files = [file for file in (program.source, *program.included) if file.name in used or file is program.source]
     place = {file.name: i for i, file in reversed(list(enumerate(files)))}
     motions = [x for x in run.executed[:MOST] if x.position.file in place]
