@@ -5,6 +5,8 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.kinematics.forward import jacobian, joint_axes, velocity_product_at
+from lwr_dyn.krl.motion.orientation_curve import orientation_through
+from lwr_dyn.model.spatial import rot_z
 from tests.krl.short_programs import HOME, codes_of, run_of
 
 V, A = 0.5, 2.0
@@ -149,6 +151,45 @@ def test_ptp_spline_goes_through_its_points_inside_the_bounds_of_its_axes(arm):
     use = np.abs(m.dq) / arm.velocity, np.abs(m.ddq) * 0.4 / arm.velocity
     assert all(x.max() < 1 + ROUNDING for x in use)
     assert max(x.max() for x in use) > 0.99
+
+
+def test_the_speed_of_axes_and_of_the_orientation_bound_a_block(arm):
+    run = run_of(arm, HOME, "PTP_SPLINE", "SPTP_REL {A1 80}", "SPTP_REL {A1 80}", "ENDSPLINE")
+    assert np.abs(run.timeline.sample(np.linspace(0, run.cycle_time, 999)).dq[:, 0]).max() / arm.velocity[0] < 1.001
+    assert run.cycle_time == pytest.approx(160 / 140 + 0.4, rel=1e-3)
+    slow = block(arm, "SLIN_REL {Y 50, C 15}", "SPL_REL {Y 50, C 15}", head=("$VEL.ORI1 = 10",))
+    assert slow.cycle_time == pytest.approx(30 / 10, rel=0.05)
+
+
+def test_a_curve_beside_an_arc_takes_its_curvature(arm):
+    run = block(arm, "SCIRC_REL {Y 50, Z 50}, {Z 100}", "SPL_REL {Y -60, Z -10}")
+    path = run.timeline.items[1].part.path.segment
+    end = np.pi * 0.05
+    a, b = path.at(np.array([end - 1e-9])), path.at(np.array([end + 1e-9]))
+    assert np.linalg.norm(a.ddp) == pytest.approx(20.0)
+    assert np.abs(a.ddp - b.ddp).max() < 1e-4
+
+
+def test_the_orientation_takes_the_short_way_through_many_turns():
+    """Quaternions of rotations by 20 to 340 deg change their sign on the way."""
+    angles = np.radians(np.arange(20.0, 341.0, 20.0))
+    R = np.array([rot_z(x) for x in angles])
+    curve = orientation_through(angles, R)
+    s = np.linspace(angles[0], angles[-1], 500)
+    sample = curve.at(s)
+    assert np.abs(sample.R - np.array([rot_z(x) for x in s])).max() < 1e-3
+    assert np.abs(sample.rate - [0, 0, 1]).max() < 0.03
+
+
+def test_a_block_with_a_faulty_point_is_not_planned(arm):
+    lines = ["SPLINE", "SLIN {A1 10}", "SPL_REL {X 3000}", "ENDSPLINE"]
+    assert [code for _, code in codes_of(arm, HOME, *lines)] == ["type"]
+
+
+def test_a_curve_that_swings_past_the_limit_of_an_axis_is_diagnosed(arm):
+    points = ["SPTP_REL {A1 184}", "SPTP_REL {A1 0.5, A6 100}", "SPTP_REL {A1 -100}"]
+    assert codes_of(arm, HOME, *points) == []
+    assert [code for _, code in codes_of(arm, HOME, "PTP_SPLINE", *points, "ENDSPLINE")] == ["outside-limits"]
 
 
 @pytest.mark.parametrize(("lines", "code"), [

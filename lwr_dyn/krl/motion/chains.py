@@ -14,7 +14,7 @@ import numpy as np
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.krl.motion.motion_segments import CartesianSegment, PtpSegment
-from lwr_dyn.krl.motion.path_speed import HUGE, PathLimits
+from lwr_dyn.krl.motion.path_speed import HUGE, PathLimits, with_fine_ends
 from lwr_dyn.krl.motion.pose_paths import STILL
 from lwr_dyn.krl.motion.timeline import TimelineItem
 from lwr_dyn.trajectory.segments import SHORTEST, ArcSegment, LineSegment
@@ -84,6 +84,7 @@ def limits_of_chain(chain: Sequence[TimelineItem]) -> tuple[PathLimits, list[int
         rest = _length(part) - cuts[i] - cuts[i + 1]
         if rest > STILL:
             steps = np.linspace(0.0, rest, int(np.clip(np.ceil(rest / STEP), FEWEST, MOST)) + 1)
+            steps = with_fine_ends(steps, begin=i == 0, end=i + 1 == len(chain))
             nodes.add(steps, *_straight(part, len(steps)))
         if i + 1 < len(chain):
             nodes.add(*_corner(part, chain[i + 1].part, cuts[i + 1]))
@@ -132,9 +133,9 @@ def _corner(a: object, b: object, cut: float) -> tuple[Array, ...]:
     bend = np.where(turned_back, HUGE, sine / (2.0 * cut * np.where(turned_back, 1.0, size) ** 3))
     middle = 0.5 * (size[1:] + size[:-1])
     steps = np.concatenate([[0.0], np.cumsum(2.0 * cut * np.maximum(middle, 1e-3) * np.diff(PARABOLA))])
-    turns = _turn(a), _turn(b)
-    change = np.tile((turns[1] - turns[0]) / steps[-1], (len(u), 1))
-    return (steps, *_path_bounds(a, b, bend, (1.0 - u) * turns[0] + u * turns[1], change))
+    # the turns of both tangents happen on the shorter way of the parabola
+    turn = ((1.0 - u) * _turn(a) + u * _turn(b)) / np.maximum(size, 1e-3)[:, None]
+    return (steps, *_path_bounds(a, b, bend, turn, np.gradient(turn, steps, axis=0)))
 
 
 def _turn(part: CartesianSegment) -> Array:

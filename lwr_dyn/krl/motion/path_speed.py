@@ -15,6 +15,8 @@ import numpy as np
 from lwr_dyn.arrays import Array
 from lwr_dyn.trajectory.motion_profile import DEGREE, MotionProfile
 
+FINE = np.array([1.0, 4.0, 16.0]) / 64.0
+"""Shares of a step."""
 HUGE = 1e30
 """Stands for no bound."""
 
@@ -104,6 +106,17 @@ def _forwards(steps: _Steps, cap: Array) -> Array:
         u = float((steps.bound[k] - steps.ratio[k] * x).min())
         x = out[k + 1] = max(0.0, min(float(cap[k + 1]), x + 2.0 * float(steps.h[k]) * u))
     return out
+
+
+def with_fine_ends(s: Array, begin: bool = True, end: bool = True) -> Array:
+    """Nodes (k,) with a few more beside the first and the last one, where a ramp from rest may be short.
+
+    >>> with_fine_ends(np.array([0.0, 1.0]), end=False)
+    array([0.      , 0.015625, 0.0625  , 0.25    , 1.      ])
+    """
+    first = s[0] + FINE * (s[1] - s[0]) if begin else s[:0]
+    last = s[-1] - FINE[::-1] * (s[-1] - s[-2]) if end else s[:0]
+    return np.unique(np.concatenate([s, first, last]))
 
 
 def times_along(s: Array, x: Array) -> Array:

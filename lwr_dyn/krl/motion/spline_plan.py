@@ -16,7 +16,7 @@ from lwr_dyn.arrays import Array
 from lwr_dyn.krl.diagnostics import Report
 from lwr_dyn.krl.motion.motion_segments import AxisSplineSegment, CartesianSegment, axes_of_poses
 from lwr_dyn.krl.motion.path_axes import axes_along
-from lwr_dyn.krl.motion.path_speed import PathLimits, fastest_speeds, profile_along
+from lwr_dyn.krl.motion.path_speed import PathLimits, fastest_speeds, profile_along, with_fine_ends
 from lwr_dyn.krl.motion.pose_paths import STILL
 from lwr_dyn.krl.motion.settings import Speeds
 from lwr_dyn.krl.motion.spline_path import SplinePiece
@@ -38,7 +38,7 @@ def spline_segment(
     steps = int(np.clip(path.length / STEP_M + path.angle / STEP_RAD, FEWEST, MOST))
     even = np.linspace(0.0, whole, steps + 1)
     # a cubic curve bends most at its points
-    s = with_points(even, piece.ends)
+    s = with_fine_ends(with_points(even, piece.ends))
     along = TimedPosePath(Path((path.segment,)), path.orientation, constant_speed(whole, whole))
     T = along.poses(s)
     table = axes_along(arm, start, T @ np.linalg.inv(tool), s / whole, report)
@@ -68,7 +68,8 @@ def axis_spline_segment(arm: Arm, points: Array, speeds: Sequence[Speeds]) -> tu
         return None
     marks = np.concatenate([[0.0], ends])[moved]
     curve = CubicSpline(marks, points[moved], bc_type="natural")
-    s = with_points(np.linspace(0.0, float(ends[-1]), int(np.clip(60 * len(steps), FEWEST, MOST)) + 1), marks)
+    even = np.linspace(0.0, float(ends[-1]), int(np.clip(60 * len(steps), FEWEST, MOST)) + 1)
+    s = with_fine_ends(with_points(even, marks))
     bounds = [speeds[i] for i in np.minimum(np.searchsorted(ends, s - STILL), len(speeds) - 1)]
     x = fastest_speeds(_axis_limits(s, curve(s, 1), curve(s, 2), bounds))
     return AxisSplineSegment(arm, curve, profile_along("spline", s, x), speeds[-1]), ends
