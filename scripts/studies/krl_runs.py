@@ -39,7 +39,6 @@ HERE = Path(__file__).parent
 MOTION = re.compile(rb"(?im)^[ \t]*(S?PTP|S?LIN|S?CIRC|SPL|(PTP|LIN|CIRC)_REL)\b")
 FEWEST = 5
 """Motions of a run that counts."""
-ENDED_EARLY = frozenset({"too-long", "too-many-steps", "step-bound", "time-bound", "bound"})
 MACHINE = MachineData(steps=200_000, seconds=3600.0)
 
 
@@ -53,7 +52,8 @@ class TriedRun:
     seconds: float = 0.0
     lowest: float = 0.0
     """[s] The same with everything known ahead."""
-    passes: int = 0
+    a_pass: float | None = None
+    """[s] Of one pass of an endless loop."""
     assumptions: int = 0
     fault: str = ""
 
@@ -86,12 +86,10 @@ def tried(folder: Path, path: Path, row: dict[str, Any]) -> TriedRun:
 
 
 def _of_run(name: str, robot: str, run: ProgramRun) -> TriedRun:
-    early = next((d for d in run.diagnostics if d.code in ENDED_EARLY), None)
-    errors = [d for d in run.diagnostics if d.severity == "error" and d.code != "axis-speed"]
-    fault = next((f"{d.code}: {d}" for d in (*errors, *([early] if early else []))), "")
-    passes = len(getattr(run, "passes", ()))
+    fault = next((f"{d.code}: {d}" for d in run.diagnostics if d.code == "bound"), "")
     known = run.times().known
-    return TriedRun(name, robot, len(run.executed), run.cycle_time, known, passes, len(run.assumptions), fault)
+    a_pass = None if run.passes is None else run.passes.cycle_time
+    return TriedRun(name, robot, len(run.executed), run.cycle_time, known, a_pass, len(run.assumptions), fault)
 
 
 def chosen(folder: Path, rows: Sequence[dict[str, Any]], only: str) -> Iterator[tuple[Path, dict[str, Any] | None]]:
@@ -107,6 +105,7 @@ def table(runs: Sequence[TriedRun], without: int) -> str:
     lines = []
     for x in runs:
         end = x.fault[:150] or f"{x.motions} motions, {x.seconds:.2f} s ({x.lowest:.2f} s), {x.assumptions} assumed"
+        end += "" if x.a_pass is None else f", {x.a_pass:.2f} s a pass"
         lines.append(f"{'ran ' if x.counts else '    '}{x.robot:12s} {x.program}: {end}")
     faults = Counter(x.fault.split(":")[0] for x in runs if x.fault)
     lines.append(
@@ -121,7 +120,9 @@ def as_toml(runs: Sequence[TriedRun]) -> str:
     for x in runs:
         if x.counts:
             out += ["[[run]]", f'program = "{x.program}"', f'robot = "{x.robot}"', f"motions = {x.motions}"]
-            out += [f"seconds = {x.seconds:.3f}", f"known = {x.lowest:.3f}", f"assumed = {x.assumptions}", ""]
+            out += [f"seconds = {x.seconds:.3f}", f"known = {x.lowest:.3f}"]
+            out += [f"a_pass = {x.a_pass:.3f}"] if x.a_pass is not None else []
+            out += [f"assumed = {x.assumptions}", ""]
     return "\n".join(out)
 
 

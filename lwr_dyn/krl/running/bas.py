@@ -69,18 +69,28 @@ def _frames(env: Environment, c: ControllerState, _: float = 0.0) -> None:
     _set_frame(env, c, "$BASE", "BASE_DATA", _act_part(env, "FDAT_ACT", "BASE_NO", 0.0))
 
 
-def _ptp_params(env: Environment, c: ControllerState, value: float) -> None:
+def _ptp_data(env: Environment, c: ControllerState, value: float) -> None:
+    """Speed, acceleration and approximation of PDAT_ACT; the frames stay."""
     _set_axes(c, "$VEL_AXIS", value)
     _set_axes(c, "$ACC_AXIS", _act_part(env, "PDAT_ACT", "ACC", 100.0))
     _set_part(c, "$APO", "CPTP", min(_act_part(env, "PDAT_ACT", "APO_DIST", 0.0), 100.0))
     _set_part(c, "$APO", "CDIS", _act_part(env, "PDAT_ACT", "APO_DIST", 0.0))
+
+
+def _ptp_params(env: Environment, c: ControllerState, value: float) -> None:
+    _ptp_data(env, c, value)
     _frames(env, c)
 
 
-def _cp_params(env: Environment, c: ControllerState, value: float) -> None:
+def _cp_data(env: Environment, c: ControllerState, value: float) -> None:
+    """Those of LDAT_ACT; the frames stay."""
     _set_part(c, "$VEL", "CP", value)
     _set_part(c, "$ACC", "CP", c.machine.acc_cp * _act_part(env, "LDAT_ACT", "ACC", 100.0) / 100.0)
     _set_part(c, "$APO", "CDIS", _act_part(env, "LDAT_ACT", "APO_DIST", 0.0))
+
+
+def _cp_params(env: Environment, c: ControllerState, value: float) -> None:
+    _cp_data(env, c, value)
     _frames(env, c)
 
 
@@ -95,6 +105,6 @@ _BAS: dict[str, Callable[[Environment, ControllerState, float], None]] = {
     "PTP_PARAMS": _ptp_params,
     "CP_PARAMS": _cp_params,
     "FRAMES": _frames,
-    "PTP_DAT": lambda env, c, v: _ptp_params(env, c, _act_part(env, "PDAT_ACT", "VEL", 100.0)),
-    "CP_DAT": lambda env, c, v: _cp_params(env, c, _act_part(env, "LDAT_ACT", "VEL", c.machine.vel_cp)),
+    "PTP_DAT": lambda env, c, v: _ptp_data(env, c, _act_part(env, "PDAT_ACT", "VEL", 100.0)),
+    "CP_DAT": lambda env, c, v: _cp_data(env, c, _act_part(env, "LDAT_ACT", "VEL", c.machine.vel_cp)),
 }
