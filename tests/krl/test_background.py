@@ -1,5 +1,6 @@
 """What goes on beside a program: waits and answers, triggers at their time, interrupts, timers, signals, submits."""
 
+import numpy as np
 import pytest
 
 import lwr_dyn
@@ -114,6 +115,45 @@ END
     interpreter = Interpreter(program, arm, MachineData())
     assert [d for d in interpreter.run() if d.severity == "error"] == []
     assert interpreter.data.files["a.dat"]["N"].value == 101
+
+
+ALARM = '[[reply]]\nafter_s = 1.0\nset = { "$IN[7]" = true }\n[inputs]\n7 = false'
+STOPPING = "DEF h( )\nBRAKE\nWAIT SEC 3\nEND\nDEF k( )\nBRAKE\nRESUME\nEND\nDEF way( )\nLIN_REL {Y 400}\nEND\n"
+
+
+def stopped_run(arm, name):
+    """The tool's way on the timeline, and its executed motions: 1 s after the start the interrupt comes."""
+    lines = [f"INTERRUPT DECL 5 WHEN $IN[7] DO {name}( )", "INTERRUPT ON 5", "way( )", "WAIT SEC 1"]
+    text = "\n".join(["DEF a( )", "BAS(#VEL_PTP, 100)", "$VEL.CP = 0.2", HOME, *lines, "END", STOPPING])
+    run = run_program(parse_program(text, name="a"), arm, cell=cell(ALARM))
+    t = np.linspace(0.0, run.cycle_time, 400)
+    motion = run.timeline.sample(t)
+    return run, t, motion, lwr_dyn.forward_kinematics(arm, motion.q)[:, :3, 3]
+
+
+def test_brake_stops_on_the_path_and_goes_on_along_it(arm):
+    run, t, motion, places = stopped_run(arm, "h")
+    assert [x.kind for x in run.executed] == ["PTP (start)", "LIN_REL", "BRAKE", "WAIT", "LIN_REL", "WAIT"]
+    away = places - places[0]
+    assert np.abs(away[:, [0, 2]]).max() < 1e-9
+    assert away[-1, 1] == pytest.approx(0.4, abs=1e-9)
+    assert (np.diff(away[:, 1]) > -1e-12).all()
+    wait = run.executed[3]
+    assert np.abs(motion.dq[(t > wait.begin) & (t < wait.end)]).max() < 1e-12
+    # each ramp of the stop takes half its length longer than the motion alone
+    stop = run.executed[2].end - run.executed[2].begin
+    assert run.cycle_time == pytest.approx(2 + RAMP + 3 + 1 + stop, abs=1e-9)
+    # the speed that is sampled is the slope of the place
+    t = np.linspace(run.executed[2].begin - 0.01, run.executed[2].end + 0.01, 2001)
+    motion = run.timeline.sample(t)
+    slope = np.diff(motion.q, axis=0) / np.diff(t)[:, None]
+    assert np.abs(slope - 0.5 * (motion.dq[1:] + motion.dq[:-1])).max() < 1e-3 * np.abs(motion.dq).max()
+
+
+def test_resume_gives_the_stopped_motion_up(arm):
+    run, _, _, places = stopped_run(arm, "k")
+    assert [x.kind for x in run.executed] == ["PTP (start)", "LIN_REL", "BRAKE", "WAIT"]
+    assert 0.18 < places[-1, 1] - places[0, 1] < 0.25
 
 
 def test_timers_count_the_time_of_the_model(arm):

@@ -14,7 +14,7 @@ from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.krl.motion.motion_segments import AxisSplineSegment, CartesianSegment, MotionSegment, PtpSegment
 from lwr_dyn.krl.motion.pose_paths import STILL
 from lwr_dyn.krl.motion.settings import Blend, Corner
-from lwr_dyn.krl.motion.timeline import Pause, Timeline, TimelineItem
+from lwr_dyn.krl.motion.timeline import Pause, SlowedPart, Timeline, TimelineItem
 from lwr_dyn.trajectory.motion_profile import MotionProfile
 
 HALVINGS = 30
@@ -24,7 +24,7 @@ SAMPLES = np.linspace(0.0, 1.0, 9)
 def append_segment(timeline: Timeline, segment: MotionSegment, blend: Blend | None, tool: Array) -> TimelineItem:
     """Adds the segment; it starts early where a blend allows overlap."""
     before = timeline.items[-1].part if timeline.items else None
-    if blend is None or before is None or isinstance(before, Pause):
+    if blend is None or before is None or isinstance(before, Pause | SlowedPart):
         return timeline.add(segment)
     corner = Corner(corner_share(before, blend, tool, True), corner_share(segment, blend, tool, False))
     overlap = min(seconds_within(before, corner.before, True), seconds_within(segment, corner.after, False))

@@ -34,7 +34,38 @@ class Pause:
         return AxisMotion(np.broadcast_to(self.start, still.shape), still, still)
 
 
-Part: TypeAlias = MotionSegment | Pause
+@dataclass(frozen=True, slots=True, eq=False)
+class SlowedPart:
+    """A part passed from its time `since` [s] on at a rate that goes evenly from `first` to `last`, 1 its own speed.
+
+    So the arm stops on its path (1 to 0), and goes on along it (0 to 1); at the constant rate 1 it is the rest.
+    """
+
+    part: MotionSegment
+    since: float
+    first: float
+    last: float
+    duration: float
+
+    @property
+    def start(self) -> Array:
+        """(n,) [rad]"""
+        return np.asarray(self.axes(np.zeros(1)).q[0])
+
+    @property
+    def until(self) -> float:
+        """[s] The time of the part at which this ends."""
+        return self.since + 0.5 * (self.first + self.last) * self.duration
+
+    def axes(self, t: Array) -> AxisMotion:
+        """At times t (k,) [s]."""
+        bend = (self.last - self.first) / self.duration if self.duration > 0.0 else 0.0
+        rate = (self.first + bend * t)[:, None]
+        x = self.part.axes(np.clip(self.since + self.first * t + 0.5 * bend * t**2, 0.0, self.part.duration))
+        return AxisMotion(x.q, rate * x.dq, rate**2 * x.ddq + bend * x.dq)
+
+
+Part: TypeAlias = MotionSegment | Pause | SlowedPart
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,6 +99,13 @@ class Timeline:
     def add(self, part: Part, overlap: float = 0.0, corner: Corner | None = None) -> TimelineItem:
         """Add a part, its first `overlap` [s] together with the end of the last one."""
         item = TimelineItem(part, self.duration - overlap, overlap, corner)
+        self.items.append(item)
+        return item
+
+    def add_at(self, part: Part, begin: float) -> TimelineItem:
+        """Add a part at a time [s]; from there on it takes the place of what was planned."""
+        self.items = [x for x in self.items if x.begin < begin]
+        item = TimelineItem(part, begin)
         self.items.append(item)
         return item
 

@@ -10,6 +10,7 @@ from lwr_dyn.krl.diagnostics import ExecutionError, ResumedError, SourcePosition
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language import statements as s
 from lwr_dyn.krl.language.unparse import expression_text
+from lwr_dyn.krl.running.braking import StoppedMotion, brake, go_on
 from lwr_dyn.krl.running.cell import Reply
 from lwr_dyn.krl.running.cell_values import give_value
 from lwr_dyn.krl.running.clock import TICK, ProgramClock
@@ -50,6 +51,8 @@ class Background:
     """Of the interrupt that is executed now; only a lower number may come between."""
     returns_to: StackFrame | None = None
     """The routine that has declared the interrupt that is executed now."""
+    stopped: StoppedMotion | None = None
+    """That BRAKE has stopped in it."""
     submits: list[Submit] = field(default_factory=list)
     submitting: bool = False
     """Whether one of them is executed now."""
@@ -171,12 +174,14 @@ class Background:
 
         def follow() -> None:
             self.clock.record(position, "interrupt", f"interrupt {priority}: {expression_text(x.condition)}")
-            before = self.priority, self.returns_to
-            self.priority, self.returns_to = priority, frame
+            before = self.priority, self.returns_to, self.stopped
+            self.priority, self.returns_to, self.stopped = priority, frame, None
             try:
                 self.m.execute_beside(x.action, position)
+                if self.stopped is not None:
+                    go_on(self.m.motions, self.stopped)
             finally:
-                self.priority, self.returns_to = before
+                self.priority, self.returns_to, self.stopped = before
 
         self.interrupts[priority] = Watch(x.condition, follow, enabled=enabled, frame=frame)
 
@@ -189,6 +194,14 @@ class Background:
                 watch.enabled = on
                 # only an edge after this counts
                 watch.last = on and self._is_true(watch.condition)
+
+    def brake(self) -> None:
+        """BRAKE: the arm stops on its path; raises `ExecutionError` outside an interrupt."""
+        if self.returns_to is None:
+            raise ExecutionError("brake", "BRAKE outside an interrupt", "in a subprogram that INTERRUPT DECL calls")
+        motions = self.m.motions
+        self.stopped = brake(motions, self.clock.now - motions.idle, self.m.log.position) or self.stopped
+        self.clock.at = None
 
     def resume(self) -> None:
         """RESUME: back to the routine that has declared the interrupt; raises `ResumedError`, `ExecutionError`."""

@@ -68,8 +68,8 @@ class ProgramClock:
 
     def run_due(self, then: Callable[[], object], until: float | None = None) -> bool:
         """Let everything happen that is due, in order of time, and `then` after each; whether anything was."""
-        limit, happened = self.motions.now if until is None else until, False
-        while self.pending and self.pending[0][0] <= limit + SAME:
+        happened = False
+        while self.pending and self.pending[0][0] <= (self.motions.now if until is None else until) + SAME:
             happened = True
             time, _, action = heapq.heappop(self.pending)
             self.at = time

@@ -103,8 +103,8 @@ def _move(m: ExecutionContext, x: s.Move) -> None:
 def _plain(m: ExecutionContext, x: s.Plain, frame: StackFrame, at: int) -> None:
     if x.keyword == "HALT":
         halt(m)
-    elif x.keyword == "RESUME":
-        m.background.resume()
+    elif x.keyword in ("RESUME", "BRAKE", "BRAKE F"):
+        m.background.resume() if x.keyword == "RESUME" else m.background.brake()
     elif x.keyword == "CONTINUE":
         m.motions.keep_advance()
     else:

@@ -1,0 +1,82 @@
+"""BRAKE in an interrupt: the arm stops on its path, and goes on along it later, unless RESUME gives the motion up."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from lwr_dyn.arrays import Array
+from lwr_dyn.krl.diagnostics import ExecutionError, SourcePosition
+from lwr_dyn.krl.motion.timeline import Pause, SlowedPart, TimelineItem
+from lwr_dyn.krl.running.motions import ExecutedMotion, Motions
+
+MOVED = 1e-6
+"""[rad] By which the arm may have left the place where it stopped."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StoppedMotion:
+    """A motion that BRAKE has stopped: what is left of it."""
+
+    slowed: SlowedPart
+    motion: ExecutedMotion
+    goal: Array
+    """(n,) [rad] Where the program's motions were to end."""
+    end: float
+    """[s] When the part was to end."""
+    items: tuple[TimelineItem, ...]
+    """What was planned after it: the rest of a spline block."""
+    motions: tuple[ExecutedMotion, ...]
+
+
+def brake(m: Motions, time: float, position: SourcePosition) -> StoppedMotion | None:
+    """Stop the arm from a time [s] of the timeline on; None where it stands or stops there anyway."""
+    item = next((x for x in reversed(m.timeline.items) if x.begin <= time < x.end), None)
+    index = next((i for i in reversed(range(len(m.executed))) if m.executed[i].begin <= time < m.executed[i].end), None)
+    if item is None or index is None or isinstance(item.part, Pause | SlowedPart) or m.controller.q is None:
+        return None
+    since = time - item.begin
+    speed = np.abs(item.part.axes(np.array([since])).dq[0])
+    seconds = float(np.max(speed / m.controller.speeds().axis_ramp))
+    slowed = SlowedPart(item.part, since, 1.0, 0.0, seconds)
+    if seconds <= 0.0 or slowed.until >= item.part.duration:
+        return None
+    items = tuple(x for x in m.timeline.items if x.begin > item.begin)
+    later = tuple(m.executed[index + 1 :])
+    stopped = StoppedMotion(slowed, m.executed[index], m.controller.q, item.end, items, later)
+    m.controller.assumptions.note("BRAKE", "", "the arm stops on its path, each axis within its ramp; BRAKE F alike")
+    m.timeline.add_at(slowed, time)
+    m.executed[index:] = [replace(m.executed[index], end=time)]
+    _stand(m, slowed, position, "BRAKE")
+    return stopped
+
+
+def go_on(m: Motions, stopped: StoppedMotion) -> None:
+    """Go on along the path; raises `ExecutionError` where the arm has left it."""
+    x = stopped.slowed
+    end = x.axes(np.array([x.duration])).q[0]
+    if m.controller.q is None or np.abs(m.controller.q - end).max() > MOVED:
+        hint = "RESUME, or a motion back to where it stopped"
+        raise ExecutionError("interrupted-motion", "the arm has left the path of the interrupted motion", hint)
+    left = x.part.duration - x.until
+    ramp = min(x.duration, float(np.sqrt(2.0 * x.duration * left)))
+    again = SlowedPart(x.part, x.until, 0.0, ramp / x.duration, ramp)
+    begin = m.timeline.add(again).begin
+    if x.part.duration - again.until > 0.0:
+        m.timeline.add(SlowedPart(x.part, again.until, 1.0, 1.0, x.part.duration - again.until))
+    m.executed.append(replace(stopped.motion, begin=begin, end=m.timeline.duration, overlap=0.0))
+    later = m.timeline.duration - stopped.end
+    m.timeline.items += [replace(i, begin=i.begin + later) for i in stopped.items]
+    m.executed += [replace(e, begin=e.begin + later, end=e.end + later) for e in stopped.motions]
+    m.controller.q = stopped.goal
+    m.blend, m.advance = None, True
+
+
+def _stand(m: Motions, part: SlowedPart, position: SourcePosition, kind: str) -> None:
+    """The arm stands where a part ends."""
+    q = part.axes(np.array([part.duration])).q[0]
+    item = m.timeline.items[-1]
+    m.executed.append(ExecutedMotion(position, kind, item.begin, item.end, q))
+    m.controller.q = q
+    m.blend, m.advance = None, False
