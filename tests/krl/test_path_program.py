@@ -6,6 +6,7 @@ from scipy.spatial.distance import cdist
 
 import lwr_dyn
 from lwr_dyn.errors import LwrDynError
+from lwr_dyn.ik_solvers.six_joint_geometry import wrist_arm_geometry
 from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.krl.robot.kuka_pose import frame_matrix
 from lwr_dyn.krl.writing.corners import Approximation
@@ -109,6 +110,19 @@ def test_through_the_wrist_singularity_goes_by_ptp(arm):
     crossed = [m.kind for m in motions if path.q[m.first, 4] > 0 >= path.q[m.last, 4]]
     assert crossed == ["PTP"]
     assert write_path(path, WritingOptions(kinds=("LIN", "CIRC"), tolerance=Tolerance(1e-3, 1e-2))).holds
+
+
+def test_a_path_that_touches_the_reach_runs(arm):
+    """A chord of it would be beyond the reach."""
+    t = np.linspace(0.0, 1.0, 801)
+    straight = wrist_arm_geometry(arm.chain).straight
+    q = np.stack([t, -1.2 + 0 * t, straight + 0.8 * np.sin(3.0 * t - 1.5), 0.3 + 0 * t, 0.9 + 0.3 * t, 0 * t], axis=1)
+    written = write_path(
+        path_of_motion(Motion(t, q, np.gradient(q, t, axis=0), 0 * q), arm),
+        WritingOptions(tolerance=Tolerance(1e-3, 1e-2)),
+    )
+    assert written.holds
+    assert {"PTP", "CIRC"} <= set(written.written.counts())
 
 
 SQUARE = "X,Y,Z,A,B,C\n0,0,0,0,0,0\n200,0,0,0,0,0\n200,200,0,0,0,0\n0,200,50,0,20,0\n"

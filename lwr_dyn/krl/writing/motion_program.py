@@ -114,6 +114,14 @@ class PathProgram:
         set_.update(changed)
         return [component_set(name, value) for name, value in changed.items()]
 
+    def motion_at(self, line: int) -> int:
+        """The index of the motion or block in or before a line (from 1) of the `.src`; -1 before all of them."""
+        open_, count = False, -2  # the first is the way to the start
+        for x in (each.statement for each in self.program().source.lines[:line]):
+            count += isinstance(x, s.SplineBlock) or (isinstance(x, s.Move) and not open_)
+            open_ = isinstance(x, s.SplineBlock) or (open_ and not isinstance(x, s.EndSpline))
+        return count
+
     def _point(self, name: str, sample: int, axes: bool) -> s.Statement:
         """A point: its pose with S and T, or its axes for a PTP to where a pose does not determine them."""
         arm, q = self.samples.arm, self.samples.q[sample]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -25,6 +25,8 @@ CLEAR = 2.0 * NEAR
 """[rad] A path in space stays this far from the wrist singularity; nearer to it only PTP is used."""
 BRANCH = 1e-6
 """[rad] Axes this near to a branch are on it."""
+SHOULDER, ELBOW = 0.01, 10.0
+"""[m] from the shoulder singularity; [rad^2/m] a bend of the elbow for each metre that it is short of its reach."""
 LONGEST_ARC = np.radians(300.0)
 
 
@@ -64,14 +66,17 @@ class FittedMotion:
 
 
 def fitted_motions(
-    samples: SampledPath, tolerance: tuple[float, float], kinds: tuple[str, ...] = USUAL
+    samples: SampledPath,
+    tolerance: tuple[float, float],
+    kinds: tuple[str, ...] = USUAL,
+    only_ptp: Sequence[tuple[int, int]] = (),
 ) -> tuple[FittedMotion, ...]:
     """The samples from first to last as motions, each the kind that reaches farthest within the tolerance.
 
-    The tolerance is [m] and [rad]. PTP is always among the kinds where a path in space would be singular. Raises
-    `OptionError` where the kinds are none or cannot follow.
+    The tolerance is [m] and [rad]. Where a path in space would be singular it is PTP, whatever the kinds, and so it is
+    between the samples of `only_ptp`.
     """
-    fit = _Fit(samples, tolerance, _reach(samples))
+    fit = _Fit(samples, tolerance, _reach(samples, tolerance[0], only_ptp))
     motions = []
     at, end = 0, len(samples.q) - 1
     while at < end:
@@ -101,15 +106,19 @@ class _Fit:
         return _farthest(follows, first, most, 2 if kind == "CIRC" else 1)
 
 
-def _reach(samples: SampledPath) -> Array:
-    """For each sample the last one (k,) that a path in space gets to: one branch, clear of the wrist singularity."""
+def _reach(samples: SampledPath, tolerance: float, only_ptp: Sequence[tuple[int, int]]) -> Array:
+    """For each sample the last one (k,) that a path in space gets to: one branch, clear of singularities."""
     q, rows = samples.q, np.arange(len(samples.q))
     branches = all_branches(samples.arm, samples.T @ np.linalg.inv(samples.tool))
     away = np.abs((branches.q - q[:, None] + np.pi) % (2.0 * np.pi) - np.pi).max(axis=-1)
     away = np.where(np.isnan(away), np.inf, away)
     branch = np.argmin(away, axis=1)
-    regular = (branches.clearance[rows, branch, 2] > CLEAR) & (away[rows, branch] < BRANCH)
+    # a chord of a path that touches the reach would leave it
+    clear = (tolerance + SHOULDER, np.sqrt(ELBOW * tolerance) + CLEAR, CLEAR)
+    regular = (branches.clearance[rows, branch] > clear).all(axis=1) & (away[rows, branch] < BRANCH)
     goes_on = regular[1:] & regular[:-1] & (branch[1:] == branch[:-1])
+    for first, last in only_ptp:
+        goes_on[first:last] = False
     ends = np.append(np.where(goes_on, len(q) - 1, rows[:-1]), len(q) - 1)
     return np.asarray(np.minimum.accumulate(ends[::-1])[::-1])
 

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
@@ -24,6 +27,10 @@ SPLINED = (0.8, 0.4, 0.15)
 """Shares of the tolerance for SPL at the samples, until its curve keeps it between them too."""
 SHARES = (1.0, 0.5, 0.25, 0.1, 0.0)
 """Of the approximations that the corners allow; the first at which the run stays within the tolerance is taken."""
+IMPOSSIBLE = frozenset({"out-of-reach", "outside-limits", "singularity", "wrist-flip"})
+"""Faults of a path in space, which the same way by PTP does not have."""
+MOST_PTP = 100
+"""Places where a path in space is given up."""
 SLOWER, SLOWEST = 0.8, 0.05
 USED = 0.9
 """Share of an axis' rated speed that a path in space uses at most."""
@@ -73,7 +80,7 @@ def write_path(
     """
     frame, written = np.eye(4) if base is None else base, None
     for splined, share in _attempts(options):
-        program, run = _slow_enough(_candidate(samples, options, frame, splined, share), machine)
+        program, run = _possible(partial(_candidate, samples, options, frame, splined, share), machine)
         deviation = path_deviation(samples, program.motions, run, options.tolerance)
         written = WrittenPath(program, run, deviation, options.tolerance)
         if written.holds:
@@ -89,10 +96,31 @@ def _attempts(options: WritingOptions) -> list[tuple[float, float]]:
     return with_blocks + ([(0.0, share) for share in shares] if set(options.kinds) != {"SPL"} else [])
 
 
-def _candidate(samples: SampledPath, options: WritingOptions, base: Array, splined: float, share: float) -> PathProgram:
+def _possible(
+    candidate: Callable[[Sequence[tuple[int, int]]], PathProgram], machine: MachineData | None
+) -> tuple[PathProgram, ProgramRun]:
+    """A candidate that runs: where a path in space cannot be gone, by PTP."""
+    only_ptp: list[tuple[int, int]] = []
+    while True:
+        program = candidate(only_ptp)
+        try:
+            return _slow_enough(program, machine)
+        except ProgramError as fault:
+            found = re.search(r":(\d+):", fault.position)
+            index = program.motion_at(int(found[1])) if found else -1
+            motion = program.motions[index] if index >= 0 else None
+            if fault.code not in IMPOSSIBLE or motion is None or motion.kind == "PTP" or len(only_ptp) >= MOST_PTP:
+                raise
+            only_ptp.append((motion.first, motion.last))
+
+
+def _candidate(
+    samples: SampledPath, options: WritingOptions, base: Array, splined: float, share: float,
+    only_ptp: Sequence[tuple[int, int]],
+) -> PathProgram:  # fmt: skip
     tolerance = options.tolerance
     kinds = tuple(kind for kind in options.kinds if kind != "SPL") or ("LIN", "CIRC")
-    motions = fitted_motions(samples, tolerance.times(FITTED if share else LEFT), kinds)
+    motions = fitted_motions(samples, tolerance.times(FITTED if share else LEFT), kinds, only_ptp)
     if splined:
         motions = with_splines(samples, motions, tolerance.times(splined), wherever=set(options.kinds) == {"SPL"})
     speeds = speeds_of(samples, motions, options.speed, options.percent, USED)
