@@ -91,6 +91,18 @@ SWITCH 1
 ENDSWITCH
 """
     assert missing(in_a_case) == [(3, "missing-end", "close it with ENDIF before line 6")]
+    one_after_another = """
+  IF TRUE THEN
+    HALT
+  IF FALSE THEN
+    HALT
+  ENDIF
+   IF FALSE THEN
+  ELSE
+    HALT
+  ENDIF
+"""
+    assert missing(one_after_another) == [(1, "missing-end", "close it with ENDIF before line 4")]
     opener_lost = """
 IF TRUE THEN
     HALT

@@ -1,11 +1,12 @@
 """Blocks of a routine: which ENDIF closes which IF, and what is missing or closes nothing.
 
-Where an end is missing or left over, the lines are paired once more by their indentation, and the pairing that has
-fewer faults is taken (of two equal ones that by indentation): then the block is named that really lost its end.
+Where an end is missing or left over, the lines are paired once more by their indentation, and the pairing with the
+fewest faults is taken (of equal ones that by indentation): then the block is named that really lost its end.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Literal
 
 from lwr_dyn.krl.diagnostics import Diagnostic
 from lwr_dyn.krl.language import statements as s
@@ -19,6 +20,8 @@ PARTS = {"ELSE": "IF", "CASE": "SWITCH", "DEFAULT": "SWITCH"}
 NESTED = 200
 """Most blocks inside one another; those inside are not paired."""
 _OPENERS_OF = {ender: tuple(o for o, other in OPENERS.items() if other == ender) for ender in CLOSERS}
+Way = Literal["order", "indentation", "strict"]
+"""An end belongs to the block opened last; to that of its own indentation; and no block is inside one as far in."""
 BLOCK_WORDS = frozenset({*OPENERS, *CLOSERS, *PARTS, "EXIT"})
 
 
@@ -51,20 +54,22 @@ def keyword_of(statement: s.Statement | None) -> str:
 
 def paired_blocks(file: SourceFile, words: Sequence[tuple[int, str]], last: int) -> PairedBlocks:
     """The blocks of lines (index and keyword) of one routine whose body ends before line `last`."""
-    in_order = _Pairing(file, by_indentation=False).read(words, last)
+    in_order = _Pairing(file, "order").read(words, last)
     if not in_order.diagnostics:
         return in_order
-    indented = _Pairing(file, by_indentation=True).read(words, last)
-    return indented if len(indented.diagnostics) <= len(in_order.diagnostics) else in_order
+    ways: tuple[Way, ...] = ("strict", "indentation")
+    pairings = [*(_Pairing(file, way).read(words, last) for way in ways), in_order]
+    return min(pairings, key=lambda pairing: len(pairing.diagnostics))
 
 
 class _Pairing:
     """Pairs the block lines of one routine, in order."""
 
-    def __init__(self, file: SourceFile, by_indentation: bool) -> None:
-        self.file, self.by_indentation = file, by_indentation
+    def __init__(self, file: SourceFile, way: Way) -> None:
+        self.file, self.way = file, way
         self.out = PairedBlocks()
         self.open: list[CodeBlock] = []
+        self.indentations: dict[int, int] = {}
         self.deeper = 0
 
     def read(self, words: Sequence[tuple[int, str]], last: int) -> PairedBlocks:
@@ -85,10 +90,17 @@ class _Pairing:
         self.out.diagnostics.append(Diagnostic(self.file.position(i, column), "error", code, message, hint))
 
     def _indentation(self, i: int) -> int:
-        text = (self.file.lines[i].layout or "").expandtabs(4)
-        return len(text) - len(text.lstrip())
+        if i not in self.indentations:
+            text = (self.file.lines[i].layout or "").expandtabs(4)
+            self.indentations[i] = len(text) - len(text.lstrip())
+        return self.indentations[i]
 
     def _opened(self, i: int, keyword: str) -> None:
+        if self.way == "strict":
+            at = len(self.open)
+            while at and self._indentation(self.open[at - 1].first) >= self._indentation(i):
+                at -= 1
+            self._close_inner(at, i)
         if len(self.open) < NESTED:
             self.open.append(CodeBlock(keyword, i))
             return
@@ -111,7 +123,7 @@ class _Pairing:
     def _place(self, i: int, kinds: tuple[str, ...], ends: bool = True) -> int | None:
         """The open block of one of these kinds to which a line belongs: the inner one, or that of its indentation."""
         places = [k for k, block in enumerate(self.open) if block.kind in kinds]
-        if not places or not self.by_indentation:
+        if not places or self.way == "order":
             return places[-1] if places else None
         own = self._indentation(i)
         depths = {k: self._indentation(self.open[k].first) for k in places}
@@ -148,7 +160,7 @@ class _Pairing:
         if self.deeper:
             return
         wanted = PARTS[keyword]
-        at = self._place(i, (wanted,), ends=False) if self.by_indentation else len(self.open) - 1
+        at = self._place(i, (wanted,), ends=False) if self.way != "order" else len(self.open) - 1
         if at is None or at < 0 or self.open[at].kind != wanted:
             hint = f"it belongs between {wanted} and END{wanted}"
             self._report(i, "stray-end", f"{keyword} outside of {wanted}", hint)
