@@ -84,6 +84,7 @@ def test_of_two_modules_of_one_name_the_nearest_is_taken_and_both_are_told(folde
     )
     assert told(where, "new/a.src") == []
     assert told(where, "old/a.src") == [("old/a.src", 2, "arguments")]
+    assert [d.code for d in check_program(load_program(where / "new/a.src", [where]))] == ["module-twice"]
     twins = load_project(where).twins()
     assert [(d.position.file, d.code) for d in twins] == [
         (f"{x}/{y}.src", "module-twice") for y in "ab" for x in ("new", "old")

@@ -99,7 +99,9 @@ def _program(
     files: Sequence[ModuleFile], name: str, diagnostics: Sequence[Diagnostic] = (), folder: Path | None = None
 ) -> Program:
     project = project_of(files, folder)
-    return program_in(project, project.homes[name], diagnostics)
+    module = project.homes[name]
+    of_name = (d for d in project.twins() if d.position.file == str(module.path))
+    return program_in(project, module, (*diagnostics, *of_name))
 
 
 def _included(path: Path, folder: Path) -> list[ModuleFile]:

@@ -149,15 +149,15 @@ def _joined(modules: list[Module]) -> list[Module]:
 def _parts(modules: Sequence[Module]) -> dict[Module, tuple[str, ...]]:
     """The part of each module; one outside of all belongs to the robot's if there is one only."""
     found = {m: _part(m.path) for m in modules}
-    robots = {part for part in found.values() if part and part[-1].upper() != "STEU"}
+    robots = {part for part in found.values() if part and part[-1] != "STEU"}
     rest = next(iter(robots)) if len(robots) == 1 else ()
     return {m: part or rest for m, part in found.items()}
 
 
 def _part(path: PurePosixPath) -> tuple[str, ...]:
-    parts = path.parent.parts
+    parts = path.parent.as_posix().upper().split("/")
     at = next((i for i, x in enumerate(parts) if _PART.fullmatch(x)), None)
-    return () if at is None else parts[: at + 1]
+    return () if at is None else tuple(parts[: at + 1])
 
 
 def _steps(a: PurePosixPath, b: PurePosixPath) -> int:
