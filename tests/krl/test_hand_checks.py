@@ -81,9 +81,11 @@ def test_c_ptp_takes_its_share_of_half_the_way(arm, percent, share):
 
 
 def test_a_constant_orientation_is_kept(arm):
-    run = run_of(arm, HOME, "$ORI_TYPE = #CONSTANT", "LIN_REL {Y 100, C 20}")
+    block = ("SPLINE", "SLIN_REL {Y -50, B -20}", "SPL_REL {Y -50, B -20}", "ENDSPLINE")
+    run = run_of(arm, HOME, "$ORI_TYPE = #CONSTANT", "LIN_REL {Y 100, C 20}", *block)
     R = lwr_dyn.forward_kinematics(arm, np.array([x.q for x in run.executed]))[:, :3, :3]
-    assert np.abs(R[1] - R[0]).max() < 1e-9
+    assert np.abs(R - R[0]).max() < 1e-9
+    assert len(R) == 4
 
 
 def test_the_assumptions_of_timing_are_listed(arm):

@@ -140,6 +140,17 @@ def test_c_spl_passes_into_the_next_block(arm):
     assert passed.executed[-1].overlap == pytest.approx(min(0.2 / 2.3, np.sqrt(2 * 0.02 / 2.3)), rel=0.03)
 
 
+@pytest.mark.parametrize(("first", "second", "passed"), [
+    ("SLIN_REL {Y 50} C_SPL", "SLIN_REL {Z 50}", True),
+    ("SPTP_REL {A1 5} C_SPL", "SLIN_REL {Z 50}", True),
+    ("SLIN_REL {Y 50} C_SPL", "LIN_REL {Z 50}", False),
+    ("LIN_REL {Y 50} C_DIS", "SLIN_REL {Z 50}", False),
+    ("PTP_REL {A1 5} C_DIS", "LIN_REL {Z 50}", True),
+])  # fmt: skip
+def test_the_two_planners_do_not_pass_into_one_another(arm, first, second, passed):
+    assert (run_of(arm, HOME, "$APO.CDIS = 20", first, second).executed[-1].overlap > 0.0) == passed
+
+
 def test_ptp_spline_goes_through_its_points_inside_the_bounds_of_its_axes(arm):
     lines = ("SPTP_REL {A1 20}", "SPTP_REL {A1 10, A2 10, A4 30}", "SPTP_REL {A1 20, A2 -20, A5 20}")
     run = run_of(arm, HOME, "PTP_SPLINE", *lines, "ENDSPLINE")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lwr_dyn.krl.running.constants import constant_value
-from lwr_dyn.krl.running.values import ArrayValue, StructValue, Value, array_of, axes_value, copied
+from lwr_dyn.krl.running.values import ArrayValue, EnumValue, StructValue, Value, array_of, axes_value, copied
 from lwr_dyn.papers.fields import parse_toml
 
 if TYPE_CHECKING:
@@ -58,7 +58,7 @@ _MOTION: dict[str, Value] = {"VEL": 100.0, "ACC": 100.0, "APO_DIST": 100.0}
 _STANDARD: dict[str, tuple[str, dict[str, Value]]] = {
     **dict.fromkeys(("PDAT_ACT", "PDEFAULT"), ("PDAT", _MOTION)),
     **dict.fromkeys(("LDAT_ACT", "LDEFAULT"), ("LDAT", {**_MOTION, "VEL": 2.0})),
-    "FDAT_ACT": ("FDAT", {"TOOL_NO": 0, "BASE_NO": 0}),
+    "FDAT_ACT": ("FDAT", {"TOOL_NO": 0, "BASE_NO": 0, "IPO_FRAME": EnumValue("BASE")}),
 }
 """Variables of a new `$config.dat`: their type and components."""
 

@@ -20,9 +20,10 @@ from lwr_dyn.krl.motion.timeline import Pause, Timeline
 from lwr_dyn.krl.robot.kuka_pose import status
 from lwr_dyn.krl.running.controller import ControllerState
 from lwr_dyn.krl.running.evaluate import Environment, number_of, value_of
+from lwr_dyn.krl.running.orientation_mode import led_pose
 from lwr_dyn.krl.running.relative import absolute_point
 from lwr_dyn.krl.running.targets import RobotState, axes_of_point, point_in_world
-from lwr_dyn.krl.running.values import EnumValue, StructValue, Value, axes_value, is_axes, pose_value
+from lwr_dyn.krl.running.values import StructValue, Value, axes_value, is_axes, pose_value
 
 if TYPE_CHECKING:
     from lwr_dyn.krl.running.spline_block import OpenBlock
@@ -30,12 +31,6 @@ if TYPE_CHECKING:
 LONGEST_WAIT = 1e7
 """[s]"""
 PASSED = "the ramps of two motions overlap, which gives sqrt(a L) at points L apart; no KUKA figure tests it"
-TURNED = {
-    "$ORI_TYPE": ("JOINT", "the orientation of LIN and CIRC turns about one axis, as with #VAR"),
-    "$CIRC_TYPE": ("PATH", "the orientation of CIRC is led as with #BASE"),
-    "$IPO_MODE": ("TCP", "a fixed tool is not modelled: as with #BASE"),
-}
-"""Values of system variables that are not modelled, and what is done instead."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -64,6 +59,8 @@ class Motions:
     kept: bool = False
     """Whether CONTINUE keeps the advance run for this statement."""
     count: int = 0
+    spline: bool = False
+    """Whether the last motion is one of the spline planner's, which takes SPTP, SLIN, SCIRC and blocks."""
     block: OpenBlock | None = None
     """A spline block that is not ended."""
     idle: float = 0.0
@@ -94,6 +91,11 @@ class Motions:
     def blend_now(self) -> Blend | None:
         """How the next motion may begin before the last one has ended."""
         return self.blend if self.advance and self.controller.advance > 0 else None
+
+    def blend_into(self, kind: str) -> Blend | None:
+        """The same for a motion of this kind: a spline is never passed into another kind, nor the other way."""
+        before, self.spline = self.spline, kind.startswith("S") or kind == "PTP_SPLINE"
+        return self.blend_now() if before == self.spline else None
 
     @property
     def now(self) -> float:
@@ -190,24 +192,12 @@ class Motions:
             return None, None
         self._check_status(point, status(c.arm, c.q))
         via = None if through is None else point_in_world(robot, through)
-        path = path_between(tool_pose(c.arm, c.q, c.tool), self.led(point_in_world(robot, point), c.q), via, angle)
+        start = tool_pose(c.arm, c.q, c.tool)
+        path = path_between(start, led_pose(c, start, point_in_world(robot, point)), via, angle)
         segment = cartesian_segment(c.arm, c.q, c.tool, path, c.speeds(), self.report)
         if segment is None:
             return None, c.q if path.is_still else None
         return segment, segment.end
-
-    def led(self, pose: Array, q: Array) -> Array:
-        """The pose (4, 4) [m] at the end of a path that begins at axes q; $ORI_TYPE #CONSTANT keeps the orientation."""
-        c = self.controller
-        values = {name: c.variables[name].value for name in TURNED if name in c.variables}
-        for name, (value, text) in TURNED.items():
-            if values.get(name) == EnumValue(value):
-                c.assumptions.note(f"{name} #{value}", "", text)
-        if values.get("$ORI_TYPE") != EnumValue("CONSTANT"):
-            return pose
-        kept = pose.copy()
-        kept[:3, :3] = tool_pose(c.arm, q, c.tool)[:3, :3]
-        return kept
 
     def _report_errors(self, severity: Severity, code: str, message: str, hint: str) -> None:
         if severity == "error":
@@ -221,7 +211,7 @@ class Motions:
 
     def _append(self, x: s.Move, position: SourcePosition, segment: MotionSegment | None, q: Array) -> None:
         c = self.controller
-        blend = self.blend_now()
+        blend = self.blend_into(x.kind)
         if c.q is None:
             # the first motion (KUKA's block coincidence) begins anywhere: it only sets the axes
             self.timeline.add(Pause(q, 0.0))

@@ -20,6 +20,7 @@ from lwr_dyn.krl.motion.spline_plan import axis_spline_segment, spline_segment
 from lwr_dyn.krl.running.controller import ControllerState
 from lwr_dyn.krl.running.evaluate import Environment, number_of
 from lwr_dyn.krl.running.motions import ExecutedMotion, Motions
+from lwr_dyn.krl.running.orientation_mode import led_pose
 from lwr_dyn.krl.running.targets import axes_of_point, point_in_world
 from lwr_dyn.krl.running.values import StructValue, Value, is_axes
 from lwr_dyn.krl.running.with_settings import WithSettings
@@ -132,7 +133,9 @@ def collect(m: Motions, env: Environment, x: s.Move, position: SourcePosition) -
     else:
         via = None if x.auxiliary is None else _place(m, m.point(env, x.auxiliary, x))
         angle = None if x.angle is None else float(np.radians(number_of(env, x.angle, "CA")))
-        end = SplinePoint(OF_BLOCK["SPLINE"][x.kind.removesuffix("_REL")], _place(m, point), c.speeds(), via, angle)
+        place = _place(m, point)
+        place = place if block.pose is None else led_pose(c, block.pose, place)
+        end = SplinePoint(OF_BLOCK["SPLINE"][x.kind.removesuffix("_REL")], place, c.speeds(), via, angle)
     if end is not None:
         block.add(x.kind, position, c.speeds(), end)
         block.faulty = before
@@ -155,7 +158,7 @@ def end_block(m: Motions, blends: tuple[str, ...]) -> None:
         return
     if pieces:
         m.controller.assumptions.note(block.kind, "", CURVE)
-    blend = m.blend_now()
+    blend = m.blend_into(block.kind)
     for piece in pieces:
         item = append_segment(m.timeline, piece.segment, blend, m.controller.tool)
         begin, overlap, blend = item.begin, item.overlap, None
