@@ -2,8 +2,9 @@
 
 The rooms, each sees those below it:
 
-    command     `lwr-dyn krl write | check | run`
+    command     `lwr-dyn krl write | check | run | diff | format | server`
     page        the page that replays a run beside its program
+    comparing   what two programs or backups differ in
     writing     programs from points, runs and tables of poses
     running     the interpreter, the controller's state, motions of the arm; `check_program`, `run_program`
     motion      segments and blends in time

@@ -113,7 +113,7 @@ def test_files_are_paired_by_path_then_by_name(backups):
 
 def test_the_command(backups, lwr_dyn_command):
     old, new = (str(backups / name) for name in ("old", "new"))
-    assert lwr_dyn_command("krl", "diff", old, new)[:2] == (0, "3 the same\n")
+    assert lwr_dyn_command("krl", "diff", old, new)[:2] == (0, "same 3\n")
     edit(backups, "Program/work.dat", ("Y 0.0", "Y 2.0"))
     edit(backups, "Program/work.src", ("LIN P1 C_DIS", "LIN P1"))
     code, out, err = lwr_dyn_command("krl", "diff", old, new)
@@ -125,7 +125,7 @@ def test_the_command(backups, lwr_dyn_command):
         "  WORK: changed",
         "    - 6: LIN P1 C_DIS",
         "    + 6: LIN P1",
-        "2 files changed, 1 points moved, 1 routines changed, 1 the same",
+        "files changed 2, points moved 1, routines changed 1, same 1",
     ]
     # a .src brings the .dat beside it
     files = [f"{folder}/R1/Program/work.src" for folder in (old, new)]

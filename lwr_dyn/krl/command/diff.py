@@ -31,7 +31,7 @@ def diff(before: str, after: str, as_json: bool) -> None:
             for line in _lines(file):
                 click.echo(line)
         click.echo(
-            ", ".join(f"{count} {what}" for what, count in _summary(files).items() if count) or "no file differs"
+            ", ".join(f"{what} {count}" for what, count in _summary(files).items() if count) or "no file differs"
         )
     sys.exit(0 if same else 1)
 
@@ -46,7 +46,7 @@ def _summary(files: Sequence[FileComparison]) -> dict[str, int]:
         "in layout only": count("layout"), "points moved": sum(len(x.points) for x in programs),
         "values changed": sum(len(x.values) for x in programs), "routines changed": sum(len(x.routines) for x in files),
         "of the configuration": sum(len(x.points) + len(x.values) for x in files if x.configuration),
-        "the same": count("same"),
+        "same": count("same"),
     }  # fmt: skip
 
 
