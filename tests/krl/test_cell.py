@@ -29,6 +29,12 @@ def test_a_state_that_nothing_gives_is_assumed_and_listed_once(arm):
     assert [x for x in assumed if x.startswith("$T1")] == ["$T1 = FALSE (state default)"]
 
 
+def test_an_option_that_is_not_installed_is_off(arm):
+    values, assumed = values_of(arm, ["A = ARC20 OR (A10_OPTION == #ACTIVE)"], ["DECL BOOL A"])
+    assert values["A"] is False
+    assert assumed == ["ARC20 = FALSE (option not installed)", "A10_OPTION = #DISABLED (option not installed)"]
+
+
 def test_what_the_program_sets_itself_is_no_assumption(arm):
     _, assumed = values_of(arm, ["$FILTER = 5", "N = $FILTER"], ["DECL INT N"])
     assert not assumed

@@ -16,21 +16,22 @@ from lwr_dyn.papers.fields import parse_toml
 if TYPE_CHECKING:
     from lwr_dyn.krl.running.controller import ControllerState
 
-STATE = "state default"
-"""Where a value of `states.toml` comes from, in the list of assumptions."""
+FROM = {"controller": "state default", "option": "option not installed"}
+"""Where the values of a table of `states.toml` come from, in the list of assumptions."""
 INTERNAL = frozenset({"$TRUE", "$FALSE"})
 """Names whose values are no assumptions."""
 
 
 @lru_cache(maxsize=1)
-def state_defaults() -> Mapping[str, Value]:
-    """The states of a controller in automatic operation without faults, of `states.toml`.
+def state_defaults() -> Mapping[str, tuple[Value, str]]:
+    """The states of a controller in automatic operation without faults or options, and where each comes from.
 
     >>> state_defaults()["$T1"]
-    False
+    (False, 'state default')
     """
     text = (files("lwr_dyn.krl.running") / "states.toml").read_text(encoding="utf-8")
-    return {name: constant_value(value) for name, value in parse_toml(text, "states.toml").items()}
+    tables = parse_toml(text, "states.toml")
+    return {name: (constant_value(value), FROM[key]) for key in FROM for name, value in tables[key].items()}
 
 
 def default_value(c: ControllerState, key: str, type_name: str) -> tuple[Value | None, str]:
@@ -51,7 +52,7 @@ def default_value(c: ControllerState, key: str, type_name: str) -> tuple[Value |
     if machine is not None:
         return machine, "assumed machine data"
     state = state_defaults().get(key)
-    return (None, "") if state is None else (copied(state), STATE)
+    return (None, "") if state is None else (copied(state[0]), state[1])
 
 
 _MOTION: dict[str, Value] = {"VEL": 100.0, "ACC": 100.0, "APO_DIST": 100.0}
