@@ -46,7 +46,7 @@ def test_what_crosses_is_cut_and_what_has_no_end_is_left_out():
 
 
 def test_a_block_that_is_still_open_while_it_is_written_is_shown():
-    text = "DEF a( )\nWHILE TRUE\nIF TRUE THEN\nHALT\n"
+    text = "DEF a( )\nWHILE TRUE\n  IF TRUE THEN\n    HALT\n"
     shown = tree(outline_items(*read(text)))
     assert shown == [("routine", "a", 1, 4, [("block", "WHILE TRUE", 2, 4, [("block", "IF TRUE THEN", 3, 4)])])]
 
