@@ -2,12 +2,8 @@
 
 The rooms, each sees those below it:
 
-<<<<<<< Updated upstream
     command     `lwr-dyn krl write | check | run | diff | format | server`
-=======
-    command     `lwr-dyn krl write | check | run`
     editor      what an editor asks, and the language server that answers
->>>>>>> Stashed changes
     page        the page that replays a run beside its program
     comparing   what two programs or backups differ in
     writing     programs from points, runs and tables of poses
