@@ -44,6 +44,7 @@ LINES = {
     "krl": "suite:krl",
     "krl_edits": "krl_editor:krl_edits",
     "krl_large": "large_programs:krl_large",
+    "krl_splines": "krl_motion:krl_splines",
     "krl_projects": "krl_projects:krl_projects",
     "krl_written": "krl_language:krl_written",
     "lint": "audit:lint",
