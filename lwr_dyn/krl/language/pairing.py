@@ -122,16 +122,17 @@ class _Pairing:
 
     def _place(self, i: int, kinds: tuple[str, ...], ends: bool = True) -> int | None:
         """The open block of one of these kinds to which a line belongs: the inner one, or that of its indentation."""
-        places = [k for k, block in enumerate(self.open) if block.kind in kinds]
-        if not places or self.way == "order":
-            return places[-1] if places else None
-        own = self._indentation(i)
-        depths = {k: self._indentation(self.open[k].first) for k in places}
-        even = [k for k in places if depths[k] == own]
-        if even:
-            return even[-1]
+        inner: int | None = None
+        for k in range(len(self.open) - 1, -1, -1):
+            if self.open[k].kind not in kinds:
+                continue
+            depth = self._indentation(self.open[k].first)
+            if self.way == "order" or depth == self._indentation(i):
+                return k
+            inner = k if inner is None else inner
         # CASE may stand further in than SWITCH; an end that stands further in than its opener belongs to a lost one
-        return None if depths[places[-1]] < own and ends else places[-1]
+        further_in = inner is not None and self._indentation(self.open[inner].first) < self._indentation(i)
+        return None if ends and further_in else inner
 
     def _close_inner(self, at: int, i: int) -> None:
         """The blocks from `at` on have no end: line `i` closes what is around them."""
