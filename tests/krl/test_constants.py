@@ -53,6 +53,7 @@ def test_an_error_is_told_at_its_line(lines, code):
         (["DECL PDAT p", "p = {VEL 110, ACC 100}"], "percent-range"),
         (["DECL PDAT p", "p.VEL = 110"], "percent-range"),
         (["HALT", "$UNHEARD_OF = #INITMVO"], "no-constant"),
+        (["INT n", "n = RSI_ON(#ASBOLUTE)"], "no-constant"),
         (["HALT", "$MSG_T.VAILD = TRUE"], "no-component"),
         (["HALT", "$IPO_MODE = #TPC"], "no-constant"),
     ],
@@ -71,7 +72,8 @@ def test_what_is_within_its_bounds_is_not_told():
         "$VEL_AXIS[1] = 100", "$OV_PRO = 100", "BAS(#VEL_PTP, 100)", "BAS(#VEL_CP, 2)", "$VEL.ORI1 = 400",
         "$ACC.CP = 10", "$APO.CDIS = 500", "p = {VEL 100, ACC 100, APO_DIST 500}", "l = {VEL 2, ACC 100, APO_DIST 500}",
         "c = #green", "IF c == #RED THEN", "ENDIF", "SWITCH c", "CASE #RED", "CASE #GREEN", "ENDSWITCH",
-        "$MSG_T.UNLISTED = TRUE", "$IPO_MODE = #BASE", "$UNHEARD_OF = #UNHEARD", "$UNHEARD_OF = #INITMOV",
+        "$MSG_T.UNLISTED = TRUE", "n = RSI_ON(#UNLISTED)", "$IPO_MODE = #BASE", "$UNHEARD_OF = #UNHEARD",
+        "$UNHEARD_OF = #INITMOV",
         "SWITCH n", "CASE 1", "ENDSWITCH",
     ]  # fmt: skip
     assert told(*sound) == []

@@ -154,8 +154,10 @@ def test_of_an_unknown_type_nothing_more_is_told():
     ]
     found = [(d.position.line, d.code) for d in diagnostics_of(*lines)]
     assert found == [(2, "unknown-type"), (8, "index-range")]
-    inside = diagnostics_of("STRUC S1 BOXES K", "DECL S1 s", "s.K.HIGH = 3")
+    inside = diagnostics_of("STRUC S1 BOXES K", "DECL S1 s", "s.K.HIGH = 3", "PTP s.K")
     assert [(d.position.line, d.code) for d in inside] == [(2, "unknown-type")]
+    taken = diagnostics_of("take(3)", "END", "DEF take(x :IN)", "DECL BOXES x")
+    assert [(d.position.line, d.code) for d in taken] == [(5, "unknown-type")]
 
 
 def test_an_unknown_system_name_may_be_a_subprogram():
