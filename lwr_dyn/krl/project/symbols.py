@@ -237,7 +237,7 @@ def signature(scope: Scope, x: e.FunctionCall) -> tuple[Type | None, int, int]:
         function = scope.known.functions[key]
         return function.returns, function.least, function.most
     if scope.variable(x.name) in (None, UNKNOWN):
-        hint = "define it, declare it with EXT, or name its file with --with"
+        hint = "define it, declare it with EXT, or lend its file with --with, its names with --names"
         known = (*scope.program.names.routines, *scope.known.functions)
         scope.report_unknown(x.column, "unknown-call", f"the subprogram {x.name} is not known", x.name, known, hint)
     else:
