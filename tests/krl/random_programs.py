@@ -145,7 +145,9 @@ class Writer:
             lambda: s.Jump("there"),
             lambda: s.Label("there"),
             lambda: s.Return(r.choice((None, x()))),
-            lambda: s.InterruptDeclaration(x(0), x(2), r.choice((self.assign, self.invoke))(), r.random() < 0.5),
+            lambda: s.InterruptDeclaration(
+                x(0), x(2), r.choice((self.assign, self.invoke))(), r.random() < 0.5, r.random() < 0.3
+            ),
             lambda: s.InterruptSwitch(r.choice(("ON", "OFF", "ENABLE", "DISABLE")), r.choice((None, e.Integer(3)))),
             lambda: s.Trigger(
                 r.choice(("DISTANCE", "PATH")), x(1), x(1), self.invoke(), r.choice((None, x(1))), r.random() < 0.5

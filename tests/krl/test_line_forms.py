@@ -47,6 +47,9 @@ FORMS = {
     "COPEN(:SER_3, handle)": s.Invoke(e.FunctionCall("COPEN", (e.ChannelName("SER_3"), name("handle")))),
     "BRAKE": s.Plain("BRAKE"),
     "BRAKE F": s.Plain("BRAKE F"),
+    "INTERRUPT WITH BRAKE DECL 2 WHEN $IN[3] DO stop()": s.InterruptDeclaration(
+        e.Integer(2), e.Index(name("$IN"), (e.Integer(3),)), s.Invoke(e.FunctionCall("stop")), with_brake=True
+    ),
     "CONFIRM nr": s.Confirm(name("nr")),
     "ON_ERROR_PROCEED": s.Plain("ON_ERROR_PROCEED"),
     "DECL INT V[,]": d.Declaration("INT", (d.Declarator("V", (), commas=1),)),

@@ -137,12 +137,13 @@ class Return:
 
 @dataclass(frozen=True, slots=True)
 class InterruptDeclaration:
-    """`INTERRUPT DECL priority WHEN condition DO action`."""
+    """`INTERRUPT DECL priority WHEN condition DO action`; with `INTERRUPT WITH BRAKE DECL` it also brakes the robot."""
 
     priority: Expression
     condition: Expression
     action: Assign | Invoke
     is_global: bool = False
+    with_brake: bool = False
     column: int = field(default=1, compare=False)
 
 
@@ -237,10 +238,8 @@ RULES: Rules = {
     "jump": lambda c: Jump(c[1].text, c[0].column),
     "label": lambda c: Label(c[0].text, c[0].column),
     "return_": lambda c: Return(c[1], c[0].column),
-    # [GLOBAL] INTERRUPT DECL priority WHEN condition DO action
-    "interrupt_declaration": lambda c: InterruptDeclaration(c[3], c[5], c[7], c[0] is not None, c[1].column),
+    "interrupt_declaration": lambda c: InterruptDeclaration(c[5], c[7], c[9], bool(c[0]), bool(c[2]), c[1].column),
     "interrupt_switch": lambda c: InterruptSwitch(c[1].text.upper(), c[2], c[0].column),
-    # TRIGGER WHEN place value [ONSTART] DELAY delay DO action [PRIO priority]
     "trigger": lambda c: Trigger(c[2].text.upper(), c[3], c[6], c[8], c[10], c[4] is not None, c[0].column),
     "analog": lambda c: Analog(c[0].text.upper(), c[1].text.upper(), c[2], c[3], c[4] or (), c[0].column),
     "options": _options,

@@ -183,7 +183,7 @@ def _for(x: s.For) -> str:
 
 
 def _interrupt(x: s.InterruptDeclaration) -> str:
-    head = _words(_global(x), "INTERRUPT DECL", expression_text(x.priority))
+    head = _words(_global(x), f"INTERRUPT{' WITH BRAKE' * x.with_brake} DECL", expression_text(x.priority))
     return f"{head} WHEN {expression_text(x.condition)} DO {statement_text(x.action)}"
 
 
