@@ -42,6 +42,7 @@ LINES = {
     "kernels": "checks:kernels",
     "kills": "kills:kills",
     "krl": "suite:krl",
+    "krl_cells": "krl_cells:krl_cells",
     "krl_edits": "krl_editor:krl_edits",
     "krl_large": "large_programs:krl_large",
     "krl_splines": "krl_motion:krl_splines",

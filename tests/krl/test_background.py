@@ -9,6 +9,7 @@ from lwr_dyn.krl.project.program import parse_program, program_of
 from lwr_dyn.krl.running.cell_file import cell_of
 from lwr_dyn.krl.running.run import ProgramError, run_program
 from lwr_dyn.papers.fields import parse_toml
+from tests.krl.random_cells import faults_of
 from tests.krl.short_programs import HOME, values_of
 
 LIN = "LIN_REL {Y 400}"
@@ -154,6 +155,12 @@ def test_resume_gives_the_stopped_motion_up(arm):
     run, _, _, places = stopped_run(arm, "k")
     assert [x.kind for x in run.executed] == ["PTP (start)", "LIN_REL", "BRAKE", "WAIT"]
     assert 0.18 < places[-1, 1] - places[0, 1] < 0.25
+
+
+@pytest.mark.parametrize("seed", [2, 5, 8, 22, 27, 33])
+def test_random_programs_keep_the_laws(arm, seed):
+    """scripts/soak.py krl_cells tries more."""
+    assert faults_of(arm, seed) == []
 
 
 def test_timers_count_the_time_of_the_model(arm):

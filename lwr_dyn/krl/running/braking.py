@@ -31,8 +31,12 @@ class StoppedMotion:
 
 
 def brake(m: Motions, time: float, position: SourcePosition) -> StoppedMotion | None:
-    """Stop the arm from a time [s] of the timeline on; None where it stands or stops there anyway."""
+    """Stop the arm from a time [s] of the timeline on; None where it stands or stops there anyway.
+
+    In a blend it begins to stop where the blend ends.
+    """
     item = next((x for x in reversed(m.timeline.items) if x.begin <= time < x.end), None)
+    time = time if item is None else max(time, item.begin + item.overlap)
     index = next((i for i in reversed(range(len(m.executed))) if m.executed[i].begin <= time < m.executed[i].end), None)
     if item is None or index is None or isinstance(item.part, Pause | SlowedPart) or m.controller.q is None:
         return None
