@@ -76,6 +76,19 @@ def test_a_spline_block_takes_fewer_points_and_never_stops(arm):
     assert (source.count("\r\nSPLINE"), source.count("ENDSPLINE")) == (1, 1)
 
 
+def test_an_axis_spline_follows_an_exciting_motion_nearly_in_its_time(arm):
+    """Through the wrist singularity, where paths in space cannot go."""
+    motion = fourier(arm, 3)
+    motion = Motion(motion.t, motion.q - np.array([0, 0, 0, 0, 0.87, 0]), motion.dq, motion.ddq)
+    assert motion.q[:, 4].min() < 0.0 < motion.q[:, 4].max()
+    options = WritingOptions(tolerance=Tolerance(2e-4, 2e-3), kinds=("SPTP",))
+    written = write_path(path_of_motion(motion, arm), options)
+    assert written.holds
+    assert written.written.passed == written.written.counts()["SPTP"] - 1
+    assert written.run.cycle_time < 1.5 * 3.0
+    assert "\r\nPTP_SPLINE" in written.written.program().source.text()
+
+
 def test_a_program_written_from_its_run_has_its_motions_again(arm):
     lines = ("PTP {A1 30, A2 -80, A3 100, A4 10, A5 45, A6 20}", "WAIT SEC 0.5", "LIN_REL {Z -100}",
              "CIRC_REL {X 50, Y 50}, {X 100, Y 0}", "LIN_REL {X 100, B 10}")  # fmt: skip
@@ -210,7 +223,8 @@ def test_a_wrong_table_is_one_line(arm, tmp_path, text, message):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (("--motions", "LIN,FLY"), "kinds: LIN,FLY; allowed: some of LIN, CIRC, PTP, SPL"),
+        (("--motions", "LIN,FLY"), "kinds: LIN,FLY; allowed: some of LIN, CIRC, PTP, SPL, SPTP"),
+        (("--motions", "LIN,SPTP"), "kinds: LIN,SPTP; allowed: SPTP alone"),
         (("--tolerance", "0"), "tolerance: 0 mm; allowed: from 0.001 to 1000 mm"),
         (("--tool", "1,2"), "--tool: 1,2; allowed: six numbers"),
         (("--out", "if.src"), "name: 'if'; allowed: a name of KRL"),

@@ -16,7 +16,7 @@ from lwr_dyn.front import load
 from lwr_dyn.krl.project.program import Program
 from lwr_dyn.krl.robot.kuka_pose import frame_matrix
 from lwr_dyn.krl.writing.motion_program import rounded
-from lwr_dyn.krl.writing.path_fit import USUAL, Tolerance
+from lwr_dyn.krl.writing.path_fit import BLOCKS, USUAL, Tolerance
 from lwr_dyn.krl.writing.path_program import WritingOptions, WrittenPath, write_path
 from lwr_dyn.krl.writing.point_program import generate_program, read_point_program
 from lwr_dyn.krl.writing.program_lines import config_entries
@@ -32,7 +32,7 @@ FRAME = "X,Y,Z,A,B,C"
 @click.option("--robot", default="kr30ha", show_default=True, help="A robot with KUKA's axes.")
 @click.option("--tolerance", type=float, default=0.1, show_default=True, help="Of the path, mm.")
 @click.option("--angle-tolerance", type=float, default=0.1, show_default=True, help="Of the orientation, deg.")
-@click.option("--motions", default=",".join(USUAL), show_default=True, help="Kinds it may use; also SPL.")
+@click.option("--motions", default=",".join(USUAL), show_default=True, help="Kinds it may use; SPL too, or SPTP alone.")
 @click.option("--stop", is_flag=True, help="Stop at each point: no C_DIS, no C_PTP.")
 @click.option("--speed", type=float, help="$VEL.CP, m/s; the largest of the run if not given, 0.25 without times.")
 @click.option("--percent", type=click.IntRange(1, 100), help="Of the axes' speeds, for PTP; that of the run.")
@@ -46,8 +46,8 @@ def write(source: str, robot: str, out: str | None, **given: Any) -> None:
 
     SOURCE is a .toml of points; a run (.npz) of six axes; or a table (.csv) with a line of names: X, Y, Z, A, B, C in
     mm and deg, or A1 to A6 in deg, or q1 to q6 in rad, also time in s. A run or table is followed by LIN, CIRC and PTP
-    within the tolerance, or SPL; the program is run on the model and its path compared with SOURCE, exit 1 where it is
-    farther off.
+    within the tolerance, or SPL, SPTP; the program is run on the model and its path compared with SOURCE, exit 1 where
+    it is farther off.
     """
     arm = load(robot)
     if ends_in(source, ".toml"):
@@ -122,8 +122,8 @@ def _text(result: WrittenPath, target: Path, numbers: tuple[int | None, int | No
         f"run on {samples.arm.name}: {run.cycle_time:.3f} s, its path within {away} of the samples "
         f"({'as allowed' if result.holds else 'NOT as allowed'}: {allowed})",
     ]
-    if "SPL" in counts:
-        lines.append("between the points of SPL a controller's path may be another: KUKA's curve is not published")
+    for kind in set(counts) & set(BLOCKS):
+        lines.append(f"between the points of {kind} a controller's path may be another: KUKA's curve is not published")
     for name, number, frame in zip(("TOOL", "BASE"), numbers, (samples.tool, written.base), strict=True):
         if number is not None:
             lines.append(f"in $config.dat:\n{config_entries(name, number, rounded(frame), target.stem)}")

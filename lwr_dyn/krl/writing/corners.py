@@ -3,7 +3,7 @@
 Between two paths in space ($APO.CDIS = d) the corner is cut by a parabola, at most d sin(turn / 2) / 2 from it, and the
 orientation is at most a quarter of what both turn within d away; between two PTP ($APO.CPTP) a quarter of what both
 still go is missed. Passing between the two kinds, and to or from a
-SPLINE block, is left out: they stop there.
+block, is left out: they stop there.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ def approximations(
 def _at_corner(
     samples: SampledPath, a: FittedMotion, b: FittedMotion, tolerance: tuple[float, float], share: float
 ) -> Approximation | None:
-    if "SPL" in (a.kind, b.kind) or a.last in samples.pauses or (a.kind == "PTP") != (b.kind == "PTP"):
+    if a.knots or b.knots or a.last in samples.pauses or (a.kind == "PTP") != (b.kind == "PTP"):
         return None
     if a.kind == "PTP":
         percent = np.floor(200.0 * share * _ptp_share(samples, a, b, tolerance))

@@ -14,7 +14,7 @@ from lwr_dyn.krl.project.program import Program, program_of
 from lwr_dyn.krl.robot.kuka_pose import frame_matrix, pose_of_matrix, status, turn
 from lwr_dyn.krl.writing.branches import taught_axes
 from lwr_dyn.krl.writing.corners import Approximation
-from lwr_dyn.krl.writing.path_fit import CLEAR, FittedMotion
+from lwr_dyn.krl.writing.path_fit import BLOCKS, CLEAR, FittedMotion
 from lwr_dyn.krl.writing.program_lines import (
     axes_declared,
     component_set,
@@ -57,7 +57,7 @@ class PathProgram:
     """(4, 4) [m]"""
 
     def counts(self) -> dict[str, int]:
-        """Motions of each kind that occurs; of SPL those in all blocks."""
+        """Motions of each kind that occurs; of SPL and SPTP those in all blocks."""
         kinds = [motion.kind for motion in self.motions for _ in motion.knots or (motion.last,)]
         return {kind: kinds.count(kind) for kind in dict.fromkeys(kinds)}
 
@@ -94,10 +94,10 @@ class PathProgram:
             if motion.via is not None:
                 via = e.Name(names[0].replace("P", "V"))
                 points.append(self._point(via.name, motion.via, axes=False))
-            points += [self._point(name, k, axes=motion.kind == "PTP") for name, k in zip(names, ends, strict=True)]
+            points += [self._point(name, k, axes="PTP" in motion.kind) for name, k in zip(names, ends, strict=True)]
             blends = () if approximation is None else (approximation.keyword,)
             block = [s.Move(motion.kind, e.Name(name), auxiliary=via, blends=blends) for name in names]
-            moves += [s.SplineBlock("SPLINE"), *block, s.EndSpline()] if motion.kind == "SPL" else block
+            moves += [s.SplineBlock(BLOCKS[motion.kind]), *block, s.EndSpline()] if motion.knots else block
             moves += self._wait(motion.last)
         return moves, points
 
@@ -159,9 +159,9 @@ def speeds_of(
         percent = int(np.clip(np.ceil(100.0 * used), 1, 100))
     found, turns = [], []
     for motion in motions:
-        if motion.kind in ("PTP", "SPL"):
+        if "PTP" in motion.kind or motion.knots:
             # the speed of a block is planned under the axes' bounds
-            found.append(0.0 if motion.kind == "PTP" else cp)
+            found.append(0.0 if "PTP" in motion.kind else cp)
             continue
         part = slice(motion.first, motion.last)
         length = motion.path(samples).length

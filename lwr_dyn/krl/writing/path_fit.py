@@ -18,9 +18,11 @@ from lwr_dyn.krl.motion.pose_paths import PosePath, path_between
 from lwr_dyn.krl.writing.sampled_path import SampledPath
 from lwr_dyn.trajectory.segments import ArcSegment, LineSegment
 
-KINDS = ("LIN", "CIRC", "PTP", "SPL")
+KINDS = ("LIN", "CIRC", "PTP", "SPL", "SPTP")
+BLOCKS = {"SPL": "SPLINE", "SPTP": "PTP_SPLINE"}
+"""Kinds of motion that stand in a block."""
 USUAL = ("LIN", "CIRC", "PTP")
-"""Those whose path is known: KUKA's curve of SPL is not published."""
+"""Those whose path is known: KUKA's curves of SPL and SPTP are not published."""
 CLEAR = 2.0 * NEAR
 """[rad] A path in space stays this far from the wrist singularity; nearer to it only PTP is used."""
 BRANCH = 1e-6
@@ -50,14 +52,14 @@ class Tolerance:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FittedMotion:
-    """A motion, or a block of SPL, from sample `first` to `last`; `via` is the sample of CIRC's auxiliary point."""
+    """A motion, or a block, from sample `first` to `last`; `via` is the sample of CIRC's auxiliary point."""
 
     kind: str
     first: int
     last: int
     via: int | None = None
     knots: tuple[int, ...] = ()
-    """The samples of the points of SPL, `last` among them."""
+    """The samples of the points of a block, `last` among them."""
 
     def path(self, samples: SampledPath) -> PosePath:
         """The path of LIN or CIRC."""

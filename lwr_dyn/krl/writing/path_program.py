@@ -13,9 +13,10 @@ from lwr_dyn.arrays import Array
 from lwr_dyn.errors import OptionError
 from lwr_dyn.krl.running.controller import MachineData
 from lwr_dyn.krl.running.run import ProgramError, ProgramRun, run_program
+from lwr_dyn.krl.writing.axis_spline_fit import axis_splines
 from lwr_dyn.krl.writing.corners import approximations
 from lwr_dyn.krl.writing.motion_program import PathProgram, speeds_of, with_slower
-from lwr_dyn.krl.writing.path_fit import KINDS, USUAL, Tolerance, fitted_motions
+from lwr_dyn.krl.writing.path_fit import BLOCKS, KINDS, USUAL, Tolerance, fitted_motions
 from lwr_dyn.krl.writing.program_lines import NAMES, is_name
 from lwr_dyn.krl.writing.round_trip import PathDeviation, path_deviation
 from lwr_dyn.krl.writing.sampled_path import SampledPath
@@ -24,7 +25,7 @@ from lwr_dyn.krl.writing.spline_fit import with_splines
 FITTED, CUT, LEFT = 0.55, 0.4, 0.9
 """Shares of the tolerance: of the fit where corners are cut, of the cut itself, of the fit where they are not."""
 SPLINED = (0.8, 0.4, 0.15)
-"""Shares of the tolerance for SPL at the samples, until its curve keeps it between them too."""
+"""Shares of the tolerance for SPL and SPTP at the samples, until its curve keeps it between them too."""
 SHARES = (1.0, 0.5, 0.25, 0.1, 0.0)
 """Of the approximations that the corners allow; the first at which the run stays within the tolerance is taken."""
 IMPOSSIBLE = frozenset({"out-of-reach", "outside-limits", "singularity", "wrist-flip"})
@@ -54,6 +55,8 @@ class WritingOptions:
             raise OptionError("name", repr(self.name), NAMES)
         if not self.kinds or not set(self.kinds) <= set(KINDS):
             raise OptionError("kinds", ",".join(self.kinds) or "none", f"some of {', '.join(KINDS)}")
+        if "SPTP" in self.kinds and len(self.kinds) > 1:
+            raise OptionError("kinds", ",".join(self.kinds), "SPTP alone, or some of the others")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -92,8 +95,8 @@ def write_path(
 def _attempts(options: WritingOptions) -> list[tuple[float, float]]:
     """Shares of the tolerance for SPL (0: no block), and of the approximations that the corners allow."""
     shares = SHARES if options.approximate else (0.0,)
-    with_blocks = [(splined, shares[0]) for splined in SPLINED] if "SPL" in options.kinds else []
-    return with_blocks + ([(0.0, share) for share in shares] if set(options.kinds) != {"SPL"} else [])
+    with_blocks = [(splined, shares[0]) for splined in SPLINED] if set(options.kinds) & set(BLOCKS) else []
+    return with_blocks + ([(0.0, share) for share in shares] if set(options.kinds) - set(BLOCKS) else [])
 
 
 def _possible(
@@ -119,9 +122,12 @@ def _candidate(
     only_ptp: Sequence[tuple[int, int]],
 ) -> PathProgram:  # fmt: skip
     tolerance = options.tolerance
-    kinds = tuple(kind for kind in options.kinds if kind != "SPL") or ("LIN", "CIRC")
-    motions = fitted_motions(samples, tolerance.times(FITTED if share else LEFT), kinds, only_ptp)
-    if splined:
+    kinds = tuple(kind for kind in options.kinds if kind not in BLOCKS) or ("LIN", "CIRC")
+    if "SPTP" in options.kinds:
+        motions = axis_splines(samples, tolerance.times(splined))
+    else:
+        motions = fitted_motions(samples, tolerance.times(FITTED if share else LEFT), kinds, only_ptp)
+    if splined and "SPL" in options.kinds:
         motions = with_splines(samples, motions, tolerance.times(splined), wherever=set(options.kinds) == {"SPL"})
     speeds = speeds_of(samples, motions, options.speed, options.percent, USED)
     blends = approximations(samples, motions, tolerance.times(CUT), share)

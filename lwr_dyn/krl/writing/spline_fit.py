@@ -69,7 +69,7 @@ def _knots(
         return None
     places = samples.T[first : last + 1, :3, 3]
     way = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(places, axis=0), axis=1)))
-    knots = sorted({0, *_halves(way, [0, last - first])})
+    knots = sorted({0, *halves(way, [0, last - first])})
     for _ in range(ROUNDS):
         if len(knots) - 1 > most:
             return None
@@ -80,11 +80,11 @@ def _knots(
         bad = [(a, b) for a, b in pairwise(knots) if not good[a : b + 1].all() and b > a + 1]
         if not bad:
             return tuple(first + k for k in knots[1:]) if good.all() else None
-        knots = sorted({*knots, *(k for a, b in bad for k in _halves(way, [a, b]))})
+        knots = sorted({*knots, *(k for a, b in bad for k in halves(way, [a, b]))})
     return None
 
 
-def _halves(way: Array, ends: list[int]) -> list[int]:
+def halves(way: Array, ends: list[int]) -> list[int]:
     """Both ends and the sample half the way between them."""
     a, b = ends
     middle = int(np.searchsorted(way, 0.5 * (way[a] + way[b])))
