@@ -28,6 +28,8 @@ from lwr_dyn.trajectory.pose_path import TimedPosePath
 STEP_M, STEP_RAD = 0.001, math.radians(0.5)
 """[m], [rad] Distance of the nodes, between `FEWEST` and `MOST` steps."""
 FEWEST, MOST = 200, 3000
+BETWEEN = 4
+"""Places from node to node at which the bend of the path is looked at."""
 
 
 def spline_segment(
@@ -44,13 +46,13 @@ def spline_segment(
     table = axes_along(arm, start, T @ np.linalg.inv(tool), s / whole, report)
     if table is None:
         return None
-    place, turn = path.segment.at(s), path.orientation.at(s)
+    fine = np.interp(np.arange(BETWEEN * (len(s) - 1) + 1) / BETWEEN, np.arange(len(s)), s)
+    place, turn = path.segment.at(fine), path.orientation.at(fine)
     first, second = np.hstack([place.dp, turn.rate]), np.hstack([place.ddp, turn.d_rate])
-    axes = axes_of_poses(arm, tool, table.branch, T, first, second, table.q)
-    of_node = np.minimum(np.searchsorted(piece.ends, s - STILL), len(speeds) - 1)
-    bounds = [speeds[i] for i in of_node]
-    in_space, in_axes = _limits_in_space(s, first, second, bounds), _axis_limits(s, axes.dq, axes.ddq, bounds)
-    x = fastest_speeds(_both(in_space, in_axes))
+    bounds = [speeds[i] for i in np.minimum(np.searchsorted(piece.ends, fine - STILL), len(speeds) - 1)]
+    in_space, nodes = _limits_in_space(fine, first, second, bounds), slice(None, None, BETWEEN)
+    axes = axes_of_poses(arm, tool, table.branch, T, first[nodes], second[nodes], table.q)
+    x = fastest_speeds(_both(_at_nodes(in_space), _axis_limits(s, axes.dq, axes.ddq, bounds[nodes])))
     timed = TimedPosePath(along.path, path.orientation, profile_along("spline", s, x))
     return CartesianSegment(arm, tool, path, timed, table.branch, table.q[np.isin(s, even)], speeds[-1])
 
@@ -98,6 +100,13 @@ def _limits_in_space(s: Array, first: Array, second: Array, bounds: Sequence[Spe
     fastest = np.minimum(fastest, (ori / np.maximum(np.linalg.norm(turn, axis=1), 1e-12)) ** 2)
     most = np.hstack([cp_ramp[:, None], np.tile(ori_ramp[:, None], (1, 3))])
     return PathLimits(s, fastest, np.hstack([rate[:, None], turn]), np.hstack([along[:, None], d_turn]), most)
+
+
+def _at_nodes(fine: PathLimits) -> PathLimits:
+    """Bounds at every `BETWEEN`-th node; x, which goes straight from node to node, keeps those between them too."""
+    steps = np.lib.stride_tricks.sliding_window_view(fine.fastest, BETWEEN + 1)[::BETWEEN].min(axis=1)
+    fastest = np.minimum(np.append(steps, np.inf), np.append(np.inf, steps))
+    return PathLimits(fine.s[::BETWEEN], fastest, *(x[::BETWEEN] for x in (fine.first, fine.second, fine.most)))
 
 
 def _both(a: PathLimits, b: PathLimits) -> PathLimits:
