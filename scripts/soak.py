@@ -45,6 +45,7 @@ LINES = {
     "krl_cells": "krl_cells:krl_cells",
     "krl_edits": "krl_editor:krl_edits",
     "krl_large": "large_programs:krl_large",
+    "krl_planted": "krl_planted:krl_planted",
     "krl_splines": "krl_motion:krl_splines",
     "krl_projects": "krl_projects:krl_projects",
     "krl_written": "krl_language:krl_written",
