@@ -22,6 +22,8 @@ from lwr_dyn.krl.writing.sampled_path import SampledPath
 FEWEST, MOST = 16, 20_000
 """Places of a motion."""
 EVEN = 3000
+CORNERS = 4
+"""Nearest corners of a line whose pieces are tried: where a path comes back to a place, more than one piece begins."""
 FINEST = 0.02
 """Share of the tolerance by which the program's path bends between two places at most."""
 
@@ -71,9 +73,9 @@ def _program_places(samples: SampledPath, run: ProgramRun, begin: float, end: fl
 def _farthest(T: Array, others: Array, weight: float) -> Array:
     """The largest distance [m] and angle [rad] of poses (k, 4, 4) from the path between others (m, 4, 4)."""
     points, line = _embedded(T, weight), _even(_embedded(others, weight))
-    nearest = cKDTree(line).query(points)[1]
+    nearest = cKDTree(line).query(points, min(CORNERS, len(line)))[1]
     best = np.full((len(points), 3), np.inf)
-    for first in (nearest - 1, nearest):
+    for first in np.vstack([nearest.T - 1, nearest.T]):
         a = np.clip(first, 0, len(line) - 2)
         way = line[a + 1] - line[a]
         u = np.clip(np.sum((points - line[a]) * way, axis=1) / np.maximum(np.sum(way * way, axis=1), 1e-300), 0.0, 1.0)
