@@ -11,6 +11,7 @@ import io
 import os
 import random
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -117,6 +118,21 @@ def krl(folder: Path, rng: random.Random) -> bool:
     return not any(d.severity == "error" for d in diagnostics)
 
 
+def cell(folder: Path, rng: random.Random) -> bool:
+    """A cell file, and the check of a small program in it."""
+    from lwr_dyn.krl.project.program import parse_program
+    from lwr_dyn.krl.running.cell_file import read_cell
+    from lwr_dyn.krl.running.cell_values import with_cell
+    from lwr_dyn.krl.running.run import check_program
+
+    read = read_cell(written(folder, "x.toml", changed(_text(f"{GOOD}/cell.toml"), rng, "nnnnnnnnvrrwdsx")))
+    lines = ("DEF a(JOB :IN)", "DECL INT JOB", "GRIP()", "$OUT[5]=$IN[3] AND NOT $T1", "WAIT FOR $IN[7] AND $IN[8]",
+             "BAS(#TOOL,1)", "PTP XHOME", "JOB=JOB+PART+$ERR.NUMBER", "PTP P[2]", "END")  # fmt: skip
+    program = with_cell(parse_program("\n".join(lines), name="a"), replace(read, submits=()))
+    check_program(program, _kuka(), cell=replace(read, submits=()))
+    return True
+
+
 def sheet(folder: Path, rng: random.Random) -> bool:
     """A table of numbers, CSV or TOML, linted."""
     from lwr_dyn.audit.lint.rules import lint_file
@@ -208,7 +224,7 @@ def _command(*words: str) -> int:
 
 READERS: dict[str, Reader] = {
     "robot TOML": robot_file, "URDF": urdf, "URDF judged": urdf_judged, "xacro": xacro, "CSV log": log_csv,
-    "CSV motion": motion_csv, "Parquet log": log_parquet, "run npz": run_file, "KRL and --set": krl,
+    "CSV motion": motion_csv, "Parquet log": log_parquet, "run npz": run_file, "KRL and --set": krl, "KRL cell": cell,
     "lint sheet": sheet, "evidence": evidence, "tool and mount": tool, "study": study,
     "command line": command_line,
 }  # fmt: skip

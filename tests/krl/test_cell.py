@@ -123,6 +123,8 @@ def test_a_value_of_the_wrong_type_is_refused(arm):
         ('[[reply]]\nwhen = "$OUT["\nset = {}', r"reply\[0\].when"),
         ('[[reply]]\nwhen = "A"', r"reply\[0\].set"),
         ('home_deg = "x"', "home_deg"),
+        ("home_deg = [0, 0]", "home_deg"),
+        ("variables.WHEN = 3", "variables.WHEN"),
     ],
 )
 def test_a_bad_file_is_one_line_that_names_the_field(text, named):

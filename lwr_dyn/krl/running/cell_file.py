@@ -14,7 +14,7 @@ from lwr_dyn.krl.diagnostics import ExecutionError
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language.lexer import LineError
 from lwr_dyn.krl.language.line_parser import parse_line
-from lwr_dyn.krl.language.statements import Condition
+from lwr_dyn.krl.language.statements import Assign, Condition
 from lwr_dyn.krl.running.cell import Reply, RobotCell, Stub
 from lwr_dyn.krl.running.constants import constant_value
 from lwr_dyn.krl.running.values import POSE_NAMES, StructValue, Value
@@ -50,7 +50,7 @@ def cell_of(table: Mapping[str, Any], file: str = "cell") -> RobotCell:
     other_stubs = _truth(stubs.pop("others", False), file, "stubs.others")
     cell = RobotCell(
         file=file, robot=_robot(top.take("robot", str, default=None), file),
-        home_deg=None if home is None else _numbers(home, None, file, "home_deg"),
+        home_deg=None if home is None else _numbers(home, "the six axes in deg", file, "home_deg"),
         values=values, other_inputs=None if others is None else _truth(others, file, "inputs.others"),
         stubs={name.upper(): _stub(x, file, f"stubs.{name}") for name, x in stubs.items()},
         other_stubs=other_stubs,
@@ -85,10 +85,17 @@ def _places(table: Mapping[str, Any], file: str, path: str, system: bool) -> dic
     out = {}
     for key, x in table.items():
         name = key.replace(" ", "").upper()
-        if not _PLACE.fullmatch(name) or name.startswith("$") != system:
+        if not _PLACE.fullmatch(name) or name.startswith("$") != system or not _can_be_set(name):
             raise PaperError(file, f"{path}.{key}", "no such name", '"$T1", "$ERR.NUMBER"' if system else "PART, P[3]")
         out[name] = _value(x, file, f"{path}.{key}")
     return out
+
+
+def _can_be_set(name: str) -> bool:
+    try:
+        return isinstance(parse_line(f"{name}=0")[0], Assign)
+    except LineError:
+        return False
 
 
 def _value(x: Any, file: str, name: str) -> Value:
@@ -112,14 +119,12 @@ def _truth(x: Any, file: str, name: str) -> bool:
 
 
 def _frame(x: Any, file: str, name: str) -> Value:
-    numbers = _numbers(x, 6, file, name)
+    numbers = _numbers(x, "X, Y, Z, A, B, C in mm and deg", file, name)
     return StructValue("FRAME", dict(zip(POSE_NAMES, numbers, strict=True)))
 
 
-def _numbers(x: Any, count: int | None, file: str, name: str) -> tuple[float, ...]:
-    wanted = "X, Y, Z, A, B, C in mm and deg" if count == 6 else "the axes in deg"
-    good = isinstance(x, list) and (count is None or len(x) == count) and all(_is_number(v) for v in x)
-    if not good:
+def _numbers(x: Any, wanted: str, file: str, name: str) -> tuple[float, ...]:
+    if not (isinstance(x, list) and len(x) == 6 and all(_is_number(v) for v in x)):
         raise PaperError(file, name, repr(x), f"a list of numbers: {wanted}")
     return tuple(float(v) for v in x)
 
