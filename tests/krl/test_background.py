@@ -119,12 +119,13 @@ END
 
 
 ALARM = '[[reply]]\nafter_s = 1.0\nset = { "$IN[7]" = true }\n[inputs]\n7 = false'
-STOPPING = "DEF h( )\nBRAKE\nWAIT SEC 3\nEND\nDEF k( )\nBRAKE\nRESUME\nEND\nDEF way( )\nLIN_REL {Y 400}\nEND\n"
+STOPPING = "DEF h( )\nBRAKE\nWAIT SEC 3\nEND\nDEF k( )\nBRAKE\nRESUME\nEND\n"
+STOPPING += "DEF n( )\n$OUT[9] = TRUE\nEND\nDEF way( )\nLIN_REL {Y 400}\nEND\n"
 
 
-def stopped_run(arm, name):
+def stopped_run(arm, name, word=""):
     """The tool's way on the timeline, and its executed motions: 1 s after the start the interrupt comes."""
-    lines = [f"INTERRUPT DECL 5 WHEN $IN[7] DO {name}( )", "INTERRUPT ON 5", "way( )", "WAIT SEC 1"]
+    lines = [f"INTERRUPT {word} DECL 5 WHEN $IN[7] DO {name}( )", "INTERRUPT ON 5", "way( )", "WAIT SEC 1"]
     text = "\n".join(["DEF a( )", "BAS(#VEL_PTP, 100)", "$VEL.CP = 0.2", HOME, *lines, "END", STOPPING])
     run = run_program(parse_program(text, name="a"), arm, cell=cell(ALARM))
     t = np.linspace(0.0, run.cycle_time, 400)
@@ -149,6 +150,11 @@ def test_brake_stops_on_the_path_and_goes_on_along_it(arm):
     motion = run.timeline.sample(t)
     slope = np.diff(motion.q, axis=0) / np.diff(t)[:, None]
     assert np.abs(slope - 0.5 * (motion.dq[1:] + motion.dq[:-1])).max() < 1e-3 * np.abs(motion.dq).max()
+
+
+def test_an_interrupt_with_brake_stops_by_itself(arm):
+    run, *_ = stopped_run(arm, "n", "WITH BRAKE")
+    assert [x.kind for x in run.executed] == ["PTP (start)", "LIN_REL", "BRAKE", "LIN_REL", "WAIT"]
 
 
 def test_resume_gives_the_stopped_motion_up(arm):

@@ -9,7 +9,8 @@ import lwr_dyn
 from lwr_dyn.errors import OptionError, PaperError
 from lwr_dyn.krl.project.program import parse_program
 from lwr_dyn.krl.running.cell_file import cell_of, new_cell_text
-from lwr_dyn.krl.running.run import ProgramError, run_program
+from lwr_dyn.krl.running.cell_values import with_cell
+from lwr_dyn.krl.running.run import ProgramError, check_program, run_program
 from lwr_dyn.papers.fields import parse_toml
 from tests.krl.short_programs import HOME, values_of
 
@@ -66,6 +67,21 @@ def test_a_stub_returns_and_sets_arguments(arm):
     values, assumed = values_of(arm, lines, ["DECL BOOL Y", "DECL REAL X"], given)
     assert values == {"Y": True, "X": 12.5}
     assert assumed == ["MSG( ) = nothing (stub)", "EKI_GETREAL( ) = TRUE (stub)"]
+
+
+def test_the_checks_know_the_names_of_a_cell():
+    given = cell('variables.PART = 4\nvariables."P[2]" = "{X 1}"\nstubs.GRIP = {}\nstubs.READY = { returns = true }')
+    lines = ["DEF a( )", "IF (PART > 3) AND READY() THEN", "GRIP(1)", "$OUT[1] = P[2].X > PART", "ENDIF", "END", ""]
+    program = parse_program("\n".join(lines), name="a")
+    assert {d.code for d in check_program(program)} == {"undeclared", "unknown-call"}
+    assert check_program(with_cell(program, given)) == ()
+
+
+def test_a_stub_stands_in_for_a_routine_that_is_there(arm):
+    source = f"DEF a( )\n{HOME}\nPTP {{A1 5}}\nb( )\nEND\nDEF b( )\nPTP {{A1 10}}\nEND\n"
+    program = parse_program(source, name="a")
+    assert len(run_program(program, arm).executed) == 3
+    assert len(run_program(program, arm, cell=cell("stubs.B = {}")).executed) == 2
 
 
 def test_every_other_function_can_be_an_empty_stub(arm):

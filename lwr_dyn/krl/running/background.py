@@ -177,6 +177,8 @@ class Background:
             before = self.priority, self.returns_to, self.stopped
             self.priority, self.returns_to, self.stopped = priority, frame, None
             try:
+                if x.with_brake:
+                    self.brake()
                 self.m.execute_beside(x.action, position)
                 if self.stopped is not None:
                     go_on(self.m.motions, self.stopped)
