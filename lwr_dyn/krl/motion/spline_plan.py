@@ -28,6 +28,8 @@ from lwr_dyn.trajectory.pose_path import TimedPosePath
 STEP_M, STEP_RAD = 0.001, math.radians(0.5)
 """[m], [rad] Distance of the nodes, between `FEWEST` and `MOST` steps."""
 FEWEST, MOST = 200, 3000
+PER_MOTION = 10
+"""Steps at least on each motion of a block."""
 BETWEEN = 4
 """Places from node to node at which the bend of the path is looked at."""
 
@@ -39,8 +41,10 @@ def spline_segment(
     path, whole = piece.path, piece.path.segment.length
     steps = int(np.clip(path.length / STEP_M + path.angle / STEP_RAD, FEWEST, MOST))
     even = np.linspace(0.0, whole, steps + 1)
-    # a cubic curve bends most at its points
-    s = with_fine_ends(with_points(even, piece.ends))
+    # a curve bends most at its points, and between near ones it changes quickly
+    per_motion = max(1, min(PER_MOTION, MOST // len(piece.ends)))
+    marks = np.linspace(np.append(0.0, piece.ends[:-1]), piece.ends, per_motion + 1)[1:]
+    s = with_fine_ends(with_points(even, np.sort(marks.ravel())))
     along = TimedPosePath(Path((path.segment,)), path.orientation, constant_speed(whole, whole))
     T = along.poses(s)
     table = axes_along(arm, start, T @ np.linalg.inv(tool), s / whole, report)
