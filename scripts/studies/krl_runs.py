@@ -36,7 +36,7 @@ from lwr_dyn.krl.running.run import ProgramError, ProgramRun, run_program  # noq
 from scripts.studies.krl_programs import program_paths  # noqa: E402
 
 HERE = Path(__file__).parent
-MOTION = re.compile(rb"(?im)^[ \t]*(S?PTP|S?LIN|S?CIRC|SPL|(PTP|LIN|CIRC)_REL)\b")
+MOTION = re.compile(rb"(?i)[ \t]*(S?PTP|S?LIN|S?CIRC|SPL|(PTP|LIN|CIRC)_REL)\b")
 FEWEST = 5
 """Motions of a run that counts."""
 MACHINE = MachineData(steps=200_000, seconds=3600.0)
@@ -48,6 +48,10 @@ class TriedRun:
 
     program: str
     robot: str
+    statements: int = 0
+    """Motion statements of its file."""
+    reached: int = 0
+    """Of these, those that moved the arm."""
     motions: int = 0
     seconds: float = 0.0
     lowest: float = 0.0
@@ -58,14 +62,19 @@ class TriedRun:
     fault: str = ""
 
     @property
+    def whole(self) -> bool:
+        """Whether every motion statement of its file moved the arm."""
+        return self.counts and self.reached == self.statements
+
+    @property
     def counts(self) -> bool:
         """Whether it ran one pass with motions enough."""
         return not self.fault and self.motions >= FEWEST
 
 
-def motion_statements(path: Path) -> int:
-    """The motion statements of a file."""
-    return len(MOTION.findall(path.read_bytes()))
+def motion_lines(path: Path) -> set[int]:
+    """The lines of a file that hold a motion statement."""
+    return {i for i, line in enumerate(path.read_bytes().splitlines(), 1) if MOTION.match(line)}
 
 
 def tried(folder: Path, path: Path, row: dict[str, Any]) -> TriedRun:
@@ -79,34 +88,50 @@ def tried(folder: Path, path: Path, row: dict[str, Any]) -> TriedRun:
         program = with_cell(load_program(path, [folder / name.split("/")[0]]), cell)
         run = run_program(program, arm, MACHINE, cell=cell)
     except ProgramError as fault:
-        return TriedRun(name, row["name"], fault=f"{fault.code}: {fault}")
+        return TriedRun(name, row["name"], len(motion_lines(path)), fault=f"{fault.code}: {fault}")
     except LwrDynError as fault:
-        return TriedRun(name, row["name"], fault=f"{type(fault).__name__}: {fault}")
-    return _of_run(name, row["name"], run)
+        return TriedRun(name, row["name"], len(motion_lines(path)), fault=f"{type(fault).__name__}: {fault}")
+    return _of_run(name, row["name"], run, motion_lines(path))
 
 
-def _of_run(name: str, robot: str, run: ProgramRun) -> TriedRun:
+def _of_run(name: str, robot: str, run: ProgramRun, lines: set[int]) -> TriedRun:
+    reached = lines & {x.position.line for x in run.executed if x.position.file == run.program}
     fault = next((f"{d.code}: {d}" for d in run.diagnostics if d.code == "bound"), "")
     known = run.times().known
     a_pass = None if run.passes is None else run.passes.cycle_time
-    return TriedRun(name, robot, len(run.executed), run.cycle_time, known, a_pass, len(run.assumptions), fault)
+    return TriedRun(
+        name,
+        robot,
+        len(lines),
+        len(reached),
+        len(run.executed),
+        run.cycle_time,
+        known,
+        a_pass,
+        len(run.assumptions),
+        fault,
+    )
 
 
 def chosen(folder: Path, rows: Sequence[dict[str, Any]], only: str) -> Iterator[tuple[Path, dict[str, Any] | None]]:
     """Each program with motion statements, and the row of its robot."""
     for path in program_paths(folder):
         name = path.relative_to(folder).as_posix()
-        if motion_statements(path) and fnmatch(name, only):
+        if motion_lines(path) and fnmatch(name, only):
             yield path, next((row for row in rows if any(fnmatch(name, x) for x in row["programs"])), None)
+
+
+def _figures(x: TriedRun) -> str:
+    a_pass = "" if x.a_pass is None else f", {x.a_pass:.2f} s a pass"
+    lines = f"{x.motions} motions, {x.reached} of {x.statements} lines"
+    return f"{lines}, {x.seconds:.2f} s ({x.lowest:.2f} s), {x.assumptions} assumed{a_pass}"
 
 
 def table(runs: Sequence[TriedRun], without: int) -> str:
     """A line for each program, then the sums."""
     lines = []
     for x in runs:
-        end = x.fault[:150] or f"{x.motions} motions, {x.seconds:.2f} s ({x.lowest:.2f} s), {x.assumptions} assumed"
-        end += "" if x.a_pass is None else f", {x.a_pass:.2f} s a pass"
-        lines.append(f"{'ran ' if x.counts else '    '}{x.robot:12s} {x.program}: {end}")
+        lines.append(f"{'ran ' if x.counts else '    '}{x.robot:12s} {x.program}: {x.fault[:150] or _figures(x)}")
     faults = Counter(x.fault.split(":")[0] for x in runs if x.fault)
     lines.append(
         f"{sum(x.counts for x in runs)} of {len(runs)} ran with {FEWEST} motions or more; {without} without a robot"
@@ -119,7 +144,13 @@ def as_toml(runs: Sequence[TriedRun]) -> str:
     out = []
     for x in runs:
         if x.counts:
-            out += ["[[run]]", f'program = "{x.program}"', f'robot = "{x.robot}"', f"motions = {x.motions}"]
+            out += [
+                "[[run]]",
+                f'program = "{x.program}"',
+                f'robot = "{x.robot}"',
+                f"motions = {x.motions}",
+                f"reached = {[x.reached, x.statements]}",
+            ]
             out += [f"seconds = {x.seconds:.3f}", f"known = {x.lowest:.3f}"]
             out += [f"a_pass = {x.a_pass:.3f}"] if x.a_pass is not None else []
             out += [f"assumed = {x.assumptions}", ""]
