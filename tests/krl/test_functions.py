@@ -38,6 +38,21 @@ def test_forward_and_inverse_undo_each_other(arm):
         assert values["R"].parts[axis] == pytest.approx(values["Q"].parts[axis], abs=1e-8)
 
 
+def test_inverse_takes_the_solution_near_its_start(arm):
+    data = ["DECL E6AXIS Q={A1 20,A2 -80,A3 95,A4 30,A5 -40,A6 50}", "DECL E6POS P", "DECL E6AXIS R", "DECL INT S1=-1"]
+    lines = [
+        "P = FORWARD(Q, S1)",
+        "T = P : $NULLFRAME",
+        "Q.A4 = -140",
+        "Q.A5 = 30",
+        "Q.A6 = -120",
+        "R = INVERSE(T, Q, S1)",
+    ]
+    values, _ = values_of(arm, lines, [*data, "DECL FRAME T"])
+    wrist = [values["R"].parts[axis] for axis in ("A4", "A5", "A6")]
+    assert wrist == pytest.approx([-150, 40, -130], abs=1e-8)
+
+
 def test_the_inverse_of_a_pose_undoes_it(arm):
     values, _ = values_of(arm, ["N = P : INV_POS(P)"], ["DECL FRAME P={X 1,Y 2,Z 3,A 40,B 50,C 60}", "DECL FRAME N"])
     assert np.abs(pose_matrix(values["N"], "N") - np.eye(4)).max() < 1e-12

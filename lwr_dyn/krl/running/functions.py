@@ -8,6 +8,7 @@ from typing import TypeAlias
 
 import numpy as np
 
+from lwr_dyn.arrays import Array
 from lwr_dyn.errors import LwrDynError
 from lwr_dyn.kinematics.inverse import inverse_kinematics
 from lwr_dyn.kinematics.solution import nearest_solution
@@ -28,6 +29,8 @@ def function_value(env: Environment, c: ControllerState, x: e.FunctionCall) -> V
     """The value of a function of the controller; None where the model does not compute it; raises `ExecutionError`."""
     name = x.name.upper()
     arguments = [a for a in x.arguments if a is not None]
+    if name == "FRAND":
+        c.assumptions.note("FRAND", "", "the middle of its range")
     if name in MATHEMATICS:
         return _number(env, name, arguments)
     if name in TEXT:
@@ -78,20 +81,25 @@ def _inv_pos(env: Environment, c: ControllerState, arguments: Arguments) -> Valu
 
 
 def _forward(env: Environment, c: ControllerState, arguments: Arguments) -> Value:
-    axes = value_of(env, _at(arguments, 0, "FORWARD"))
-    parts = axes.parts if isinstance(axes, StructValue) else {}
+    q = _axes(value_of(env, _at(arguments, 0, "FORWARD")), "FORWARD")
+    _set_status(env, arguments, 1, 0)
+    return c.pose_at(q)
+
+
+def _axes(value: Value, what: str) -> Array:
+    """A1 to A6 (6,) [rad] of a structure; raises `ExecutionError` where one is missing."""
+    parts = value.parts if isinstance(value, StructValue) else {}
     angles = [parts.get(name) for name in AXIS_NAMES]
     if not all(isinstance(a, int | float) for a in angles):
-        raise ExecutionError("no-value", "FORWARD needs A1 to A6", "an E6AXIS with all six axes")
-    _set_status(env, arguments, 1, 0)
-    return c.pose_at(np.radians(np.array(angles, dtype=float)))
+        raise ExecutionError("no-value", f"{what} needs A1 to A6", "an E6AXIS with all six axes")
+    return np.asarray(np.radians(np.array(angles, dtype=float)))
 
 
 def _inverse(env: Environment, c: ControllerState, arguments: Arguments) -> Value:
     point = value_of(env, _at(arguments, 0, "INVERSE"))
     if not isinstance(point, StructValue):
         raise ExecutionError("type", "INVERSE of what is no structure", "an E6POS")
-    now = c.q if c.q is not None else c.home()
+    start = _axes(value_of(env, _at(arguments, 1, "INVERSE")), "the start of INVERSE")
     flange = np.asarray(c.base @ pose_matrix(point, "INVERSE") @ np.linalg.inv(c.tool))
     try:
         result = inverse_kinematics(c.arm, flange)
@@ -99,7 +107,7 @@ def _inverse(env: Environment, c: ControllerState, arguments: Arguments) -> Valu
         raise ExecutionError("not-modelled", str(fault)) from None
     matching = [x for x in result.solutions if _fits(c, x.q, point)]
     _set_status(env, arguments, 2, 0 if matching else 2)
-    return axes_value(nearest_solution(matching, now).q if matching else now)
+    return axes_value(nearest_solution(matching, start).q if matching else start)
 
 
 def _fits(c: ControllerState, q: np.ndarray, point: StructValue) -> bool:
