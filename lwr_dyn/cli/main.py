@@ -42,8 +42,8 @@ COMMANDS: Registry[click.Command] = Registry(
             "Joint positions for a pose: all branches, with limits and reach kept apart.",
         ),
         "kernels": Row(
-            "lwr_dyn.codegen.command:command",
-            "The generated source of a batch function, what it costs, and where it is kept.",
+            "lwr_dyn.emit.command:command",
+            "Functions of an arm as C or JavaScript; what batch functions cost.",
             extra="batch",
         ),
         "replay": Row("lwr_dyn.cli.replay:command", "Show runs in the browser: one file without network, or live."),

@@ -1,6 +1,11 @@
 """Code for other machines: an arm's functions as one file of C or JavaScript that needs nothing else.
 
-functions       what can be emitted: arguments with units, result, the function on symbols
+functions       what can be emitted: arguments with units, result, the function on symbols; templates with branches
 straight_code   a function on symbols -> operations in order, each once, and where results are stored
-c_source        operations -> C99
+emission        the functions of an arm for one file; the registry of languages
+provenance      the comment at the top: robot, reading, errata, hash, versions, units
+cases           test vectors
+c_source        operations -> C99; c_file: the file and its header; c_self_test: its test program
+identifiers     names of C and JavaScript
+command         `lwr-dyn kernels`
 """

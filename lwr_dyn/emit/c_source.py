@@ -11,7 +11,7 @@ import numpy as np
 from lwr_dyn.codegen.straight_line import Node
 from lwr_dyn.emit.straight_code import EmittedCode, Operation, Store
 
-_TYPES = {"float64": ("double", ""), "float32": ("float", "f")}
+C_TYPES = {"float64": ("double", ""), "float32": ("float", "f")}
 _FORMS = {
     ">": "{0} > {1} ? {one} : {zero}", "?": "{0} > {half} ? {1} : {zero}", "min": "{0} > {1} ? {1} : {0}",
     "max": "{1} > {0} ? {1} : {0}", "sqrt": "sqrt{f}({0})", "abs": "fabs{f}({0})", "sin": "sin{f}({0})",
@@ -19,18 +19,25 @@ _FORMS = {
 }  # fmt: skip
 
 
-def declaration(code: EmittedCode, name: str) -> str:
-    """The head of the C function."""
-    number, _ = _TYPES[code.dtype]
+def declaration(code: EmittedCode, name: str, restrict: str) -> str:
+    """The head of the C function; `restrict` stands where the result may not be an argument."""
+    number, _ = C_TYPES[code.dtype]
     arguments = [f"const {number} {a.name}[{a.width}]" for a in code.function.arguments]
-    result = f"{number} {'*restrict out' if code.stores_early else 'out'}"
-    sized = result if code.stores_early else f"{result}[{code.function.width}]"
-    return f"void {name}({', '.join([*arguments, sized])})"
+    apart = f"{restrict} " if code.stores_early else ""
+    return f"void {name}({', '.join([*arguments, f'{number} out[{apart}{code.function.width}]'])})"
 
 
-def c_function(code: EmittedCode, name: str) -> str:
+def c_function(code: EmittedCode, name: str, restrict: str) -> str:
     """The C function."""
-    return "\n".join([declaration(code, name), "{", *(f"    {line}" for line in _lines(code)), "}", ""])
+    read = {(x.a) for x in code.nodes if x.op == "in"}
+    unread = [f"(void){a.name};" for i, a in enumerate(code.function.arguments) if i not in read]
+    lines = (f"    {line}" for line in [*unread, *_lines(code)])
+    return "\n".join([declaration(code, name, restrict), "{", *lines, "}", ""])
+
+
+def needs_library(code: EmittedCode) -> bool:
+    """Whether a function of <math.h> is called."""
+    return any(node.op in ("sqrt", "abs", "sin", "cos") for node in code.nodes)
 
 
 def literal(value: float, dtype: str) -> str:
@@ -41,7 +48,7 @@ def literal(value: float, dtype: str) -> str:
 
 
 def _lines(code: EmittedCode) -> Iterator[str]:
-    number, f = _TYPES[code.dtype]
+    number, f = C_TYPES[code.dtype]
     arguments = code.function.arguments
     words = {"f": f, "one": literal(1.0, code.dtype), "zero": literal(0.0, code.dtype),
              "half": literal(0.5, code.dtype)}  # fmt: skip

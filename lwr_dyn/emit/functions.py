@@ -1,19 +1,31 @@
 """What can be emitted for an arm: each function with its arguments, units and result, and as a function on symbols."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 from lwr_dyn.codegen.kernel_spec import FUNCTIONS, KernelSpec, function_shape
+from lwr_dyn.codegen.parameters import parameter_shape
 from lwr_dyn.codegen.symbolic_functions import symbolic_function
+from lwr_dyn.dynamics.unknown_inertia import chain_with_dynamics
+from lwr_dyn.model.arm import Arm
 from lwr_dyn.registry import Registry, Row
 
-UNITS = {"q": "rad or m", "dq": "rad/s or m/s", "ddq": "rad/s^2 or m/s^2", "tau": "N m or N"}
-"""Of joint vectors."""
+UNITS = {
+    "q": "rad or m", "dq": "rad/s or m/s", "ddq": "rad/s^2 or m/s^2", "tau": "N m or N",
+    "inertia": "of each link m, m c, tensor about its frame's origin (xx xy yy xz yz zz): kg, kg m, kg m^2",
+    "payload": "at the flange m, m c, tensor about its origin (xx xy yy xz yz zz): kg, kg m, kg m^2",
+    "gravity": "m/s^2 in the base frame",
+    "friction": "rows Coulomb and viscous towards +, towards -, offset: N m, N m s/rad",
+}  # fmt: skip
+"""Of joint vectors and of quantities that are inputs instead of constants."""
 RESULT_UNITS = {
-    "inverse_dynamics": "N m or N", "forward_dynamics": "rad/s^2 or m/s^2", "mass_matrix": "kg m^2, kg m, kg",
-    "coriolis_matrix": "N m s, N s", "bias_torque": "N m or N", "gravity_vector": "N m or N",
-    "flange_pose": "m, row by row", "jacobian": "m or 1, row by row", "torque_regressor": "N m or N per SI unit",
+    "inverse_dynamics": "N m or N", "forward_dynamics": "rad/s^2 or m/s^2",
+    "mass_matrix": "kg m^2, kg m, kg; row by row", "coriolis_matrix": "N m s, N s; row by row",
+    "bias_torque": "N m or N", "gravity_vector": "N m or N", "flange_pose": "4 x 4, m; row by row",
+    "jacobian": "m or 1; 6 rows, row by row",
+    "torque_regressor": "N m or N for a unit of m, m c, tensor (xx xy yy xz yz zz) of each link; row by row",
     "kinetic_energy": "J", "potential_energy": "J",
 }  # fmt: skip
 
@@ -48,21 +60,47 @@ class EmittedFunction:
         return int(self.symbolic.size1_out(0))
 
 
-def of_batch(spec: KernelSpec, name: str) -> EmittedFunction:
-    """A function of `batch_dynamics`."""
+@dataclass(frozen=True, slots=True, eq=False)
+class TemplateFunction:
+    """A function with branches, written by hand for each language with the arm's numbers put in.
+
+    In the texts @NAME@ is the function's name with its prefix, @NUMBER@ the type of numbers.
+    """
+
+    name: str
+    text: str
+    """The result in words, with units; several lines are kept."""
+    declaration: Mapping[str, str]
+    """Language -> head of the function without body."""
+    source: Mapping[str, str]
+    """Language -> the function with all that it needs, and is no other function's."""
+    self_test: Mapping[str, str] = field(default_factory=dict)
+    """Language -> a function @NAME@_self_test without arguments: how many of its test vectors fail."""
+
+
+Emitted = EmittedFunction | TemplateFunction
+
+
+def of_batch(spec: KernelSpec, name: str, arm: Arm) -> EmittedFunction:
+    """A function of `batch_dynamics`; raises `MissingDataError` where it needs masses that are not given."""
     shape = function_shape(name)
-    arguments = tuple(Argument(state, spec.n, UNITS[state]) for state in shape.states)
+    if "inertia" in shape.parameters:
+        chain_with_dynamics(arm)
+    states = [Argument(state, spec.n, UNITS[state]) for state in shape.states]
+    inputs = [Argument(x, math.prod(parameter_shape(x, spec.n)), UNITS[x]) for x in spec.parameters_of(name)]
     result = symbolic_function(spec, name)
-    return EmittedFunction(name, shape.formula, arguments, shape.result(spec.n), RESULT_UNITS[name], result)
+    return EmittedFunction(
+        name, shape.formula, (*states, *inputs), shape.result(spec.n), RESULT_UNITS[name], result
+    )  # fmt: skip
 
 
-EMITTED: Registry[Callable[[KernelSpec, str], EmittedFunction]] = Registry(
+EMITTED: Registry[Callable[[KernelSpec, str, Arm], Emitted]] = Registry(
     "emitted_function",
     {name: Row("lwr_dyn.emit.functions:of_batch", FUNCTIONS[name].formula, extra="batch") for name in RESULT_UNITS},
 )
-"""What can be emitted: name -> factory of (spec, name)."""
+"""What can be emitted: name -> factory of (spec, name, arm)."""
 
 
-def emitted_function(spec: KernelSpec, name: str) -> EmittedFunction:
-    """The function of that name for an arm; raises `UnknownNameError`, `MissingPackageError`."""
-    return EMITTED.load(name)(spec, name)
+def emitted_function(spec: KernelSpec, name: str, arm: Arm) -> Emitted:
+    """The function of that name for an arm; raises `UnknownNameError`, and `MissingDataError` where it cannot be."""
+    return EMITTED.load(name)(spec, name, arm)

@@ -71,7 +71,8 @@ class EmittedCode:
 
         With as many results as joints they are stored last, and may take the place of an argument.
         """
-        return self.function.width > max(argument.width for argument in self.function.arguments)
+        is_wide = self.function.width > max(argument.width for argument in self.function.arguments)
+        return is_wide or any(self.nodes[value.node].op == "in" for value in self.code.results)
 
     @cached_property
     def statements(self) -> tuple[Operation | Store, ...]:

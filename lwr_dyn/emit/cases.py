@@ -1,0 +1,104 @@
+"""Test vectors: a few states, and what each function gives there by another way than the emitted code.
+
+The expected numbers are what CasADi's virtual machine gives, with the sine and cosine of the C library.
+"""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from lwr_dyn.arrays import Array
+from lwr_dyn.codegen.parameters import FRICTION, inertial_parameters, payload_parameters
+from lwr_dyn.emit.emission import EmittedArm
+from lwr_dyn.emit.functions import EmittedFunction
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.dh import JointKind
+
+STATES = 3
+TOLERANCE = {"float64": 1e-13, "float32": 1e-5}
+"""Of the largest expected number of a function: what any compiler and any order of products may leave."""
+_LARGEST = {"q": 3.0, "dq": 2.0, "ddq": 4.0, "tau": 30.0}
+_SLIDING = 0.5
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EmittedCase:
+    """The test vectors of one function, a state a row."""
+
+    function: EmittedFunction
+    arguments: tuple[Array, ...]
+    results: Array
+
+    @property
+    def largest(self) -> float:
+        """The largest expected number, 1 where all are zero."""
+        return float(np.abs(self.results).max()) or 1.0
+
+
+def emitted_cases(emitted: EmittedArm) -> tuple[EmittedCase, ...]:
+    """The test vectors of each function, at the same states."""
+    values = argument_values(emitted)
+    return tuple(_case(code.function, values) for code in emitted.codes)
+
+
+def argument_values(emitted: EmittedArm) -> dict[str, Array]:
+    """Argument -> its values, a state a row, rounded to the number type."""
+    arm, rng = emitted.arm, np.random.default_rng(30)
+    kinds = [link.kind for link in arm.chain.links]
+    share = np.where([kind is JointKind.REVOLUTE for kind in kinds], 1.0, _SLIDING)
+    drawn: dict[str, Array] = {
+        name: rng.uniform(-most, most, (STATES, arm.n)) * share for name, most in _LARGEST.items()
+    }
+    for name in emitted.spec.inputs:
+        drawn[name] = np.tile(np.ravel(_input(arm, name)), (STATES, 1))
+    return {name: rows.astype(emitted.dtype).astype(np.float64) for name, rows in drawn.items()}
+
+
+def vectors_text(emitted: EmittedArm) -> str:
+    """The test vectors as JSON: for each function the rows of its arguments and of its result."""
+    functions = [
+        {
+            "name": emitted.name_of(case.function.name),
+            "arguments": [
+                {"name": a.name, "unit": a.unit, "rows": rows.tolist()}
+                for a, rows in zip(case.function.arguments, case.arguments, strict=True)
+            ],
+            "result": {"unit": case.function.unit, "shape": case.function.shape, "rows": case.results.tolist()},
+        }
+        for case in emitted_cases(emitted)
+    ]  # fmt: skip
+    top: Mapping[str, Any] = {
+        "robot": emitted.arm.name,
+        "reading": emitted.arm.reading,
+        "source_sha256": emitted.arm.digest,
+        "dtype": emitted.dtype,
+        "tolerance_of_largest": TOLERANCE[emitted.dtype],
+        "functions": functions,
+    }
+    return json.dumps(top, indent=1) + "\n"
+
+
+def _case(function: EmittedFunction, values: Mapping[str, Array]) -> EmittedCase:
+    arguments = tuple(values[a.name] if a.name in values else _other(a.width) for a in function.arguments)
+    results = [np.asarray(function.symbolic(*rows), dtype=np.float64).ravel() for rows in zip(*arguments, strict=True)]
+    return EmittedCase(function, arguments, np.array(results))
+
+
+def _other(width: int) -> Array:
+    """Values of an argument that is no joint vector and no input, such as gains."""
+    return np.random.default_rng(width).integers(1, 64, (STATES, width)) / 16.0
+
+
+def _input(arm: Arm, name: str) -> Array:
+    match name:
+        case "inertia":
+            return inertial_parameters(arm.chain)
+        case "payload":
+            return payload_parameters(2.0, (0.01, -0.02, 0.1))
+        case "gravity":
+            return arm.chain.gravity
+        case _:
+            return np.full((len(FRICTION), arm.n), 0.25)

@@ -1,0 +1,76 @@
+"""`lwr-dyn kernels`: files of C, test vectors; the source of one function, the cost of all; one line for bad input."""
+
+import json
+
+import numpy as np
+import pytest
+
+import lwr_dyn
+
+
+def test_the_command_prints_a_source_or_the_cost_of_functions(lwr_dyn_command):
+    code, out, _ = lwr_dyn_command("kernels", "lwr4plus", "--emit", "gravity_vector", "--inputs", "payload")
+    assert code == 0
+    assert "Inputs: q, payload." in out
+    compile(out, "source", "exec")
+    code, out, _ = lwr_dyn_command("kernels", "lwr4plus", "--json")
+    assert {f["name"]: f["inputs"] for f in json.loads(out)["functions"]}["mass_matrix"] == ["q"]
+    code, out, _ = lwr_dyn_command("kernels", "lwr4plus")
+    assert "torque_regressor" in out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("lwr4plus", "--emit", "gravity"), "no function of a batch named 'gravity' (did you mean gravity_vector?)"),
+        (("lwr4",), "masses and inertias not given"),
+        (("lwr4plus", "--inputs", "colour"), "inputs: 'colour'"),
+        (("lwr4plus", "--emit", "jacobian", "--json"), "--json: with --emit"),
+        (("lwr4plus", "--dtype", "int8"), "dtype: 'int8'"),
+        (("lwr4plus", "--out", "a.c"), "--out: without --language"),
+        (("lwr4plus", "--sincos", "own"), "--sincos: without --language"),
+        (("lwr4plus", "--language", "c"), "--language: without --out"),
+        (("lwr4plus", "--language", "pascal", "--out", "a.c"), "no language named 'pascal'"),
+        (("lwr4plus", "--language", "c", "--out", "a.txt"), "a path that ends in .c"),
+        (("lwr4plus", "--language", "c", "--out", "/no/such/folder/a.c"), "no directory /no/such/folder"),
+        (("lwr4plus", "--language", "c", "--out", "a.c", "--vectors", "/no/such/v"), "no directory /no/such"),
+        (("lwr4plus", "--language", "c", "--out", "a.c", "--emit", "gravity"), "did you mean gravity_vector?"),
+        (("lwr4plus", "--language", "c", "--out", "a.c", "--sincos", "mine"), "sincos: 'mine'; allowed: own, libm"),
+        (("lwr4plus", "--language", "c", "--out", "a.c", "--json"), "--json: with --language"),
+        (("lwr4", "--language", "c", "--out", "a.c", "--emit", "mass_matrix"), "masses and inertias not given"),
+        (("wam7", "--language", "c", "--out", "a.c", "--friction", "mine"), "friction: 'mine'"),
+    ],
+)
+def test_bad_input_gets_one_line(lwr_dyn_command, arguments, message, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    code, out, err = lwr_dyn_command("kernels", *arguments)
+    assert (code, out) == (2, "")
+    assert message in err
+    assert err.count("\n") == 1
+    assert not list(tmp_path.iterdir())
+
+
+def test_c_is_written_with_header_and_test_vectors(lwr_dyn_command, tmp_path):
+    out, vectors = tmp_path / "arm.c", tmp_path / "vectors.json"
+    options = ("--language", "c", "--out", str(out), "--vectors", str(vectors), "--emit")
+    code, said, _ = lwr_dyn_command("kernels", "kr30ha", *options, "gravity_vector, jacobian", "--prefix", "my arm")
+    assert code == 0
+    assert "names begin with my_arm_: 'my arm' is no identifier" in said
+    assert "my_arm_gravity_vector" in said
+    assert "void my_arm_jacobian(const double q[6], double out[MY_ARM_RESTRICT 36])" in out.read_text()
+    assert out.with_suffix(".h").read_text().count("void my_arm_") == 2
+    functions = json.loads(vectors.read_text())["functions"]
+    assert [f["name"] for f in functions] == ["my_arm_gravity_vector", "my_arm_jacobian"]
+    dynamics = lwr_dyn.dynamics_of(lwr_dyn.load("kr30ha"))
+    for q, expected in zip(functions[0]["arguments"][0]["rows"], functions[0]["result"]["rows"], strict=True):
+        found = dynamics.gravity_vector(q)
+        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-13 * np.abs(found).max())
+
+
+def test_an_arm_without_masses_gets_its_kinematics_and_is_told_what_is_left_out(lwr_dyn_command, tmp_path):
+    code, said, _ = lwr_dyn_command("kernels", "lwr4", "--language", "c", "--out", str(tmp_path / "arm.c"))
+    assert code == 0
+    assert "left out: mass_matrix: lwr4: masses and inertias not given" in said
+    text = (tmp_path / "arm.h").read_text()
+    assert "lwr4_flange_pose" in text
+    assert "mass_matrix" not in text
