@@ -207,3 +207,12 @@ def _parsed(name, text):
     from lwr_dyn.krl.language.source import parse_bytes
 
     return parse_bytes(text.encode(), name)
+
+
+def test_a_trigger_of_a_motion_to_where_the_arm_stands_fires_at_once(arm):
+    """Found on public programs: it waited for ever, and each later statement looked through all motions for it."""
+    home = "PTP {A1 0,A2 -90,A3 90,A4 0,A5 30,A6 0}"
+    lines = [home, "TRIGGER WHEN DISTANCE = 0 DELAY = 0 DO $OUT[4]=TRUE", home, "LIN_REL {X 50}", "LIN_REL {X -20}"]
+    run = run_of(arm, *lines)
+    (fired,) = [x for x in run.events if x.text == "$OUT[4] = TRUE"]
+    assert fired.time == pytest.approx(run.executed[1].begin)

@@ -57,6 +57,8 @@ class Triggers:
             fixed = final or self.motions.blend_now() is None
             if k is not None and (fixed or k + 1 < len(executed)):
                 out.append((self._time(k, x), x))
+            elif k is None and before < len(executed):  # its motion goes nowhere: the arm stood there already
+                out.append((executed[before].begin + x.delay, x))
             elif not final:
                 rest.append((position, before, x))
         self.bound = rest
