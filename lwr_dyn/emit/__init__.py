@@ -6,6 +6,7 @@ emission        the functions of an arm for one file; the registry of languages
 provenance      the comment at the top: robot, reading, errata, hash, versions, units
 cases           test vectors
 c_source        operations -> C99; c_file: the file and its header; c_self_test: its test program
+javascript      operations -> JavaScript; javascript_file: script or ES module; javascript_shared: what functions share
 identifiers     names of C and JavaScript
 command         `lwr-dyn kernels`
 """

@@ -35,7 +35,13 @@ class EmittedArm:
 
 
 LANGUAGES: Registry[Callable[[EmittedArm, Path], dict[Path, str]]] = Registry(
-    "language", {"c": Row("lwr_dyn.emit.c_file:c_files", "C99 that is also C++: FILE.c and FILE.h", extra="batch")}
+    "language",
+    {
+        "c": Row("lwr_dyn.emit.c_file:c_files", "C99 that is also C++: FILE.c and FILE.h", extra="batch"),
+        "js": Row(
+            "lwr_dyn.emit.javascript_file:js_files", "FILE.js, a plain script; FILE.mjs, an ES module", extra="batch"
+        ),
+    },
 )
 """Languages: name -> function of (emitted, path) that gives the files to write."""
 

@@ -1,0 +1,28 @@
+"""Programs that run emitted code: compilers, node, an emulator."""
+
+import os
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+IN_CI = ("gcc", "clang", "node", "chromium")
+"""What CI installs: where it is absent there, a test fails instead of being skipped."""
+
+
+def program(name: str) -> str:
+    """The path of a program; absent it skips the test, or fails it where CI should have it."""
+    found = shutil.which(name)
+    if found is None and os.environ.get("CI") and name in IN_CI:
+        pytest.fail(f"{name} is not installed")
+    if found is None:
+        pytest.skip(f"{name} is not installed")
+    return found
+
+
+def output(command: list[str], folder: Path | None = None, seconds: float = 300.0) -> str:
+    """What a command prints; raises `AssertionError` with its messages where it fails."""
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=seconds, check=False)
+    assert done.returncode == 0, f"{command}\n{done.stdout[-2000:]}\n{done.stderr[-4000:]}"
+    return done.stdout
