@@ -73,14 +73,15 @@ def javascript_source(
     body = "\n".join(_text(f, sincos) for f in written)
     joints = {a.width for f in written if isinstance(f, EmittedFunction) for a in f.arguments if a.name == "q"}
     facts: dict[str, object] = {"name": name, **({"n": max(joints)} if joints else {})}
+    names = [name for f in written for name in _names(f)]
     facts["functions"] = {f.name: _facts(f) for f in written}
-    members = [*(f"{key}: {json.dumps(value)}" for key, value in facts.items()), *(f.name for f in written)]
+    members = [*(f"{key}: {json.dumps(value)}" for key, value in facts.items()), *names]
     inside = f"{shared_functions(body)}{body}return {{\n  {f',{chr(10)}  '.join(members)}\n}};\n"
     text = f'(function () {{\n"use strict";\n{inside}}})();\n'
     if form == "script":
         text = f"var {name} = {text}"
     else:
-        exported = ", ".join([*facts, *(f.name for f in written)])
+        exported = ", ".join([*facts, *names])
         text = f"const robot = {text}export default robot;\nexport const {{ {exported} }} = robot;\n"
     return _comment(head) + (_compact(text) if is_compact else text)
 
@@ -88,9 +89,16 @@ def javascript_source(
 def _text(function: Emitted, sincos: SinCosKind) -> str:
     if isinstance(function, EmittedFunction):
         return js_function(emitted_code(function, "libm"), function.name, sincos)
-    name = function.name
-    source = function.source["js"].replace("@NAME@", name)
-    return f"const {name} = (function () {{\n{source.rstrip()}\nreturn {name};\n}})();\n"
+    members = ", ".join(_names(function))
+    source = function.source["js"].replace("@NAME@", function.name)
+    return f"const {{ {members} }} = (function () {{\n{source.rstrip()}\nreturn {{ {members} }};\n}})();\n"
+
+
+def _names(function: Emitted) -> list[str]:
+    """Members of the object: a template may give several."""
+    if isinstance(function, EmittedFunction):
+        return [function.name]
+    return [name.strip() for name in function.declaration.get("js", function.name).split(",")]
 
 
 def _facts(function: Emitted) -> dict[str, object]:

@@ -49,13 +49,13 @@ def test_a_file_gives_its_test_vectors(ending, lwr_dyn_command, tmp_path):
 
 
 def test_functions_with_branches_stand_in_the_same_object(tmp_path):
-    source = {"js": "const half = 0.5;\nfunction @NAME@(x) { return half * x; }\n"}
-    halved = TemplateFunction("halved", "x / 2", {}, source)
+    source = {"js": "const half = 0.5;\nfunction @NAME@(x) { return half * x; }\nconst third = x => x / 3;\n"}
+    halved = TemplateFunction("halved", "x / 2", {"js": "halved, third"}, source)
     only_c = TemplateFunction("only_c", "", {}, {"c": ""})
     text = javascript_source([*emitted_robot("kr30ha", ("gravity_vector",)).functions, halved, only_c], "robot")
     path = tmp_path / "run.js"
     path.write_text(text + "console.log(JSON.stringify([robot.halved(3), Object.keys(robot), robot.n]));")
-    members = ["name", "n", "functions", "gravity_vector", "halved"]
+    members = ["name", "n", "functions", "gravity_vector", "halved", "third"]
     assert json.loads(output([program("node"), str(path)])) == [1.5, members, 6]
 
 
