@@ -2,74 +2,20 @@
 
 CasADi's instructions are value-numbered with the sign kept apart (a - b and b - a are one difference, a negation is
 free), sines and cosines become a range reduction and polynomials, and operations that no result needs are dropped.
+Where several numbers are divided by one, they are multiplied by its reciprocal.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from math import frexp
+from typing import Any
 
 import casadi
 
 from lwr_dyn.codegen import elementary
+from lwr_dyn.codegen.nodes import OPERATIONS, Node, StraightLineCode, Traced, Value, by_reciprocals, without_the_unused
 from lwr_dyn.codegen.sincos import SinCos
 
-
-class Value(NamedTuple):
-    """A node with a sign."""
-
-    sign: int
-    node: int
-
-
-class Node(NamedTuple):
-    """`in` (row = array, column), `const` (its value), or an operation on nodes; of one node a = b.
-
-    Beside + - * / and sqrt: > gives 1.0 or 0.0; min and max give the first where a node is NaN; ? gives b where a is
-    1.0, else 0.0; abs; 2^ of a whole number; exponent e and significand m of 2^e m, 1 <= m < 2. sin and cos stand only
-    in code for other languages, which call their library.
-    """
-
-    op: str
-    a: Any
-    b: Any = None
-
-
-OPERATIONS = ("+", "-", "*", "/", ">", "sqrt", "min", "max", "?", "abs", "2^", "exponent", "significand",
-              "sin", "cos")  # fmt: skip
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class StraightLineCode:
-    """`nodes` in order, `results` as signed nodes, and a `flag` that marks invalid states.
-
-    `flag` is 0 for a lane with finite inputs and angles that the range reduction accepts, NaN when an input is not
-    finite, and above 0 for a finite angle that is too large.
-    """
-
-    nodes: tuple[Node, ...]
-    results: tuple[Value, ...]
-    flag: Value
-
-    @property
-    def operations(self) -> int:
-        """Additions, products, quotients, comparisons and roots of one state."""
-        return sum(node.op in OPERATIONS for node in self.nodes)
-
-    def operations_after_contraction(self) -> int:
-        """The same with fused multiply-add: a product that only one sum uses is not counted."""
-        uses: dict[int, list[str]] = {}
-        for node in self.nodes:
-            if node.op in OPERATIONS:
-                for i in {node.a, node.b}:
-                    uses.setdefault(i, []).append(node.op)
-        taken: set[int] = set()
-        fused = 0
-        for i, node in enumerate(self.nodes):
-            if node.op in ("+", "-"):
-                for operand in (node.a, node.b):
-                    if i not in taken and self.nodes[operand].op == "*" and uses[operand] in (["+"], ["-"]):
-                        fused, taken = fused + 1, taken | {i}
-        return self.operations - fused
+__all__ = ["OPERATIONS", "Node", "StraightLineCode", "Value", "straight_line_code"]
 
 
 class _Writer:
@@ -124,6 +70,10 @@ class _Writer:
         return Value(x.sign * y.sign, self.node("*", first, second).node)
 
     def over(self, x: Value, y: Value) -> Value:
+        """x / y; by a power of two as a product, which is exact."""
+        known = self._known(y)
+        if known and frexp(abs(known))[0] == 0.5 and 1e-300 < abs(known) < 1e300:
+            return self.times(x, self.number(1.0 / known))
         return Value(x.sign * y.sign, self.node("/", x.node, y.node).node)
 
     def root(self, x: Value) -> Value:
@@ -187,6 +137,12 @@ def straight_line_code(function: Any, sincos: SinCos, is_flagged: bool = True) -
     is_flagged : bool
         Without, the flag is 0: the function judges its numbers itself.
     """
+    code = _traced(function, sincos, is_flagged)
+    return without_the_unused(*by_reciprocals(*code))
+
+
+def _traced(function: Any, sincos: SinCos, is_flagged: bool) -> Traced:
+    """The nodes of all instructions, and of the flag."""
     writer = _Writer(sincos)
     work: dict[int, Value] = {}
     results: dict[int, Value] = {}
@@ -207,7 +163,7 @@ def straight_line_code(function: Any, sincos: SinCos, is_flagged: bool = True) -
             work[out[0]] = writer.apply(op, [work[i] for i in arguments])
     ordered = [results.get(i) or writer.number(0.0) for i in range(function.size1_out(0))]
     flag = _flag(writer, inputs) if is_flagged else writer.number(0.0)
-    return _without_the_unused(writer.nodes, ordered, flag)
+    return writer.nodes, ordered, flag
 
 
 def _flag(writer: _Writer, inputs: Sequence[Value]) -> Value:
@@ -223,18 +179,3 @@ def _flag(writer: _Writer, inputs: Sequence[Value]) -> Value:
         limit = writer.number(float(writer.sincos.most_half_turns) ** 2)
         total = writer.plus(total, writer.node(">", turned.node, limit.node))
     return total
-
-
-def _without_the_unused(nodes: Sequence[Node], results: Sequence[Value], flag: Value) -> StraightLineCode:
-    needed = {value.node for value in (*results, flag)}
-    for i in reversed(range(len(nodes))):
-        if i in needed and nodes[i].op in OPERATIONS:
-            needed |= {nodes[i].a, nodes[i].b}
-    new: dict[int, int] = {}
-    used: list[Node] = []
-    for i, node in enumerate(nodes):
-        if i in needed:
-            new[i] = len(used)
-            used.append(Node(node.op, new[node.a], new[node.b]) if node.op in OPERATIONS else node)
-    renumbered = [Value(v.sign, new[v.node]) for v in results]
-    return StraightLineCode(tuple(used), tuple(renumbered), Value(flag.sign, new[flag.node]))
