@@ -61,7 +61,7 @@ def vectors_text(emitted: EmittedArm) -> str:
     """The test vectors as JSON: for each function the rows of its arguments and of its result."""
     functions = [
         {
-            "name": emitted.name_of(case.function.name),
+            "name": case.function.name,
             "arguments": [
                 {"name": a.name, "unit": a.unit, "rows": rows.tolist()}
                 for a, rows in zip(case.function.arguments, case.arguments, strict=True)
@@ -74,6 +74,7 @@ def vectors_text(emitted: EmittedArm) -> str:
         "robot": emitted.arm.name,
         "reading": emitted.arm.reading,
         "source_sha256": emitted.arm.digest,
+        "prefix": emitted.prefix,
         "dtype": emitted.dtype,
         "tolerance_of_largest": TOLERANCE[emitted.dtype],
         "functions": functions,

@@ -1,7 +1,10 @@
 """`lwr-dyn kernels`: functions of an arm as C or JavaScript; the generated source and the cost of a batch function."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
@@ -12,6 +15,9 @@ from lwr_dyn.errors import OptionError
 from lwr_dyn.files import cache_folder, check_writable, write_files
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.tables import aligned
+
+if TYPE_CHECKING:
+    from lwr_dyn.emit.emission import EmittedArm
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,14 +96,21 @@ def _write(
     )  # fmt: skip
     files: dict[Path, str | bytes] = {**files_of(emitted, Path(str(where.out)))}
     if where.vectors is not None:
+        if Path(where.vectors).resolve() in {path.resolve() for path in files}:
+            raise OptionError("--vectors", repr(where.vectors), "another file than those of --out")
         files[Path(where.vectors)] = vectors_text(emitted)
     write_files(files)
     click.echo(f"{', '.join(map(str, files))}: {emitted.spec.name}, {dtype}, {emitted.kind} sine and cosine")
-    asked = arm.name if where.prefix is None else where.prefix
+    _print_written(emitted, arm.name if where.prefix is None else where.prefix, "_" if where.language == "c" else ".")
+
+
+def _print_written(emitted: EmittedArm, asked: str, joined: str) -> None:
+    """What the file holds; `asked` is the name that functions should begin with."""
+    begin = f"{emitted.prefix}{joined}"
     if emitted.prefix != asked:
-        click.echo(f"names begin with {emitted.prefix}_: {asked!r} is no identifier")
-    rows = [(emitted.name_of(c.function.name), str(c.operations), c.function.text) for c in emitted.codes]
-    rows += [(emitted.name_of(t.name), "", t.text.partition("\n")[0]) for t in emitted.templates]
+        click.echo(f"names begin with {begin}: {asked!r} is no identifier")
+    rows = [(f"{begin}{c.function.name}", str(c.operations), c.function.text) for c in emitted.codes]
+    rows += [(f"{begin}{t.name}", "", t.text.partition("\n")[0]) for t in emitted.templates]
     click.echo(aligned(rows, ("function", "operations", "gives")))
     for name, why in emitted.left_out:
         click.echo(f"left out: {name}: {why}")

@@ -1,8 +1,6 @@
 """C files: no warning of gcc and clang as C99 and C++, results of their own test vectors, guards, odd names."""
 
-import os
 import re
-import shutil
 import subprocess
 from pathlib import Path
 
@@ -14,18 +12,12 @@ from lwr_dyn.emit.c_file import c_files
 from lwr_dyn.emit.emission import emitted_arm
 from lwr_dyn.emit.identifiers import identifier
 from lwr_dyn.errors import OptionError
+from tests.emit.programs import program
 
 WARNINGS = ("-Wall", "-Wextra", "-pedantic", "-Wconversion", "-Wshadow", "-Wdouble-promotion", "-Wfloat-equal",
             "-Werror")  # fmt: skip
 C99 = ("-std=c99", "-Wmissing-prototypes")
 NARROW = ("inverse_dynamics", "mass_matrix", "gravity_vector", "flange_pose")
-
-
-def compiler(name: str) -> str:
-    found = shutil.which(name)
-    if found is None and name == "gcc" and "CI" in os.environ:
-        pytest.fail("gcc is not installed")
-    return found or pytest.skip(f"{name} is not installed")
 
 
 def written(folder: Path, arm, functions=NARROW, **options):
@@ -37,7 +29,7 @@ def written(folder: Path, arm, functions=NARROW, **options):
 
 
 def build(folder: Path, emitted, name: str, *flags: str) -> subprocess.CompletedProcess[str]:
-    command = [compiler(name), *flags, *WARNINGS, f"-D{emitted.prefix.upper()}_SELF_TEST", "-x",
+    command = [program(name), *flags, *WARNINGS, f"-D{emitted.prefix.upper()}_SELF_TEST", "-x",
                "c++" if name.endswith("++") else "c", "arm.c", "-lm", "-o", "self_test"]  # fmt: skip
     return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
 
@@ -94,7 +86,7 @@ def test_a_result_that_is_no_wider_than_an_argument_may_take_its_place(tmp_path)
         " int i; kr30ha_inverse_dynamics(q, dq, a, r); kr30ha_inverse_dynamics(q, dq, a, a);"
         ' for (i = 0; i < 6; i++) printf("%.17g %.17g\\n", r[i], a[i]); return 0; }\n'
     )
-    command = [compiler("gcc"), "-O2", "alias.c", "arm.c", "-lm", "-o", "alias"]
+    command = [program("gcc"), "-O2", "alias.c", "arm.c", "-lm", "-o", "alias"]
     subprocess.run(command, cwd=tmp_path, check=True)
     rows = np.array([line.split() for line in subprocess.check_output([str(tmp_path / "alias")], text=True).split("\n")
                      if line], dtype=float)  # fmt: skip
@@ -107,7 +99,7 @@ def test_a_result_that_is_no_wider_than_an_argument_may_take_its_place(tmp_path)
 
 def test_nothing_is_allocated_and_nothing_is_global(tmp_path):
     written(tmp_path, lwr_dyn.load("lwr4plus"))
-    subprocess.run([compiler("gcc"), "-O2", "-std=c99", "-c", "arm.c"], cwd=tmp_path, check=True)
+    subprocess.run([program("gcc"), "-O2", "-std=c99", "-c", "arm.c"], cwd=tmp_path, check=True)
     symbols = subprocess.check_output(["nm", "arm.o"], cwd=tmp_path, text=True).split("\n")
     kinds = {(line.split()[-2], line.split()[-1]) for line in symbols if line and ".LC" not in line}
     assert kinds == {("T", f"lwr4plus_{name}") for name in NARROW}

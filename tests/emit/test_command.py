@@ -7,6 +7,8 @@ import pytest
 
 import lwr_dyn
 
+TO_C = ("--language", "c", "--out", "a.c")
+
 
 def test_the_command_prints_a_source_or_the_cost_of_functions(lwr_dyn_command):
     code, out, _ = lwr_dyn_command("kernels", "lwr4plus", "--emit", "gravity_vector", "--inputs", "payload")
@@ -33,12 +35,13 @@ def test_the_command_prints_a_source_or_the_cost_of_functions(lwr_dyn_command):
         (("lwr4plus", "--language", "pascal", "--out", "a.c"), "no language named 'pascal'"),
         (("lwr4plus", "--language", "c", "--out", "a.txt"), "a path that ends in .c"),
         (("lwr4plus", "--language", "c", "--out", "/no/such/folder/a.c"), "no directory /no/such/folder"),
-        (("lwr4plus", "--language", "c", "--out", "a.c", "--vectors", "/no/such/v"), "no directory /no/such"),
-        (("lwr4plus", "--language", "c", "--out", "a.c", "--emit", "gravity"), "did you mean gravity_vector?"),
-        (("lwr4plus", "--language", "c", "--out", "a.c", "--sincos", "mine"), "sincos: 'mine'; allowed: own, libm"),
-        (("lwr4plus", "--language", "c", "--out", "a.c", "--json"), "--json: with --language"),
-        (("lwr4", "--language", "c", "--out", "a.c", "--emit", "mass_matrix"), "masses and inertias not given"),
-        (("wam7", "--language", "c", "--out", "a.c", "--friction", "mine"), "friction: 'mine'"),
+        (("lwr4plus", *TO_C, "--vectors", "/no/such/v"), "no directory /no/such"),
+        (("kr30ha", *TO_C, "--emit", "jacobian", "--vectors", "./a.h"), "--vectors: './a.h'; allowed: another file"),
+        (("lwr4plus", *TO_C, "--emit", "gravity"), "did you mean gravity_vector?"),
+        (("lwr4plus", *TO_C, "--sincos", "mine"), "sincos: 'mine'; allowed: own, libm"),
+        (("lwr4plus", *TO_C, "--json"), "--json: with --language"),
+        (("lwr4", *TO_C, "--emit", "mass_matrix"), "masses and inertias not given"),
+        (("wam7", *TO_C, "--friction", "mine"), "friction: 'mine'"),
     ],
 )
 def test_bad_input_gets_one_line(lwr_dyn_command, arguments, message, tmp_path, monkeypatch):
@@ -60,7 +63,7 @@ def test_c_is_written_with_header_and_test_vectors(lwr_dyn_command, tmp_path):
     assert "void my_arm_jacobian(const double q[6], double out[MY_ARM_RESTRICT 36])" in out.read_text()
     assert out.with_suffix(".h").read_text().count("void my_arm_") == 2
     functions = json.loads(vectors.read_text())["functions"]
-    assert [f["name"] for f in functions] == ["my_arm_gravity_vector", "my_arm_jacobian"]
+    assert [f["name"] for f in functions] == ["gravity_vector", "jacobian"]
     dynamics = lwr_dyn.dynamics_of(lwr_dyn.load("kr30ha"))
     for q, expected in zip(functions[0]["arguments"][0]["rows"], functions[0]["result"]["rows"], strict=True):
         found = dynamics.gravity_vector(q)
