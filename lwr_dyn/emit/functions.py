@@ -96,7 +96,12 @@ def of_batch(spec: KernelSpec, name: str, arm: Arm) -> EmittedFunction:
 
 EMITTED: Registry[Callable[[KernelSpec, str, Arm], Emitted]] = Registry(
     "emitted_function",
-    {name: Row("lwr_dyn.emit.functions:of_batch", FUNCTIONS[name].formula, extra="batch") for name in RESULT_UNITS},
+    {name: Row("lwr_dyn.emit.functions:of_batch", FUNCTIONS[name].formula, extra="batch") for name in RESULT_UNITS}
+    | {
+        "inverse_kinematics": Row(
+            "lwr_dyn.emit.closed_form:inverse_kinematics_function", "q of all branches, in closed form", extra="batch"
+        ),
+    },
 )
 """What can be emitted: name -> factory of (spec, name, arm)."""
 
