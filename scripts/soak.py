@@ -28,6 +28,7 @@ LINES = {
     "elastic": "elastic:elastic",
     "elastic_ist": "elastic:elastic_ist",
     "elastic_plant": "elastic_plant:elastic_plant",
+    "emitted_bits": "emitted_bits:emitted_bits",
     "excitations": "identification_excitation:excitations",
     "false_alarms": "collisions:false_alarms",
     "fits_cover": "identification_fits:fits_cover",

@@ -1,0 +1,54 @@
+"""Emitted code of every function of three arms: the same bits in C, JavaScript and on a Cortex-M7; V8's compiler."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+
+from lwr_dyn.tables import aligned
+
+STATES = 3000
+COMPILERS = (
+    ("gcc", ("-std=c99", "-O2", "-fno-tree-slp-vectorize")),
+    ("gcc", ("-std=c99", "-O3", "-march=native")),
+    ("gcc", ("-std=gnu11", "-O0")),
+    ("clang", ("-std=c99", "-O2")),
+    ("clang", ("-std=c99", "-O3", "-march=native")),
+)
+NAMES = (
+    "inverse_dynamics", "forward_dynamics", "mass_matrix", "coriolis_matrix", "gravity_vector", "bias_torque",
+    "flange_pose", "jacobian", "torque_regressor", "kinetic_energy", "potential_energy",
+)  # fmt: skip
+
+
+def emitted_bits() -> tuple[str, bool, str]:
+    """Emitted code of 11 functions of 3 arms, 3000 states each: bits in C, node and Cortex-M7, beside node's."""
+    from tests.emit.cortex import linked, run_lines
+    from tests.emit.digests import C_PRINT, c_functions, c_main, js_program
+    from tests.emit.emitted_robots import ARMS, emitted_robot
+    from tests.emit.programs import output
+
+    robots = [emitted_robot(name, NAMES) for name in ARMS]
+    rows = []
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        texts = {robot.name: "#include <math.h>\n" + c_functions(robot) for robot in robots}
+        texts |= {"main": c_main(robots, STATES), "print": C_PRINT}
+        for stem, text in texts.items():
+            (folder / f"{stem}.c").write_text(text)
+        own, board = [folder / f"{stem}.c" for stem in (*ARMS, "main")], folder / "image.elf"
+        lines = {}
+        for is_compact in (False, True):
+            script = folder / f"compact_{is_compact}.js"
+            script.write_text(js_program(robots, STATES, is_compact) + '\nconsole.log(lines.join("\\n"));\n')
+            lines["node, compact" if is_compact else "node"] = output(["node", str(script)]).splitlines()
+        for compiler, flags in COMPILERS:
+            made = folder / "made"
+            output([compiler, *flags, *map(str, own), str(folder / "print.c"), "-o", str(made), "-lm"], seconds=600)
+            lines[f"{compiler} {' '.join(flags)}"] = output([str(made)]).splitlines()
+        lines["arm-none-eabi-gcc"] = run_lines(linked(own, board, "-ffp-contract=off"))
+    for what, found in lines.items():
+        same = sum(a == b for a, b in zip(found, lines["node"], strict=True))
+        rows.append((what, f"{same} of {len(found)}"))
+    holds = all(found == lines["node"] for found in lines.values())
+    return f"{len(robots) * len(NAMES)} functions in {len(rows)} builds", holds, aligned(rows, ("build", "equal"))
