@@ -91,7 +91,7 @@ class _FunctionText:
     def _read(self, i: int) -> str:
         node: Node = self.code.nodes[i]
         if node.op == "const":
-            return repr(float(node.a))
+            return repr(float(node.a)).replace("inf", "Infinity").replace("nan", "NaN")
         return f"{self.code.function.arguments[node.a].name}[{node.b}]" if node.op == "in" else f"v{self.names[i]}"
 
     def _lines(self, k: int, statement: Operation | Store) -> Iterator[str]:

@@ -24,14 +24,22 @@ _USE = {
     "script": "a plain script that defines {0}: const result = {0}.{1};",
     "module": "an ES module: import {0} from this file; const result = {0}.{1};",
 }
+_TAKEN = (
+    "arguments await break case catch class const continue debugger default delete do else enum eval export extends "
+    "false finally for function if implements import in instanceof interface let new null package private protected "
+    "public return static super switch this throw true try typeof undefined var void while with yield NaN Infinity "
+    "name top self window parent status location document history length event origin"
+)
 
 
 def js_files(emitted: EmittedArm, path: Path) -> dict[Path, str]:
-    """The file, a module where its name ends in .mjs; raises `OptionError` for another ending or number type."""
+    """The file, a module where its name ends in .mjs; raises `OptionError` for an ending, type, name it cannot have."""
     if path.suffix not in _ENDINGS:
         raise OptionError("--out", repr(str(path)), "a path that ends in .js (a plain script) or .mjs (an ES module)")
     if emitted.dtype != "float64":
         raise OptionError("--dtype", repr(emitted.dtype), "float64: numbers of JavaScript are double")
+    if emitted.prefix in _TAKEN.split():
+        raise OptionError("--prefix", repr(emitted.prefix), "a name that JavaScript and browsers have not taken")
     functions: list[Emitted] = [*(code.function for code in emitted.codes), *emitted.templates]
     form = _ENDINGS[path.suffix]
     head = "\n".join([*provenance_lines(emitted), *_use(emitted, form)])

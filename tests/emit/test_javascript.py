@@ -3,10 +3,12 @@
 import json
 import re
 
+import casadi
 import numpy as np
 import pytest
 
 import lwr_dyn
+from lwr_dyn.emit.functions import Argument, EmittedFunction
 from lwr_dyn.emit.javascript import js_function
 from lwr_dyn.emit.javascript_file import javascript_source
 from lwr_dyn.emit.javascript_shared import shared_functions
@@ -50,6 +52,23 @@ def test_sine_and_cosine_beside_mpmath(tmp_path):
     for angle, (sine, cosine) in zip(x, values, strict=True):
         assert abs(mpmath.sin(angle) - sine) < 3e-16
         assert abs(mpmath.cos(angle) - cosine) < 3e-16
+
+
+def test_rarer_operations_beside_numpy(tmp_path):
+    """Exponential, tanh, logarithm by the bits of numbers; choices, smallest, largest, absolute, a comparison."""
+    x, y = casadi.SX.sym("x"), casadi.SX.sym("y")
+    results = [casadi.exp(x), casadi.tanh(x), casadi.log(casadi.fabs(x)), casadi.fmin(x, y), casadi.fmax(x, y),
+               casadi.if_else(x < y, x * y, -y), casadi.sqrt(casadi.fabs(x)), casadi.fabs(y)]  # fmt: skip
+    symbolic = casadi.Function("f", [x, y], [casadi.vertcat(*results)])
+    arguments = Argument("x", 1, "1"), Argument("y", 1, "1")
+    function = EmittedFunction("rarer", "", arguments, (8,), "1", symbolic)
+    text = javascript_source([function], "robot")
+    states = np.random.default_rng(4).normal(size=(200, 2)) * np.geomspace(1e-6, 100.0, 200)[:, None]
+    values = evaluated(text, f"{states.tolist()}.map(([x, y]) => Array.from(robot.rarer([x], [y])))", tmp_path)
+    x, y = states.T
+    wanted = np.array([np.exp(x), np.tanh(x), np.log(abs(x)), np.minimum(x, y), np.maximum(x, y),
+                       np.where(x < y, x * y, -y), np.sqrt(abs(x)), abs(y)])  # fmt: skip
+    assert (np.abs(np.transpose(values) - wanted) <= 2e-15 * np.abs(wanted)).all()
 
 
 def test_a_split_function_has_the_same_bits_and_small_parts(tmp_path):

@@ -78,6 +78,7 @@ def test_a_compact_file_is_shorter_and_the_same(tmp_path):
     [
         (("--out", "a.txt"), "a path that ends in .js (a plain script) or .mjs (an ES module)"),
         (("--out", "a.js", "--dtype", "float32"), "numbers of JavaScript are double"),
+        (("--out", "a.js", "--prefix", "class"), "a name that JavaScript and browsers have not taken"),
         (("--out", "/no/such/folder/a.js"), "no directory /no/such/folder"),
     ],
 )
