@@ -39,7 +39,7 @@ HERE = Path(__file__).parent
 MOTION = re.compile(rb"(?i)[ \t]*(S?PTP|S?LIN|S?CIRC|SPL|(PTP|LIN|CIRC)_REL)\b")
 FEWEST = 5
 """Motions of a run that counts."""
-MACHINE = MachineData(steps=200_000, seconds=3600.0, passes=3)
+MACHINE = MachineData(steps=200_000, seconds=1200.0, passes=3)
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,22 +95,16 @@ def tried(folder: Path, path: Path, row: dict[str, Any]) -> TriedRun:
 
 
 def _of_run(name: str, robot: str, run: ProgramRun, lines: set[int]) -> TriedRun:
-    reached = lines & {x.position.line for x in run.executed if x.position.file == run.program}
+    moves = [x for x in run.executed if x.kind != "WAIT"]
+    reached = lines & {x.position.line for x in moves if x.position.file == run.program}
     fault = next((f"{d.code}: {d}" for d in run.diagnostics if d.code == "bound"), "")
-    known = run.times().known
     a_pass = None if run.passes is None else run.passes.cycle_time
+    if a_pass is not None and (not moves or moves[-1].end <= run.cycle_time - a_pass):
+        fault = f"idle: its endless loop waits only, after {len(moves)} motions"
     return TriedRun(
-        name,
-        robot,
-        len(lines),
-        len(reached),
-        len(run.executed),
-        run.cycle_time,
-        known,
-        a_pass,
-        len(run.assumptions),
-        fault,
-    )
+        name, robot, len(lines), len(reached), len(moves), run.cycle_time, run.times().known, a_pass,
+        len(run.assumptions), fault,
+    )  # fmt: skip
 
 
 def chosen(folder: Path, rows: Sequence[dict[str, Any]], only: str) -> Iterator[tuple[Path, dict[str, Any] | None]]:
