@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from lwr_dyn.emit.c_self_test import self_test
-from lwr_dyn.emit.c_source import C_TYPES, c_function, declaration, needs_library
+from lwr_dyn.emit.c_source import C_TYPES, c_function, declaration, needs_library, shared_functions
 from lwr_dyn.emit.emission import EmittedArm
 from lwr_dyn.emit.functions import TemplateFunction
 from lwr_dyn.emit.identifiers import identifier
@@ -41,6 +41,7 @@ def c_text(emitted: EmittedArm, header: str) -> str:
         comment(provenance_lines(emitted)),
         f'#include "{header}"\n' + ("#include <math.h>\n" if library else "") + "#include <float.h>\n",
         _FAST_MATH + (_PRECISION if emitted.kind == "own" else ""),
+        *filter(None, [shared_functions(emitted.codes)]),
         *(c_function(code, emitted.name_of(code.function.name), restrict_of(emitted)) for code in emitted.codes),
         *(filled(template.source["c"], template, emitted) for template in emitted.templates),
         self_test(emitted),

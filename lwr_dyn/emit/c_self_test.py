@@ -8,8 +8,9 @@ from collections.abc import Iterator
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.emit.c_source import C_TYPES, literal
-from lwr_dyn.emit.cases import STATES, TOLERANCE, EmittedCase, argument_values, emitted_cases
+from lwr_dyn.emit.cases import STATES, TOLERANCE, EmittedCase, emitted_cases
 from lwr_dyn.emit.emission import EmittedArm
+from lwr_dyn.emit.functions import Argument
 
 _DIFFERENCE = """\
 /* largest difference; NaN where a result is */
@@ -34,12 +35,8 @@ def self_test(emitted: EmittedArm) -> str:
     """The self-test behind #ifdef PREFIX_SELF_TEST."""
     number, _ = C_TYPES[emitted.dtype]
     cases = emitted_cases(emitted)
-    used = {a.name for case in cases for a in case.function.arguments}
-    inputs = [
-        _array(f"test_{name}", number, rows, emitted.dtype)
-        for name, rows in argument_values(emitted).items()
-        if name in used
-    ]  # fmt: skip
+    arguments = {_test_name(a): rows for case in cases for a, rows in case.rows()}
+    inputs = [_array(name, number, rows, emitted.dtype) for name, rows in arguments.items()]
     results = [_array(f"expected_{case.function.name}", "double", case.results, "float64") for case in cases]
     tests = [line for case in cases for line in _test(emitted, case)]
     for template in emitted.templates:
@@ -69,13 +66,17 @@ def self_test(emitted: EmittedArm) -> str:
 
 def _test(emitted: EmittedArm, case: EmittedCase) -> Iterator[str]:
     name, width = case.function.name, case.function.width
-    arguments = "".join(f"test_{a.name}[i], " for a in case.function.arguments)
+    arguments = "".join(f"{_test_name(a)}[i], " for a in case.function.arguments)
     yield f"for (i = 0; i < {STATES}; i++) {{"
     yield f"    {emitted.name_of(name)}({arguments}out);"
     yield f"    difference = test_difference(out, expected_{name}[i], {width}) / {case.largest!r};"
     yield f'    printf("{name} %d: %.1e\\n", i, difference);'
     yield f"    failed += !(difference <= {TOLERANCE[emitted.dtype]!r});"
     yield "}"
+
+
+def _test_name(argument: Argument) -> str:
+    return f"test_{argument.name}_{argument.width}"
 
 
 def _array(name: str, number: str, rows: Array, dtype: str) -> str:

@@ -4,7 +4,7 @@ One operation a statement keeps compilers from contracting a product and a sum, 
 everywhere (gcc contracts across statements where -ffp-contract=fast or its own dialect asks for it).
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -15,8 +15,45 @@ C_TYPES = {"float64": ("double", ""), "float32": ("float", "f")}
 _FORMS = {
     ">": "{0} > {1} ? {one} : {zero}", "?": "{0} > {half} ? {1} : {zero}", "min": "{0} > {1} ? {1} : {0}",
     "max": "{1} > {0} ? {1} : {0}", "sqrt": "sqrt{f}({0})", "abs": "fabs{f}({0})", "sin": "sin{f}({0})",
-    "cos": "cos{f}({0})",
+    "cos": "cos{f}({0})", "2^": "two_to({0})", "exponent": "binary_exponent({0})",
+    "significand": "binary_fraction({0})",
 }  # fmt: skip
+_BITS = """\
+static double number_of(uint64_t bits)
+{
+    double x;
+    memcpy(&x, &bits, sizeof x);
+    return x;
+}
+
+static uint64_t bits_of(double x)
+{
+    uint64_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    return bits;
+}
+"""
+_POWERS = {
+    "2^": """\
+static double two_to(double n)
+{
+    return number_of((bits_of(n + 6755399441055744.0) << 52) + (UINT64_C(1023) << 52));
+}
+""",
+    "exponent": """\
+static double binary_exponent(double x)
+{
+    return (double)((bits_of(x) >> 52) & 2047) - 1023.0;
+}
+""",
+    "significand": """\
+static double binary_fraction(double x)
+{
+    return number_of((bits_of(x) & ((UINT64_C(1) << 52) - 1)) | (UINT64_C(1023) << 52)) + (x - x);
+}
+""",
+}
+"""Powers of two by the bits of normal numbers: no branch; NaN and inf have the fraction NaN."""
 
 
 def declaration(code: EmittedCode, name: str, restrict: str) -> str:
@@ -33,6 +70,13 @@ def c_function(code: EmittedCode, name: str, restrict: str) -> str:
     unread = [f"(void){a.name};" for i, a in enumerate(code.function.arguments) if i not in read]
     lines = (f"    {line}" for line in [*unread, *_lines(code)])
     return "\n".join([declaration(code, name, restrict), "{", *lines, "}", ""])
+
+
+def shared_functions(codes: Sequence[EmittedCode]) -> str:
+    """The static functions that the functions of a file call, with their headers; empty for most."""
+    used = {node.op for code in codes for node in code.nodes}
+    chosen = [text for op, text in _POWERS.items() if op in used]
+    return "\n".join(["#include <stdint.h>\n#include <string.h>\n", _BITS, *chosen]) if chosen else ""
 
 
 def needs_library(code: EmittedCode) -> bool:

@@ -4,7 +4,7 @@ The expected numbers are what CasADi's virtual machine gives, with the sine and 
 """
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,7 +13,7 @@ import numpy as np
 from lwr_dyn.arrays import Array
 from lwr_dyn.codegen.parameters import FRICTION, inertial_parameters, payload_parameters
 from lwr_dyn.emit.emission import EmittedArm
-from lwr_dyn.emit.functions import EmittedFunction
+from lwr_dyn.emit.functions import Argument, EmittedFunction
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind
 
@@ -22,6 +22,8 @@ TOLERANCE = {"float64": 1e-13, "float32": 1e-5}
 """Of the largest expected number of a function: what any compiler and any order of products may leave."""
 _LARGEST = {"q": 3.0, "dq": 2.0, "ddq": 4.0, "tau": 30.0}
 _SLIDING = 0.5
+_NOISE = 0.1
+"""In SI units: where all expected numbers are smaller, they may be rounding of cos 90 deg times weights."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -32,10 +34,14 @@ class EmittedCase:
     arguments: tuple[Array, ...]
     results: Array
 
+    def rows(self) -> Iterator[tuple[Argument, Array]]:
+        """Each argument with its values."""
+        return zip(self.function.arguments, self.arguments, strict=True)
+
     @property
     def largest(self) -> float:
-        """The largest expected number, 1 where all are zero."""
-        return float(np.abs(self.results).max()) or 1.0
+        """The largest expected number, at least `_NOISE`."""
+        return max(float(np.abs(self.results).max()), _NOISE)
 
 
 def emitted_cases(emitted: EmittedArm) -> tuple[EmittedCase, ...]:
@@ -64,7 +70,7 @@ def vectors_text(emitted: EmittedArm) -> str:
             "name": case.function.name,
             "arguments": [
                 {"name": a.name, "unit": a.unit, "rows": rows.tolist()}
-                for a, rows in zip(case.function.arguments, case.arguments, strict=True)
+                for a, rows in case.rows()
             ],
             "result": {"unit": case.function.unit, "shape": case.function.shape, "rows": case.results.tolist()},
         }

@@ -6,9 +6,9 @@ from pathlib import Path
 
 from lwr_dyn.codegen.kernel_spec import KernelSpec, kernel_spec
 from lwr_dyn.codegen.parameters import chosen_inputs
-from lwr_dyn.emit.functions import EMITTED, EmittedFunction, TemplateFunction, emitted_function
+from lwr_dyn.emit.functions import EMITTED, TemplateFunction, emitted_function
 from lwr_dyn.emit.identifiers import identifier
-from lwr_dyn.emit.straight_code import EmittedCode, SinCosKind, emitted_code
+from lwr_dyn.emit.straight_code import EmittedCode, SinCosKind, check_sincos, emitted_code
 from lwr_dyn.errors import LwrDynError, MissingDataError, MissingPackageError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.registry import Registry, Row
@@ -82,22 +82,27 @@ def emitted_arm(
     MissingDataError
         A named function needs numbers that the arm does not have.
     """
+    check_sincos(kind)
     wanted = tuple(dict.fromkeys(functions))
     spec = _spec(arm, inputs, friction, dtype)
-    found, left_out = [], []
+    codes: list[EmittedCode] = []
+    templates: list[TemplateFunction] = []
+    left_out: list[tuple[str, str]] = []
     for name in wanted or EMITTED.names:
         try:
-            found.append(emitted_function(spec, name, arm))
+            found = emitted_function(spec, name, arm)
+            if isinstance(found, TemplateFunction):
+                templates.append(found)
+            else:
+                codes.append(emitted_code(found, kind, dtype))
         except MissingPackageError:
             raise
         except LwrDynError as fault:
             if wanted:
                 raise
             left_out.append((name, str(fault)))
-    codes = tuple(emitted_code(x, kind, dtype) for x in found if isinstance(x, EmittedFunction))
-    templates = tuple(x for x in found if isinstance(x, TemplateFunction))
     name = identifier(arm.name if prefix is None else prefix)
-    return EmittedArm(arm, spec, name, codes, templates, kind, dtype, tuple(left_out))
+    return EmittedArm(arm, spec, name, tuple(codes), tuple(templates), kind, dtype, tuple(left_out))
 
 
 def _spec(arm: Arm, inputs: Iterable[str], friction: str, dtype: str) -> KernelSpec:

@@ -24,10 +24,10 @@ function exponent(x) {
 function significand(x) {
   bits[0] = x;
   words[high] = (words[high] & 1048575) | 1072693248;
-  return bits[0];
+  return bits[0] + (x - x);
 }
 """
-"""Of normal numbers."""
+"""Of normal numbers; NaN and inf have the fraction NaN."""
 
 
 def shared_functions(text: str) -> str:

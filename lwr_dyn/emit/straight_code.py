@@ -16,6 +16,7 @@ from lwr_dyn.errors import OptionError
 
 SinCosKind = Literal["own", "libm"]
 SINCOS = get_args(SinCosKind)
+_BY_BITS = ("2^", "exponent", "significand")
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,6 +97,12 @@ class EmittedCode:
             yield from wanted.get(i, ())
 
 
+def check_sincos(kind: str) -> None:
+    """Raise `OptionError` for another kind of sine and cosine."""
+    if kind not in SINCOS:
+        raise OptionError("sincos", repr(kind), ", ".join(SINCOS))
+
+
 def emitted_code(function: EmittedFunction, kind: SinCosKind = "own", dtype: str = "float64") -> EmittedCode:
     """The operations of a function.
 
@@ -109,11 +116,15 @@ def emitted_code(function: EmittedFunction, kind: SinCosKind = "own", dtype: str
     Raises
     ------
     OptionError
-        Another kind.
+        Another kind, or a function that float32 cannot compute.
     """
-    if kind not in SINCOS:
-        raise OptionError("sincos", repr(kind), ", ".join(SINCOS))
+    check_sincos(kind)
     numbers: Any = sincos(dtype)
     if kind == "libm":
         numbers = LibraryCalls(numbers.magic, numbers.most_half_turns)
-    return EmittedCode(function, straight_line_code(function.symbolic, numbers, is_flagged=False), kind, dtype)
+    code = straight_line_code(function.symbolic, numbers, is_flagged=False)
+    if dtype != "float64" and any(node.op in _BY_BITS for node in code.nodes):
+        raise OptionError(
+            "dtype", repr(dtype), f"float64: {function.name} has exponentials, which are of float64 alone"
+        )
+    return EmittedCode(function, code, kind, dtype)
