@@ -94,14 +94,15 @@ def of_batch(spec: KernelSpec, name: str, arm: Arm) -> EmittedFunction:
     )  # fmt: skip
 
 
+_FURTHER = {
+    "inverse_kinematics": ("closed_form:inverse_kinematics_function", "q of all branches, in closed form"),
+    "torque_regressor_compact": ("compact:compact_function", "the distinct numbers of Y"),
+    "torque_regressor_expanded": ("compact:expanding_function", "Y from its distinct numbers"),
+}
 EMITTED: Registry[Callable[[KernelSpec, str, Arm], Emitted]] = Registry(
     "emitted_function",
     {name: Row("lwr_dyn.emit.functions:of_batch", FUNCTIONS[name].formula, extra="batch") for name in RESULT_UNITS}
-    | {
-        "inverse_kinematics": Row(
-            "lwr_dyn.emit.closed_form:inverse_kinematics_function", "q of all branches, in closed form", extra="batch"
-        ),
-    },
+    | {name: Row(f"lwr_dyn.emit.{place}", text, extra="batch") for name, (place, text) in _FURTHER.items()},
 )
 """What can be emitted: name -> factory of (spec, name, arm)."""
 

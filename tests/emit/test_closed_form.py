@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.emit.c_file import c_files
 from lwr_dyn.emit.closed_form import NAME, inverse_kinematics_function
 from lwr_dyn.emit.emission import emitted_arm
 from lwr_dyn.emit.restricted_c import used_functions
@@ -19,39 +18,18 @@ from lwr_dyn.kinematics.branches import BRANCHES, joint_ranges, wrap
 from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.kinematics.srs import arm_triangle, closed_form
 from lwr_dyn.kinematics.srs_margins import intervals_at_level, margin_problem
-from tests.emit.test_c_file import compiler
+from tests.emit.programs import program
+from tests.emit.shared_library import SharedLibrary
 
-NUMBERS = ctypes.POINTER(ctypes.c_double)
 CLOSE = 1e-12
 COUNT = 60
 ROBOTS = ("lwr4plus", "wam7", "kr30ha")
 
 
-class Library:
-    """The compiled functions of an arm."""
-
-    def __init__(self, arm, folder):
-        emitted = emitted_arm(arm, [NAME])
-        for path, text in c_files(emitted, folder / "arm.c").items():
-            path.write_text(text)
-        command = [compiler("gcc"), "-O1", "-std=c99", "-Wall", "-Wextra", "-Wconversion", "-Werror", "-shared",
-                   "-fPIC", "arm.c", "-lm", "-o", "arm.so"]  # fmt: skip
-        subprocess.run(command, cwd=folder, check=True)
-        self.arm, self.library, self.prefix = arm, ctypes.CDLL(str(folder / "arm.so")), f"{emitted.prefix}_{NAME}"
-
-    def call(self, name, *arguments, kind=ctypes.c_double):
-        function = getattr(self.library, self.prefix + name)
-        function.restype = kind
-        made = [
-            ctypes.c_double(x) if isinstance(x, float) else x.ctypes.data_as(NUMBERS) if x.dtype == float else
-            x.ctypes.data_as(ctypes.POINTER(ctypes.c_int)) for x in arguments
-        ]  # fmt: skip
-        return function(*made)
-
-
 @pytest.fixture(scope="module", params=ROBOTS)
 def library(request, tmp_path_factory):
-    return Library(lwr_dyn.load(request.param), tmp_path_factory.mktemp(request.param))
+    emitted = emitted_arm(lwr_dyn.load(request.param), [NAME])
+    return SharedLibrary(emitted, tmp_path_factory.mktemp(request.param))
 
 
 def states(arm, seed=0, count=COUNT):
@@ -67,7 +45,7 @@ def branches(library, T, psi):
     out, excess = np.zeros((len(T), 8, library.arm.n)), np.zeros(len(T))
     for k in range(len(T)):
         angle = [float(psi[k])] if library.arm.n == 7 else []
-        excess[k] = library.call("", T[k], *angle, out[k])
+        excess[k] = library.call(NAME, T[k], *angle, out[k])
     return out, excess
 
 
@@ -103,12 +81,12 @@ def test_arm_angle_and_intervals_of_every_branch(library):
     signs, geometry, found, several = np.array(BRANCHES, dtype=float), srs_geometry(arm.chain), np.zeros(4), 0
     for k in np.flatnonzero(excess == 0.0):
         for b in range(8):
-            library.call("_arm_angle", out[k, b].copy(), found, kind=None)
+            library.call(NAME + "_arm_angle", out[k, b].copy(), found, kind=None)
             assert abs(wrap(found[0] - psi[k])) < CLOSE
             assert (found[1:] == signs[b]).all()
         for level in (0.0, 0.1):
             pairs, counts = np.zeros((8, 16, 2)), np.zeros(8, dtype=np.intc)
-            assert library.call("_intervals", T[k], level, pairs, counts) == 0.0
+            assert library.call(NAME + "_intervals", T[k], level, pairs, counts) == 0.0
             rows = np.broadcast_to(T[k], (8, 4, 4))
             wanted = intervals_at_level(margin_problem(geometry, joint_ranges(arm), rows, signs), level)
             for b in range(8):
@@ -127,18 +105,18 @@ def test_the_nearest_follows_a_path_and_stops_at_the_limits(library):
         T = np.ascontiguousarray(forward_kinematics(arm.chain, end))
         more = []
         if arm.n == 7:
-            library.call("_arm_angle", end, angle, kind=None)
+            library.call(NAME + "_arm_angle", end, angle, kind=None)
             more = [float(angle[0])]
-        assert library.call("_near", T, *more, start, out, kind=ctypes.c_int) == 0
+        assert library.call(NAME + "_near", T, *more, start, out, kind=ctypes.c_int) == 0
         assert np.abs(out - end).max() < 1e-9
         if arm.n == 7:
-            status = library.call("_near", T, more[0] + 1.5, start, out, kind=ctypes.c_int)
+            status = library.call(NAME + "_near", T, more[0] + 1.5, start, out, kind=ctypes.c_int)
             assert np.maximum(arm.lower - out, out - arm.upper).max() < 1e-9
             assert np.abs(forward_kinematics(arm.chain, out) - T).max() < CLOSE
             seen.add(status)
         T[:3, 3] *= 10.0
         out[:] = 9.0
-        assert library.call("_near", T, *more, start, out, kind=ctypes.c_int) == 3
+        assert library.call(NAME + "_near", T, *more, start, out, kind=ctypes.c_int) == 3
         assert (out == 9.0).all()
     assert arm.n == 6 or seen == {0, 1}
 
@@ -147,9 +125,9 @@ def test_numbers_that_are_none_give_none(library):
     T, n = np.full((4, 4), np.nan), library.arm.n
     out = np.zeros((8, n))
     angle = [0.5] if n == 7 else []
-    assert np.isnan(library.call("", T, *angle, out))
+    assert np.isnan(library.call(NAME, T, *angle, out))
     assert np.isnan(out).all()
-    assert library.call("_near", T, *angle, np.zeros(n), out[0], kind=ctypes.c_int) == 3
+    assert library.call(NAME + "_near", T, *angle, np.zeros(n), out[0], kind=ctypes.c_int) == 3
 
 
 @pytest.mark.parametrize("robot", ROBOTS)
@@ -166,7 +144,7 @@ const rows = {json.dumps(arguments)}.map(a => {{
 console.log(JSON.stringify(rows));
 """
     (tmp_path / "ik.js").write_text(script)
-    made = subprocess.run([compiler("node"), "ik.js"], cwd=tmp_path, capture_output=True, text=True, check=True)
+    made = subprocess.run([program("node"), "ik.js"], cwd=tmp_path, capture_output=True, text=True, check=True)
     found = np.array(json.loads(made.stdout), dtype=float)
     q, excess = expected_branches(arm, T, psi)
     assert np.abs(found[:, 0] - excess).max() < CLOSE
