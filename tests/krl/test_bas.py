@@ -37,3 +37,8 @@ def test_a_command_sets_its_part_only(arm, command, frames, others):
     values, _ = values_of(arm, lines, ["DECL REAL T, F, V, P, S, D"])
     assert (values["T"], values["F"]) == frames
     assert {name: values[name] for name in others} == others
+
+
+def test_initmov_leaves_the_override(arm):
+    values, _ = values_of(arm, ["$OV_PRO = 50", "BAS(#INITMOV, 0)", "V = $OV_PRO"], ["DECL REAL V"])
+    assert values["V"] == 50

@@ -110,10 +110,6 @@ def _of_toml(table: Mapping[str, Any], file: str) -> Values:
     return values
 
 
-def _capitals(given: Mapping[str, Any]) -> dict[str, Any]:
-    return {key.upper(): value for key, value in given.items()}
-
-
 class _MachineDataReader:
     """Takes values of the machine data; raises `PaperError` for one that is missing or wrong."""
 

@@ -18,8 +18,6 @@ if TYPE_CHECKING:
 
 FROM = {"controller": "state default", "option": "option not installed"}
 """Where the values of a table of `states.toml` come from, in the list of assumptions."""
-INTERNAL = frozenset({"$TRUE", "$FALSE"})
-"""Names whose values are no assumptions."""
 
 
 @lru_cache(maxsize=1)
