@@ -51,7 +51,8 @@ def c_text(emitted: EmittedArm, header: str) -> str:
 
 def header_text(emitted: EmittedArm, stem: str) -> str:
     """The header: a declaration of each function with its units; C++ takes it too."""
-    guard, restrict = f"{identifier(stem).upper()}_H", restrict_of(emitted)
+    guard = "_".join([*dict.fromkeys((emitted.prefix, identifier(stem))), "h"]).upper()
+    restrict = restrict_of(emitted)
     parts = [
         comment(provenance_lines(emitted)),
         f"#ifndef {guard}\n#define {guard}\n",

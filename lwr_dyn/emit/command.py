@@ -113,7 +113,7 @@ def _print_written(emitted: EmittedArm, asked: str, joined: str) -> None:
     rows += [(f"{begin}{t.name}", "", t.text.partition("\n")[0]) for t in emitted.templates]
     click.echo(aligned(rows, ("function", "operations", "gives")))
     for name, why in emitted.left_out:
-        click.echo(f"left out: {name}: {why}")
+        click.echo(f"left out: {name}: {why.removeprefix(f'{name}: ')}")
 
 
 def _print_costs(spec: KernelSpec, as_json: bool) -> None:
