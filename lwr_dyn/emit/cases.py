@@ -89,14 +89,15 @@ def vectors_text(emitted: EmittedArm) -> str:
 
 
 def _case(function: EmittedFunction, values: Mapping[str, Array]) -> EmittedCase:
-    arguments = tuple(values[a.name] if a.name in values else _other(a.width) for a in function.arguments)
+    arguments = tuple(values[a.name] if a.name in values else _other(a) for a in function.arguments)
     results = [np.asarray(function.symbolic(*rows), dtype=np.float64).ravel() for rows in zip(*arguments, strict=True)]
     return EmittedCase(function, arguments, np.array(results))
 
 
-def _other(width: int) -> Array:
-    """Values of an argument that is no joint vector and no input, such as gains."""
-    return np.random.default_rng(width).integers(1, 64, (STATES, width)) / 16.0
+def _other(argument: Argument) -> Array:
+    """Values of an argument that is no joint vector and no input, such as gains: others for another name."""
+    rng = np.random.default_rng(list(argument.name.encode()))
+    return rng.integers(1, 64, (STATES, argument.width)) / 16.0
 
 
 def _input(arm: Arm, name: str) -> Array:
