@@ -1,6 +1,7 @@
 """The same program in C and JavaScript: random states, made of whole numbers, and a digest of all bits of the results.
 
-A line of output is "ROBOT_FUNCTION DIGEST"; equal lines mean equal bits of every result.
+Zeros and right angles are among the numbers. A line of output is "ROBOT_FUNCTION DIGEST"; equal lines mean equal bits
+of every result.
 """
 
 from collections.abc import Sequence
@@ -17,13 +18,15 @@ C_TOOLS = """\
 #include <math.h>
 void print(const char *text);
 static uint32_t state, digest[2];
+static const double special[4] = {0.0, -0.0, 1.5707963267948966, 3.141592653589793};
 static void fill(double *x, int n)
 {
     for (int i = 0; i < n; i++) {
         state ^= state << 13;
         state ^= state >> 17;
         state ^= state << 5;
-        x[i] = (double)(int32_t)state / 536870912.0;
+        uint32_t kind = (state >> 7) % 32;
+        x[i] = kind < 4 ? special[kind] : (double)(int32_t)state / 536870912.0;
     }
 }
 static void mix(const double *x, int n)
@@ -48,12 +51,14 @@ C_PRINT = "#include <stdio.h>\nvoid print(const char *text) { fputs(text, stdout
 """On a machine with a library; on the microcontroller the start-up code prints."""
 JS_TOOLS = """\
 const word = new Int32Array(1), digest = new Int32Array(2), lines = [];
+const special = [0.0, -0.0, 1.5707963267948966, 3.141592653589793];
 function fill(x) {
   for (let i = 0; i < x.length; i++) {
     word[0] ^= word[0] << 13;
     word[0] ^= word[0] >>> 17;
     word[0] ^= word[0] << 5;
-    x[i] = word[0] / 536870912.0;
+    const kind = (word[0] >>> 7) % 32;
+    x[i] = kind < 4 ? special[kind] : word[0] / 536870912.0;
   }
 }
 function mix(x) {
