@@ -183,16 +183,19 @@ def batch_dynamics(
     inputs: Iterable[str] = (),
     friction: str = "none",
     rotors: str = "armature",
+    layout: str = "rows",
+    structure: str = "dense",
 ) -> BatchDynamics:
     """An arm's dynamics over rows of states by generated kernels; needs the extra `batch`.
 
     dtype: "float64" or "float32". threads: None for all processors. inputs: names out of inertia, payload, gravity,
     friction, which kernels take as inputs instead of the arm's constants. friction: "arm" adds the arm's friction to
-    inverse and subtracts it in forward dynamics. rotors: "armature", "full" or "none".
+    inverse and subtracts it in forward dynamics. rotors: "armature", "full" or "none". layout: "rows", "padded" or
+    "blocks" in memory. structure: "dense", or "compact" for the distinct values of a matrix alone.
     Raises `OptionError` for another choice, `MissingDataError` (no inertias), `MissingPackageError`.
     """
     make = FUNCTIONS.load("batch_dynamics")
-    batch: BatchDynamics = make(arm_argument(arm), dtype, threads, inputs, friction, rotors)
+    batch: BatchDynamics = make(arm_argument(arm), dtype, threads, inputs, friction, rotors, layout, structure)
     return batch
 
 

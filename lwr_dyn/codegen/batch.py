@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from lwr_dyn.codegen.batch_arguments import address_and_step, input_rows, result_array, wrap_angles
 from lwr_dyn.codegen.kernel import Kernel, kernel_of, require_packages, thread_count
 from lwr_dyn.codegen.kernel_spec import KernelSpec, function_shape, kernel_spec
+from lwr_dyn.codegen.result_form import MatrixEntries, ResultForm, matrix_entries
 from lwr_dyn.errors import OptionError
 from lwr_dyn.model.arm import Arm
 
@@ -139,32 +140,51 @@ class BatchDynamics:
             self._kernels[function] = kernel_of(self.spec, function)
         return self._kernels[function]
 
+    def form(self, function: str) -> ResultForm:
+        """How its results lie in memory: `form(f).empty(N)` is what `out` takes, `states_first` reads blocks."""
+        spec = self.spec
+        is_compact, lanes = spec.structure == "compact", 1
+        if is_compact and function.endswith("_derivatives"):
+            raise OptionError("structure", f"'compact' for {function}", "'dense'")
+        if is_compact or spec.layout != "rows":
+            lanes = self.kernel(function).interface.lanes
+        shape = (self.kernel(function).interface.width,) if is_compact else function_shape(function).result(spec.n)
+        return ResultForm(spec.layout, shape, lanes, spec.dtype)
+
+    def entries(self, function: str) -> MatrixEntries:
+        """Which stored value every entry of a result is, with structure="compact"; raises `OptionError` without."""
+        if self.spec.structure != "compact":
+            raise OptionError("entries", "of a dense batch", "structure='compact'")
+        known = self.kernel(function).interface
+        return matrix_entries(known.entries, known.constants, function_shape(function).result(self.spec.n))
+
     def _evaluate(self, function: str, states: tuple[Any, ...], out: Numbers | None, inputs: dict[str, Any]) -> Numbers:
         shape, spec = function_shape(function), self.spec
         rows, count = input_rows(spec, function, dict(zip(shape.states, states, strict=True)), inputs)
-        result = result_array(out, (count, *shape.result(spec.n)), spec.dtype, rows)
+        form = self.form(function)
+        result = result_array(out, form, count, rows)
         if count:
             kernel = self.kernel(function)
             places = [address_and_step(row, count) for row in rows]
             if kernel.run(places, result.__array_interface__["data"][0], count, self.threads):
-                self._repair(kernel, function, rows, result)
+                self._repair(kernel, function, rows, result, form)
         return result
 
-    def _repair(self, kernel: Kernel, function: str, rows: list[Numbers], result: Numbers) -> None:
+    def _repair(self, kernel: Kernel, function: str, rows: list[Numbers], result: Numbers, form: ResultForm) -> None:
         """NaN and a warning for states that are not finite; very large angles are wrapped and computed again."""
-        count = len(result)
+        count = max(len(row) for row in rows)
         whole = [np.broadcast_to(row, (count, row.shape[1])) for row in rows]
         bad = ~np.logical_and.reduce([np.isfinite(row).all(axis=1) for row in whole])
         far = ~bad & (np.abs(whole[0]) > kernel.interface.limit).any(axis=1)
         if far.any():
             wrapped = [np.ascontiguousarray(row[far]) for row in whole]
             wrapped[0] = wrap_angles(self.spec.chain, wrapped[0])
-            part = np.empty((len(wrapped[0]), *result.shape[1:]), dtype=result.dtype)
-            places = [address_and_step(row, len(part)) for row in wrapped]
-            kernel.run(places, part.__array_interface__["data"][0], len(part))
-            result[far] = part
+            some = len(wrapped[0])
+            part = form.empty(some)
+            kernel.run([address_and_step(row, some) for row in wrapped], part.__array_interface__["data"][0], some)
+            result[form.place_of(np.flatnonzero(far))] = part[form.place_of(np.arange(some))]
         if bad.any():
-            result[bad] = np.nan
+            result[form.place_of(np.flatnonzero(bad))] = np.nan
             warnings.warn(NotFiniteWarning(function, np.flatnonzero(bad), count), stacklevel=4)
 
 
@@ -175,6 +195,8 @@ def batch_dynamics(
     inputs: Iterable[str] = (),
     friction: str = "none",
     rotors: str = "armature",
+    layout: str = "rows",
+    structure: str = "dense",
 ) -> BatchDynamics:
     """An arm's dynamics over rows of states, by generated kernels.
 
@@ -190,6 +212,10 @@ def batch_dynamics(
         "arm" adds the arm's friction (Coulomb and viscous per direction, offset) to inverse and subtracts it in
         forward dynamics.
     rotors : {"armature", "full", "none"}
+    layout : {"rows", "padded", "blocks"}
+        "padded" begins every result on a whole vector; "blocks" gives (blocks, *shape, W): W states side by side.
+    structure : {"dense", "compact"}
+        "compact" stores the distinct values of a matrix once, constants never: (N, count), read by `entries`.
 
     Raises
     ------
@@ -200,7 +226,7 @@ def batch_dynamics(
     MissingPackageError
         The extra `batch` (numba, casadi) is not installed.
     """
-    spec = kernel_spec(arm, inputs, friction, rotors, dtype)
+    spec = kernel_spec(arm, inputs, friction, rotors, dtype, layout, structure)
     if threads is not None and (isinstance(threads, bool) or not isinstance(threads, int) or threads < 1):
         raise OptionError("threads", repr(threads), "a whole number above 0, or None for all processors")
     require_packages()

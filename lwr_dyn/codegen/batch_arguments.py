@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from lwr_dyn.codegen.kernel_spec import KernelSpec
 from lwr_dyn.codegen.parameters import parameter_shape
+from lwr_dyn.codegen.result_form import ResultForm
 from lwr_dyn.errors import OptionError, ShapeError
 from lwr_dyn.model.chain import Chain
 from lwr_dyn.model.dh import JointKind
@@ -69,15 +70,17 @@ def address_and_step(row: Rows, count: int) -> tuple[int, int]:
     return int(row.__array_interface__["data"][0]), step
 
 
-def result_array(out: Rows | None, shape: tuple[int, ...], dtype: str, rows: list[Rows]) -> Rows:
-    """A new array, or `out` if it fits; raises `ShapeError`."""
+def result_array(out: Rows | None, form: ResultForm, count: int, rows: list[Rows]) -> Rows:
+    """A new array for that many states, or `out` if it fits; raises `ShapeError`."""
     if out is None:
-        return np.empty(shape, dtype=dtype)
+        return form.empty(count)
+    shape, dtype = form.shape_of(count), form.dtype
     if not isinstance(out, np.ndarray) or out.shape != shape or out.dtype != dtype:
         kind = f"shape {out.shape}, {out.dtype}" if isinstance(out, np.ndarray) else "not an array"
         raise ShapeError("out", kind, f"an array of shape {shape}, {dtype}")
-    if not (out.flags.c_contiguous and out.flags.writeable and out.flags.aligned):
-        raise ShapeError("out", "not contiguous, aligned and writeable", "an array as numpy.empty makes it")
+    if not (form.holds(out) and out.flags.writeable and out.flags.aligned):
+        maker = "numpy.empty" if form.layout == "rows" else "the batch's empty"
+        raise ShapeError("out", "not contiguous, aligned and writeable", f"an array as {maker} makes it")
     if any(np.may_share_memory(out, row) for row in rows):
         raise ShapeError("out", "lies over an input", "memory of its own")
     return out

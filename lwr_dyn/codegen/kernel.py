@@ -134,7 +134,7 @@ def _from_cache(spec: KernelSpec, key: str) -> Kernel | None:
     symbol = record.pop("symbol", None)
     if symbol is None or record.keys() != {f.name for f in fields(KernelInterface)}:
         return None
-    record["inputs"], record["widths"] = tuple(record["inputs"]), tuple(record["widths"])
+    record |= {name: tuple(value) for name, value in record.items() if isinstance(value, list)}
     return _loaded_kernel(spec, KernelInterface(**record), symbol, code)
 
 

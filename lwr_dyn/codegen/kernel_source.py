@@ -3,19 +3,20 @@
 The body is plain Python over lanes; `lowering.straight_line` gives it to numba as vector instructions.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from lwr_dyn.codegen.kernel_spec import GENERATOR, KernelInterface, KernelSpec, function_shape
 from lwr_dyn.codegen.machine_code import lanes_of
+from lwr_dyn.codegen.result_form import compact, row_step
 from lwr_dyn.codegen.sincos import sincos
-from lwr_dyn.codegen.straight_line import OPERATIONS, StraightLineCode, straight_line_code
+from lwr_dyn.codegen.straight_line import OPERATIONS, StraightLineCode, Value, straight_line_code
 from lwr_dyn.codegen.symbolic_functions import symbolic_function
 from lwr_dyn.version import VERSION
 
-_HEAD = '''"""{function} of {name}: {formula}; {dtype}, blocks of {lanes} states.
+_HEAD = '''"""{function} of {name}: {formula}; {dtype}, blocks of {lanes} states; {form}.
 
 Written by lwr_dyn {version}, generator {generator}: {operations} operations a state, {fused} with fused multiply-add.
 Inputs: {inputs}.
@@ -24,13 +25,13 @@ Inputs: {inputs}.
 from numba import carray, cfunc, types
 
 from lwr_dyn.codegen.lowering import straight_line
-from lwr_dyn.codegen.transposes import lanes_to_rows, rows_to_lanes
+from lwr_dyn.codegen.transposes import rows_to_lanes
 
 {transposes}
 
 
 @straight_line("{dtype}")
-def body(b):
+def body(b, out, at):
     for k in range({lanes}):
 {body}
 
@@ -39,23 +40,27 @@ def body(b):
 def kernel({arguments}, out_, b_, start, stop):
     """Rows start to stop; gives the number of states with a value that is not finite or an angle that is too large."""
 {arrays}
-    out = carray(out_, (stop * {width},), types.{dtype})
+    out = carray(out_, ((stop + {lanes}) * {step},), types.{dtype})
     b = carray(b_, ({size},), types.{dtype})
     trouble = 0
     for s in range(start, stop, {lanes}):
         lanes, whole = min({lanes}, stop - s), s + {two_blocks} <= stop
 {copies}
-        body(b)
+{give}
         for k in range(lanes):
             trouble += not (b[{flag} + k] == 0.0)
-        if whole:
-{give}
-        else:
-            for k in range(lanes):
-                for j in range({width}):
-                    out[(s + k) * {width} + j] = b[({first_result} + j) * {lanes} + k]
     return trouble
 '''
+
+_GIVE_ROWS = """        if whole:
+            body(b, out, s * {step})
+        else:
+            body(b, b, {tail})
+            for k in range(lanes):
+                for j in range({width}):
+                    out[(s + k) * {step} + j] = b[{tail} + k * {step} + j]"""
+
+_GIVE_BLOCKS = "        body(b, out, s * {width})"
 
 _COPY = """        if whole and {name}_step >= {width}:
 {take}
@@ -80,7 +85,12 @@ def generate(spec: KernelSpec, function: str, lanes: int | None = None) -> Kerne
     widths = [symbolic.size1_in(i) for i in range(symbolic.n_in())]
     limit = (numbers.most_half_turns - 1) * np.pi / np.sqrt(max(spec.n, 1))
     wide = lanes_of(spec.dtype) if lanes is None else lanes
-    return kernel_source(spec, function, straight_line_code(symbolic, numbers), widths, wide, float(limit))
+    code = straight_line_code(symbolic, numbers)
+    if spec.structure == "dense":
+        return kernel_source(spec, function, code, widths, wide, float(limit))
+    distinct, entries, constants = compact(code)
+    source = kernel_source(spec, function, distinct, widths, wide, float(limit))
+    return replace(source, interface=replace(source.interface, entries=entries, constants=constants))
 
 
 def kernel_source(
@@ -103,14 +113,17 @@ def kernel_source(
     names = (*function_shape(function).states, *spec.parameters_of(function))
     first = [sum(widths[:i]) for i in range(len(widths))]
     slots = {("in", i, j): first[i] + j for i in range(len(widths)) for j in range(widths[i])}
-    flag, results = sum(widths), sum(widths) + 1
-    width, size = len(code.results), (sum(widths) + 1 + len(code.results)) * lanes
+    flag, tail, width = sum(widths), (sum(widths) + 1) * lanes, len(code.results)
+    step = row_step(spec.layout, width, lanes)
+    size = tail + (0 if spec.layout == "blocks" else step * lanes)
+    give = _GIVE_BLOCKS if spec.layout == "blocks" else _GIVE_ROWS
     number = f"types.CPointer(types.{spec.dtype})"
     fused = code.operations_after_contraction()
     text = _HEAD.format(
         function=function, name=spec.name, formula=function_shape(function).formula, dtype=spec.dtype, lanes=lanes,
         version=VERSION, generator=GENERATOR, operations=code.operations, fused=fused, inputs=", ".join(names),
-        body="\n".join(body_lines(code, slots, flag, results, lanes)),
+        body="\n".join(_early_lines(code, slots, flag, spec.layout, step, lanes)),
+        form=f"{spec.layout}, {spec.structure}",
         types=", ".join([f"{number}, types.int64"] * len(names) + [f"{number}, {number}, types.int64, types.int64"]),
         arguments=", ".join(f"{name}_, {name}_step" for name in names),
         arrays="\n".join(
@@ -118,14 +131,13 @@ def kernel_source(
             for x, w in zip(names, widths, strict=True)
         ),
         transposes="\n".join(
-            [f"take_{x} = rows_to_lanes({lanes}, {w}, {f})" for x, w, f in zip(names, widths, first, strict=True)]
-            + [f"give_rows = lanes_to_rows({lanes}, {width}, {results})"]
+            f"take_{x} = rows_to_lanes({lanes}, {w}, {f})" for x, w, f in zip(names, widths, first, strict=True)
         ),
-        give=_groups(f"give_rows(b, out, s * {width}, {{}})", width, lanes),
-        two_blocks=2 * lanes, width=width, size=size, flag=flag * lanes, first_result=results,
+        give=give.format(step=step, width=width, tail=tail),
+        two_blocks=2 * lanes, step=step, size=size, flag=flag * lanes,
         copies="\n".join(_copy(x, w, f, lanes) for x, w, f in zip(names, widths, first, strict=True)),
     )  # fmt: skip
-    interface = KernelInterface(names, tuple(widths), width, size, lanes, limit, code.operations, fused)
+    interface = KernelInterface(names, tuple(widths), width, size, lanes, limit, code.operations, fused, (), ())
     return KernelSource(text, interface)
 
 
@@ -161,18 +173,42 @@ _FORMS = {
 def placed_lines(
     code: StraightLineCode, slots: dict[tuple[str, int, int], int], places: Sequence[int], lanes: int
 ) -> list[str]:
-    """Lines of the loop over lanes: inputs from `slots`; flag and results go to `places`."""
-    lines, names = [], []
+    """Lines of the loop over lanes: inputs from `slots`; flag and results go to `places` at the end."""
+    lines = [line for _, line in _operations(code, slots, lanes) if line]
+    for place, value in zip(places, (code.flag, *code.results), strict=True):
+        lines.append(f"b[{place * lanes} + k] = {_signed(code, value)}")
+    return [f"        {line}" for line in lines]
+
+
+def _early_lines(
+    code: StraightLineCode, slots: dict[tuple[str, int, int], int], flag: int, layout: str, step: int, lanes: int
+) -> list[str]:
+    """Lines of the loop over lanes: every result goes to `out` as soon as it is known, the flag to its slot."""
+    form = "out[at + {1} + k] = {2}" if layout == "blocks" else f"out[at + k * {step} + {{0}}] = {{2}}"
+    wanted: dict[int, list[str]] = {code.flag.node: [f"b[{flag * lanes} + k] = {_signed(code, code.flag)}"]}
+    for j, value in enumerate(code.results):
+        wanted.setdefault(value.node, []).append(form.format(j, j * lanes, _signed(code, value)))
+    lines = [x for i, line in _operations(code, slots, lanes) for x in (line, *wanted.get(i, ())) if x]
+    return [f"        {line}" for line in lines]
+
+
+def _operations(
+    code: StraightLineCode, slots: dict[tuple[str, int, int], int], lanes: int
+) -> Iterator[tuple[int, str]]:
+    """Every node with the line that computes it; constants need none."""
     for i, node in enumerate(code.nodes):
-        if node.op in ("const", "zero"):
-            names.append(repr(node.a))
-            continue
-        names.append(f"v{i}")
+        line = ""
         if node.op == "in":
-            lines.append(f"v{i} = b[{slots[node] * lanes} + k]")
+            line = f"v{i} = b[{slots[node] * lanes} + k]"
         elif node.op in OPERATIONS:
             form = _FORMS.get(node.op, f"{{0}} {node.op} {{1}}")
-            lines.append(f"v{i} = {form.format(names[node.a], names[node.b])}")
-    for place, value in zip(places, (code.flag, *code.results), strict=True):
-        lines.append(f"b[{place * lanes} + k] = {'-' if value.sign < 0 else ''}{names[value.node]}")
-    return [f"        {line}" for line in lines]
+            line = f"v{i} = {form.format(_name(code, node.a), _name(code, node.b))}"
+        yield i, line
+
+
+def _name(code: StraightLineCode, i: int) -> str:
+    return repr(code.nodes[i].a) if code.nodes[i].op in ("const", "zero") else f"v{i}"
+
+
+def _signed(code: StraightLineCode, value: Value) -> str:
+    return f"{'-' if value.sign < 0 else ''}{_name(code, value.node)}"

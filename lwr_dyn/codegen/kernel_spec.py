@@ -3,18 +3,20 @@
 import hashlib
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.codegen.parameters import chosen_inputs, friction_parameters
+from lwr_dyn.codegen.result_form import Layout, Structure, check_form
 from lwr_dyn.dynamics.recursion import Rotors
 from lwr_dyn.dynamics.unknown_inertia import chain_with_dynamics
 from lwr_dyn.errors import MissingDataError, OptionError, UnknownNameError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import Chain
 
-GENERATOR = 4
+GENERATOR = 6
 """Version of the generator: raised when it writes another kernel for the same arm, so that cached ones are not used."""
 NUMBER_TYPES = ("float64", "float32")
 FRICTIONS = ("none", "arm")
@@ -80,7 +82,7 @@ class KernelInterface:
     widths: tuple[int, ...]
     """Values in one row of each input."""
     width: int
-    """Values in one row of the result."""
+    """Values stored for one state."""
     buffer: int
     """Numbers in the buffer of a block."""
     lanes: int
@@ -90,6 +92,9 @@ class KernelInterface:
     operations: int
     fused: int
     """Operations when a product and a sum count as one."""
+    entries: tuple[int, ...]
+    """With structure="compact": for every entry of the result, as `result_form.compact` gives them."""
+    constants: tuple[float, ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -103,6 +108,8 @@ class KernelSpec:
     inputs: tuple[str, ...] = ()
     rotors: Rotors = "armature"
     dtype: str = "float64"
+    layout: Layout = "rows"
+    structure: Structure = "dense"
 
     @property
     def n(self) -> int:
@@ -115,7 +122,15 @@ class KernelSpec:
 
     def digest(self, function: str) -> str:
         """SHA-256 of everything on which the kernel of a function depends."""
-        text = [f"generator {GENERATOR}", function, self.dtype, str(self.rotors), *self.inputs]
+        text = [
+            f"generator {GENERATOR}",
+            function,
+            self.dtype,
+            str(self.rotors),
+            self.layout,
+            self.structure,
+            *self.inputs,
+        ]
         for link in self.chain.links:
             text.append(link.kind.value)
             rotor = (0.0, 0.0) if link.rotor is None else (link.rotor.gear_ratio, link.rotor.inertia)
@@ -138,6 +153,8 @@ def kernel_spec(
     friction: str = "none",
     rotors: str = "armature",
     dtype: str = "float64",
+    layout: Any = "rows",
+    structure: Any = "dense",
 ) -> KernelSpec:
     """The options of an arm's kernels, checked.
 
@@ -151,6 +168,9 @@ def kernel_spec(
         forward dynamics.
     rotors : {"armature", "full", "none"}
     dtype : {"float64", "float32"}
+    layout : {"rows", "padded", "blocks"}
+    structure : {"dense", "compact"}
+        How results lie in memory, and whether every distinct value is stored once (`result_form`).
 
     Raises
     ------
@@ -160,6 +180,7 @@ def kernel_spec(
         The arm has no inertias, or no friction with friction="arm".
     """
     chosen = chosen_inputs(inputs)
+    check_form(layout, structure)
     for option, value, allowed in (
         ("friction", friction, FRICTIONS),
         ("rotors", rotors, ("armature", "full", "none")),
@@ -173,4 +194,5 @@ def kernel_spec(
         raise MissingDataError(arm.name, "friction", "kernels with friction='arm'")
     constants = friction_parameters(arm) if friction == "arm" else None
     name = f"{arm.name} ({arm.reading})"
-    return KernelSpec(name, chain_with_dynamics(arm), constants, chosen, rotors, str(dtype))  # type: ignore[arg-type]
+    chain = chain_with_dynamics(arm)
+    return KernelSpec(name, chain, constants, chosen, rotors, str(dtype), layout, structure)  # type: ignore[arg-type]

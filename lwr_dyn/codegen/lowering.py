@@ -18,6 +18,8 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
+from lwr_dyn.codegen.transposes import LaneBlock, ResultRows
+
 _FLAGS = ("contract",)
 """A product and a sum may become one instruction; nothing else may change, so rounding and NaN stay exact."""
 _INSTRUCTIONS = {ast.Add: "fadd", ast.Sub: "fsub", ast.Mult: "fmul", ast.Div: "fdiv"}
@@ -39,12 +41,13 @@ def unlinked_address() -> Any:
 
 
 def straight_line(dtype: str) -> Callable[[Callable[[Any], None]], Any]:
-    """A decorator: the function `body(b)` of one loop ``for k in range(W)`` as a numba intrinsic on arrays of `dtype`.
+    """A decorator: the function `body(b)` or `body(b, out, at)` of one loop ``for k in range(W)`` as a numba intrinsic.
 
     Statements are ``v = b[I + k]``, ``v = x + y`` (also - * /), ``v = z if x > y else w``, ``v = f(x)`` with f of
     sqrt, abs, two_to, exponent, significand (the last three of float64 alone), ``b[I + k] = x`` and ``b[I + k] = -x``,
-    where x, y, z, w are names or numbers (of the type of b), and I a multiple of W. The intrinsic calls a function of
-    the module `intrinsic.assembly`, which `machine_code.compiled` links.
+    where x, y, z, w are names or numbers (of the type of b, `dtype`), and I a multiple of W. Results also go to rows,
+    ``out[at + k * S + J] = x``, W columns J at once when they are known, or to blocks, ``out[at + I + k] = x``, and do
+    not overlap b. The intrinsic calls a function of `intrinsic.assembly`, which `machine_code.compiled` links.
     """
 
     def decorate(function: Callable[[Any], None]) -> Any:
@@ -52,20 +55,42 @@ def straight_line(dtype: str) -> Callable[[Callable[[Any], None]], Any]:
         name = f"lwr_dyn_body_{hashlib.sha256(text.encode()).hexdigest()[:16]}_{dtype}"
         llvm.add_symbol(name, unlinked_address())
 
-        @intrinsic  # type: ignore[untyped-decorator]
-        def lowered(typing_context: Any, b: Any) -> Any:
-            def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-                data = context.make_array(signature.args[0])(context, builder, arguments[0]).data
-                kind = ir.FunctionType(ir.VoidType(), [data.type])
-                builder.call(cgutils.get_or_insert_function(builder.module, kind, name), [data])
-                return context.get_dummy_value()
-
-            return types.void(b), code
-
+        lowered = _in_place(name) if len(inspect.signature(function).parameters) == 1 else _to_results(name)
         lowered.assembly = _assembly(text, name, dtype)
         return lowered
 
     return decorate
+
+
+def _in_place(name: str) -> Any:
+    @intrinsic  # type: ignore[untyped-decorator]
+    def lowered(typing_context: Any, b: Any) -> Any:
+        def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            _call(context, builder, name, [context.make_array(signature.args[0])(context, builder, arguments[0]).data])
+            return context.get_dummy_value()
+
+        return types.void(b), code
+
+    return lowered
+
+
+def _to_results(name: str) -> Any:
+    @intrinsic  # type: ignore[untyped-decorator]
+    def lowered(typing_context: Any, b: Any, out: Any, at: Any) -> Any:
+        def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            arrays = zip(signature.args[:2], arguments[:2], strict=True)
+            data = [context.make_array(kind)(context, builder, array).data for kind, array in arrays]
+            _call(context, builder, name, [data[0], builder.gep(data[1], [arguments[2]])])
+            return context.get_dummy_value()
+
+        return types.void(b, out, types.int64), code
+
+    return lowered
+
+
+def _call(context: Any, builder: Any, name: str, data: list[Any]) -> None:
+    kind = ir.FunctionType(ir.VoidType(), [each.type for each in data])
+    builder.call(cgutils.get_or_insert_function(builder.module, kind, name), data)
 
 
 def _assembly(text: str, name: str, dtype: str) -> str:
@@ -73,30 +98,53 @@ def _assembly(text: str, name: str, dtype: str) -> str:
     definition: Any = ast.parse(text).body[0]
     loop = definition.body[0]
     module = ir.Module(name)
-    kind = ir.FunctionType(ir.VoidType(), [_NUMBERS[dtype].as_pointer()])
+    has_results = len(definition.args.args) > 1
+    kind = ir.FunctionType(ir.VoidType(), [_NUMBERS[dtype].as_pointer()] * (2 if has_results else 1))
     function = ir.Function(module, kind, name)
     builder = ir.IRBuilder(function.append_basic_block())
-    _Lanes(builder, function.args[0], dtype, int(loop.iter.args[0].value)).write(loop.body)
+    _Lanes(builder, function.args, dtype, int(loop.iter.args[0].value)).write(loop.body)
     builder.ret_void()
     return str(module)
+
+
+def _target(statement: Any) -> Any:
+    return statement.targets[0]
+
+
+def _is_row(target: Any) -> bool:
+    """Whether a statement writes `out[at + k * S + J]`: blocks and the buffer end in `+ k]`."""
+    return not isinstance(target, ast.Name) and isinstance(target.slice.right, ast.Constant)
 
 
 class _Lanes:
     """Translates statements to instructions on vectors of lanes."""
 
-    def __init__(self, builder: Any, data: Any, dtype: str, lanes: int) -> None:
-        self.builder, self.data, self.number, self.lanes = builder, data, _NUMBERS[dtype], lanes
+    def __init__(self, builder: Any, pointers: Any, dtype: str, lanes: int) -> None:
+        self.builder, self.number, self.lanes = builder, _NUMBERS[dtype], lanes
+        self.data, self.out = pointers[0], pointers[-1]
+        self.rows: ResultRows | None = None
         self.vector = ir.VectorType(self.number, lanes)
         self.align = lanes * _BYTES[dtype]
         self.names: dict[str, Any] = {}
 
     def write(self, statements: list[Any]) -> None:
+        widths = [row.slice.right.value for row in map(_target, statements) if _is_row(row)]
         for statement in statements:
-            target, value = statement.targets[0], statement.value
+            target, value = _target(statement), self._value(statement.value)
             if isinstance(target, ast.Name):
-                self.names[target.id] = self._value(value)
+                self.names[target.id] = value
+            elif _is_row(target):
+                if self.rows is None:
+                    step = int(target.slice.left.right.right.value)
+                    block = LaneBlock(self.builder, self.number, self.lanes)
+                    self.rows = ResultRows(block, self.out, max(widths) + 1, step)
+                self.rows.put(target.slice.right.value, value)
+            elif target.value.id == "out":
+                index = ir.Constant(ir.IntType(64), target.slice.left.right.value)
+                place = self.builder.bitcast(self.builder.gep(self.out, [index]), self.vector.as_pointer())
+                self.builder.store(value, place, align=self.align // self.lanes)
             else:
-                self.builder.store(self._value(value), self._place(target), align=self.align)
+                self.builder.store(value, self._place(target), align=self.align)
 
     def _place(self, subscript: Any) -> Any:
         index = ir.Constant(ir.IntType(64), subscript.slice.left.value)

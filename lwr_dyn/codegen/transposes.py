@@ -1,4 +1,4 @@
-"""W x W transposes in registers, between rows of states and lanes of a block, as numba intrinsics.
+"""W x W transposes in registers, between rows of states and lanes of a block.
 
 Copying one number at a time costs more than the arithmetic of a small kernel; log2(W) rounds of shuffles copy W x W.
 """
@@ -9,6 +9,7 @@ from typing import Any
 
 from llvmlite import ir
 from numba import types
+from numba.core import cgutils
 from numba.extending import intrinsic
 
 
@@ -21,8 +22,10 @@ def rows_to_lanes(lanes: int, width: int, first: int) -> Any:
     @intrinsic  # type: ignore[untyped-decorator]
     def read(typing_context: Any, x: Any, start: Any, step: Any, b: Any, c: Any) -> Any:
         def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            block = _LaneBlock(context, builder, signature.args[0].dtype, lanes)
-            source, target = (block.data(signature.args[i], arguments[i]) for i in (0, 3))
+            block = LaneBlock(builder, context.get_data_type(signature.args[0].dtype), lanes)
+            source, target = (
+                context.make_array(signature.args[i])(context, builder, arguments[i]).data for i in (0, 3)
+            )
             at = builder.add(arguments[1], arguments[4])
             places = [builder.add(at, builder.mul(arguments[2], block.index(k))) for k in range(lanes)]
             columns = block.transposed([block.load(source, place) for place in places])
@@ -35,57 +38,54 @@ def rows_to_lanes(lanes: int, width: int, first: int) -> Any:
     return read
 
 
-def lanes_to_rows(lanes: int, width: int, first: int) -> Any:
-    """An intrinsic `(b, out, start, c)`: out[start + k width + j] = b[(first + j) W + k] for W columns j from c.
+class ResultRows:
+    """Rows of results in a function being built: columns are given in any order and written W at once when known."""
 
-    Rows shorter than W (c is 0) are written with W numbers, each over the surplus of the one before; the last ones
-    number by number.
-    """
+    def __init__(self, block: LaneBlock, target: Any, width: int, step: int) -> None:
+        self.block, self.target, self.width, self.step = block, target, width, step
+        self.columns: dict[int, Any] = {}
 
-    @intrinsic  # type: ignore[untyped-decorator]
-    def write(typing_context: Any, b: Any, out: Any, start: Any, c: Any) -> Any:
-        def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            block = _LaneBlock(context, builder, signature.args[0].dtype, lanes)
-            source, target = (block.data(signature.args[i], arguments[i]) for i in (0, 1))
-            slots = [block.slot(first + j, arguments[3]) for j in range(min(lanes, width))]
-            vectors = [block.load(source, slot, aligned=True) for slot in slots]
-            _write_rows(block, vectors, target, builder.add(arguments[2], arguments[3]), width)
-            return context.get_dummy_value()
+    def put(self, column: int, vector: Any) -> None:
+        """The numbers of a column, one in each lane."""
+        lanes = self.block.lanes
+        self.columns[column] = vector
+        first = column - column % lanes
+        group = range(first, min(first + lanes, self.width))
+        if all(j in self.columns for j in group):
+            self._write(first, [self.columns.pop(j) for j in group])
 
-        return types.void(b, out, types.int64, types.int64), code
+    def _write(self, first: int, vectors: list[Any]) -> None:
+        block, known, lanes = self.block, len(vectors), self.block.lanes
+        if self.step == 1:  # one number a row: a vector holds the rows side by side
+            block.store(vectors[0], self.target, block.index(0))
+            return
+        if known == 1:
+            for k in range(lanes):
+                block.store_number(vectors[0], k, self.target, k * self.step + first)
+            return
+        undefined = [ir.Constant(block.vector, ir.Undefined)] * (lanes - known)
+        is_narrow, end = self.step < lanes, lanes * self.step
+        for k, row in enumerate(block.transposed(vectors + undefined)):
+            index = k * self.step + first
+            if first + lanes <= self.step or (is_narrow and index + lanes <= end):
+                block.store(row, self.target, block.index(index))  # narrow rows: over the surplus of the one before
+            elif is_narrow:
+                for j in range(known):
+                    block.store_number(row, j, self.target, index + j)
+            else:
+                block.store_first(row, known, self.target, block.index(index))
 
-    return write
 
-
-def _write_rows(block: _LaneBlock, vectors: list[Any], target: Any, start: Any, width: int) -> None:
-    builder, lanes = block.builder, block.lanes
-    if width == 1:
-        block.store(vectors[0], target, start)
-        return
-    rows = block.transposed(vectors + vectors[:1] * (lanes - len(vectors)))
-    whole = lanes - (0 if width >= lanes else -(-(lanes - width) // width))
-    for k, row in enumerate(rows):
-        place = builder.add(start, block.index(k * width))
-        if k < whole:
-            block.store(row, target, place)
-            continue
-        for j in range(width):
-            number = builder.extract_element(row, ir.Constant(ir.IntType(32), j))
-            builder.store(number, builder.gep(target, [builder.add(place, block.index(j))]))
-
-
-class _LaneBlock:
+class LaneBlock:
     """Vectors of W lanes in a function being built."""
 
-    def __init__(self, context: Any, builder: Any, dtype: Any, lanes: int) -> None:
-        self.context, self.builder, self.lanes = context, builder, lanes
-        self.vector = ir.VectorType(context.get_data_type(dtype), lanes)
-        self.bytes: int = dtype.bitwidth // 8
-
-    def data(self, array_type: Any, array: Any) -> Any:
-        return self.context.make_array(array_type)(self.context, self.builder, array).data
+    def __init__(self, builder: Any, number: Any, lanes: int) -> None:
+        self.builder, self.lanes = builder, lanes
+        self.vector = ir.VectorType(number, lanes)
+        self.bits = 64 if number == ir.DoubleType() else 32
 
     def index(self, i: int) -> Any:
+        """A place as a number of 64 bits."""
         return ir.Constant(ir.IntType(64), i)
 
     def slot(self, first: int, column: Any) -> Any:
@@ -96,13 +96,33 @@ class _LaneBlock:
         return self.builder.bitcast(self.builder.gep(data, [index]), self.vector.as_pointer())
 
     def _align(self, aligned: bool) -> int:
-        return self.bytes * (self.lanes if aligned else 1)
+        return self.bits // 8 * (self.lanes if aligned else 1)
 
     def load(self, data: Any, index: Any, aligned: bool = False) -> Any:
+        """W numbers from an index on."""
         return self.builder.load(self._place(data, index), align=self._align(aligned))
 
     def store(self, vector: Any, data: Any, index: Any, aligned: bool = False) -> None:
+        """W numbers to an index."""
         self.builder.store(vector, self._place(data, index), align=self._align(aligned))
+
+    def store_number(self, vector: Any, lane: int, data: Any, index: int) -> None:
+        """The number of one lane."""
+        number = self.builder.extract_element(vector, ir.Constant(ir.IntType(32), lane))
+        self.builder.store(number, self.builder.gep(data, [self.index(index)]))
+
+    def store_first(self, vector: Any, count: int, data: Any, index: Any) -> None:
+        """The first numbers; what stands behind them is not touched."""
+        if count == self.lanes:
+            self.store(vector, data, index)
+            return
+        mask_type, pointer = ir.VectorType(ir.IntType(1), self.lanes), self.vector.as_pointer()
+        kind = ir.FunctionType(ir.VoidType(), [self.vector, pointer, ir.IntType(32), mask_type])
+        name = f"llvm.masked.store.v{self.lanes}f{self.bits}.p0"
+        masked = cgutils.get_or_insert_function(self.builder.module, kind, name)
+        mask = ir.Constant(mask_type, [ir.Constant(ir.IntType(1), i < count) for i in range(self.lanes)])
+        align = ir.Constant(ir.IntType(32), self._align(False))
+        self.builder.call(masked, [vector, self._place(data, index), align, mask])
 
     def transposed(self, vectors: list[Any]) -> list[Any]:
         """Lane i of vector k as lane k of vector i: pairs 1, 2, 4 ... apart swap their halves."""

@@ -13,14 +13,15 @@ ARM = lwr_dyn.load("lwr4plus")
 
 def run_as_python(source, row):
     """The body over its buffer, by the interpreter."""
-    text = source.text[source.text.index("def body(b):") : source.text.index("@cfunc")]
+    text = source.text[source.text.index("def body(b, out, at):") : source.text.index("@cfunc")]
     names = {}
     exec(text, names)
     lanes, given = source.interface.lanes, sum(source.interface.widths)
-    b = np.zeros(source.interface.buffer)
+    b, out = np.zeros(source.interface.buffer), np.full(lanes * source.interface.width + 1, 77.0)
     b[: given * lanes] = np.repeat(row, lanes)
-    names["body"](b)
-    return b[(given + 1) * lanes :: lanes]
+    names["body"](b, out, 1)
+    assert out[0] == 77.0
+    return out[1:].reshape(lanes, -1)[0]
 
 
 @pytest.mark.parametrize("function", ["gravity_vector", "forward_dynamics", "potential_energy"])

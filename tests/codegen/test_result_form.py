@@ -1,0 +1,110 @@
+"""Where results of a batch lie: rows, padded rows, blocks of states; distinct values with the map to the matrix."""
+
+import warnings
+
+import numpy as np
+import pytest
+
+import lwr_dyn
+from lwr_dyn.codegen.batch import NotFiniteWarning
+from lwr_dyn.errors import OptionError, ShapeError
+from tests.codegen.evaluate import states
+
+ARM = lwr_dyn.load("lwr4plus")
+DENSE = lwr_dyn.batch_dynamics(ARM)
+COUNT = 43
+X = states(7, COUNT)
+
+
+def batch_of(layout, structure="dense", **options):
+    return lwr_dyn.batch_dynamics(ARM, layout=layout, structure=structure, **options)
+
+
+def read(batch, function, result, count=COUNT):
+    values = batch.form(function).states_first(result, count)
+    return batch.entries(function).dense(values) if batch.spec.structure == "compact" else values
+
+
+@pytest.mark.parametrize("structure", ["dense", "compact"])
+@pytest.mark.parametrize("layout", ["rows", "padded", "blocks"])
+@pytest.mark.parametrize("function", ["mass_matrix", "torque_regressor", "inverse_dynamics", "potential_energy"])
+def test_the_values_are_those_of_dense_rows(function, layout, structure):
+    arguments = X[: {"inverse_dynamics": 3, "torque_regressor": 3}.get(function, 1)]
+    expected, batch = getattr(DENSE, function)(*arguments), batch_of(layout, structure)
+    result = getattr(batch, function)(*arguments)
+    assert np.array_equal(read(batch, function, result), expected)
+    for count in (1, 8, 17):
+        part = getattr(batch, function)(*(x[:count] for x in arguments))
+        assert np.array_equal(read(batch, function, part, count), expected[:count])
+
+
+def test_padded_rows_begin_on_whole_vectors_and_every_matrix_is_whole():
+    batch = batch_of("padded")
+    B = batch.mass_matrix(X[0])
+    assert B.shape == (COUNT, 7, 7)
+    assert B[3].flags.c_contiguous
+    vector = 8 * batch.kernel("mass_matrix").interface.lanes
+    assert B.strides[0] % vector == 0
+    assert B.__array_interface__["data"][0] % vector == 0
+
+
+@pytest.mark.parametrize("layout", ["padded", "blocks"])
+def test_a_place_for_results_is_what_empty_gives(layout):
+    batch = batch_of(layout)
+    place = batch.form("mass_matrix").empty(COUNT)
+    assert batch.mass_matrix(X[0], out=place) is place
+    assert np.array_equal(read(batch, "mass_matrix", place), DENSE.mass_matrix(X[0]))
+    with pytest.raises(ShapeError, match=r"out: .*; allowed: an array"):
+        batch.mass_matrix(X[0], out=np.empty((COUNT, 49)))
+    other = np.empty(place.shape) if layout == "padded" else np.empty(place.shape[::-1]).T
+    with pytest.raises(ShapeError, match="the batch's empty"):
+        batch.mass_matrix(X[0], out=other)
+
+
+@pytest.mark.parametrize("layout", ["padded", "blocks"])
+def test_states_that_are_not_finite_or_far_away(layout):
+    batch, q = batch_of(layout), X[0].copy()
+    q[11, 3], q[20, 5], q[42, 0] = np.nan, 1e9, np.inf
+    with pytest.warns(NotFiniteWarning, match="index 11, 42"):
+        result = read(batch, "mass_matrix", batch.mass_matrix(q))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        assert np.array_equal(result, DENSE.mass_matrix(q), equal_nan=True)
+    assert np.isnan(result[[11, 42]]).all()
+    assert np.isfinite(result[20]).all()
+
+
+@pytest.mark.parametrize(("function", "most"), [("mass_matrix", 28), ("torque_regressor", 254)])
+def test_distinct_values_are_few(function, most):
+    entries = batch_of("rows", "compact").entries(function)
+    assert entries.count <= most
+    assert set(np.unique(entries.index[entries.sign != 0])) == set(range(entries.count))
+
+
+@pytest.mark.parametrize("threads", [2, 3])
+def test_threads_and_single_precision(threads):
+    q = states(7, 10_001)[0]
+    for layout, dtype in (("blocks", "float64"), ("padded", "float32")):
+        several, one = (batch_of(layout, dtype=dtype, threads=k) for k in (threads, 1))
+        pair = [read(b, "mass_matrix", b.mass_matrix(q.astype(dtype)), 10_001) for b in (several, one)]
+        assert np.array_equal(*pair)
+
+
+def test_choices_that_do_not_exist():
+    with pytest.raises(OptionError, match="layout: 'columns'; allowed: rows, padded, blocks"):
+        batch_of("columns")
+    with pytest.raises(OptionError, match="structure: 'sparse'; allowed: dense, compact"):
+        batch_of("rows", "sparse")
+    with pytest.raises(OptionError, match="'compact' for inverse_dynamics_derivatives"):
+        batch_of("rows", "compact").inverse_dynamics_derivatives(*X)
+    with pytest.raises(OptionError, match="entries: of a dense batch"):
+        DENSE.entries("mass_matrix")
+    with pytest.raises(ShapeError, match=r"values: shape \(3, 5\)"):
+        batch_of("rows", "compact").entries("mass_matrix").dense(np.zeros((3, 5)))
+
+
+def test_derivatives_have_the_layout_too():
+    x = tuple(a[:9] for a in X)
+    padded, dense = batch_of("padded").inverse_dynamics_derivatives(*x), DENSE.inverse_dynamics_derivatives(*x)
+    assert np.array_equal(padded.by_q, dense.by_q)
+    assert np.array_equal(padded.by_ddq, dense.by_ddq)
