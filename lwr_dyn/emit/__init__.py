@@ -8,6 +8,7 @@ cases           test vectors
 c_source        operations -> C99; c_file: the file and its header; c_self_test: its test program
 javascript      operations -> JavaScript; javascript_file: script or ES module; javascript_shared: what functions share
 identifiers     names of C and JavaScript
+laws            control laws as one step; friction: torque of the joints' friction
 compact         the torque regressor's distinct numbers
 closed_form     inverse kinematics from the templates branches_*.c; closed_form_cases: its test vectors
 restricted_c    a small part of C -> C with an arm's constants, and JavaScript

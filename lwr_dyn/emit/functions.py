@@ -94,10 +94,19 @@ def of_batch(spec: KernelSpec, name: str, arm: Arm) -> EmittedFunction:
     )  # fmt: skip
 
 
+_STEP, _FRICTION = "laws:registered_step", "friction:friction_function"
 _FURTHER = {
     "inverse_kinematics": ("closed_form:inverse_kinematics_function", "q of all branches, in closed form"),
     "torque_regressor_compact": ("compact:compact_function", "the distinct numbers of Y"),
     "torque_regressor_expanded": ("compact:expanding_function", "Y from its distinct numbers"),
+    "friction_torque": (_FRICTION, "tau_f of dq"),
+    "smooth_friction_torque": (_FRICTION, "tau_f of dq, with tanh"),
+    "step_pd_gravity": (_STEP, "PD with gravity compensation"),
+    "step_pid": (_STEP, "PID, with its memory"),
+    "step_inverse_dynamics": (_STEP, "inverse dynamics control"),
+    "step_motor_pd": (_STEP, "PD on the motor side of rigid joints"),
+    "step_adaptive": (_STEP, "Slotine and Li's adaptive law for a load, with its memory"),
+    "step_robust": (_STEP, "the robust law for a load"),
 }
 EMITTED: Registry[Callable[[KernelSpec, str, Arm], Emitted]] = Registry(
     "emitted_function",
