@@ -103,7 +103,7 @@ def test_the_table_names_only_commands():
 
 
 MB, GB = 10**6, 10**9
-KRL = {200 * MB: source.LARGEST, 500: lexer.LONGEST, 100: lexer.DEEPEST}
+KRL = {200 * MB: source.LARGEST, 8192: lexer.LONGEST, 100: lexer.DEEPEST}
 LIMITS = {
     "": {64 * MB: files.LARGEST},
     "check": {64 * MB: files.LARGEST, 100: foreign_xml._DEEPEST, 256 * MB: meshes._LARGEST},

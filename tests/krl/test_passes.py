@@ -50,8 +50,18 @@ def test_passes_that_take_turns_are_found(arm):
 
 def test_a_counter_does_not_hide_that_passes_are_alike(arm):
     run = run_program(program("LOOP", "N = N + 1", *PASS, "ENDLOOP"), arm)
-    assert (run.passes.period, len(run.passes.seconds)) == (0, 3)
+    assert (run.passes.period, len(run.passes.seconds)) == (0, 65)
     assert run.passes.cycle_time == pytest.approx(SECONDS)
+    assert "later passes may differ" in str(run.passes)
+
+
+@pytest.mark.parametrize("places", [4, 20, 32])
+def test_a_pallet_is_counted_to_its_end(arm, places):
+    """The last place takes 10 s longer: three like passes before it are not the cycle."""
+    loop = ["LOOP", "N = N + 1", "WAIT SEC 1", f"IF N == {places} THEN", "N = 0", "WAIT SEC 10", "ENDIF", "ENDLOOP"]
+    run = run_program(program(*loop), arm)
+    assert run.passes.period == places
+    assert run.passes.cycle_time == pytest.approx(1 + 10 / places)
 
 
 def test_a_loop_with_a_way_out_runs_to_its_end(arm):

@@ -49,7 +49,7 @@ def run_text(run: ProgramRun) -> str:
     )
     assumed = f"{source}: {ramps} s to rated speed; {masses}"
     return "\n".join([
-        f"{run.program} on {arm.name}: {run.cycle_time:.3f} s",
+        f"{run.program} on {arm.name}: {run.cycle_time:.3f} s" + (" simulated" if run.passes else ""),
         aligned(rows, head),
         *([] if run.passes is None else [str(run.passes)]),
         aligned(axes, ("axis", "peak deg/s", "of rated", "static N m", "dynamic N m")),

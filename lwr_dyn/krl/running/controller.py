@@ -113,20 +113,23 @@ class ControllerState:
             else:
                 given.setdefault(root, {})[name] = value
         self.given = given
+        self._set({"$NULLFRAME": null_frame(), "$WORLD": null_frame(), "$ROBROOT": null_frame(), "$OV_PRO": 100})
         self.initialise()
 
     def initialise(self) -> None:
-        """Set the variables to the machine data, as BAS(#INITMOV, 0) does."""
+        """Set frames, speeds and blends to the machine data, as BAS(#INITMOV, 0) does; the override stays."""
         data = self.machine
         values: dict[str, Value] = {
-            "$BASE": null_frame(), "$TOOL": null_frame(), "$NULLFRAME": null_frame(), "$WORLD": null_frame(),
-            "$ROBROOT": null_frame(),
+            "$BASE": null_frame(), "$TOOL": null_frame(),
             "$VEL": StructValue("CP", {"CP": data.vel_cp, "ORI1": data.vel_ori, "ORI2": data.vel_ori}),
             "$ACC": StructValue("CP", {"CP": data.acc_cp, "ORI1": data.acc_ori, "ORI2": data.acc_ori}),
             "$VEL_AXIS": array_of("REAL", [100.0] * 6), "$ACC_AXIS": array_of("REAL", [100.0] * 6),
             "$APO": StructValue("CONT", dict.fromkeys(("CDIS", "CORI", "CPTP", "CVEL"), 0.0)),
-            "$OV_PRO": 100, "$ADVANCE": 3,
+            "$ADVANCE": 3,
         }  # fmt: skip
+        self._set(values)
+
+    def _set(self, values: Mapping[str, Value]) -> None:
         for name, value in values.items():
             self.variables[name] = Variable(SYSTEM[name], value)
 
@@ -197,6 +200,7 @@ class ControllerState:
 
     def speeds(self) -> Speeds:
         """The speeds that are set now; raises `ExecutionError` for one that is not positive or too high."""
+        self.note_read("$OV_PRO")
         vel, acc = self._percents("$VEL_AXIS"), self._percents("$ACC_AXIS")
         override = _between("$OV_PRO", self.variables["$OV_PRO"].value, 100.0) / 100.0
         rated = self.arm.velocity

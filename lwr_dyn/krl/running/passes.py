@@ -21,7 +21,9 @@ from lwr_dyn.krl.running.values import Value, Variable, copied
 from lwr_dyn.krl.running.waiting import MOST_LOOKS
 
 ALIKE = 3
-"""Passes of an endless LOOP that take the same time between the same axes, after which the run ends."""
+"""Passes of an endless LOOP that take the same time between the same axes, after which the run may end."""
+PATIENCE = 65
+"""Passes before that: a loop that counts up to 32, such as the places of a pallet, comes back to its state first."""
 SAME = 1e-6
 """[s]"""
 ROUNDED = 9
@@ -51,7 +53,8 @@ class LoopPasses:
                 head + f"{self.cycle_time:.3f} s a pass, for ever" + (f" ({self.period} in turn)" * (self.period > 1))
             )
         least, most, n = min(self.seconds), max(self.seconds), len(self.seconds)
-        return head + f"{self.cycle_time:.3f} s in the last of {n} passes, from {least:.3f} to {most:.3f} s"
+        spread = f"{self.cycle_time:.3f} s in the last of {n} passes, from {least:.3f} to {most:.3f} s"
+        return head + spread + "; its variables do not come back, so later passes may differ"
 
     def to_json(self) -> dict[str, Any]:
         """As one JSON object."""
@@ -146,7 +149,7 @@ class LoopWatch:
     def alike(self) -> bool:
         """Whether the last passes took the same time between the same axes."""
         last, places = self.seconds[-ALIKE:], self.places[-ALIKE:]
-        return len(last) == ALIKE and max(last) - min(last) < SAME and len(set(places)) == 1
+        return len(self.seconds) >= PATIENCE and max(last) - min(last) < SAME and len(set(places)) == 1
 
 
 def look_at_loop(m: ExecutionContext, frame: StackFrame, at: int) -> None:

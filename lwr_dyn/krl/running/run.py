@@ -71,7 +71,7 @@ class ProgramRun:
 
     @property
     def cycle_time(self) -> float:
-        """[s]"""
+        """[s] Of the whole run; where it ends at an endless loop, the time of a pass is in `passes`."""
         return float(self.motion.t[-1])
 
     def times(self) -> CycleTimes:
