@@ -95,6 +95,16 @@ def test_a_loop_that_watches_a_timer_ends_with_it(arm):
     assert run.executed[-1].begin == pytest.approx(0.5, abs=0.03)
 
 
+def test_a_timer_that_decides_is_part_of_the_state(arm):
+    """A pass of 1 s, and 2 s more each time 2.5 s have gone by: three passes in turn, of 5 s."""
+    watch = ["IF $TIMER[1] > 2500 THEN", "WAIT SEC 2", "$TIMER[1] = 0", "ENDIF"]
+    start = ["$TIMER[1] = 0", "$TIMER_STOP[1] = FALSE"]
+    run = run_program(program(*start, "LOOP", "WAIT SEC 1", *watch, "ENDLOOP"), arm)
+    assert (run.passes.period, run.passes.cycle_time) == (3, pytest.approx(5 / 3))
+    run = run_program(program(*start, "LOOP", "WAIT SEC 1", "N = $TIMER[1]", "ENDLOOP"), arm)
+    assert run.passes.period == 0
+
+
 def test_a_wait_before_the_arm_stands_anywhere_counts(arm):
     endless = parse_program("DEF a( )\nREPEAT\nWAIT SEC 1\n$FILTER = $FILTER + 1\nUNTIL FALSE\nEND\n", name="a")
     notes = check_program(endless, arm, MachineData(seconds=20.0))

@@ -61,9 +61,7 @@ def _act_part(env: Environment, name: str, part: str, default: float) -> float:
 
 
 def _initmov(env: Environment, c: ControllerState, _: float) -> None:
-    override = c.variables["$OV_PRO"].value
     c.initialise()
-    c.variables["$OV_PRO"].value = override  # KUKA's bas.src leaves it
 
 
 def _frames(env: Environment, c: ControllerState, _: float = 0.0) -> None:

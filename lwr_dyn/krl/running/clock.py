@@ -45,6 +45,8 @@ class ProgramClock:
     """Number of a timer -> its value [ms] at a time [s], and whether it runs."""
     pending: list[tuple[float, int, Callable[[], None]]] = field(default_factory=list)
     """A heap: what happens at later times [s]."""
+    timers_read: set[int] = field(default_factory=set)
+    """Numbers of timers whose value the program has asked for."""
     at: float | None = None
     """[s] The time of what happens now, where it is not the present time."""
     added: int = 0
@@ -92,6 +94,10 @@ class ProgramClock:
     def stop_timer(self, number: int, stopped: bool) -> None:
         """`$TIMER_STOP[n]`."""
         self.timers[number] = (self.timer(number), self.now, not stopped)
+
+    def timers_now(self) -> tuple[tuple[int, float], ...]:
+        """Numbers and values [ms] of timers that the program asks for."""
+        return tuple((number, round(self.timer(number), 6)) for number in sorted(self.timers_read))
 
     def timer(self, number: int) -> float:
         """[ms] The value of a timer."""

@@ -2,7 +2,7 @@
 
 The model is deterministic, so a program whose variables, axes and pending events are as they were some passes before
 repeats these passes for ever: their time is the cycle time. If no time has passed either, the loop only watches.
-Timers are left out of the state.
+Timers that the program never asks for are no part of the state.
 """
 
 from __future__ import annotations
@@ -119,6 +119,8 @@ class LoopWatch:
     kept_time: float
     kept_at: int = 0
     """The pass after which the state was kept, and its time [s]."""
+    kept_timers: tuple[tuple[int, float], ...] = ()
+    """Timers at that time; they go on while a loop only watches, so they are held apart."""
     count: int = 0
     looks: int = 0
     """Passes that only watched."""
@@ -144,6 +146,7 @@ class LoopWatch:
         """Keep the state after passes 1, 2, 4, 8 ..."""
         if self.count & (self.count - 1) == 0:
             self.kept, self.kept_at, self.kept_time = state_of(m), self.count, m.motions.now
+            self.kept_timers = m.background.clock.timers_now()
             self.ticked = 0.0
 
     def alike(self) -> bool:
@@ -162,9 +165,9 @@ def look_at_loop(m: ExecutionContext, frame: StackFrame, at: int) -> None:
     if watch.has_come_back(m):
         if m.motions.now - watch.kept_time - watch.ticked <= SAME:
             _look_again(m, watch)
-        elif watch.seconds:
+            return
+        if watch.seconds and watch.kept_timers == m.background.clock.timers_now():
             _end(m, watch, max(min(watch.count - watch.kept_at, len(watch.seconds)), 1))
-        return
     watch.keep(m)
     if endless_by_form(frame.routine, at) and (watch.alike() or len(watch.seconds) >= m.machine.passes):
         _end(m, watch, 0)

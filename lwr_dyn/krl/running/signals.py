@@ -18,6 +18,7 @@ def element_value(c: ControllerState, clock: ProgramClock, name: str, index: tup
     key = name.upper()
     text = f"{key}[{','.join(map(str, index))}]"
     if key in ("$TIMER", "$TIMER_FLAG") and len(index) == 1:
+        clock.timers_read.add(index[0])
         return round(clock.timer(index[0])) if key == "$TIMER" else clock.timer(index[0]) > 0.0
     if text in c.inputs:
         c.assumptions.note(text, value_text(c.inputs[text]), "given")
