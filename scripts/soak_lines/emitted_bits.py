@@ -17,12 +17,13 @@ COMPILERS = (
 )
 NAMES = (
     "inverse_dynamics", "forward_dynamics", "mass_matrix", "coriolis_matrix", "gravity_vector", "bias_torque",
-    "flange_pose", "jacobian", "torque_regressor", "kinetic_energy", "potential_energy",
+    "flange_pose", "jacobian", "torque_regressor", "kinetic_energy", "potential_energy", "step_pd_gravity", "step_pid",
+    "step_inverse_dynamics", "step_adaptive",
 )  # fmt: skip
 
 
 def emitted_bits() -> tuple[str, bool, str]:
-    """Emitted code of 11 functions of 3 arms, 3000 states each: bits in C, node and Cortex-M7, beside node's."""
+    """Emitted code of 15 functions of 3 arms, 3000 states each: bits in C, node and Cortex-M7, beside node's."""
     from tests.emit.cortex import linked, run_lines
     from tests.emit.digests import C_PRINT, c_functions, c_main, js_program
     from tests.emit.emitted_robots import ARMS, emitted_robot
@@ -32,7 +33,7 @@ def emitted_bits() -> tuple[str, bool, str]:
     rows = []
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        texts = {robot.name: "#include <math.h>\n" + c_functions(robot) for robot in robots}
+        texts = {robot.name: c_functions(robot) for robot in robots}
         texts |= {"main": c_main(robots, STATES), "print": C_PRINT}
         for stem, text in texts.items():
             (folder / f"{stem}.c").write_text(text)

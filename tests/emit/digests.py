@@ -7,7 +7,7 @@ of every result.
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from lwr_dyn.emit.c_source import c_function, declaration
+from lwr_dyn.emit.c_source import c_function, declaration, shared_functions
 from lwr_dyn.emit.functions import EmittedFunction
 from lwr_dyn.emit.javascript_file import javascript_source
 from lwr_dyn.emit.straight_code import emitted_code
@@ -92,8 +92,10 @@ class EmittedRobot:
 
 
 def c_functions(robot: EmittedRobot) -> str:
-    """The functions alone."""
-    return "\n".join(c_function(emitted_code(f), f"{robot.name}_{f.name}", "restrict") for f in robot.functions)
+    """The functions, with what they include and call."""
+    codes = [emitted_code(f) for f in robot.functions]
+    texts = [c_function(code, f"{robot.name}_{code.function.name}", "restrict") for code in codes]
+    return "\n".join(["#include <math.h>", shared_functions(codes), *texts])
 
 
 def c_main(robots: Sequence[EmittedRobot], states: int) -> str:
@@ -101,7 +103,7 @@ def c_main(robots: Sequence[EmittedRobot], states: int) -> str:
     named = [(f"{robot.name}_{f.name}", f) for robot in robots for f in robot.functions]
     heads = [declaration(emitted_code(f), name, "restrict") + ";" for name, f in named]
     widest = max(f.width for _, f in named)
-    lines = [C_TOOLS, *heads, f"static double in[8][64], out[{widest}];", "int main(void)", "{"]
+    lines = [C_TOOLS, *heads, f"static double in[16][512], out[{widest}];", "int main(void)", "{"]
     for name, f in named:
         arguments = "".join(f"in[{k}], " for k in range(len(f.arguments)))
         fills = " ".join(f"fill(in[{k}], {a.width});" for k, a in enumerate(f.arguments))

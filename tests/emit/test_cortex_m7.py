@@ -7,9 +7,8 @@ import pytest
 
 from lwr_dyn.emit.c_source import c_function, declaration
 from lwr_dyn.emit.straight_code import emitted_code
-from tests.emit.control_step import control_step
 from tests.emit.cortex import FLAGS, linked, run_lines
-from tests.emit.emitted_robots import ARMS
+from tests.emit.emitted_robots import ARMS, emitted_robot
 from tests.emit.programs import output, program
 
 CALLS = 500
@@ -41,7 +40,7 @@ int main(void)
 
 
 def costs(function, folder: Path, *flags: str) -> tuple[int, int, int]:
-    """(bytes of flash, bytes of stack, instructions a call) of a function of the LWR 4+."""
+    """(bytes of flash, bytes of stack, instructions a call) of a function."""
     compiler = program("arm-none-eabi-gcc")
     program("qemu-system-arm")
     code = emitted_code(function)
@@ -61,10 +60,12 @@ def costs(function, folder: Path, *flags: str) -> tuple[int, int, int]:
 @pytest.mark.parametrize("contraction", ["off", "fast"])
 @pytest.mark.parametrize("arm", ARMS)
 def test_a_step_of_control_fits_a_small_controller(arm, contraction, tmp_path):
-    flash, stack, instructions = costs(control_step(arm), tmp_path, f"-ffp-contract={contraction}")
+    """The registered law of inverse dynamics: its gains are arguments."""
+    (step,) = emitted_robot(arm, ("step_inverse_dynamics",)).functions
+    flash, stack, instructions = costs(step, tmp_path, f"-ffp-contract={contraction}")
     assert 1000 < flash < 8000
     assert 100 < stack < 700
-    assert len(emitted_code(control_step(arm)).statements) < instructions < 1800
+    assert len(emitted_code(step).statements) < instructions < 1800
 
 
 def test_the_counter_counts_instructions(tmp_path):

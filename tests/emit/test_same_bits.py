@@ -29,7 +29,7 @@ def node_lines(robots, tmp_path_factory):
 def sources(robots, tmp_path_factory):
     """C files: the arms', the program and what prints."""
     folder = tmp_path_factory.mktemp("c")
-    texts = {robot.name: "#include <math.h>\n" + c_functions(robot) for robot in robots}
+    texts = {robot.name: c_functions(robot) for robot in robots}
     texts |= {"main": c_main(robots, STATES), "print": C_PRINT}
     for name, text in texts.items():
         (folder / f"{name}.c").write_text(text)
@@ -68,6 +68,16 @@ def cortex_m7_lines(sources, arms, folder):
     main.write_text(c_main([emitted_robot(name) for name in arms], STATES))
     files = [*(sources / f"{name}.c" for name in arms), main]
     return run_lines(linked(files, folder / "cortex.elf", "-ffp-contract=off"))
+
+
+def test_a_law_with_memory_and_friction_have_the_same_bits(tmp_path):
+    """Exponentials of the friction's smooth form among them."""
+    robot = emitted_robot("wam7", ("friction_torque", "smooth_friction_torque", "step_pid"))
+    c, js, made = tmp_path / "laws.c", tmp_path / "laws.js", tmp_path / "laws"
+    c.write_text("\n".join([c_functions(robot), C_PRINT, c_main([robot], STATES)]))
+    js.write_text(js_program([robot], STATES) + '\nconsole.log(lines.join("\\n"));\n')
+    output([program("gcc"), *FLAGS, str(c), "-o", str(made), "-lm"])
+    assert output([str(made)]) == output([program("node"), str(js)])
 
 
 def test_the_librarys_sines_have_other_bits(node_lines, tmp_path):
