@@ -2,10 +2,10 @@
 static void roots(double a, double b, double c, double *cuts, int at)
 {
     const double size = sqrt(a * a + b * b);
-    const double level = -c / size;
+    const double level = size > ALIGNED ? -c / size : 2.0;
     cuts[at] = -HALF_TURN;
     cuts[at + 1] = -HALF_TURN;
-    if (size > ALIGNED && fabs(level) <= 1.0 + TOUCH) {
+    if (fabs(level) <= 1.0 + TOUCH) {
         const double middle = atan2(b, a);
         const double spread = acos(fmax(fmin(level, 1.0), -1.0));
         cuts[at] = -wrap(spread - middle);

@@ -12,10 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lwr_dyn.codegen.kernel_spec import KernelSpec
+from lwr_dyn.codegen.result_form import compact
 from lwr_dyn.codegen.sincos import sincos
 from lwr_dyn.codegen.straight_line import straight_line_code
 from lwr_dyn.codegen.symbolic_functions import symbolic_function
 from lwr_dyn.emit.functions import RESULT_UNITS, EmittedFunction, TemplateFunction, of_batch
+from lwr_dyn.errors import OptionError
 from lwr_dyn.model.arm import Arm
 
 DENSE = "torque_regressor"
@@ -75,38 +77,33 @@ def compact_regressor(spec: KernelSpec) -> CompactResult:
 
 
 def compact_result(function: Any) -> CompactResult:
-    """Of a casadi.Function with one output vector: results with one node of straight-line code are one number."""
-    code = straight_line_code(function, sincos("float64"), is_flagged=False)
-    first: dict[int, tuple[int, int, int]] = {}
-    index = np.zeros(len(code.results), dtype=np.int64)
-    for place, value in enumerate(code.results):
-        node = code.nodes[value.node]
-        if node.op == "const" and node.a == 0.0:
-            continue
-        number, _, sign = first.setdefault(value.node, (len(first) + 1, place, value.sign))
-        index[place] = number * sign * value.sign
+    """Of a casadi.Function with one output vector; raises `OptionError` where one is a constant other than 0."""
+    _, entries, constants = compact(straight_line_code(function, sincos("float64"), is_flagged=False))
+    if any(constants):
+        raise OptionError(COMPACT, "a number that is always the same, but not 0", "numbers that are 0 or change")
+    index = np.array(entries)
     symbols = [casadi.SX.sym(f"x{i}", function.size1_in(i)) for i in range(function.n_in())]
-    out = casadi.SX(function(*symbols))[[place for _, place, _ in first.values()]]
-    return CompactResult(casadi.Function(function.name(), symbols, [casadi.densify(out)]), index)
+    out = casadi.SX(function(*symbols))
+    places = [int(np.argmax(np.abs(index) == k)) for k in range(1, int(np.abs(index).max()) + 1)]
+    values = [float(np.sign(index[place])) * out[place] for place in places]
+    return CompactResult(casadi.Function(function.name(), symbols, [casadi.densify(casadi.vertcat(*values))]), index)
 
 
 def compact_function(spec: KernelSpec, name: str, arm: Arm) -> EmittedFunction:
     """The row "torque_regressor_compact" of `EMITTED`; raises as that of the regressor."""
-    dense, compact = of_batch(spec, DENSE, arm), compact_regressor(spec)
-    width = int(compact.function.size1_out(0))
+    dense, function = of_batch(spec, DENSE, arm), compact_regressor(spec).function
+    width = int(function.size1_out(0))
     text = f"the {width} distinct numbers of {DENSE}, to be placed by {EXPANDED}"
-    return EmittedFunction(
-        name, text, dense.arguments, (width,), RESULT_UNITS[DENSE].partition(";")[0], compact.function
-    )
+    return EmittedFunction(name, text, dense.arguments, (width,), RESULT_UNITS[DENSE].partition(";")[0], function)
 
 
 def expanding_function(spec: KernelSpec, name: str, arm: Arm) -> TemplateFunction:
     """The row "torque_regressor_expanded" of `EMITTED`; raises as that of the regressor."""
     of_batch(spec, DENSE, arm)
-    compact, n = compact_regressor(spec), arm.n
-    width, places = int(compact.function.size1_out(0)), compact.index.size
+    made, n = compact_regressor(spec), arm.n
+    width, places = int(made.function.size1_out(0)), made.index.size
     words = {"wide": places, "narrow": width}
-    rows = [", ".join(map(str, row)) for row in compact.index.reshape(-1, 10).tolist()]
+    rows = [", ".join(map(str, row)) for row in made.index.reshape(-1, 10).tolist()]
     text = "\n".join([
         f"{DENSE} ({n} x {10 * n}, row by row) from the {width} numbers of {COMPACT}",
         "_index: which number stands at a place: 0 for none (it is 0), k for values[k - 1], -k for -values[k - 1]",
