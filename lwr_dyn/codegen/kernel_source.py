@@ -38,7 +38,7 @@ def body(b, out, at):
 
 @cfunc(types.int64({types}), error_model="numpy")
 def kernel({arguments}, out_, b_, start, stop):
-    """Rows start to stop; gives the number of states with a value that is not finite or an angle that is too large."""
+    """Rows start to stop; gives the number of states not finite, not determined, or with an angle too large."""
 {arrays}
     out = carray(out_, ((stop + {lanes}) * {step},), types.{dtype})
     b = carray(b_, ({size},), types.{dtype})
@@ -85,7 +85,8 @@ def generate(spec: KernelSpec, function: str, lanes: int | None = None) -> Kerne
     widths = [symbolic.size1_in(i) for i in range(symbolic.n_in())]
     limit = (numbers.most_half_turns - 1) * np.pi / np.sqrt(max(spec.n, 1))
     wide = lanes_of(spec.dtype) if lanes is None else lanes
-    code = straight_line_code(symbolic, numbers)
+    can_be_undetermined = function == "forward_dynamics"  # where B is singular
+    code = straight_line_code(symbolic, numbers, are_results_flagged=can_be_undetermined)
     if spec.structure == "dense":
         return kernel_source(spec, function, code, widths, wide, float(limit))
     distinct, entries, constants = compact(code)
@@ -207,7 +208,10 @@ def _operations(
 
 
 def _name(code: StraightLineCode, i: int) -> str:
-    return repr(code.nodes[i].a) if code.nodes[i].op in ("const", "zero") else f"v{i}"
+    if code.nodes[i].op not in ("const", "zero"):
+        return f"v{i}"
+    x = float(code.nodes[i].a)
+    return repr(x) if np.isfinite(x) else "(1e999 - 1e999)" if np.isnan(x) else "1e999"
 
 
 def _signed(code: StraightLineCode, value: Value) -> str:

@@ -125,7 +125,9 @@ class _Writer:
                 return Value(*elementary.apply(self, op, x))
 
 
-def straight_line_code(function: Any, sincos: SinCos, is_flagged: bool = True) -> StraightLineCode:
+def straight_line_code(
+    function: Any, sincos: SinCos, is_flagged: bool = True, are_results_flagged: bool = False
+) -> StraightLineCode:
     """The code of a CasADi function with one output vector.
 
     Parameters
@@ -136,12 +138,14 @@ def straight_line_code(function: Any, sincos: SinCos, is_flagged: bool = True) -
         Range reduction and polynomials of the number type.
     is_flagged : bool
         Without, the flag is 0: the function judges its numbers itself.
+    are_results_flagged : bool
+        The flag is NaN for a result that is not finite too.
     """
-    code = _traced(function, sincos, is_flagged)
+    code = _traced(function, sincos, is_flagged, are_results_flagged)
     return without_the_unused(*by_reciprocals(*code))
 
 
-def _traced(function: Any, sincos: SinCos, is_flagged: bool) -> Traced:
+def _traced(function: Any, sincos: SinCos, is_flagged: bool, are_results_flagged: bool) -> Traced:
     """The nodes of all instructions, and of the flag."""
     writer = _Writer(sincos)
     work: dict[int, Value] = {}
@@ -162,15 +166,15 @@ def _traced(function: Any, sincos: SinCos, is_flagged: bool) -> Traced:
         else:
             work[out[0]] = writer.apply(op, [work[i] for i in arguments])
     ordered = [results.get(i) or writer.number(0.0) for i in range(function.size1_out(0))]
-    flag = _flag(writer, inputs) if is_flagged else writer.number(0.0)
+    flag = _flag(writer, [*inputs, *(ordered if are_results_flagged else ())]) if is_flagged else writer.number(0.0)
     return writer.nodes, ordered, flag
 
 
-def _flag(writer: _Writer, inputs: Sequence[Value]) -> Value:
-    """Sum of 0 x over the inputs, plus 1 if the squared half turns exceed the limit of the range reduction."""
+def _flag(writer: _Writer, numbers: Sequence[Value]) -> Value:
+    """Sum of 0 x over the numbers, plus 1 if the squared half turns exceed the limit of the range reduction."""
     zero = writer.node("zero", 0.0)  # a zero that is not folded away: 0 NaN is NaN
     total = writer.number(0.0)
-    for x in inputs:
+    for x in numbers:
         total = writer.plus(total, writer.times(x, zero))
     if writer.turns:
         turned = writer.number(0.0)

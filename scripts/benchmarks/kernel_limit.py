@@ -1,58 +1,63 @@
-"""How far generated kernels are from what the arithmetic of this machine allows."""
+"""How far generated kernels are from what the arithmetic of this machine allows in the same moment."""
 
 from __future__ import annotations
 
 import statistics
-import time
 
 import lwr_dyn
+from benchmarks.fused_rate import fused_rate
 from benchmarks.timing import Call, seconds
 from lwr_dyn.checks.identities import random_states
+from lwr_dyn.codegen.batch import BatchDynamics
 from lwr_dyn.codegen.kernel_spec import FUNCTIONS
 from lwr_dyn.model.arm import Arm
 
+_MOST_STATES, _MOST_BYTES = 4096, 1 << 20
+"""Results of more bytes would leave the cache of a core."""
+FORMS = (("rows", "dense"), ("padded", "dense"), ("blocks", "dense"), ("rows", "compact"), ("blocks", "compact"))
 
-def clock() -> float:
-    """Clock of this core [Hz]: a chain of x = x x + c on integers takes 3 + 1 cycles a step on today's processors.
 
-    In processor time: another process on the core does not make it slower.
-    """
-    from numba import njit
+def kernel_call(batch: BatchDynamics, function: str, arm: Arm, count: int) -> Call:
+    """The kernel alone: into memory that is there, without a look at the arguments."""
+    states = random_states(arm, count, seed=2)
+    x = (states.q, states.dq, states.ddq)[: len(FUNCTIONS[function].states)]
+    out = batch.form(function).empty(count)
+    kernel = batch.kernel(function)
+    rows = [(a.__array_interface__["data"][0], arm.n) for a in x]
+    place = out.__array_interface__["data"][0]
 
-    @njit
-    def chain(n: int, x: int) -> int:
-        for _ in range(n):
-            x = x * x + 12345
-        return x
+    def call() -> object:
+        return kernel.run(rows, place, count), x, out
 
-    chain(10, 3)
-    steps = 5_000_000
-    took = []
-    for _ in range(9):
-        start = time.process_time()
-        chain(steps, 3)
-        took.append(time.process_time() - start)
-    return 4 * steps / min(took)
+    return call
+
+
+def distance(call: Call, fused: int, count: int, pairs: int) -> tuple[float, float, float]:
+    """Medians: seconds a state, its limit in the same round, and their quotient."""
+    call()
+    rounds = [(seconds(call, 3) / count, fused / fused_rate()) for _ in range(pairs)]
+    return (
+        statistics.median(took for took, _ in rounds),
+        statistics.median(limit for _, limit in rounds),
+        statistics.median(took / limit for took, limit in rounds),
+    )
 
 
 def arithmetic_limit(arm: Arm, pairs: int) -> None:
-    """Operations of a state over lanes, two vector instructions a clock, against the time it takes inside the cache."""
-    hertz, count = clock(), 4096
-    batch, states = lwr_dyn.batch_dynamics(arm), random_states(arm, count, seed=2)
-    x = (states.q, states.dq, states.ddq)
-    print(f"\n### {arm.name}: distance from the arithmetic limit, one thread, {count} states\n")
-    lanes = batch.kernel("gravity_vector").interface.lanes
-    print(f"(limit = fused operations / (2 x {lanes} lanes x {hertz / 1e9:.2f} GHz))\n")
-    print(
-        "| function | operations | fused | limit [ns] | measured [ns] | measured / limit |\n|---|---|---|---|---|---|"
-    )
+    """Every function, inside the cache, against fused operations at the rate of a loop of nothing else."""
+    print(f"\n### {arm.name}: distance from the arithmetic limit, one thread\n")
+    print("(limit = fused operations at the rate of a loop of nothing else, measured in the same round)\n")
+    print("| function | result | states | operations | fused | limit [ns] | measured [ns] | measured / limit |")
+    print("|---|---|---|---|---|---|---|---|")
     for function in FUNCTIONS:
-        known = batch.kernel(function).interface
-        call: Call = lambda f=function: getattr(batch, f)(*x[: len(FUNCTIONS[f].states)])  # noqa: E731
-        call()
-        took = statistics.median(seconds(call, 5) for _ in range(2 * pairs)) / count
-        limit = known.fused / (2 * lanes * hertz)
-        print(
-            f"| {function} | {known.operations} | {known.fused} | {limit * 1e9:.1f} | {took * 1e9:.1f} "
-            f"| {took / limit:.2f} |"
-        )
+        has_forms = function in ("mass_matrix", "torque_regressor")
+        for layout, structure in FORMS if has_forms else FORMS[:1]:
+            batch = lwr_dyn.batch_dynamics(arm, layout=layout, structure=structure)
+            known = batch.kernel(function).interface
+            count = min(_MOST_STATES, _MOST_BYTES // (8 * known.width) // 64 * 64)
+            took, limit, ratio = distance(kernel_call(batch, function, arm, count), known.fused, count, pairs)
+            print(
+                f"| {function} | {layout}, {structure} | {count} | {known.operations} | {known.fused} "
+                f"| {limit * 1e9:.1f} | {took * 1e9:.1f} | {ratio:.2f} |",
+                flush=True,
+            )

@@ -11,6 +11,7 @@ import numpy as np
 import pinocchio as pin
 
 import lwr_dyn
+from benchmarks.kernel_forms import kernel_forms
 from benchmarks.kernel_limit import arithmetic_limit
 from benchmarks.kernel_peers import agreement
 from benchmarks.kernel_processes import compile_times, memory
@@ -81,6 +82,7 @@ def kernels(pairs: int, most_threads: int | None = None) -> None:
         for threads in sorted({1, most_threads or os.cpu_count() or 1}):
             against_pinocchio(arm, threads, pairs)
         arithmetic_limit(arm, pairs)
+        kernel_forms(arm, pairs)
         print_agreement(arm)
         compile_times(arm)
         memory(arm)
