@@ -1,13 +1,16 @@
 """The robot of a backup: its `$machine.dat` is taken where no other robot is given; a run without masses."""
 
 import json
+from dataclasses import replace
 
 import pytest
 
 import lwr_dyn
+from lwr_dyn.errors import OptionError
 from lwr_dyn.krl.project.program import parse_program
 from lwr_dyn.krl.running.controller import MachineData
 from lwr_dyn.krl.running.run import run_program
+from lwr_dyn.krl.writing.sampled_path import path_of_motion
 from lwr_dyn.model.run import Run
 from tests.krl.test_machine_arm import data
 
@@ -66,3 +69,17 @@ def test_ramps_of_each_axis_reach_the_motions(backup):
     program = parse_program(PROGRAM, name="move")
     times = [run_program(program, arm, MachineData(ramps=x)).cycle_time for x in ((), (0.1,) * 6, (0.5,) * 6)]
     assert times == pytest.approx([1.4, 1.1, 1.5])
+
+
+def test_write_takes_the_robot_of_the_run_or_refuses_another(backup, lwr_dyn_command):
+    lwr_dyn_command("krl", "run", "cell/R1/Program/move.src", "--with", "cell", "--out", "a.npz")
+    code, out, err = lwr_dyn_command("krl", "write", "a.npz")
+    assert (code, err) == (0, "")
+    # A1's ramp is 0.2 s on this robot, 0.4 s is assumed of the shipped one, which has the same name
+    assert "run on kr30ha: 1.200 s" in out
+    code, out, err = lwr_dyn_command("krl", "write", "a.npz", "--robot", "kr30ha", "--out", "b.src")
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert "a.npz: a run of another kr30ha: " in err
+    other = Run.load(backup / "a.npz")
+    with pytest.raises(OptionError, match=r"a run of kr6; allowed: a run of kr30ha, or --robot kr6"):
+        path_of_motion(replace(other, meta={"robot": "kr6"}), lwr_dyn.load("kr30ha"))

@@ -13,8 +13,11 @@ from lwr_dyn.cli.options import NUMBERS
 from lwr_dyn.errors import FileAccessError, OptionError
 from lwr_dyn.files import check_writable, ends_in, write_files
 from lwr_dyn.front import load
+from lwr_dyn.krl.command.options import ROBOT
 from lwr_dyn.krl.project.program import Program
 from lwr_dyn.krl.robot.kuka_pose import frame_matrix
+from lwr_dyn.krl.robot.machine_arm import raise_times
+from lwr_dyn.krl.running.controller import MachineData
 from lwr_dyn.krl.writing.motion_program import rounded
 from lwr_dyn.krl.writing.path_fit import BLOCKS, USUAL, Tolerance
 from lwr_dyn.krl.writing.path_program import WritingOptions, WrittenPath, write_path
@@ -22,6 +25,7 @@ from lwr_dyn.krl.writing.point_program import generate_program, read_point_progr
 from lwr_dyn.krl.writing.program_lines import config_entries
 from lwr_dyn.krl.writing.sampled_path import read_sampled_path
 from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.run import Run
 from lwr_dyn.progress import progress
 
 FRAME = "X,Y,Z,A,B,C"
@@ -29,7 +33,7 @@ FRAME = "X,Y,Z,A,B,C"
 
 @click.command("write")
 @click.argument("source")
-@click.option("--robot", default="kr30ha", show_default=True, help="A robot with KUKA's axes.")
+@click.option("--robot", help=f"With KUKA's axes.  [default: that of the run, {ROBOT}]")
 @click.option("--tolerance", type=float, default=0.1, show_default=True, help="Of the path, mm.")
 @click.option("--angle-tolerance", type=float, default=0.1, show_default=True, help="Of the orientation, deg.")
 @click.option("--motions", default=",".join(USUAL), show_default=True, help="Kinds it may use; SPL too, or SPTP alone.")
@@ -41,7 +45,7 @@ FRAME = "X,Y,Z,A,B,C"
 @click.option("--base", type=NUMBERS, metavar=FRAME, help="The base of written points and of poses that are read.")
 @click.option("--base-number", type=click.IntRange(1, 128), help="Use BASE_DATA; its lines are printed.")
 @click.option("--out", help="The .src; the .dat goes beside it. The name of SOURCE if not given.")
-def write(source: str, robot: str, out: str | None, **given: Any) -> None:
+def write(source: str, robot: str | None, out: str | None, **given: Any) -> None:
     """Write a .src and .dat from SOURCE; Status and Turn are the model's.
 
     SOURCE is a .toml of points; a run (.npz) of six axes; or a table (.csv) with a line of names: X, Y, Z, A, B, C in
@@ -49,7 +53,7 @@ def write(source: str, robot: str, out: str | None, **given: Any) -> None:
     within the tolerance, or SPL, SPTP; the program is run on the model and its path compared with SOURCE, exit 1 where
     it is farther off.
     """
-    arm = load(robot)
+    arm = _arm(source, robot)
     if ends_in(source, ".toml"):
         _refuse_path_options()
         points = read_point_program(source, arm)
@@ -66,6 +70,14 @@ def write(source: str, robot: str, out: str | None, **given: Any) -> None:
     sys.exit(0 if written.holds else 1)
 
 
+def _arm(source: str, robot: str | None) -> Arm:
+    """The robot that is given, else that of a run, else the usual."""
+    if robot is not None or not ends_in(source, ".npz"):
+        return load(robot or ROBOT)
+    about = Run.load(source).meta
+    return load(about.get("file") or about.get("robot") or ROBOT)
+
+
 def _written(source: str, arm: Arm, name: str, given: dict[str, Any]) -> WrittenPath:
     options = WritingOptions(
         name=name, tolerance=Tolerance(given["tolerance"] / 1e3, float(np.radians(given["angle_tolerance"]))),
@@ -73,7 +85,8 @@ def _written(source: str, arm: Arm, name: str, given: dict[str, Any]) -> Written
         percent=given["percent"], approximate=not given["stop"],
     )  # fmt: skip
     tool, base = (_frame(given[name], f"--{name}") for name in ("tool", "base"))
-    return write_path(read_sampled_path(source, arm, tool, base), options, base)
+    machine = MachineData(ramps=raise_times(arm))
+    return write_path(read_sampled_path(source, arm, tool, base), options, base, machine)
 
 
 def _frame(values: tuple[float, ...] | None, option: str) -> Array:

@@ -69,11 +69,22 @@ def path_of_motion(motion: Run | Motion, arm: Arm, tool: Array | None = None, so
 
     Raises `OptionError` where the motion is another arm's, or nothing moves.
     """
+    if isinstance(motion, Run):
+        _refuse_other_arm(motion, arm, source)
     if motion.q.shape[1] != arm.n:
         raise OptionError(source, f"{motion.q.shape[1]} joints", f"the {arm.n} of {arm.name}")
     flange = np.eye(4) if tool is None else tool
     t, q = _refined(arm, motion, flange)
     return _of_axes(arm, q, t, flange, source)
+
+
+def _refuse_other_arm(run: Run, arm: Arm, source: str) -> None:
+    """Raises `OptionError` where the run names another robot, or another file of the same name."""
+    name, file, digest = (run.meta.get(key) for key in ("robot", "file", "digest"))
+    if name not in (None, arm.name):
+        raise OptionError(source, f"a run of {name}", f"a run of {arm.name}, or --robot {file or name}")
+    if file and digest and digest != arm.digest:
+        raise OptionError(source, f"a run of another {name}: {file}", "the robot's file as it was in the run")
 
 
 def _refined(arm: Arm, motion: Run | Motion, tool: Array) -> tuple[Array, Array]:
