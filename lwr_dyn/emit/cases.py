@@ -18,8 +18,8 @@ from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind
 
 STATES = 3
-TOLERANCE = {"float64": 1e-13, "float32": 1e-5}
-"""Of the largest expected number of a function: what any compiler and any order of products may leave."""
+TOLERANCE = {"float64": 1e-12, "float32": 1e-4}
+"""Of the largest expected number of a function: what any compiler may leave, of badly conditioned arms too."""
 _LARGEST = {"q": 3.0, "dq": 2.0, "ddq": 4.0, "tau": 30.0}
 _SLIDING = 0.5
 _NOISE = 0.1
