@@ -1,7 +1,7 @@
 """The same program in C and JavaScript: random states, made of whole numbers, and a digest of all bits of the results.
 
 Zeros and right angles are among the numbers. A line of output is "ROBOT_FUNCTION DIGEST"; equal lines mean equal bits
-of every result.
+of every result; NaN counts as one number, since processors differ in its sign.
 """
 
 from collections.abc import Sequence
@@ -34,6 +34,7 @@ static void mix(const double *x, int n)
     for (int i = 0; i < n; i++) {
         uint64_t bits;
         memcpy(&bits, &x[i], 8);
+        if (x[i] != x[i]) bits = UINT64_C(0x7ff8000000000000);
         digest[0] = (digest[0] ^ (uint32_t)bits) * 16777619u;
         digest[1] = (digest[1] ^ (uint32_t)(bits >> 32)) * 16777619u;
     }
@@ -62,6 +63,7 @@ function fill(x) {
   }
 }
 function mix(x) {
+  for (let i = 0; i < x.length; i++) if (x[i] !== x[i]) x[i] = NaN;
   const words = new Int32Array(x.buffer);
   for (let i = 0; i < words.length; i++) digest[i % 2] = Math.imul(digest[i % 2] ^ words[i], 16777619);
 }
