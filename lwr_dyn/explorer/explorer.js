@@ -32,6 +32,7 @@ class Explorer {
     this.stage.setPose(this.stage.runs[0], q);
     this.#write(pose);
     this.stage.viewer.set_dirty();
+    explorerState.set(explorerState.dq.length ? { q } : { q, dq: q.map(() => 0), ddq: q.map(() => 0) });
   }
 
   // q in rad, m of sliding joints.
@@ -45,6 +46,7 @@ class Explorer {
       ready: true,
       data: this.data,
       stage: this.stage,
+      state: explorerState,
       parts: this.parts,
       setPose: (q) => this.setPose(q),
       positions: () => this.positions(),
@@ -109,7 +111,7 @@ class Explorer {
   }
 
   #switches() {
-    document.querySelectorAll("#switches input").forEach((box) => {
+    document.querySelectorAll("#switches input:not(#turn)").forEach((box) => {
       const act = () => (box.id === "see-through" ? this.parts.seeThrough(box.checked) : this.parts.show(box.id, box.checked));
       box.addEventListener("change", act);
       act();

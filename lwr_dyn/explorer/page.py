@@ -7,20 +7,27 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
+from lwr_dyn.explorer.computing import robot_script, three_bundle
 from lwr_dyn.explorer.number_tables import joint_columns, link_columns, table
-from lwr_dyn.explorer.page_data import explorer_data, has_frames_of_its_own, position_text, slider_ranges
+from lwr_dyn.explorer.page_data import explorer_data, has_frames_of_its_own, motor_limits, position_text, slider_ranges
 from lwr_dyn.files import write_file
 from lwr_dyn.model.arm import Arm, Joint
 from lwr_dyn.model.dh import JointKind
 from lwr_dyn.model.installation import names_of_ends
+from lwr_dyn.version import VERSION
 from lwr_dyn.viewer.look import font_faces, look_css
 from lwr_dyn.viewer.page_parts import fill_template, generator_line, meshcat_bundle, resource_text, script_safe
 
 _HERE = "lwr_dyn.explorer"
 _SCRIPTS = (
     ("lwr_dyn.viewer", "numbers.js"), ("lwr_dyn.viewer", "drawing.js"), ("lwr_dyn.viewer", "stage.js"),
-    (_HERE, "kinematics.js"), (_HERE, "arm_parts.js"), (_HERE, "explorer.js"),
+    (_HERE, "kinematics.js"), (_HERE, "arm_parts.js"), (_HERE, "state.js"), (_HERE, "explorer.js"),
 )  # fmt: skip
+_COMPUTING = tuple(
+    (_HERE, name)
+    for name in ("flange_solver.js", "flange_drag.js", "link_drag.js", "arm_angle.js", "workspace.js", "torques.js")
+)
+_TURN = '<label><input id="turn" type="checkbox"> drag turns the flange</label>'
 _LISTED = 400
 """Characters of a note that the page shows: a humanoid holds a hundred joints."""
 
@@ -41,24 +48,28 @@ def explorer_html(arm: Arm, q: ArrayLike | None = None, *, live: bool = False) -
     ShapeError, OptionError
         q of another shape, or outside the limits.
     """
-    data = explorer_data(arm, q) | {"live": live}
+    robot, missing = ("", "") if live else robot_script(arm)
+    data = explorer_data(arm, q) | {"live": live, "motors": motor_limits(arm)}
+    scripts = _SCRIPTS if live else ((_HERE, "own_stage.js"), *_SCRIPTS, *(_COMPUTING if robot else ()))
     first, last = names_of_ends(arm.installation)
     parts = {
         "policy": _policy(live),
         "title": escape(arm.name if arm.layout is not None else arm.title),
         "name": escape(f"{arm.name}, reading {arm.reading}"),
-        "style": "\n".join((font_faces(), look_css(), resource_text("explorer.css", _HERE))),
+        "style": "\n".join((font_faces() if live else "", look_css(), resource_text("explorer.css", _HERE))),
         "switches": _switches(arm),
+        "turn": _TURN if robot else "",
         "by": _facts(arm),
-        "notes": _notes(arm),
+        "notes": _notes(arm, missing),
         "sliders": "\n".join(_slider(arm, i, joint) for i, joint in enumerate(arm.joints())),
         "first": first,
         "last": last.capitalize(),
         "tables": _tables(arm),
-        "footer": escape(generator_line()),
+        "footer": escape(generator_line() if live else f"lwr_dyn {VERSION}, drawn by three.js"),
         "data": script_safe(json.dumps(data, sort_keys=True, separators=(",", ":"), allow_nan=False)),
-        "meshcat": meshcat_bundle(),
-        "scripts": "\n".join(resource_text(name, package) for package, name in _SCRIPTS),
+        "drawing": meshcat_bundle() if live else three_bundle(),
+        "robot": robot,
+        "scripts": "\n".join(resource_text(name, package) for package, name in scripts),
     }
     return fill_template(resource_text("explorer.html", _HERE), parts)
 
@@ -86,8 +97,9 @@ def _unit(g: np.ndarray) -> np.ndarray:
     return g / size + 0.0 if size else g
 
 
-def _notes(arm: Arm) -> str:
-    lines = [note if len(note) <= _LISTED else f"{note[:_LISTED]} ..." for note in arm.notes]
+def _notes(arm: Arm, missing: str) -> str:
+    lines = [missing] if missing else []
+    lines += [note if len(note) <= _LISTED else f"{note[:_LISTED]} ..." for note in arm.notes]
     if arm.layout is not None and any("<mesh" in shape for shapes in arm.layout.shapes.values() for shape in shapes):
         lines.append("shapes are drawn along the joints; the meshes of the file are not drawn")
     elif not arm.drawing.cylinders:

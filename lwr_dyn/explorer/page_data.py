@@ -91,6 +91,11 @@ def body_record(body: Body | None) -> dict[str, Any]:
     return record | {"ellipsoid": scene.column_major(Pose(shape.axes * shape.semi_axes, body.com))}
 
 
+def motor_limits(arm: Arm) -> list[float | None]:
+    """Each joint's largest torque [N m or N]; None is unknown."""
+    return [joint.limits.effort for joint in arm.joints()]
+
+
 def slider_ranges(arm: Arm) -> list[tuple[float, float]]:
     """Both ends of each joint's slider [rad or m]: its limits, and where one is unknown half a turn or a metre."""
     out = []

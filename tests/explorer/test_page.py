@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 
 import lwr_dyn
+from lwr_dyn.explorer.computing import three_bundle
 from lwr_dyn.explorer.page import explorer_html, write_explorer
 from lwr_dyn.kinematics.forward import frames
-from lwr_dyn.viewer.page_parts import meshcat_bundle
 from tests.axe import SCREENS, seen, sideways, violations
 from tests.explorer.explored import explored_arm, opened
 from tests.headless import logs, screenshot
 from tests.tolerances import METRES
 
-LARGEST_PAGE = 400_000
-"""Bytes without meshcat's bundle."""
+LARGEST_PAGE = 250_000
+"""Bytes without three.js."""
 DRAWN = 1e-9
 """[m] three.js composes the same poses from the same numbers."""
 Q = np.array([0.3, -0.4, 0.5, 0.9, -0.2, 0.7, 0.1])
@@ -208,7 +208,7 @@ def test_pages_of_other_arms_stand_too(browser, tmp_path, name):
 
 def test_page_is_small_and_says_what_it_does_not_know(arm):
     text = explorer_html(arm)
-    assert len(text) - len(meshcat_bundle()) < LARGEST_PAGE
+    assert len(text) - len(three_bundle()) < LARGEST_PAGE
     assert "default-src 'none'" in text
     assert "limits unknown" in explorer_html(lwr_dyn.load("lwr4"))
     assert "the meshes of the file are not drawn" in explorer_html(explored_arm("panda"))

@@ -1,0 +1,114 @@
+// The strip of arm angles: for each of the eight branches where all joints are within their limits, and the arm on it.
+// Arms without an arm angle get the list of their branches.
+
+class ArmAngleStrip {
+  constructor(explorer) {
+    Object.assign(this, { explorer, joints: explorer.data.arm.joints, hasAngle: Boolean(robot.inverse_kinematics_arm_angle) });
+    this.n = this.joints.length;
+    Object.assign(this, { pose: new Float64Array(16), all: new Float64Array(8 * this.n), ends: new Float64Array(256), counts: new Int32Array(8), angle: new Float64Array(4) });
+    this.names = ["+ + +", "+ + −", "+ − +", "+ − −", "− + +", "− + −", "− − +", "− − −"];
+    Object.assign(this, { branch: -1, psi: 0 });
+    this.#build();
+    explorerState.listen((state) => this.write(state.q));
+  }
+
+  // Intervals, branch and solutions at q; what the strip shows.
+  compute(q) {
+    robot.flange_pose(q, this.pose);
+    if (this.hasAngle) {
+      robot.inverse_kinematics_arm_angle(q, this.angle);
+      [this.psi] = this.angle;
+      robot.inverse_kinematics_intervals(this.pose, 0, this.ends, this.counts);
+    }
+    this.#solve(this.psi);
+    let nearest = Infinity;
+    for (let b = 0; b < 8; b += 1) {
+      let apart = 0;
+      for (let i = 0; i < this.n; i += 1) apart = Math.max(apart, Math.abs(Math.sin((this.all[b * this.n + i] - q[i]) / 2)));
+      if (apart < nearest) [nearest, this.branch] = [apart, b];
+    }
+  }
+
+  // Goes to a branch at an arm angle; stays where that is outside the limits. Gives whether it went.
+  go(b, psi) {
+    this.#solve(psi);
+    const q = Array.from(this.all.subarray(b * this.n, (b + 1) * this.n), (x, i) => this.#nearTurn(x, i));
+    if (q.some((x) => Number.isNaN(x))) {
+      this.word.textContent = `${this.names[b]}: outside the limits${this.hasAngle ? " at this arm angle" : ""}`;
+      return false;
+    }
+    this.word.textContent = "";
+    this.explorer.setPose(q);
+    return true;
+  }
+
+  #solve(psi) {
+    if (this.hasAngle) robot.inverse_kinematics(this.pose, psi, this.all);
+    else robot.inverse_kinematics(this.pose, this.all);
+  }
+
+  // The whole turn that is inside the limits and nearest to where the joint is; NaN where none is.
+  #nearTurn(x, i) {
+    const { lower, upper } = this.joints[i], turns = [0, -1, 1].map((k) => x + 2 * Math.PI * k);
+    const inside = turns.filter((y) => y >= (lower ?? -Infinity) - 1e-9 && y <= (upper ?? Infinity) + 1e-9);
+    inside.sort((a, b) => Math.abs(a - explorerState.q[i]) - Math.abs(b - explorerState.q[i]));
+    return inside.length ? inside[0] : NaN;
+  }
+
+  #build() {
+    const card = document.createElement("section");
+    card.className = "card";
+    card.setAttribute("aria-label", this.hasAngle ? "Arm angle" : "Branches");
+    const rows = this.names.map((name, b) => `<div class="branch"><button type="button" data-branch="${b}" aria-label="branch ${name}">${name}</button>${this.hasAngle ? '<svg viewBox="-180 0 360 10" preserveAspectRatio="none" aria-hidden="true"><path class="free" d=""/><path class="here" d=""/></svg>' : "<span></span>"}</div>`);
+    const ends = this.hasAngle ? '<div class="branch"><label for="arm-angle">deg</label><input id="arm-angle" type="range" min="-180" max="180" step="0.1" aria-label="arm angle, deg"></div>' : "";
+    const title = this.hasAngle ? "Arm angle" : "Branches";
+    card.innerHTML = `<div class="head"><h2>${title} <small>signs of shoulder, elbow, wrist</small></h2><b id="arm-angle-value"></b></div>${rows.join("")}${ends}<p class="note" id="arm-angle-word" role="status"></p>`;
+    document.getElementById("panels").append(card);
+    Object.assign(this, { card, word: card.querySelector("#arm-angle-word"), value: card.querySelector("#arm-angle-value"), slider: card.querySelector("#arm-angle") });
+    this.rows = [...card.querySelectorAll(".branch button")].map((button) => ({ button, free: button.parentElement.querySelector(".free"), here: button.parentElement.querySelector(".here"), text: button.parentElement.querySelector("span") }));
+    this.rows.forEach(({ button }, b) => button.addEventListener("click", () => this.go(b, this.psi)));
+    this.slider?.addEventListener("input", () => this.go(this.branch, (Number(this.slider.value) * Math.PI) / 180));
+    card.querySelectorAll("svg").forEach((svg, b) => {
+      const to = ({ clientX }) => {
+        const { left, width } = svg.getBoundingClientRect();
+        this.go(b, (Math.min(Math.max((clientX - left) / width, 0), 1) * 2 - 1) * Math.PI);
+      };
+      svg.addEventListener("pointerdown", (event) => { svg.setPointerCapture(event.pointerId); to(event); });
+      svg.addEventListener("pointermove", (event) => { if (event.buttons) to(event); });
+    });
+  }
+
+  write(q) {
+    this.compute(q);
+    this.rows.forEach(({ button, free, here, text }, b) => {
+      const is = b === this.branch;
+      button.setAttribute("aria-pressed", String(is));
+      if (this.hasAngle) {
+        free.setAttribute("d", this.#bars(b));
+        here.setAttribute("d", is ? `M${((this.psi * 180) / Math.PI).toFixed(2)} 0v10` : "");
+      } else text.textContent = this.#list(b);
+    });
+    if (!this.hasAngle) return;
+    const degrees = (this.psi * 180) / Math.PI;
+    this.value.textContent = `${degrees.toFixed(1)}°`;
+    if (document.activeElement !== this.slider || Math.abs(Number(this.slider.value) - degrees) > 0.2) this.slider.value = degrees;
+  }
+
+  // The intervals of a branch as bars; one that wraps is two.
+  #bars(b) {
+    let d = "";
+    for (let k = 0; k < this.counts[b]; k += 1) {
+      const [from, to] = [0, 1].map((end) => (this.ends[32 * b + 2 * k + end] * 180) / Math.PI);
+      [[from, Math.min(to, 180)], [-180, to - 360]].forEach(([x, y]) => { if (y > x) d += `M${x.toFixed(2)} 2H${y.toFixed(2)}V8H${x.toFixed(2)}z`; });
+    }
+    return d;
+  }
+
+  #list(b) {
+    const q = Array.from(this.all.subarray(b * this.n, (b + 1) * this.n), (x, i) => this.#nearTurn(x, i));
+    if (Number.isNaN(this.all[b * this.n])) return "beyond reach";
+    return q.some((x) => Number.isNaN(x)) ? "outside the limits" : q.map((x) => ((x * 180) / Math.PI).toFixed(1)).join(", ");
+  }
+}
+
+if (robot.inverse_kinematics) window.lwrExplorer.strip = new ArmAngleStrip(window.lwrExplorer);

@@ -1,0 +1,91 @@
+// The flange is dragged by its handle: arrows move it, rings turn it; the joints follow in the same frame.
+
+class FlangeDrag {
+  constructor(explorer) {
+    Object.assign(this, { explorer, stage: explorer.stage, viewer: explorer.stage.viewer, n: explorer.data.arm.joints.length });
+    this.word = document.getElementById("drag-word");
+    this.handle = new THREE.Group();
+    this.pose = new Float64Array(16);
+    this.out = new Float64Array(this.n);
+    const { root } = this.stage.runs[0];
+    this.viewer.set_object(root.concat("handle"), this.handle);
+    this.#controls();
+    this.#keys();
+    explorerState.listen((state) => this.#follow(state.q));
+  }
+
+  #controls() {
+    const controls = new lwrThree.TransformControls(this.viewer.camera, this.viewer.canvas);
+    Object.assign(this, { controls, isDragging: false });
+    controls.attach(this.handle);
+    controls.setSpace("local");
+    controls.setSize(0.7);
+    this.viewer.overlay = controls.getHelper();
+    controls.addEventListener("change", () => this.viewer.set_dirty());
+    controls.addEventListener("dragging-changed", ({ value }) => (value ? this.begin() : this.end()));
+    controls.addEventListener("objectChange", () => this.moved());
+    document.getElementById("turn").addEventListener("change", ({ target }) => controls.setMode(target.checked ? "rotate" : "translate"));
+  }
+
+  begin() {
+    this.isDragging = true;
+    this.viewer.controls.enabled = false;
+    this.psi = flangeSolver.armAngle(explorerState.q);
+  }
+
+  end() {
+    this.isDragging = false;
+    this.viewer.controls.enabled = true;
+    this.#follow(explorerState.q);
+  }
+
+  // The joints for the handle as it stands; where there are none the arm stays, as at a wall.
+  moved() {
+    this.handle.updateMatrix();
+    const m = this.handle.matrix.elements;
+    for (let row = 0; row < 4; row += 1) for (let column = 0; column < 4; column += 1) this.pose[4 * row + column] = m[4 * column + row];
+    return this.go(this.pose, this.psi);
+  }
+
+  go(pose, psi) {
+    const found = flangeSolver.solve(pose, psi, explorerState.q, this.out);
+    const words = { [flangeSolver.OTHER_ANGLE]: "at another arm angle: the limits", [flangeSolver.OUTSIDE]: "a joint is at its limit", [flangeSolver.TOO_FAR]: "out of reach" };
+    this.word.textContent = words[found] ?? "";
+    if (found < flangeSolver.OUTSIDE) this.explorer.setPose(this.out);
+    return found;
+  }
+
+  #follow(q) {
+    if (this.isDragging) return;
+    const m = armKinematics.flange(this.explorer.data.arm, q);
+    new THREE.Matrix4().fromArray(m).decompose(this.handle.position, this.handle.quaternion, this.handle.scale);
+    this.viewer.set_dirty();
+  }
+
+  // On the picture: a digit chooses a joint, left and right turn it; x, y, z move the flange by 5 mm, with Shift back.
+  #keys() {
+    const { pane } = this.stage;
+    let joint = 0;
+    pane.tabIndex = 0;
+    pane.setAttribute("role", "application");
+    pane.setAttribute("aria-label", "The arm: digits choose a joint, left and right turn it; x, y, z move the flange, with Shift back");
+    pane.addEventListener("keydown", (event) => {
+      const { key } = event, axis = ["x", "y", "z"].indexOf(key.toLowerCase()), turn = { ArrowLeft: -1, ArrowRight: 1 }[key];
+      if (event.ctrlKey || event.metaKey || event.altKey) return;
+      if (key >= "1" && Number(key) <= this.n) joint = Number(key) - 1;
+      else if (turn) {
+        const q = Array.from(explorerState.q), { kind, slider: [low, up] } = this.explorer.data.arm.joints[joint];
+        q[joint] = Math.min(Math.max(q[joint] + turn * (kind === "revolute" ? Math.PI / 180 : 0.005), low), up);
+        this.explorer.setPose(q);
+      } else if (axis >= 0) {
+        this.psi = flangeSolver.armAngle(explorerState.q);
+        robot.flange_pose(explorerState.q, this.pose);
+        this.pose[4 * axis + 3] += event.shiftKey ? -0.005 : 0.005;
+        this.go(this.pose, this.psi);
+      } else return;
+      event.preventDefault();
+    });
+  }
+}
+
+window.lwrExplorer.flangeDrag = new FlangeDrag(window.lwrExplorer);
