@@ -39,7 +39,7 @@ def test_functions_of_optional_packages_are_rows_that_are_loaded_when_they_are_u
     called = []
     monkeypatch.setattr(Registry, "load", lambda self, name: lambda arm, *options: called.append((name, options)))
     front.batch_dynamics(ARM, rotors="none")
-    assert called == [("batch_dynamics", ("float64", 1, (), "none", "none"))]
+    assert called == [("batch_dynamics", ("float64", 1, (), "none", "none", "rows", "dense"))]
 
 
 def test_each_function_that_is_installed_can_be_called():

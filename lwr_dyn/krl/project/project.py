@@ -32,8 +32,6 @@ class Project:
     """Of each file, by its name: the path within the folder."""
     parts: Mapping[Module, tuple[str, ...]]
     """Of each module, the folder up to STEU, R1, R2 ...; modules of different parts do not see each other."""
-    given: SymbolTable = field(default_factory=SymbolTable)
-    """Names from outside, such as those of a cell file: each module sees them, but a declaration hides them."""
     known: KnownNames = field(default_factory=known_names)
     """Names that need no declaration."""
     _shared: dict[tuple[str, ...], SymbolTable] = field(default_factory=dict)
@@ -59,7 +57,7 @@ class Project:
         return out
 
     def _shared_with(self, module: Module) -> SymbolTable:
-        out, here = self.given.copy(), module.path.parent
+        out, here = SymbolTable(), module.path.parent
         others = [x for x in self.modules if self.parts[x] == self.parts[module]]
         for other in sorted(reversed(others), key=lambda x: -_steps(here, x.path.parent)):
             for file in other.files:
@@ -101,11 +99,7 @@ class Project:
         """The project with another text of the file of that name, or with one more; the others are not read again."""
         new = module_file(file, faults)
         files = [*(x for x in self.files if x.file.name != file.name), new]
-        return replace(project_of(files, self.folder), given=self.given, known=self.known)
-
-    def with_names(self, given: SymbolTable) -> Project:
-        """The project with these names from outside in place of those it has."""
-        return replace(self, given=given, _shared={}, _places={})
+        return replace(project_of(files, self.folder), known=self.known)
 
     def with_known(self, known: KnownNames) -> Project:
         """The project with other names that need no declaration: those of `known_names(files)`."""
