@@ -24,7 +24,7 @@ Inputs: {inputs}.
 
 from numba import carray, cfunc, types
 
-from lwr_dyn.codegen.lowering import straight_line
+from lwr_dyn.codegen.lowering import {lowering}
 from lwr_dyn.codegen.transposes import rows_to_lanes
 
 {transposes}
@@ -34,7 +34,7 @@ from lwr_dyn.codegen.transposes import rows_to_lanes
 def body(b, out, at):
     for k in range({lanes}):
 {body}
-
+{streamed}
 
 @cfunc(types.int64({types}), error_model="numpy")
 def kernel({arguments}, out_, b_, start, stop):
@@ -60,7 +60,17 @@ _GIVE_ROWS = """        if whole:
                 for j in range({width}):
                     out[(s + k) * {step} + j] = b[{tail} + k * {step} + j]"""
 
-_GIVE_BLOCKS = "        body(b, out, s * {width})"
+_GIVE_PADDED = """        if whole and stop - start > {many}:
+            streamed(b, out, s * {step})
+        elif whole:""" + _GIVE_ROWS.removeprefix("        if whole:")
+
+_GIVE_BLOCKS = """        if stop - start > {many}:
+            streamed(b, out, s * {width})
+        else:
+            body(b, out, s * {width})"""
+_GIVE = {"rows": _GIVE_ROWS, "padded": _GIVE_PADDED, "blocks": _GIVE_BLOCKS}
+_CACHE_BYTES = 1 << 21
+"""Results of more bytes leave a core's cache before they are read: they are written past it."""
 
 _COPY = """        if whole and {name}_step >= {width}:
 {take}
@@ -117,7 +127,7 @@ def kernel_source(
     flag, tail, width = sum(widths), (sum(widths) + 1) * lanes, len(code.results)
     step = row_step(spec.layout, width, lanes)
     size = tail + (0 if spec.layout == "blocks" else step * lanes)
-    give = _GIVE_BLOCKS if spec.layout == "blocks" else _GIVE_ROWS
+    many = _CACHE_BYTES // (step * np.dtype(spec.dtype).itemsize)
     number = f"types.CPointer(types.{spec.dtype})"
     fused = code.operations_after_contraction()
     text = _HEAD.format(
@@ -125,6 +135,7 @@ def kernel_source(
         version=VERSION, generator=GENERATOR, operations=code.operations, fused=fused, inputs=", ".join(names),
         body="\n".join(_early_lines(code, slots, flag, spec.layout, step, lanes)),
         form=f"{spec.layout}, {spec.structure}",
+        lowering="straight_line" if spec.layout == "rows" else "straight_line, streaming",
         types=", ".join([f"{number}, types.int64"] * len(names) + [f"{number}, {number}, types.int64, types.int64"]),
         arguments=", ".join(f"{name}_, {name}_step" for name in names),
         arrays="\n".join(
@@ -134,7 +145,8 @@ def kernel_source(
         transposes="\n".join(
             f"take_{x} = rows_to_lanes({lanes}, {w}, {f})" for x, w, f in zip(names, widths, first, strict=True)
         ),
-        give=give.format(step=step, width=width, tail=tail),
+        give=_GIVE[spec.layout].format(step=step, width=width, tail=tail, many=many),
+        streamed="" if spec.layout == "rows" else "\n\nstreamed = streaming(body)\n",
         two_blocks=2 * lanes, step=step, size=size, flag=flag * lanes,
         copies="\n".join(_copy(x, w, f, lanes) for x, w, f in zip(names, widths, first, strict=True)),
     )  # fmt: skip

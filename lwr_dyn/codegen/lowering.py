@@ -57,9 +57,19 @@ def straight_line(dtype: str) -> Callable[[Callable[[Any], None]], Any]:
 
         lowered = _in_place(name) if len(inspect.signature(function).parameters) == 1 else _to_results(name)
         lowered.assembly = _assembly(text, name, dtype)
+        lowered.written = (text, name, dtype)
         return lowered
 
     return decorate
+
+
+def streaming(body: Any) -> Any:
+    """The same `body(b, out, at)`, but whole vectors of results go past the caches: they must be aligned."""
+    text, name, dtype = body.written
+    llvm.add_symbol(f"{name}_streaming", unlinked_address())
+    lowered = _to_results(f"{name}_streaming")
+    lowered.assembly = _assembly(text, f"{name}_streaming", dtype, is_streaming=True)
+    return lowered
 
 
 def _in_place(name: str) -> Any:
@@ -93,7 +103,7 @@ def _call(context: Any, builder: Any, name: str, data: list[Any]) -> None:
     builder.call(cgutils.get_or_insert_function(builder.module, kind, name), data)
 
 
-def _assembly(text: str, name: str, dtype: str) -> str:
+def _assembly(text: str, name: str, dtype: str, is_streaming: bool = False) -> str:
     """The body as an LLVM module of one function."""
     definition: Any = ast.parse(text).body[0]
     loop = definition.body[0]
@@ -102,7 +112,7 @@ def _assembly(text: str, name: str, dtype: str) -> str:
     kind = ir.FunctionType(ir.VoidType(), [_NUMBERS[dtype].as_pointer()] * (2 if has_results else 1))
     function = ir.Function(module, kind, name)
     builder = ir.IRBuilder(function.append_basic_block())
-    _Lanes(builder, function.args, dtype, int(loop.iter.args[0].value)).write(loop.body)
+    _Lanes(builder, function.args, dtype, int(loop.iter.args[0].value), is_streaming).write(loop.body)
     builder.ret_void()
     return str(module)
 
@@ -119,7 +129,8 @@ def _is_row(target: Any) -> bool:
 class _Lanes:
     """Translates statements to instructions on vectors of lanes."""
 
-    def __init__(self, builder: Any, pointers: Any, dtype: str, lanes: int) -> None:
+    def __init__(self, builder: Any, pointers: Any, dtype: str, lanes: int, is_streaming: bool) -> None:
+        self.block = LaneBlock(builder, _NUMBERS[dtype], lanes, is_streaming)
         self.builder, self.number, self.lanes = builder, _NUMBERS[dtype], lanes
         self.data, self.out = pointers[0], pointers[-1]
         self.rows: ResultRows | None = None
@@ -136,13 +147,10 @@ class _Lanes:
             elif _is_row(target):
                 if self.rows is None:
                     step = int(target.slice.left.right.right.value)
-                    block = LaneBlock(self.builder, self.number, self.lanes)
-                    self.rows = ResultRows(block, self.out, max(widths) + 1, step)
+                    self.rows = ResultRows(self.block, self.out, max(widths) + 1, step)
                 self.rows.put(target.slice.right.value, value)
             elif target.value.id == "out":
-                index = ir.Constant(ir.IntType(64), target.slice.left.right.value)
-                place = self.builder.bitcast(self.builder.gep(self.out, [index]), self.vector.as_pointer())
-                self.builder.store(value, place, align=self.align // self.lanes)
+                self.block.give(value, self.out, self.block.index(target.slice.left.right.value))
             else:
                 self.builder.store(value, self._place(target), align=self.align)
 

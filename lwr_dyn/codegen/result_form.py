@@ -100,9 +100,9 @@ class ResultForm:
 
     def holds(self, out: NDArray[Any]) -> bool:
         """Whether an array of that shape lies in memory as `empty` makes it."""
-        if self.layout != "padded":
-            return bool(out.flags.c_contiguous)
-        return out.strides == self.empty(1).strides
+        is_regular = out.strides == self.empty(1).strides if self.layout == "padded" else bool(out.flags.c_contiguous)
+        vector = self.lanes * out.itemsize if self.layout != "rows" else 1
+        return is_regular and out.__array_interface__["data"][0] % vector == 0
 
     def place_of(self, states: NDArray[np.int64]) -> tuple[Any, ...]:
         """The index of the results of states with these numbers."""

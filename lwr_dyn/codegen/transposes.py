@@ -68,7 +68,7 @@ class ResultRows:
         for k, row in enumerate(block.transposed(vectors + undefined)):
             index = k * self.step + first
             if first + lanes <= self.step or (is_narrow and index + lanes <= end):
-                block.store(row, self.target, block.index(index))  # narrow rows: over the surplus of the one before
+                block.give(row, self.target, block.index(index))  # narrow rows: over the surplus of the one before
             elif is_narrow:
                 for j in range(known):
                     block.store_number(row, j, self.target, index + j)
@@ -79,8 +79,8 @@ class ResultRows:
 class LaneBlock:
     """Vectors of W lanes in a function being built."""
 
-    def __init__(self, builder: Any, number: Any, lanes: int) -> None:
-        self.builder, self.lanes = builder, lanes
+    def __init__(self, builder: Any, number: Any, lanes: int, is_streaming: bool = False) -> None:
+        self.builder, self.lanes, self.is_streaming = builder, lanes, is_streaming
         self.vector = ir.VectorType(number, lanes)
         self.bits = 64 if number == ir.DoubleType() else 32
 
@@ -105,6 +105,13 @@ class LaneBlock:
     def store(self, vector: Any, data: Any, index: Any, aligned: bool = False) -> None:
         """W numbers to an index."""
         self.builder.store(vector, self._place(data, index), align=self._align(aligned))
+
+    def give(self, vector: Any, data: Any, index: Any) -> None:
+        """A whole vector of results: past the caches where the block streams."""
+        stored = self.builder.store(vector, self._place(data, index), align=self._align(self.is_streaming))
+        if self.is_streaming:
+            one = ir.Constant(ir.IntType(32), 1)
+            stored.set_metadata("nontemporal", self.builder.module.add_metadata([one]))
 
     def store_number(self, vector: Any, lane: int, data: Any, index: int) -> None:
         """The number of one lane."""

@@ -25,9 +25,14 @@ def read(batch, function, result, count=COUNT):
     return batch.entries(function).dense(values) if batch.spec.structure == "compact" else values
 
 
-@pytest.mark.parametrize("structure", ["dense", "compact"])
-@pytest.mark.parametrize("layout", ["rows", "padded", "blocks"])
-@pytest.mark.parametrize("function", ["mass_matrix", "torque_regressor", "inverse_dynamics", "potential_energy"])
+FORMS = [
+    *(("mass_matrix", layout, form) for layout in ("rows", "padded", "blocks") for form in ("dense", "compact")),
+    *((function, "padded", "dense") for function in ("inverse_dynamics", "potential_energy")),
+    *((function, "blocks", "compact") for function in ("torque_regressor", "inverse_dynamics")),
+]
+
+
+@pytest.mark.parametrize(("function", "layout", "structure"), FORMS)
 def test_the_values_are_those_of_dense_rows(function, layout, structure):
     arguments = X[: {"inverse_dynamics": 3, "torque_regressor": 3}.get(function, 1)]
     expected, batch = getattr(DENSE, function)(*arguments), batch_of(layout, structure)
@@ -57,8 +62,12 @@ def test_a_place_for_results_is_what_empty_gives(layout):
     with pytest.raises(ShapeError, match=r"out: .*; allowed: an array"):
         batch.mass_matrix(X[0], out=np.empty((COUNT, 49)))
     other = np.empty(place.shape) if layout == "padded" else np.empty(place.shape[::-1]).T
-    with pytest.raises(ShapeError, match="the batch's empty"):
-        batch.mass_matrix(X[0], out=other)
+    shifted = np.empty(place.nbytes * 2, dtype=np.uint8)[1:]
+    begin = -shifted.__array_interface__["data"][0] % 64 + 8
+    unaligned = np.lib.stride_tricks.as_strided(shifted[begin:][: 8 * 1].view(float), place.shape, place.strides)
+    for refused in (other, unaligned):
+        with pytest.raises(ShapeError, match="the batch's empty"):
+            batch.mass_matrix(X[0], out=refused)
 
 
 @pytest.mark.parametrize("layout", ["padded", "blocks"])
@@ -72,6 +81,13 @@ def test_states_that_are_not_finite_or_far_away(layout):
         assert np.array_equal(result, DENSE.mass_matrix(q), equal_nan=True)
     assert np.isnan(result[[11, 42]]).all()
     assert np.isfinite(result[20]).all()
+
+
+@pytest.mark.parametrize("layout", ["padded", "blocks"])
+def test_results_larger_than_the_cache_are_the_same(layout):
+    q = states(7, 9001)[0]  # 3.5 MB, past the caches
+    batch = batch_of(layout)
+    assert np.array_equal(read(batch, "mass_matrix", batch.mass_matrix(q), 9001), DENSE.mass_matrix(q))
 
 
 @pytest.mark.parametrize(("function", "most"), [("mass_matrix", 28), ("torque_regressor", 254)])
