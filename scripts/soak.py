@@ -29,6 +29,7 @@ LINES = {
     "elastic_ist": "elastic:elastic_ist",
     "elastic_plant": "elastic_plant:elastic_plant",
     "emitted_bits": "emitted_bits:emitted_bits",
+    "emitted_closed_form": "emitted_closed_form:emitted_closed_form",
     "excitations": "identification_excitation:excitations",
     "false_alarms": "collisions:false_alarms",
     "fits_cover": "identification_fits:fits_cover",
