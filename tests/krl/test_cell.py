@@ -141,6 +141,8 @@ def test_a_value_of_the_wrong_type_is_refused(arm):
         ('home_deg = "x"', "home_deg"),
         ("home_deg = [0, 0]", "home_deg"),
         ("variables.WHEN = 3", "variables.WHEN"),
+        ('states."$T1" = 3', r"states.\$T1"),
+        ('[[reply]]\nset = { "$IN[1]" = 5 }', r"reply\[0\].set.\$IN\[1\]"),
     ],
 )
 def test_a_bad_file_is_one_line_that_names_the_field(text, named):

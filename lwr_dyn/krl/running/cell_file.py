@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Mapping
 from importlib.resources import files
 from pathlib import Path
@@ -14,16 +13,15 @@ from lwr_dyn.krl.diagnostics import ExecutionError
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language.lexer import LineError
 from lwr_dyn.krl.language.line_parser import parse_line
-from lwr_dyn.krl.language.statements import Assign, Condition
+from lwr_dyn.krl.language.statements import Condition
 from lwr_dyn.krl.running.cell import Reply, RobotCell, Stub
-from lwr_dyn.krl.running.constants import constant_value
+from lwr_dyn.krl.running.constants import constant_value, refuse_place
 from lwr_dyn.krl.running.values import POSE_NAMES, StructValue, Value
 from lwr_dyn.papers.fields import Fields, parse_toml
 
 T = TypeVar("T")
 LONGEST = 1e6
 """[s] The latest time of an event."""
-_PLACE = re.compile(r"\$?[A-Z_][A-Z0-9_$]*(\[\d+(,\d+)*\])?(\.[A-Z_][A-Z0-9_]*)*")
 
 
 def read_cell(path: str | Path) -> RobotCell:
@@ -85,17 +83,14 @@ def _places(table: Mapping[str, Any], file: str, path: str, system: bool) -> dic
     out = {}
     for key, x in table.items():
         name = key.replace(" ", "").upper()
-        if not _PLACE.fullmatch(name) or name.startswith("$") != system or not _can_be_set(name):
+        if name.startswith("$") != system:
             raise PaperError(file, f"{path}.{key}", "no such name", '"$T1", "$ERR.NUMBER"' if system else "PART, P[3]")
         out[name] = _value(x, file, f"{path}.{key}")
+        try:
+            refuse_place(name, out[name])
+        except ExecutionError as fault:
+            raise PaperError(file, f"{path}.{key}", repr(x), fault.hint or fault.message) from None
     return out
-
-
-def _can_be_set(name: str) -> bool:
-    try:
-        return isinstance(parse_line(f"{name}=0")[0], Assign)
-    except LineError:
-        return False
 
 
 def _value(x: Any, file: str, name: str) -> Value:

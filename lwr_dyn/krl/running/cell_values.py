@@ -9,7 +9,7 @@ from lwr_dyn.krl.diagnostics import ExecutionError, Report, SourcePosition
 from lwr_dyn.krl.language.declarations import External
 from lwr_dyn.krl.language.line_parser import parse_line
 from lwr_dyn.krl.language.statements import Assign
-from lwr_dyn.krl.names.predefined import CONFIG
+from lwr_dyn.krl.names.predefined import CONFIG, SYSTEM
 from lwr_dyn.krl.names.types import UNKNOWN, Type
 from lwr_dyn.krl.project.program import Program
 from lwr_dyn.krl.project.symbols import DeclaredName
@@ -19,6 +19,7 @@ from lwr_dyn.krl.running.controller import INPUTS, ControllerState
 from lwr_dyn.krl.running.evaluate import Environment, reference_to
 from lwr_dyn.krl.running.values import StructValue, Value, converted, value_text
 
+SPEEDS = ("$VEL", "$ACC", "$VEL_AXIS", "$ACC_AXIS", "$OV_PRO")
 MOST_ARGUMENTS = 40
 """Of a stub: any number up to this."""
 
@@ -44,9 +45,18 @@ def give_cell(env: Environment, c: ControllerState) -> None:
         for name, value in values.items():
             try:
                 give_value(env, c, name, value)
+                if root in SPEEDS:
+                    c.speeds()
             except ExecutionError as fault:
-                raise OptionError(f"the cell's {name}", value_text(value), fault.hint or str(fault)) from None
+                raise OptionError(f"the given {name}", value_text(value), fault.hint or str(fault)) from None
         c.unread[root] = "given"
+
+
+def note_unread(c: ControllerState) -> None:
+    """List the variables that are given and that the run neither reads nor sets."""
+    for root, why in c.unread.items():
+        if why == "given" and root not in SYSTEM and root not in CONFIG:
+            c.assumptions.note(root, "", "given, but nothing reads it")
 
 
 def give_arguments(frame: StackFrame, c: ControllerState, report: Report) -> None:

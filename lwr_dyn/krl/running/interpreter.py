@@ -20,7 +20,7 @@ from lwr_dyn.krl.project.symbols import DeclaredName
 from lwr_dyn.krl.running.background import Background
 from lwr_dyn.krl.running.calls import called_routine, empty_value, value_of_call
 from lwr_dyn.krl.running.cell import RobotCell
-from lwr_dyn.krl.running.cell_values import give_arguments, give_cell
+from lwr_dyn.krl.running.cell_values import give_arguments, give_cell, note_unread
 from lwr_dyn.krl.running.clock import ProgramClock
 from lwr_dyn.krl.running.context import StackFrame
 from lwr_dyn.krl.running.controller import ControllerState, MachineData
@@ -147,6 +147,7 @@ class Interpreter:
         except RecursionError:
             deep = ("recursion", "functions call one another without end", "use a loop")
             self.log.diagnostics.append(Diagnostic(self.log.position, "error", *deep))
+        note_unread(self.controller)
         return tuple(self.log.diagnostics)
 
     def _run(self) -> None:
