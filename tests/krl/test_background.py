@@ -123,9 +123,9 @@ STOPPING = "DEF h( )\nBRAKE\nWAIT SEC 3\nEND\nDEF k( )\nBRAKE\nRESUME\nEND\n"
 STOPPING += "DEF n( )\n$OUT[9] = TRUE\nEND\nDEF way( )\nLIN_REL {Y 400}\nEND\n"
 
 
-def stopped_run(arm, name, word=""):
+def stopped_run(arm, name, word="", way=("way( )",)):
     """The tool's way on the timeline, and its executed motions: 1 s after the start the interrupt comes."""
-    lines = [f"INTERRUPT {word} DECL 5 WHEN $IN[7] DO {name}( )", "INTERRUPT ON 5", "way( )", "WAIT SEC 1"]
+    lines = [f"INTERRUPT {word} DECL 5 WHEN $IN[7] DO {name}( )", "INTERRUPT ON 5", *way, "WAIT SEC 1"]
     text = "\n".join(["DEF a( )", "BAS(#VEL_PTP, 100)", "$VEL.CP = 0.2", HOME, *lines, "END", STOPPING])
     run = run_program(parse_program(text, name="a"), arm, cell=cell(ALARM))
     t = np.linspace(0.0, run.cycle_time, 400)
@@ -140,7 +140,10 @@ def test_brake_stops_on_the_path_and_goes_on_along_it(arm):
     assert np.abs(away[:, [0, 2]]).max() < 1e-9
     assert away[-1, 1] == pytest.approx(0.4, abs=1e-9)
     assert (np.diff(away[:, 1]) > -1e-12).all()
-    wait = run.executed[3]
+    cut, _, wait = run.executed[1:4]
+    # the row of the motion that is cut shows where the arm is then, and the later one where it ends
+    np.testing.assert_allclose(cut.q, run.timeline.sample(np.array([cut.end])).q[0], atol=1e-9)
+    np.testing.assert_allclose(run.executed[4].q, motion.q[-1], atol=1e-9)
     assert np.abs(motion.dq[(t > wait.begin) & (t < wait.end)]).max() < 1e-12
     # each ramp of the stop takes half its length longer than the motion alone
     stop = run.executed[2].end - run.executed[2].begin
@@ -150,6 +153,13 @@ def test_brake_stops_on_the_path_and_goes_on_along_it(arm):
     motion = run.timeline.sample(t)
     slope = np.diff(motion.q, axis=0) / np.diff(t)[:, None]
     assert np.abs(slope - 0.5 * (motion.dq[1:] + motion.dq[:-1])).max() < 1e-3 * np.abs(motion.dq).max()
+
+
+def test_a_trigger_of_a_stopped_motion_is_told(arm):
+    told = "TRIGGER of a motion that BRAKE stops: at the planned time, not later"
+    lines = ("TRIGGER WHEN DISTANCE = 1 DELAY = 0 DO $OUT[4]=TRUE", "LIN_REL {Y 400}")
+    assert told not in [str(x) for x in stopped_run(arm, "h")[0].assumptions]
+    assert told in [str(x) for x in stopped_run(arm, "h", way=lines)[0].assumptions]
 
 
 def test_an_interrupt_with_brake_stops_by_itself(arm):

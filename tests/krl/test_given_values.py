@@ -1,6 +1,5 @@
 """`--set`: what no input or variable can be is one line; a value that nothing reads is told."""
 
-
 import pytest
 
 SOURCE = "DEF a( )\nPTP {A1 0, A2 -90, A3 90, A4 0, A5 30, A6 0}\nPTP {A1 5}\nEND\n"

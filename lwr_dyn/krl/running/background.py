@@ -203,6 +203,10 @@ class Background:
             raise ExecutionError("brake", "BRAKE outside an interrupt", "in a subprogram that INTERRUPT DECL calls")
         motions = self.m.motions
         self.stopped = brake(motions, self.clock.now - motions.idle, self.m.log.position) or self.stopped
+        if self.triggers.used:
+            self.m.controller.assumptions.note(
+                "TRIGGER of a motion that BRAKE stops", "", "at the planned time, not later"
+            )
         self.clock.at = None
 
     def resume(self) -> None:

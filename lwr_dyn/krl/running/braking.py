@@ -51,7 +51,7 @@ def brake(m: Motions, time: float, position: SourcePosition) -> StoppedMotion | 
     stopped = StoppedMotion(slowed, m.executed[index], m.controller.q, item.end, items, later)
     m.controller.assumptions.note("BRAKE", "", "the arm stops on its path, each axis within its ramp; BRAKE F alike")
     m.timeline.add_at(slowed, time)
-    m.executed[index:] = [replace(m.executed[index], end=time)]
+    m.executed[index:] = [replace(m.executed[index], end=time, q=item.part.axes(np.array([since])).q[0])]
     _stand(m, slowed, position, "BRAKE")
     return stopped
 

@@ -34,6 +34,8 @@ class Triggers:
 
     motions: Motions
     waiting: list[PathTrigger] = field(default_factory=list)
+    used: bool = False
+    """Whether the program has any."""
     bound: list[tuple[SourcePosition, int, PathTrigger]] = field(default_factory=list)
     """The position of a trigger's motion, and the number of motions executed before it."""
 
@@ -42,6 +44,7 @@ class Triggers:
         if trigger.statement.place == "DISTANCE" and trigger.value not in (0.0, 1.0):
             raise ExecutionError("number-range", f"DISTANCE = {trigger.value:g}", "0 (the start) or 1 (the end)")
         self.waiting.append(trigger)
+        self.used = True
 
     def bind(self, position: SourcePosition, before: int) -> None:
         """The waiting triggers belong to the motion of this position; a spline block plans it at its end."""
