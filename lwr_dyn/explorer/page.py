@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from lwr_dyn.explorer.computing import robot_script, three_bundle
 from lwr_dyn.explorer.number_tables import joint_columns, link_columns, table
 from lwr_dyn.explorer.page_data import explorer_data, has_frames_of_its_own, motor_limits, position_text, slider_ranges
+from lwr_dyn.explorer.readings import further_script
 from lwr_dyn.files import write_file
 from lwr_dyn.model.arm import Arm, Joint
 from lwr_dyn.model.dh import JointKind
@@ -25,7 +26,17 @@ _SCRIPTS = (
 )  # fmt: skip
 _COMPUTING = tuple(
     (_HERE, name)
-    for name in ("flange_solver.js", "flange_drag.js", "link_drag.js", "arm_angle.js", "workspace.js", "torques.js")
+    for name in (
+        "flange_solver.js",
+        "flange_drag.js",
+        "link_drag.js",
+        "arm_angle.js",
+        "workspace.js",
+        "torques.js",
+        "pose_copy.js",
+        "jacobian.js",
+        "readings.js",
+    )
 )
 _TURN = '<label><input id="turn" type="checkbox"> drag turns the flange</label>'
 _LISTED = 400
@@ -68,7 +79,7 @@ def explorer_html(arm: Arm, q: ArrayLike | None = None, *, live: bool = False) -
         "footer": escape(generator_line() if live else f"lwr_dyn {VERSION}, drawn by three.js"),
         "data": script_safe(json.dumps(data, sort_keys=True, separators=(",", ":"), allow_nan=False)),
         "drawing": meshcat_bundle() if live else three_bundle(),
-        "robot": robot,
+        "robot": f"{robot}\n{further_script(arm)}" if robot else "",
         "scripts": "\n".join(resource_text(name, package) for package, name in scripts),
     }
     return fill_template(resource_text("explorer.html", _HERE), parts)

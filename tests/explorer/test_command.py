@@ -27,7 +27,7 @@ def run_file(folder, two_runs):
 def test_a_robot_a_urdf_and_a_run_become_pages(lwr_dyn_command, folder, run_file):
     code, out, err = lwr_dyn_command("show", "lwr4plus", "--html", "x.html", "--q-deg", "10,20,30,-40,50,60,70")
     assert (code, err) == (0, "")
-    assert out.startswith("wrote x.html (1.")
+    assert out.startswith("wrote x.html (0.")
     assert "open it: " in out
     assert "lwrExplorer" in (folder / "x.html").read_text(encoding="utf-8")
     code, out, err = lwr_dyn_command("show", str(SHARE / FOREIGN["panda"]), "--tip", "panda_link8")
