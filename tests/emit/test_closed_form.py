@@ -96,6 +96,28 @@ def test_arm_angle_and_intervals_of_every_branch(library):
     assert several > 100
 
 
+def test_aligned_joints_keep_the_pose_and_the_length_of_the_intervals(library):
+    arm, step = library.arm, np.pi / 4.0
+    q, _, psi = states(arm, 5, 80)
+    q = np.clip(np.round(q / step) * step, arm.lower, arm.upper)
+    T = np.ascontiguousarray(forward_kinematics(arm.chain, q))
+    out, _ = branches(library, T, psi)
+    there = ~np.isnan(out[..., 0])
+    assert there.any(axis=1).all()
+    poses = np.broadcast_to(T[:, None], (*there.shape, 4, 4))[there]
+    assert np.abs(forward_kinematics(arm.chain, out[there]) - poses).max() < CLOSE
+    for pose in T if arm.n == 7 else ():
+        pairs, counts = np.zeros((8, 16, 2)), np.zeros(8, dtype=np.intc)
+        library.call(NAME + "_intervals", pose, 0.0, pairs, counts)
+        rows = np.broadcast_to(pose, (8, 4, 4))
+        problem = margin_problem(srs_geometry(arm.chain), joint_ranges(arm), rows, np.array(BRANCHES, dtype=float))
+        wanted = intervals_at_level(problem, 0.0)
+        for b in range(8):
+            found = sum(end - start for start, end in pairs[b, : counts[b]])
+            # where a joint touches its limit, rounding decides about an interval of one point
+            assert abs(found - sum(end - start for start, end in wanted.of(b))) < 1e-6
+
+
 def test_the_nearest_follows_a_path_and_stops_at_the_limits(library):
     arm, out = library.arm, np.zeros(library.arm.n)
     q, _, _ = states(arm, 2, 10)
