@@ -25,7 +25,7 @@ Inputs: {inputs}.
 from numba import carray, cfunc, types
 
 from lwr_dyn.codegen.lowering import {lowering}
-from lwr_dyn.codegen.transposes import rows_to_lanes
+from lwr_dyn.codegen.transposes import block_past_caches, rows_to_lanes
 
 {transposes}
 
@@ -64,11 +64,17 @@ _GIVE_PADDED = """        if whole and stop - start > {many}:
             streamed(b, out, s * {step})
         elif whole:""" + _GIVE_ROWS.removeprefix("        if whole:")
 
+_GIVE_LARGE = """        if whole and stop - start > {many}:
+            body(b, b, {tail})
+            stream(b, out, s * {step})
+        elif whole:""" + _GIVE_ROWS.removeprefix("        if whole:")
+
 _GIVE_BLOCKS = """        if stop - start > {many}:
             streamed(b, out, s * {width})
         else:
             body(b, out, s * {width})"""
-_GIVE = {"rows": _GIVE_ROWS, "padded": _GIVE_PADDED, "blocks": _GIVE_BLOCKS}
+_GIVE = {"rows": _GIVE_LARGE, "padded": _GIVE_PADDED, "blocks": _GIVE_BLOCKS}
+_STREAMED = "\n\nstreamed = streaming(body)\n", "\n\nstream = block_past_caches({lanes}, {step}, {tail})\n"
 _CACHE_BYTES = 1 << 21
 """Results of more bytes leave a core's cache before they are read: they are written past it."""
 
@@ -146,7 +152,7 @@ def kernel_source(
             f"take_{x} = rows_to_lanes({lanes}, {w}, {f})" for x, w, f in zip(names, widths, first, strict=True)
         ),
         give=_GIVE[spec.layout].format(step=step, width=width, tail=tail, many=many),
-        streamed="" if spec.layout == "rows" else "\n\nstreamed = streaming(body)\n",
+        streamed=_STREAMED[spec.layout == "rows"].format(lanes=lanes, step=step, tail=tail),
         two_blocks=2 * lanes, step=step, size=size, flag=flag * lanes,
         copies="\n".join(_copy(x, w, f, lanes) for x, w, f in zip(names, widths, first, strict=True)),
     )  # fmt: skip

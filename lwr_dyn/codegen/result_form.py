@@ -13,6 +13,8 @@ Layout = Literal["rows", "padded", "blocks"]
 Structure = Literal["dense", "compact"]
 LAYOUTS, STRUCTURES = get_args(Layout), get_args(Structure)
 _ALIGNMENT = 64
+LARGE = 4096
+"""From that many states rows begin on a cache line too, so that they can be written past the caches."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -90,9 +92,9 @@ class ResultForm:
 
     def empty(self, count: int) -> NDArray[Any]:
         """An array for the results of that many states."""
-        if self.layout == "rows":
-            return np.empty((count, *self.shape), dtype=self.dtype)
-        if self.layout == "blocks":
+        if self.layout == "rows" and count < LARGE:
+            return np.empty(self.shape_of(count), dtype=self.dtype)
+        if self.layout != "padded":
             return _aligned(self.shape_of(count), self.dtype)
         whole = _aligned((count, row_step("padded", int(np.prod(self.shape)), self.lanes)), self.dtype)
         inner = np.empty((1, *self.shape), dtype=self.dtype).strides[1:]

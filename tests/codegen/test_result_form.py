@@ -83,6 +83,18 @@ def test_states_that_are_not_finite_or_far_away(layout):
     assert np.isfinite(result[20]).all()
 
 
+def test_large_rows_may_begin_anywhere():
+    q, memory = states(7, 9001)[0], np.full(9001 * 49 + 16, 77.0)
+    few = np.concatenate([DENSE.mass_matrix(part) for part in np.array_split(q, 3)])  # through the caches
+    assert np.array_equal(DENSE.mass_matrix(q), few)
+    for start in range(1, 9):
+        memory[:] = 77.0
+        out = memory[start : start + 9001 * 49].reshape(9001, 7, 7)
+        assert np.array_equal(DENSE.mass_matrix(q, out=out), few)
+        assert memory[start - 1] == 77.0
+        assert memory[start + 9001 * 49] == 77.0
+
+
 @pytest.mark.parametrize("layout", ["padded", "blocks"])
 def test_results_larger_than_the_cache_are_the_same(layout):
     q = states(7, 9001)[0]  # 3.5 MB, past the caches
