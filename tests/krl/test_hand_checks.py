@@ -93,3 +93,17 @@ def test_the_assumptions_of_timing_are_listed(arm):
     assert {"points passed without a stop", "SPLINE"} <= {x.name for x in run.assumptions}
     plain = run_of(arm, HOME, *SPEEDS, "LIN_REL {Y 20}")
     assert not any("points" in x.name for x in plain.assumptions)
+
+
+@pytest.mark.parametrize(
+    ("kind", "radius", "across"), [("CIRC", 10, 4.0), ("CIRC", 50, 0.8), ("SCIRC", 10, 4.0), ("SPLINE", 10, 1.0)]
+)
+def test_what_acts_across_an_arc(arm, kind, radius, across):
+    """v^2 / radius at 0.2 m/s; $ACC.CP of 1 m/s^2 bounds it within SPLINE; elsewhere the run tells."""
+    arc = f"{kind.replace('SPLINE', 'SCIRC')}_REL {{X {radius}, Y {radius}}}, {{X {2 * radius}, Y 0}}, CA 340"
+    run = run_of(arm, HOME, "$ACC.CP = 1", *((kind, arc, "ENDSPLINE") if kind == "SPLINE" else (arc,)))
+    t = np.linspace(0.3, 0.7, 4001) * run.timeline.duration
+    places = lwr_dyn.forward_kinematics(arm, run.timeline.sample(t).q)[:, :3, 3]
+    speed = np.linalg.norm(np.diff(places, axis=0), axis=1) / (t[1] - t[0])
+    assert 1e3 * speed.max() ** 2 / radius == pytest.approx(across, rel=2e-2)
+    assert ("CIRC" in [x.name for x in run.assumptions]) == (across > 1.0)

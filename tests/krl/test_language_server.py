@@ -134,3 +134,21 @@ def test_it_ends_when_the_editor_goes_away(tmp_path):
     client.process.stdin.close()
     assert client.process.wait(timeout=20) == 0
     client.process.stdout.close()
+
+
+def test_a_file_that_is_not_open_or_not_there_is_answered(client, backup):
+    place = {"position": {"line": 0, "character": 5}, "context": {"includeDeclaration": True}}
+    for uri in ((backup / "gone.src").as_uri(), "untitled:Untitled-1"):
+        asked = {"textDocument": {"uri": uri}, **place}
+        assert client.request("textDocument/hover", asked) is None
+        assert client.request("textDocument/references", asked) == []
+        assert client.request("textDocument/documentSymbol", asked) == []
+        assert client.request("textDocument/foldingRange", asked) == []
+    folder = (backup / MAIN).parent
+    (folder / "shut.src").write_bytes(b"DEF shut( ) ; gro\xdf\nEND\n")
+    shut = {"textDocument": {"uri": (folder / "shut.src").as_uri()}}
+    client.notify("workspace/didChangeWatchedFiles", {"changes": [{"uri": shut["textDocument"]["uri"], "type": 1}]})
+    assert "shut" in client.request("textDocument/hover", {**shut, **place})["contents"]["value"]
+    (folder / "shut.src").unlink()
+    client.notify("workspace/didChangeWatchedFiles", {"changes": [{"uri": shut["textDocument"]["uri"], "type": 3}]})
+    assert client.request("textDocument/hover", {**shut, **place}) is None

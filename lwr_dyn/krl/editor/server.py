@@ -137,13 +137,17 @@ class _Editor:
         return [self._location(project, x, len(token.text)) for x in uses]
 
     def symbols(self, params: lsp.DocumentSymbolParams) -> list[lsp.DocumentSymbol]:
-        project, name = self._fresh(params.text_document.uri)
-        file = project.project.file(name)
+        found = self._fresh(params.text_document.uri)
+        if found is None:
+            return []
+        file = found[0].project.file(found[1])
         return [self._symbol(file.file, item) for item in outline_items(file.file, file.outline)]
 
     def folding(self, params: lsp.FoldingRangeParams) -> list[lsp.FoldingRange]:
-        project, name = self._fresh(params.text_document.uri)
-        file = project.project.file(name)
+        found = self._fresh(params.text_document.uri)
+        if found is None:
+            return []
+        file = found[0].project.file(found[1])
         kinds = {"fold": lsp.FoldingRangeKind.Region}
         return [lsp.FoldingRange(x.first, x.last, kind=kinds.get(x.kind)) for x in folds_of(file.file, file.outline)]
 
@@ -152,12 +156,15 @@ class _Editor:
         if handle is not None:
             handle.cancel()
 
-    def _fresh(self, uri: str) -> tuple[EditedProject, str]:
-        """The project of a file and its name there, with the editor's present text."""
-        path = self.open.get(uri) or _path(uri)
-        project, name = self.session.place(path)
-        project.set_text(name, self.server.workspace.get_text_document(uri).source)
-        return project, name
+    def _fresh(self, uri: str) -> tuple[EditedProject, str] | None:
+        """The project of a file and its name there, with the editor's present text; of a closed one with the disk's.
+
+        None for a closed file that is not there.
+        """
+        project, name = self.session.place(self.open.get(uri) or _path(uri))
+        if uri in self.open:
+            project.set_text(name, self.server.workspace.get_text_document(uri).source)
+        return (project, name) if name in project.project.homes else None
 
     def _check(self, uri: str) -> None:
         """Check a file and its module now, and the other open files soon: they may use what it declares."""
@@ -175,13 +182,19 @@ class _Editor:
         self._publish(uri)
 
     def _publish(self, uri: str) -> None:
-        project, name = self._fresh(uri)
+        fresh = self._fresh(uri)
+        if fresh is None:
+            return
+        project, name = fresh
         file = project.project.file(name).file
         shown = [self._diagnostic(file, d) for d in project.diagnostics(name)[name]]
         self.server.text_document_publish_diagnostics(lsp.PublishDiagnosticsParams(uri, shown))
 
     def _at(self, uri: str, position: lsp.Position) -> tuple[EditedProject, LineContext, Token, Referent] | None:
-        project, name = self._fresh(uri)
+        fresh = self._fresh(uri)
+        if fresh is None:
+            return None
+        project, name = fresh
         lines = project.project.file(name).file.lines
         if position.line >= len(lines):
             return None

@@ -21,6 +21,7 @@ from lwr_dyn.krl.motion.settings import ProfileBounds, Speeds
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.trajectory.motion_profile import MotionProfile
 from lwr_dyn.trajectory.pose_path import TimedPosePath
+from lwr_dyn.trajectory.segments import ArcSegment
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -193,3 +194,12 @@ def axes_of_poses(
     except np.linalg.LinAlgError:
         raise ExecutionError("singularity", "the path meets a singularity", "move it, or go there by PTP") from None
     return AxisMotion(q, dq, ddq)
+
+
+def acceleration_across(segment: CartesianSegment) -> float:
+    """[m/s^2] v^2 / radius where an arc is passed fastest; 0 on a line."""
+    arc, profile = segment.path.segment, segment.profile
+    if not isinstance(arc, ArcSegment):
+        return 0.0
+    fastest = 2.0 * float(profile.coefficients[0, 2]) * float(profile.knots[1])
+    return fastest**2 / arc.radius
