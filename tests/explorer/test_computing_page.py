@@ -72,6 +72,45 @@ def test_an_arm_without_a_closed_form_follows_too(browser, tmp_path):
     np.testing.assert_allclose(reached, asked, rtol=0, atol=FOLLOWED)
 
 
+def pulled(window, pointer, x, y, dx, dy):
+    """A pointer goes down at a place, moves, and is lifted."""
+    along = [(x + dx * k / 5, y + dy * k / 5) for k in range(1, 6)]
+    if pointer == "touch":
+        steps = [("touchStart", [(x, y)]), *(("touchMove", [place]) for place in along), ("touchEnd", [])]
+        for kind, places in steps:
+            points = [{"x": a, "y": b} for a, b in places]
+            window.execute_cdp_cmd("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+        return
+    window.execute_cdp_cmd("Input.dispatchMouseEvent", {"type": "mouseMoved", "x": x, "y": y})
+    steps = [("mousePressed", (x, y)), *(("mouseMoved", place) for place in along), ("mouseReleased", along[-1])]
+    for kind, (a, b) in steps:
+        event = {"type": kind, "x": a, "y": b, "button": "left", "buttons": 1, "clickCount": 1}
+        window.execute_cdp_cmd("Input.dispatchMouseEvent", event)
+
+
+@pytest.mark.parametrize("pointer", ["mouse", "touch"])
+def test_the_arrow_at_the_flange_is_pulled(browser, page, pointer):
+    window = opened(browser, page.as_uri())
+    before, *place = window.execute_script(
+        f"""{START} e.stage.frameView(); const {{ camera, canvas }} = e.stage.viewer, {{ handle }} = e.flangeDrag;
+        const pane = canvas.getBoundingClientRect(); camera.updateMatrixWorld(); handle.updateWorldMatrix(true, false);
+        const far = handle.getWorldPosition(new THREE.Vector3()).distanceTo(camera.position);
+        const long = 0.061 * far * Math.min(1.9 * Math.tan((Math.PI * camera.fov) / 360), 7);
+        const at = handle.localToWorld(new THREE.Vector3(long, 0, 0)).project(camera);
+        const place = [pane.left + ((at.x + 1) * pane.width) / 2, pane.top + ((1 - at.y) * pane.height) / 2];
+        return [e.flangePose(), ...place]""",
+        Q,
+    )
+    pulled(window, pointer, *place, 20, -15)
+    after = np.array(window.execute_script("return lwrExplorer.flangePose()"))
+    np.testing.assert_allclose(after[:3, :3], np.array(before)[:3, :3], rtol=0, atol=1e-9)
+    moved = (after - before)[:3, 3]
+    assert np.linalg.norm(moved) > 0.01
+    window.execute_script("lwrExplorer.state.compute()")
+    handle = window.execute_script("return lwrExplorer.flangeDrag.handle.position.toArray()")
+    np.testing.assert_allclose(handle, after[:3, 3], rtol=0, atol=FOLLOWED)
+
+
 @pytest.mark.parametrize("pointer", ["mouse", "touch"])
 def test_a_dragged_link_turns_its_joint_alone(browser, page, pointer):
     window = opened(browser, page.as_uri())
@@ -84,16 +123,7 @@ def test_a_dragged_link_turns_its_joint_alone(browser, page, pointer):
         }}""",
         Q,
     )
-    x, y = where
-    if pointer == "mouse":
-        steps = [("mousePressed", x, y), ("mouseMoved", x + 9, y + 12), ("mouseReleased", x + 9, y + 12)]
-        for kind, a, b in steps:
-            event = {"type": kind, "x": a, "y": b, "button": "left", "buttons": 1, "clickCount": 1}
-            window.execute_cdp_cmd("Input.dispatchMouseEvent", event)
-    else:
-        steps = [("touchStart", [{"x": x, "y": y}]), ("touchMove", [{"x": x + 9, "y": y + 12}]), ("touchEnd", [])]
-        for kind, points in steps:
-            window.execute_cdp_cmd("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+    pulled(window, pointer, *where, 9, 12)
     moved = np.abs(np.subtract(window.execute_script("return lwrExplorer.positions()"), Q)) > 1e-6
     assert moved.tolist() == [False, False, False, True, False, False, False]
 
