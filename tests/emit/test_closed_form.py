@@ -100,10 +100,16 @@ def test_aligned_joints_keep_the_pose_and_the_length_of_the_intervals(library):
     arm, step = library.arm, np.pi / 4.0
     q, _, psi = states(arm, 5, 80)
     q = np.clip(np.round(q / step) * step, arm.lower, arm.upper)
+    if arm.n == 7:
+        # stretched, both balls aligned at every arm angle
+        geometry = srs_geometry(arm.chain)
+        q[0] = 0.3, -geometry.first.offset, -0.1, geometry.straight, 0.2, -geometry.last.offset, 0.1
     T = np.ascontiguousarray(forward_kinematics(arm.chain, q))
     out, _ = branches(library, T, psi)
     there = ~np.isnan(out[..., 0])
     assert there.any(axis=1).all()
+    expected, _ = expected_branches(arm, T, psi)
+    assert np.abs(wrap(out - expected))[there].max() < 1e-7
     poses = np.broadcast_to(T[:, None], (*there.shape, 4, 4))[there]
     assert np.abs(forward_kinematics(arm.chain, out[there]) - poses).max() < CLOSE
     for pose in T if arm.n == 7 else ():
