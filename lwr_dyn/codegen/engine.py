@@ -32,7 +32,7 @@ def _unread(batch: BatchDynamics, function: str, gated: Any) -> Any:
 
     A pass over the arguments before and one over the results after it would take half as long as the kernel.
     """
-    count, result = len(FUNCTIONS[function][0]), function_shape(function).result(batch.n)
+    count, form = len(FUNCTIONS[function][0]), batch.form(function)
 
     def unread(*given: Any) -> Any:
         first = given[0] if given else None
@@ -43,9 +43,10 @@ def _unread(batch: BatchDynamics, function: str, gated: Any) -> Any:
         if any(x.dtype != np.float64 for x in given):
             return gated(*given)
         rows = [np.ascontiguousarray(x) for x in given]
-        out = np.empty((*first.shape[:-1], *result))
+        states = first.size // batch.n
+        out = form.empty(states).reshape((*first.shape[:-1], *form.shape))
         places = [(x.__array_interface__["data"][0], batch.n) for x in rows]
-        invalid = batch.kernel(function).run(places, out.__array_interface__["data"][0], first.size // batch.n)
+        invalid = batch.kernel(function).run(places, out.__array_interface__["data"][0], states)
         return gated(*given) if invalid else out
 
     unread.__name__, unread.__doc__ = function, gated.__doc__
