@@ -129,7 +129,7 @@ def _text(result: WrittenPath, target: Path, numbers: tuple[int | None, int | No
         for x in (result.deviation, result.tolerance)
     )
     lines = [
-        f"{samples.source}: {len(samples.q)} samples{took}",
+        f"{samples.source}: {len(samples.q)} points of the path{took}",
         f"{', '.join(f'{n} {kind}' for kind, n in counts.items())}; "
         f"{written.passed} of {sum(counts.values()) - 1} points are passed without a stop",
         f"run on {samples.arm.name}: {run.cycle_time:.3f} s, its path within {away} of the samples "

@@ -60,8 +60,8 @@ class SampledPath:
 
     @property
     def duration(self) -> float | None:
-        """[s]"""
-        return None if self.t is None else float(self.t[-1] - self.t[0])
+        """[s] With the pause at the end."""
+        return None if self.t is None else float(self.t[-1] - self.t[0]) + self.pauses.get(len(self.q) - 1, 0.0)
 
 
 def path_of_motion(motion: Run | Motion, arm: Arm, tool: Array | None = None, source: str = "motion") -> SampledPath:
@@ -120,7 +120,7 @@ def read_sampled_path(path: str | Path, arm: Arm, tool: Array | None = None, bas
     for names, factor in ((_AXES, np.pi / 180.0), (_JOINTS, 1.0)):
         if all(name in columns for name in names):
             q = np.stack([columns[name] for name in names], axis=1) * factor
-            return _of_axes(arm, q, t, flange, Path(path).name)
+            return _of_axes(arm, *_axes_between(q, t, str(path)), flange, Path(path).name)
     missing = [name for name in _POSE if name not in columns]
     if missing:
         raise FileAccessError(str(path), f"no column {', '.join(missing)}", NEEDED)
@@ -149,6 +149,17 @@ def _of_axes(arm: Arm, q: Array, t: Array | None, tool: Array, source: str) -> S
     stood = t[last] - t[moved]
     pauses = {int(k): float(stood[k]) for k in np.flatnonzero(stood >= PAUSE)}
     return SampledPath(arm, kept, T, tool, np.array(t[moved]), source, pauses)
+
+
+def _axes_between(q: Array, t: Array | None, path: str) -> tuple[Array, Array | None]:
+    """The rows of axes with samples between them: from row to row the axes move in proportion."""
+    steps = np.maximum(np.ceil(np.abs(np.diff(q, axis=0)).max(axis=1) / BETWEEN_RAD), 1.0)
+    if steps.sum() > MOST:
+        raise FileAccessError(path, "a path that is too long", f"at most {MOST} samples, 0.5 deg apart")
+    at = np.append(np.concatenate([k + np.arange(n) / n for k, n in enumerate(steps)]), len(q) - 1.0)
+    rows = np.arange(len(q))
+    between = np.stack([np.interp(at, rows, axis) for axis in q.T], axis=1)
+    return between, None if t is None else np.interp(at, rows, t)
 
 
 def _columns(path: str | Path) -> Mapping[str, Array]:
