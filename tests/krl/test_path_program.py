@@ -228,7 +228,7 @@ def test_a_wrong_table_is_one_line(arm, tmp_path, text, message):
         (("--tolerance", "0"), "tolerance: 0 mm; allowed: from 0.001 to 1000 mm"),
         (("--tool", "1,2"), "--tool: 1,2; allowed: six numbers"),
         (("--out", "if.src"), "name: 'if'; allowed: a name of KRL"),
-        (("--out", "a.txt"), "allowed: a path that ends in a.src"),
+        (("--out", "a.txt"), "not the name of a program; allowed: a path that ends in .src"),
     ],
 )
 def test_a_wrong_option_is_one_line(square, tmp_path, monkeypatch, lwr_dyn_command, options, message):

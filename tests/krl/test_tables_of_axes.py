@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
+from lwr_dyn.errors import FileAccessError
 from lwr_dyn.krl.writing.path_program import WritingOptions, write_path
 from lwr_dyn.krl.writing.sampled_path import path_of_motion, read_sampled_path
 from tests.krl.short_programs import HOME, run_of
@@ -35,3 +36,9 @@ def test_between_rows_of_axes_the_axes_move_in_proportion(arm, tmp_path):
     q = np.stack([np.interp(truth, [0, 1, 2], x) for x in rows.T], axis=1)
     places = [dense(tool_places(arm, x, np.eye(4)), 2000) for x in (q, fitted.run.timeline.sample(t).q)]
     assert hausdorff(*places) < 1.5e-3
+
+
+def test_a_program_is_no_table(arm, tmp_path):
+    (tmp_path / "a.src").write_text("DEF a( )\nWAIT SEC 1\nEND\n")
+    with pytest.raises(FileAccessError, match=r"a program, no path; allowed: a \.csv"):
+        read_sampled_path(tmp_path / "a.src", arm)

@@ -107,7 +107,9 @@ def _refuse_path_options() -> None:
 
 def _target(out: str | None, name: str) -> Path:
     target = Path(out or f"{name}.src")
-    if target.suffix != ".src" or target.stem != name:
+    if target.suffix != ".src":
+        raise FileAccessError(str(target), "not the name of a program", "a path that ends in .src")
+    if target.stem != name:
         raise FileAccessError(str(target), "another name than the task's", f"a path that ends in {name}.src")
     check_writable(target)
     return target

@@ -113,6 +113,8 @@ def read_sampled_path(path: str | Path, arm: Arm, tool: Array | None = None, bas
     flange, world = np.eye(4) if tool is None else tool, np.eye(4) if base is None else base
     if ends_in(path, ".npz"):
         return path_of_motion(Run.load(path), arm, flange, Path(path).name)
+    if ends_in(path, ".src") or ends_in(path, ".dat"):
+        raise FileAccessError(str(path), "a program, no path", NEEDED)
     columns = _columns(path)
     t = next((columns[name] for name in _TIME if name in columns), None)
     if t is not None and (np.diff(t) <= 0.0).any():
