@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.kernel_limit import clock
+from benchmarks.fused_rate import fused_rate
 from benchmarks.peer_process import PEERS, PeerProcess, interpreter
 from benchmarks.rollout_case import KD, KP, RATE, RolloutCase
 from benchmarks.timing import Call, installed
@@ -136,12 +136,13 @@ def in_this_process(case: RolloutCase, seconds: float) -> dict[str, Turn]:
 
 
 def arithmetic(case: RolloutCase, seconds: float, times: dict[str, float]) -> None:
-    """Operations of a sample over lanes, two vector instructions a clock, against the time it takes."""
+    """Fused operations of a sample at the rate of a loop of nothing else, against the time it takes."""
     _, one, block = scalar_kernel(case, seconds)
-    hertz, samples = clock(), round(seconds * RATE) + 1
-    print(f"\nArithmetic limit at {hertz / 1e9:.2f} GHz, two fused operations a clock:")
-    for name, source, lanes in ((OURS, block, lanes_of("float64")), (ALONE, one, 1)):
-        limit, took = source.fused / (2 * lanes * hertz), times[name] / samples
+    wide, samples = lanes_of("float64"), round(seconds * RATE) + 1
+    each = fused_rate() / wide
+    print(f"\nArithmetic limit at {each / 1e9:.2f} fused operations a lane and ns:")
+    for name, source, lanes in ((OURS, block, wide), (ALONE, one, 1)):
+        limit, took = source.fused / (lanes * each), times[name] / samples
         print(
             f"- {name}: {source.operations} operations a sample, {source.fused} fused: {limit * 1e9:.0f} ns "
             f"on {lanes} lane(s); measured {took * 1e9:.0f} ns, {took / limit:.2f} times that"
