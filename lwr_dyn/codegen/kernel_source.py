@@ -25,9 +25,10 @@ Inputs: {inputs}.
 from numba import carray, cfunc, types
 
 from lwr_dyn.codegen.lowering import {lowering}
-from lwr_dyn.codegen.transposes import block_past_caches, rows_to_lanes
+from lwr_dyn.codegen.transposes import begins_on_vector, block_past_caches, rows_to_lanes
 
-{transposes}
+begins = begins_on_vector({lanes})
+{stream}{transposes}
 
 
 @straight_line("{dtype}")
@@ -42,7 +43,7 @@ def kernel({arguments}, out_, b_, start, stop):
 {arrays}
     out = carray(out_, ((stop + {lanes}) * {step},), types.{dtype})
     b = carray(b_, ({size},), types.{dtype})
-    trouble = 0
+    trouble, is_large = 0, stop - start > {many} and begins(out)
     for s in range(start, stop, {lanes}):
         lanes, whole = min({lanes}, stop - s), s + {two_blocks} <= stop
 {copies}
@@ -60,21 +61,20 @@ _GIVE_ROWS = """        if whole:
                 for j in range({width}):
                     out[(s + k) * {step} + j] = b[{tail} + k * {step} + j]"""
 
-_GIVE_PADDED = """        if whole and stop - start > {many}:
+_GIVE_PADDED = """        if whole and is_large:
             streamed(b, out, s * {step})
         elif whole:""" + _GIVE_ROWS.removeprefix("        if whole:")
 
-_GIVE_LARGE = """        if whole and stop - start > {many}:
+_GIVE_LARGE = """        if whole and is_large:
             body(b, b, {tail})
             stream(b, out, s * {step})
         elif whole:""" + _GIVE_ROWS.removeprefix("        if whole:")
 
-_GIVE_BLOCKS = """        if stop - start > {many}:
+_GIVE_BLOCKS = """        if is_large:
             streamed(b, out, s * {width})
         else:
             body(b, out, s * {width})"""
 _GIVE = {"rows": _GIVE_LARGE, "padded": _GIVE_PADDED, "blocks": _GIVE_BLOCKS}
-_STREAMED = "\n\nstreamed = streaming(body)\n", "\n\nstream = block_past_caches({lanes}, {step}, {tail})\n"
 _CACHE_BYTES = 1 << 21
 """Results of more bytes leave a core's cache before they are read: they are written past it."""
 
@@ -151,8 +151,10 @@ def kernel_source(
         transposes="\n".join(
             f"take_{x} = rows_to_lanes({lanes}, {w}, {f})" for x, w, f in zip(names, widths, first, strict=True)
         ),
-        give=_GIVE[spec.layout].format(step=step, width=width, tail=tail, many=many),
-        streamed=_STREAMED[spec.layout == "rows"].format(lanes=lanes, step=step, tail=tail),
+        give=_GIVE[spec.layout].format(step=step, width=width, tail=tail),
+        many=many,
+        streamed="" if spec.layout == "rows" else "\n\nstreamed = streaming(body)\n",
+        stream=f"stream = block_past_caches({lanes}, {step}, {tail})\n" if spec.layout == "rows" else "",
         two_blocks=2 * lanes, step=step, size=size, flag=flag * lanes,
         copies="\n".join(_copy(x, w, f, lanes) for x, w, f in zip(names, widths, first, strict=True)),
     )  # fmt: skip

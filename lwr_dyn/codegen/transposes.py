@@ -41,30 +41,40 @@ def rows_to_lanes(lanes: int, width: int, first: int) -> Any:
 def block_past_caches(lanes: int, width: int, first: int) -> Any:
     """An intrinsic `(b, out, start)`: out[start + i] = b[first + i] for width W numbers, past the caches.
 
-    Where `out` does not begin on a whole vector, through them.
+    out[start] must begin a whole vector.
     """
 
     @intrinsic  # type: ignore[untyped-decorator]
     def copy(typing_context: Any, b: Any, out: Any, start: Any) -> Any:
         def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            number = context.get_data_type(signature.args[0].dtype)
-            plain, streaming = (LaneBlock(builder, number, lanes, is_streaming) for is_streaming in (False, True))
+            block = LaneBlock(builder, context.get_data_type(signature.args[0].dtype), lanes, is_streaming=True)
             source, target = (
                 context.make_array(signature.args[i])(context, builder, arguments[i]).data for i in (0, 1)
             )
-            place = builder.ptrtoint(builder.gep(target, [arguments[2]]), ir.IntType(64))
-            rest = builder.urem(place, plain.index(plain.bits // 8 * lanes))
-            with builder.if_else(builder.icmp_unsigned("==", rest, plain.index(0))) as branches:
-                for branch, block in zip(branches, (streaming, plain), strict=True):
-                    with branch:
-                        for i in range(width):
-                            vector = block.load(source, block.index(first + i * lanes), aligned=True)
-                            block.give(vector, target, builder.add(arguments[2], block.index(i * lanes)))
+            for i in range(width):
+                vector = block.load(source, block.index(first + i * lanes), aligned=True)
+                block.give(vector, target, builder.add(arguments[2], block.index(i * lanes)))
             return context.get_dummy_value()
 
         return types.void(b, out, types.int64), code
 
     return copy
+
+
+def begins_on_vector(lanes: int) -> Any:
+    """An intrinsic `(x)`: whether an array begins on a whole vector."""
+
+    @intrinsic  # type: ignore[untyped-decorator]
+    def begins(typing_context: Any, x: Any) -> Any:
+        def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            block = LaneBlock(builder, context.get_data_type(signature.args[0].dtype), lanes)
+            data = context.make_array(signature.args[0])(context, builder, arguments[0]).data
+            rest = builder.urem(builder.ptrtoint(data, ir.IntType(64)), block.index(block.bits // 8 * lanes))
+            return builder.icmp_unsigned("==", rest, block.index(0))
+
+        return types.boolean(x), code
+
+    return begins
 
 
 class ResultRows:

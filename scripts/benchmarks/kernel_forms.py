@@ -56,7 +56,7 @@ def engine_cost(arm: Arm, pairs: int) -> None:
     engine, batch = lwr_dyn.dynamics_of(arm, engine="kernels"), lwr_dyn.batch_dynamics(arm)
     states = random_states(arm, MANY, seed=2)
     x = (states.q, states.dq, states.ddq)
-    head(f'{arm.name}: engine="kernels" on {MANY} states against its kernels')
+    head(f'{arm.name}: engine="kernels" on {MANY} states against its kernels (B and C: the rest is new memory)')
     for function, arguments in (
         ("inverse_dynamics", x), ("forward_dynamics", x), ("bias_torque", x[:2]), ("gravity_vector", x[:1]),
         ("mass_matrix", x[:1]), ("coriolis_matrix", x[:2]),

@@ -38,8 +38,8 @@ def against_pinocchio(arm: Arm, threads: int, pairs: int) -> None:
     states = random_states(arm, COUNT, seed=1)
     x = (states.q, states.dq, states.ddq)
     columns = [np.asfortranarray(a.T) for a in x]
-    there, out = np.zeros((arm.n, COUNT), order="F"), np.empty((COUNT, arm.n))
-    B = np.empty((COUNT, arm.n, arm.n))
+    there = np.zeros((arm.n, COUNT), order="F")
+    out, B = (batch.form(function).empty(COUNT) for function in ("inverse_dynamics", "mass_matrix"))
 
     def crba() -> None:
         for q in states.q:
