@@ -43,7 +43,7 @@ const MeshCat = (() => {
 
   class Viewer {
     constructor(pane) {
-      Object.assign(this, { pane, dirty: true, frames: 0, sky: ["#fff", "#fff"] });
+      Object.assign(this, { pane, dirty: true, frames: 0, sky: ["transparent", "transparent"] });
       this.renderer = this.#renderer(); // null without WebGL: everything but the picture works
       this.canvas = this.renderer?.domElement ?? document.createElement("canvas");
       if (this.renderer) pane.append(this.canvas);
