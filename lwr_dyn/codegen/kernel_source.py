@@ -61,10 +61,6 @@ _GIVE_ROWS = """        if whole:
                 for j in range({width}):
                     out[(s + k) * {step} + j] = b[{tail} + k * {step} + j]"""
 
-_GIVE_PADDED = """        if whole and is_large:
-            streamed(b, out, s * {step})
-        elif whole:""" + _GIVE_ROWS.removeprefix("        if whole:")
-
 _GIVE_LARGE = """        if whole and is_large:
             body(b, b, {tail})
             stream(b, out, s * {step})
@@ -74,7 +70,7 @@ _GIVE_BLOCKS = """        if is_large:
             streamed(b, out, s * {width})
         else:
             body(b, out, s * {width})"""
-_GIVE = {"rows": _GIVE_LARGE, "padded": _GIVE_PADDED, "blocks": _GIVE_BLOCKS}
+_GIVE = {"rows": _GIVE_LARGE, "padded": _GIVE_LARGE, "blocks": _GIVE_BLOCKS}
 _CACHE_BYTES = 1 << 21
 """Results of more bytes leave a core's cache before they are read: they are written past it."""
 
@@ -141,7 +137,7 @@ def kernel_source(
         version=VERSION, generator=GENERATOR, operations=code.operations, fused=fused, inputs=", ".join(names),
         body="\n".join(_early_lines(code, slots, flag, spec.layout, step, lanes)),
         form=f"{spec.layout}, {spec.structure}",
-        lowering="straight_line" if spec.layout == "rows" else "straight_line, streaming",
+        lowering="straight_line" if spec.layout != "blocks" else "straight_line, streaming",
         types=", ".join([f"{number}, types.int64"] * len(names) + [f"{number}, {number}, types.int64, types.int64"]),
         arguments=", ".join(f"{name}_, {name}_step" for name in names),
         arrays="\n".join(
@@ -153,8 +149,8 @@ def kernel_source(
         ),
         give=_GIVE[spec.layout].format(step=step, width=width, tail=tail),
         many=many,
-        streamed="" if spec.layout == "rows" else "\n\nstreamed = streaming(body)\n",
-        stream=f"stream = block_past_caches({lanes}, {step}, {tail})\n" if spec.layout == "rows" else "",
+        streamed="" if spec.layout != "blocks" else "\n\nstreamed = streaming(body)\n",
+        stream=f"stream = block_past_caches({lanes}, {step}, {tail})\n" if spec.layout != "blocks" else "",
         two_blocks=2 * lanes, step=step, size=size, flag=flag * lanes,
         copies="\n".join(_copy(x, w, f, lanes) for x, w, f in zip(names, widths, first, strict=True)),
     )  # fmt: skip
