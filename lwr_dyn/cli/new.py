@@ -17,7 +17,7 @@ KINDS: Registry[click.Command] = Registry(
     {
         "arm": Row("lwr_dyn.cli.new:arm", "A data file for your own arm."),
         "controller": Row("lwr_dyn.cli.new:controller", "A Python file for your own controller."),
-        "cell": Row("lwr_dyn.krl.command.new_cell:command", "What stands around a KRL program."),
+        "cell": Row("lwr_dyn.krl.command.new_cell:command", "What stands around a KRL program.", extra="krl"),
         "study": Row("lwr_dyn.sweeps.study.new_study:command", "A study of many closed loops."),
     },
 )

@@ -84,6 +84,7 @@ def _names(text: str) -> list[str]:
 def _write(
     arm: Arm, where: WhereWritten, functions: list[str], inputs: list[str], friction: str, dtype: str
 ) -> None:  # fmt: skip
+    require_packages()
     from lwr_dyn.emit.cases import vectors_text
     from lwr_dyn.emit.emission import LANGUAGES, emitted_arm
 

@@ -2,6 +2,7 @@
 
 from importlib.resources import files
 
+from lwr_dyn.codegen.kernel import require_packages
 from lwr_dyn.errors import LwrDynError
 from lwr_dyn.model.arm import Arm
 
@@ -19,6 +20,7 @@ def robot_script(arm: Arm) -> tuple[str, str]:
     if arm.n > MOST_JOINTS:
         return "", f"this page computes for arms of at most {MOST_JOINTS} joints; this one has {arm.n}"
     try:
+        require_packages()
         from lwr_dyn.emit.emission import emitted_arm
         from lwr_dyn.emit.functions import Emitted, emitted_function
         from lwr_dyn.emit.javascript_file import javascript_source

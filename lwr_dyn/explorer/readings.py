@@ -2,6 +2,7 @@
 
 import json
 
+from lwr_dyn.codegen.kernel import require_packages
 from lwr_dyn.errors import LwrDynError
 from lwr_dyn.loading import load_with_paper
 from lwr_dyn.model.arm import Arm
@@ -33,6 +34,7 @@ def other_readings(arm: Arm) -> dict[str, Arm]:
 
 def _dynamics(arm: Arm, name: str, inputs: tuple[str, ...]) -> str:
     try:
+        require_packages()
         from lwr_dyn.emit.emission import emitted_arm
         from lwr_dyn.emit.functions import emitted_function
         from lwr_dyn.emit.javascript_file import javascript_source
