@@ -18,6 +18,7 @@ import numpy as np
 import pinocchio as pin
 from benchmarks.control_laws import control_laws
 from benchmarks.dynamics_peers import mujoco_calls, mujoco_loop, toolbox_calls
+from benchmarks.emitted_code import emitted
 from benchmarks.friction import with_friction
 from benchmarks.identification import identification
 from benchmarks.inverse_kinematics import all_solutions
@@ -145,6 +146,7 @@ PARTS: dict[str, Callable[[int], None]] = {
     "friction": with_friction,
     "processes": starts,
     "kernels": kernels,
+    "emitted": emitted,
     "branches": all_solutions,
     "ik": one_solution,
     "rollouts": closed_loops,
