@@ -42,6 +42,10 @@ FEWEST = 5
 MACHINE = MachineData(steps=200_000, seconds=1200.0, passes=3)
 
 
+MOVES = ("PTP", "LIN", "CIRC", "SPTP", "SLIN", "SCIRC", "SPL")
+"""How the kinds of rows begin that move the arm."""
+
+
 @dataclass(frozen=True, slots=True)
 class TriedRun:
     """A program that was run: its motions and time, or why not."""
@@ -54,7 +58,7 @@ class TriedRun:
     """Of these, those that moved the arm."""
     motions: int = 0
     seconds: float = 0.0
-    lowest: float = 0.0
+    known: float = 0.0
     """[s] The same with everything known ahead."""
     a_pass: float | None = None
     """[s] Of one pass of an endless loop."""
@@ -95,7 +99,7 @@ def tried(folder: Path, path: Path, row: dict[str, Any]) -> TriedRun:
 
 
 def _of_run(name: str, robot: str, run: ProgramRun, lines: set[int]) -> TriedRun:
-    moves = [x for x in run.executed if x.kind != "WAIT"]
+    moves = [x for x in run.executed if x.kind.startswith(MOVES)]  # waits and stops are rows too
     reached = lines & {x.position.line for x in moves if x.position.file == run.program}
     fault = next((f"{d.code}: {d}" for d in run.diagnostics if d.code == "bound"), "")
     a_pass = None if run.passes is None else run.passes.cycle_time
@@ -118,7 +122,7 @@ def chosen(folder: Path, rows: Sequence[dict[str, Any]], only: str) -> Iterator[
 def _figures(x: TriedRun) -> str:
     a_pass = "" if x.a_pass is None else f", {x.a_pass:.2f} s a pass"
     lines = f"{x.motions} motions, {x.reached} of {x.statements} lines"
-    return f"{lines}, {x.seconds:.2f} s ({x.lowest:.2f} s), {x.assumptions} assumed{a_pass}"
+    return f"{lines}, {x.seconds:.2f} s ({x.known:.2f} s), {x.assumptions} assumed{a_pass}"
 
 
 def table(runs: Sequence[TriedRun], without: int) -> str:
@@ -130,6 +134,7 @@ def table(runs: Sequence[TriedRun], without: int) -> str:
     lines.append(
         f"{sum(x.counts for x in runs)} of {len(runs)} ran with {FEWEST} motions or more; {without} without a robot"
     )
+    lines.append(f"{sum(x.whole for x in runs)} of them moved by every motion statement of their file")
     return "\n".join([*lines, *(f"  {n:4d} {code}" for code, n in faults.most_common())])
 
 
@@ -145,7 +150,7 @@ def as_toml(runs: Sequence[TriedRun]) -> str:
                 f"motions = {x.motions}",
                 f"reached = {[x.reached, x.statements]}",
             ]
-            out += [f"seconds = {x.seconds:.3f}", f"known = {x.lowest:.3f}"]
+            out += [f"seconds = {x.seconds:.3f}", f"known = {x.known:.3f}"]
             out += [f"a_pass = {x.a_pass:.3f}"] if x.a_pass is not None else []
             out += [f"assumed = {x.assumptions}", ""]
     return "\n".join(out)

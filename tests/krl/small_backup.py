@@ -1,4 +1,4 @@
-"""A small backup: two modules, a $config.dat, and a second robot part whose names nobody else sees."""
+"""A small backup: two modules, a $config.dat, and a second robot part whose names no other module sees."""
 
 FILES = {
     "KRC/R1/Program/main.src": """&ACCESS RVP
