@@ -134,6 +134,7 @@ const MeshCat = (() => {
 
     set_camera(camera) {
       this.camera = camera;
+      this.world.add(camera); // out of the tree, which is turned
       this.controls = new THREE.OrbitControls(camera, this.canvas);
       this.controls.addEventListener("change", () => this.set_dirty());
     }
