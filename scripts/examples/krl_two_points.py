@@ -37,7 +37,7 @@ def main(arguments: list[str] | None = None) -> None:
         place = f"({pose.x_mm:.3f}, {pose.y_mm:.3f}, {pose.z_mm:.3f}) mm"
         print(f"{motion.begin:7.3f} s to {motion.end:7.3f} s  {motion.kind:12} {place}")
     peak = ", ".join(f"{x:.0f}" for x in np.abs(run.torque).max(axis=0))
-    print(f"cycle {run.cycle_time:.3f} s; largest torques {peak} N m (masses estimated)")
+    print(f"cycle {run.duration:.3f} s; largest torques {peak} N m (masses estimated)")
 
     folder = make_folder(options.out)
     program.source.save(folder / program.source.name)

@@ -32,7 +32,8 @@ from lwr_dyn.krl.project.program import load_program  # noqa: E402
 from lwr_dyn.krl.running.cell_file import read_cell  # noqa: E402
 from lwr_dyn.krl.running.cell_values import with_cell  # noqa: E402
 from lwr_dyn.krl.running.controller import MachineData  # noqa: E402
-from lwr_dyn.krl.running.run import ProgramError, ProgramRun, run_program  # noqa: E402
+from lwr_dyn.krl.running.program_run import ProgramRun  # noqa: E402
+from lwr_dyn.krl.running.run import ProgramError, run_program  # noqa: E402
 from scripts.studies.krl_programs import program_paths  # noqa: E402
 
 HERE = Path(__file__).parent
@@ -103,10 +104,10 @@ def _of_run(name: str, robot: str, run: ProgramRun, lines: set[int]) -> TriedRun
     reached = lines & {x.position.line for x in moves if x.position.file == run.program}
     fault = next((f"{d.code}: {d}" for d in run.diagnostics if d.code == "bound"), "")
     a_pass = None if run.passes is None else run.passes.cycle_time
-    if a_pass is not None and (not moves or moves[-1].end <= run.cycle_time - a_pass):
+    if a_pass is not None and (not moves or moves[-1].end <= run.duration - a_pass):
         fault = f"idle: its endless loop waits only, after {len(moves)} motions"
     return TriedRun(
-        name, robot, len(lines), len(reached), len(moves), run.cycle_time, run.times().known, a_pass,
+        name, robot, len(lines), len(reached), len(moves), run.duration, run.times().known, a_pass,
         len(run.assumptions), fault,
     )  # fmt: skip
 

@@ -112,3 +112,16 @@ def test_a_wrong_task_file_is_one_line(written, lwr_dyn_command, change, message
     code, out, err = lwr_dyn_command("krl", "write", "task.toml")
     assert (code, out, err.count("\n")) == (2, "", 1)
     assert message in err
+
+
+def test_a_run_that_is_cut_has_no_cycle_time(tmp_path, monkeypatch, lwr_dyn_command):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "long.src").write_text(
+        "DEF long( )\nPTP {A1 0, A2 -90, A3 90, A4 0, A5 30, A6 0}\nWAIT SEC 5\nPTP_REL {A1 10}\nEND\n"
+    )
+    for more, whole in (((), True), (("--seconds", "2"), False)):
+        code, out, _ = lwr_dyn_command("krl", "run", "long.src", *more)
+        assert (code, "cut after 2.000 s, so no cycle time" in out.splitlines()[0]) == (0, not whole)
+        record = json.loads(lwr_dyn_command("krl", "run", "long.src", "--json", *more)[1])
+        assert record["cycle_time"] == (record["duration"] if whole else None)
+    assert record["duration"] == 2.0

@@ -27,6 +27,7 @@ def run(tmp_path, monkeypatch, lwr_dyn_command):
         ("$OV_PRO=0", "more than 0, at most 100"),
         ("$VEL.CP=0", "more than 0, at most 100"),
         ("$VEL_AXIS[1]=101", "more than 0, at most 100"),
+        ("$INN[1]=TRUE", "a $ variable of KUKA's, or one that a file names (did you mean $IN?)"),
     ],
 )
 def test_what_cannot_be_given_is_one_line(run, text, allowed):
@@ -36,10 +37,18 @@ def test_what_cannot_be_given_is_one_line(run, text, allowed):
 
 
 def test_what_nothing_reads_is_told(run):
-    code, out, _ = run("foo=3", "$INN[1]=TRUE", "$OV_PRO=50", "$IN[8192]=TRUE")
+    code, out, _ = run("foo=3", "$OV_PRO=50", "$IN[8192]=TRUE")
     assert code == 0
     told = [line for line in out.splitlines() if "nothing reads it" in line]
-    assert told == [f"assumed: {name}: given, but nothing reads it" for name in ("FOO", "$INN")]
+    assert told == [f"assumed: {name}: given, but nothing reads it" for name in ("FOO",)]
+
+
+def test_a_dollar_name_that_the_program_has_can_be_given(run, tmp_path):
+    (tmp_path / "a.src").write_text(SOURCE.replace("END\n", "IF $INN[1] THEN\nWAIT SEC 1\nENDIF\nEND\n"))
+    code, out, err = run("$INN[1]=TRUE")
+    assert (code, err) == (0, "")
+    assert "WAIT" in out
+    assert run("$IN[1]=TRUE", "$INN2[1]=TRUE")[0] == 2
 
 
 def test_a_value_that_is_read_is_not_told(run, tmp_path):

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from lwr_dyn.arrays import Array
-from lwr_dyn.krl.running.run import ProgramRun
+from lwr_dyn.krl.running.program_run import ProgramRun
 from lwr_dyn.tables import aligned
 
 
@@ -18,7 +18,7 @@ def run_record(run: ProgramRun) -> dict[str, Any]:
         for x, p in zip(run.executed, run.poses(), strict=True)
     ]  # fmt: skip
     return {
-        "program": run.program, "robot": run.arm.name, "cycle_time": run.cycle_time,
+        "program": run.program, "robot": run.arm.name, "duration": run.duration, "cycle_time": run.cycle_time,
         "cycle_times": run.times().to_json(), "motions": rows,
         "peak_speed_deg": np.degrees(run.peak_speeds), "peak_static_torque": _peaks(run, run.static_torque),
         "peak_torque": _peaks(run, run.torque), "assumed": run.machine.to_json(),
@@ -49,7 +49,7 @@ def run_text(run: ProgramRun) -> str:
     )
     assumed = f"{source}: {ramps} s to rated speed; {masses}"
     return "\n".join([
-        f"{run.program} on {arm.name}: {run.cycle_time:.3f} s" + (" simulated" if run.passes else ""),
+        f"{run.program} on {arm.name}: {_headline(run)}",
         aligned(rows, head),
         *([] if run.passes is None else [str(run.passes)]),
         aligned(axes, ("axis", "peak deg/s", "of rated", "static N m", "dynamic N m")),
@@ -58,6 +58,12 @@ def run_text(run: ProgramRun) -> str:
         *(f"assumed: {x}" for x in run.assumptions),
         *map(str, run.diagnostics),
     ])  # fmt: skip
+
+
+def _headline(run: ProgramRun) -> str:
+    if run.cut is not None:
+        return f"cut after {run.duration:.3f} s, so no cycle time; rows that end later are planned only"
+    return f"{run.duration:.3f} s" + (" simulated" if run.passes else "")
 
 
 def _peaks(run: ProgramRun, torque: Array | None) -> Array:

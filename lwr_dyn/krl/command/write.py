@@ -134,7 +134,7 @@ def _text(result: WrittenPath, target: Path, numbers: tuple[int | None, int | No
         f"{samples.source}: {len(samples.q)} points of the path{took}",
         f"{', '.join(f'{n} {kind}' for kind, n in counts.items())}; "
         f"{written.passed} of {sum(counts.values()) - 1} points are passed without a stop",
-        f"run on {samples.arm.name}: {run.cycle_time:.3f} s, its path within {away} of the samples "
+        f"run on {samples.arm.name}: {run.duration:.3f} s, its path within {away} of the samples "
         f"({'as allowed' if result.holds else 'NOT as allowed'}: {allowed})",
     ]
     for kind in set(counts) & set(BLOCKS):

@@ -16,12 +16,11 @@ from lwr_dyn.arrays import Array
 from lwr_dyn.ik_solvers.spherical_wrist import all_branches
 from lwr_dyn.kinematics.forward import jacobian_at, joint_axes, velocity_product_at
 from lwr_dyn.krl.diagnostics import ExecutionError
-from lwr_dyn.krl.motion.pose_paths import STILL, TURN, PosePath, path_bounds
+from lwr_dyn.krl.motion.pose_paths import STILL, TURN, PosePath, fastest_on_arc, path_bounds
 from lwr_dyn.krl.motion.settings import ProfileBounds, Speeds
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.trajectory.motion_profile import MotionProfile
 from lwr_dyn.trajectory.pose_path import TimedPosePath
-from lwr_dyn.trajectory.segments import ArcSegment
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -196,10 +195,8 @@ def axes_of_poses(
     return AxisMotion(q, dq, ddq)
 
 
-def acceleration_across(segment: CartesianSegment) -> float:
-    """[m/s^2] v^2 / radius where an arc is passed fastest; 0 on a line."""
-    arc, profile = segment.path.segment, segment.profile
-    if not isinstance(arc, ArcSegment):
-        return 0.0
+def is_held_back(segment: CartesianSegment) -> bool:
+    """Whether v^2 / radius <= $ACC.CP makes an arc slower than $VEL.CP, where it is passed fastest."""
+    profile, bound = segment.profile, fastest_on_arc(segment.path, segment.speeds)
     fastest = 2.0 * float(profile.coefficients[0, 2]) * float(profile.knots[1])
-    return fastest**2 / arc.radius
+    return fastest > bound * (1.0 - 1e-9) and segment.speeds.cp > bound * (1.0 + 1e-9)

@@ -40,11 +40,18 @@ class PosePath:
 
 
 def path_bounds(path: PosePath, speeds: Speeds) -> ProfileBounds:
-    """Of a path that is not still: the tighter of path and orientation."""
+    """Of a path that is not still: the tighter of path and orientation; on an arc v^2 / radius <= $ACC.CP (assumed)."""
     whole = path.segment.length
-    both = [(path.length / whole, speeds.cp, speeds.cp_ramp), (path.angle / whole, speeds.ori, speeds.ori_ramp)]
+    cp = min(speeds.cp, fastest_on_arc(path, speeds))
+    both = [(path.length / whole, cp, speeds.cp_ramp), (path.angle / whole, speeds.ori, speeds.ori_ramp)]
     moving = [(rate, v, a) for rate, v, a in both if rate * whole > STILL]
     return ProfileBounds(min(v / rate for rate, v, _ in moving), min(a / rate for rate, _, a in moving))
+
+
+def fastest_on_arc(path: PosePath, speeds: Speeds) -> float:
+    """[m/s] At which the acceleration across an arc, v^2 / radius, is $ACC.CP; infinite on a line."""
+    segment = path.segment
+    return math.sqrt(speeds.cp_ramp * segment.radius) if isinstance(segment, ArcSegment) else math.inf
 
 
 def path_between(start: Array, end: Array, through: Array | None = None, angle: float | None = None) -> PosePath:

@@ -14,7 +14,7 @@ from lwr_dyn.files import write_file
 from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.krl.language.source import SourceFile, SourceLine
 from lwr_dyn.krl.project.program import Program
-from lwr_dyn.krl.running.run import ProgramRun
+from lwr_dyn.krl.running.program_run import ProgramRun
 from lwr_dyn.viewer.look import font_faces, look_css
 from lwr_dyn.viewer.page_parts import PLAYER, fill_template, meshcat_bundle, pack_int32, resource_text, script_safe
 from lwr_dyn.viewer.replay_page import page_data, replay_policy
@@ -79,7 +79,7 @@ def program_data(run: ProgramRun, program: Program) -> dict[str, Any]:
         "events": [[place[x.position.file], x.position.line, round(x.time, 6), x.text] for x in events],
         "left_out": max(0, len(run.executed) - MOST),
         "assumed": [*run.times().lines(), *map(str, run.assumptions)],
-        "about": [f"{run.cycle_time:.3f} s", *passes, count, f"robot {run.arm.name}"],
+        "about": [f"{run.duration:.3f} s" + (" (cut)" if run.cut else ""), *passes, count, f"robot {run.arm.name}"],
         "speed": _flange_speed(run),
     }
 

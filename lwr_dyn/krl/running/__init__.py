@@ -4,5 +4,5 @@ values, operators, evaluate                values of expressions
 controller, bas                            `MachineData`, system variables; the subprogram BAS
 interpreter, execute                       line by line; a function for each statement
 motions, targets                           points to axes, motions to segments, with their faults
-run                                        `check_program`, `run_program` -> `ProgramRun`
+run, program_run                           `check_program`, `run_program` -> `ProgramRun`
 """

@@ -13,7 +13,7 @@ from lwr_dyn.krl.diagnostics import ExecutionError
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language.lexer import LineError
 from lwr_dyn.krl.language.line_parser import parse_line
-from lwr_dyn.krl.language.statements import Condition
+from lwr_dyn.krl.language.statements import Condition, Invoke
 from lwr_dyn.krl.running.cell import Reply, RobotCell, Stub
 from lwr_dyn.krl.running.constants import constant_value, refuse_place
 from lwr_dyn.krl.running.values import POSE_NAMES, StructValue, Value
@@ -137,12 +137,23 @@ def _seconds(x: Any, file: str, name: str) -> float | None:
 
 
 def _stub(x: Any, file: str, name: str) -> Stub:
+    if not _is_called(name.removeprefix("stubs.")):
+        raise PaperError(file, name, "no name of a routine", "a name that is no word of KRL: MSGNOTIFY")
     fields = Fields(x, file, name)
     returns = fields.take("returns", object, default=None)
     out = _numbered(_table(fields, "out"), "{}", file, f"{name}.out", lambda v, of: _value(v, file, of))
     fields.refuse_unknown()
     value = None if returns is None else _value(returns, file, f"{name}.returns")
     return Stub(value, {int(key): v for key, v in out.items()})
+
+
+def _is_called(name: str) -> bool:
+    """Whether `name( )` is the call of a routine."""
+    try:
+        statement, _ = parse_line(f"{name}( )")
+        return isinstance(statement, Invoke) and statement.call.name.upper() == name.upper()
+    except LineError:
+        return False
 
 
 def _reply(x: Any, file: str, name: str) -> Reply:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from difflib import get_close_matches
 
 from lwr_dyn.errors import OptionError
 from lwr_dyn.krl.diagnostics import ExecutionError, Report, SourcePosition
@@ -14,7 +15,7 @@ from lwr_dyn.krl.names.types import UNKNOWN, Type
 from lwr_dyn.krl.project.program import Program
 from lwr_dyn.krl.project.symbols import DeclaredName
 from lwr_dyn.krl.running.cell import RobotCell
-from lwr_dyn.krl.running.context import StackFrame
+from lwr_dyn.krl.running.context import ExecutionContext, StackFrame
 from lwr_dyn.krl.running.controller import INPUTS, ControllerState
 from lwr_dyn.krl.running.evaluate import Environment, reference_to
 from lwr_dyn.krl.running.values import StructValue, Value, converted, value_text
@@ -39,9 +40,14 @@ def with_cell(program: Program, cell: RobotCell) -> Program:
     return program
 
 
-def give_cell(env: Environment, c: ControllerState) -> None:
-    """Set the variables and states of the cell; raises `OptionError` for a value of the wrong type."""
+def give_cell(env: ExecutionContext, c: ControllerState) -> None:
+    """Set the variables and states of the cell; raises `OptionError` for a wrong type, or a $ name that nothing has."""
     for root, values in c.given.items():
+        if root.startswith("$") and not _is_known(env.program, root):
+            near = get_close_matches(root, env.program.project.known.variables, n=1)
+            meant = f" (did you mean {near[0]}?)" if near else ""
+            wanted = f"a $ variable of KUKA's, or one that a file names{meant}"
+            raise OptionError("the name given", next(iter(values)), wanted)
         for name, value in values.items():
             try:
                 give_value(env, c, name, value)
@@ -50,6 +56,14 @@ def give_cell(env: Environment, c: ControllerState) -> None:
             except ExecutionError as fault:
                 raise OptionError(f"the given {name}", value_text(value), fault.hint or str(fault)) from None
         c.unread[root] = "given"
+
+
+def _is_known(program: Program, root: str) -> bool:
+    """Whether a name is KUKA's, declared in a file that the program sees, or written in one of its files."""
+    if root in program.project.known.variables or root in program.names.variables:
+        return True
+    word = re.compile(re.escape(root) + r"(?![A-Z0-9_$])", re.IGNORECASE)
+    return any(word.search(line.text()) for x in program.module.files for line in x.file.lines)
 
 
 def note_unread(c: ControllerState) -> None:

@@ -12,7 +12,7 @@ from lwr_dyn.krl.diagnostics import ExecutionError, Report, Severity, SourcePosi
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language import statements as s
 from lwr_dyn.krl.motion.corner import append_segment
-from lwr_dyn.krl.motion.motion_segments import MotionSegment, acceleration_across
+from lwr_dyn.krl.motion.motion_segments import MotionSegment, is_held_back
 from lwr_dyn.krl.motion.planner import cartesian_segment, ptp_segment, tool_pose, warn_of_flip
 from lwr_dyn.krl.motion.pose_paths import path_between
 from lwr_dyn.krl.motion.settings import Blend
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 LONGEST_WAIT = 1e7
 """[s]"""
 PASSED = "the ramps of two motions overlap, which gives sqrt(a L) at points L apart; no KUKA figure tests it"
-ACROSS = "the acceleration across its path, v^2 / radius, is not bounded; it is above $ACC.CP"
+ACROSS = "slower than $VEL.CP, so that v^2 / radius <= $ACC.CP across its path; no KUKA figure tests it"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -198,7 +198,7 @@ class Motions:
         segment = cartesian_segment(c.arm, c.q, c.tool, path, c.speeds(), self.report)
         if segment is None:
             return None, c.q if path.is_still else None
-        if acceleration_across(segment) > c.speeds().cp_ramp:
+        if is_held_back(segment):
             c.assumptions.note("CIRC", "", ACROSS)
         return segment, segment.end
 

@@ -12,7 +12,8 @@ import numpy as np
 from lwr_dyn.arrays import Array
 from lwr_dyn.errors import OptionError
 from lwr_dyn.krl.running.controller import MachineData
-from lwr_dyn.krl.running.run import ProgramError, ProgramRun, run_program
+from lwr_dyn.krl.running.program_run import ProgramRun
+from lwr_dyn.krl.running.run import ProgramError, run_program
 from lwr_dyn.krl.writing.axis_spline_fit import axis_splines
 from lwr_dyn.krl.writing.corners import approximations
 from lwr_dyn.krl.writing.motion_program import PathProgram, speeds_of, with_slower

@@ -15,7 +15,7 @@ from scipy.spatial import cKDTree
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.kinematics.forward import forward_kinematics
-from lwr_dyn.krl.running.run import ProgramRun
+from lwr_dyn.krl.running.program_run import ProgramRun
 from lwr_dyn.krl.writing.path_fit import FittedMotion, Tolerance
 from lwr_dyn.krl.writing.sampled_path import SampledPath
 

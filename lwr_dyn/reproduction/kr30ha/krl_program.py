@@ -10,7 +10,8 @@ import numpy as np
 from lwr_dyn.files import write_folder
 from lwr_dyn.krl.diagnostics import Diagnostic
 from lwr_dyn.krl.project.program import Program, parse_program
-from lwr_dyn.krl.running.run import ProgramRun, check_program, run_program
+from lwr_dyn.krl.running.program_run import ProgramRun
+from lwr_dyn.krl.running.run import check_program, run_program
 from lwr_dyn.krl.writing.point_program import generate_program, point_program_of
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.reproduction.results import printed_tables
@@ -127,7 +128,7 @@ def program_tables(report: ProgramReport) -> tuple[str, Table]:
     """The diagnostics of the printed program, and the run of the corrected one."""
     counted = f"{len(report.printed)} diagnoses, {len(report.missing)} known faults missed, {len(report.false)} false"
     run = Table(
-        f"The corrected program: {len(report.left)} diagnoses, cycle {report.run.cycle_time:.3f} s",
+        f"The corrected program: {len(report.left)} diagnoses, cycle {report.run.duration:.3f} s",
         ("point", "flange [mm]", "branch", Heading("missed by", "mm", ".1e")),
         [(p.name, ", ".join(f"{x:g}" for x in p.target_mm), f"S {p.s} T {p.t}", p.missed_mm) for p in report.points],
         f"back at mastering within {report.home_missed:.1e} rad",
