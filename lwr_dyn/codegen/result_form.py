@@ -7,12 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lwr_dyn.codegen.nodes import StraightLineCode, Value
+from lwr_dyn.codegen.result_memory import result_memory
 from lwr_dyn.errors import OptionError, ShapeError
 
 Layout = Literal["rows", "padded", "blocks"]
 Structure = Literal["dense", "compact"]
 LAYOUTS, STRUCTURES = get_args(Layout), get_args(Structure)
-_ALIGNMENT = 64
 LARGE = 4096
 """From that many states rows begin on a cache line too, so that they can be written past the caches."""
 
@@ -95,8 +95,8 @@ class ResultForm:
         if self.layout == "rows" and count < LARGE:
             return np.empty(self.shape_of(count), dtype=self.dtype)
         if self.layout != "padded":
-            return _aligned(self.shape_of(count), self.dtype)
-        whole = _aligned((count, row_step("padded", int(np.prod(self.shape)), self.lanes)), self.dtype)
+            return result_memory(self.shape_of(count), self.dtype)
+        whole = result_memory((count, row_step("padded", int(np.prod(self.shape)), self.lanes)), self.dtype)
         inner = np.empty((1, *self.shape), dtype=self.dtype).strides[1:]
         return np.lib.stride_tricks.as_strided(whole, (count, *self.shape), (whole.strides[0], *inner))
 
@@ -121,13 +121,6 @@ class ResultForm:
         if self.layout != "blocks":
             return result
         return np.moveaxis(result, -1, 1).reshape(-1, *self.shape)[:count]
-
-
-def _aligned(shape: tuple[int, ...], dtype: str) -> NDArray[Any]:
-    size = int(np.prod(shape)) * np.dtype(dtype).itemsize
-    memory = np.empty(size + _ALIGNMENT, dtype=np.uint8)
-    start = -memory.__array_interface__["data"][0] % _ALIGNMENT
-    return memory[start : start + size].view(dtype).reshape(shape)
 
 
 def check_form(layout: str, structure: str) -> None:

@@ -12,11 +12,15 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
+_AHEAD = 64
+"""States between the rows that are read and those that are fetched."""
+
 
 def rows_to_lanes(lanes: int, width: int, first: int) -> Any:
     """An intrinsic `(x, start, step, b, c)`: b[(first + j) W + k] = x[start + k step + j] for W columns j from c.
 
-    With rows shorter than W, c is 0 and up to W - width numbers behind a row are read: more rows must follow.
+    With rows shorter than W, c is 0 and up to W - width numbers behind a row are read: more rows must follow. Rows that
+    will be read soon are fetched into the cache: the processor does not foresee them across pages.
     """
 
     @intrinsic  # type: ignore[untyped-decorator]
@@ -28,6 +32,9 @@ def rows_to_lanes(lanes: int, width: int, first: int) -> Any:
             )
             at = builder.add(arguments[1], arguments[4])
             places = [builder.add(at, builder.mul(arguments[2], block.index(k))) for k in range(lanes)]
+            soon = builder.mul(arguments[2], block.index(_AHEAD))
+            for place in places:
+                block.fetch(source, builder.add(place, soon))
             columns = block.transposed([block.load(source, place) for place in places])
             for j, vector in enumerate(columns[:width]):
                 block.store(vector, target, block.slot(first + j, arguments[4]), aligned=True)
@@ -140,6 +147,15 @@ class LaneBlock:
     def load(self, data: Any, index: Any, aligned: bool = False) -> Any:
         """W numbers from an index on."""
         return self.builder.load(self._place(data, index), align=self._align(aligned))
+
+    def fetch(self, data: Any, index: Any) -> None:
+        """The cache line of an index into the cache; it may lie behind the end."""
+        number, place = ir.IntType(32), ir.IntType(8).as_pointer()
+        kind = ir.FunctionType(ir.VoidType(), [place, number, number, number])
+        prefetch = cgutils.get_or_insert_function(self.builder.module, kind, "llvm.prefetch.p0")
+        to_read, keep, is_data = (ir.Constant(number, i) for i in (0, 3, 1))
+        at = self.builder.bitcast(self.builder.gep(data, [index]), place)
+        self.builder.call(prefetch, [at, to_read, keep, is_data])
 
     def store(self, vector: Any, data: Any, index: Any, aligned: bool = False) -> None:
         """W numbers to an index."""
