@@ -88,3 +88,33 @@ def test_a_motion_that_slows_at_the_end_of_a_chain_is_not_sped_up_by_it(arm):
     ).times()
     assert times.chained == 0
     assert times.known == times.overlap
+
+
+SQUARE = ("LIN_REL {Y 63} C_DIS", "LIN_REL {Z -47} C_DIS", "LIN_REL {Y -63} C_DIS", "LIN_REL {Z 47} C_DIS")
+TURNS = [i * math.pi / 12 for i in range(24)]
+ROUND = [f"LIN_REL {{Y {2 * math.cos(x):.9f}, Z {2 * math.sin(x):.9f}}} C_DIS" for x in TURNS]
+
+
+@pytest.mark.parametrize(("square", "advance"), [(SQUARE, 3), (ROUND, 1)])
+def test_a_pass_by_each_law_is_what_one_more_repetition_takes(arm, square, advance):
+    """A loop that never stops, against the same passes written one after another: four of them less three."""
+    lines = [*SPEEDS, "$APO.CDIS = 20", f"$ADVANCE = {advance}"]
+    run = run_of(arm, HOME, *lines, "LOOP", *square, "ENDLOOP")
+    three, four = (run_of(arm, HOME, *lines, *[*square] * n).times() for n in (3, 4))
+    times = run.pass_times()
+    assert run.passes.period == 1
+    assert times.chained == len(square)
+    assert times.overlap == pytest.approx(run.passes.cycle_time, rel=1e-12)
+    for law in ("overlap", "advance", "known"):
+        assert getattr(times, law) == pytest.approx(getattr(four, law) - getattr(three, law), rel=1e-6)
+    if square is ROUND:
+        assert times.known < times.advance < times.overlap
+
+
+def test_a_pass_that_stops_at_its_end_takes_its_own_time_by_each_law(arm):
+    lines = [*SPEEDS, "$APO.CDIS = 20"]
+    run = run_of(arm, HOME, *lines, "LOOP", *SQUARE, "WAIT SEC 1", "ENDLOOP")
+    once = run_of(arm, HOME, *lines, *SQUARE, "WAIT SEC 1").times()
+    times = run.pass_times()
+    assert (times.overlap, times.advance, times.known) == pytest.approx((once.overlap, once.advance, once.known))
+    assert run_of(arm, HOME, *lines, *SQUARE).pass_times() is None

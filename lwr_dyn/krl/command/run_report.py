@@ -24,7 +24,7 @@ def run_record(run: ProgramRun) -> dict[str, Any]:
         "peak_torque": _peaks(run, run.torque), "assumed": run.machine.to_json(),
         "assumptions": [x.to_json() for x in run.assumptions],
         "events": [x.to_json() for x in run.events],
-        "passes": None if run.passes is None else run.passes.to_json(),
+        "passes": _passes(run),
         "diagnoses": [d.to_json() for d in run.diagnostics],
     }  # fmt: skip
 
@@ -55,9 +55,15 @@ def run_text(run: ProgramRun) -> str:
         aligned(axes, ("axis", "peak deg/s", "of rated", "static N m", "dynamic N m")),
         assumed,
         *run.times().lines(),
+        *([] if (times := run.pass_times()) is None else times.lines(" of a pass")),
         *(f"assumed: {x}" for x in run.assumptions),
         *map(str, run.diagnostics),
     ])  # fmt: skip
+
+
+def _passes(run: ProgramRun) -> dict[str, Any] | None:
+    times = run.pass_times()
+    return None if run.passes is None or times is None else {**run.passes.to_json(), "cycle_times": times.to_json()}
 
 
 def _headline(run: ProgramRun) -> str:

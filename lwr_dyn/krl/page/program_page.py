@@ -70,6 +70,7 @@ def program_data(run: ProgramRun, program: Program) -> dict[str, Any]:
     motions = [x for x in run.executed[:MOST] if x.position.file in place]
     events = [x for x in run.events[:MOST] if x.position.file in place]
     passes = [] if run.passes is None else [f"{run.passes.cycle_time:.3f} s a pass"]
+    of_pass = [] if (times := run.pass_times()) is None else times.lines(" of a pass")
     count = f"{len(run.executed)} motions and pauses"
     return {
         "files": [{"name": file.name, "lines": _lines(file), "says": _says(run, file)} for file in files],
@@ -78,7 +79,7 @@ def program_data(run: ProgramRun, program: Program) -> dict[str, Any]:
         ],
         "events": [[place[x.position.file], x.position.line, round(x.time, 6), x.text] for x in events],
         "left_out": max(0, len(run.executed) - MOST),
-        "assumed": [*run.times().lines(), *map(str, run.assumptions)],
+        "assumed": [*run.times().lines(), *of_pass, *map(str, run.assumptions)],
         "about": [f"{run.duration:.3f} s" + (" (cut)" if run.cut else ""), *passes, count, f"robot {run.arm.name}"],
         "speed": _flange_speed(run),
     }

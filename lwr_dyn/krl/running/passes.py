@@ -42,9 +42,14 @@ class LoopPasses:
     """How many passes repeat for ever; 0 where the state did not come back."""
 
     @property
+    def counted(self) -> int:
+        """How many of the last passes give the time of one: those that repeat; the last one where none do."""
+        return max(self.period, 1)
+
+    @property
     def cycle_time(self) -> float:
-        """[s] Of one pass, the mean of those that repeat; of the last pass where none do."""
-        return float(np.mean(self.seconds[-max(self.period, 1) :]))
+        """[s] Of one pass, the mean of those that are counted."""
+        return float(np.mean(self.seconds[-self.counted :]))
 
     def __str__(self) -> str:
         head = f"loop that ends in line {self.position.line} of {self.position.file}: "

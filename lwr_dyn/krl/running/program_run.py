@@ -9,7 +9,7 @@ from lwr_dyn.arrays import Array
 from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.dynamics.protocol import mechanical_energy
 from lwr_dyn.krl.diagnostics import Diagnostic
-from lwr_dyn.krl.motion.cycle_times import CycleTimes, cycle_times
+from lwr_dyn.krl.motion.cycle_times import CycleTimes, cycle_times, pass_times
 from lwr_dyn.krl.motion.timeline import Timeline
 from lwr_dyn.krl.robot.kuka_pose import KukaPose, kuka_pose
 from lwr_dyn.krl.running.assumptions import Assumption
@@ -68,6 +68,11 @@ class ProgramRun:
     def times(self) -> CycleTimes:
         """The duration by three laws of look-ahead; `duration` and `motion` are by the first, overlap."""
         return cycle_times(self.timeline)
+
+    def pass_times(self) -> CycleTimes | None:
+        """One pass of the endless loop at which it ended by the same laws; None without one."""
+        x = self.passes
+        return None if x is None else pass_times(self.timeline, x.cycle_time * x.counted, x.counted)
 
     @property
     def peak_speeds(self) -> Array:
