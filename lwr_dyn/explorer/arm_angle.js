@@ -63,7 +63,7 @@ class ArmAngleStrip {
     const ends = this.hasAngle ? '<div class="branch"><label for="arm-angle">deg</label><input id="arm-angle" type="range" min="-180" max="180" step="0.1" aria-label="arm angle, deg"></div>' : "";
     const title = this.hasAngle ? "Arm angle" : "Branches";
     card.innerHTML = `<div class="head"><h2>${title} <small>signs of shoulder, elbow, wrist</small></h2><b id="arm-angle-value"></b></div>${rows.join("")}${ends}<p class="note" id="arm-angle-word" role="status"></p>`;
-    document.getElementById("panels-left").append(card);
+    this.explorer.place(card, "left");
     Object.assign(this, { card, word: card.querySelector("#arm-angle-word"), value: card.querySelector("#arm-angle-value"), slider: card.querySelector("#arm-angle") });
     this.rows = [...card.querySelectorAll(".branch button")].map((button) => ({ button, free: button.parentElement.querySelector(".free"), here: button.parentElement.querySelector(".here"), text: button.parentElement.querySelector("span") }));
     this.rows.forEach(({ button }, b) => button.addEventListener("click", () => this.go(b, this.psi)));
@@ -76,6 +76,10 @@ class ArmAngleStrip {
       svg.addEventListener("pointerdown", (event) => { svg.setPointerCapture(event.pointerId); to(event); });
       svg.addEventListener("pointermove", (event) => { if (event.buttons) to(event); });
     });
+  }
+
+  warm() {
+    for (let k = 0; k < 300; k += 1) this.compute(explorerState.q);
   }
 
   write(q) {
@@ -111,4 +115,4 @@ class ArmAngleStrip {
   }
 }
 
-if (robot.inverse_kinematics) window.lwrExplorer.strip = new ArmAngleStrip(window.lwrExplorer);
+explorerPanels.add("strip", (explorer) => (explorer.robot.inverse_kinematics ? new ArmAngleStrip(explorer) : null));

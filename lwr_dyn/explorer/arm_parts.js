@@ -2,8 +2,8 @@
 // Everything hangs below the nodes of the links, so it moves when they move.
 
 class ArmParts {
-  constructor(stage, data) {
-    Object.assign(this, { stage, data, run: stage.runs[0] });
+  constructor({ stage, data, run }) {
+    Object.assign(this, { stage, data, run });
     const { arm } = data;
     this.reach = armKinematics.reach(arm);
     this.size = Math.min(Math.max(0.075 * this.reach, 0.02), 0.22);
@@ -13,10 +13,13 @@ class ArmParts {
     data.bodies.forEach((body, i) => this.#body(body, this.run.chain[i + 1]));
     arm.joints.forEach((joint, i) => this.#limits(joint, i));
     this.#gravity();
-    stage.node(this.run.chain[0]).traverse((part) => { // no run, no colour of one
-      if (/^run/.test(part.userData.token) && !part.userData.added) part.userData.token = "joint";
-    });
     stage.repaint();
+  }
+
+  // Another arm is chosen: what was added goes, and the arm is solid.
+  remove() {
+    this.seeThrough(false);
+    Object.values(this.paths).flat().forEach((path) => this.stage.viewer.delete_path(path));
   }
 
   show(what, on) {
@@ -37,11 +40,11 @@ class ArmParts {
   }
 
   // Points that a picture of the arm as it stands has to hold: corners of its shapes, the flange's frame, the arrow.
-  outline() {
-    const inverse = new THREE.Matrix4(), points = [...(this.arrow ?? [])];
+  outline(run = this.run) {
+    const inverse = new THREE.Matrix4(), points = run === this.run ? [...(this.arrow ?? [])] : [];
     this.stage.scene().updateMatrixWorld(true);
-    inverse.copy(this.stage.node(this.run.root).matrixWorld).invert();
-    this.stage.node(this.run.chain[0]).traverse((part) => {
+    inverse.copy(this.stage.node(run.root).matrixWorld).invert();
+    this.stage.node(run.chain[0]).traverse((part) => {
       if (!part.isMesh || part.userData.added || part.renderOrder > 0) return;
       part.geometry.computeBoundingBox();
       const { min, max } = part.geometry.boundingBox, pose = inverse.clone().multiply(part.matrixWorld);
@@ -49,7 +52,7 @@ class ArmParts {
         points.push(new THREE.Vector3(x, y, z).applyMatrix4(pose));
       })));
     });
-    const flange = inverse.multiply(this.stage.node(this.run.chain[this.run.n + 1]).matrixWorld);
+    const flange = inverse.multiply(this.stage.node(run.chain[run.n + 1]).matrixWorld);
     [[1, 0, 0], [0, 1, 0], [0, 0, 1]].forEach((axis) => {
       points.push(new THREE.Vector3(...axis).multiplyScalar(1.4 * this.size).applyMatrix4(flange));
     });
@@ -154,6 +157,13 @@ class ArmParts {
     group.add(arrow);
     this.#add("gravity", this.run.root.concat("gravity"), group);
   }
+}
+
+// The bands of a drawn arm have the colour of a joint, not that of a run.
+function plainColours(stage, run) {
+  stage.node(run.chain[0]).traverse((part) => {
+    if (/^run/.test(part.userData.token)) part.userData.token = "joint";
+  });
 }
 
 // A flat ellipsoid gets a thickness of a tenth of a millimetre: three.js cannot light a surface without volume.

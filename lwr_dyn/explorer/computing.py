@@ -1,41 +1,103 @@
-"""What an arm's page computes with: its functions as a script, the code of `lwr-dyn kernels --language js`."""
+"""What an arm's page computes with: emitted functions as a script, the code of `lwr-dyn kernels --language js`.
 
+The links' inertial parameters and gravity are arguments, rotors are added by the page, so that arms with the same
+kinematics and limits, such as the readings of one paper, need one set of functions.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
 from importlib.resources import files
+from typing import Any
+
+import numpy as np
 
 from lwr_dyn.codegen.kernel import require_packages
 from lwr_dyn.errors import LwrDynError
 from lwr_dyn.model.arm import Arm
 
 FUNCTIONS = (
-    "inverse_dynamics", "mass_matrix", "coriolis_matrix", "gravity_vector", "flange_pose", "jacobian",
-    "inverse_kinematics",
+    "inverse_dynamics", "mass_matrix", "gravity_vector", "flange_pose", "jacobian", "inverse_kinematics",
 )  # fmt: skip
 MOST_JOINTS = 8
-"""Of an arm whose functions are written out: they grow with the cube of the joints."""
+"""Of an arm whose functions are written out: they grow with the square of the joints."""
 BUNDLE = "bundle/three.min.js"
 
 
-def robot_script(arm: Arm) -> tuple[str, str]:
-    """The script that defines `robot`, and why it has no more than it has; an empty script where nothing is known."""
+@dataclass(frozen=True, slots=True)
+class FunctionSets:
+    """The functions of the arms of a page."""
+
+    script: str
+    """Defines `armSets`, a list of sets of functions; empty where no arm has one."""
+    places: tuple[int | None, ...]
+    """Of each arm's set in that list."""
+    missing: tuple[str, ...]
+    """Of each arm, what it lacks and why; empty where it has all."""
+
+
+def function_sets(arms: Sequence[Arm]) -> FunctionSets:
+    """The functions of some arms, each set once."""
+    found: dict[bytes, int] = {}
+    sources: list[str] = []
+    places: list[int | None] = []
+    missing: list[str] = []
+    why: dict[bytes, str] = {}
+    for arm in arms:
+        key = _kinematics(arm)
+        if key not in why:
+            source, why[key] = functions_script(arm, f"armFunctions{len(sources)}")
+            if source:
+                found[key] = len(sources)
+                sources.append(source)
+        places.append(found.get(key))
+        missing.append(why[key])
+    names = ", ".join(f"armFunctions{k}" for k in range(len(sources)))
+    script = "\n".join([*sources, f"var armSets = [{names}];"]) if sources else ""
+    return FunctionSets(script, tuple(places), tuple(missing))
+
+
+def functions_script(arm: Arm, name: str) -> tuple[str, str]:
+    """The script that defines the functions of an arm, and what it lacks; an empty script where nothing is known."""
     if arm.n > MOST_JOINTS:
         return "", f"this page computes for arms of at most {MOST_JOINTS} joints; this one has {arm.n}"
     try:
         require_packages()
-        from lwr_dyn.emit.emission import emitted_arm
         from lwr_dyn.emit.functions import Emitted, emitted_function
         from lwr_dyn.emit.javascript_file import javascript_source
 
-        emitted = emitted_arm(arm, ("flange_pose", "jacobian"))
+        spec = _spec(arm)
     except LwrDynError as fault:
         return "", f"this page does not compute: {fault}"
     functions: list[Emitted] = []
     missing: list[str] = []
-    for name in FUNCTIONS:
+    for function in FUNCTIONS:
         try:
-            functions.append(emitted_function(emitted.spec, name, arm))
+            functions.append(emitted_function(spec, function, arm))
         except LwrDynError as fault:
             missing.append(str(fault))
-    return javascript_source(functions, "robot", is_compact=True), "; ".join(dict.fromkeys(missing))
+    return javascript_source(functions, name, is_compact=True), "; ".join(dict.fromkeys(missing))
+
+
+def _spec(arm: Arm) -> Any:
+    """With inertia and gravity as arguments; an arm without masses keeps its kinematics."""
+    from lwr_dyn.codegen.kernel_spec import KernelSpec, kernel_spec
+    from lwr_dyn.errors import MissingDataError
+
+    inputs = ("inertia", "gravity")
+    try:
+        return kernel_spec(arm, inputs, rotors="none")
+    except MissingDataError:
+        return KernelSpec(arm.name, arm.chain, None, inputs, "none")
+
+
+def _kinematics(arm: Arm) -> bytes:
+    """All on which the functions of an arm depend: kinematics, limits, and whether its masses are known."""
+    chain = arm.chain
+    poses = [pose.matrix() for link in chain.links for pose in (link.before, link.after)]
+    kinds = "".join(link.kind.value for link in chain.links)
+    has_masses = all(link.body is not None and not link.body.unknown for link in chain.links)
+    numbers = np.concatenate([np.ravel(x) for x in (*poses, chain.flange.matrix(), arm.lower, arm.upper)])
+    return f"{kinds} {has_masses or arm.digest}".encode() + np.asarray(numbers, dtype=np.float64).tobytes()
 
 
 def three_bundle() -> str:

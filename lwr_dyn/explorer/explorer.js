@@ -1,22 +1,61 @@
-// The explorer: sliders -> positions -> kinematics -> numbers and stage; switches; an interface for scripts and tests.
+// The explorer: a list of arms with one active; positions -> kinematics -> numbers and stage; what panels are given.
 
 class Explorer {
-  constructor(data) {
-    this.data = data;
-    this.arm = data.arm;
-    this.values = data.start.map((q, i) => round(armKinematics.shown(this.arm.joints[i], q), 9)); // deg, m
-    this.stage = new Stage(document.getElementById("stage"), data.stage);
+  constructor(page) {
+    this.page = page;
+    this.state = explorerState;
+    this.stage = new Stage(document.getElementById("stage"), page.stage);
     ["reference", "target", "trace", "frame"].forEach((part) => this.stage.show(part, false));
-    this.stage.runs[0].azimuth = this.#side(data.start);
-    this.stage.setPose(this.stage.runs[0], data.start);
-    this.parts = new ArmParts(this.stage, data);
-    this.rows = this.arm.joints.map((joint, i) => this.#row(joint, i));
-    this.#buttons();
+    this.arms = page.arms.map((data) => ({ label: data.label, data, robot: armFunctions(data), run: this.stage.runs[data.run], q: Float64Array.from(data.start) }));
+    this.payload = { mass: 0, at: [0, 0, 0] };
+    this.on = new Map(); // switches by their id
+    this.shown = []; // the arm shown of each group
+    this.arms.forEach((entry) => { this.shown[entry.data.group] ??= entry; });
+    this.stage.runs.forEach((run) => plainColours(this.stage, run));
+    this.poseCard = new PoseCard(this);
+    this.chooser = new ArmChooser(this);
+    if (page.live) this.#follow();
+    window.addEventListener("resize", () => this.fit());
+  }
+
+  // Another arm of the page becomes the active one: all that belongs to an arm is made anew.
+  choose(index) {
+    const before = this.arms[this.active], entry = this.arms[index], { data, robot, run } = entry;
+    this.#leave();
+    this.leaving = new AbortController();
+    Object.assign(this, { active: index, signal: this.leaving.signal, data, arm: data.arm, run, robot });
+    window.robot = robot;
+    this.shown[data.group] = entry;
+    if (before && before.data.group === data.group) entry.q = this.#taken(before.q, data);
+    armPieces.show(index);
+    this.#place();
+    this.stage.setPose(run, entry.q);
+    run.azimuth = this.#side(this.arm, entry.q);
+    this.parts = new ArmParts(this);
+    this.poseCard.take();
+    this.setPose(entry.q);
+    explorerPanels.build(this);
     this.#switches();
-    if (data.live) this.#follow();
-    this.setPose(this.positions());
-    this.#fit();
-    window.addEventListener("resize", () => this.#fit());
+    this.chooser.write();
+    if (before?.run !== run) this.fit();
+  }
+
+  // The arm that the active one is compared with: another reading, or the arm beside it; null alone.
+  get compared() {
+    const others = this.arms.filter((entry) => entry !== this.arms[this.active]);
+    return others.includes(this.chosen) ? this.chosen : others.find(({ data }) => data.group !== this.data.group) ?? others[0] ?? null;
+  }
+
+  compare(entry) {
+    this.chosen = entry;
+    this.state.compute();
+  }
+
+  // A mass [kg] at a point of the flange's frame [m]: every arm of the page carries it.
+  carry(mass, at) {
+    this.payload = { mass, at };
+    this.arms.forEach((entry) => entry.robot?.carry(mass, at));
+    this.state.compute();
   }
 
   // q [rad or m] as the sliders have it.
@@ -27,12 +66,12 @@ class Explorer {
   // Moves the arm, and writes the numbers; `values` in deg, m of sliding joints.
   setValues(values) {
     this.values = values;
-    const q = this.positions(), pose = armKinematics.flange(this.arm, q);
-    this.rows.forEach((row, i) => row(this.values[i]));
-    this.stage.setPose(this.stage.runs[0], q);
-    this.#write(pose);
+    const q = this.positions(), pose = armKinematics.flange(this.arm, q), { dq } = explorerState;
+    this.arms[this.active].q = Float64Array.from(q);
+    this.stage.setPose(this.run, q);
+    this.poseCard.write(pose);
     this.stage.viewer.set_dirty();
-    explorerState.set(explorerState.dq.length ? { q } : { q, dq: q.map(() => 0), ddq: q.map(() => 0) });
+    explorerState.set(dq.length === q.length ? { q } : { q, dq: q.map(() => 0), ddq: q.map(() => 0) });
   }
 
   // q in rad, m of sliding joints.
@@ -40,95 +79,87 @@ class Explorer {
     this.setValues(Array.from(q, (x, i) => round(armKinematics.shown(this.arm.joints[i], x), 9)));
   }
 
-  // For scripts and tests.
-  hook() {
-    return {
-      ready: true,
-      data: this.data,
-      stage: this.stage,
-      state: explorerState,
-      parts: this.parts,
-      setPose: (q) => this.setPose(q),
-      positions: () => this.positions(),
-      flangePose: () => armKinematics.rows(armKinematics.flange(this.arm, this.positions())),
-      drawnPose: () => this.stage.flangePose(0),
-    };
+  flangePose() {
+    return armKinematics.rows(armKinematics.flange(this.arm, this.positions()));
   }
 
-  #inside(i, value) {
-    const joint = this.arm.joints[i], [low, up] = joint.slider.map((end) => armKinematics.shown(joint, end));
-    return Math.min(Math.max(Number.isFinite(value) ? value : this.values[i], low), up);
+  drawnPose() {
+    return this.stage.flangePose(this.data.run);
   }
 
-  #row(joint, i) {
-    const slider = document.getElementById(`slider_${i + 1}`), field = document.getElementById(`value_${i + 1}`);
-    const step = joint.kind === "revolute" ? 0.1 : 0.001, [low, up] = joint.slider.map((end) => armKinematics.shown(joint, end));
-    const set = (value) => this.setValues(this.values.map((old, k) => (k === i ? this.#inside(i, value) : old)));
-    slider.addEventListener("input", () => {
-      const near = Math.round(Number(slider.value) / step) * step; // whole steps inside the limits
-      set(round(near > up ? near - step : near < low ? near + step : near, 3));
+  // A card of a panel: "left" or "right" of the picture, else below.
+  place(card, where) {
+    document.getElementById(where ? `panels-${where}` : "panels").append(card);
+  }
+
+  // A switch of a panel, below the picture; it stays on for the next arm.
+  addSwitch(id, text) {
+    const label = document.createElement("label");
+    label.innerHTML = `<input id="${id}" type="checkbox"> ${text}`;
+    document.getElementById("panel-switches").append(label);
+    return label.firstChild;
+  }
+
+  // An object on the stage until another arm is chosen.
+  addObject(path, object) {
+    object.userData.added = true;
+    this.stage.viewer.set_object(path, object);
+    this.signal.addEventListener("abort", () => this.stage.viewer.delete_path(path));
+  }
+
+  // Nothing of the arm that was active stays: panels, switches, parts of the drawing, listeners.
+  #leave() {
+    document.querySelectorAll("#arm-switches input, #panel-switches input").forEach((box) => this.on.set(box.id, box.checked));
+    this.leaving?.abort();
+    this.parts?.remove();
+    explorerState.forget();
+    document.querySelectorAll(".panels, #panel-switches").forEach((place) => place.replaceChildren());
+  }
+
+  // Positions of an arm for another one of its group, inside the limits; its own where it has other joints.
+  #taken(q, { arm, start }) {
+    if (q.length !== arm.joints.length) return Float64Array.from(start);
+    return q.map((x, i) => Math.min(Math.max(x, arm.joints[i].slider[0]), arm.joints[i].slider[1]));
+  }
+
+  // One arm of each group is seen; groups stand side by side along the picture's horizontal.
+  #place() {
+    this.stage.runs.forEach((run) => this.stage.viewer.set_property(run.root, "visible", false));
+    this.stage.framed = this.shown.map((entry) => entry.run);
+    this.stage.framed.forEach((run) => this.stage.viewer.set_property(run.root, "visible", true));
+  }
+
+  // All arms that are shown at their present poses.
+  fit() {
+    this.shown.forEach(({ run, q, data }) => {
+      run.q = Float64Array.from(q);
+      run.azimuth = this.#side(data.arm, q);
+      run.reference = this.parts.outline(run).map((point) => point.toArray());
     });
-    field.addEventListener("change", () => set(field.value.trim() === "" ? NaN : Number(field.value.replace(",", "."))));
-    return (value) => {
-      slider.value = value;
-      slider.setAttribute("aria-valuetext", `${plain(value, 6)} ${joint.kind === "revolute" ? "degrees" : "metres"}`);
-      field.value = plain(value, 4); // the text to copy has all digits
-      field.classList.toggle("outside", value < low - 1e-6 || value > up + 1e-6); // only a live page can be sent there
-    };
-  }
-
-  #buttons() {
-    const on = (id, act) => document.getElementById(id).addEventListener("click", act);
-    on("start", () => this.setPose(this.data.start));
-    on("middle", () => this.setPose(this.arm.joints.map(({ lower, upper }) => (lower === null || upper === null ? 0 : (lower + upper) / 2))));
-    on("random", () => this.setValues(this.arm.joints.map((joint) => {
-      const [low, up] = joint.slider.map((end) => armKinematics.shown(joint, end));
-      return round(low + Math.random() * (up - low), joint.kind === "revolute" ? 1 : 3);
-    })));
-    on("view", () => this.#fit());
-    const copied = document.getElementById("copied"), text = document.getElementById("q-deg");
-    on("copy", async () => {
-      text.select();
-      const done = await navigator.clipboard?.writeText(text.value).then(() => true, () => false);
-      copied.textContent = done || document.execCommand("copy") ? "copied" : "press Ctrl-C";
-      setTimeout(() => { copied.textContent = ""; }, 2500);
-    });
-  }
-
-  // The whole arm at its present pose.
-  #fit() {
-    const [run] = this.stage.runs, q = this.positions();
-    run.q = Float64Array.from(q);
-    run.azimuth = this.#side(q);
-    run.reference = this.parts.outline().map((point) => point.toArray());
     this.stage.frameView();
   }
 
   // The arm is seen from the side of the upright plane that it is nearest to.
-  #side(q) {
-    const { 12: x, 13: y } = armKinematics.flange(this.arm, q), out = Math.hypot(x, y);
-    return out > 0.15 * armKinematics.reach(this.arm) ? Math.atan2(y, x) - 1 : this.stage.azimuth;
+  #side(arm, q) {
+    const { 12: x, 13: y } = armKinematics.flange(arm, q), out = Math.hypot(x, y);
+    return out > 0.15 * armKinematics.reach(arm) ? Math.atan2(y, x) - 1 : this.stage.azimuth;
   }
 
   #switches() {
-    document.querySelectorAll("#switches input:not(#turn)").forEach((box) => {
+    document.querySelectorAll("#arm-switches input").forEach((box) => {
       const act = () => (box.id === "see-through" ? this.parts.seeThrough(box.checked) : this.parts.show(box.id, box.checked));
-      box.addEventListener("change", act);
+      box.addEventListener("change", act, { signal: this.signal });
+      box.checked = this.on.get(box.id) ?? box.checked;
       act();
     });
-  }
-
-  #write(pose) {
-    const put = (id, text) => { document.getElementById(id).textContent = text; };
-    ["x", "y", "z"].forEach((axis, k) => put(`pose_${axis}`, fixed(1000 * pose[12 + k], 3)));
-    const angles = armKinematics.rollPitchYaw(pose);
-    ["roll", "pitch", "yaw"].forEach((angle, k) => put(`pose_${angle}`, fixed((angles[k] * 180) / Math.PI, 4)));
-    document.getElementById("q-deg").value = `--q-deg=${this.values.map((value) => plain(value, 9)).join(",")}`;
+    document.querySelectorAll("#panel-switches input").forEach((box) => {
+      if (this.on.get(box.id) && !box.checked) box.click();
+    });
   }
 
   // A live page shows what is sent to it: the positions are read back from the stage.
   #follow() {
-    const { viewer } = this.stage, run = this.stage.runs[0];
+    const { viewer } = this.stage, [run] = this.stage.runs;
     viewer.connect();
     setInterval(() => {
       const q = this.arm.joints.map((joint, i) => {
@@ -144,21 +175,3 @@ class Explorer {
 function nearest(angle, other) {
   return angle + 2 * Math.PI * Math.round((other - angle) / (2 * Math.PI));
 }
-
-function round(value, digits) {
-  const out = Number(value.toFixed(digits));
-  return out === 0 ? 0 : out; // no minus zero
-}
-
-// At most `digits` decimals, no exponent and no zeros at the end.
-function plain(value, digits) {
-  const text = value.toFixed(digits);
-  return text.includes(".") ? text.replace(/\.?0+$/, "").replace(/^-0$/, "0") : text;
-}
-
-function fixed(value, digits) {
-  const text = value.toFixed(digits);
-  return Number(text) === 0 ? (0).toFixed(digits) : text;
-}
-
-window.lwrExplorer = new Explorer(JSON.parse(document.getElementById("explorer-data").textContent)).hook();

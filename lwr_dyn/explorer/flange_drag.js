@@ -4,11 +4,11 @@ class FlangeDrag {
   constructor(explorer) {
     Object.assign(this, { explorer, stage: explorer.stage, viewer: explorer.stage.viewer, n: explorer.data.arm.joints.length });
     this.word = document.getElementById("drag-word");
+    this.solver = flangeSolver(explorer.data.arm, explorer.robot);
     this.handle = new THREE.Group();
     this.pose = new Float64Array(16);
     this.out = new Float64Array(this.n);
-    const { root } = this.stage.runs[0];
-    this.viewer.set_object(root.concat("handle"), this.handle);
+    explorer.addObject(explorer.run.root.concat("handle"), this.handle);
     this.#controls();
     this.#keys();
     explorerState.listen((state) => this.#follow(state.q));
@@ -24,13 +24,23 @@ class FlangeDrag {
     controls.addEventListener("change", () => this.viewer.set_dirty());
     controls.addEventListener("dragging-changed", ({ value }) => (value ? this.begin() : this.end()));
     controls.addEventListener("objectChange", () => this.moved());
-    document.getElementById("turn").addEventListener("change", ({ target }) => controls.setMode(target.checked ? "rotate" : "translate"));
+    const turn = document.getElementById("turn"), mode = () => controls.setMode(turn.checked ? "rotate" : "translate");
+    turn.addEventListener("change", mode, { signal: this.explorer.signal });
+    mode();
+    this.explorer.signal.addEventListener("abort", () => this.#remove());
+  }
+
+  #remove() {
+    this.controls.detach();
+    this.controls.dispose();
+    this.viewer.world.remove(this.controls.getHelper());
+    this.viewer.controls.enabled = true;
   }
 
   begin() {
     this.isDragging = true;
     this.viewer.controls.enabled = false;
-    this.psi = flangeSolver.armAngle(explorerState.q);
+    this.psi = this.solver.armAngle(explorerState.q);
   }
 
   end() {
@@ -48,10 +58,10 @@ class FlangeDrag {
   }
 
   go(pose, psi) {
-    const found = flangeSolver.solve(pose, psi, explorerState.q, this.out);
-    const words = { [flangeSolver.OTHER_ANGLE]: "at another arm angle: the limits", [flangeSolver.OUTSIDE]: "a joint is at its limit", [flangeSolver.TOO_FAR]: "out of reach" };
+    const found = this.solver.solve(pose, psi, explorerState.q, this.out);
+    const words = { [this.solver.OTHER_ANGLE]: "at another arm angle: the limits", [this.solver.OUTSIDE]: "a joint is at its limit", [this.solver.TOO_FAR]: "out of reach" };
     this.word.textContent = words[found] ?? "";
-    if (found < flangeSolver.OUTSIDE) this.explorer.setPose(this.out);
+    if (found < this.solver.OUTSIDE) this.explorer.setPose(this.out);
     return found;
   }
 
@@ -78,14 +88,14 @@ class FlangeDrag {
         q[joint] = Math.min(Math.max(q[joint] + turn * (kind === "revolute" ? Math.PI / 180 : 0.005), low), up);
         this.explorer.setPose(q);
       } else if (axis >= 0) {
-        this.psi = flangeSolver.armAngle(explorerState.q);
+        this.psi = this.solver.armAngle(explorerState.q);
         robot.flange_pose(explorerState.q, this.pose);
         this.pose[4 * axis + 3] += event.shiftKey ? -0.005 : 0.005;
         this.go(this.pose, this.psi);
       } else return;
       event.preventDefault();
-    });
+    }, { signal: this.explorer.signal });
   }
 }
 
-window.lwrExplorer.flangeDrag = new FlangeDrag(window.lwrExplorer);
+explorerPanels.add("flangeDrag", (explorer) => (explorer.robot.flange_pose ? new FlangeDrag(explorer) : null));

@@ -1,6 +1,6 @@
 // Joint positions for a pose of the flange: the closed form where the arm has one, else damped steps along the Jacobian.
 
-const flangeSolver = ((arm) => {
+const flangeSolver = (arm, robot) => {
   const n = arm.joints.length, closed = robot.inverse_kinematics_near, byAngle = robot.inverse_kinematics_arm_angle;
   const REACHED = 0, OTHER_ANGLE = 1, OUTSIDE = 2, TOO_FAR = 3, CLOSE = 1e-9, STEPS = 60, STEP = 0.3;
   const jacobian = new Float64Array(6 * n), here = new Float64Array(16), error = new Float64Array(6), angle = new Float64Array(4);
@@ -75,4 +75,4 @@ const flangeSolver = ((arm) => {
   };
 
   return { solve, armAngle, isClosed: Boolean(closed), OTHER_ANGLE, OUTSIDE, TOO_FAR };
-})(window.lwrExplorer.data.arm);
+};

@@ -2,7 +2,7 @@
 
 class JacobianPanel {
   constructor(explorer) {
-    const { n } = robot;
+    const { n } = explorer.robot;
     Object.assign(this, { explorer, n, J: new Float64Array(6 * n), product: new Float64Array(9), turned: new Float64Array(9), sizes: new Float64Array(3) });
     this.#build();
     this.drawn = ["velocity", "force"].map((name) => this.#ellipsoid(name));
@@ -43,22 +43,19 @@ class JacobianPanel {
     card.className = "card";
     card.setAttribute("aria-label", "Jacobian");
     card.innerHTML = `<div class="head"><h2>Jacobian <small>of the flange in the base; m, 1</small></h2></div><div class="scroll" tabindex="0" role="region" aria-label="Jacobian of the flange"><table class="heat"><tbody>${rows.map((row) => `<tr><th scope="row">${row}</th>${"<td></td>".repeat(this.n)}</tr>`).join("")}</tbody></table></div><table class="pose"><tbody>${facts.map(([name, text]) => `<tr><th scope="row">${text}</th><td data-fact="${name}"></td></tr>`).join("")}</tbody></table><p class="note">Of the linear part, for joint speeds and torques of norm 1.</p>`;
-    document.getElementById("panels").append(card);
+    this.explorer.place(card);
     this.cells = [...card.querySelectorAll(".heat td")];
     this.said = Object.fromEntries([...card.querySelectorAll("[data-fact]")].map((cell) => [cell.dataset.fact, cell]));
   }
 
   #ellipsoid(name) {
-    const { stage } = this.explorer, path = stage.runs[0].chain[0].concat(`${name}-ellipsoid`), label = document.createElement("label");
-    label.innerHTML = `<input id="${name}-ellipsoid" type="checkbox"> ${name} ellipsoid`;
-    document.getElementById("switches").append(label);
-    const box = label.firstChild;
+    const { stage, run } = this.explorer, path = run.chain[0].concat(`${name}-ellipsoid`);
+    const box = this.explorer.addSwitch(`${name}-ellipsoid`, `${name} ellipsoid`);
     box.addEventListener("change", () => {
       if (box.checked && !box.dataset.drawn) {
         const material = new THREE.MeshPhongMaterial({ transparent: true, opacity: 0.35, depthWrite: false });
         const ball = painted(new THREE.Mesh(new THREE.SphereGeometry(1, 32, 20), material), name === "force" ? "run2" : "run1");
-        ball.userData.added = true;
-        stage.viewer.set_object(path, ball);
+        this.explorer.addObject(path, ball);
         box.dataset.drawn = "yes";
       }
       if (box.dataset.drawn) stage.viewer.set_property(path, "visible", box.checked);
@@ -105,4 +102,4 @@ function principalAxes(matrix, turned) {
   }
 }
 
-if (robot.jacobian) window.lwrExplorer.jacobian = new JacobianPanel(window.lwrExplorer);
+explorerPanels.add("jacobian", (explorer) => (explorer.robot.jacobian ? new JacobianPanel(explorer) : null));

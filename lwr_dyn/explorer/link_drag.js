@@ -4,10 +4,10 @@ class LinkDrag {
   constructor(explorer) {
     Object.assign(this, { explorer, stage: explorer.stage, viewer: explorer.stage.viewer, held: null });
     this.ray = new THREE.Raycaster();
-    const { pane } = this.stage; // before the orbit controls, which listen on the canvas
-    pane.addEventListener("pointerdown", (event) => this.#take(event), true);
-    pane.addEventListener("pointermove", (event) => this.#move(event), true);
-    ["pointerup", "pointercancel"].forEach((name) => pane.addEventListener(name, () => this.#drop(), true));
+    const { pane } = this.stage, first = { capture: true, signal: explorer.signal }; // before the orbit controls, which listen on the canvas
+    pane.addEventListener("pointerdown", (event) => this.#take(event), first);
+    pane.addEventListener("pointermove", (event) => this.#move(event), first);
+    ["pointerup", "pointercancel"].forEach((name) => pane.addEventListener(name, () => this.#drop(), first));
   }
 
   // The joint of the link under a point of the picture, and where it was hit; null beside the arm.
@@ -15,7 +15,7 @@ class LinkDrag {
     const { left, top, width, height } = this.viewer.canvas.getBoundingClientRect();
     this.viewer.camera.updateMatrixWorld();
     this.ray.setFromCamera(new THREE.Vector2((2 * (x - left)) / width - 1, 1 - (2 * (y - top)) / height), this.viewer.camera);
-    const { chain } = this.stage.runs[0], shapes = [];
+    const { chain } = this.explorer.run, shapes = [];
     this.stage.node(chain[0]).traverse((part) => { if (part.isMesh && !part.userData.added) shapes.push(part); });
     const [first] = this.ray.intersectObjects(shapes, false);
     if (!first) return null;
@@ -72,4 +72,4 @@ class LinkDrag {
   }
 }
 
-window.lwrExplorer.linkDrag = new LinkDrag(window.lwrExplorer);
+explorerPanels.add("linkDrag", (explorer) => new LinkDrag(explorer));

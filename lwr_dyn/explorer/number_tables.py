@@ -3,7 +3,6 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from html import escape
-from itertools import count
 
 import numpy as np
 
@@ -117,24 +116,42 @@ def table(
     caption: str, about: str, ident: str, names: Sequence[tuple[str, str]], columns: Sequence[NumberColumn]
 ) -> str:
     """A table with the popovers of its numbers, as a section of the page; `names` are (name, kind) of the rows."""
-    numbers = count(1)
-    heads = "".join(f'<th scope="col" class="num">{escape(c.title)}<br>{_units(c)}</th>' for c in columns)
-    rows, pops = [], []
+    pieces = table_cells(ident, columns)
+    heads = "".join(
+        f'<th scope="col" class="num" id="{_head(ident, k)}">{pieces[_head(ident, k)]}</th>'
+        for k in range(len(columns))
+    )
+    rows = []
     for i, (name, kind) in enumerate(names):
-        cells = []
-        for column in columns:
-            key = f"{ident}_{next(numbers)}"
-            cells.append(f'<td class="num">{_button(column.cells[i], key)}</td>')
-            pops.append(_popover(column.cells[i], key))
+        keys = [_cell_id(ident, i * len(columns) + k) for k in range(len(columns))]
+        cells = "".join(f'<td class="num" id="{key}">{pieces[key]}</td>' for key in keys)
         small = f" <small>{escape(kind)}</small>" if kind else ""
-        rows.append(f'<tr><th scope="row">{escape(name)}{small}</th>{"".join(cells)}</tr>')
+        rows.append(f'<tr><th scope="row">{escape(name)}{small}</th>{cells}</tr>')
     title, label = escape(caption), f'aria-label="{escape(caption)}, scrolls sideways"'
     return (
         f'<section class="card tab" id="{ident}" aria-labelledby="{ident}-title"><h2 id="{ident}-title">{title}</h2>'
         f'<p>{about}</p><div class="scroll" tabindex="0" role="region" {label}>'
         f'<table><thead><tr><th scope="col">name</th>{heads}</tr></thead><tbody>{"".join(rows)}</tbody></table></div>'
-        f"{''.join(pops)}</section>"
+        "</section>"
     )
+
+
+def table_cells(ident: str, columns: Sequence[NumberColumn]) -> dict[str, str]:
+    """What stands in the heads and cells of a table, each number with its popover: id of the element -> HTML."""
+    pieces = {_head(ident, k): f"{escape(c.title)}<br>{_units(c)}" for k, c in enumerate(columns)}
+    cells = [cell for row in zip(*(column.cells for column in columns), strict=True) for cell in row]
+    for k, cell in enumerate(cells):
+        key = f"{ident}_{k + 1}"
+        pieces[_cell_id(ident, k)] = _button(cell, key) + _popover(cell, key)
+    return pieces
+
+
+def _head(ident: str, column: int) -> str:
+    return f"{ident}_h{column + 1}"
+
+
+def _cell_id(ident: str, cell: int) -> str:
+    return f"{ident}_{cell + 1}_c"
 
 
 def _units(column: NumberColumn) -> str:

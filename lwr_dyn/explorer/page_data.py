@@ -1,17 +1,18 @@
-"""What the page knows of an arm, as JSON values: its kinematics and bodies, and apart from them what is drawn.
+"""What the page knows of an arm, as JSON values: its kinematics, bodies and inertial parameters.
 
-`arm` and `bodies` are all that kinematics.js needs; `stage` holds the shapes, as meshcat commands. Poses are 16
-numbers, column after column; lengths in m, angles in rad; null is unknown.
+`arm` and `bodies` are all that kinematics.js needs. Poses are 16 numbers, column after column; lengths in m, angles in
+rad; null is unknown.
 """
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from lwr_dyn.arrays import Array, fixed_array
-from lwr_dyn.errors import OptionError
+from lwr_dyn.dynamics.regressor import body_parameters
+from lwr_dyn.dynamics.unknown_inertia import chain_with_dynamics
+from lwr_dyn.errors import MissingDataError, OptionError
 from lwr_dyn.explorer.inertia_shape import inertia_ellipsoid, no_ellipsoid
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import Body
@@ -20,34 +21,13 @@ from lwr_dyn.model.installation import names_of_ends
 from lwr_dyn.model.run import Run
 from lwr_dyn.model.spatial import Pose
 from lwr_dyn.viewer import scene
-from lwr_dyn.viewer.page_parts import generator_line
-from lwr_dyn.viewer.replay_page import run_record
-from lwr_dyn.viewer.replayed_runs import replayed_runs
 
-SCHEMA = 1
 _HALF_TURN, _SLIDE = float(np.pi), 1.0
 """Ends of a slider of a joint without known limits: [rad] of a turning joint, [m] of a sliding one."""
+ORDER = ((0, 0), (0, 1), (1, 1), (0, 2), (1, 2), (2, 2))
+"""Entries of a tensor among a link's inertial parameters, as `lwr_dyn.codegen` has them."""
 _ROUNDING = 1e-9
 """[rad or m] by which a position may be outside its limits: one in whole degrees at a limit in rad."""
-
-
-def explorer_data(arm: Arm, q: ArrayLike | None = None) -> dict[str, Any]:
-    """The data of an arm's page, with the pose at the start, q (n,) [rad or m]; `start_pose` if not given.
-
-    Raises
-    ------
-    ShapeError, OptionError
-        q of another shape, or outside the limits.
-    """
-    start = start_pose(arm, q)
-    return {
-        "schema": SCHEMA,
-        "arm": arm_record(arm),
-        "bodies": [body_record(body) for body in arm.bodies()],
-        "start": start.tolist(),
-        "stage": _stage(arm, start),
-        "made_by": generator_line(),
-    }
 
 
 def arm_record(arm: Arm) -> dict[str, Any]:
@@ -89,6 +69,24 @@ def body_record(body: Body | None) -> dict[str, Any]:
     if shape is None:
         return record | {"ellipsoid": None, "why": no_ellipsoid(body)}
     return record | {"ellipsoid": scene.column_major(Pose(shape.axes * shape.semi_axes, body.com))}
+
+
+def inertial_record(arm: Arm) -> dict[str, Any]:
+    """What the dynamics of an arm are computed with; of an arm without masses null.
+
+    `inertia`: ten parameters of each link in its frame of the chain (m, m c, tensor about its origin as `ORDER`);
+    `rotors`: of each joint [kg m^2 or kg]; `carrier`: the flange in the last link's frame, where a payload is added.
+    """
+    try:
+        chain = chain_with_dynamics(arm)
+    except MissingDataError:
+        return {"inertia": None, "rotors": None, "carrier": None}
+    rows = [body_parameters(link.body or Body.massless(), ORDER) for link in chain.links]
+    return {
+        "inertia": [float(x) for row in rows for x in row],
+        "rotors": arm.armature.tolist(),
+        "carrier": scene.column_major(chain.flange),
+    }
 
 
 def motor_limits(arm: Arm) -> list[float | None]:
@@ -139,9 +137,3 @@ def pose_as_run(arm: Arm, q: Array) -> Run:
     """A pose as a run of one sample, which is what the stage draws."""
     nothing, zero = np.zeros((1, arm.n)), np.zeros(1)
     return Run(zero, q[None], nothing, q[None], nothing, nothing, nothing, nothing, zero, {})
-
-
-def _stage(arm: Arm, q: Array) -> dict[str, Any]:
-    (shown,) = replayed_runs([pose_as_run(arm, q)], arm, [arm.name])
-    commands: Sequence[Any] = list(scene.arm_commands(shown, 0))
-    return {"scene": commands, "runs": [run_record(shown)]}

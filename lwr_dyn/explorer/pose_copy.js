@@ -5,8 +5,8 @@ class PoseCopy {
     this.explorer = explorer;
     this.joints = explorer.data.arm.joints;
     this.#build();
-    this.#goTo(location.hash);
-    window.addEventListener("hashchange", () => this.#goTo(location.hash));
+    if (!explorer.ready) this.#goTo(location.hash); // once, when the page begins
+    window.addEventListener("hashchange", () => this.#goTo(location.hash), { signal: explorer.signal });
     explorerState.listen((state) => this.write(state.q));
   }
 
@@ -46,7 +46,7 @@ class PoseCopy {
     card.className = "card";
     card.setAttribute("aria-label", "Pose to copy");
     card.innerHTML = `<div class="head"><h2>Flange <small>m, rad; A B C as KUKA has them</small></h2><div class="buttons"><button data-form="python" type="button">Python</button><button data-form="krl" type="button">KRL</button><button data-form="link" type="button">link</button></div></div><div class="scroll" tabindex="0" role="region" aria-label="Flange in m and rad"><table class="heat"><thead><tr>${names.map((name) => `<th class="num" scope="col">${name}</th>`).join("")}</tr></thead><tbody><tr>${names.map(() => "<td></td>").join("")}</tr></tbody></table></div><div class="copy"><input readonly aria-label="The text copied" class="copied-text"><span role="status"></span></div>`;
-    document.getElementById("panels").append(card);
+    this.explorer.place(card);
     this.cells = [...card.querySelectorAll("td")];
     this.field = card.querySelector("input");
     this.word = card.querySelector("span");
@@ -61,4 +61,4 @@ class PoseCopy {
   }
 }
 
-window.lwrExplorer.poseCopy = new PoseCopy(window.lwrExplorer);
+explorerPanels.add("poseCopy", (explorer) => new PoseCopy(explorer));

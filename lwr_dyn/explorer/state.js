@@ -23,5 +23,8 @@ const explorerState = (() => {
   };
 
   state.listen = (listener) => { listeners.push(listener); };
+
+  // Another arm comes: nobody listens any more.
+  state.forget = () => { listeners.length = 0; };
   return state;
 })();

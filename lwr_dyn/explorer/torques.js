@@ -2,7 +2,7 @@
 
 class TorquePanel {
   constructor(explorer) {
-    const { n } = robot;
+    const { n } = explorer.robot;
     Object.assign(this, { explorer, n, motors: explorer.data.motors });
     Object.assign(this, { g: new Float64Array(n), C: new Float64Array(n * n), B: new Float64Array(n * n), tau: new Float64Array(n), parts: new Float64Array(3 * n) });
     this.#build();
@@ -28,14 +28,18 @@ class TorquePanel {
     }
   }
 
+  warm() {
+    for (let k = 0; k < 1000; k += 1) this.compute(explorerState);
+  }
+
   #build() {
     const joints = this.explorer.data.arm.joints, section = document.createElement("section");
     section.className = "card";
     section.setAttribute("aria-label", "Torques");
     const units = joints.map(({ kind }) => (kind === "revolute" ? "rad" : "m"));
-    const rows = joints.map(({ name }, i) => `<tr><th scope="row">${i + 1}</th><td><input class="rate" data-of="dq" data-joint="${i}" type="text" inputmode="decimal" value="0" aria-label="speed ${i + 1}, ${units[i]}/s"></td><td><input class="rate" data-of="ddq" data-joint="${i}" type="text" inputmode="decimal" value="0" aria-label="acceleration ${i + 1}, ${units[i]}/s²"></td><td class="bar"><svg viewBox="-1 0 2 1" preserveAspectRatio="none" aria-hidden="true"><path class="zero" d="M0 0v1"/><path class="g"/><path class="c"/><path class="b"/></svg></td><td class="num tau" title="${name.replace(/[<>&"]/g, "")}"></td></tr>`);
+    const rows = joints.map(({ name }, i) => `<tr><th scope="row">${i + 1}</th><td><input class="rate" data-of="dq" data-joint="${i}" type="text" inputmode="decimal" value="${plain(explorerState.dq[i], 6)}" aria-label="speed ${i + 1}, ${units[i]}/s"></td><td><input class="rate" data-of="ddq" data-joint="${i}" type="text" inputmode="decimal" value="${plain(explorerState.ddq[i], 6)}" aria-label="acceleration ${i + 1}, ${units[i]}/s²"></td><td class="bar"><svg viewBox="-1 0 2 1" preserveAspectRatio="none" aria-hidden="true"><path class="zero" d="M0 0v1"/><path class="g"/><path class="c"/><path class="b"/></svg></td><td class="num tau" title="${name.replace(/[<>&"]/g, "")}"></td></tr>`);
     section.innerHTML = `<div class="head"><h2>Torques <small>N m; <span class="key g">g</span> <span class="key c">C dq</span> <span class="key b">B ddq</span>; bar: the motor's limit, else the largest</small></h2></div><div class="scroll" tabindex="0" role="region" aria-label="Torques of the joints"><table class="torques"><thead><tr><th>joint</th><th>dq</th><th>ddq</th><th>torque</th><th class="num">sum</th></tr></thead><tbody>${rows.join("")}</tbody></table></div><h3>B <small>kg m²; shade by size</small></h3><div class="scroll" tabindex="0" role="region" aria-label="Mass matrix"><table class="heat"><tbody>${joints.map(() => `<tr>${joints.map(() => "<td></td>").join("")}</tr>`).join("")}</tbody></table></div>`;
-    document.getElementById("panels-right").append(section);
+    this.explorer.place(section, "right");
     this.section = section;
     this.rows = [...section.querySelectorAll(".torques tbody tr")].map((row) => ({ row, bars: ["g", "c", "b"].map((part) => row.querySelector(`path.${part}`)), tau: row.querySelector(".tau") }));
     this.cells = [...section.querySelectorAll(".heat td")];
@@ -68,11 +72,4 @@ class TorquePanel {
   }
 }
 
-if (robot.inverse_dynamics && robot.mass_matrix) window.lwrExplorer.torques = new TorquePanel(window.lwrExplorer);
-
-// All is computed some times while nobody waits, so that the browser has translated it when it is needed.
-(window.requestIdleCallback ?? setTimeout)(() => {
-  const { strip, torques } = window.lwrExplorer, q = explorerState.q;
-  for (let k = 0; k < 1500; k += 1) torques?.compute(explorerState);
-  for (let k = 0; k < 300; k += 1) strip?.compute(q);
-});
+explorerPanels.add("torques", (explorer) => (explorer.robot.inverse_dynamics ? new TorquePanel(explorer) : null));

@@ -1,7 +1,7 @@
 // A section of the workspace: where the flange gets in the upright plane through the first joint's axis, by sampling.
 
-const workspaceSection = (({ data, stage }) => {
-  const SAMPLES = 20000, { arm } = data, { viewer } = stage;
+const workspaceSection = (explorer) => {
+  const SAMPLES = 20000, { arm, robot, run, stage: { viewer } } = explorer;
   let seed = 1;
   const random = () => { // the same points on every page (Lehmer, Park and Miller 1988)
     seed = (seed * 48271) % 2147483647;
@@ -21,7 +21,7 @@ const workspaceSection = (({ data, stage }) => {
     return out;
   };
 
-  const path = stage.runs[0].chain[0].concat("section");
+  const path = run.chain[0].concat("section");
   let cloud = null;
   // In the plane in which the flange is now.
   const turn = (q) => {
@@ -30,23 +30,20 @@ const workspaceSection = (({ data, stage }) => {
     flange.applyMatrix4(m.clone().invert());
     viewer.set_transform(path, m.multiply(new THREE.Matrix4().makeRotationZ(Math.atan2(flange.y, flange.x))).elements);
   };
-  const label = document.createElement("label");
-  label.innerHTML = '<input id="section" type="checkbox"> workspace section';
-  const box = label.firstChild;
+  const box = explorer.addSwitch("section", "workspace section");
   const draw = () => {
     if (!cloud && box.checked) {
       const geometry = new THREE.BufferGeometry();
       geometry.setAttribute("position", new THREE.Float32BufferAttribute(points(), 3));
       cloud = painted(new THREE.Points(geometry, new THREE.PointsMaterial({ size: 2, sizeAttenuation: false, transparent: true, opacity: 0.5 })), "focus");
-      cloud.userData.added = true;
-      viewer.set_object(path, cloud);
+      explorer.addObject(path, cloud);
     }
     if (cloud) viewer.set_property(path, "visible", box.checked);
     turn(explorerState.q);
   };
-  if (arm.joints[0].kind === "revolute") document.getElementById("switches").append(label);
   box.addEventListener("change", draw);
   explorerState.listen((state) => turn(state.q));
   return { points };
-})(window.lwrExplorer);
-window.lwrExplorer.section = workspaceSection;
+};
+
+explorerPanels.add("section", (explorer) => (explorer.arm.joints[0].kind === "revolute" && explorer.robot.flange_pose ? workspaceSection(explorer) : null));

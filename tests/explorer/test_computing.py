@@ -1,13 +1,14 @@
 """A page without the packages that write its functions: it says so, and shows the rest."""
 
+from dataclasses import replace
+
 import pytest
 
 import lwr_dyn
 from lwr_dyn.codegen import kernel
 from lwr_dyn.errors import MissingPackageError
-from lwr_dyn.explorer.computing import robot_script
+from lwr_dyn.explorer.computing import function_sets, functions_script
 from lwr_dyn.explorer.page import explorer_html
-from lwr_dyn.explorer.readings import further_script
 
 
 @pytest.fixture
@@ -18,13 +19,24 @@ def without_casadi(monkeypatch):
 
 def test_without_casadi_the_page_says_what_to_install(without_casadi):
     arm = lwr_dyn.load("kr30ha")
-    script, why = robot_script(arm)
+    script, why = functions_script(arm, "robot")
     assert script == ""
     assert why == f"this page does not compute: {MissingPackageError('casadi', 'batch')}"
-    assert "inverse_dynamics" not in further_script(arm)
     assert "pip install" in explorer_html(arm)
 
 
-def test_with_it_the_page_has_its_functions():
-    script, _ = robot_script(lwr_dyn.load("kr30ha"))
-    assert "inverse_dynamics" in script
+@pytest.mark.parametrize(
+    ("robot", "places"), [("lwr4plus", (0, 0, 0)), ("wam7", (0, 0, 0)), ("kr30ha", (0, 1)), ("lwr4", (0,))]
+)
+def test_readings_with_the_same_kinematics_share_their_functions(robot, places):
+    arms = [lwr_dyn.load(robot, reading) for reading in lwr_dyn.readings(robot)]
+    sets = function_sets(arms)
+    assert sets.places == places
+    assert sets.script.count("function flange_pose(") == max(places) + 1
+    assert ("function inverse_dynamics(" in sets.script) == (robot != "lwr4")
+
+
+def test_arms_of_other_limits_have_their_own_closed_form():
+    arm = lwr_dyn.load("lwr4plus")
+    limits = tuple(replace(each, upper=0.5) for each in arm.limits)
+    assert function_sets([arm, replace(arm, limits=limits), arm]).places == (0, 1, 0)

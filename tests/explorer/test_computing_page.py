@@ -9,7 +9,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.explorer import computing
-from lwr_dyn.explorer.computing import BUNDLE, robot_script, three_bundle
+from lwr_dyn.explorer.computing import BUNDLE, functions_script, three_bundle
 from lwr_dyn.explorer.page import explorer_html, write_explorer
 from tests.explorer.explored import explored_arm, opened
 
@@ -205,7 +205,7 @@ def test_without_webgl_the_page_says_so_and_computes(browser, page):
 def test_what_cannot_be_computed_is_said(monkeypatch):
     arm = lwr_dyn.load("lwr4plus")
     monkeypatch.setattr(computing, "MOST_JOINTS", 6)
-    assert robot_script(arm) == ("", "this page computes for arms of at most 6 joints; this one has 7")
+    assert functions_script(arm, "robot") == ("", "this page computes for arms of at most 6 joints; this one has 7")
     text = explorer_html(arm)
     assert "this page computes for arms of at most 6 joints" in text
-    assert "FlangeDrag" not in text
+    assert "class FlangeDrag" not in text

@@ -7,15 +7,18 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.errors import OptionError, ShapeError
-from lwr_dyn.explorer.page_data import arm_record, body_record, explorer_data, slider_ranges, start_pose
+from lwr_dyn.explorer.arms_shown import readings_shown, shown_records
+from lwr_dyn.explorer.page_data import arm_record, body_record, slider_ranges, start_pose
 from tests.explorer.explored import NAMES, explored_arm
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_data_are_json_and_the_start_is_inside_the_limits(name):
     arm = explored_arm(name)
-    data = explorer_data(arm)
-    assert json.loads(json.dumps(data, allow_nan=False))["start"] == data["start"]
+    shown = readings_shown(arm)
+    records = shown_records(shown, [0] * len(shown))["arms"]
+    assert json.loads(json.dumps(records, allow_nan=False))[0]["start"] == records[0]["start"]
+    data = records[0]
     start = np.array(data["start"])
     assert ((arm.lower <= start) & (start <= arm.upper)).all()
     low, up = np.array(slider_ranges(arm)).T

@@ -1,0 +1,79 @@
+// The card of the pose: a slider and a field for each joint, buttons, the flange's pose, and the text for the command.
+
+class PoseCard {
+  constructor(explorer) {
+    this.explorer = explorer;
+    this.#buttons();
+  }
+
+  // The sliders of the arm that was chosen.
+  take() {
+    this.rows = this.explorer.arm.joints.map((joint, i) => this.#row(joint, i));
+  }
+
+  // The numbers of a pose, and the sliders at `explorer.values`.
+  write(pose) {
+    this.rows.forEach((row, i) => row(this.explorer.values[i]));
+    const put = (id, text) => { document.getElementById(id).textContent = text; };
+    ["x", "y", "z"].forEach((axis, k) => put(`pose_${axis}`, fixed(1000 * pose[12 + k], 3)));
+    const angles = armKinematics.rollPitchYaw(pose);
+    ["roll", "pitch", "yaw"].forEach((angle, k) => put(`pose_${angle}`, fixed((angles[k] * 180) / Math.PI, 4)));
+    document.getElementById("q-deg").value = `--q-deg=${this.explorer.values.map((value) => plain(value, 9)).join(",")}`;
+  }
+
+  #inside(i, value) {
+    const joint = this.explorer.arm.joints[i], [low, up] = joint.slider.map((end) => armKinematics.shown(joint, end));
+    return Math.min(Math.max(Number.isFinite(value) ? value : this.explorer.values[i], low), up);
+  }
+
+  #row(joint, i) {
+    const slider = document.getElementById(`slider_${i + 1}`), field = document.getElementById(`value_${i + 1}`);
+    const step = joint.kind === "revolute" ? 0.1 : 0.001, [low, up] = joint.slider.map((end) => armKinematics.shown(joint, end));
+    const set = (value) => this.explorer.setValues(this.explorer.values.map((old, k) => (k === i ? this.#inside(i, value) : old)));
+    slider.addEventListener("input", () => {
+      const near = Math.round(Number(slider.value) / step) * step; // whole steps inside the limits
+      set(round(near > up ? near - step : near < low ? near + step : near, 3));
+    }, { signal: this.explorer.signal });
+    field.addEventListener("change", () => set(field.value.trim() === "" ? NaN : Number(field.value.replace(",", "."))), { signal: this.explorer.signal });
+    return (value) => {
+      slider.value = value;
+      slider.setAttribute("aria-valuetext", `${plain(value, 6)} ${joint.kind === "revolute" ? "degrees" : "metres"}`);
+      field.value = plain(value, 4); // the text to copy has all digits
+      field.classList.toggle("outside", value < low - 1e-6 || value > up + 1e-6); // only a live page can be sent there
+    };
+  }
+
+  #buttons() {
+    const { explorer } = this, on = (id, act) => document.getElementById(id).addEventListener("click", act);
+    on("start", () => explorer.setPose(explorer.data.start));
+    on("middle", () => explorer.setPose(explorer.arm.joints.map(({ lower, upper }) => (lower === null || upper === null ? 0 : (lower + upper) / 2))));
+    on("random", () => explorer.setValues(explorer.arm.joints.map((joint) => {
+      const [low, up] = joint.slider.map((end) => armKinematics.shown(joint, end));
+      return round(low + Math.random() * (up - low), joint.kind === "revolute" ? 1 : 3);
+    })));
+    on("view", () => explorer.fit());
+    const copied = document.getElementById("copied"), text = document.getElementById("q-deg");
+    on("copy", async () => {
+      text.select();
+      const done = await navigator.clipboard?.writeText(text.value).then(() => true, () => false);
+      copied.textContent = done || document.execCommand("copy") ? "copied" : "press Ctrl-C";
+      setTimeout(() => { copied.textContent = ""; }, 2500);
+    });
+  }
+}
+
+function round(value, digits) {
+  const out = Number(value.toFixed(digits));
+  return out === 0 ? 0 : out; // no minus zero
+}
+
+// At most `digits` decimals, no exponent and no zeros at the end.
+function plain(value, digits) {
+  const text = value.toFixed(digits);
+  return text.includes(".") ? text.replace(/\.?0+$/, "").replace(/^-0$/, "0") : text;
+}
+
+function fixed(value, digits) {
+  const text = value.toFixed(digits);
+  return Number(text) === 0 ? (0).toFixed(digits) : text;
+}
