@@ -4,6 +4,17 @@ static const double ALIGNED = 1e-13;
 static const double REACH_SLACK = 1e-12;
 static const double TOUCH = 1e-12;
 
+/* NaN passes where it is the first number */
+static double smaller(double a, double b)
+{
+    return b < a ? b : a;
+}
+
+static double larger(double a, double b)
+{
+    return b > a ? b : a;
+}
+
 /* the angle within -pi and pi */
 static double wrap(double x)
 {
@@ -73,16 +84,16 @@ static void turned(const double *axis, double angle, double *out)
 /* the elbow's angle from straight for the wrist at a distance from the shoulder */
 static double elbow_bend(double distance)
 {
-    const double above = fmax(LENGTHS[0] + LENGTHS[1] - distance, 0.0) * (LENGTHS[0] + LENGTHS[1] + distance);
+    const double above = larger(LENGTHS[0] + LENGTHS[1] - distance, 0.0) * (LENGTHS[0] + LENGTHS[1] + distance);
     const double least = fabs(LENGTHS[0] - LENGTHS[1]);
-    return 2.0 * atan2(sqrt(above), sqrt(fmax(distance - least, 0.0) * (distance + least)));
+    return 2.0 * atan2(sqrt(above), sqrt(larger(distance - least, 0.0) * (distance + least)));
 }
 
 /* by how much the wrist is out of reach, 0 within */
 static double reach_excess(double distance)
 {
     const double far = distance - LENGTHS[0] - LENGTHS[1];
-    const double excess = fmax(far, fabs(LENGTHS[0] - LENGTHS[1]) - distance);
+    const double excess = larger(far, fabs(LENGTHS[0] - LENGTHS[1]) - distance);
     return excess <= REACH_SLACK ? 0.0 : excess;
 }
 
@@ -94,7 +105,7 @@ static double nearest_turn(double q, double near, int joint)
     const double wanted = floor((near - q) / TURN + 0.5);
     const double least = -floor((room + away) / TURN);
     const double most = floor((room - away) / TURN);
-    return least > most ? q : q + TURN * fmin(fmax(wanted, least), most);
+    return least > most ? q : q + TURN * smaller(larger(wanted, least), most);
 }
 
 /* the smallest distance of q[at] and the joints after it from a limit, negative outside */

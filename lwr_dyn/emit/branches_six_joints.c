@@ -3,7 +3,7 @@ static double shared_roll(const double *M)
 {
     const double direction = M[8] > 0.0 ? 1.0 : -1.0;
     const double q6 = wrap(atan2(M[3], M[4]) - direction * MIDDLE[3] - MIDDLE[5]);
-    const double excess = fmax(fabs(q6) - HALF[5], 0.0);
+    const double excess = larger(fabs(q6) - HALF[5], 0.0);
     return MIDDLE[3] + direction * (q6 < 0.0 ? -excess : excess);
 }
 
@@ -63,7 +63,7 @@ double inverse_kinematics(const double pose[16], double out[48])
     moved(FRAME_TURNED, v, NOWHERE, w);
     const double radius = sqrt(w[0] * w[0] + w[1] * w[1]);
     const double lateral = fabs(LATERAL);
-    const double root = sqrt(fmax(radius - lateral, 0.0) * (radius + lateral));
+    const double root = sqrt(larger(radius - lateral, 0.0) * (radius + lateral));
     const double missing = radius + REACH_SLACK < lateral ? lateral - radius : 0.0;
     const double along = w[2] - SHOULDER[0];
     for (int s = 0; s < 2; s++) {

@@ -13,7 +13,7 @@ static void upward(const double *u, double *up)
         for (int i = 0; i < 3; i++) {
             up[i] = SPARE[i] - sideways * u[i];
         }
-        length = fmax(sqrt(dot(up, up)), ON_AXIS);
+        length = larger(sqrt(dot(up, up)), ON_AXIS);
     }
     for (int i = 0; i < 3; i++) {
         up[i] = up[i] / length;
@@ -55,7 +55,7 @@ static double forms(const double *pose, double elbow, double *F)
     F[54] = STRAIGHT + elbow * bend;
     turned(ELBOW_AXIS, F[54], bent);
     moved(bent, FORE, UPPER, reach);
-    const double length = fmax(sqrt(dot(reach, reach)), ON_AXIS);
+    const double length = larger(sqrt(dot(reach, reach)), ON_AXIS);
     for (int i = 0; i < 3; i++) {
         reach[i] = reach[i] / length;
     }
@@ -161,7 +161,7 @@ void inverse_kinematics_arm_angle(const double q[7], double out[4])
     moved(B, FORE, UPPER, reach);
     moved(R, reach, NOWHERE, u);
     moved(R, ELBOW_AXIS, NOWHERE, n);
-    const double distance = fmax(sqrt(dot(u, u)), ON_AXIS);
+    const double distance = larger(sqrt(dot(u, u)), ON_AXIS);
     for (int i = 0; i < 3; i++) {
         u[i] = u[i] / distance;
     }

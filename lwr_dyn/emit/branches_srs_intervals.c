@@ -7,7 +7,7 @@ static void roots(double a, double b, double c, double *cuts, int at)
     cuts[at + 1] = -HALF_TURN;
     if (fabs(level) <= 1.0 + TOUCH) {
         const double middle = atan2(b, a);
-        const double spread = acos(fmax(fmin(level, 1.0), -1.0));
+        const double spread = acos(larger(smaller(level, 1.0), -1.0));
         cuts[at] = -wrap(spread - middle);
         cuts[at + 1] = -wrap(-spread - middle);
     }
@@ -78,7 +78,7 @@ static double ball_margin(const double *G, int at, double c, double s, double si
         second = away(x2, y2, CENTRE_COSINE[joint + 2], CENTRE_SINE[joint + 2]);
     }
     const double middle = away(z, sign * tilt, CENTRE_COSINE[joint + 1], CENTRE_SINE[joint + 1]);
-    return fmin(fmin(HALF[joint] - first, HALF[joint + 2] - second), HALF[joint + 1] - middle);
+    return smaller(smaller(HALF[joint] - first, HALF[joint + 2] - second), HALF[joint + 1] - middle);
 }
 
 /* the seven forms of a branch's ball from its matrix, and the 14 cuts of its joints */
@@ -182,7 +182,7 @@ static int branch_intervals(const double *F, double shoulder, double wrist, doub
         const double psi = (cuts[i] + (i == 28 ? HALF_TURN : cuts[i + 1])) / 2.0;
         const double c = cos(psi);
         const double s = sin(psi);
-        const double least = fmin(ball_margin(G, 0, c, s, shoulder, 0), ball_margin(G, 21, c, s, wrist, 4));
+        const double least = smaller(ball_margin(G, 0, c, s, shoulder, 0), ball_margin(G, 21, c, s, wrist, 4));
         inside[i] = least >= margin - TOUCH ? 1.0 : 0.0;
     }
     return joined(cuts, hard, inside, out, at);
@@ -218,7 +218,7 @@ static double nearest_arm_angle(const double *intervals, int n, double psi)
         const double distance = fabs(from) - half;
         if (distance < least) {
             least = distance;
-            best = middle + fmax(fmin(from, half), -half);
+            best = middle + larger(smaller(from, half), -half);
         }
     }
     return best;

@@ -22,6 +22,12 @@ _PRECISION = """\
 #error "compile for arithmetic in the type itself (-mfpmath=sse): sine and cosine here rely on its rounding"
 #endif
 """
+_UNCONTRACTED = """\
+#if defined(__clang__) && defined(__STDC__)
+#pragma STDC FP_CONTRACT OFF
+#endif
+"""
+"""clang, unlike gcc with -std=c99, otherwise contracts a product and a sum of one statement."""
 
 
 def c_files(emitted: EmittedArm, path: Path) -> dict[Path, str]:
@@ -43,7 +49,8 @@ def c_text(emitted: EmittedArm, header: str) -> str:
         _FAST_MATH + (_PRECISION if emitted.kind == "own" else ""),
         *filter(None, [shared_functions(emitted.codes)]),
         *(c_function(code, emitted.name_of(code.function.name), restrict_of(emitted)) for code in emitted.codes),
-        *(filled(template.source["c"], template, emitted) for template in emitted.templates),
+        *([_UNCONTRACTED] if emitted.templates else []),
+        *(filled(template.written("c", emitted.kind), template, emitted) for template in emitted.templates),
         self_test(emitted),
     ]
     return "\n".join(parts)

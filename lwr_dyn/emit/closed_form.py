@@ -11,6 +11,7 @@ import numpy as np
 from lwr_dyn.codegen.kernel_spec import KernelSpec
 from lwr_dyn.emit.closed_form_cases import case_of_six_joints, case_of_srs
 from lwr_dyn.emit.functions import TemplateFunction
+from lwr_dyn.emit.own_angles import angle_constants, with_own_angles
 from lwr_dyn.emit.restricted_c import c_text, declarations, javascript_text, used_functions
 from lwr_dyn.errors import OptionError
 from lwr_dyn.ik_solvers.six_joint_geometry import WRIST_ARM, SixJointGeometry, wrist_arm_geometry
@@ -66,14 +67,12 @@ def _source(*names: str) -> str:
 def _template(
     source: str, functions: tuple[str, ...], text: str, constants: dict[str, Any], test: str
 ) -> TemplateFunction:
-    source = used_functions(source, functions)
-    return TemplateFunction(
-        NAME,
-        text,
-        {"c": declarations(source, functions, "@NAME@"), "js": ", ".join(functions)},
-        {"c": c_text(source, constants, "@NAME@"), "js": javascript_text(source, constants)},
-        {"c": test},
-    )
+    constants = constants | angle_constants()
+    library, own = (used_functions(each, functions) for each in (source, with_own_angles(source)))
+    texts = {"c": c_text(own, constants, "@NAME@"), "c libm": c_text(library, constants, "@NAME@")}
+    texts |= {"js": javascript_text(own, constants), "js libm": javascript_text(library, constants)}
+    heads = {"c": declarations(library, functions, "@NAME@"), "js": ", ".join(functions)}
+    return TemplateFunction(NAME, text, heads, texts, {"c": test})
 
 
 def _of_joints(arm: Arm, srs: SrsGeometry | None) -> dict[str, Any]:

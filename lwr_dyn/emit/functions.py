@@ -73,9 +73,16 @@ class TemplateFunction:
     declaration: Mapping[str, str]
     """Language -> head of the function without body."""
     source: Mapping[str, str]
-    """Language -> the function with all that it needs, and is no other function's."""
+    """Language -> the function with all that it needs, and is no other function's.
+
+    "LANGUAGE libm" stands for the text with the library's sine and cosine, where it differs.
+    """
     self_test: Mapping[str, str] = field(default_factory=dict)
     """Language -> a function @NAME@_self_test without arguments: how many of its test vectors fail."""
+
+    def written(self, language: str, kind: str) -> str:
+        """The text in a language, with sines and cosines of that kind."""
+        return self.source.get(f"{language} {kind}", self.source[language])
 
 
 Emitted = EmittedFunction | TemplateFunction

@@ -98,7 +98,7 @@ def _text(function: Emitted, sincos: SinCosKind) -> str:
     if isinstance(function, EmittedFunction):
         return js_function(emitted_code(function, "libm"), function.name, sincos)
     members = ", ".join(_names(function))
-    source = function.source["js"].replace("@NAME@", function.name)
+    source = function.written("js", sincos).replace("@NAME@", function.name)
     return f"const {{ {members} }} = (function () {{\n{source.rstrip()}\nreturn {{ {members} }};\n}})();\n"
 
 

@@ -12,7 +12,13 @@ from numpy.typing import ArrayLike
 
 Constants = Mapping[str, ArrayLike]
 """Name -> number or array; whole Python numbers are for places in arrays."""
-_MATH = {"fabs": "abs", "fmin": "min", "fmax": "max"} | {x: x for x in ("sin", "cos", "sqrt", "atan2", "acos", "floor")}
+_MATH = {"fabs": "abs"} | {x: x for x in ("sin", "cos", "sqrt", "atan2", "acos", "floor")}
+_COPYSIGN = """\
+function copysign(size, x) {
+    return x < 0.0 || 1.0 / x < 0.0 ? -size : size;
+}
+"""
+"""Of a size that is not negative; JavaScript has none."""
 _FUNCTION = re.compile(r"(?m)^(?:/\*(?:(?!\*/).)*\*/\n)?(?:static )?(?:double|int|void) (\w+)\(.*?^}\n", re.S | re.M)
 _HEAD = re.compile(r"^(?:static )?(?:double|int|void) (\w+)\((.*?)\)\n", re.M)
 _ARRAY = re.compile(r"^ +double (\w+)\[(\d+)\];\n", re.M)
@@ -43,7 +49,7 @@ def javascript_text(text: str, constants: Constants) -> str:
     functions = functions.replace("(double)NAN", "NaN")
     for name, other in _MATH.items():
         functions = re.sub(rf"\b{name}\(", f"Math.{other}(", functions)
-    return "\n".join([*lines, functions])
+    return "\n".join([*lines, *([_COPYSIGN] if "copysign(" in functions else []), functions])
 
 
 def declarations(text: str, names: tuple[str, ...], prefix: str) -> str:
