@@ -1,4 +1,4 @@
-"""Emitted code of every function of three arms: the same bits in C, JavaScript and on a Cortex-M7; V8's compiler."""
+"""Emitted code of every function of three arms: the same bits in C, JavaScript and on a Cortex-M7."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ NAMES = (
 
 
 def emitted_bits() -> tuple[str, bool, str]:
-    """Emitted code of 15 functions of 3 arms, 3000 states each: bits in C, node and Cortex-M7, beside node's."""
+    """Emitted code of 15 functions of 3 arms and inverse kinematics: bits in C, node and Cortex-M7, beside node's."""
     from tests.emit.cortex import linked, run_lines
     from tests.emit.digests import C_PRINT, c_functions, c_main, js_program
     from tests.emit.emitted_robots import ARMS, emitted_robot
@@ -48,8 +48,32 @@ def emitted_bits() -> tuple[str, bool, str]:
             output([compiler, *flags, *map(str, own), str(folder / "print.c"), "-o", str(made), "-lm"], seconds=600)
             lines[f"{compiler} {' '.join(flags)}"] = output([str(made)]).splitlines()
         lines["arm-none-eabi-gcc"] = run_lines(linked(own, board, "-ffp-contract=off"))
+        for build, found in _closed_form(folder).items():
+            lines[build] += found
     for what, found in lines.items():
         same = sum(a == b for a, b in zip(found, lines["node"], strict=True))
         rows.append((what, f"{same} of {len(found)}"))
     holds = all(found == lines["node"] for found in lines.values())
-    return f"{len(robots) * len(NAMES)} functions in {len(rows)} builds", holds, aligned(rows, ("build", "equal"))
+    return f"{len(lines['node'])} functions in {len(rows)} builds", holds, aligned(rows, ("build", "equal"))
+
+
+def _closed_form(folder: Path) -> dict[str, list[str]]:
+    """The digests of inverse kinematics in the same builds."""
+    from tests.emit.closed_form_digests import js_program, write_c
+    from tests.emit.cortex import linked, run_lines
+    from tests.emit.emitted_robots import ARMS
+    from tests.emit.programs import output
+
+    script, made = folder / "ik.js", folder / "made_ik"
+    lines: dict[str, list[str]] = {}
+    for is_compact in (False, True):
+        script.write_text(js_program(ARMS, STATES, is_compact=is_compact) + '\nconsole.log(lines.join("\\n"));\n')
+        lines["node, compact" if is_compact else "node"] = output(["node", str(script)]).splitlines()
+    own = write_c(ARMS, folder, STATES)
+    files = [*map(str, own), str(folder / "print.c"), "-o", str(made), "-lm"]
+    for compiler, flags in COMPILERS:
+        output([compiler, *flags, *files], seconds=600)
+        lines[f"{compiler} {' '.join(flags)}"] = output([str(made)]).splitlines()
+    board = linked(own, folder / "ik.elf", "-ffp-contract=off", "-fno-math-errno")
+    lines["arm-none-eabi-gcc"] = run_lines(board)
+    return lines

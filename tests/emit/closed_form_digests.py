@@ -10,7 +10,8 @@ import lwr_dyn
 from lwr_dyn.emit.c_file import c_files
 from lwr_dyn.emit.closed_form import NAME
 from lwr_dyn.emit.emission import emitted_arm
-from lwr_dyn.emit.javascript_file import js_files
+from lwr_dyn.emit.javascript_file import javascript_source
+from lwr_dyn.emit.straight_code import SinCosKind
 from tests.emit.digests import C_TOOLS, JS_TOOLS
 
 _STATE = """
@@ -29,7 +30,7 @@ _CALLS = {
 _SIZES = {"q": 0, "psi": 1, "pose": 16, "near": 0, "x": 1, "found": 0, "four": 4, "pairs": 256, "out": 56}
 
 
-def write_c(names: Sequence[str], folder: Path, states: int, kind: str = "own") -> list[Path]:
+def write_c(names: Sequence[str], folder: Path, states: int, kind: SinCosKind = "own") -> list[Path]:
     """The arms' files and the program around them; returns those to compile."""
     made = []
     for name in names:
@@ -43,12 +44,15 @@ def write_c(names: Sequence[str], folder: Path, states: int, kind: str = "own") 
     return [*made, folder / "ik_main.c"]
 
 
-def js_program(names: Sequence[str], states: int, kind: str = "own") -> str:
+def js_program(
+    names: Sequence[str], states: int, kind: SinCosKind = "own", is_compact: bool = False
+) -> str:  # fmt: skip
     """A plain script; its lines are in `lines`."""
     texts = []
     for name in names:
         emitted = emitted_arm(lwr_dyn.load(name), ("flange_pose", NAME), kind=kind)
-        texts += [*js_files(emitted, Path("a.js")).values(), _js_loops(name, states)]
+        functions = [*(code.function for code in emitted.codes), *emitted.templates]
+        texts += [javascript_source(functions, name, "script", kind, is_compact), _js_loops(name, states)]
     return "\n".join([JS_TOOLS, *texts])
 
 
@@ -87,6 +91,6 @@ def _loops(
         call, shown = (x.format(f=robot + NAME, angle="psi[0], " if n == 7 else "", **(words if i == 0 else mixes))
                        for i, x in enumerate(_CALLS[ending]))  # fmt: skip
         state = _STATE.format(robot=robot, **words)
-        text += f'    {seed}\n    for ({counter} = 0; k < {states}; k++) {{{state}        {call} {shown}\n    }}\n'
+        text += f"    {seed}\n    for ({counter} = 0; k < {states}; k++) {{{state}        {call} {shown}\n    }}\n"
         text += f'    show("{name}_{NAME}{ending}");\n'
     return text

@@ -41,7 +41,9 @@ def own(tmp_path_factory):
 
 def units(found, exact):
     """Largest error in units in the last place."""
-    return max(abs(float((mpmath.mpf(a) - b) / np.spacing(abs(float(b))))) for a, b in zip(found.tolist(), exact))
+    return max(
+        abs(float((mpmath.mpf(a) - b) / np.spacing(abs(float(b))))) for a, b in zip(found.tolist(), exact, strict=True)
+    )
 
 
 def test_atan2_and_acos_err_by_two_units_in_the_last_place(own):
@@ -52,7 +54,7 @@ def test_atan2_and_acos_err_by_two_units_in_the_last_place(own):
     near = 10.0 ** rng.uniform(-16, 0, 1000)
     cosines = np.concatenate([rng.uniform(-1, 1, 1000), 1 - near, near - 1, [0.0, 1.0, -1.0]])
     with mpmath.workdps(30):
-        assert units(own(0, y, x), [mpmath.atan2(b, a) for b, a in zip(y.tolist(), x.tolist())]) < 1.7
+        assert units(own(0, y, x), [mpmath.atan2(b, a) for b, a in zip(y.tolist(), x.tolist(), strict=True)]) < 1.7
         assert units(own(1, cosines), [mpmath.acos(c) for c in cosines.tolist()]) < 2.1
 
 
@@ -60,7 +62,7 @@ def test_sine_and_cosine_err_by_3e_16(own):
     x = np.concatenate([np.random.default_rng(1).uniform(-100, 100, 2000), np.linspace(-10, 10, 9) * np.pi])
     with mpmath.workdps(30):
         for which, function in ((2, mpmath.sin), (3, mpmath.cos)):
-            assert max(abs(a - function(b)) for a, b in zip(own(which, x).tolist(), x.tolist())) < 3e-16
+            assert max(abs(a - function(b)) for a, b in zip(own(which, x).tolist(), x.tolist(), strict=True)) < 3e-16
 
 
 def test_signs_of_zero_and_infinite_numbers_are_those_of_the_library(own):
