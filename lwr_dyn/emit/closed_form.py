@@ -67,7 +67,7 @@ def _source(*names: str) -> str:
 def _template(
     source: str, functions: tuple[str, ...], text: str, constants: dict[str, Any], test: str
 ) -> TemplateFunction:
-    constants = constants | angle_constants()
+    constants |= angle_constants()
     library, own = (used_functions(each, functions) for each in (source, with_own_angles(source)))
     texts = {"c": c_text(own, constants, "@NAME@"), "c libm": c_text(library, constants, "@NAME@")}
     texts |= {"js": javascript_text(own, constants), "js libm": javascript_text(library, constants)}

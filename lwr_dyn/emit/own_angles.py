@@ -13,7 +13,6 @@ import mpmath
 import numpy as np
 
 from lwr_dyn.codegen.sincos import sincos
-from lwr_dyn.emit.restricted_c import Constants
 
 _NAMES = re.compile(r"\b(sin|cos|atan2|acos)\(")
 _DIGITS, _TERMS = 40, 12
@@ -26,7 +25,7 @@ def with_own_angles(text: str) -> str:
 
 
 @cache
-def angle_constants() -> Constants:
+def angle_constants() -> dict[str, Any]:
     """The numbers of these functions."""
     numbers = sincos("float64")
     with mpmath.workdps(_DIGITS):
