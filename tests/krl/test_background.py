@@ -155,11 +155,30 @@ def test_brake_stops_on_the_path_and_goes_on_along_it(arm):
     assert np.abs(slope - 0.5 * (motion.dq[1:] + motion.dq[:-1])).max() < 1e-3 * np.abs(motion.dq).max()
 
 
-def test_a_trigger_of_a_stopped_motion_is_told(arm):
-    told = "TRIGGER of a motion that BRAKE stops: at the planned time, not later"
-    lines = ("TRIGGER WHEN DISTANCE = 1 DELAY = 0 DO $OUT[4]=TRUE", "LIN_REL {Y 400}")
-    assert told not in [str(x) for x in stopped_run(arm, "h")[0].assumptions]
-    assert told in [str(x) for x in stopped_run(arm, "h", way=lines)[0].assumptions]
+@pytest.mark.parametrize("left", [250, 207, 205, 150, 1])
+def test_a_trigger_acts_at_its_place_on_the_path_that_is_braked(arm, left):
+    """BRAKE comes 191 mm along and stops the tool 3 mm later: before, while it stops, while it goes on, after."""
+    way = (f"TRIGGER WHEN PATH = -{left} DELAY = 0 DO $OUT[4]=TRUE", "LIN_REL {Y 400}")
+    run, _, _, places = stopped_run(arm, "h", way=way)
+    (fired,) = [x for x in run.events if x.kind == "trigger"]
+    q = run.timeline.sample(np.array([fired.time])).q[0]
+    place = lwr_dyn.forward_kinematics(arm, q)[:3, 3]
+    assert 1e3 * (place - places[0])[1] == pytest.approx(400 - left, abs=0.01)
+    stop = next(x for x in run.executed if x.kind == "BRAKE")
+    assert (fired.time > stop.end + 3) == (left < 206)
+
+
+def test_triggers_of_a_stopped_motion_keep_their_delay_from_its_end(arm):
+    way = [f"TRIGGER WHEN DISTANCE = 1 DELAY = {x} DO $OUT[{i}]=TRUE" for i, x in ((1, -80), (2, 0), (3, 70))]
+    run, *_ = stopped_run(arm, "h", way=(*way, "LIN_REL {Y 400}"))
+    end = [x for x in run.executed if x.kind == "LIN_REL"][-1].end
+    assert [x.time - end for x in run.events if x.kind == "trigger"] == pytest.approx([-0.08, 0.0, 0.07], abs=1e-9)
+
+
+def test_triggers_at_places_that_resume_gives_up_never_act(arm):
+    way = [f"TRIGGER WHEN {x} DELAY = 0 DO $OUT[4]=TRUE" for x in ("PATH = -300", "PATH = -100", "DISTANCE = 1")]
+    run, *_ = stopped_run(arm, "k", way=(*way, "LIN_REL {Y 400}"))
+    assert [x.text for x in run.events if x.kind == "trigger"] == ["TRIGGER PATH = -300, 0 ms"]
 
 
 def test_an_interrupt_with_brake_stops_by_itself(arm):

@@ -4,6 +4,7 @@ In this overlap the two motions add up: d (1 - u)^2 is left of the first and d u
 is passed on a parabola within the distance d. Outside the overlap each segment keeps its own motion profile.
 """
 
+import math
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
@@ -56,6 +57,14 @@ class SlowedPart:
     def until(self) -> float:
         """[s] The time of the part at which this ends."""
         return self.since + 0.5 * (self.first + self.last) * self.duration
+
+    def reached(self, time: float) -> float:
+        """[s] From its beginning until it is at a `time` [s] of the part, from `since` to `until`."""
+        way = min(time, self.until) - self.since
+        if way <= 0.0:
+            return 0.0
+        root = self.first**2 + 2.0 * (self.last - self.first) / self.duration * way
+        return 2.0 * way / (self.first + math.sqrt(max(root, 0.0)))
 
     def axes(self, t: Array) -> AxisMotion:
         """At times t (k,) [s]."""

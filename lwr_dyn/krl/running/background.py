@@ -10,14 +10,14 @@ from lwr_dyn.krl.diagnostics import ExecutionError, ResumedError, SourcePosition
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language import statements as s
 from lwr_dyn.krl.language.unparse import expression_text
-from lwr_dyn.krl.running.braking import StoppedMotion, brake, go_on
+from lwr_dyn.krl.running.braking import StoppedMotion
 from lwr_dyn.krl.running.cell import Reply
 from lwr_dyn.krl.running.cell_values import give_value
 from lwr_dyn.krl.running.clock import TICK, ProgramClock
 from lwr_dyn.krl.running.context import ExecutionContext, StackFrame
 from lwr_dyn.krl.running.evaluate import number_of, truth_of
 from lwr_dyn.krl.running.submits import Submit, run_submit, submit_file
-from lwr_dyn.krl.running.triggers import PathTrigger, Triggers
+from lwr_dyn.krl.running.triggers import PathTrigger, PlannedTrigger, Triggers
 
 MOST_AT_ONCE = 100
 """Interrupts and answers that may follow one another at one time."""
@@ -31,7 +31,7 @@ class Watch:
     """A condition that is looked at; what follows when it becomes true."""
 
     condition: e.Expression
-    follow: Callable[[], None]
+    follow: Callable[[], object]
     last: bool = False
     enabled: bool = True
     frame: StackFrame | None = None
@@ -51,8 +51,8 @@ class Background:
     """Of the interrupt that is executed now; only a lower number may come between."""
     returns_to: StackFrame | None = None
     """The routine that has declared the interrupt that is executed now."""
-    stopped: StoppedMotion | None = None
-    """That BRAKE has stopped in it."""
+    stopped: tuple[StoppedMotion, list[PlannedTrigger]] | None = None
+    """The motion that BRAKE has stopped in it, and triggers at places that it has not reached."""
     submits: list[Submit] = field(default_factory=list)
     submitting: bool = False
     """Whether one of them is executed now."""
@@ -80,7 +80,7 @@ class Background:
         if isinstance(x, s.Move) and self.triggers.waiting:
             self.triggers.bind(position, before)
         if self.triggers.bound:
-            self._fire_triggers(final=False)
+            self.triggers.plan(final=False)
         self.settle()
 
     def next_time(self) -> float | None:
@@ -104,7 +104,7 @@ class Background:
 
     def end(self) -> None:
         """The program has ended: what was planned for later still happens."""
-        self._fire_triggers(final=True)
+        self.triggers.plan(final=True)
         while (time := self.clock.pending[0][0] if self.clock.pending else None) is not None:
             if time > self.m.motions.now + LONGEST_TAIL:
                 return
@@ -161,7 +161,7 @@ class Background:
 
         return give
 
-    def _later(self, i: int, reply: Reply) -> Callable[[], None]:
+    def _later(self, i: int, reply: Reply) -> Callable[[], object]:
         give = self._giving(i, reply)
         return lambda: self.clock.add(self.clock.now + reply.after, give)
 
@@ -181,7 +181,7 @@ class Background:
                     self.brake()
                 self.m.execute_beside(x.action, position)
                 if self.stopped is not None:
-                    go_on(self.m.motions, self.stopped)
+                    self.triggers.go_on(*self.stopped)
             finally:
                 self.priority, self.returns_to, self.stopped = before
 
@@ -202,11 +202,7 @@ class Background:
         if self.returns_to is None:
             raise ExecutionError("brake", "BRAKE outside an interrupt", "in a subprogram that INTERRUPT DECL calls")
         motions = self.m.motions
-        self.stopped = brake(motions, self.clock.now - motions.idle, self.m.log.position) or self.stopped
-        if self.triggers.used:
-            self.m.controller.assumptions.note(
-                "TRIGGER of a motion that BRAKE stops", "", "at the planned time, not later"
-            )
+        self.stopped = self.triggers.stop(self.clock.now - motions.idle, self.m.log.position) or self.stopped
         self.clock.at = None
 
     def resume(self) -> None:
@@ -229,7 +225,3 @@ class Background:
             self.m.execute_beside(x.action, position)
 
         self.triggers.add(PathTrigger(x, value, delay, self.m.controller.tool, act))
-
-    def _fire_triggers(self, final: bool) -> None:
-        for time, trigger in self.triggers.take_timed(final):
-            self.clock.add(max(time, 0.0) + self.m.motions.idle, trigger.action)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -28,6 +29,21 @@ class StoppedMotion:
     items: tuple[TimelineItem, ...]
     """What was planned after it: the rest of a spline block."""
     motions: tuple[ExecutedMotion, ...]
+
+    @property
+    def begin(self) -> float:
+        """[s] When the part has begun."""
+        return self.end - self.slowed.part.duration
+
+    @property
+    def time(self) -> float:
+        """[s] From which on the arm stops."""
+        return self.begin + self.slowed.since
+
+    def passed_at(self, planned: float) -> float | None:
+        """[s] When the arm, while it stops, is where it was to be at a `planned` time; None where it stops before."""
+        inside = planned - self.begin
+        return None if inside > self.slowed.until else self.time + self.slowed.reached(inside)
 
 
 def brake(m: Motions, time: float, position: SourcePosition) -> StoppedMotion | None:
@@ -56,8 +72,11 @@ def brake(m: Motions, time: float, position: SourcePosition) -> StoppedMotion | 
     return stopped
 
 
-def go_on(m: Motions, stopped: StoppedMotion) -> None:
-    """Go on along the path; raises `ExecutionError` where the arm has left it."""
+def go_on(m: Motions, stopped: StoppedMotion) -> Callable[[float], float]:
+    """Go on along the path: when the arm is now where it was to be at a planned time, both [s].
+
+    Raises `ExecutionError` where the arm has left the path.
+    """
     x = stopped.slowed
     end = x.axes(np.array([x.duration])).q[0]
     if m.controller.q is None or np.abs(m.controller.q - end).max() > MOVED:
@@ -75,6 +94,14 @@ def go_on(m: Motions, stopped: StoppedMotion) -> None:
     m.executed += [replace(e, begin=e.begin + later, end=e.end + later) for e in stopped.motions]
     m.controller.q = stopped.goal
     m.blend, m.advance = None, True
+
+    def passed_at(planned: float) -> float:
+        inside = planned - stopped.begin
+        if inside <= again.until:
+            return begin + again.reached(inside)
+        return planned + later  # its own speed from there on
+
+    return passed_at
 
 
 def _stand(m: Motions, part: SlowedPart, position: SourcePosition, kind: str) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import heapq
-from collections.abc import Callable
+from collections.abc import Callable, Container
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -56,10 +56,18 @@ class ProgramClock:
         """[s] From the start, with what was waited before the arm stood anywhere."""
         return self.motions.now if self.at is None else self.at
 
-    def add(self, time: float, action: Callable[[], None]) -> None:
-        """Let something happen at a time [s]."""
+    def add(self, time: float, action: Callable[[], None]) -> int:
+        """Let something happen at a time [s]; its number."""
         self.added += 1
         heapq.heappush(self.pending, (time, self.added, action))
+        return self.added
+
+    def take_back(self, numbers: Container[int]) -> set[int]:
+        """What has these numbers does not happen, as far as it has not happened yet; which they are."""
+        gone = {number for _, number, _ in self.pending if number in numbers}
+        self.pending = [x for x in self.pending if x[1] not in gone]
+        heapq.heapify(self.pending)
+        return gone
 
     def next_time(self) -> float | None:
         """[s] At which something happens next; a timer that runs is looked at every tick."""

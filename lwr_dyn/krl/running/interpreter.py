@@ -51,7 +51,8 @@ class Interpreter:
         self.motions = Motions(self.controller, self.log.report)
         self.stack: list[StackFrame] = []
         self.data = ModuleData(program.project, self.log, self.stack)
-        self.background = Background(self, ProgramClock(self.motions), Triggers(self.motions))
+        clock = ProgramClock(self.motions)
+        self.background = Background(self, clock, Triggers(self.motions, clock))
         self.steps = 0
         self.passes: LoopPasses | None = None
         """Of an endless loop at which the run has ended."""

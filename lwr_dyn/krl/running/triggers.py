@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -11,6 +11,8 @@ from lwr_dyn.arrays import Array
 from lwr_dyn.krl.diagnostics import ExecutionError, SourcePosition
 from lwr_dyn.krl.language import statements as s
 from lwr_dyn.krl.motion.planner import tool_pose
+from lwr_dyn.krl.running.braking import StoppedMotion, brake, go_on
+from lwr_dyn.krl.running.clock import ProgramClock
 from lwr_dyn.krl.running.motions import Motions
 
 SAMPLES = 400
@@ -28,14 +30,23 @@ class PathTrigger:
     action: Callable[[], None]
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class PlannedTrigger:
+    """A trigger whose motion is planned: the time [s] of its place on the timeline, its number on the clock."""
+
+    place: float
+    number: int
+    trigger: PathTrigger
+
+
 @dataclass(slots=True, eq=False)
 class Triggers:
-    """Those that wait for a motion, and those whose motion is planned but may still be blended with the next one."""
+    """Those that wait for a motion, those whose motion may still be blended with the next one, those that are timed."""
 
     motions: Motions
+    clock: ProgramClock
     waiting: list[PathTrigger] = field(default_factory=list)
-    used: bool = False
-    """Whether the program has any."""
+    planned: list[PlannedTrigger] = field(default_factory=list)
     bound: list[tuple[SourcePosition, int, PathTrigger]] = field(default_factory=list)
     """The position of a trigger's motion, and the number of motions executed before it."""
 
@@ -44,15 +55,50 @@ class Triggers:
         if trigger.statement.place == "DISTANCE" and trigger.value not in (0.0, 1.0):
             raise ExecutionError("number-range", f"DISTANCE = {trigger.value:g}", "0 (the start) or 1 (the end)")
         self.waiting.append(trigger)
-        self.used = True
 
     def bind(self, position: SourcePosition, before: int) -> None:
         """The waiting triggers belong to the motion of this position; a spline block plans it at its end."""
         self.bound += [(position, before, x) for x in self.waiting]
         self.waiting = []
 
-    def take_timed(self, final: bool) -> list[tuple[float, PathTrigger]]:
-        """The time [s] of each trigger whose motion can no longer change; with `final` of all."""
+    def plan(self, final: bool) -> None:
+        """Put each trigger whose motion can no longer change on the clock; with `final` all that have a motion."""
+        for place, x in self._take_timed(final):
+            self._add(place, x, 0.0)
+
+    def _add(self, place: float, x: PathTrigger, earliest: float) -> None:
+        number = self.clock.add(max(place + x.delay, earliest) + self.motions.idle, x.action)
+        self.planned.append(PlannedTrigger(place, number, x))
+
+    def stop(self, time: float, position: SourcePosition) -> tuple[StoppedMotion, list[PlannedTrigger]] | None:
+        """BRAKE at a time [s]: what is left of the motion, and the triggers at places that the arm does not reach."""
+        bound, timed = self.bound, self._take_timed(final=True)
+        stopped = brake(self.motions, time, position)
+        if stopped is None:
+            self.bound = bound
+            return None
+        for place, x in timed:
+            self._add(place, x, 0.0)
+        later = {x.number: x for x in self.planned if x.place > stopped.time}
+        taken = self.clock.take_back(later)
+        self.planned, left = [], []
+        for number, waiting in later.items():
+            passed = stopped.passed_at(waiting.place)
+            if number in taken and passed is not None:
+                self._add(passed, waiting.trigger, stopped.time)
+            elif number in taken:
+                left.append(waiting)
+        return stopped, left
+
+    def go_on(self, stopped: StoppedMotion, left: Sequence[PlannedTrigger]) -> None:
+        """The motion goes on, and the triggers at places that are left; raises `ExecutionError` as `go_on`."""
+        begin = self.motions.timeline.duration
+        passed_at = go_on(self.motions, stopped)
+        for x in left:
+            self._add(passed_at(x.place), x.trigger, begin)
+
+    def _take_timed(self, final: bool) -> list[tuple[float, PathTrigger]]:
+        """The time [s] of the place of each trigger whose motion can no longer change; with `final` of all planned."""
         executed = self.motions.executed
         out, rest = [], []
         for position, before, x in self.bound:
@@ -61,21 +107,21 @@ class Triggers:
             if k is not None and (fixed or k + 1 < len(executed)):
                 out.append((self._time(k, x), x))
             elif k is None and before < len(executed):  # its motion goes nowhere: the arm stood there already
-                out.append((executed[before].begin + x.delay, x))
-            elif not final:
+                out.append((executed[before].begin, x))
+            else:
                 rest.append((position, before, x))
         self.bound = rest
         return out
 
     def _time(self, k: int, x: PathTrigger) -> float:
-        """[s] Of the timeline. The start or end of a blended motion is the middle of its blend."""
+        """[s] Of its place on the timeline. The start or end of a blended motion is the middle of its blend."""
         motion = self.motions.executed[k]
         after = self.motions.executed[k + 1].overlap if k + 1 < len(self.motions.executed) else 0.0
         begin, end = motion.begin + 0.5 * motion.overlap, motion.end - 0.5 * after
         if x.statement.place == "DISTANCE":
-            return (begin if x.value == 0.0 else end) + x.delay
+            return begin if x.value == 0.0 else end
         anchor = begin if x.statement.on_start else end
-        return self._time_at_path(k, x, anchor) + x.delay
+        return self._time_at_path(k, x, anchor)
 
     def _time_at_path(self, k: int, x: PathTrigger, anchor: float) -> float:
         """[s] At which the tool has gone `value` [mm] from where it is at the time `anchor`, along its path."""
