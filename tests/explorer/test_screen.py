@@ -54,6 +54,12 @@ def test_at_a_desk_all_of_it_is_one_screen_in_three_columns(window):
         assert on_top_of_each_other(every) == 0
         width, height = middle[0, 2:] - middle[0, :2]
         assert width * height > 0.2 * DESK[0] * DESK[1]
+        parts = [".lead", *MIDDLE, *LEFT, *RIGHT, "#panels > *", "#joints", "#links"]
+        window.execute_script("window.scrollTo(0, 700)")
+        assert on_top_of_each_other(boxes(window, parts)) == 0
+        first, second = boxes(window, ["#panels > *", "#panels > * + *"])
+        assert first[2] < second[0]
+        assert first[1] == second[1]
 
 
 def test_on_a_phone_the_arm_is_above_and_stays_while_the_rest_is_scrolled(window):
