@@ -9,7 +9,7 @@ class ArmAngleStrip {
     this.names = ["+ + +", "+ + −", "+ − +", "+ − −", "− + +", "− + −", "− − +", "− − −"];
     Object.assign(this, { branch: -1, psi: 0 });
     this.#build();
-    explorerState.listen((state) => this.write(state.q));
+    explorerState.listen((state) => this.write(state.q), this.card);
   }
 
   // Intervals, branch and solutions at q; what the strip shows.
@@ -59,15 +59,16 @@ class ArmAngleStrip {
     const card = document.createElement("section");
     card.className = "card";
     card.setAttribute("aria-label", this.hasAngle ? "Arm angle" : "Branches");
-    const rows = this.names.map((name, b) => `<div class="branch"><button type="button" data-branch="${b}" aria-label="branch ${name}">${name}</button>${this.hasAngle ? '<svg viewBox="-180 0 360 10" preserveAspectRatio="none" aria-hidden="true"><path class="free" d=""/><path class="here" d=""/></svg>' : "<span></span>"}</div>`);
+    const rows = this.names.map((name, b) => `<div class="branch"><button type="button" data-branch="${b}" aria-label="branch ${name}">${name}</button>${this.hasAngle ? '<svg viewBox="-1800 0 3600 10" preserveAspectRatio="none" aria-hidden="true"><path class="free" d=""/><path class="here" d=""/></svg>' : "<span></span>"}</div>`);
     const ends = this.hasAngle ? '<div class="branch"><label for="arm-angle">deg</label><input id="arm-angle" type="range" min="-180" max="180" step="0.1" aria-label="arm angle, deg"></div>' : "";
     const title = this.hasAngle ? "Arm angle" : "Branches";
-    card.innerHTML = `<div class="head"><h2>${title} <small>signs of shoulder, elbow, wrist</small></h2><b id="arm-angle-value"></b></div>${rows.join("")}${ends}<p class="note" id="arm-angle-word" role="status"></p>`;
+    card.innerHTML = `<div class="head"><h2>${title} <small>shoulder, elbow, wrist</small></h2><b id="arm-angle-value"></b></div>${rows.join("")}${ends}<p class="note" id="arm-angle-word" role="status"></p>`;
     this.explorer.place(card, "left");
     Object.assign(this, { card, word: card.querySelector("#arm-angle-word"), value: card.querySelector("#arm-angle-value"), slider: card.querySelector("#arm-angle") });
-    this.rows = [...card.querySelectorAll(".branch button")].map((button) => ({ button, free: button.parentElement.querySelector(".free"), here: button.parentElement.querySelector(".here"), text: button.parentElement.querySelector("span") }));
+    this.rows = [...card.querySelectorAll(".branch button")].map((button) => ({ button, pressed: attributeWriter(button, "aria-pressed"), free: this.hasAngle && attributeWriter(button.parentElement.querySelector(".free"), "d"), here: this.hasAngle && attributeWriter(button.parentElement.querySelector(".here"), "d"), text: button.parentElement.querySelector("span") }));
     this.rows.forEach(({ button }, b) => button.addEventListener("click", () => this.go(b, this.psi)));
     this.slider?.addEventListener("input", () => this.go(this.branch, (Number(this.slider.value) * Math.PI) / 180));
+    card.addEventListener("keydown", (event) => this.#key(event));
     card.querySelectorAll("svg").forEach((svg, b) => {
       const to = ({ clientX }) => {
         const { left, width } = svg.getBoundingClientRect();
@@ -84,17 +85,17 @@ class ArmAngleStrip {
 
   write(q) {
     this.compute(q);
-    this.rows.forEach(({ button, free, here, text }, b) => {
+    this.rows.forEach(({ pressed, free, here, text }, b) => {
       const is = b === this.branch;
-      button.setAttribute("aria-pressed", String(is));
+      pressed(String(is));
       if (this.hasAngle) {
-        free.setAttribute("d", this.#bars(b));
-        here.setAttribute("d", is ? `M${((this.psi * 180) / Math.PI).toFixed(2)} 0v10` : "");
-      } else text.textContent = this.#list(b);
+        free(this.#bars(b));
+        here(is ? `M${Math.round((this.psi * 1800) / Math.PI)} 0v10` : "");
+      } else put(text, this.#list(b));
     });
     if (!this.hasAngle) return;
     const degrees = (this.psi * 180) / Math.PI;
-    this.value.textContent = `${degrees.toFixed(1)}°`;
+    put(this.value, `${degrees.toFixed(1)}°`);
     if (document.activeElement !== this.slider || Math.abs(Number(this.slider.value) - degrees) > 0.2) this.slider.value = degrees;
   }
 
@@ -102,10 +103,40 @@ class ArmAngleStrip {
   #bars(b) {
     let d = "";
     for (let k = 0; k < this.counts[b]; k += 1) {
-      const [from, to] = [0, 1].map((end) => (this.ends[32 * b + 2 * k + end] * 180) / Math.PI);
-      [[from, Math.min(to, 180)], [-180, to - 360]].forEach(([x, y]) => { if (y > x) d += `M${x.toFixed(2)} 2H${y.toFixed(2)}V8H${x.toFixed(2)}z`; });
+      const from = Math.round((this.ends[32 * b + 2 * k] * 1800) / Math.PI), to = Math.round((this.ends[32 * b + 2 * k + 1] * 1800) / Math.PI);
+      if (from < 1800) d += `M${from} 2H${Math.min(to, 1800)}V8H${from}z`;
+      if (to > 1800) d += `M-1800 2H${to - 3600}V8H-1800z`;
     }
     return d;
+  }
+
+  // Left and right: a degree of arm angle, with Shift a tenth; over a gap to its other side. Up and down: another branch.
+  #key(event) {
+    const along = { ArrowLeft: -1, ArrowRight: 1 }[event.key], across = { ArrowUp: -1, ArrowDown: 1 }[event.key];
+    if (event.ctrlKey || event.metaKey || event.altKey || !(across || (along && this.hasAngle))) return;
+    event.preventDefault();
+    if (along) this.step(along, (event.shiftKey ? 0.1 : 1) * (Math.PI / 180));
+    else this.#other(across);
+  }
+
+  // The next arm angle of this branch in a direction; gives whether the arm went.
+  step(direction, size) {
+    if (this.go(this.branch, this.psi + direction * size)) return true;
+    const NEAR = 1e-6, ends = Array.from(this.ends.subarray(32 * this.branch, 32 * this.branch + 2 * this.counts[this.branch]), (end, k) => {
+      const at = end + (k % 2 === 0 ? NEAR : -NEAR), turn = 2 * Math.PI, ahead = direction * (at - this.psi);
+      return [ahead - turn * Math.floor(ahead / turn), at];
+    }).filter(([ahead]) => ahead > 10 * NEAR);
+    return ends.sort(([a], [b]) => a - b).some(([, at]) => this.go(this.branch, at));
+  }
+
+  // The next branch in which the arm can stand at this arm angle.
+  #other(direction) {
+    for (let k = 1; k < 8; k += 1) {
+      const b = (this.branch + direction * k + 8) % 8;
+      if (!this.go(b, this.psi)) continue;
+      this.rows[b].button.focus();
+      return;
+    }
   }
 
   #list(b) {

@@ -23,14 +23,14 @@ _HERE = "lwr_dyn.explorer"
 _SCRIPTS = (
     ("lwr_dyn.viewer", "numbers.js"), ("lwr_dyn.viewer", "drawing.js"), ("lwr_dyn.viewer", "stage.js"),
     (_HERE, "kinematics.js"), (_HERE, "arm_parts.js"), (_HERE, "state.js"), (_HERE, "arm_functions.js"),
-    (_HERE, "arm_pieces.js"), (_HERE, "panels.js"), (_HERE, "pose_card.js"), (_HERE, "arm_chooser.js"),
-    (_HERE, "explorer.js"),
+    (_HERE, "arm_pieces.js"), (_HERE, "panels.js"), (_HERE, "written_numbers.js"), (_HERE, "pose_card.js"),
+    (_HERE, "arm_chooser.js"), (_HERE, "explorer.js"),
 )  # fmt: skip
 _COMPUTING = tuple(
     (_HERE, name)
     for name in (
         "flange_solver.js", "flange_drag.js", "link_drag.js", "arm_angle.js", "workspace.js", "torques.js",
-        "payload.js", "pose_copy.js", "jacobian.js", "readings.js",
+        "payload.js", "matrices.js", "pose_copy.js", "jacobian.js", "readings.js",
     )
 )  # fmt: skip
 _LAST = ((_HERE, "start.js"),)

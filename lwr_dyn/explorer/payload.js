@@ -1,14 +1,15 @@
-// A payload: a mass at a point of the flange's frame, which every arm of the page carries.
+// A payload: a mass at a point of the flange's frame, in the torques' card; every arm of the page carries it.
 
 class PayloadFields {
   constructor(explorer) {
-    const card = document.createElement("section"), names = ["kg", "x m", "y m", "z m"], { mass, at } = explorer.payload;
-    card.className = "card";
-    card.setAttribute("aria-label", "Payload");
-    card.innerHTML = `<div class="head"><h2>Payload <small>at a point of the flange's frame</small></h2></div><div class="scroll" tabindex="0" role="region" aria-label="Payload, fields"><table class="torques payload"><tbody><tr>${names.map((name) => `<td><label>${name} <input class="rate" type="text" inputmode="decimal" aria-label="payload, ${name}"></label></td>`).join("")}</tr></tbody></table></div><p class="note" role="status"></p>`;
-    explorer.place(card);
-    const inputs = [...card.querySelectorAll("input")];
-    this.word = card.querySelector("p.note");
+    const names = ["kg", "x m", "y m", "z m"], { mass, at } = explorer.payload, group = document.createElement("div");
+    group.className = "payload";
+    group.setAttribute("role", "group");
+    group.setAttribute("aria-label", "Payload at a point of the flange's frame");
+    group.innerHTML = `<b>Payload</b>${names.map((name) => `<label>${name} <input class="rate" type="text" inputmode="decimal" aria-label="payload, ${name}"></label>`).join("")}<p class="note" role="status"></p>`;
+    explorer.torques.section.append(group);
+    const inputs = [...group.querySelectorAll("input")];
+    this.word = group.querySelector("p.note");
     [mass, ...at].forEach((value, k) => { inputs[k].value = plain(value, 6); });
     inputs.forEach((input) => input.addEventListener("change", () => {
       const [kg, ...place] = inputs.map((field) => Number(field.value.trim().replace(",", ".") || NaN));
@@ -19,4 +20,4 @@ class PayloadFields {
   }
 }
 
-explorerPanels.add("payloadFields", (explorer) => (explorer.robot.inverse_dynamics ? new PayloadFields(explorer) : null));
+explorerPanels.add("payloadFields", (explorer) => (explorer.torques ? new PayloadFields(explorer) : null));

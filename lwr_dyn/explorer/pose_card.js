@@ -3,6 +3,8 @@
 class PoseCard {
   constructor(explorer) {
     this.explorer = explorer;
+    const cells = (names) => names.map((name) => document.getElementById(`pose_${name}`));
+    Object.assign(this, { place: numberWriter(cells(["x", "y", "z"]), 3), angles: numberWriter(cells(["roll", "pitch", "yaw"]), 4), text: document.getElementById("q-deg") });
     this.#buttons();
   }
 
@@ -14,11 +16,9 @@ class PoseCard {
   // The numbers of a pose, and the sliders at `explorer.values`.
   write(pose) {
     this.rows.forEach((row, i) => row(this.explorer.values[i]));
-    const put = (id, text) => { document.getElementById(id).textContent = text; };
-    ["x", "y", "z"].forEach((axis, k) => put(`pose_${axis}`, fixed(1000 * pose[12 + k], 3)));
-    const angles = armKinematics.rollPitchYaw(pose);
-    ["roll", "pitch", "yaw"].forEach((angle, k) => put(`pose_${angle}`, fixed((angles[k] * 180) / Math.PI, 4)));
-    document.getElementById("q-deg").value = `--q-deg=${this.explorer.values.map((value) => plain(value, 9)).join(",")}`;
+    this.place([1000 * pose[12], 1000 * pose[13], 1000 * pose[14]]);
+    this.angles(armKinematics.rollPitchYaw(pose).map((angle) => (angle * 180) / Math.PI));
+    this.text.value = this.command();
   }
 
   #inside(i, value) {
@@ -28,18 +28,27 @@ class PoseCard {
 
   #row(joint, i) {
     const slider = document.getElementById(`slider_${i + 1}`), field = document.getElementById(`value_${i + 1}`);
-    const step = joint.kind === "revolute" ? 0.1 : 0.001, [low, up] = joint.slider.map((end) => armKinematics.shown(joint, end));
-    const set = (value) => this.explorer.setValues(this.explorer.values.map((old, k) => (k === i ? this.#inside(i, value) : old)));
+    const step = joint.kind === "revolute" ? 0.1 : 0.001, unit = joint.kind === "revolute" ? "degrees" : "metres", [low, up] = joint.slider.map((end) => armKinematics.shown(joint, end));
+    let last = NaN, wasOutside = false;
+    const set = (value) => {
+      last = NaN; // what stands in the slider and the field is not what was written
+      this.explorer.setValues(this.explorer.values.map((old, k) => (k === i ? this.#inside(i, value) : old)));
+    };
     slider.addEventListener("input", () => {
       const near = Math.round(Number(slider.value) / step) * step; // whole steps inside the limits
       set(round(near > up ? near - step : near < low ? near + step : near, 3));
     }, { signal: this.explorer.signal });
     field.addEventListener("change", () => set(field.value.trim() === "" ? NaN : Number(field.value.replace(",", "."))), { signal: this.explorer.signal });
     return (value) => {
+      if (value === last) return;
+      last = value;
+      const text = plain(value, 4); // the text to copy has all digits
       slider.value = value;
-      slider.setAttribute("aria-valuetext", `${plain(value, 6)} ${joint.kind === "revolute" ? "degrees" : "metres"}`);
-      field.value = plain(value, 4); // the text to copy has all digits
-      field.classList.toggle("outside", value < low - 1e-6 || value > up + 1e-6); // only a live page can be sent there
+      slider.setAttribute("aria-valuetext", `${text} ${unit}`);
+      field.value = text;
+      const isOutside = value < low - 1e-6 || value > up + 1e-6; // only a live page can be sent there
+      if (isOutside !== wasOutside) field.classList.toggle("outside", isOutside);
+      wasOutside = isOutside;
     };
   }
 
@@ -52,13 +61,22 @@ class PoseCard {
       return round(low + Math.random() * (up - low), joint.kind === "revolute" ? 1 : 3);
     })));
     on("view", () => explorer.fit());
-    const copied = document.getElementById("copied"), text = document.getElementById("q-deg");
-    on("copy", async () => {
-      text.select();
-      const done = await navigator.clipboard?.writeText(text.value).then(() => true, () => false);
-      copied.textContent = done || document.execCommand("copy") ? "copied" : "press Ctrl-C";
-      setTimeout(() => { copied.textContent = ""; }, 2500);
-    });
+    on("copy", () => this.copy(this.command()));
+  }
+
+  // Positions as the command takes them.
+  command() {
+    return `--q-deg=${this.explorer.values.map((value) => plain(value, 9)).join(",")}`;
+  }
+
+  // A text into the clipboard; it stands in the field until the arm moves.
+  async copy(text) {
+    const copied = document.getElementById("copied");
+    this.text.value = text;
+    this.text.select();
+    const done = await navigator.clipboard?.writeText(text).then(() => true, () => false);
+    copied.textContent = done || document.execCommand("copy") ? "copied" : "press Ctrl-C";
+    setTimeout(() => { copied.textContent = ""; }, 2500);
   }
 }
 

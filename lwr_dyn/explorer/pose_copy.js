@@ -28,7 +28,7 @@ class PoseCopy {
   }
 
   write(q) {
-    this.numbers(q).forEach((x, k) => { this.cells[k].textContent = fixed(x, 6); });
+    this.cells(this.numbers(q));
   }
 
   // A link of this page: as many numbers as joints, all inside the sliders; else it is said and nothing moves.
@@ -41,23 +41,18 @@ class PoseCopy {
     if (right) this.explorer.setPose(q);
   }
 
+  // In the card of the flange: a row in m and rad, and buttons beside its own.
   #build() {
-    const card = document.createElement("section"), names = ["x", "y", "z", "A", "B", "C"];
-    card.className = "card";
-    card.setAttribute("aria-label", "Pose to copy");
-    card.innerHTML = `<div class="head"><h2>Flange <small>m, rad; A B C as KUKA has them</small></h2><div class="buttons"><button data-form="python" type="button">Python</button><button data-form="krl" type="button">KRL</button><button data-form="link" type="button">link</button></div></div><div class="scroll" tabindex="0" role="region" aria-label="Flange in m and rad"><table class="heat"><thead><tr>${names.map((name) => `<th class="num" scope="col">${name}</th>`).join("")}</tr></thead><tbody><tr>${names.map(() => "<td></td>").join("")}</tr></tbody></table></div><div class="copy"><input readonly aria-label="The text copied" class="copied-text"><span role="status"></span></div>`;
-    this.explorer.place(card);
-    this.cells = [...card.querySelectorAll("td")];
-    this.field = card.querySelector("input");
-    this.word = card.querySelector("span");
-    card.querySelectorAll("button").forEach((button) => button.addEventListener("click", () => this.#copy(button.dataset.form)));
-  }
-
-  async #copy(form) {
-    this.field.value = this.text(form, explorerState.q);
-    this.field.select();
-    const done = await navigator.clipboard?.writeText(this.field.value).then(() => true, () => false);
-    this.word.textContent = done || document.execCommand("copy") ? "copied" : "press Ctrl-C";
+    const row = document.createElement("tr"), forms = document.createElement("span"), { signal, poseCard } = this.explorer;
+    row.innerHTML = `<th scope="row">m, rad</th>${"<td></td>".repeat(6)}`;
+    forms.className = "plain";
+    forms.innerHTML = ["Python", "KRL", "link"].map((form) => `<button type="button">${form}</button>`).join("");
+    document.querySelector(".flange-pose tbody").append(row);
+    document.getElementById("copy").after(forms);
+    signal.addEventListener("abort", () => [row, forms].forEach((part) => part.remove()));
+    this.cells = numberWriter([...row.querySelectorAll("td")], 6);
+    this.word = document.getElementById("copied");
+    forms.querySelectorAll("button").forEach((button) => button.addEventListener("click", () => poseCard.copy(this.text(button.textContent.toLowerCase(), explorerState.q))));
   }
 }
 

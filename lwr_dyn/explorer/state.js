@@ -1,17 +1,32 @@
 // The state of the page: positions, speeds, accelerations; who listens is told at most once a frame.
 
 const explorerState = (() => {
-  const listeners = [];
-  let waiting = false;
+  const listeners = [], REST = 150; // [ms]
+  let waiting = false, resting = 0;
   const state = { q: new Float64Array(0), dq: new Float64Array(0), ddq: new Float64Array(0), computed: 0, spent: [] };
 
-  // Everybody computes and writes now; `spent` keeps how long it took [ms].
-  state.compute = () => {
+  const tell = (told) => {
     waiting = false;
     const before = performance.now();
-    listeners.forEach((listener) => listener(state));
     state.computed += 1;
-    if (state.spent.push(performance.now() - before) > 400) state.spent.shift();
+    for (const entry of told) {
+      entry.at = state.computed;
+      entry.listener(state);
+    }
+    if (state.spent.push(performance.now() - before) > 400) state.spent.shift(); // how long it took [ms]
+  };
+
+  // Everybody computes and writes now.
+  state.compute = () => tell([...listeners]);
+
+  // What can be seen computes and writes; the rest when the arm rests.
+  state.frame = () => {
+    tell(listeners.filter(({ seen }) => seen));
+    clearTimeout(resting);
+    resting = setTimeout(() => {
+      const late = listeners.filter(({ at }) => at !== state.computed);
+      late.forEach((entry) => { entry.at = state.computed; entry.listener(state); });
+    }, REST);
   };
 
   // New values of some of q, dq, ddq.
@@ -19,12 +34,28 @@ const explorerState = (() => {
     Object.entries(parts).forEach(([name, values]) => { state[name] = Float64Array.from(values); });
     if (waiting || state.q.length === 0) return;
     waiting = true;
-    requestAnimationFrame(state.compute);
+    requestAnimationFrame(() => { if (waiting) state.frame(); });
   };
 
-  state.listen = (listener) => { listeners.push(listener); };
+  const watch = window.IntersectionObserver && new IntersectionObserver((changes) => changes.forEach(({ target, isIntersecting }) => {
+    listeners.filter(({ card }) => card === target).forEach((entry) => {
+      entry.seen = isIntersecting;
+      if (!isIntersecting || entry.at === state.computed || state.q.length === 0) return;
+      entry.at = state.computed;
+      entry.listener(state);
+    });
+  }), { rootMargin: "200px" });
+
+  // A listener that writes into a card alone sleeps while the card is out of view.
+  state.listen = (listener, card = null) => {
+    listeners.push({ listener, card, seen: true, at: 0 });
+    if (card) watch?.observe(card);
+  };
 
   // Another arm comes: nobody listens any more.
-  state.forget = () => { listeners.length = 0; };
+  state.forget = () => {
+    listeners.length = 0;
+    watch?.disconnect();
+  };
   return state;
 })();

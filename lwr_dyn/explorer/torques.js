@@ -1,17 +1,18 @@
-// Torques of the pose: g, C dq, B ddq beside the motors' limits, and B as a heat map; speeds and accelerations by field.
+// Torques of the pose: g, C dq, B ddq of the arm with its payload beside the motors' limits; speeds and accelerations
+// by field. A thin mark is the sum by the reading that this one is compared with.
 
 class TorquePanel {
   constructor(explorer) {
-    const { n } = explorer.robot;
-    Object.assign(this, { explorer, n, motors: explorer.data.motors });
-    Object.assign(this, { g: new Float64Array(n), C: new Float64Array(n * n), B: new Float64Array(n * n), tau: new Float64Array(n), parts: new Float64Array(3 * n) });
+    const { n } = explorer.robot, { motors } = explorer.data, made = (size) => new Float64Array(size);
+    Object.assign(this, { explorer, n, motors });
+    Object.assign(this, { g: made(n), C: made(n * n), B: made(n * n), tau: made(n), parts: made(3 * n), other: made(n) });
     this.#build();
-    explorerState.listen((state) => this.write(state));
+    explorerState.listen((state) => this.write(state), this.section);
   }
 
   // Joint i: g, C dq, B ddq in parts[3 i ...]; tau by inverse dynamics.
   compute({ q, dq, ddq }) {
-    const { n, g, C, B, parts } = this;
+    const { n, g, C, B, parts } = this, { robot } = this.explorer;
     robot.gravity_vector(q, g);
     robot.mass_matrix(q, B);
     robot.coriolis_matrix(q, dq, C);
@@ -33,42 +34,52 @@ class TorquePanel {
   }
 
   #build() {
-    const joints = this.explorer.data.arm.joints, section = document.createElement("section");
+    const { joints } = this.explorer.data.arm, section = document.createElement("section");
     section.className = "card";
     section.setAttribute("aria-label", "Torques");
-    const units = joints.map(({ kind }) => (kind === "revolute" ? "rad" : "m"));
-    const rows = joints.map(({ name }, i) => `<tr><th scope="row">${i + 1}</th><td><input class="rate" data-of="dq" data-joint="${i}" type="text" inputmode="decimal" value="${plain(explorerState.dq[i], 6)}" aria-label="speed ${i + 1}, ${units[i]}/s"></td><td><input class="rate" data-of="ddq" data-joint="${i}" type="text" inputmode="decimal" value="${plain(explorerState.ddq[i], 6)}" aria-label="acceleration ${i + 1}, ${units[i]}/s²"></td><td class="bar"><svg viewBox="-1 0 2 1" preserveAspectRatio="none" aria-hidden="true"><path class="zero" d="M0 0v1"/><path class="g"/><path class="c"/><path class="b"/></svg></td><td class="num tau" title="${name.replace(/[<>&"]/g, "")}"></td></tr>`);
-    section.innerHTML = `<div class="head"><h2>Torques <small>N m; <span class="key g">g</span> <span class="key c">C dq</span> <span class="key b">B ddq</span>; bar: the motor's limit, else the largest</small></h2></div><div class="scroll" tabindex="0" role="region" aria-label="Torques of the joints"><table class="torques"><thead><tr><th>joint</th><th>dq</th><th>ddq</th><th>torque</th><th class="num">sum</th></tr></thead><tbody>${rows.join("")}</tbody></table></div><h3>B <small>kg m²; shade by size</small></h3><div class="scroll" tabindex="0" role="region" aria-label="Mass matrix"><table class="heat"><tbody>${joints.map(() => `<tr>${joints.map(() => "<td></td>").join("")}</tr>`).join("")}</tbody></table></div>`;
+    const field = (i, of, word, unit) => `<td><input class="rate" data-of="${of}" data-joint="${i}" type="text" inputmode="decimal" value="${plain(explorerState[of][i], 6)}" aria-label="${word} ${i + 1}, ${unit}"></td>`;
+    const rows = joints.map(({ name, kind }, i) => {
+      const turns = kind === "revolute", unit = turns ? "rad" : "m", limit = this.motors[i] === null ? "limit unknown" : `limit ${plain(this.motors[i], 3)} ${turns ? "N m" : "N"}`;
+      return `<tr title="${name.replace(/[<>&"]/g, "")}: ${limit}"><th scope="row">${i + 1}${turns ? "" : " <small>N</small>"}</th>${field(i, "dq", "speed", `${unit}/s`)}${field(i, "ddq", "acceleration", `${unit}/s²`)}<td class="bar"><svg viewBox="-1000 0 2000 10" preserveAspectRatio="none" aria-hidden="true"><path class="g"/><path class="c"/><path class="b"/><path class="zero" d="M0 0v10"/><path class="other"/></svg></td><td class="num tau"></td></tr>`;
+    });
+    section.innerHTML = `<div class="head"><h2>Torques <small>N m; <span class="key g">g</span> <span class="key c">C dq</span> <span class="key b">B ddq</span>; full bar: the motor's limit, else the largest</small></h2></div><div class="scroll" tabindex="0" role="region" aria-label="Torques of the joints"><table class="torques"><thead><tr><th scope="col">joint</th><th scope="col">dq</th><th scope="col">ddq</th><th scope="col">torque</th><th scope="col" class="num">sum</th></tr></thead><tbody>${rows.join("")}</tbody></table></div>`;
     this.explorer.place(section, "right");
     this.section = section;
-    this.rows = [...section.querySelectorAll(".torques tbody tr")].map((row) => ({ row, bars: ["g", "c", "b"].map((part) => row.querySelector(`path.${part}`)), tau: row.querySelector(".tau") }));
-    this.cells = [...section.querySelectorAll(".heat td")];
-    section.querySelectorAll(".rate").forEach((field) => field.addEventListener("change", () => {
-      const { of: name, joint } = field.dataset, values = Array.from(explorerState[name]), value = Number(field.value.replace(",", "."));
+    const lines = [...section.querySelectorAll("tbody tr")], bars = (part) => lines.map((row) => attributeWriter(row.querySelector(`path.${part}`), "d"));
+    Object.assign(this, { bars: ["g", "c", "b"].map(bars), marks: bars("other"), over: lines.map((row) => attributeWriter(row, "class")) });
+    this.sums = numberWriter(lines.map((row) => row.querySelector(".tau")), 2);
+    section.querySelectorAll(".rate").forEach((input) => input.addEventListener("change", () => {
+      const { of: name, joint } = input.dataset, values = Array.from(explorerState[name]), value = Number(input.value.replace(",", "."));
       values[joint] = Number.isFinite(value) ? value : 0;
-      field.value = plain(values[joint], 6);
+      input.value = plain(values[joint], 6);
       explorerState.set({ [name]: values });
     }));
   }
 
   write(state) {
     this.compute(state);
-    const { n, parts, tau, B } = this, largest = Math.max(...tau.map(Math.abs), 1e-9);
-    this.rows.forEach(({ row, bars, tau: cell }, i) => {
-      const full = this.motors[i] ?? largest, ends = [0, 0];
-      bars.forEach((bar, k) => {
-        const share = parts[3 * i + k] / full, side = share < 0 ? 0 : 1, from = ends[side];
-        ends[side] = Math.min(Math.max(from + share, -1), 1);
-        bar.setAttribute("d", `M${from.toFixed(4)} .2H${ends[side].toFixed(4)}V.8H${from.toFixed(4)}z`);
-      });
-      cell.textContent = fixed(tau[i], 2);
-      row.classList.toggle("over", this.motors[i] !== null && Math.abs(tau[i]) > this.motors[i]);
-    });
-    const most = Math.max(...B.map(Math.abs));
-    this.cells.forEach((cell, k) => {
-      cell.textContent = fixed(B[k], 3);
-      cell.style.background = `color-mix(in srgb, var(--${B[k] < 0 ? "run2" : "run1"}) ${Math.round((30 * Math.abs(B[k])) / most)}%, transparent)`;
-    });
+    const { n, parts, tau, motors } = this, other = this.#compared(state);
+    let largest = 1e-9;
+    for (let i = 0; i < n; i += 1) largest = Math.max(largest, Math.abs(tau[i]));
+    for (let i = 0; i < n; i += 1) {
+      const scale = 1000 / (motors[i] ?? largest), ends = [0, 0];
+      for (let k = 0; k < 3; k += 1) {
+        const share = scale * parts[3 * i + k], side = share < 0 ? 0 : 1, from = ends[side];
+        ends[side] = Math.round(Math.min(Math.max(from + share, -1000), 1000));
+        this.bars[k][i](from === ends[side] ? "" : `M${from} 2H${ends[side]}V8H${from}z`);
+      }
+      this.marks[i](other ? `M${Math.round(Math.min(Math.max(scale * other[i], -1000), 1000))} 0v10` : "");
+      this.over[i](motors[i] !== null && Math.abs(tau[i]) > motors[i] ? "over" : "");
+    }
+    this.sums(tau);
+  }
+
+  // The sums by another reading of the same arm; null alone.
+  #compared({ q, dq, ddq }) {
+    const { explorer, other } = this, { compared } = explorer;
+    if (!explorer.page.differing || !compared?.robot?.inverse_dynamics) return null;
+    compared.robot.inverse_dynamics(q, dq, ddq, other);
+    return other;
   }
 }
 
