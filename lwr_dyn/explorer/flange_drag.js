@@ -27,6 +27,7 @@ class FlangeDrag {
     const turn = document.getElementById("turn"), mode = () => controls.setMode(turn.checked ? "rotate" : "translate");
     turn.addEventListener("change", mode, { signal: this.explorer.signal });
     mode();
+    this.stage.pane.addEventListener("pointerdown", (event) => this.#aim(event), { capture: true, signal: this.explorer.signal });
     this.explorer.signal.addEventListener("abort", () => this.#remove());
   }
 
@@ -37,8 +38,19 @@ class FlangeDrag {
     this.viewer.controls.enabled = true;
   }
 
+  // A finger does not hover: the arrow below it is chosen, and its plane turned to it, before the drag begins
+  // (three.js issue 31280: the plane of the arrow before made the flange jump).
+  #aim({ clientX, clientY, button }) {
+    const { left, top, width, height } = this.viewer.canvas.getBoundingClientRect();
+    this.controls.pointerHover({ x: (2 * (clientX - left)) / width - 1, y: 1 - (2 * (clientY - top)) / height, button });
+    this.controls.getHelper().updateMatrixWorld(true);
+  }
+
   begin() {
     this.isDragging = true;
+    this.from = new Float64Array(16);
+    this.start = Float64Array.from(explorerState.q);
+    this.explorer.robot.flange_pose(this.start, this.from);
     this.viewer.controls.enabled = false;
     this.psi = this.solver.armAngle(explorerState.q);
   }
@@ -49,19 +61,23 @@ class FlangeDrag {
     this.#follow(explorerState.q);
   }
 
-  // The joints for the handle as it stands; where there are none the arm stays, as at a wall.
+  // The joints for the handle as it stands; beyond a wall the arm goes as far as it is reached on the way from the start.
   moved() {
     this.handle.updateMatrix();
     const m = this.handle.matrix.elements;
     for (let row = 0; row < 4; row += 1) for (let column = 0; column < 4; column += 1) this.pose[4 * row + column] = m[4 * column + row];
-    return this.go(this.pose, this.psi);
+    return this.go(this.pose, this.psi, this.from, this.start);
   }
 
-  go(pose, psi) {
-    const found = this.solver.solve(pose, psi, explorerState.q, this.out);
-    const words = { [this.solver.OTHER_ANGLE]: "at another arm angle: the limits", [this.solver.OUTSIDE]: "a joint is at its limit", [this.solver.TOO_FAR]: "out of reach" };
-    this.word.textContent = words[found] ?? "";
-    if (found < this.solver.OUTSIDE) this.explorer.setPose(this.out);
+  go(pose, psi, from, start) {
+    const { OTHER_ANGLE, OUTSIDE, TOO_FAR, NEAREST } = this.solver, before = explorerState.q;
+    const found = this.solver.solve(pose, psi, before, this.out, this.controls.mode === "rotate");
+    const words = { [OTHER_ANGLE]: "at another arm angle: the limits", [OUTSIDE]: "a joint is at its limit", [TOO_FAR]: this.solver.isClosed ? "out of reach" : "out of reach, or a joint is at its limit", [NEAREST]: "as near as the arm gets" };
+    const isThere = found < OUTSIDE || found === NEAREST;
+    if (!isThere) this.solver.wall(from, pose, psi, start, this.out);
+    const jumped = isThere && before.some((x, i) => this.explorer.data.arm.joints[i].kind === "revolute" && Math.abs(this.out[i] - x) > 1);
+    this.word.textContent = words[found] ?? (jumped ? "went to another branch" : "");
+    this.explorer.setPose(this.out);
     return found;
   }
 
@@ -90,8 +106,9 @@ class FlangeDrag {
       } else if (axis >= 0) {
         this.psi = this.solver.armAngle(explorerState.q);
         robot.flange_pose(explorerState.q, this.pose);
+        const from = Float64Array.from(this.pose);
         this.pose[4 * axis + 3] += event.shiftKey ? -0.005 : 0.005;
-        this.go(this.pose, this.psi);
+        this.go(this.pose, this.psi, from, explorerState.q);
       } else return;
       event.preventDefault();
     }, { signal: this.explorer.signal });

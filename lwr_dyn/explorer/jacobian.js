@@ -1,27 +1,26 @@
 // The flange's Jacobian at the pose, and what follows from its linear part: the ellipsoids of velocity and of force.
 
+const LOST = 1e-9; // of the largest singular value: smaller ones are lost directions
+const LOST_WORDS = ["", "one direction is lost", "two directions are lost", "the flange does not move"];
+const PAIRS = [[0, 1], [0, 2], [1, 2]];
+
 class JacobianPanel {
   constructor(explorer) {
     const { n } = explorer.robot;
-    Object.assign(this, { explorer, n, J: new Float64Array(6 * n), product: new Float64Array(9), turned: new Float64Array(9), sizes: new Float64Array(3) });
+    Object.assign(this, { explorer, n, J: new Float64Array(6 * n), linear: new Float64Array(3 * n), turned: new Float64Array(9), sizes: new Float64Array(3) });
+    const reach = armKinematics.reach(explorer.data.arm);
+    this.scale = { velocity: 0.25, force: 0.1 * reach * reach, longest: 0.6 * reach }; // m for 1 m/s, m for 1 N, m
     this.#build();
     this.drawn = ["velocity", "force"].map((name) => this.#ellipsoid(name));
-    explorerState.listen((state) => this.write(state.q));
+    explorerState.listen((state) => this.write(state.q), this.card);
+    explorerState.listen((state) => this.#draw(state.q)); // seen where the card is not
   }
 
-  // J, and of its linear part's singular values `sizes` (falling) and directions, the columns of `turned`.
+  // J, and of its linear part the singular values `sizes` (in no order) with their directions, the columns of `turned`.
   compute(q) {
-    const { n, J, product } = this;
-    robot.jacobian(q, J);
-    for (let a = 0; a < 3; a += 1) {
-      for (let b = 0; b < 3; b += 1) {
-        let sum = 0;
-        for (let i = 0; i < n; i += 1) sum += J[a * n + i] * J[b * n + i];
-        product[3 * a + b] = sum;
-      }
-    }
-    principalAxes(product, this.turned);
-    for (let k = 0; k < 3; k += 1) this.sizes[k] = Math.sqrt(Math.max(product[4 * k], 0));
+    robot.jacobian(q, this.J);
+    this.linear.set(this.J.subarray(0, 3 * this.n));
+    singularValues(this.linear, this.n, this.sizes, this.turned);
     return this;
   }
 
@@ -29,12 +28,11 @@ class JacobianPanel {
     const { J, sizes, cells, said } = this.compute(q);
     cells.forEach((cell, k) => { cell.textContent = fixed(J[k], 3); });
     const falling = Array.from(sizes).sort((a, b) => b - a), [largest, , smallest] = falling;
-    const lost = smallest <= 1e-9 * largest;
+    const lost = falling.filter((x) => x <= LOST * largest).length;
     said.velocity.textContent = falling.map((x) => x.toFixed(4)).join(", ");
-    said.force.textContent = falling.map((x) => (x <= 1e-9 * largest ? "∞" : (1 / x).toFixed(4))).reverse().join(", ");
-    said.manipulability.textContent = falling.reduce((volume, x) => volume * x, 1).toExponential(4);
-    said.ratio.textContent = lost ? "singular: one direction is lost" : (largest / smallest).toFixed(2);
-    this.#draw(q);
+    said.force.textContent = falling.map((x) => (x <= LOST * largest ? "∞" : (1 / x).toFixed(4))).reverse().join(", ");
+    said.manipulability.textContent = lost ? "0" : falling.reduce((volume, x) => volume * x, 1).toExponential(4);
+    said.ratio.textContent = lost ? `singular: ${LOST_WORDS[lost]}` : (largest / smallest).toFixed(2);
   }
 
   #build() {
@@ -42,10 +40,17 @@ class JacobianPanel {
     const facts = [["velocity", "velocity ellipsoid, semi-axes"], ["force", "force ellipsoid, semi-axes"], ["manipulability", "manipulability, product of the velocity's"], ["ratio", "condition, longest by shortest"]];
     card.className = "card";
     card.setAttribute("aria-label", "Jacobian");
-    card.innerHTML = `<div class="head"><h2>Jacobian <small>of the flange in the base; m, 1</small></h2></div><div class="scroll" tabindex="0" role="region" aria-label="Jacobian of the flange"><table class="heat"><tbody>${rows.map((row) => `<tr><th scope="row">${row}</th>${"<td></td>".repeat(this.n)}</tr>`).join("")}</tbody></table></div><table class="pose"><tbody>${facts.map(([name, text]) => `<tr><th scope="row">${text}</th><td data-fact="${name}"></td></tr>`).join("")}</tbody></table><p class="note">Of the linear part, for joint speeds and torques of norm 1.</p>`;
+    card.innerHTML = `<div class="head"><h2>Jacobian <small>of the flange in the base; m, 1</small></h2></div><div class="scroll" tabindex="0" role="region" aria-label="Jacobian of the flange"><table class="heat"><tbody>${rows.map((row) => `<tr><th scope="row">${row}</th>${"<td></td>".repeat(this.n)}</tr>`).join("")}</tbody></table></div><table class="pose"><tbody>${facts.map(([name, text]) => `<tr><th scope="row">${text}</th><td data-fact="${name}"></td></tr>`).join("")}</tbody></table><p class="note">${this.#note()}</p>`;
     this.explorer.place(card);
+    this.card = card;
     this.cells = [...card.querySelectorAll(".heat td")];
     this.said = Object.fromEntries([...card.querySelectorAll("[data-fact]")].map((cell) => [cell.dataset.fact, cell]));
+  }
+
+  #note() {
+    const { velocity, force, longest } = this.scale, slides = this.explorer.data.arm.joints.some(({ kind }) => kind !== "revolute");
+    const units = slides ? " (m/s and N of sliding joints count as rad/s and N m)" : "";
+    return `Of the linear part, for joint speeds of norm 1 rad/s [m/s] and joint torques of norm 1 N m [N]${units}. Drawn: 1 m/s as ${plain(velocity, 3)} m; 1 N as ${plain(force, 3)} m, at most ${plain(longest, 3)} m.`;
   }
 
   #ellipsoid(name) {
@@ -64,42 +69,51 @@ class JacobianPanel {
     return { name, box, path };
   }
 
-  // At the flange; the longest semi-axis is 0.3 m long, so the shape counts, the numbers are in the table.
+  // At the flange, to scale; a force without bound is drawn as far as `longest`.
   #draw(q) {
     const shown = this.drawn?.filter(({ box }) => box.checked) ?? [];
     if (shown.length === 0) return;
-    const pose = armKinematics.flange(this.explorer.data.arm, q), { turned, sizes } = this, largest = Math.max(...sizes, 1e-12);
+    const pose = armKinematics.flange(this.explorer.data.arm, q), { turned, sizes, scale } = this.compute(q);
+    const column = (k) => new THREE.Vector3(turned[k], turned[3 + k], turned[6 + k]);
     shown.forEach(({ name, path }) => {
-      const lengths = Array.from(sizes, (x) => (name === "velocity" ? x : 1 / Math.max(x, largest / 1000))), most = Math.max(...lengths, 1e-12);
-      const across = new THREE.Vector3(), column = (k) => across.set(turned[k], turned[3 + k], turned[6 + k]).clone();
+      const lengths = Array.from(sizes, (x) => (name === "velocity" ? scale.velocity * x : Math.min(scale.force / x, scale.longest)));
       const axes = new THREE.Matrix4().makeBasis(column(0), column(1), column(2));
       if (axes.determinant() < 0) axes.makeBasis(column(0), column(1), column(2).negate());
-      axes.scale(new THREE.Vector3(...lengths.map((x) => Math.max((0.3 * x) / most, 1e-4)))).setPosition(pose[12], pose[13], pose[14]);
+      axes.scale(new THREE.Vector3(...lengths.map((x) => Math.max(x, 1e-4)))).setPosition(pose[12], pose[13], pose[14]);
       this.explorer.stage.viewer.set_transform(path, axes.elements);
     });
   }
 }
 
-// Jacobi's rotations: a symmetric 3 x 3 matrix becomes diagonal, the columns of `turned` its principal axes.
-function principalAxes(matrix, turned) {
-  turned.set([1, 0, 0, 0, 1, 0, 0, 0, 1]);
-  for (let round = 0; round < 8; round += 1) {
-    for (const [p, r] of [[0, 1], [0, 2], [1, 2]]) {
-      const off = matrix[3 * p + r];
-      if (Math.abs(off) < 1e-300) continue;
-      const theta = (matrix[4 * r] - matrix[4 * p]) / (2 * off);
-      const t = (theta < 0 ? -1 : 1) / (Math.abs(theta) + Math.hypot(theta, 1)), c = 1 / Math.hypot(t, 1), s = t * c;
-      for (let k = 0; k < 3; k += 1) {
-        const a = matrix[3 * k + p], b = matrix[3 * k + r];
-        [matrix[3 * k + p], matrix[3 * k + r]] = [c * a - s * b, s * a + c * b];
-      }
-      for (let k = 0; k < 3; k += 1) {
-        const a = matrix[3 * p + k], b = matrix[3 * r + k], u = turned[3 * k + p], v = turned[3 * k + r];
-        [matrix[3 * p + k], matrix[3 * r + k]] = [c * a - s * b, s * a + c * b];
-        [turned[3 * k + p], turned[3 * k + r]] = [c * u - s * v, s * u + c * v];
-      }
+// Jacobi's rotations from one side (Hestenes 1958): three rows of n numbers become orthogonal, their lengths are the
+// singular values `sizes`, the columns of `turned` the directions. Small ones keep their digits, as squares would not.
+function singularValues(rows, n, sizes, turned) {
+  const dot = (p, r) => {
+    let sum = 0;
+    for (let i = 0; i < n; i += 1) sum += rows[p * n + i] * rows[r * n + i];
+    return sum;
+  };
+  const turn = (values, a, b, c, s) => {
+    const x = values[a], y = values[b];
+    values[a] = c * x - s * y;
+    values[b] = s * x + c * y;
+  };
+  turned.fill(0);
+  for (let k = 0; k < 3; k += 1) turned[4 * k] = 1;
+  for (let round = 0; round < 12; round += 1) {
+    let left = 0;
+    for (const [p, r] of PAIRS) {
+      const a = dot(p, p), b = dot(r, r), off = dot(p, r);
+      if (Math.abs(off) <= 1e-16 * Math.sqrt(a * b)) continue;
+      left += 1;
+      const theta = (b - a) / (2 * off), t = (theta < 0 ? -1 : 1) / (Math.abs(theta) + Math.hypot(theta, 1));
+      const c = 1 / Math.hypot(t, 1), s = t * c;
+      for (let i = 0; i < n; i += 1) turn(rows, p * n + i, r * n + i, c, s);
+      for (let k = 0; k < 3; k += 1) turn(turned, 3 * k + p, 3 * k + r, c, s);
     }
+    if (left === 0) break;
   }
+  for (let k = 0; k < 3; k += 1) sizes[k] = Math.sqrt(dot(k, k));
 }
 
 explorerPanels.add("jacobian", (explorer) => (explorer.robot.jacobian ? new JacobianPanel(explorer) : null));

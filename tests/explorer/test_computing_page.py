@@ -12,6 +12,7 @@ from lwr_dyn.explorer import computing
 from lwr_dyn.explorer.computing import BUNDLE, functions_script, three_bundle
 from lwr_dyn.explorer.page import explorer_html, write_explorer
 from tests.explorer.explored import explored_arm, opened
+from tests.explorer.pointers import pulled
 
 FOLLOWED = 1e-6
 """[m] that the flange may be from where it is dragged."""
@@ -57,9 +58,14 @@ def test_the_arm_follows_the_dragged_flange(window):
 
 
 def test_out_of_reach_is_a_wall(window):
-    found, _, _, q, word = window.execute_script(DRAG, Q, [3.0, 0.0, 0.0])
+    found, _, reached, q, word = window.execute_script(DRAG, Q, [3.0, 0.0, 0.0])
     assert (found, word) == (3, "out of reach")
-    np.testing.assert_allclose(q, Q, rtol=0, atol=1e-10)
+    start = lwr_dyn.forward_kinematics(lwr_dyn.load("lwr4plus"), np.array(Q))[:3, 3]
+    x, y, z = np.subtract(reached, start)
+    assert x > 0.05  # it went as far as it gets on the straight way
+    np.testing.assert_allclose([y, z], 0, atol=FOLLOWED)
+    further, *_ = window.execute_script(DRAG, q, [1e-4, 0.0, 0.0])
+    assert further in (1, 2, 3)  # the end of the way, or of what this arm angle allows
 
 
 def test_an_arm_without_a_closed_form_follows_too(browser, tmp_path):
@@ -70,45 +76,6 @@ def test_an_arm_without_a_closed_form_follows_too(browser, tmp_path):
     q = [0.1, 0.2, 0.3, -1.5, 0.2, 1.6, 0.4]
     _, asked, reached, _, _ = window.execute_script(DRAG, q, [0.02, 0.01, -0.02])
     np.testing.assert_allclose(reached, asked, rtol=0, atol=FOLLOWED)
-
-
-def pulled(window, pointer, x, y, dx, dy):
-    """A pointer goes down at a place, moves, and is lifted."""
-    along = [(x + dx * k / 5, y + dy * k / 5) for k in range(1, 6)]
-    if pointer == "touch":
-        steps = [("touchStart", [(x, y)]), *(("touchMove", [place]) for place in along), ("touchEnd", [])]
-        for kind, places in steps:
-            points = [{"x": a, "y": b} for a, b in places]
-            window.execute_cdp_cmd("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
-        return
-    window.execute_cdp_cmd("Input.dispatchMouseEvent", {"type": "mouseMoved", "x": x, "y": y})
-    steps = [("mousePressed", (x, y)), *(("mouseMoved", place) for place in along), ("mouseReleased", along[-1])]
-    for kind, (a, b) in steps:
-        event = {"type": kind, "x": a, "y": b, "button": "left", "buttons": 1, "clickCount": 1}
-        window.execute_cdp_cmd("Input.dispatchMouseEvent", event)
-
-
-@pytest.mark.parametrize("pointer", ["mouse", "touch"])
-def test_the_arrow_at_the_flange_is_pulled(browser, page, pointer):
-    window = opened(browser, page.as_uri())
-    before, *place = window.execute_script(
-        f"""{START} e.stage.frameView(); const {{ camera, canvas }} = e.stage.viewer, {{ handle }} = e.flangeDrag;
-        const pane = canvas.getBoundingClientRect(); camera.updateMatrixWorld(); handle.updateWorldMatrix(true, false);
-        const far = handle.getWorldPosition(new THREE.Vector3()).distanceTo(camera.position);
-        const long = 0.061 * far * Math.min(1.9 * Math.tan((Math.PI * camera.fov) / 360), 7);
-        const at = handle.localToWorld(new THREE.Vector3(long, 0, 0)).project(camera);
-        const place = [pane.left + ((at.x + 1) * pane.width) / 2, pane.top + ((1 - at.y) * pane.height) / 2];
-        return [e.flangePose(), ...place]""",
-        Q,
-    )
-    pulled(window, pointer, *place, 20, -15)
-    after = np.array(window.execute_script("return lwrExplorer.flangePose()"))
-    np.testing.assert_allclose(after[:3, :3], np.array(before)[:3, :3], rtol=0, atol=1e-9)
-    moved = (after - before)[:3, 3]
-    assert np.linalg.norm(moved) > 0.005
-    window.execute_script("lwrExplorer.state.compute()")
-    handle = window.execute_script("return lwrExplorer.flangeDrag.handle.position.toArray()")
-    np.testing.assert_allclose(handle, after[:3, 3], rtol=0, atol=FOLLOWED)
 
 
 @pytest.mark.parametrize("pointer", ["mouse", "touch"])

@@ -94,6 +94,22 @@ def test_a_lost_direction_is_said(window):
     assert "∞" in window.execute_script("return lwrExplorer.jacobian.said.force.textContent")
 
 
+def test_singular_values_keep_their_digits_and_lost_directions_are_counted(window):
+    rng = np.random.default_rng(3)
+    turned, rows = np.linalg.qr(rng.normal(size=(3, 3)))[0], np.linalg.qr(rng.normal(size=(7, 7)))[0][:3]
+    script = """const sizes = new Float64Array(3), turned = new Float64Array(9);
+        singularValues(Float64Array.from(arguments[0]), 7, sizes, turned); return [[...sizes], [...turned]]"""
+    for meant in ([1.0, 0.4, 0.1], [1.0, 1.0, 1e-12], [0.7, 0.0, 0.0], [0.0, 0.0, 0.0]):
+        matrix = turned @ np.diag(meant) @ rows
+        sizes, axes = map(np.array, window.execute_script(script, matrix.ravel().tolist()))
+        np.testing.assert_allclose(np.sort(sizes)[::-1], meant, rtol=0, atol=1e-15)
+        axes = axes.reshape(3, 3)
+        np.testing.assert_allclose(axes @ np.diag(sizes**2) @ axes.T, matrix @ matrix.T, atol=1e-15)
+    window.execute_script("lwrExplorer.jacobian.write(new Float64Array(7))")
+    lost = window.execute_script("return lwrExplorer.jacobian.said.ratio.textContent")
+    assert lost == "singular: two directions are lost"  # the stretched upright arm moves along x alone
+
+
 def test_another_reading_changes_the_torques_as_in_python(window, arm):
     others = other_readings(arm)
     assert sorted(others) == sorted(set(lwr_dyn.readings("lwr4plus")) - {"physical"})
