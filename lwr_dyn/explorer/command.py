@@ -14,7 +14,7 @@ from lwr_dyn.explorer.page import explorer_html
 from lwr_dyn.explorer.page_data import pose_as_run, start_pose
 from lwr_dyn.explorer.shown import has_display, open_in_browser, show
 from lwr_dyn.files import ends_in
-from lwr_dyn.loading import arm_of
+from lwr_dyn.loading import arm_of, load_with_paper
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
 from lwr_dyn.viewer.replayed_runs import replayed_runs
@@ -34,6 +34,7 @@ _OF_AN_ARM = ("reading", "tip", "locks", "mount", "tool", "xacro_args", "q_deg")
 @click.option(
     "--html", metavar="FILE", type=click.Path(path_type=Path), help="The page's file; else in lwr_dyn_pages/."
 )
+@click.option("--beside", metavar="ROBOT[:READING]", help="A second robot beside it, also one with other joints.")
 @click.option("--serve", is_flag=True, help="Serve a live meshcat on 127.0.0.1 until Ctrl-C; no file is written.")
 @click.option("--port", metavar="N", type=int, help="Port of --serve; 0 takes any free one.  [default: 7000]")
 @click.option("--browser/--no-browser", default=None, help="Open the page; if not given, on a terminal with a display.")
@@ -44,6 +45,7 @@ def command(
     locks: tuple[str, ...],
     q_deg: tuple[float, ...] | None,
     html: Path | None,
+    beside: str | None,
     serve: bool,
     port: int | None,
     browser: bool | None,
@@ -56,14 +58,29 @@ def command(
         raise OptionError("show", "both --html and --serve", "one of them")
     if port is not None and not serve:
         raise OptionError("--port", "given without --serve", "only with --serve")
+    if beside is not None and (serve or ends_in(robot, ".npz")):
+        raise OptionError(
+            "--beside", f"given {'with --serve' if serve else f'for {robot}'}", "only with a robot's page"
+        )
     run = _run(robot) if ends_in(robot, ".npz") else None
+    other = None if beside is None else _beside(beside)
     arm = load_robot(robot, reading, tip, locks) if run is None else _arm_of(run, robot)
     q = None if q_deg is None else from_degrees(arm, q_deg, "--q-deg")
     if serve:
         _serve(arm, run, q, port, browser)
         return
-    page = show(arm if run is None else run, html, q=q, browser=browser)
+    page = show(arm if run is None else run, html, q=q, beside=other, browser=browser)
     click.echo(repr(page))
+
+
+def _beside(text: str) -> Arm:
+    """The robot of ROBOT[:READING], a name or a file; raises as `lwr_dyn.load`."""
+    name, mark, reading = text.rpartition(":")
+    if mark and not reading:
+        raise OptionError("--beside", repr(text), "ROBOT or ROBOT:READING, such as wam7:printed")
+    is_whole = not mark or "/" in reading or "\\" in reading
+    arm, _ = load_with_paper(text if is_whole else name, None if is_whole else reading)
+    return arm
 
 
 def _run(path: str) -> Run:

@@ -1,5 +1,7 @@
 // The explorer: a list of arms with one active; positions -> kinematics -> numbers and stage; what panels are given.
 
+const SIDE = -1; // the azimuth from which arms side by side are seen [rad]
+
 class Explorer {
   constructor(page) {
     this.page = page;
@@ -37,7 +39,7 @@ class Explorer {
     explorerPanels.build(this);
     this.#switches();
     this.chooser.write();
-    if (before?.run !== run) this.fit();
+    if (!before || (before.run !== run && before.data.group === data.group)) this.fit();
   }
 
   // The arm that the active one is compared with: another reading, or the arm beside it; null alone.
@@ -127,6 +129,12 @@ class Explorer {
     this.stage.runs.forEach((run) => this.stage.viewer.set_property(run.root, "visible", false));
     this.stage.framed = this.shown.map((entry) => entry.run);
     this.stage.framed.forEach((run) => this.stage.viewer.set_property(run.root, "visible", true));
+    if (this.shown.length < 2) return;
+    const gap = 0.7 * this.shown.reduce((sum, { data }) => sum + armKinematics.reach(data.arm), 0), floor = Math.min(...this.stage.framed.map(({ record }) => record.floor));
+    this.shown.forEach(({ run }, k) => {
+      const off = gap * (k - (this.shown.length - 1) / 2);
+      this.stage.viewer.set_transform(run.root, new THREE.Matrix4().makeTranslation(-Math.sin(SIDE) * off, Math.cos(SIDE) * off, floor - run.record.floor).elements);
+    });
   }
 
   // All arms that are shown at their present poses.
@@ -141,6 +149,7 @@ class Explorer {
 
   // The arm is seen from the side of the upright plane that it is nearest to.
   #side(arm, q) {
+    if (this.shown.length > 1) return SIDE;
     const { 12: x, 13: y } = armKinematics.flange(arm, q), out = Math.hypot(x, y);
     return out > 0.15 * armKinematics.reach(arm) ? Math.atan2(y, x) - 1 : this.stage.azimuth;
   }

@@ -33,6 +33,7 @@ _COMPUTING = tuple(
         "payload.js", "matrices.js", "pose_copy.js", "jacobian.js", "readings.js",
     )
 )  # fmt: skip
+_BESIDE = ((_HERE, "flange_solver.js"), (_HERE, "side_by_side.js"))
 _LAST = ((_HERE, "start.js"),)
 _TURN = '<label><input id="turn" type="checkbox"> drag turns the flange</label>'
 
@@ -66,7 +67,8 @@ def explorer_html(
     data = {"schema": SCHEMA, "live": live, "made_by": generator_line(), **shown_records(shown, sets.places)}
     if beside is None and len(shown) > 1:
         data["differing"] = differing_numbers([each.arm for each in shown])
-    scripts = [*_SCRIPTS, *(_COMPUTING if sets.script else ()), *_LAST]
+    further = (*(_COMPUTING if sets.script else ()), *(_BESIDE if beside is not None else ()))
+    scripts = [*_SCRIPTS, *dict.fromkeys(further), *_LAST]
     parts = {
         "policy": _policy(live),
         "style": "\n".join((font_faces() if live else "", look_css(), resource_text("explorer.css", _HERE))),

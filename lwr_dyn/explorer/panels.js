@@ -3,13 +3,14 @@
 const explorerPanels = (() => {
   const makers = [], warmed = new Set(), idle = window.requestIdleCallback ?? setTimeout;
 
-  // `make(explorer)` gives the panel, or null for an arm that cannot have it; it becomes explorer[name].
-  const add = (name, make) => { makers.push([name, make]); };
+  // `make(explorer)` gives the panel, or null for an arm that cannot have it; it becomes explorer[name]. Only for arms
+  // that the page computes with, or always.
+  const add = (name, make, { always = false } = {}) => { makers.push([name, make, always]); };
 
-  // Only for arms that the page computes with. Panels with `warm()` compute some times while nobody waits, so that the
-  // browser has translated the functions when they are needed.
+  // Panels with `warm()` compute some times while nobody waits, so that the browser has translated the functions when
+  // they are needed.
   const build = (explorer) => {
-    makers.forEach(([name, make]) => { explorer[name] = explorer.robot ? make(explorer) : null; });
+    makers.forEach(([name, make, always]) => { explorer[name] = always || explorer.robot ? make(explorer) : null; });
     const { signal, data } = explorer;
     makers.forEach(([name]) => {
       if (!explorer[name]?.warm || warmed.has(`${name} ${data.set}`)) return;

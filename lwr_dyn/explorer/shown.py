@@ -63,6 +63,7 @@ def show(
     path: str | Path | None = None,
     *,
     q: ArrayLike | None = None,
+    beside: Arm | None = None,
     embed: bool = False,
     browser: bool | None = None,
 ) -> ShownPage:
@@ -75,6 +76,8 @@ def show(
         The page's file; in the folder `lwr_dyn_pages` if not given.
     q : (n,) array_like, optional
         Positions of an arm at the start [rad or m]; zero if not given, moved into the limits where they exclude it.
+    beside : Arm, optional
+        A second arm beside the first one, also one with another number of joints.
     embed : bool
         Whether a notebook holds the page itself, about 1 MB, and no file is written.
     browser : bool, optional
@@ -88,7 +91,8 @@ def show(
     Raises
     ------
     OptionError
-        Neither an arm nor a run; q of a run, or outside the limits; a path with `embed`; no browser.
+        Neither an arm nor a run; q of a run, or outside the limits; a run beside an arm, or the other way round; a path
+        with `embed`; no browser.
     ShapeError
         q of another shape.
     UnknownNameError, FileAccessError
@@ -98,22 +102,32 @@ def show(
         raise OptionError("shown", repr(shown), "an arm or a run, such as load, simulate or Run.load give")
     if isinstance(shown, Run) and q is not None:
         raise OptionError("q", "given for a run", "only with an arm")
+    _check_beside(shown, beside)
     if embed and (path is not None or browser):
         raise OptionError("embed", "with a path or a browser", "alone: no file is written")
     if path is not None:
         check_writable(path)
     arm = arm_of(shown) if isinstance(shown, Run) else shown
     run = shown if isinstance(shown, Run) else None
-    page = explorer_html(arm, q) if run is None else replay_html([run], arm)
+    page = explorer_html(arm, q, beside=beside) if run is None else replay_html([run], arm)
     place = run.q[-1] if run is not None else start_pose(arm, q)
     still = arm_still(arm, place, run) if in_notebook() else None
+    title = arm.title if beside is None else f"{arm.title} beside {beside.title}"
     if embed:
-        return ShownPage(arm.title, None, page, still)
-    target = Path(path) if path is not None else _own_path(arm, run, page, is_plain=run is None and q is None)
+        return ShownPage(title, None, page, still)
+    is_plain = run is None and q is None and beside is None
+    target = Path(path) if path is not None else _own_path(arm, run, page, is_plain)
     write_file(target, page)
     if browser or (browser is None and has_display()):
         open_in_browser(target.resolve().as_uri(), required=bool(browser))
-    return ShownPage(arm.title, target, page, still)
+    return ShownPage(title, target, page, still)
+
+
+def _check_beside(shown: Arm | Run, beside: Arm | None) -> None:
+    if beside is not None and not isinstance(beside, Arm):
+        raise OptionError("beside", repr(beside), "an arm, such as load gives")
+    if beside is not None and isinstance(shown, Run):
+        raise OptionError("beside", "given for a run", "only with an arm")
 
 
 def _own_path(arm: Arm, run: Run | None, page: str, is_plain: bool) -> Path:

@@ -55,6 +55,15 @@ def test_a_robot_a_urdf_and_a_run_become_pages(lwr_dyn_command, folder, run_file
         (("pd.npz", "--lock", "joint_1=0"), "--lock: given for pd.npz"),
         (("pd.npz", "--mount", "ceiling"), "--mount: given for pd.npz"),
         (("pd.npz", "--q-deg", "0"), "--q-deg: given for pd.npz"),
+        (("lwr4plus", "--beside", "wamm"), "did you mean wam7?"),
+        (("lwr4plus", "--beside", "wam7:x"), "no reading of wam7 named 'x'"),
+        (("lwr4plus", "--beside", "wam7:"), "allowed: ROBOT or ROBOT:READING"),
+        (("lwr4plus", "--beside", "none.urdf"), "none.urdf: no such file"),
+        (
+            ("lwr4plus", "--beside", "wam7", "--serve"),
+            "--beside: given with --serve; allowed: only with a robot's page",
+        ),
+        (("pd.npz", "--beside", "wam7"), "--beside: given for pd.npz"),
         (("unknown.npz",), "did you mean lwr4plus?"),
         (("nameless.npz",), "nameless.npz: does not say of which robot it is"),
     ],
@@ -68,6 +77,13 @@ def test_bad_input_is_one_line_and_writes_nothing(lwr_dyn_command, folder, run_f
     assert words in err
     assert err.count("\n") == 1
     assert set(folder.iterdir()) == before
+
+
+def test_a_second_robot_stands_on_the_page_of_the_first(lwr_dyn_command, folder):
+    for other, name in (("kr30ha", "kr30ha, reading kuka"), ("lwr4plus:printed", "lwr4plus, reading printed")):
+        code, _, err = lwr_dyn_command("show", "lwr4plus", "--beside", other, "--html", "two.html")
+        assert (code, err) == (0, "")
+        assert f'<div data-for="arm-name">{name}</div>' in (folder / "two.html").read_text(encoding="utf-8")
 
 
 def test_a_pose_sent_to_a_live_page_moves_the_sliders(browser, arm):

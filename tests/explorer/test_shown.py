@@ -37,7 +37,8 @@ def test_other_contents_have_other_files(arm, two_runs):
     tool = lwr_dyn.load("lwr4plus", tool={"xyz": [0, 0, 0.1]})
     pages = [lwr_dyn.show(one) for one in (arm, tool, *two_runs)] + [lwr_dyn.show(arm, q=[0.1] * 7)]
     names = [page.path.name for page in pages]
-    assert len(set(names)) == 5
+    names.append(lwr_dyn.show(arm, beside=tool).path.name)
+    assert len(set(names)) == 6
     assert names[2].startswith("lwr4plus_pd-gravity_")
     assert [lwr_dyn.show(one).path.name for one in (arm, tool)] == names[:2]
 
@@ -99,6 +100,8 @@ def test_bad_input_is_one_clear_line_and_leaves_no_file(arm, two_runs, folder, m
         (lambda: lwr_dyn.show(arm, q=[9.0] * 7), OptionError, "q of joint_1"),
         (lambda: lwr_dyn.show(arm, q=[0.0]), ShapeError, "q: 1 number"),
         (lambda: lwr_dyn.show(two_runs[0], q=[0.0] * 7), OptionError, "q: given for a run"),
+        (lambda: lwr_dyn.show(two_runs[0], beside=arm), OptionError, "beside: given for a run"),
+        (lambda: lwr_dyn.show(arm, beside="wam7"), OptionError, "beside: 'wam7'; allowed: an arm"),
         (lambda: lwr_dyn.show(arm, "x.html", embed=True), OptionError, "embed: with a path"),
     ]
     for call, error, words in cases:
