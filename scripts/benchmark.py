@@ -23,6 +23,7 @@ from benchmarks.friction import with_friction
 from benchmarks.identification import identification
 from benchmarks.inverse_kinematics import all_solutions
 from benchmarks.kernels import kernels
+from benchmarks.pinocchio_cpp import beside_cpp
 from benchmarks.pose_solver import one_solution
 from benchmarks.rollouts import closed_loops
 from benchmarks.timing import Call, head, installed, paired, row, seconds, use_processor_time
@@ -147,6 +148,7 @@ PARTS: dict[str, Callable[[int], None]] = {
     "processes": starts,
     "kernels": kernels,
     "emitted": emitted,
+    "emitted-cpp": beside_cpp,
     "branches": all_solutions,
     "ik": one_solution,
     "rollouts": closed_loops,

@@ -30,6 +30,8 @@ LINES = {
     "elastic_plant": "elastic_plant:elastic_plant",
     "emitted_bits": "emitted_bits:emitted_bits",
     "emitted_closed_form": "emitted_closed_form:emitted_closed_form",
+    "emitted_sanitized": "emitted_states:emitted_sanitized",
+    "emitted_states": "emitted_states:emitted_states",
     "excitations": "identification_excitation:excitations",
     "false_alarms": "collisions:false_alarms",
     "fits_cover": "identification_fits:fits_cover",

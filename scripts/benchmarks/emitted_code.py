@@ -23,8 +23,8 @@ from lwr_dyn.emit.straight_code import SinCosKind, emitted_code
 ROBOTS = ("lwr4plus", "wam7", "kr30ha")
 FUNCTIONS = ("inverse_dynamics", "forward_dynamics", "mass_matrix", "coriolis_matrix", "gravity_vector", "flange_pose",
              "jacobian", "torque_regressor")  # fmt: skip
-_FAST = "-O2 -std=c99 -march=native -ffp-contract=fast -fno-tree-slp-vectorize"
-BUILDS: tuple[tuple[SinCosKind, str], ...] = (("libm", _FAST), ("own", _FAST), ("libm", "-O2 -std=c99"))
+FAST = "-O2 -std=c99 -march=native -ffp-contract=fast -fno-tree-slp-vectorize"
+BUILDS: tuple[tuple[SinCosKind, str], ...] = (("libm", FAST), ("own", FAST), ("libm", "-O2 -std=c99"))
 CALLS, STATES = 3000, 64
 _LOOPS = """
 void run_ours(const double *x, double *out, long m)
@@ -59,7 +59,7 @@ def loops(function: EmittedFunction, kind: SinCosKind, flags: str, folder: Path)
     subprocess.run(["gcc", *flags.split(), "-fPIC", "-shared", folder / "ours.c", folder / "theirs.c", "-lm", "-o",
                     library], check=True, stderr=subprocess.DEVNULL)  # fmt: skip
     both = ctypes.CDLL(str(library))
-    x = np.random.default_rng(0).uniform(-2.0, 2.0, (STATES, sum(widths)))
+    x = arguments(function)
     out = np.zeros((2, function.width))
 
     def call(run: str, place: int) -> Call:
@@ -69,6 +69,11 @@ def loops(function: EmittedFunction, kind: SinCosKind, flags: str, folder: Path)
     ours, theirs = call("run_ours", 0), call("run_theirs", 1)
     ours(), theirs()
     return ours, theirs, float(np.abs(out[0] - out[1]).max() / np.abs(out[1]).max())
+
+
+def arguments(function: EmittedFunction) -> np.ndarray:
+    """The states of a loop, a state a row."""
+    return np.random.default_rng(0).uniform(-2.0, 2.0, (STATES, sum(a.width for a in function.arguments)))
 
 
 def _pointer(array: np.ndarray) -> ctypes.c_void_p:
@@ -97,7 +102,7 @@ def _beside_pinocchio(pairs: int) -> None:
     q, dq, ddq = np.random.default_rng(0).uniform(-1, 1, (3, arm.n))
     function = emitted_function(kernel_spec(arm), "inverse_dynamics", arm)
     with tempfile.TemporaryDirectory() as folder:
-        ours, _, _ = loops(function, "own", _FAST, Path(folder))
+        ours, _, _ = loops(function, "own", FAST, Path(folder))
         ours()
         theirs: Call = lambda: pin.rnea(model, data, q, dq, ddq)  # noqa: E731
         rounds = [(seconds(ours, 1) / CALLS, seconds(theirs, CALLS)) for _ in range(pairs)]
