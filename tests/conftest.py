@@ -3,6 +3,7 @@
 Hypothesis runs a seeded share of its examples here; `scripts/soak.py` runs the full counts.
 """
 
+import gc
 import os
 from collections.abc import Iterator
 
@@ -18,6 +19,15 @@ slow_machine = [HealthCheck.too_slow, HealthCheck.data_too_large]
 settings.register_profile("ci", max_examples=25, deadline=None, derandomize=True, suppress_health_check=slow_machine)
 settings.register_profile("soak", max_examples=SOAK, deadline=None, suppress_health_check=slow_machine)
 settings.load_profile(os.environ.get("LWR_DYN_HYPOTHESIS", "ci"))
+
+
+@pytest.hookimpl(hookwrapper=True)
+def pytest_collection() -> Iterator[None]:
+    """No garbage is looked for among the half million objects that collecting makes, nor later: they all stay."""
+    gc.disable()
+    yield
+    gc.freeze()
+    gc.enable()
 
 
 def pytest_collection_modifyitems(items) -> None:

@@ -12,9 +12,15 @@ PAGES = README + "".join(page.read_text(encoding="utf-8") for page in (ROOT / "d
 
 
 def test_ci_runs_the_test_command_of_the_readme():
-    command = "pip install '.[test]' && pytest -n auto"
-    assert f"    {command}\n" in README
-    assert command in (ROOT / ".ci" / "run").read_text().replace(" -q", "")
+    """Its two halves, in this order; between them lint and types begin beside the tests."""
+    halves = ("pip install '.[test]'", "pytest -n auto")
+    assert f"    {' && '.join(halves)}\n" in README
+    lines = (ROOT / ".ci" / "run").read_text(encoding="utf-8").replace(" -q", "").splitlines()
+    places = [
+        [i for i, line in enumerate(lines) if re.match(rf"{re.escape(half)}( #| \|\| |$)", line)] for half in halves
+    ]
+    assert [len(found) for found in places] == [1, 1]
+    assert places[0] < places[1]
 
 
 def test_every_robot_is_in_the_readme_and_every_command_on_a_page():
