@@ -5,7 +5,7 @@ and shapes, because masses, rotors and gravity are data.
 """
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -67,9 +67,14 @@ def _inside(arm: Arm, q: Array) -> Array:
     return q.clip(arm.lower, arm.upper)
 
 
-def shown_records(shown: Sequence[ShownArm], sets: Sequence[int | None]) -> dict[str, Any]:
-    """The arms and the stage as JSON values; `sets` says which functions each arm has."""
+def shown_records(shown: Sequence[ShownArm], sets: Sequence[int | None], live: bool = False) -> dict[str, Any]:
+    """The arms and the stage as JSON values; `sets` says which functions each arm has.
+
+    The scene of a live page are meshcat's commands, else short ones, which own_stage.js reads.
+    """
     stage, runs = _stage(shown)
+    if not live:
+        stage["scene"] = [short_command(command) for command in stage["scene"]]
     records = [
         {
             "label": each.label, "group": each.group, "set": chosen, "run": run, "start": each.start.tolist(),
@@ -96,6 +101,29 @@ def _stage(shown: Sequence[ShownArm]) -> tuple[dict[str, Any], list[int]]:
             records.append(run_record(drawn))
         runs.append(places[look])
     return {"scene": commands, "runs": records}, runs
+
+
+def short_command(command: Mapping[str, Any]) -> list[Any]:
+    """Run, link, and the link's transform; or run, link, a cylinder's transform, radii, height, colours and token.
+
+    >>> short_command({"type": "set_transform", "path": "/arms/run_0/link_0/link_1", "matrix": [1.0, 0.5]})
+    [0, 1, [1, 0.5]]
+    """
+    links = [part for part in command["path"].split("/") if part.startswith("link_")]
+    run = int(command["path"].split("/run_")[1].split("/")[0])
+    place = [run, len(links) - 1]
+    if command["type"] == "set_transform":
+        return [*place, _short_numbers(command["matrix"])]
+    shape = command["object"]
+    (solid,), (paint,), mesh = shape["geometries"], shape["materials"], shape["object"]
+    sizes = [solid["radiusTop"], solid["radiusBottom"], solid["height"], solid["radialSegments"]]
+    colours = [paint["color"], paint["specular"], paint["shininess"]]
+    return [*place, _short_numbers(mesh["matrix"]), sizes, colours, mesh["userData"]["token"]]
+
+
+def _short_numbers(values: Sequence[float]) -> list[float]:
+    """Whole numbers without a point."""
+    return [int(x) if x == int(x) else x for x in values]
 
 
 def _drawn(each: ShownArm) -> ReplayedRun:

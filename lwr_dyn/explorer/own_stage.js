@@ -31,12 +31,11 @@ const MeshCat = (() => {
     }
   }
 
-  // A cylinder as the page's data have it: the only shape of a drawn arm.
-  const cylinder = ({ geometries: [g], materials: [m], object }) => {
-    const geometry = new THREE.CylinderGeometry(g.radiusTop, g.radiusBottom, g.height, g.radialSegments);
-    const mesh = new THREE.Mesh(geometry, new THREE.MeshPhongMaterial({ color: m.color, specular: m.specular, shininess: m.shininess }));
-    new THREE.Matrix4().fromArray(object.matrix).decompose(mesh.position, mesh.quaternion, mesh.scale);
-    mesh.userData = { ...object.userData };
+  // A cylinder as the page's data have it (arms_shown.py): the only shape of a drawn arm.
+  const cylinder = (matrix, [top, bottom, height, sides], [color, specular, shininess], token) => {
+    const mesh = new THREE.Mesh(new THREE.CylinderGeometry(top, bottom, height, sides), new THREE.MeshPhongMaterial({ color, specular, shininess }));
+    new THREE.Matrix4().fromArray(matrix).decompose(mesh.position, mesh.quaternion, mesh.scale);
+    mesh.userData = { token };
     mesh.castShadow = mesh.receiveShadow = true;
     return mesh;
   };
@@ -97,9 +96,11 @@ const MeshCat = (() => {
       this.dirty = true;
     }
 
-    handle_command(command) {
-      if (command.type === "set_object") this.set_object(command.path, cylinder(command.object));
-      else this.set_transform(command.path, command.matrix);
+    // A link's transform, or a cylinder on it.
+    handle_command([run, link, matrix, ...shape]) {
+      const path = ["arms", `run_${run}`, ...Array.from({ length: link + 1 }, (_, k) => `link_${k}`)];
+      if (shape.length === 0) this.set_transform(path, matrix);
+      else this.set_object([...path, `shape_${(this.shapes = (this.shapes ?? 0) + 1)}`], cylinder(matrix, ...shape));
     }
 
     set_object(path, object) {

@@ -64,7 +64,7 @@ def explorer_html(
     else:
         shown = readings_shown(arm, q) if beside is None else beside_each_other(arm, beside, q)
         sets = function_sets([each.arm for each in shown])
-    data = {"schema": SCHEMA, "live": live, "made_by": generator_line(), **shown_records(shown, sets.places)}
+    data = {"schema": SCHEMA, "live": live, "made_by": generator_line(), **shown_records(shown, sets.places, live)}
     if beside is None and len(shown) > 1:
         data["differing"] = differing_numbers([each.arm for each in shown])
     further = (*(_COMPUTING if sets.script else ()), *(_BESIDE if beside is not None else ()))
