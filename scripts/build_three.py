@@ -6,6 +6,7 @@ lines name the version and the licence; lwr_dyn/explorer/bundle/three.sha256 hol
 
 import hashlib
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -17,6 +18,27 @@ HEAD = """/* three.js {version} with OrbitControls and TransformControls; esbuil
 """
 
 
+SHADER = re.compile(r"`(?=[^`]*\n)[^`$\\]{40,}`")
+"""A template literal of several lines; shorter ones are separators and messages."""
+
+
+def without_space(script: str) -> str:
+    """The script whose shaders, template literals in GLSL, have no space that only people need, and no comments.
+
+    A line that begins with # (preprocessor) keeps its inner space; line ends stay.
+    """
+
+    def line(text: str) -> str:
+        text = text.strip().partition("//")[0].rstrip()
+        return text if text.startswith("#") else re.sub(r"\s*([-+*/=<>!&|?:;,(){}\[\]])\s*", r"\1", text)
+
+    def shader(found: re.Match[str]) -> str:
+        lines = [line(each) for each in found[0][1:-1].split("\n")]
+        return "`" + "\n".join(each for each in lines if each) + "`"
+
+    return SHADER.sub(shader, script)
+
+
 def main(folder: Path) -> None:
     """Write the bundle and its digest."""
     modules = folder.resolve() / "node_modules"
@@ -24,7 +46,7 @@ def main(folder: Path) -> None:
     entry.write_text((HERE / "three_entry.js").read_text(encoding="utf-8"), encoding="utf-8")
     command = [modules / ".bin" / "esbuild", entry, "--bundle", "--minify", "--format=iife", "--global-name=lwrThree"]
     command += ["--charset=ascii", "--legal-comments=none"]
-    script = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+    script = without_space(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
     versions = [json.loads((modules / name / "package.json").read_text())["version"] for name in ("three", "esbuild")]
     licence = (modules / "three" / "LICENSE").read_text(encoding="utf-8")
     text = HEAD.format(version=versions[0], builder=versions[1], licence=licence) + script

@@ -12,6 +12,7 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from lwr_dyn.arrays import Array
+from lwr_dyn.explorer.closed_forms import closed_forms
 from lwr_dyn.explorer.page_data import arm_record, body_record, inertial_record, motor_limits, pose_as_run, start_pose
 from lwr_dyn.loading import load_with_paper
 from lwr_dyn.model.arm import Arm
@@ -79,7 +80,7 @@ def shown_records(shown: Sequence[ShownArm], sets: Sequence[int | None], live: b
         {
             "label": each.label, "group": each.group, "set": chosen, "run": run, "start": each.start.tolist(),
             "arm": arm_record(each.arm), "bodies": [body_record(body) for body in each.arm.bodies()],
-            "motors": motor_limits(each.arm), **inertial_record(each.arm),
+            "motors": motor_limits(each.arm), **inertial_record(each.arm), "closed_forms": closed_forms(each.arm),
         }
         for each, chosen, run in zip(shown, sets, runs, strict=True)
     ]  # fmt: skip

@@ -23,7 +23,7 @@ class MatrixCard {
     const card = document.createElement("section");
     card.className = "card";
     card.setAttribute("aria-label", "Matrices");
-    card.innerHTML = `<div class="head"><h2>Matrices <small></small></h2><div class="buttons">${["B", "C", "g"].map((name) => `<button type="button">${name}</button>`).join("")}</div></div><div class="scroll" tabindex="0" role="region" aria-label="Matrix, shaded by size"><table class="heat"><tbody></tbody></table></div>`;
+    card.innerHTML = `<div class="head"><h2>Matrices <small></small></h2><div class="buttons">${["B", "C", "g"].map((name) => `<button type="button">${name}</button>`).join("")}</div></div><div class="scroll" tabindex="0" role="region" aria-label="Matrix, shaded by size"><table class="heat" role="grid"><tbody></tbody></table></div>`;
     this.explorer.place(card, "right");
     Object.assign(this, { card, table: card.querySelector("table"), unit: card.querySelector("small"), buttons: [...card.querySelectorAll("button")] });
     this.buttons.forEach((button) => button.addEventListener("click", () => {
@@ -38,8 +38,9 @@ class MatrixCard {
     table.dataset.matrix = name;
     this.unit.textContent = { B: "inertia, kg m²", C: "of dq, kg m²/s", g: "holds the arm, N m" }[name];
     this.buttons.forEach((button) => button.setAttribute("aria-pressed", String(button.textContent === name)));
-    table.tBodies[0].innerHTML = `<tr>${"<td></td>".repeat(columns)}</tr>`.repeat(n);
+    table.tBodies[0].innerHTML = `<tr>${'<td tabindex="-1"></td>'.repeat(columns)}</tr>`.repeat(n);
     const cells = [...table.querySelectorAll("td")];
+    cells[0].tabIndex = 0; // equation.js: arrow keys go on, Enter chooses
     Object.assign(this, { numbers: numberWriter(cells, 3), shade: shadeWriter(cells) });
   }
 

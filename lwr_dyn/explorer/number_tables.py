@@ -195,7 +195,7 @@ def _value(value: object) -> str:
 
 
 def _list(rows: Iterable[tuple[str, str]], mono: str = "") -> str:
-    cells = (f"<dt>{escape(a)}</dt><dd{' class=mono' if a == mono else ''}>{escape(b)}</dd>" for a, b in rows)
+    cells = (f"<dt>{escape(a)}<dd{' class=mono' if a == mono else ''}>{escape(b)}" for a, b in rows)  # HTML ends them
     return f"<dl>{''.join(cells)}</dl>"
 
 

@@ -12,6 +12,7 @@ from lwr_dyn.explorer.arm_html import arm_pieces, changed_pieces, differing_numb
 from lwr_dyn.explorer.arms_shown import ShownArm, beside_each_other, readings_shown, shown_records
 from lwr_dyn.explorer.computing import FunctionSets, function_sets, three_bundle
 from lwr_dyn.explorer.page_data import start_pose
+from lwr_dyn.explorer.script_space import without_space
 from lwr_dyn.files import write_file
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.version import VERSION
@@ -31,6 +32,7 @@ _COMPUTING = tuple(
     for name in (
         "flange_solver.js", "flange_drag.js", "link_drag.js", "arm_angle.js", "workspace.js", "torques.js",
         "payload.js", "matrices.js", "pose_copy.js", "jacobian.js", "readings.js",
+        "loop_modes.js", "gains.js", "link_shares.js", "entry_words.js", "equation.js",
     )
 )  # fmt: skip
 _BESIDE = ((_HERE, "flange_solver.js"), (_HERE, "side_by_side.js"))
@@ -79,7 +81,7 @@ def explorer_html(
         "footer": escape(generator_line() if live else f"lwr_dyn {VERSION}, drawn by three.js"),
         "data": _json(data),
         "drawing": meshcat_bundle() if live else three_bundle(),
-        "robot": sets.script,
+        "robot": without_space(sets.script),
         "scripts": _script_text(scripts if live else [(_HERE, "own_stage.js"), *scripts]),
     }
     return fill_template(resource_text("explorer.html", _HERE), parts)
@@ -95,9 +97,8 @@ def _json(data: Any) -> str:
 
 
 def _script_text(scripts: Sequence[tuple[str, str]]) -> str:
-    """Files as one script, without comments and the space before lines."""
-    lines = (line.strip() for package, name in scripts for line in resource_text(name, package).splitlines())
-    return "\n".join(line for line in lines if line and not line.startswith("//"))
+    """Files as one script."""
+    return without_space("\n".join(resource_text(name, package) for package, name in scripts))
 
 
 def _templates(shown: Sequence[ShownArm], missing: Sequence[str]) -> str:

@@ -1,0 +1,72 @@
+// Gains of a PD loop made at this pose, what one degree of error takes of the motors, and what the coupling of B does to the loop.
+
+class GainsPanel {
+  constructor(explorer) {
+    const { n } = explorer.robot;
+    Object.assign(this, { explorer, n, omega: 50, xi: 1, rate: 1000, modes: new LoopModes(n) });
+    Object.assign(this, { joints: explorer.data.arm.joints, motors: explorer.data.motors, torques: new Float64Array(n) });
+    this.#build();
+    explorerState.listen((state) => this.write(state), this.card);
+  }
+
+  // Kp, Kd, modes; `torques` [N m or N] that an error of 1 deg or 1 mm takes.
+  compute({ q }) {
+    const { modes, joints, torques } = this;
+    this.explorer.robot.mass_matrix(q, modes.B);
+    modes.compute(this.omega, this.xi);
+    for (let i = 0; i < this.n; i += 1) torques[i] = modes.Kp[i] * (joints[i].kind === "revolute" ? Math.PI / 180 : 0.001);
+    return this;
+  }
+
+  warm() {
+    for (let k = 0; k < 300; k += 1) this.compute(explorerState);
+  }
+
+  write(state) {
+    const { modes, torques, motors, omega, xi, rate, rows, said } = this.compute(state);
+    rows.forEach(({ row, cells }, i) => {
+      const share = motors[i] === null ? null : torques[i] / motors[i];
+      const texts = [modes.b[i].toPrecision(4), modes.Kp[i].toPrecision(4), modes.Kd[i].toPrecision(4), torques[i].toPrecision(3), share === null ? "unknown" : `${(100 * share).toFixed(1)} %`];
+      cells.forEach((cell, k) => put(cell, texts[k]));
+      row.classList.toggle("over", share !== null && share > 1);
+    });
+    this.modal.forEach((row, k) => {
+      const texts = modes.defined ? [modes.frequency(k, omega).toFixed(1), modes.damping(k, xi).toFixed(3), `${modes.led[k] + 1}`] : ["", "", ""];
+      row.forEach((cell, c) => put(cell, texts[c]));
+    });
+    const least = modes.defined ? modes.leastRate(omega, xi) : NaN;
+    put(said.range, modes.defined ? `Alone, each joint would have ${plain(omega, 3)} rad/s and ${plain(xi, 3)}.` : "B is singular here: a joint moves nothing, and the loop has no modes.");
+    put(said.sampled, !modes.defined ? "" : `${least > rate ? "Unstable at rest here when sampled at" : "Sampled at"} ${plain(rate, 3)} Hz${least > rate ? "" : ", it holds at rest here"}: the least rate is ${least.toPrecision(3)} Hz (torque held, no delay).`);
+    said.sampled.classList.toggle("alarm", least > rate);
+  }
+
+  #build() {
+    const card = document.createElement("section"), unit = this.joints.every(({ kind }) => kind === "revolute") ? ["N m/rad", "N m s/rad", "1° takes", "N m"] : ["N m/rad, N/m", "N m s/rad, N s/m", "1°, 1 mm takes", "N m, N"];
+    const fields = [["omega", "ω<sub>n</sub>", "rad/s", "natural frequency"], ["xi", "ξ", "", "damping ratio"], ["rate", "sampled at", "Hz", "sampling rate"]];
+    card.className = "card gains";
+    card.setAttribute("aria-label", "Gains");
+    card.innerHTML = `<div class="head"><h2>Gains <small>PD with gravity compensated, made at this pose</small></h2></div>
+<p class="fields">${fields.map(([name, label, u, words]) => `<label>${label} <input class="rate" data-field="${name}" type="text" inputmode="decimal" value="${this[name]}" aria-label="${words}${u ? `, ${u}` : ""}"> ${u}</label>`).join("")}</p><p class="note alarm" role="status" data-said="field"></p>
+<div class="scroll" tabindex="0" role="region" aria-label="Gains of the joints"><table class="torques"><thead><tr><th scope="col">joint</th><th class="num" scope="col">B<sub>ii</sub></th><th class="num" scope="col">Kp <small>${unit[0]}</small></th><th class="num" scope="col">Kd <small>${unit[1]}</small></th><th class="num" scope="col">${unit[2]} <small>${unit[3]}</small></th><th class="num" scope="col">of limit</th></tr></thead><tbody>${this.joints.map((_, i) => `<tr><th scope="row">${i + 1}</th>${'<td class="num tau"></td>'.repeat(5)}</tr>`).join("")}</tbody></table></div>
+<h3>With all of B <small>the modes of the loop, slowest first</small></h3><div class="scroll" tabindex="0" role="region" aria-label="Modes of the loop"><table class="heat modes"><tbody>${["rad/s", "damping", "most in joint"].map((name) => `<tr><th scope="row">${name}</th>${"<td></td>".repeat(this.n)}</tr>`).join("")}</tbody></table></div>
+<p class="note" data-said="range"></p><p class="note" data-said="sampled"></p><p class="note">Kp = ω<sub>n</sub>² B<sub>ii</sub>, Kd = 2 ξ ω<sub>n</sub> B<sub>ii</sub> (Siciliano et al., Robotics, eq. 8.22); <code>lwr-dyn gains</code> takes the largest B<sub>ii</sub> within the limits. Modes: B ẍ + Kd ẋ + Kp x = 0.</p>`;
+    this.card = card;
+    this.explorer.place(card);
+    this.rows = [...card.querySelectorAll(".torques tbody tr")].map((row) => ({ row, cells: [...row.querySelectorAll("td")] }));
+    const modal = [...card.querySelectorAll(".modes tr")].map((row) => [...row.querySelectorAll("td")]);
+    this.modal = this.joints.map((_, k) => modal.map((row) => row[k]));
+    this.said = Object.fromEntries([...card.querySelectorAll("[data-said]")].map((part) => [part.dataset.said, part]));
+    card.querySelectorAll("[data-field]").forEach((field) => field.addEventListener("change", () => this.#take(field)));
+  }
+
+  // A field's number; one that is none stays out, and it is said.
+  #take(field) {
+    const text = field.value.trim().replace(",", "."), value = text === "" ? NaN : Number(text), right = value > 0 && value <= 1e9;
+    this.said.field.textContent = right ? "" : "a number above 0, at most 1e9";
+    if (!right) return;
+    this[field.dataset.field] = value;
+    this.write(explorerState);
+  }
+}
+
+explorerPanels.add("gains", (explorer) => (explorer.robot.mass_matrix ? new GainsPanel(explorer) : null));
