@@ -6,7 +6,7 @@ torque of the readable recursion on links without bodies.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, reduce
 from typing import Any
 
 import casadi
@@ -14,11 +14,12 @@ import numpy as np
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.codegen import lean_recursion as lean
-from lwr_dyn.codegen.axis_frames import AxisFrame, axis_frames, parameter_map
+from lwr_dyn.codegen.axis_frames import EXACT, AxisFrame, axis_frames, parameter_map
 from lwr_dyn.codegen.base_parameters import base_matrix
 from lwr_dyn.codegen.kernel_spec import KernelSpec
 from lwr_dyn.codegen.parameters import in_parent_frame, inertial_parameters
 from lwr_dyn.dynamics.recursion import inverse_dynamics, link_constants
+from lwr_dyn.model.spatial import Pose
 from lwr_dyn.model.vectors import ZERO, Matrix3, Vector, add, multiply
 
 Symbols = Any
@@ -35,6 +36,17 @@ def scalars(vector: Any) -> Symbols:
     out = np.empty(vector.numel(), dtype=object)
     out[:] = casadi.vertsplit(vector)
     return out
+
+
+def _moved(parameters: Any, pose: Pose) -> list[Any]:
+    """Inertial parameters (10,) of symbols in the parent of a frame with this pose, by numbers times each of them.
+
+    As terms that cancel do not stand in it, single precision keeps its digits.
+    """
+    units = [in_parent_frame(list(unit), pose.rotation, pose.position) for unit in np.eye(10)]
+    matrix = np.array(units, dtype=np.float64).T
+    rows = np.where(np.abs(matrix) < EXACT, 0.0, matrix).tolist()
+    return [reduce(add, map(multiply, parameters, row)) for row in rows]
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +74,7 @@ class SymbolicDynamics:
     def own(self, given: Any) -> list[list[Any]]:
         """Parameters in the links' frames, flat, as the lean recursion takes them."""
         rows = np.reshape(np.asarray(given, dtype=object), (self.spec.n, 10))
-        return [frame.to_own(list(row)) for frame, row in zip(self.frames, rows, strict=True)]
+        return [_moved(row, frame.link) for frame, row in zip(self.frames, rows, strict=True)]
 
     def bodies(self, are_folded: bool = True) -> list[list[Any]]:
         """The ten parameters of each body: those of the inputs, or constants, folded into base parameters."""
@@ -71,8 +83,7 @@ class SymbolicDynamics:
         else:
             bodies = (self.folded if are_folded else self.constants).reshape(self.spec.n, 10).tolist()
         if "payload" in self.inputs:
-            flange = self.spec.chain.flange
-            load = self.frames[-1].to_own(in_parent_frame(self.inputs["payload"], flange.rotation, flange.position))
+            load = _moved(self.inputs["payload"], self.frames[-1].link @ self.spec.chain.flange)
             bodies[-1] = [add(a, b) for a, b in zip(bodies[-1], load, strict=True)]
         return bodies
 

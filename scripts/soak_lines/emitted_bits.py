@@ -7,7 +7,7 @@ from pathlib import Path
 
 from lwr_dyn.tables import aligned
 
-STATES = 3000
+STATES, IK_STATES = 3000, 500
 COMPILERS = (
     ("gcc", ("-std=c99", "-O2", "-fno-tree-slp-vectorize")),
     ("gcc", ("-std=c99", "-O3", "-march=native")),
@@ -67,9 +67,9 @@ def _closed_form(folder: Path) -> dict[str, list[str]]:
     script, made = folder / "ik.js", folder / "made_ik"
     lines: dict[str, list[str]] = {}
     for is_compact in (False, True):
-        script.write_text(js_program(ARMS, STATES, is_compact=is_compact) + '\nconsole.log(lines.join("\\n"));\n')
+        script.write_text(js_program(ARMS, IK_STATES, is_compact=is_compact) + '\nconsole.log(lines.join("\\n"));\n')
         lines["node, compact" if is_compact else "node"] = output(["node", str(script)]).splitlines()
-    own = write_c(ARMS, folder, STATES)
+    own = write_c(ARMS, folder, IK_STATES)
     files = [*map(str, own), str(folder / "print.c"), "-o", str(made), "-lm"]
     for compiler, flags in COMPILERS:
         output([compiler, *flags, *files], seconds=600)

@@ -64,6 +64,14 @@ def test_compilers_have_no_warning_and_functions_give_their_test_vectors(
     assert {line.split()[0] for line in told.stdout.splitlines()} >= {c.function.name for c in emitted.codes}
 
 
+def test_a_load_as_an_argument_costs_single_precision_no_digits(tmp_path):
+    emitted = written(tmp_path, lwr_dyn.load("wam7"), ("forward_dynamics",), inputs=("payload",), dtype="float32")
+    assert build(tmp_path, emitted, "gcc", "-O0", *C99).returncode == 0
+    shares = [float(line.split()[-1]) for line in self_test(tmp_path).stdout.splitlines()]
+    assert len(shares) == 3
+    assert 0.0 < max(shares) < 1e-6  # 6e-6 while the load's moments about two points were added and subtracted
+
+
 def test_the_self_test_fails_when_one_digit_is_wrong(tmp_path):
     emitted = written(tmp_path, lwr_dyn.load("kr30ha"), ("gravity_vector",))
     source = tmp_path / "arm.c"
