@@ -19,6 +19,8 @@ class ArmAngleStrip {
       robot.inverse_kinematics_arm_angle(q, this.angle);
       [this.psi] = this.angle;
       robot.inverse_kinematics_intervals(this.pose, 0, this.ends, this.counts);
+      this.branch = this.angle[1] * -2 + this.angle[2] * -1 + this.angle[3] * -0.5 + 3.5; // signs in the order of the names
+      return;
     }
     this.#solve(this.psi);
     let nearest = Infinity;

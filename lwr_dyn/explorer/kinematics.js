@@ -31,7 +31,25 @@ const armKinematics = (() => {
     return [...out, product(pose, arm.flange)];
   };
 
-  const flange = (arm, q) => frames(arm, q)[arm.joints.length];
+  // T_0,flange, without the frames between; the last one is kept, for all who ask for the same positions.
+  const kept = { arm: null, q: new Float64Array(0), pose: null };
+  const flange = (arm, q) => {
+    const { joints } = arm;
+    if (kept.arm === arm && kept.q.every((x, i) => x === q[i])) return kept.pose;
+    let pose = new Float64Array([1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]);
+    for (let i = 0; i < joints.length; i += 1) {
+      const { origin, kind } = joints[i];
+      pose = product(pose, origin);
+      const c = Math.cos(q[i]), s = Math.sin(q[i]);
+      for (let row = 0; row < 3; row += 1) {
+        const a = pose[row], b = pose[4 + row];
+        if (kind === "revolute") [pose[row], pose[4 + row]] = [c * a + s * b, c * b - s * a];
+        else pose[12 + row] += pose[8 + row] * q[i];
+      }
+    }
+    Object.assign(kept, { arm, q: Float64Array.from(q), pose: product(pose, arm.flange) });
+    return kept.pose;
+  };
 
   // The length of the arm along its joints, which no pose exceeds but by sliding joints.
   const reach = (arm) => [...arm.joints.map((joint) => joint.origin), arm.flange].reduce((sum, pose) => sum + Math.hypot(pose[12], pose[13], pose[14]), 0);

@@ -6,6 +6,7 @@ class PoseCard {
     const cells = (names) => names.map((name) => document.getElementById(`pose_${name}`));
     Object.assign(this, { place: numberWriter(cells(["x", "y", "z"]), 3), angles: numberWriter(cells(["roll", "pitch", "yaw"]), 4), text: document.getElementById("q-deg") });
     this.#buttons();
+    explorerState.atRest(() => this.rows?.forEach((row, i) => row(explorer.values[i], true)));
   }
 
   // The sliders of the arm that was chosen.
@@ -29,9 +30,10 @@ class PoseCard {
   #row(joint, i) {
     const slider = document.getElementById(`slider_${i + 1}`), field = document.getElementById(`value_${i + 1}`);
     const step = joint.kind === "revolute" ? 0.1 : 0.001, unit = joint.kind === "revolute" ? "degrees" : "metres", [low, up] = joint.slider.map((end) => armKinematics.shown(joint, end));
-    let last = NaN, wasOutside = false;
+    const half = (up - low) / 300; // about half a pixel of the slider
+    let last = NaN, drawn = NaN, wasOutside = false;
     const set = (value) => {
-      last = NaN; // what stands in the slider and the field is not what was written
+      last = drawn = NaN; // what stands in the slider and the field is not what was written
       this.explorer.setValues(this.explorer.values.map((old, k) => (k === i ? this.#inside(i, value) : old)));
     };
     slider.addEventListener("input", () => {
@@ -39,12 +41,16 @@ class PoseCard {
       set(round(near > up ? near - step : near < low ? near + step : near, 3));
     }, { signal: this.explorer.signal });
     field.addEventListener("change", () => set(field.value.trim() === "" ? NaN : Number(field.value.replace(",", "."))), { signal: this.explorer.signal });
-    return (value) => {
+    return (value, atRest = false) => {
+      if (value === last && (value === drawn || !atRest)) return;
+      const text = plain(value, 4); // the text to copy has all digits
+      if (atRest || !(Math.abs(value - drawn) < half)) {
+        drawn = value;
+        slider.value = text;
+        slider.setAttribute("aria-valuetext", `${text} ${unit}`);
+      }
       if (value === last) return;
       last = value;
-      const text = plain(value, 4); // the text to copy has all digits
-      slider.value = value;
-      slider.setAttribute("aria-valuetext", `${text} ${unit}`);
       field.value = text;
       const isOutside = value < low - 1e-6 || value > up + 1e-6; // only a live page can be sent there
       if (isOutside !== wasOutside) field.classList.toggle("outside", isOutside);

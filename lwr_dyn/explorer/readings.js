@@ -5,7 +5,7 @@ class OtherReading {
     const { n } = explorer.robot;
     Object.assign(this, { explorer, n, motors: explorer.data.motors, tau: new Float64Array(n), other: new Float64Array(n) });
     this.#build();
-    explorerState.listen((state) => this.write(state));
+    explorerState.listen((state) => this.write(state), this.card);
   }
 
   // tau of the active arm, `other` of the compared one; both carry the payload.

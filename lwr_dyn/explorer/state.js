@@ -1,8 +1,8 @@
 // The state of the page: positions, speeds, accelerations; who listens is told at most once a frame.
 
 const explorerState = (() => {
-  const listeners = [], REST = 150; // [ms]
-  let waiting = false, resting = 0;
+  const listeners = [], resters = [], REST = 150; // [ms]
+  let waiting = false, resting = 0, last = 0;
   const state = { q: new Float64Array(0), dq: new Float64Array(0), ddq: new Float64Array(0), computed: 0, spent: [] };
 
   const tell = (told) => {
@@ -16,17 +16,27 @@ const explorerState = (() => {
     if (state.spent.push(performance.now() - before) > 400) state.spent.shift(); // how long it took [ms]
   };
 
+  const catchUp = (late) => late.filter(({ at }) => at !== state.computed).forEach((entry) => {
+    entry.at = state.computed;
+    entry.listener(state);
+  });
+
+  const rest = () => {
+    const left = last + REST - performance.now();
+    resting = left > 1 ? setTimeout(rest, left) : 0;
+    if (resting) return;
+    catchUp(listeners);
+    resters.forEach((act) => act());
+  };
+
   // Everybody computes and writes now.
   state.compute = () => tell([...listeners]);
 
   // What can be seen computes and writes; the rest when the arm rests.
   state.frame = () => {
     tell(listeners.filter(({ seen }) => seen));
-    clearTimeout(resting);
-    resting = setTimeout(() => {
-      const late = listeners.filter(({ at }) => at !== state.computed);
-      late.forEach((entry) => { entry.at = state.computed; entry.listener(state); });
-    }, REST);
+    last = performance.now();
+    if (!resting) resting = setTimeout(rest, REST);
   };
 
   // New values of some of q, dq, ddq.
@@ -38,19 +48,19 @@ const explorerState = (() => {
   };
 
   const watch = window.IntersectionObserver && new IntersectionObserver((changes) => changes.forEach(({ target, isIntersecting }) => {
-    listeners.filter(({ card }) => card === target).forEach((entry) => {
-      entry.seen = isIntersecting;
-      if (!isIntersecting || entry.at === state.computed || state.q.length === 0) return;
-      entry.at = state.computed;
-      entry.listener(state);
-    });
-  }), { rootMargin: "200px" });
+    const own = listeners.filter(({ card }) => card === target);
+    own.forEach((entry) => { entry.seen = isIntersecting; });
+    if (isIntersecting && state.q.length > 0) catchUp(own);
+  }), { rootMargin: "-40px 0px" }); // more than its head
 
   // A listener that writes into a card alone sleeps while the card is out of view.
   state.listen = (listener, card = null) => {
     listeners.push({ listener, card, seen: true, at: 0 });
     if (card) watch?.observe(card);
   };
+
+  // What can wait until the arm rests.
+  state.atRest = (act) => { resters.push(act); };
 
   // Another arm comes: nobody listens any more.
   state.forget = () => {
