@@ -50,14 +50,15 @@ class EquationPanel {
     const first = this.kind === "g" ? this.i : Math.max(this.i, this.j), { mass } = this.explorer.payload ?? { mass: 0 };
     rows.forEach(({ row, numbers, bar }, k) => {
       const { linear, angular } = k <= this.n ? links[k] ?? { linear: 0, angular: 0 } : { linear: 0, angular: rotor };
-      row.hidden = k < this.n ? k < first : k === this.n ? !mass : rotor === 0;
-      if (row.hidden) return;
+      const hidden = k < this.n ? k < first : k === this.n ? !mass : rotor === 0;
+      if (row.hidden !== hidden) row.hidden = hidden;
+      if (hidden) return;
       numbers([linear, angular, linear + angular]);
       bar(`M0 .2H${((linear + angular) / largest).toFixed(3)}V.8H0z`);
     });
     put(said.value, fixed(own, 6));
     put(said.sum, fixed(sum, 6));
-    put(said.apart, sum === own ? "the emitted code's" : `${Math.abs(sum - own).toExponential(0)} from the emitted code's`);
+    put(said.apart, `The emitted code ${sum === own ? "gives the same number" : `is ${Math.abs(sum - own).toExponential(0)} apart`}.`);
   }
 
   #build() {
@@ -68,7 +69,7 @@ class EquationPanel {
     card.innerHTML = `<div class="head"><h2>Equation of an entry <small>choose one: click, or arrow keys and Enter</small></h2><div class="buttons" role="group" aria-label="Matrix">${kinds.map(([kind, words]) => `<button type="button" data-kind="${kind}" aria-label="${kind}, ${words}">${kind}</button>`).join("")}</div></div>
 <div class="scroll"><table class="heat" role="grid"><tbody></tbody></table></div>
 <h3><span data-said="name"></span> = <span class="mono" data-said="value"></span> <small data-said="unit"></small></h3><p class="note" data-said="form"></p>
-<div class="scroll" tabindex="0" role="region" aria-label="Shares of the links"><table class="torques shares"><thead><tr><th scope="col">link</th><th class="num" scope="col"></th><th class="num" scope="col"></th><th class="num" scope="col">share</th><th scope="col"><span class="unseen">bar</span></th></tr></thead><tbody>${names.map((name) => `<tr><th scope="row">${name}</th>${'<td class="num tau"></td>'.repeat(3)}<td class="bar"><svg viewBox="-1 0 2 1" preserveAspectRatio="none" aria-hidden="true"><path class="zero" d="M0 0v1"/><path class="b"/></svg></td></tr>`).join("")}</tbody><tfoot><tr><th scope="row">sum</th><td></td><td></td><td class="num tau" data-said="sum"></td><td class="soft" data-said="apart"></td></tr></tfoot></table></div><p class="note closed" data-said="closed"></p>`;
+<div class="scroll" tabindex="0" role="region" aria-label="Shares of the links"><table class="torques shares"><thead><tr><th scope="col">link</th><th class="num" scope="col"></th><th class="num" scope="col"></th><th class="num" scope="col">share</th><th scope="col"><span class="unseen">bar</span></th></tr></thead><tbody>${names.map((name) => `<tr><th scope="row">${name}</th>${'<td class="num tau"></td>'.repeat(3)}<td class="bar"><svg viewBox="-1 0 2 1" preserveAspectRatio="none" aria-hidden="true"><path class="zero" d="M0 0v1"/><path class="b"/></svg></td></tr>`).join("")}</tbody><tfoot><tr><th scope="row">sum</th><td></td><td></td><td class="num tau" data-said="sum"></td><td></td></tr></tfoot></table></div><p class="note" data-said="apart"></p><p class="note" data-said="closed"></p>`;
     this.card = card;
     this.explorer.place(card);
     this.buttons = [...card.querySelectorAll("[data-kind]")];
@@ -139,7 +140,7 @@ class EquationPanel {
     said.closed.replaceChildren();
     const code = (words) => Object.assign(document.createElement("code"), { textContent: words });
     if (text === undefined) {
-      const [before, after] = closed.command ? ["Closed form: longer than fits here; ", " prints it."] : ["Closed form: of the arm without mount, tool and locked joints only.", ""];
+      const [before, after] = closed.command ? ["Closed form: longer than fits here; ", " prints it."] : ["Closed form: only for an arm without mount, tool and locked joints.", ""];
       said.closed.append(before, code(closed.command.replace("ENTRY", entry)), after);
       return;
     }
