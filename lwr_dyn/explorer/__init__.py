@@ -5,6 +5,7 @@ page_data       what the page knows of an arm, as JSON values
 arms_shown      the arms of a page: readings of one paper, or two robots side by side
 computing       the emitted functions that the page computes with; arms with the same kinematics share them
 arm_html        what the page writes of one arm without a script, and what another arm changes of it
+slips           what the readings of a paper differ in: errata and numbers
 number_tables   tables of joints and links; each number opens its source
 page            explorer_html, write_explorer: one HTML file without requests
 still           a picture of an arm for readers that show no page

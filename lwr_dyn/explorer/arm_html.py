@@ -62,17 +62,6 @@ def template(place: int, pieces: dict[str, str]) -> str:
     return f'<template id="arm-{place}">{rows}</template>'
 
 
-def differing_numbers(arms: list[Arm]) -> dict[str, list[str]]:
-    """Heading of a number -> its text for each arm, for the numbers that are not the same; arms have the same rows."""
-    cells = [
-        {f"{cell.heading}, {column.unit}": cell.text or "unknown" for *_, columns in _tables(arm) for column in columns
-         for cell in column.cells}
-        for arm in arms
-    ]  # fmt: skip
-    rows = {key: [mine.get(key, "") for mine in cells] for key in cells[0]}
-    return {key: texts for key, texts in rows.items() if len(set(texts)) > 1}
-
-
 def _tables(arm: Arm) -> tuple[tuple[str, str, str, list[tuple[str, str]], tuple], ...]:  # type: ignore[type-arg]
     joints = [(joint.name, joint.kind.value) for joint in arm.joints()]
     links = [(link.link, "") for link in arm.chain.links]

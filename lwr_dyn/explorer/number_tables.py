@@ -63,7 +63,7 @@ def joint_columns(arm: Arm) -> tuple[NumberColumn, ...]:
             revolute = joint.kind is JointKind.REVOLUTE
             si = sliding if not revolute else turning.replace("deg", "rad")
             mine = None if value is None else np.degrees(value) if is_angle and revolute else value
-            text = "" if mine is None else _short(mine) + ("" if revolute else f" {sliding}")
+            text = "" if mine is None else number_text(mine) + ("" if revolute else f" {sliding}")
             sources = quantity_sources(arm, f"{joint.name}.{part}")
             cells.append(NumberCell(f"{joint.name}, {title}", text, f"{value!r} {si}", sources))
         out.append(NumberColumn(title, turning, tuple(cells)))
@@ -108,7 +108,7 @@ def _link_cells(arm: Arm, link: str, body: Body | None) -> tuple[NumberCell, ...
 def _cell(
     heading: str, values: Array, unit: str, sources: tuple[Source, ...], how: str = "", scale: float = 1.0
 ) -> NumberCell:
-    text = ", ".join(_short(scale * float(x)) for x in values)
+    text = ", ".join(number_text(scale * float(x)) for x in values)
     return NumberCell(heading, text, f"{', '.join(repr(float(x)) for x in values)} {unit}", sources, how)
 
 
@@ -199,7 +199,7 @@ def _list(rows: Iterable[tuple[str, str]], mono: str = "") -> str:
     return f"<dl>{''.join(cells)}</dl>"
 
 
-def _short(x: float) -> str:
+def number_text(x: float) -> str:
     """Six significant digits, no exponent for what a table can show."""
     if x == 0.0:
         return "0"

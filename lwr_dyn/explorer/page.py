@@ -8,11 +8,12 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
-from lwr_dyn.explorer.arm_html import arm_pieces, changed_pieces, differing_numbers, tables, template
+from lwr_dyn.explorer.arm_html import arm_pieces, changed_pieces, tables, template
 from lwr_dyn.explorer.arms_shown import ShownArm, beside_each_other, readings_shown, shown_records
 from lwr_dyn.explorer.computing import FunctionSets, function_sets, three_bundle
 from lwr_dyn.explorer.page_data import start_pose
 from lwr_dyn.explorer.script_space import without_space
+from lwr_dyn.explorer.slips import slips_record
 from lwr_dyn.files import write_file
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.version import VERSION
@@ -68,7 +69,7 @@ def explorer_html(
         sets = function_sets([each.arm for each in shown])
     data = {"schema": SCHEMA, "live": live, "made_by": generator_line(), **shown_records(shown, sets.places, live)}
     if beside is None and len(shown) > 1:
-        data["differing"] = differing_numbers([each.arm for each in shown])
+        data["differing"] = slips_record([each.arm for each in shown])
     further = (*(_COMPUTING if sets.script else ()), *(_BESIDE if beside is not None else ()))
     scripts = [*_SCRIPTS, *dict.fromkeys(further), *_LAST]
     parts = {

@@ -26,17 +26,23 @@ class OtherReading {
     });
   }
 
-  // The numbers of the tables that differ between the active arm and the compared one.
+  // The errata that one of both readings applies and the other does not: [reading that applies it, erratum].
+  slips() {
+    const { explorer } = this, { applied, errata } = explorer.page.differing, both = [explorer.active, explorer.arms.indexOf(explorer.compared)];
+    return both.flatMap((k, i) => applied[k].filter((name) => !applied[both[1 - i]].includes(name)).map((name) => [explorer.arms[k].label, errata[name]]));
+  }
+
+  // The numbers of tables and frames that differ between the active arm and the compared one.
   numbers() {
     const { explorer } = this, here = explorer.active, there = explorer.arms.indexOf(explorer.compared);
-    return Object.entries(explorer.page.differing).map(([name, texts]) => [name, texts[here], texts[there]]).filter(([, a, b]) => a !== b);
+    return Object.entries(explorer.page.differing.numbers).map(([name, texts]) => [name, texts[here], texts[there]]).filter(([, a, b]) => a !== b);
   }
 
   #build() {
     const card = document.createElement("section"), { explorer } = this;
     card.className = "card";
     card.setAttribute("aria-label", "Another reading");
-    card.innerHTML = `<div class="head"><h2>Another reading <small>of the same tables</small></h2><select aria-label="reading to compare with"></select></div><div class="scroll" tabindex="0" role="region" aria-label="Torques of both readings"><table class="torques"><thead><tr><th scope="col">N m</th><th scope="col" class="num">${explorer.arms[explorer.active].label}</th><th scope="col" class="num other"></th><th scope="col" class="num">difference</th></tr></thead><tbody>${Array.from({ length: this.n }, (_, i) => `<tr><th scope="row">${i + 1}</th><td class="num tau"></td><td class="num tau"></td><td class="num tau"></td></tr>`).join("")}</tbody></table></div><details><summary></summary><div class="scroll" tabindex="0" role="region" aria-label="Numbers that differ"><table><tbody></tbody></table></div></details>`;
+    card.innerHTML = `<div class="head"><h2>Another reading <small>of the same tables</small></h2><select aria-label="reading to compare with"></select></div><div class="scroll" tabindex="0" role="region" aria-label="Torques of both readings"><table class="torques"><thead><tr><th scope="col">N m</th><th scope="col" class="num">${explorer.arms[explorer.active].label}</th><th scope="col" class="num other"></th><th scope="col" class="num">difference</th></tr></thead><tbody>${Array.from({ length: this.n }, (_, i) => `<tr><th scope="row">${i + 1}</th><td class="num tau"></td><td class="num tau"></td><td class="num tau"></td></tr>`).join("")}</tbody></table></div><p class="note about"></p><div class="slips"></div><details class="numbers"><summary></summary><div class="scroll" tabindex="0" role="region" aria-label="Numbers that differ"><table><tbody></tbody></table></div></details>`;
     explorer.place(card);
     this.card = card;
     this.rows = [...card.querySelectorAll(".torques tbody tr")].map((row) => [...row.querySelectorAll("td")]);
@@ -51,9 +57,16 @@ class OtherReading {
   }
 
   #list() {
-    const numbers = this.numbers(), { card, explorer } = this, body = card.querySelector("details tbody");
+    const numbers = this.numbers(), { card, explorer } = this, body = card.querySelector(".numbers tbody");
+    const { about } = explorer.page.differing, there = explorer.arms.indexOf(explorer.compared);
     card.querySelector(".other").textContent = explorer.compared.label;
-    card.querySelector("summary").textContent = `${numbers.length} number${numbers.length === 1 ? "" : "s"} of the tables differ${numbers.length === 1 ? "s" : ""}`;
+    card.querySelector(".about").textContent = [explorer.active, there].map((k) => `${explorer.arms[k].label}: ${about[k]}`).join(". ");
+    card.querySelector(".slips").replaceChildren(...this.slips().map(([label, [where, printed, read, why]]) => {
+      const slip = document.createElement("details");
+      slip.append(Object.assign(document.createElement("summary"), { textContent: `${where}: put right in ${label} alone` }), ...[`printed: ${printed}`, `read as: ${read}`, `why: ${why}`].map((textContent) => Object.assign(document.createElement("p"), { className: "note", textContent })));
+      return slip;
+    }));
+    card.querySelector(".numbers summary").textContent = `${numbers.length} number${numbers.length === 1 ? "" : "s"} of the arm differ${numbers.length === 1 ? "s" : ""}`;
     body.replaceChildren(...numbers.map(([name, ...texts]) => {
       const row = document.createElement("tr");
       row.append(Object.assign(document.createElement("th"), { scope: "row", textContent: name }), ...texts.map((text) => Object.assign(document.createElement("td"), { className: "num", textContent: text })));

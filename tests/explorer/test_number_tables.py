@@ -53,7 +53,7 @@ def test_each_number_opens_a_popover_that_exists_and_names_its_source(name):
         asked, there = re.findall(r'popovertarget="(\w+)"', text), re.findall(r'popover id="(\w+)"', text)
         assert asked == there
         assert len(set(asked)) == len(asked)
-        assert all("<dt>source</dt>" in pop for pop in text.split("<div popover")[1:])
+        assert all("<dt>source<dd>" in pop for pop in text.split("<div popover")[1:])
         assert "no source given" not in text
         assert text.count('class="soft"') == sum(not cell.text for each in columns for cell in each.cells)
 
