@@ -13,7 +13,7 @@ import numpy as np
 from lwr_dyn.arrays import Array
 from lwr_dyn.codegen.parameters import FRICTION, inertial_parameters, payload_parameters
 from lwr_dyn.emit.emission import EmittedArm
-from lwr_dyn.emit.functions import Argument, EmittedFunction
+from lwr_dyn.emit.functions import Argument, EmittedFunction, TemplateCase
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind
 
@@ -64,8 +64,11 @@ def argument_values(emitted: EmittedArm) -> dict[str, Array]:
 
 
 def vectors_text(emitted: EmittedArm) -> str:
-    """The test vectors as JSON: for each function the rows of its arguments and of its result."""
-    functions = [
+    """The test vectors as JSON: for each function the rows of its arguments and of its result.
+
+    Those of a template have a tolerance of their own, and what the function returns beside its result.
+    """
+    functions: list[dict[str, Any]] = [
         {
             "name": case.function.name,
             "arguments": [
@@ -76,6 +79,7 @@ def vectors_text(emitted: EmittedArm) -> str:
         }
         for case in emitted_cases(emitted)
     ]  # fmt: skip
+    functions += [_template_record(case) for template in emitted.templates for case in template.cases()]
     top: Mapping[str, Any] = {
         "robot": emitted.arm.name,
         "reading": emitted.arm.reading,
@@ -85,7 +89,22 @@ def vectors_text(emitted: EmittedArm) -> str:
         "tolerance_of_largest": TOLERANCE[emitted.dtype],
         "functions": functions,
     }
-    return json.dumps(top, indent=1) + "\n"
+    return json.dumps(top, indent=1, allow_nan=False) + "\n"
+
+
+def _template_record(case: TemplateCase) -> dict[str, Any]:
+    """With null for NaN, as JSON has none."""
+    result: dict[str, Any] = {"unit": case.unit, "rows": _listed(case.rows), "tolerance": case.tolerance}
+    if case.returned is not None:
+        result["returned"] = case.returned
+    arguments = [{"name": a.name, "unit": a.unit, "rows": rows} for a, rows in case.arguments]
+    return {"name": case.name, "arguments": arguments, "result": result}
+
+
+def _listed(x: Any) -> Any:
+    if isinstance(x, list):
+        return [_listed(each) for each in x]
+    return None if x != x else x
 
 
 def _case(function: EmittedFunction, values: Mapping[str, Array]) -> EmittedCase:

@@ -3,6 +3,8 @@
 Numbers are double in every file, also beside functions of float.
 """
 
+from collections.abc import Callable
+from functools import partial
 from importlib.resources import files
 from typing import Any
 
@@ -10,7 +12,8 @@ import numpy as np
 
 from lwr_dyn.codegen.kernel_spec import KernelSpec
 from lwr_dyn.emit.closed_form_cases import case_of_six_joints, case_of_srs
-from lwr_dyn.emit.functions import TemplateFunction
+from lwr_dyn.emit.closed_form_vectors import NAME, vectors_of_six_joints, vectors_of_srs
+from lwr_dyn.emit.functions import TemplateCase, TemplateFunction
 from lwr_dyn.emit.own_angles import angle_constants, with_own_angles
 from lwr_dyn.emit.restricted_c import c_text, declarations, javascript_text, used_functions
 from lwr_dyn.errors import OptionError
@@ -20,7 +23,6 @@ from lwr_dyn.kinematics.branches import joint_ranges
 from lwr_dyn.kinematics.srs_margins import UNLIMITED
 from lwr_dyn.model.arm import Arm
 
-NAME = "inverse_kinematics"
 SRS_FUNCTIONS = (NAME, f"{NAME}_arm_angle", f"{NAME}_intervals", f"{NAME}_near")
 SIX_JOINT_FUNCTIONS = (NAME, f"{NAME}_near")
 MOST_INTERVALS = 16
@@ -52,10 +54,15 @@ def inverse_kinematics_function(spec: KernelSpec, name: str, arm: Arm) -> Templa
     if srs is not None:
         source = _source("shared", "srs", "srs_intervals")
         constants = _of_srs(srs) | _of_joints(arm, srs)
-        return _template(source, SRS_FUNCTIONS, SRS_TEXT, constants, case_of_srs(arm, srs))
+        return _template(
+            source, SRS_FUNCTIONS, SRS_TEXT, constants, case_of_srs(arm, srs), partial(vectors_of_srs, arm, srs)
+        )
     if six is not None:
         source, constants = _source("shared", "six_joints"), _of_six(six) | _of_joints(arm, None)
-        return _template(source, SIX_JOINT_FUNCTIONS, SIX_JOINT_TEXT, constants, case_of_six_joints(arm))
+        return _template(
+            source, SIX_JOINT_FUNCTIONS, SIX_JOINT_TEXT, constants, case_of_six_joints(arm),
+            partial(vectors_of_six_joints, arm),
+        )  # fmt: skip
     raise OptionError(name, f"{arm.name} has no closed form that is written out", f"{SRS_ARM}, or {WRIST_ARM}")
 
 
@@ -65,14 +72,15 @@ def _source(*names: str) -> str:
 
 
 def _template(
-    source: str, functions: tuple[str, ...], text: str, constants: dict[str, Any], test: str
-) -> TemplateFunction:
+    source: str, functions: tuple[str, ...], text: str, constants: dict[str, Any], test: str,
+    vectors: Callable[[], tuple[TemplateCase, ...]],
+) -> TemplateFunction:  # fmt: skip
     constants |= angle_constants()
     library, own = (used_functions(each, functions) for each in (source, with_own_angles(source)))
     texts = {"c": c_text(own, constants, "@NAME@"), "c libm": c_text(library, constants, "@NAME@")}
     texts |= {"js": javascript_text(own, constants), "js libm": javascript_text(library, constants)}
     heads = {"c": declarations(library, functions, "@NAME@"), "js": ", ".join(functions)}
-    return TemplateFunction(NAME, text, heads, texts, {"c": test})
+    return TemplateFunction(NAME, text, heads, texts, {"c": test}, vectors)
 
 
 def _of_joints(arm: Arm, srs: SrsGeometry | None) -> dict[str, Any]:

@@ -39,21 +39,32 @@ static int @NAME@_self_test(void)
 
 def case_of_srs(arm: Arm, geometry: SrsGeometry) -> str:
     """Of an S-R-S arm."""
-    T = _poses(arm)
-    q = [closed_form(geometry, joint_ranges(arm), T, ARM_ANGLES, branch) for branch in BRANCHES]
-    return _text(T, np.stack(q, axis=1), ARM_ANGLES)
+    T = poses(arm)
+    return _text(T, branches(arm, geometry, T, ARM_ANGLES), ARM_ANGLES)
 
 
 def case_of_six_joints(arm: Arm) -> str:
     """Of an arm with a spherical wrist."""
-    T = _poses(arm)
+    T = poses(arm)
     return _text(T, all_branches(arm, T).q, None)
 
 
-def _poses(arm: Arm) -> Array:
+def positions(arm: Arm) -> Array:
+    """Random positions inside the limits, (POSES, n)."""
     rng, ranges = np.random.default_rng(30), joint_ranges(arm)
     width = np.minimum(0.8 * ranges.half, 2.0)
-    return forward_kinematics(arm.chain, ranges.middle + width * rng.uniform(-1.0, 1.0, (POSES, arm.n)))
+    return np.asarray(ranges.middle + width * rng.uniform(-1.0, 1.0, (POSES, arm.n)))
+
+
+def poses(arm: Arm) -> Array:
+    """Their poses, (POSES, 4, 4)."""
+    return forward_kinematics(arm.chain, positions(arm))
+
+
+def branches(arm: Arm, geometry: SrsGeometry, T: Array, psi: Array) -> Array:
+    """All branches at an arm angle each, (k, 8, n)."""
+    q = [closed_form(geometry, joint_ranges(arm), T, psi, branch) for branch in BRANCHES]
+    return np.stack(q, axis=1)
 
 
 def _text(T: Array, q: Array, angles: Array | None) -> str:

@@ -16,7 +16,7 @@ from lwr_dyn.codegen.result_form import compact
 from lwr_dyn.codegen.sincos import sincos
 from lwr_dyn.codegen.straight_line import straight_line_code
 from lwr_dyn.codegen.symbolic_functions import symbolic_function
-from lwr_dyn.emit.functions import RESULT_UNITS, EmittedFunction, TemplateFunction, of_batch
+from lwr_dyn.emit.functions import RESULT_UNITS, Argument, EmittedFunction, TemplateCase, TemplateFunction, of_batch
 from lwr_dyn.errors import OptionError
 from lwr_dyn.model.arm import Arm
 
@@ -111,4 +111,12 @@ def expanding_function(spec: KernelSpec, name: str, arm: Arm) -> TemplateFunctio
     c = _C.format(**words, numbers=",\n    ".join(rows))
     head = f"void @NAME@(const @NUMBER@ values[{width}], @NUMBER@ out[{places}]);\nint @NAME@_index(int place)"
     js = _JS.format(**words, numbers=",\n".join(rows))
-    return TemplateFunction(name, text, {"c": head, "js": f"{name}, {name}_index"}, {"c": c, "js": js})
+    names = {"c": head, "js": f"{name}, {name}_index"}
+    return TemplateFunction(name, text, names, {"c": c, "js": js}, cases=lambda: (_placed(name, made.index, width),))
+
+
+def _placed(name: str, index: NDArray[np.int64], width: int) -> TemplateCase:
+    """Its test vector: 1, 2, 3 ... in their places."""
+    values = [[float(k + 1) for k in range(width)]]
+    argument = Argument("values", width, RESULT_UNITS[DENSE].partition(";")[0])
+    return TemplateCase(name, ((argument, values),), argument.unit, [index.astype(float).tolist()], None, 0.0)

@@ -61,6 +61,21 @@ class EmittedFunction:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class TemplateCase:
+    """Test vectors of one function of a template: for each call the numbers given and expected."""
+
+    name: str
+    arguments: tuple[tuple[Argument, list[Any]], ...]
+    unit: str
+    rows: list[Any]
+    """Of the result, an entry a call; NaN where there is none."""
+    returned: list[Any] | None
+    """What the function itself gives; None where it gives nothing."""
+    tolerance: float
+    """In the result's unit."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class TemplateFunction:
     """A function with branches, written by hand for each language with the arm's numbers put in.
 
@@ -79,6 +94,8 @@ class TemplateFunction:
     """
     self_test: Mapping[str, str] = field(default_factory=dict)
     """Language -> a function @NAME@_self_test without arguments: how many of its test vectors fail."""
+    cases: Callable[[], tuple[TemplateCase, ...]] = tuple
+    """Makes its test vectors, for other languages."""
 
     def written(self, language: str, kind: str) -> str:
         """The text in a language, with sines and cosines of that kind."""
