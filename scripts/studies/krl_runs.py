@@ -6,7 +6,8 @@ FOLDER is that of `krl_programs.py`. `krl_runs.toml` has a row for each robot: i
 programs that it drives. A program counts as run where no error ends it, no bound of steps or time does, and five
 motions or more were planned; what was assumed on the way is listed by the run. The robots of most repositories are not
 known: then a robot that reaches all points was taken, which is an assumption too. No cycle time is compared with a
-KUKA's: there is none to compare with.
+KUKA's: there is none to compare with. A run is whole where each motion statement of its file was carried out, but those
+behind a jump that no way leads to (`krl_reach.py`).
 """
 
 from __future__ import annotations
@@ -35,6 +36,7 @@ from lwr_dyn.krl.running.controller import MachineData  # noqa: E402
 from lwr_dyn.krl.running.program_run import ProgramRun  # noqa: E402
 from lwr_dyn.krl.running.run import ProgramError, run_program  # noqa: E402
 from scripts.studies.krl_programs import program_paths  # noqa: E402
+from scripts.studies.krl_reach import reachable_lines  # noqa: E402
 
 HERE = Path(__file__).parent
 MOTION = re.compile(rb"(?i)[ \t]*(S?PTP|S?LIN|S?CIRC|SPL|(PTP|LIN|CIRC)_REL)\b")
@@ -54,9 +56,9 @@ class TriedRun:
     program: str
     robot: str
     statements: int = 0
-    """Motion statements of its file."""
+    """Motion statements of its file that some way leads to."""
     reached: int = 0
-    """Of these, those that moved the arm."""
+    """Of these, those that were carried out."""
     motions: int = 0
     seconds: float = 0.0
     known: float = 0.0
@@ -68,7 +70,7 @@ class TriedRun:
 
     @property
     def whole(self) -> bool:
-        """Whether every motion statement of its file moved the arm."""
+        """Whether every motion statement of its file that some way leads to was carried out."""
         return self.counts and self.reached == self.statements
 
     @property
@@ -78,8 +80,9 @@ class TriedRun:
 
 
 def motion_lines(path: Path) -> set[int]:
-    """The lines of a file that hold a motion statement."""
-    return {i for i, line in enumerate(path.read_bytes().splitlines(), 1) if MOTION.match(line)}
+    """The lines of a file that hold a motion statement and that some way of the program leads to."""
+    lines = {i for i, line in enumerate(path.read_bytes().splitlines(), 1) if MOTION.match(line)}
+    return lines & reachable_lines(load_program(path))
 
 
 def tried(folder: Path, path: Path, row: dict[str, Any]) -> TriedRun:
@@ -101,7 +104,8 @@ def tried(folder: Path, path: Path, row: dict[str, Any]) -> TriedRun:
 
 def _of_run(name: str, robot: str, run: ProgramRun, lines: set[int]) -> TriedRun:
     moves = [x for x in run.executed if x.kind.startswith(MOVES)]  # waits and stops are rows too
-    reached = lines & {x.position.line for x in moves if x.position.file == run.program}
+    places = [*(x.position for x in moves), *run.still]
+    reached = lines & {x.line for x in places if x.file == run.program}
     fault = next((f"{d.code}: {d}" for d in run.diagnostics if d.code == "bound"), "")
     a_pass = None if run.passes is None else run.passes.cycle_time
     if a_pass is not None and (not moves or moves[-1].end <= run.duration - a_pass):
@@ -135,7 +139,9 @@ def table(runs: Sequence[TriedRun], without: int) -> str:
     lines.append(
         f"{sum(x.counts for x in runs)} of {len(runs)} ran with {FEWEST} motions or more; {without} without a robot"
     )
-    lines.append(f"{sum(x.whole for x in runs)} of them moved by every motion statement of their file")
+    lines.append(
+        f"{sum(x.whole for x in runs)} of them carried out every motion statement that some way of their file leads to"
+    )
     return "\n".join([*lines, *(f"  {n:4d} {code}" for code, n in faults.most_common())])
 
 

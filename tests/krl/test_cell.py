@@ -144,6 +144,8 @@ def test_a_value_of_the_wrong_type_is_refused(arm):
         ('[[reply]]\nwhen = "A"', r"reply\[0\].set"),
         ('home_deg = "x"', "home_deg"),
         ("home_deg = [0, 0]", "home_deg"),
+        ("called_at_deg = 3", "called_at_deg"),
+        ("ignore_turn = 1", "ignore_turn"),
         ("variables.WHEN = 3", "variables.WHEN"),
         ('states."$T1" = 3', r"states.\$T1"),
         ('[[reply]]\nset = { "$IN[1]" = 5 }', r"reply\[0\].set.\$IN\[1\]"),
@@ -153,6 +155,29 @@ def test_a_bad_file_is_one_line_that_names_the_field(text, named):
     with pytest.raises(PaperError, match=f"{named}: .*expected|{named}") as fault:
         cell(text)
     assert "\n" not in str(fault.value)
+
+
+def test_a_routine_that_is_called_begins_where_the_arm_stands(arm):
+    program = parse_program("DEF a( )\n$VEL.CP = 0.2\nLIN_REL {Y 40}\nEND\n", name="a")
+    with pytest.raises(ProgramError, match="begin with a full PTP"):
+        run_program(program, arm)
+    run = run_program(program, arm, cell=cell("called_at_deg = [10, -90, 90, 0, 30, 0]"))
+    assert [x.kind for x in run.executed] == ["LIN_REL"]
+    np.testing.assert_allclose(run.motion.q[0], np.radians([10, -90, 90, 0, 30, 0]), atol=1e-12)
+    assert "the routine is called = with the axes at 10, -90, 90, 0, 30, 0 deg (called_at_deg of the cell)" in [
+        str(x) for x in run.assumptions
+    ]
+
+
+def test_a_turn_can_be_ignored_and_then_the_nearest_solution_is_taken(arm):
+    point = "PTP {X 1100, Y 200, Z 1300, A 0, B 90, C 0, S 2, T 61}"
+    program = parse_program(f"DEF a( )\n{HOME}\n{point}\nEND\n", name="a")
+    with pytest.raises(ProgramError, match="T 61"):
+        run_program(program, arm)
+    run = run_program(program, arm, cell=cell("ignore_turn = true"))
+    assert np.abs(np.diff([x.q for x in run.executed], axis=0)).max() < np.pi
+    assert run.poses()[1].y_mm == pytest.approx(200)
+    assert any("ignore_turn" in str(x) for x in run.assumptions)
 
 
 def test_the_template_can_be_read_as_it_stands_and_with_every_line_filled_in(arm):

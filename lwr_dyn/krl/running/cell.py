@@ -34,6 +34,10 @@ class RobotCell:
     robot: str | None = None
     home_deg: tuple[float, ...] | None = None
     """Where the arm stands before the first motion, and XHOME."""
+    called_at_deg: tuple[float, ...] | None = None
+    """Where the arm stands when the routine that is run is called from another; None: it is started by itself."""
+    ignore_turn: bool = False
+    """Whether points are reached by the nearest solution with their Status, as of an assumed robot."""
     values: Mapping[str, Value] = field(default_factory=dict)
     """Inputs, states, variables, tools and bases: `$IN[3]`, `$T1`, `PART`, `TOOL_DATA[1]`, in capitals."""
     other_inputs: bool | None = None

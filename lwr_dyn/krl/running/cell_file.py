@@ -20,6 +20,7 @@ from lwr_dyn.krl.running.values import POSE_NAMES, StructValue, Value
 from lwr_dyn.papers.fields import Fields, parse_toml
 
 T = TypeVar("T")
+AXES = "the six axes in deg"
 LONGEST = 1e6
 """[s] The latest time of an event."""
 
@@ -35,7 +36,7 @@ def cell_of(table: Mapping[str, Any], file: str = "cell") -> RobotCell:
     top = Fields(table, file, "")
     inputs = _table(top, "inputs")
     others = inputs.pop("others", None)
-    home = top.take("home_deg", list, default=None)
+    home, called = (top.take(name, list, default=None) for name in ("home_deg", "called_at_deg"))
     values = {
         **_numbered(inputs, "$IN[{}]", file, "inputs", lambda x, name: _truth(x, file, name)),
         **_numbered(_table(top, "analog_inputs"), "$ANIN[{}]", file, "analog_inputs", lambda x, n: _value(x, file, n)),
@@ -48,7 +49,9 @@ def cell_of(table: Mapping[str, Any], file: str = "cell") -> RobotCell:
     other_stubs = _truth(stubs.pop("others", False), file, "stubs.others")
     cell = RobotCell(
         file=file, robot=_robot(top.take("robot", str, default=None), file),
-        home_deg=None if home is None else _numbers(home, "the six axes in deg", file, "home_deg"),
+        home_deg=None if home is None else _numbers(home, AXES, file, "home_deg"),
+        called_at_deg=None if called is None else _numbers(called, AXES, file, "called_at_deg"),
+        ignore_turn=_truth(top.take("ignore_turn", object, default=False), file, "ignore_turn"),
         values=values, other_inputs=None if others is None else _truth(others, file, "inputs.others"),
         stubs={name.upper(): _stub(x, file, f"stubs.{name}") for name, x in stubs.items()},
         other_stubs=other_stubs,

@@ -115,6 +115,12 @@ class ControllerState:
         self.given = given
         self._set({"$NULLFRAME": null_frame(), "$WORLD": null_frame(), "$ROBROOT": null_frame(), "$OV_PRO": 100})
         self.initialise()
+        if self.cell.ignore_turn:
+            self.assumptions.note("T of points", "", "not obeyed: the nearest solution with their S (ignore_turn)")
+        if self.cell.called_at_deg is not None:
+            self.q = np.radians(self.cell.called_at_deg)
+            axes = ", ".join(f"{x:g}" for x in self.cell.called_at_deg)
+            self.assumptions.note("the routine is called", f"with the axes at {axes} deg", "called_at_deg of the cell")
 
     def initialise(self) -> None:
         """Set frames, speeds and blends to the machine data, as BAS(#INITMOV, 0) does; the override stays."""

@@ -55,6 +55,8 @@ class Motions:
     report: Report
     timeline: Timeline = field(init=False)
     executed: list[ExecutedMotion] = field(default_factory=list)
+    still: list[SourcePosition] = field(default_factory=list)
+    """Of motions to where the arm stands."""
     blend: Blend | None = None
     advance: bool = True
     kept: bool = False
@@ -70,10 +72,12 @@ class Motions:
 
     def __post_init__(self) -> None:
         self.timeline = Timeline(self.controller.arm)
+        if self.controller.q is not None:  # the routine is called where the arm stands
+            self.timeline.add(Pause(self.controller.q, 0.0))
 
     def move(self, env: Environment, x: s.Move, position: SourcePosition) -> None:
         """Plan one motion; raises `ExecutionError`."""
-        first = self.count == 0
+        first = self.count == 0 and self.controller.cell.called_at_deg is None
         self.count += 1
         self.check_speed_set(x)
         kind = x.kind.removeprefix("S").removesuffix("_REL")
@@ -163,7 +167,8 @@ class Motions:
         c = self.controller
         pose = None if c.q is None else self._position("$POS_ACT")
         q = c.q if self.block is None else self.block.q
-        return RobotState(c.arm, q, c.base, c.tool, pose if isinstance(pose, StructValue) else None)
+        known = pose if isinstance(pose, StructValue) else None
+        return RobotState(c.arm, q, c.base, c.tool, known, c.cell.ignore_turn)
 
     def _ptp(self, point: Value, first: bool) -> tuple[MotionSegment | None, Array | None]:
         """The segment (None without motion) and the axes at its end (None where they are unknown)."""
@@ -224,6 +229,8 @@ class Motions:
             if item.overlap > 0.0:
                 c.assumptions.note("points passed without a stop", "", PASSED)
             self.executed.append(ExecutedMotion(position, x.kind, item.begin, item.end, q, item.overlap))
+        else:
+            self.still.append(position)
         c.q = q
         self.blend, self.advance = c.blend(x.blends), True
 

@@ -8,7 +8,7 @@ import numpy as np
 from lwr_dyn.arrays import Array
 from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.dynamics.protocol import mechanical_energy
-from lwr_dyn.krl.diagnostics import Diagnostic
+from lwr_dyn.krl.diagnostics import Diagnostic, SourcePosition
 from lwr_dyn.krl.motion.cycle_times import CycleTimes, cycle_times, pass_times
 from lwr_dyn.krl.motion.timeline import Timeline
 from lwr_dyn.krl.robot.kuka_pose import KukaPose, kuka_pose
@@ -35,6 +35,8 @@ class ProgramRun:
     timeline: Timeline
     motion: Motion
     executed: tuple[ExecutedMotion, ...]
+    still: tuple[SourcePosition, ...]
+    """Statements of motions to where the arm stood, which have no row."""
     diagnostics: tuple[Diagnostic, ...]
     """Warnings and notes of the run; a bound that was reached; axes over their speed."""
     assumptions: tuple[Assumption, ...]

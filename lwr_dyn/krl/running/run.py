@@ -112,7 +112,7 @@ def run_program(
     diagnostics = interpreter.run()
     _refuse_errors(_as_checked(diagnostics, static))
     timeline, executed, end = interpreter.motions.timeline, interpreter.motions.executed, str(interpreter.log.position)
-    if not timeline.items:
+    if not executed:
         _refuse_errors([replace(d, severity="error") for d in diagnostics if d.code == "endless"])
         raise ProgramError(end, "no-motion", "the program moves nothing", "a program with a PTP, LIN or CIRC")
     try:
@@ -122,7 +122,8 @@ def run_program(
     held, torque = _torques(arm, motion)
     return ProgramRun(
         program=program.source.name, arm=arm, machine=data, timeline=timeline, motion=motion,
-        executed=tuple(executed), diagnostics=(*_only_errors(static), *diagnostics, *overspeed(arm, motion, executed)),
+        executed=tuple(executed), still=tuple(interpreter.motions.still),
+        diagnostics=(*_only_errors(static), *diagnostics, *overspeed(arm, motion, executed)),
         assumptions=interpreter.controller.assumptions.all(),
         events=tuple(sorted(interpreter.background.clock.events, key=lambda x: x.time)), passes=interpreter.passes,
         static_torque=held, torque=torque,

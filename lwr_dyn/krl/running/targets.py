@@ -36,6 +36,8 @@ class RobotState:
     tool: Array
     pose: StructValue | None
     """The pose of the tool in the base, for components that a point leaves out."""
+    ignores_turn: bool = False
+    """Whether the nearest solution is taken in place of the one with the Turn of a point."""
 
 
 def axes_of_point(robot: RobotState, point: Value, first: bool, report: Report) -> Array | None:
@@ -47,6 +49,7 @@ def axes_of_point(robot: RobotState, point: Value, first: bool, report: Report) 
         return _axes(robot, point, first, report)
     s, t = _whole(point, "S"), _whole(point, "T")
     _check_complete(point, first, s, t, report)
+    t = None if robot.ignores_turn else t
     flange = np.asarray(point_in_world(robot, point) @ np.linalg.inv(robot.tool))
     return _axes_of_flange(robot, flange, s, t, report)
 
@@ -103,7 +106,7 @@ def _axes_of_flange(robot: RobotState, T: Array, s: int | None, t: int | None, r
     if not matching:
         return None
     if now is None:
-        return np.array(matching[0].q)
+        return np.array((matching[0] if t is not None else nearest_solution(matching, np.zeros(arm.n))).q)
     if s is None:
         matching = [x for x in matching if status(arm, x.q) == status(arm, now)] or matching
     return np.array(nearest_solution(matching, now).q)
