@@ -1,9 +1,9 @@
-// Gains of a PD loop made at this pose, what one degree of error takes of the motors, and what the coupling of B does to the loop.
+// Gains of a PD loop for the inertia at this pose or the largest one, what one degree of error takes of the motors, and what the coupling of B does to the loop.
 
 class GainsPanel {
   constructor(explorer) {
     const { n } = explorer.robot;
-    Object.assign(this, { explorer, n, omega: 50, xi: 1, rate: 1000, modes: new LoopModes(n) });
+    Object.assign(this, { explorer, n, omega: 50, xi: 1, rate: 1000, modes: new LoopModes(n), chosen: "pose", largest: null, searched: "" });
     Object.assign(this, { joints: explorer.data.arm.joints, motors: explorer.data.motors, torques: new Float64Array(n) });
     this.#build();
     explorerState.listen((state) => this.write(state), this.card);
@@ -13,7 +13,7 @@ class GainsPanel {
   compute({ q }) {
     const { modes, joints, torques } = this;
     this.explorer.robot.mass_matrix(q, modes.B);
-    modes.compute(this.omega, this.xi);
+    modes.compute(this.omega, this.xi, this.chosen === "largest" ? this.largest : null);
     for (let i = 0; i < this.n; i += 1) torques[i] = modes.Kp[i] * (joints[i].kind === "revolute" ? Math.PI / 180 : 0.001);
     return this;
   }
@@ -23,6 +23,7 @@ class GainsPanel {
   }
 
   write(state) {
+    this.#search();
     const { modes, torques, motors, omega, xi, rate, rows, said } = this.compute(state);
     rows.forEach(({ row, cells }, i) => {
       const share = motors[i] === null ? null : torques[i] / motors[i];
@@ -35,9 +36,32 @@ class GainsPanel {
       row.forEach((cell, c) => put(cell, texts[c]));
     });
     const least = modes.defined ? modes.leastRate(omega, xi) : NaN;
-    put(said.range, modes.defined ? `Alone, each joint would have ${plain(omega, 3)} rad/s and ${plain(xi, 3)}.` : "B is singular here: a joint moves nothing, and the loop has no modes.");
+    put(said.range, modes.defined ? this.#words() : "B is singular here: a joint moves nothing, and the loop has no modes.");
     put(said.sampled, !modes.defined ? "" : `${least > rate ? "Unstable at rest here when sampled at" : "Sampled at"} ${plain(rate, 3)} Hz${least > rate ? "" : ", it holds at rest here"}: the least rate is ${least.toPrecision(3)} Hz (torque held, no delay).`);
     said.sampled.classList.toggle("alarm", least > rate);
+  }
+
+  #words() {
+    if (this.chosen === "pose") return `Alone, each joint would have ${plain(this.omega, 3)} rad/s and ${plain(this.xi, 3)}.`;
+    return this.largest ? "Gains as lwr-dyn gains makes them; alone, a joint would have ωₙ where its inertia is largest." : "The largest inertias are searched; until then, those of this pose.";
+  }
+
+  // The largest inertias with this payload, joint by joint so that the page stays awake.
+  #search() {
+    const { robot, payload, signal } = this.explorer, key = JSON.stringify(payload ?? null);
+    if (this.chosen === "pose" || this.searched === key) return;
+    Object.assign(this, { searched: key, largest: null });
+    const found = new Float64Array(this.n);
+    const next = (i) => setTimeout(() => {
+      if (signal.aborted || this.searched !== key) return;
+      found[i] = largestInertia(robot, this.joints, i);
+      if (i > 0) next(i - 1);
+      else {
+        this.largest = found;
+        this.write(explorerState);
+      }
+    });
+    next(this.n - 1);
   }
 
   #build() {
@@ -45,17 +69,21 @@ class GainsPanel {
     const fields = [["omega", "ω<sub>n</sub>", "rad/s", "natural frequency"], ["xi", "ξ", "", "damping ratio"], ["rate", "sampled at", "Hz", "sampling rate"]];
     card.className = "card gains";
     card.setAttribute("aria-label", "Gains");
-    card.innerHTML = `<div class="head"><h2>Gains <small>PD with gravity compensated, made at this pose</small></h2></div>
-<p class="fields">${fields.map(([name, label, u, words]) => `<label>${label} <input class="rate" data-field="${name}" type="text" inputmode="decimal" value="${this[name]}" aria-label="${words}${u ? `, ${u}` : ""}"> ${u}</label>`).join("")}</p><p class="note alarm" role="status" data-said="field"></p>
+    card.innerHTML = `<div class="head"><h2>Gains <small>PD with gravity compensated</small></h2></div>
+<p class="fields">${fields.map(([name, label, u, words]) => `<label>${label} <input class="rate" data-field="${name}" type="text" inputmode="decimal" value="${this[name]}" aria-label="${words}${u ? `, ${u}` : ""}"> ${u}</label>`).join("")}<label>B<sub>ii</sub> <select aria-label="inertia that the gains are made for"><option value="pose">at this pose</option><option value="largest">largest within the limits</option></select></label></p><p class="note alarm" role="status" data-said="field"></p>
 <div class="scroll" tabindex="0" role="region" aria-label="Gains of the joints"><table class="torques"><thead><tr><th scope="col">joint</th><th class="num" scope="col">B<sub>ii</sub><br><small>${unit[4]}</small></th><th class="num" scope="col">Kp<br><small>${unit[0]}</small></th><th class="num" scope="col">Kd<br><small>${unit[1]}</small></th><th class="num" scope="col">${unit[2]}<br><small>${unit[3]}</small></th><th class="num" scope="col">of<br>limit</th></tr></thead><tbody>${this.joints.map((_, i) => `<tr><th scope="row">${i + 1}</th>${'<td class="num tau"></td>'.repeat(5)}</tr>`).join("")}</tbody></table></div>
 <h3>With all of B <small>the modes of the loop, slowest first</small></h3><div class="scroll" tabindex="0" role="region" aria-label="Modes of the loop"><table class="heat modes"><tbody>${["rad/s", "damping", "most in joint"].map((name) => `<tr><th scope="row">${name}</th>${"<td></td>".repeat(this.n)}</tr>`).join("")}</tbody></table></div>
-<p class="note" data-said="range"></p><p class="note" data-said="sampled"></p><p class="note">Kp = ω<sub>n</sub>² B<sub>ii</sub>, Kd = 2 ξ ω<sub>n</sub> B<sub>ii</sub> (Siciliano et al., Robotics, eq. 8.22); <code>lwr-dyn gains</code> takes the largest B<sub>ii</sub> within the limits. Modes: B ẍ + Kd ẋ + Kp x = 0.</p>`;
+<p class="note" data-said="range"></p><p class="note" data-said="sampled"></p><p class="note">Kp = ω<sub>n</sub>² B<sub>ii</sub>, Kd = 2 ξ ω<sub>n</sub> B<sub>ii</sub> (Siciliano et al., Robotics, eq. 8.22). Modes: B ẍ + Kd ẋ + Kp x = 0.</p>`;
     this.card = card;
     this.explorer.place(card);
     this.rows = [...card.querySelectorAll(".torques tbody tr")].map((row) => ({ row, cells: [...row.querySelectorAll("td")] }));
     const modal = [...card.querySelectorAll(".modes tr")].map((row) => [...row.querySelectorAll("td")]);
     this.modal = this.joints.map((_, k) => modal.map((row) => row[k]));
     this.said = Object.fromEntries([...card.querySelectorAll("[data-said]")].map((part) => [part.dataset.said, part]));
+    card.querySelector("select").addEventListener("change", ({ target }) => {
+      this.chosen = target.value;
+      this.write(explorerState);
+    });
     card.querySelectorAll("[data-field]").forEach((field) => field.addEventListener("change", () => this.#take(field)));
   }
 

@@ -1,6 +1,6 @@
 // What coupling makes of diagonal gains: modes of B x'' + Kd x' + Kp x = 0, with Kp = omega_n^2 b, Kd = 2 xi omega_n b.
-// b are the diagonal of B. B v = lambda diag(b) v leaves each mode alone with x'' + (2 xi omega_n x' + omega_n^2 x) / lambda = 0:
-// natural frequency omega_n / sqrt(lambda), damping ratio xi / sqrt(lambda). The mean of the n lambda is 1.
+// B v = lambda diag(b) v leaves each mode alone with x'' + (2 xi omega_n x' + omega_n^2 x) / lambda = 0: natural frequency
+// omega_n / sqrt(lambda), damping ratio xi / sqrt(lambda). Where b is the diagonal of B, the mean of the n lambda is 1.
 
 class LoopModes {
   constructor(n) {
@@ -9,11 +9,11 @@ class LoopModes {
     this.defined = false; // false where a joint has no inertia, or B is singular to rounding
   }
 
-  // Gains and modes of this.B; lambda falling, so the slowest mode first.
-  compute(omega, xi) {
+  // Gains and modes of this.B; lambda falling, so the slowest mode first. b is the diagonal of B if not given.
+  compute(omega, xi, inertias = null) {
     const { n, B, b, Kp, Kd, scaled, turned, lambda, led } = this;
     for (let i = 0; i < n; i += 1) {
-      b[i] = B[i * n + i];
+      b[i] = inertias ? inertias[i] : B[i * n + i];
       Kp[i] = omega * omega * b[i];
       Kd[i] = 2 * xi * omega * b[i];
     }

@@ -33,7 +33,7 @@ _COMPUTING = tuple(
     for name in (
         "flange_solver.js", "flange_drag.js", "link_drag.js", "arm_angle.js", "workspace.js", "torques.js",
         "payload.js", "matrices.js", "pose_copy.js", "jacobian.js", "readings.js",
-        "loop_modes.js", "gains.js", "link_shares.js", "entry_words.js", "equation.js",
+        "loop_modes.js", "largest_inertias.js", "gains.js", "link_shares.js", "entry_words.js", "equation.js",
     )
 )  # fmt: skip
 _BESIDE = ((_HERE, "flange_solver.js"), (_HERE, "side_by_side.js"))

@@ -143,7 +143,7 @@ def test_another_reading_has_its_own_shares(window):
     assert logs(window)[1] == []
 
 
-@pytest.mark.parametrize("other", [explored_arm("hung"), random_arm(3, "RPR")], ids=["hung", "sliding"])
+@pytest.mark.parametrize("other", [explored_arm("hung"), random_arm(5, "RPRP")], ids=["hung", "sliding"])
 def test_shares_add_up_for_other_arms(browser, page, other):
     check_shares(opened(browser, page(other)), other)
 

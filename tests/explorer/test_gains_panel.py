@@ -9,6 +9,7 @@ from scipy.linalg import eigh
 import lwr_dyn
 from lwr_dyn.control.gains import second_order_gains
 from lwr_dyn.control.pd_gravity import PDGravity
+from lwr_dyn.control.worst_case_inertia import worst_case_inertias
 from lwr_dyn.design.sampled_loop import RestingLoop, Sampling
 from lwr_dyn.explorer.page import write_explorer
 from tests.explorer.explored import explored_arm, opened
@@ -64,9 +65,10 @@ def test_modes_are_the_eigenvalues_of_the_coupled_loop(window, arm):
         assert np.abs(s - fastest).min() < 1e-7 * w
 
 
-def test_sampling_is_that_of_design_with_gravity_compensated_exactly(window, arm):
+@pytest.mark.parametrize("xi", [0.7, 0.1])  # damping, then stiffness sets the least rate
+def test_sampling_is_that_of_design_with_gravity_compensated_exactly(window, arm, xi):
     floating = replace(arm, chain=replace(arm.chain, gravity=np.zeros(3)))
-    dynamics, found = lwr_dyn.dynamics_of(floating), computed(window, Q)
+    dynamics, found = lwr_dyn.dynamics_of(floating), computed(window, Q, xi=xi)
     loop = RestingLoop.of(dynamics, PDGravity(dynamics, found["Kp"], found["Kd"]), Q[None])
     expected = [loop.radius(Sampling(rate))[0] for rate in (100.0, 300.0, 1000.0)]
     np.testing.assert_allclose(found["radii"], expected, rtol=1e-9)
@@ -80,6 +82,20 @@ def test_equal_modes_and_a_singular_matrix(window):
     assert window.execute_script(script, [2, 0, 0, 0, 2, 0, 0, 0, 5]) == [True, [1, 1, 1]]
     assert not window.execute_script(script, [1, 1, 0, 1, 1, 0, 0, 0, 1])[0]
     assert not window.execute_script(script, [1, 0, 0, 0, 0, 0, 0, 0, 1])[0]
+
+
+def test_gains_of_the_largest_inertias_follow_the_payload(window, arm):
+    wait = """const [, done] = arguments, { gains } = lwrExplorer, select = document.querySelector(".gains select");
+        if (arguments[0]) lwrExplorer.carry(...arguments[0]);
+        select.value = "largest"; select.dispatchEvent(new Event("change"));
+        const ready = () => (gains.largest ? done([...gains.modes.b]) : setTimeout(ready, 10)); ready();"""
+    found = window.execute_async_script(wait, None)
+    np.testing.assert_allclose(found, [each.value for each in worst_case_inertias(arm)], rtol=1e-7)
+    heavier = window.execute_async_script(wait, [2.0, [0, 0, 0.1]])
+    assert (np.array(heavier) > np.array(found) * 1.001)[:6].all()
+    back = """const select = document.querySelector(".gains select"); lwrExplorer.carry(0, [0, 0, 0]);
+        select.value = "pose"; select.dispatchEvent(new Event("change"));"""
+    window.execute_script(back)
 
 
 WRITE = """const field = document.querySelector(`.gains [data-field="${arguments[0]}"]`), { said } = lwrExplorer.gains;
