@@ -6,7 +6,7 @@ class PayloadFields {
     group.className = "payload";
     group.setAttribute("role", "group");
     group.setAttribute("aria-label", "Payload at a point of the flange's frame");
-    group.innerHTML = `<b>Payload</b>${names.map((name) => `<label>${name} <input class="rate" type="text" inputmode="decimal" aria-label="payload, ${name}"></label>`).join("")}<p class="note" role="status"></p>`;
+    group.innerHTML = `<b>Payload</b>${names.map((name) => `<label>${name.replace(" m", "")} <input class="rate" type="text" inputmode="decimal" aria-label="payload, ${name}"></label>`).join("")}<span class="soft">m</span><p class="note" role="status"></p>`;
     explorer.torques.section.append(group);
     const inputs = [...group.querySelectorAll("input")];
     this.word = group.querySelector("p.note");
