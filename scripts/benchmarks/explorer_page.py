@@ -1,8 +1,8 @@
 """The time an arm's page takes for its numbers: `python -m scripts.benchmarks.explorer_page [ROBOT]`, in Chromium.
 
-Computed: g, B, C, torques, intervals and branches of the arm angle. Written: sliders and panels that are seen on a screen
-of 1400 x 900. Goals for the LWR 4+: 0.5 ms a frame with the text, 0.2 computing after warm-up, the strip 1 ms, the first
-frame 15 ms; page 0.9 MB, 0.25 zipped.
+Computed: g, B, C, torques, intervals and branches of the arm angle. Written: sliders and panels that are seen on a
+screen of 1400 x 900. Goals for the LWR 4+: 0.5 ms a frame with the text, 0.2 computing after warm-up, the strip 1 ms,
+the first frame 15 ms; page 0.9 MB, 0.25 zipped.
 """
 
 import gzip

@@ -19,9 +19,11 @@ arguments[0].forEach((text, k) => { fields[k].value = text; });
 fields[0].dispatchEvent(new Event("change"));
 lwrExplorer.state.compute();
 return document.querySelector(".payload .note").textContent;"""
-SHOWN = """const { tau, parts, B } = lwrExplorer.torques, rows = [...document.querySelectorAll("[aria-label='Torques'] tbody tr")];
-return [[...tau], [...parts], [...B], rows.map((row) => ["g", "c", "b"].map((part) => row.querySelector(`path.${part}`).getAttribute("d"))),
-  rows.map((row) => row.className === "over"), rows.map((row) => Number(row.querySelector(".tau").textContent))];"""
+SHOWN = """const { tau, parts, B } = lwrExplorer.torques;
+const rows = [...document.querySelectorAll("[aria-label='Torques'] tbody tr")];
+const bars = (row) => ["g", "c", "b"].map((part) => row.querySelector(`path.${part}`).getAttribute("d"));
+const text = (row) => Number(row.querySelector(".tau").textContent);
+return [[...tau], [...parts], [...B], rows.map(bars), rows.map((row) => row.className === "over"), rows.map(text)];"""
 
 
 @pytest.fixture(scope="module")
