@@ -20,7 +20,7 @@ WITH_TEXTS = [(robot, reading) for robot, reading in COMMITTED if reading in _re
 def test_each_text_is_the_engines_entry(robot, reading):
     arm = lwr_dyn.load(robot, reading)
     found, dynamics = closed_forms(arm), lwr_dyn.dynamics_of(arm)
-    assert len(found["texts"]) >= 10
+    assert len(found["texts"]) >= 7
     numbers = letter_values(arm) | length_values(arm, _read()[robot]["lengths"])
     for q, dq in np.random.default_rng(7).uniform(-2, 2, (3, 2, arm.n)):
         known = {"B": dynamics.mass_matrix(q), "C": dynamics.coriolis_matrix(q, dq), "g": dynamics.gravity_vector(q)}

@@ -90,7 +90,7 @@ def test_gains_of_the_largest_inertias_follow_the_payload(window, arm):
         select.value = "largest"; select.dispatchEvent(new Event("change"));
         const ready = () => (gains.largest ? done([...gains.modes.b]) : setTimeout(ready, 10)); ready();"""
     found = window.execute_async_script(wait, None)
-    np.testing.assert_allclose(found, [each.value for each in worst_case_inertias(arm)], rtol=1e-7)
+    np.testing.assert_allclose(found, [each.value for each in worst_case_inertias(arm)], rtol=1e-12)
     heavier = window.execute_async_script(wait, [2.0, [0, 0, 0.1]])
     assert (np.array(heavier) > np.array(found) * 1.001)[:6].all()
     back = """const select = document.querySelector(".gains select"); lwrExplorer.carry(0, [0, 0, 0]);
