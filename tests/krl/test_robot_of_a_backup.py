@@ -83,3 +83,11 @@ def test_write_takes_the_robot_of_the_run_or_refuses_another(backup, lwr_dyn_com
     other = Run.load(backup / "a.npz")
     with pytest.raises(OptionError, match=r"a run of kr6; allowed: a run of kr30ha, or --robot kr6"):
         path_of_motion(replace(other, meta={"robot": "kr6"}), lwr_dyn.load("kr30ha"))
+
+
+def test_an_unknown_robot_is_told_what_files_can_be_one(lwr_dyn_command, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "a.src").write_text("DEF a( )\nEND\n")
+    code, out, err = lwr_dyn_command("krl", "run", "a.src", "--robot", "kr30")
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert "a path to a .toml, .urdf, .kuka.toml or $machine.dat" in err
