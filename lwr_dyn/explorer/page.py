@@ -70,7 +70,7 @@ def explorer_html(
     data = {"schema": SCHEMA, "live": live, "made_by": generator_line(), **shown_records(shown, sets.places, live)}
     if beside is None and len(shown) > 1:
         data["differing"] = slips_record([each.arm for each in shown])
-    further = (*(_COMPUTING if sets.script else ()), *(_BESIDE if beside is not None else ()))
+    further = (*(_BESIDE if beside is not None else ()), *(_COMPUTING if sets.script else ()))
     scripts = [*_SCRIPTS, *dict.fromkeys(further), *_LAST]
     parts = {
         "policy": _policy(live),

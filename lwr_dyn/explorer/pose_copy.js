@@ -24,19 +24,26 @@ class PoseCopy {
       const said = numbers.map((x, k) => fixed(k < 3 ? 1000 * x : (x * 180) / Math.PI, k < 3 ? 3 : 4));
       return `{X ${said[0]}, Y ${said[1]}, Z ${said[2]}, A ${said[3]}, B ${said[4]}, C ${said[5]}}`;
     }
-    return `${location.href.split("#")[0]}#q=${list.replace(/ /g, "")}`;
+    return `${location.href.split("#")[0]}#q=${list.replace(/ /g, "")}${this.explorer.active > 0 ? `&arm=${this.explorer.active}` : ""}`;
   }
 
   write(q) {
     this.cells(this.numbers(q));
   }
 
-  // A link of this page: as many numbers as joints, all inside the sliders; else it is said and nothing moves.
+  // A link of this page: as many numbers as joints, all inside the sliders; else it is said and nothing moves. It may
+  // name another arm of the page.
   #goTo(hash) {
     if (!hash.startsWith("#q=")) return;
-    const given = hash.slice(3).split(","), q = given.map((x) => (x.trim() === "" ? NaN : Number(x)));
+    const { explorer } = this, [numbers, place = "0"] = hash.slice(3).split("&arm=");
+    if (explorer.arms[place] && explorer.arms[place] !== explorer.arms[explorer.active]) {
+      explorer.choose(Number(place));
+      explorer.poseCopy.#goTo(hash);
+      return;
+    }
+    const given = numbers.split(","), q = given.map((x) => (x.trim() === "" ? NaN : Number(x)));
     const inside = (x, i) => x >= this.joints[i].slider[0] - 1e-9 && x <= this.joints[i].slider[1] + 1e-9;
-    const right = q.length === this.joints.length && q.every(inside);
+    const right = Boolean(explorer.arms[place]) && q.length === this.joints.length && q.every(inside);
     this.word.textContent = right ? "" : "the link's pose is not one of this arm";
     if (right) this.explorer.setPose(q);
   }

@@ -98,6 +98,10 @@ def test_pose_speeds_switches_and_payload_stay_and_nothing_is_left_over(window):
     on = "return ['frames', 'velocity-ellipsoid'].map((id) => document.getElementById(id).checked)"
     assert window.execute_script(on) == [True, True]
     loaded = lwr_dyn.load("lwr4plus", tool={"xyz": [0, 0, 0], "mass": 2.0, "com": [0.0, 0.0, 0.1]})
+    stale = """const before = lwrExplorer.torques; let asked = 0;
+        lwrExplorer.choose(1); before.compute = () => { asked += 1; }; lwrExplorer.state.compute();
+        lwrExplorer.choose(0); lwrExplorer.state.compute(); return asked"""
+    assert window.execute_script(stale) == 0
     found = window.execute_script("return Array.from(lwrExplorer.torques.g)")
     np.testing.assert_allclose(found, lwr_dyn.dynamics_of(loaded).gravity_vector(Q), rtol=0, atol=1e-8)
     window.execute_script("lwrExplorer.carry(0, [0, 0, 0]); document.getElementById('velocity-ellipsoid').click()")

@@ -12,6 +12,7 @@ from lwr_dyn.explorer.page import write_explorer
 from lwr_dyn.explorer.page_data import slider_ranges
 from tests.axe import violations
 from tests.explorer.explored import explored_arm, opened
+from tests.explorer.pointers import pulled
 from tests.headless import logs
 
 Q = np.array([0.3, 0.7, 0.2, -1.2, 0.4, 0.8, 0.1])
@@ -75,6 +76,41 @@ def test_arms_stand_apart_and_the_chosen_one_has_the_panels(window):
         assert window.execute_script("return document.querySelectorAll('#sliders .joint').length") == arm.n
     assert violations(window) == []
     assert logs(window)[1] == []
+
+
+@pytest.mark.parametrize("pointer", ["mouse", "touch"])
+def test_a_click_on_the_other_arm_makes_it_the_active_one(window, pointer):
+    window.execute_script("lwrExplorer.choose(0); lwrExplorer.fit()")
+    foot = """const {stage, shown, active} = lwrExplorer, {camera, canvas} = stage.viewer, other = shown[1 - active];
+        camera.updateMatrixWorld(); stage.scene().updateMatrixWorld(true);
+        const {root, chain} = other.run, at = stage.node(root).getWorldPosition(new THREE.Vector3());
+        const pane = canvas.getBoundingClientRect(), box = new THREE.Box3().setFromObject(stage.node(chain[0]));
+        at.setY(box.min.y + 0.05).project(camera);
+        return [pane.left + ((at.x + 1) * pane.width) / 2, pane.top + ((1 - at.y) * pane.height) / 2]"""
+    for active in (1, 0):
+        pulled(window, pointer, *window.execute_script(foot), 0, 0)
+        assert window.execute_script("return lwrExplorer.active") == active
+    pulled(window, pointer, *window.execute_script(foot), 30, 5)  # a drag turns the view
+    assert window.execute_script("return lwrExplorer.active") == 0
+
+
+def test_a_link_names_the_arm_that_was_active(window):
+    coupled(window, "none")
+    window.execute_script("lwrExplorer.choose(1); lwrExplorer.setPose(arguments[0])", (0.5 * Q).tolist())
+    link = window.execute_script("return lwrExplorer.poseCopy.text('link', explorerState.q)")
+    for bad in ("&arm=7", "&arm=x"):
+        window.execute_script("location.hash = arguments[0]", link.split("#")[1].split("&")[0] + bad)
+        window.execute_async_script("setTimeout(arguments[0], 50)")
+        assert "not one of this arm" in window.execute_script("return document.getElementById('copied').textContent")
+    window.execute_script("lwrExplorer.choose(0); location.hash = arguments[0]", link.split("#")[1])
+    window.execute_async_script("setTimeout(arguments[0], 50)")
+    for reopened in (False, True):
+        if reopened:
+            opened(window, link)
+        active, q = window.execute_script("return [lwrExplorer.active, lwrExplorer.positions()]")
+        assert active == 1
+        np.testing.assert_allclose(q, 0.5 * Q, rtol=0, atol=1e-10)
+    window.execute_script("lwrExplorer.choose(0)")
 
 
 def test_by_itself_the_other_arm_stays(window):
