@@ -9,7 +9,7 @@ class JacobianPanel {
     const { n } = explorer.robot;
     Object.assign(this, { explorer, n, J: new Float64Array(6 * n), linear: new Float64Array(3 * n), turned: new Float64Array(9), sizes: new Float64Array(3) });
     const reach = armKinematics.reach(explorer.data.arm);
-    this.scale = { velocity: 0.25, force: 0.1 * reach * reach, longest: 0.6 * reach }; // m for 1 m/s, m for 1 N, m
+    this.scale = { velocity: 0.25, force: 0.05 * reach * reach, longest: 0.4 * reach }; // m for 1 m/s, m for 1 N, m
     this.#build();
     this.drawn = ["velocity", "force"].map((name) => this.#ellipsoid(name));
     explorerState.listen((state) => this.write(state.q), this.card);

@@ -31,7 +31,8 @@ _SCRIPTS = (
 _COMPUTING = tuple(
     (_HERE, name)
     for name in (
-        "flange_solver.js", "flange_drag.js", "link_drag.js", "arm_angle.js", "workspace.js", "torques.js",
+        "flange_solver.js", "flange_drag.js", "link_drag.js", "arm_angle.js", "section_reach.js",
+        "section_boundary.js", "workspace.js", "torques.js",
         "payload.js", "matrices.js", "pose_copy.js", "jacobian.js", "readings.js",
         "loop_modes.js", "largest_inertias.js", "gains.js", "link_shares.js", "entry_words.js", "equation.js",
     )
