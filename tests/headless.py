@@ -48,20 +48,37 @@ def browser_window(profile: Path) -> Iterator:
         options.add_argument(flag)
     options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
     window = webdriver.Chrome(options=options, service=webdriver.ChromeService(driver))
+    window.set_script_timeout(120)  # rules of axe on a long page, on a machine that does other things
     try:
         yield window
     finally:
         window.quit()
 
 
-def opened(browser, address: str) -> None:
-    """Open a page and wait until its player stands; what was logged before is dropped."""
+def waiting(browser, seconds: float):
+    """Selenium's wait, which asks each 20 ms instead of twice a second."""
     from selenium.webdriver.support.ui import WebDriverWait
 
+    return WebDriverWait(browser, seconds, poll_frequency=0.02)
+
+
+@contextmanager
+def small_window(browser) -> Iterator[None]:
+    """A window in which little is drawn: drawing without a GPU takes longer than all else that a page does."""
+    size = browser.get_window_size()
+    browser.set_window_size(500, 200)
+    try:
+        yield
+    finally:
+        browser.set_window_size(size["width"], size["height"])
+
+
+def opened(browser, address: str) -> None:
+    """Open a page and wait until its player stands; what was logged before is dropped."""
     browser.get("about:blank")
     logs(browser)
     browser.get(address)
-    WebDriverWait(browser, 60).until(lambda w: w.execute_script("return !!(window.lwrReplay && lwrReplay.ready)"))
+    waiting(browser, 60).until(lambda w: w.execute_script("return !!(window.lwrReplay && lwrReplay.ready)"))
 
 
 def logs(browser) -> tuple[list[str], list[str]]:

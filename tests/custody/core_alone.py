@@ -15,6 +15,8 @@ OPTIONAL = (
     "reproduction", "responses", "rollout", "sweeps", "symbolic",
 )  # fmt: skip
 """Packages of `lwr_dyn` that the core must run without."""
+READY = Path(os.environ["LWR_DYN_WHEEL_ENVIRONMENT"]) if "LWR_DYN_WHEEL_ENVIRONMENT" in os.environ else None
+"""An environment with the wheel of this checkout alone, its plain dependencies and the file `complete`: `.ci/run`."""
 NEEDED = ("pytest", "hypothesis")
 """What tests of the core need beside it; `EVERYTHING` of them needs more."""
 EVERYTHING = (*NEEDED, "mujoco", "example-robot-data", "casadi", "matplotlib", "selenium", "axe-playwright-python")
@@ -37,28 +39,47 @@ def installed_core(folder: Path, packages: tuple[str, ...] = NEEDED) -> Path:
 
     `folder` also gets the tests and the committed models, but no source: what is imported comes from the wheel.
     """
-    source = folder / "source"
-    shutil.copytree(ROOT / "lwr_dyn", source / "lwr_dyn", ignore=shutil.ignore_patterns("__pycache__"))
-    for name in ("pyproject.toml", "README.md", "LICENSE"):
-        shutil.copy(ROOT / name, source / name)
     python = folder / "environment" / "bin" / "python"
-    steps = (
-        [sys.executable, "-m", "pip", "wheel", "-q", "--no-deps", "-w", str(folder), str(source)],
-        [sys.executable, "-m", "venv", "--without-pip", str(folder / "environment")],
-    )
-    for step in steps:
-        _succeed(step, folder)
-    wheel = next(folder.glob("*.whl"))
-    install = ("install", "-q", "--no-compile", str(wheel), *packages)
+    if READY is not None and (READY / "complete").is_file():
+        half_written = shutil.ignore_patterns("*.pyc.*")  # its own trial may be running
+        shutil.copytree(READY, folder / "environment", symlinks=True, ignore=half_written, copy_function=_linked)
+        wheel = ()
+    else:
+        wheel = (str(_built(folder, python)),)
+    install = ("install", "-q", "--no-compile", *wheel, *packages)
     _succeed([sys.executable, "-m", "pip", "--python", str(python), *install], folder)
     site = next((folder / "environment" / "lib").glob("python3*")) / "site-packages" / "lwr_dyn"
     for name in OPTIONAL:
         shutil.rmtree(site / name)
-    shutil.rmtree(source)
     shutil.copytree(ROOT / "tests", folder / "tests", ignore=shutil.ignore_patterns("__pycache__"))
     shutil.copytree(ROOT / "models", folder / "models")
     shutil.copy(ROOT / "pyproject.toml", folder / "pyproject.toml")
     return python
+
+
+def _linked(source: str, target: str) -> str:
+    """A file in both places without its bytes twice; a copy where the places are on two disks."""
+    try:
+        os.link(source, target)
+    except OSError:
+        shutil.copy2(source, target)
+    return target
+
+
+def _built(folder: Path, python: Path) -> Path:
+    """The wheel of this checkout; also makes the environment of `python`, empty."""
+    source = folder / "source"
+    shutil.copytree(ROOT / "lwr_dyn", source / "lwr_dyn", ignore=shutil.ignore_patterns("__pycache__"))
+    for name in ("pyproject.toml", "README.md", "LICENSE"):
+        shutil.copy(ROOT / name, source / name)
+    steps = (
+        [sys.executable, "-m", "pip", "wheel", "-q", "--no-deps", "-w", str(folder), str(source)],
+        [sys.executable, "-m", "venv", "--without-pip", str(python.parents[1])],
+    )
+    for step in steps:
+        _succeed(step, folder)
+    shutil.rmtree(source)
+    return next(folder.glob("*.whl"))
 
 
 def run_tests(python: Path, folder: Path, names: tuple[str, ...]) -> subprocess.CompletedProcess[str]:

@@ -9,7 +9,7 @@ import lwr_dyn
 from lwr_dyn.cli.main import COMMANDS
 from tests.axe import EACH_ONCE, SCREENS, faint_texts, seen, sideways, violations
 from tests.docs.site import ROOT, Page, broken_links, built_once, pages
-from tests.headless import logs
+from tests.headless import logs, small_window, waiting
 
 MEGABYTE = 1_000_000
 LOCAL = ("file:", "data:", "blob:", "about:")
@@ -91,24 +91,23 @@ def test_no_page_asks_a_network_or_complains(site, browser):
     asked, said = {}, {}
     browser.get("about:blank")
     logs(browser)
-    for page in pages(site):
-        browser.get(page.as_uri())
-        sent, messages = logs(browser)
-        name = page.relative_to(site).as_posix()
-        asked[name] = [address for address in sent if not address.startswith(LOCAL)]
-        said[name] = messages
+    with small_window(browser):
+        for page in pages(site):
+            browser.get(page.as_uri())
+            sent, messages = logs(browser)
+            name = page.relative_to(site).as_posix()
+            asked[name] = [address for address in sent if not address.startswith(LOCAL)]
+            said[name] = messages
     assert len(asked) > 30
     assert {name: sent for name, sent in asked.items() if sent} == {}
     assert {name: messages for name, messages in said.items() if messages} == {}
 
 
 def test_the_search_finds_pages_without_a_server(site, browser):
-    from selenium.webdriver.support.ui import WebDriverWait
-
     logs(browser)
     browser.get((site / "search.html").as_uri() + "?q=payload")
     found = "return [...document.querySelectorAll('#search-results a')].map((a) => a.getAttribute('href'))"
-    WebDriverWait(browser, 30).until(lambda window: window.execute_script(found))
+    waiting(browser, 30).until(lambda window: window.execute_script(found))
     assert any("payload" in address for address in browser.execute_script(found))
     sent, messages = logs(browser)
     assert [address for address in sent if not address.startswith(LOCAL)] == []
@@ -116,8 +115,6 @@ def test_the_search_finds_pages_without_a_server(site, browser):
 
 
 def test_a_still_becomes_a_live_page_that_needs_no_network(site, browser):
-    from selenium.webdriver.support.ui import WebDriverWait
-
     browser.get((site / "index.html").as_uri())
     logs(browser)
     browser.execute_script("document.querySelector('a.still').click()")
@@ -125,7 +122,7 @@ def test_a_still_becomes_a_live_page_that_needs_no_network(site, browser):
     assert frame.get_attribute("title") == cards()[0]["title"]
     browser.switch_to.frame(frame)
     ready = "return !!(window.lwrReplay && lwrReplay.ready)"
-    WebDriverWait(browser, 60).until(lambda window: window.execute_script(ready))
+    waiting(browser, 60).until(lambda window: window.execute_script(ready))
     browser.switch_to.default_content()
     sent, _ = logs(browser)
     assert [address for address in sent if not address.startswith(LOCAL)] == []

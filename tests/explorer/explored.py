@@ -6,7 +6,7 @@ from pathlib import Path
 import pinocchio as pin
 
 import lwr_dyn
-from tests.headless import logs
+from tests.headless import logs, waiting
 
 FOREIGN = {
     "panda": "panda_description/urdf/panda.urdf",
@@ -29,10 +29,8 @@ def explored_arm(name):
 
 def opened(browser, address):
     """Open an arm's page and wait until it is drawn; what was logged before is dropped."""
-    from selenium.webdriver.support.ui import WebDriverWait
-
     browser.get("about:blank")
     logs(browser)
     browser.get(address)
-    WebDriverWait(browser, 60).until(lambda w: w.execute_script("return !!(window.lwrExplorer && lwrExplorer.ready)"))
+    waiting(browser, 60).until(lambda w: w.execute_script("return !!(window.lwrExplorer && lwrExplorer.ready)"))
     return browser

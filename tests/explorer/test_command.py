@@ -9,7 +9,7 @@ import lwr_dyn
 from lwr_dyn.explorer.command import serve_arm
 from lwr_dyn.viewer import live
 from tests.explorer.explored import FOREIGN, SHARE, opened
-from tests.headless import logs
+from tests.headless import logs, waiting
 
 
 @pytest.fixture(autouse=True)
@@ -87,12 +87,10 @@ def test_a_second_robot_stands_on_the_page_of_the_first(lwr_dyn_command, folder)
 
 
 def test_a_pose_sent_to_a_live_page_moves_the_sliders(browser, arm):
-    from selenium.webdriver.support.ui import WebDriverWait
-
     q = np.array([0.3, -0.4, 0.5, 0.9, -0.2, 0.7, 0.1])
     with serve_arm(arm, port=0) as server:
         opened(browser, server.url)
-        WebDriverWait(browser, 20).until(
+        waiting(browser, 20).until(
             lambda w: w.execute_script("return lwrExplorer.stage.viewer.num_messages_received > 10")
         )
         server.show(q)
@@ -100,7 +98,7 @@ def test_a_pose_sent_to_a_live_page_moves_the_sliders(browser, arm):
         def there(window):
             return np.abs(np.array(window.execute_script("return lwrExplorer.positions()")) - q).max() < 1e-6
 
-        WebDriverWait(browser, 20).until(there)
+        waiting(browser, 20).until(there)
         pose = browser.execute_script("return lwrExplorer.drawnPose()")
         np.testing.assert_allclose(pose, lwr_dyn.forward_kinematics(arm, q), rtol=0, atol=1e-6)
         sent, said = logs(browser)

@@ -2,16 +2,14 @@
 
 from contextlib import contextmanager
 
-from tests.headless import logs
+from tests.headless import logs, waiting
 
 PHONE = {"width": 390, "height": 844, "deviceScaleFactor": 2, "mobile": True}
 LAPTOP = {"width": 1280, "height": 800, "deviceScaleFactor": 1, "mobile": False}
 
 
 def until(browser, holds):
-    from selenium.webdriver.support.ui import WebDriverWait
-
-    WebDriverWait(browser, 12).until(lambda _: holds())
+    waiting(browser, 12).until(lambda _: holds())
 
 
 def opened(browser, path):

@@ -11,7 +11,7 @@ import pytest
 import lwr_dyn
 from lwr_dyn.errors import OptionError
 from lwr_dyn.viewer import live
-from tests.headless import logs, opened
+from tests.headless import logs, opened, waiting
 
 POSE = 1e-6
 """[m], as in test_replay_page."""
@@ -57,20 +57,16 @@ def test_pages_are_served_to_our_own_names_only(server):
 
 
 def test_a_pose_sent_from_python_moves_the_page(server, browser, arm):
-    from selenium.webdriver.support.ui import WebDriverWait
-
     q = np.array([0.3, -0.4, 0.5, 0.9, -0.2, 0.7, 0.1])
     opened(browser, server.url)
-    WebDriverWait(browser, 20).until(
-        lambda w: w.execute_script("return lwrReplay.stage.viewer.num_messages_received > 10")
-    )
+    waiting(browser, 20).until(lambda w: w.execute_script("return lwrReplay.stage.viewer.num_messages_received > 10"))
     server.show(q, run=1)
     asked = lwr_dyn.forward_kinematics(arm, q)
 
     def there(window):
         return np.abs(np.array(window.execute_script("return lwrReplay.flangePose(1)")) - asked).max() < POSE
 
-    WebDriverWait(browser, 20).until(there)
+    waiting(browser, 20).until(there)
     sent, said = logs(browser)
     allowed = (server.url, server.url.replace("http", "ws"), "data:")
     assert all(address.startswith(allowed) for address in sent)

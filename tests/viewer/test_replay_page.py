@@ -7,7 +7,7 @@ import lwr_dyn
 from lwr_dyn.viewer import replay_page
 from lwr_dyn.viewer.look import tokens
 from tests.axe import SCREENS, faint_texts, seen, sideways, violations
-from tests.headless import logs, opened, screenshot
+from tests.headless import logs, opened, screenshot, waiting
 
 POSE = 1e-6
 """[m], and the same for rotation entries: largest difference between the pose on the page and FK."""
@@ -71,10 +71,8 @@ def test_target_and_triads_stand_where_the_chain_puts_them(window, arm, two_runs
 
 
 def test_play_moves_time_and_pause_holds_it(window):
-    from selenium.webdriver.support.ui import WebDriverWait
-
     window.execute_script("lwrReplay.setTime(0); document.getElementById('play').click()")
-    WebDriverWait(window, 20).until(lambda w: w.execute_script("return lwrReplay.time() > 0.1"))
+    waiting(window, 20).until(lambda w: w.execute_script("return lwrReplay.time() > 0.1"))
     window.execute_script("document.getElementById('play').click()")
     before, after = window.execute_async_script(
         "const t = lwrReplay.time(); setTimeout(() => arguments[0]([t, lwrReplay.time()]), 200)"
@@ -83,10 +81,8 @@ def test_play_moves_time_and_pause_holds_it(window):
 
 
 def test_speed_and_end_of_play(window, two_runs):
-    from selenium.webdriver.support.ui import WebDriverWait
-
     window.execute_script("document.getElementById('speed').value = '4'; lwrReplay.setTime(5.8); lwrReplay.play()")
-    WebDriverWait(window, 20).until(lambda w: not w.execute_script("return lwrReplay.playing()"))
+    waiting(window, 20).until(lambda w: not w.execute_script("return lwrReplay.playing()"))
     assert window.execute_script("return lwrReplay.time()") == two_runs[0].t[-1]
 
 

@@ -15,7 +15,7 @@ from lwr_dyn.identification.report.report_page import report_html, write_report
 from lwr_dyn.identification.report.torque_charts import rms_of, torque_rows_html
 from lwr_dyn.kinematics.forward import forward_kinematics, frames
 from tests.axe import SCREENS, faint_texts, seen, sideways, violations
-from tests.headless import logs, screenshot
+from tests.headless import logs, screenshot, waiting
 from tests.identification.report.made_fit import BAD, NOISE, made_fit
 
 IMPOSSIBLE = 4
@@ -28,14 +28,12 @@ def shown():
 
 @pytest.fixture(scope="module")
 def opened(shown, browser, tmp_path_factory):
-    from selenium.webdriver.support.ui import WebDriverWait
-
     file = write_report(tmp_path_factory.mktemp("report") / "report.html", shown)
     browser.get("about:blank")
     logs(browser)
     browser.get(file.as_uri())
     ready = "return !!(window.lwrReport && lwrReport.ready)"
-    WebDriverWait(browser, 60).until(lambda window: window.execute_script(ready))
+    waiting(browser, 60).until(lambda window: window.execute_script(ready))
     return browser
 
 

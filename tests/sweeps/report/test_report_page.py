@@ -16,7 +16,7 @@ from lwr_dyn.sweeps.report.worst_runs import WorstRun, worst_table_html
 from lwr_dyn.sweeps.statistics.summary import summarise
 from lwr_dyn.sweeps.statistics.summary_words import quantile_text, share_text
 from tests.axe import SCREENS, faint_texts, seen, sideways, violations
-from tests.headless import logs, screenshot
+from tests.headless import logs, screenshot, waiting
 from tests.sweeps.made_up import CONTROLLERS, evaluate, runs_of, study
 from tests.viewer.replayed import lagging_run
 
@@ -212,15 +212,13 @@ def test_a_browser_finds_nothing_against_it(width, dark, opened):
 
 
 def test_a_button_replays_its_run_without_a_request(opened, worst):
-    from selenium.webdriver.support.ui import WebDriverWait
-
     opened.execute_script("document.querySelectorAll('button[data-replay]')[1].click()")
     frame = opened.find_element("css selector", "#replay-place iframe")
     assert frame.get_attribute("title") == f"Replay of {worst[1].label}"
     opened.switch_to.frame(frame)
     try:
         ready = "return !!(window.lwrReplay && lwrReplay.ready)"
-        WebDriverWait(opened, 60).until(lambda window: window.execute_script(ready))
+        waiting(opened, 60).until(lambda window: window.execute_script(ready))
         k = 200
         opened.execute_script("lwrReplay.setTime(arguments[0])", worst[1].run.t[k])
         pose = np.array(opened.execute_script("return lwrReplay.flangePose(0)"))
