@@ -97,8 +97,9 @@ def generate(spec: KernelSpec, function: str, lanes: int | None = None) -> Kerne
     widths = [symbolic.size1_in(i) for i in range(symbolic.n_in())]
     limit = (numbers.most_half_turns - 1) * np.pi / np.sqrt(max(spec.n, 1))
     wide = lanes_of(spec.dtype) if lanes is None else lanes
-    can_be_undetermined = function == "forward_dynamics"  # where B is singular
-    code = straight_line_code(symbolic, numbers, are_results_flagged=can_be_undetermined)
+    code = straight_line_code(
+        symbolic, numbers, flagged_by="results" if function == "forward_dynamics" else "few results"
+    )  # accelerations are not determined where B is singular
     if spec.structure == "dense":
         return kernel_source(spec, function, code, widths, wide, float(limit))
     distinct, entries, constants = compact(code)

@@ -16,7 +16,7 @@ from lwr_dyn.errors import MissingDataError, OptionError, UnknownNameError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import Chain
 
-GENERATOR = 13
+GENERATOR = 16
 """Version of the generator: raised when it writes another kernel for the same arm, so that cached ones are not used."""
 NUMBER_TYPES = ("float64", "float32")
 FRICTIONS = ("none", "arm")

@@ -114,7 +114,11 @@ def _assembly(text: str, name: str, dtype: str, is_streaming: bool = False) -> s
     builder = ir.IRBuilder(function.append_basic_block())
     _Lanes(builder, function.args, dtype, int(loop.iter.args[0].value), is_streaming).write(loop.body)
     builder.ret_void()
-    return str(module)
+    return str(module).replace(")\n{", f") {_ALIGNED_STACK}\n{{", 1)
+
+
+_ALIGNED_STACK = '"frame-pointer"="all"'
+"""Only with a frame pointer may LLVM align the stack: a vector that is kept there must not lie across cache lines."""
 
 
 def _target(statement: Any) -> Any:

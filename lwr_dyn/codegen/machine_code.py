@@ -4,6 +4,7 @@ import ctypes
 import functools
 import itertools
 import linecache
+import struct
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -28,11 +29,33 @@ def lanes_of(dtype: str) -> int:
     return (VECTOR_BYTES_WIDE if wide else VECTOR_BYTES) // (8 if dtype == "float64" else 4)
 
 
-def target_machine() -> Any:
-    """LLVM's back end for this processor."""
+def target_machine(near: bool = False) -> Any:
+    """LLVM's back end for this processor; with `near`, one instruction finds a constant, within 32 bits of the code."""
     triple, name, features = host_cpu()
     target = llvm.Target.from_triple(triple)
-    return target.create_target_machine(cpu=name, features=features, opt=3, jit=True)
+    options = {"reloc": "pic", "codemodel": "small"} if near else {}
+    return target.create_target_machine(cpu=name, features=features, opt=3, jit=True, **options)
+
+
+_DISTANCE = 2
+"""The ELF relocation of x86-64 by a distance of 32 bits."""
+
+
+def _relocations(code: bytes) -> set[int]:
+    """The kinds of places in the code that are filled in when it is loaded; of ELF alone."""
+    sections = llvm.ObjectFileRef.from_data(code).sections()
+    places = [section.data() for section in sections if section.name() in (b".rela.text", ".rela.text")]
+    return {kind for data in places for _, kind, _, _ in struct.iter_unpack("<QIIq", data)}
+
+
+def _object(module: Any) -> bytes:
+    """Object code with constants near, but not where it calls another library: that may be far away."""
+    if host_cpu()[0].startswith("x86_64") and "linux" in host_cpu()[0]:
+        code: bytes = target_machine(near=True).emit_object(module)
+        if _relocations(code) == {_DISTANCE}:
+            return code
+    far: bytes = target_machine().emit_object(module)
+    return far
 
 
 def compiled(text: str) -> tuple[bytes, str]:
@@ -56,7 +79,7 @@ def compiled(text: str) -> tuple[bytes, str]:
     missing = [f.name for f in module.functions if f.is_declaration and not f.name.startswith("llvm.")]
     if missing:  # numba's helpers are missing when the code is loaded without numba
         raise RuntimeError(f"a generated kernel calls {', '.join(missing)}: it must stand alone")
-    return machine.emit_object(module), kernel.native_name
+    return _object(module), kernel.native_name
 
 
 def _strip(module: Any, name: str, machine: Any) -> None:
@@ -82,7 +105,8 @@ class LoadedCode:
 
 def load(code: bytes, name: str, inputs: int) -> LoadedCode:
     """Function `name` of an object file, with that number of inputs; calls run without the interpreter's lock."""
-    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), target_machine())
+    in_one_piece = True if _relocations(code) == {_DISTANCE} else None  # by llvmlite's own memory manager
+    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), target_machine(), in_one_piece)
     engine.add_object_file(llvm.ObjectFileRef.from_data(code))
     engine.finalize_object()
     pairs = [ctypes.c_void_p, ctypes.c_int64] * inputs

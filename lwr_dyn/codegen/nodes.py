@@ -3,6 +3,8 @@
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import reduce
+from operator import or_
 from typing import Any, NamedTuple
 
 
@@ -34,8 +36,8 @@ OPERATIONS = ("+", "-", "*", "/", ">", "sqrt", "min", "max", "?", "abs", "2^", "
 class StraightLineCode:
     """`nodes` in order, `results` as signed nodes, and a `flag` that marks invalid states.
 
-    `flag` is 0 for a lane with finite inputs and angles that the range reduction accepts, NaN when an input is not
-    finite, and above 0 for a finite angle that is too large.
+    `flag` is 0 for a lane with finite inputs and angles that the range reduction accepts, NaN when an input (or a
+    result that stands for it) is not finite, and above 0 for a finite angle that is too large.
     """
 
     nodes: tuple[Node, ...]
@@ -110,3 +112,16 @@ def without_the_unused(nodes: Sequence[Node], results: Sequence[Value], flag: Va
             used.append(Node(node.op, new[node.a], new[node.b]) if node.op in OPERATIONS else node)
     renumbered = [Value(v.sign, new[v.node]) for v in results]
     return StraightLineCode(tuple(used), tuple(renumbered), Value(flag.sign, new[flag.node]))
+
+
+_PASSING = {"+": 2, "-": 2, "*": 2, "/": 1, "sqrt": 1, "abs": 1}
+"""Operations that give no finite number where one of their first so many operands is not finite."""
+
+
+def reached_inputs(nodes: Sequence[Node]) -> list[int]:
+    """For every node the inputs that make it not finite where they are not finite themselves: bit i for node i."""
+    reached: list[int] = []
+    for i, node in enumerate(nodes):
+        passing = (node.a, node.b)[: _PASSING.get(node.op, 0)]
+        reached.append(1 << i if node.op == "in" else reduce(or_, (reached[j] for j in passing), 0))
+    return reached

@@ -17,7 +17,7 @@ from lwr_dyn.kinematics.pose_solver import FOUND, NOT_REACHED, TAIL, SearchRange
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import Chain
 
-GENERATOR = 4
+GENERATOR = 7
 """Version of the generator: raised when it writes another kernel for the same arm, so that cached ones are not used."""
 _CLOSE, _AGAIN, _NEAR = 1e-11, 40, 1e-3
 """E of a miss that Newton's method shall finish; where that miss is a minimum of E, the ends of this many starts are

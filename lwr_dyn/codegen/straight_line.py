@@ -6,16 +6,29 @@ Where several numbers are divided by one, they are multiplied by its reciprocal.
 """
 
 from collections.abc import Sequence
+from functools import reduce
 from math import frexp
-from typing import Any
+from operator import or_
+from typing import Any, Literal
 
 import casadi
 
 from lwr_dyn.codegen import elementary
-from lwr_dyn.codegen.nodes import OPERATIONS, Node, StraightLineCode, Traced, Value, by_reciprocals, without_the_unused
+from lwr_dyn.codegen.nodes import (
+    OPERATIONS,
+    Node,
+    StraightLineCode,
+    Traced,
+    Value,
+    by_reciprocals,
+    reached_inputs,
+    without_the_unused,
+)
 from lwr_dyn.codegen.sincos import SinCos
 
 __all__ = ["OPERATIONS", "Node", "StraightLineCode", "Value", "straight_line_code"]
+
+FlaggedBy = Literal["inputs", "few results", "results"]
 
 
 class _Writer:
@@ -126,7 +139,7 @@ class _Writer:
 
 
 def straight_line_code(
-    function: Any, sincos: SinCos, is_flagged: bool = True, are_results_flagged: bool = False
+    function: Any, sincos: SinCos, is_flagged: bool = True, flagged_by: FlaggedBy = "inputs"
 ) -> StraightLineCode:
     """The code of a CasADi function with one output vector.
 
@@ -138,14 +151,15 @@ def straight_line_code(
         Range reduction and polynomials of the number type.
     is_flagged : bool
         Without, the flag is 0: the function judges its numbers itself.
-    are_results_flagged : bool
-        The flag is NaN for a result that is not finite too.
+    flagged_by : {"inputs", "few results", "results"}
+        Where the flag finds a number that is not finite: in every input; in results that every such input reaches, as
+        few as possible (it is NaN where one of them overflows, too); in every input and every result.
     """
-    code = _traced(function, sincos, is_flagged, are_results_flagged)
+    code = _traced(function, sincos, flagged_by if is_flagged else None)
     return without_the_unused(*by_reciprocals(*code))
 
 
-def _traced(function: Any, sincos: SinCos, is_flagged: bool, are_results_flagged: bool) -> Traced:
+def _traced(function: Any, sincos: SinCos, flagged_by: FlaggedBy | None) -> Traced:
     """The nodes of all instructions, and of the flag."""
     writer = _Writer(sincos)
     work: dict[int, Value] = {}
@@ -166,20 +180,41 @@ def _traced(function: Any, sincos: SinCos, is_flagged: bool, are_results_flagged
         else:
             work[out[0]] = writer.apply(op, [work[i] for i in arguments])
     ordered = [results.get(i) or writer.number(0.0) for i in range(function.size1_out(0))]
-    flag = _flag(writer, [*inputs, *(ordered if are_results_flagged else ())]) if is_flagged else writer.number(0.0)
-    return writer.nodes, ordered, flag
+    if flagged_by is None:
+        return writer.nodes, ordered, writer.number(0.0)
+    reached = reached_inputs(writer.nodes)
+    shown = ordered if flagged_by == "results" else [] if flagged_by == "inputs" else _few(reached, ordered)
+    known = _together(reached, shown)
+    return writer.nodes, ordered, _flag(writer, [*shown, *(x for x in inputs if not known >> x.node & 1)])
+
+
+def _together(reached: Sequence[int], results: Sequence[Value]) -> int:
+    return reduce(or_, (reached[x.node] for x in results), 0)
+
+
+def _few(reached: Sequence[int], results: Sequence[Value]) -> list[Value]:
+    """Few results that the same inputs reach as all of them, the one of most inputs first."""
+    left = _together(reached, results)
+    chosen = []
+    while left:
+        best = max(results, key=lambda x: (left & reached[x.node]).bit_count())
+        if (left & reached[best.node]).bit_count() < 2:  # the input itself does as well
+            break
+        chosen.append(best)
+        left &= ~reached[best.node]
+    return chosen
 
 
 def _flag(writer: _Writer, numbers: Sequence[Value]) -> Value:
     """Sum of 0 x over the numbers, plus 1 if the squared half turns exceed the limit of the range reduction."""
     zero = writer.node("zero", 0.0)  # a zero that is not folded away: 0 NaN is NaN
     total = writer.number(0.0)
-    for x in numbers:
-        total = writer.plus(total, writer.times(x, zero))
     if writer.turns:
         turned = writer.number(0.0)
         for _, _, turns in writer.turns.values():
             turned = writer.plus(turned, writer.times(turns, turns))
         limit = writer.number(float(writer.sincos.most_half_turns) ** 2)
         total = writer.plus(total, writer.node(">", turned.node, limit.node))
+    for x in numbers:
+        total = writer.plus(total, writer.times(x, zero))
     return total

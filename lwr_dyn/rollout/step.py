@@ -22,7 +22,7 @@ from lwr_dyn.rollout.step_figures import figures
 from lwr_dyn.rollout.symbolic_model import KeptParameters, SymbolicModel
 from lwr_dyn.rollout.symbolic_plant import SymbolicPlant
 
-GENERATOR = 2
+GENERATOR = 3
 """Version of the step and its driver: raised when they compute otherwise, so that cached kernels are not used."""
 MOST_DELAY = 8
 """[samples] Longest delay of a kernel that has one."""
