@@ -123,6 +123,9 @@ class Background:
     def _look(self) -> bool:
         """Look at the conditions; whether one has become true."""
         followed = False
+        for priority, watch in self.interrupts.items():
+            if priority >= self.priority and watch.last and not self._is_true(watch.condition):
+                watch.last = False  # it may rise again when the interrupt that is executed now has ended
         live = [w for p, w in sorted(self.interrupts.items()) if p < self.priority and w.enabled]
         for watch in (*self.replies, *live):
             if watch.frame is not None and watch.frame not in self.m.stack:

@@ -9,7 +9,8 @@ import numpy as np
 
 from lwr_dyn.arrays import Array
 from lwr_dyn.krl.diagnostics import ExecutionError, SourcePosition
-from lwr_dyn.krl.motion.timeline import Pause, SlowedPart, TimelineItem
+from lwr_dyn.krl.motion.motion_segments import MotionSegment
+from lwr_dyn.krl.motion.timeline import Pause, SlowedPart, Timeline, TimelineItem
 from lwr_dyn.krl.running.motions import ExecutedMotion, Motions
 
 MOVED = 1e-6
@@ -51,25 +52,45 @@ def brake(m: Motions, time: float, position: SourcePosition) -> StoppedMotion | 
 
     In a blend it begins to stop where the blend ends.
     """
-    item = next((x for x in reversed(m.timeline.items) if x.begin <= time < x.end), None)
-    time = time if item is None else max(time, item.begin + item.overlap)
-    index = next((i for i in reversed(range(len(m.executed))) if m.executed[i].begin <= time < m.executed[i].end), None)
-    if item is None or index is None or isinstance(item.part, Pause | SlowedPart) or m.controller.q is None:
+    moving = _moving_at(m.timeline, time)
+    if moving is None or m.controller.q is None:
         return None
-    since = time - item.begin
-    speed = np.abs(item.part.axes(np.array([since])).dq[0])
+    item, part, begin = moving
+    time = max(time, item.begin + item.overlap)
+    index = next((i for i in reversed(range(len(m.executed))) if m.executed[i].begin <= time < m.executed[i].end), None)
+    since = time - begin
+    q, speed = (x[0] for x in (part.axes(np.array([since])).q, np.abs(part.axes(np.array([since])).dq)))
     seconds = float(np.max(speed / m.controller.speeds().axis_ramp))
-    slowed = SlowedPart(item.part, since, 1.0, 0.0, seconds)
-    if seconds <= 0.0 or slowed.until >= item.part.duration:
+    slowed = SlowedPart(part, since, 1.0, 0.0, seconds)
+    if index is None or seconds <= 0.0 or slowed.until >= part.duration:
         return None
     items = tuple(x for x in m.timeline.items if x.begin > item.begin)
     later = tuple(m.executed[index + 1 :])
-    stopped = StoppedMotion(slowed, m.executed[index], m.controller.q, item.end, items, later)
+    stopped = StoppedMotion(slowed, m.executed[index], m.controller.q, begin + part.duration, items, later)
     m.controller.assumptions.note("BRAKE", "", "the arm stops on its path, each axis within its ramp; BRAKE F alike")
     m.timeline.add_at(slowed, time)
-    m.executed[index:] = [replace(m.executed[index], end=time, q=item.part.axes(np.array([since])).q[0])]
+    m.executed[index:] = [replace(m.executed[index], end=time, q=q)]
     _stand(m, slowed, position, "BRAKE")
     return stopped
+
+
+def _moving_at(timeline: Timeline, time: float) -> tuple[TimelineItem, MotionSegment, float] | None:
+    """What moves the arm at a time [s], its segment, and when that has begun or would have; None where it stands.
+
+    A motion that goes on after BRAKE is taken from where it has its own speed again.
+    """
+    at = next((i for i in reversed(range(len(timeline.items))) if timeline.items[i].begin <= time), None)
+    if at is None or time >= timeline.items[at].end:
+        return None
+    item = timeline.items[at]
+    if isinstance(item.part, SlowedPart) and item.part.first == 0.0 and at + 1 < len(timeline.items):
+        item = timeline.items[at + 1]
+    if isinstance(item.part, Pause):
+        return None
+    if isinstance(item.part, SlowedPart):
+        own = item.part.first == item.part.last == 1.0
+        return (item, item.part.part, item.begin - item.part.since) if own else None
+    return item, item.part, item.begin
 
 
 def go_on(m: Motions, stopped: StoppedMotion) -> Callable[[float], float]:
