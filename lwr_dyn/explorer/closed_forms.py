@@ -11,6 +11,7 @@ from functools import cache
 from importlib.resources import files
 from typing import Any
 
+from lwr_dyn.files import ends_in
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.papers.catalog import open_paper, robots
 
@@ -25,8 +26,8 @@ def closed_forms(arm: Arm) -> dict[str, Any]:
     """
     if arm.chain.bodies is None or arm.loaded_with or arm.installation is not None:
         return {"texts": {}, "values": {}, "command": ""}
-    robot = arm.file or arm.name
-    command = f"python -c \"from lwr_dyn.symbolic.entry_text import entry_text as e; print(e({robot!r}, 'ENTRY'))\""
+    asked = [arm.file or arm.name, "ENTRY", *([arm.reading] if _has_readings(arm) else [])]
+    command = f'python -c "from lwr_dyn.symbolic.entry_text import entry_text as e; print(e{tuple(asked)!r})"'
     found = _read().get(arm.name, {}) if not arm.file and arm.name in robots() else {}
     found = found if arm.reading in found.get("readings", ()) else {}
     texts = found.get("texts", {})
@@ -34,6 +35,10 @@ def closed_forms(arm: Arm) -> dict[str, Any]:
     letters = {letter for text in texts.values() for letter in _LETTER.findall(text)}
     values = {letter: float(f"{known[letter]:.6g}") for letter in sorted(letters & known.keys())}
     return {"texts": texts, "values": values, "command": command}
+
+
+def _has_readings(arm: Arm) -> bool:
+    return not arm.file or (ends_in(arm.file, ".toml") and not ends_in(arm.file, ".kuka.toml"))
 
 
 def letter_values(arm: Arm) -> dict[str, float]:

@@ -39,10 +39,16 @@ def test_every_letter_has_a_number_and_all_fit_on_the_page(robot, reading):
     assert len(str(found)) * len(lwr_dyn.readings(robot)) < LARGEST
 
 
-def test_the_command_prints_an_entry(capsys):
-    command = closed_forms(lwr_dyn.load("lwr4plus"))["command"].replace("ENTRY", "B_77")
+def test_the_command_prints_an_entry_of_this_reading(capsys):
+    command = closed_forms(lwr_dyn.load("lwr4plus", "physical"))["command"].replace("ENTRY", "B_77")
+    assert command.endswith("print(e('lwr4plus', 'B_77', 'physical'))\"")
     exec(command.removeprefix('python -c "').removesuffix('"'), {})
     assert capsys.readouterr().out == "I7zz + Ia7\n"
+
+
+def test_the_command_names_a_file_that_has_no_readings():
+    arm = explored_arm("panda")
+    assert closed_forms(arm)["command"].endswith(f"print(e({arm.file!r}, 'ENTRY'))\"")
 
 
 def test_a_reading_with_other_angles_has_none():

@@ -126,7 +126,7 @@ def test_form_source_and_closed_form_are_written(window):
     assert "I7zz = " in text
     text = window.execute_script(said, "C", 1, 2)
     assert "eqs. 7.44, 7.45" in text
-    assert "print(e('lwr4plus', 'C_23'))" in text
+    assert "print(e('lwr4plus', 'C_23', 'computed'))" in text
     text = window.execute_script(said, "g", 1)
     assert "eqs. 7.36, 7.39" in text
     assert "N m" in text
