@@ -7,7 +7,8 @@ import lwr_dyn
 from lwr_dyn.explorer.arms_shown import beside_each_other, readings_shown, shown_records
 from lwr_dyn.explorer.number_tables import link_columns
 from lwr_dyn.explorer.page import write_explorer
-from tests.explorer.explored import opened
+from lwr_dyn.model.chain import with_payload
+from tests.explorer.explored import explored_arm, opened
 from tests.headless import logs
 
 READINGS = ("computed", "printed", "physical")
@@ -139,4 +140,23 @@ def test_readings_with_other_kinematics_are_drawn_and_move_by_their_own(browser,
             "return lwrExplorer.stage.runs.map(({root}) => lwrExplorer.stage.node(root).visible)"
         )
         assert seen == [k == index for k in range(2)]
+        left = """const {stage} = lwrExplorer; let parts = 0;
+            stage.node(stage.runs[arguments[0]].root).traverse((part) => { parts += part.userData.added ? 1 : 0; });
+            return parts"""
+        assert [window.execute_script(left, k) > 0 for k in range(2)] == seen
     assert logs(window)[1] == []
+
+
+@pytest.mark.parametrize("name", ["panda", "hung"])
+def test_a_payload_is_carried_in_the_frame_of_the_flange(browser, tmp_path, name):
+    arm = explored_arm(name)
+    write_explorer(tmp_path / "arm.html", arm)
+    window = opened(browser, (tmp_path / "arm.html").as_uri())
+    mass, at = 2.5, [0.03, -0.02, 0.1]
+    q = np.clip(np.linspace(-0.9, 0.8, arm.n), arm.lower, arm.upper)
+    window.execute_script("lwrExplorer.carry(arguments[0], arguments[1])", mass, at)
+    script = "return Array.from(lwrExplorer.robot.inverse_dynamics(...arguments))"
+    found = window.execute_script(script, *[q.tolist()] * 3)
+    loaded = arm.with_chain(with_payload(arm.chain, mass, at))
+    expected = lwr_dyn.dynamics_of(loaded).inverse_dynamics(q, q, q)
+    assert np.abs(np.array(found) - expected).max() <= AGREES * np.abs(expected).max()
