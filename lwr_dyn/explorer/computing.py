@@ -19,7 +19,8 @@ FUNCTIONS = (
     "inverse_dynamics", "mass_matrix", "gravity_vector", "flange_pose", "jacobian", "inverse_kinematics",
 )  # fmt: skip
 MOST_JOINTS = 8
-"""Of an arm whose functions are written out: they grow with the square of the joints."""
+"""Of an arm whose dynamics are written out: they grow with the square of the joints; longer ones have kinematics."""
+KINEMATICS = ("flange_pose", "jacobian")
 BUNDLE = "bundle/three.min.js"
 
 
@@ -58,8 +59,6 @@ def function_sets(arms: Sequence[Arm]) -> FunctionSets:
 
 def functions_script(arm: Arm, name: str) -> tuple[str, str]:
     """The script that defines the functions of an arm, and what it lacks; an empty script where nothing is known."""
-    if arm.n > MOST_JOINTS:
-        return "", f"this page computes for arms of at most {MOST_JOINTS} joints; this one has {arm.n}"
     try:
         require_packages()
         from lwr_dyn.emit.functions import Emitted, emitted_function
@@ -69,8 +68,11 @@ def functions_script(arm: Arm, name: str) -> tuple[str, str]:
     except LwrDynError as fault:
         return "", f"this page does not compute: {fault}"
     functions: list[Emitted] = []
-    missing: list[str] = []
-    for function in FUNCTIONS:
+    is_long = arm.n > MOST_JOINTS
+    missing = (
+        [f"torques are computed for arms of at most {MOST_JOINTS} joints; this one has {arm.n}"] if is_long else []
+    )
+    for function in KINEMATICS if is_long else FUNCTIONS:
         try:
             functions.append(emitted_function(spec, function, arm))
         except LwrDynError as fault:

@@ -6,6 +6,7 @@ from importlib.resources import files
 
 import numpy as np
 import pytest
+from selenium.webdriver.support.ui import WebDriverWait
 
 import lwr_dyn
 from lwr_dyn.explorer import computing
@@ -13,6 +14,7 @@ from lwr_dyn.explorer.computing import BUNDLE, functions_script, three_bundle
 from lwr_dyn.explorer.page import explorer_html, write_explorer
 from tests.explorer.explored import explored_arm, opened
 from tests.explorer.pointers import pulled
+from tests.headless import logs
 
 FOLLOWED = 1e-6
 """[m] that the flange may be from where it is dragged."""
@@ -165,6 +167,14 @@ def test_without_webgl_the_page_says_so_and_computes(browser, page):
         _, asked, reached, _, _ = window.execute_script(DRAG, Q, [0.02, -0.03, 0.01])
         np.testing.assert_allclose(reached, asked, rtol=0, atol=FOLLOWED)
         assert window.execute_script("return document.querySelectorAll('#joints .n').length > 0")
+        window.execute_script("document.querySelectorAll('#switches input').forEach((box) => box.click())")
+        WebDriverWait(window, 100).until(lambda w: w.execute_script("return lwrExplorer.section.drawn"))
+        slide = "const s = document.getElementById('slider_1'); s.value = 30; s.dispatchEvent(new Event('input'));"
+        window.execute_script(slide)
+        np.testing.assert_allclose(window.execute_script("return lwrExplorer.positions()[0]"), np.radians(30))
+        window.execute_script("lwrExplorer.choose(1)")
+        (said,) = logs(browser)[1]
+        assert "Error creating WebGL context" in said  # three.js says so itself, nothing else is said
     finally:
         browser.execute_cdp_cmd("Page.removeScriptToEvaluateOnNewDocument", mark)
 
@@ -172,7 +182,10 @@ def test_without_webgl_the_page_says_so_and_computes(browser, page):
 def test_what_cannot_be_computed_is_said(monkeypatch):
     arm = lwr_dyn.load("lwr4plus")
     monkeypatch.setattr(computing, "MOST_JOINTS", 6)
-    assert functions_script(arm, "robot") == ("", "this page computes for arms of at most 6 joints; this one has 7")
+    script, why = functions_script(arm, "robot")
+    assert why == "torques are computed for arms of at most 6 joints; this one has 7"
+    assert "jacobian" in script
+    assert "inverse_dynamics" not in script
     text = explorer_html(arm)
-    assert "this page computes for arms of at most 6 joints" in text
-    assert "class FlangeDrag" not in text
+    assert why in text
+    assert "class FlangeDrag" in text

@@ -7,6 +7,7 @@ import lwr_dyn
 from lwr_dyn.explorer.page import write_explorer
 from tests.explorer.explored import SHARE, opened
 from tests.explorer.pointers import arrow, pulled
+from tests.headless import logs
 
 Q = [0.3, 0.7, 0.2, -1.4, 0.3, 0.9, 0.1]
 FOLLOWED = 1e-6
@@ -81,3 +82,24 @@ def test_an_arm_of_few_joints_goes_as_near_as_it_gets(browser, tmp_path):
     found, asked, reached, word = window.execute_script(DRAGGED, q.tolist(), (nearby - begun + side).tolist())
     assert (found, word) == (4, "as near as the arm gets")
     np.testing.assert_allclose(np.subtract(asked, reached), side, atol=1e-4)
+
+
+def test_a_long_arm_is_dragged_and_has_no_torques(browser, tmp_path):
+    joints, path = 12, tmp_path / "long.html"
+    limit = '<limit lower="-2" upper="2" effort="1" velocity="1"/>'
+    links = "".join(f'<link name="l{i}"/>' for i in range(joints + 1))
+    turns = "".join(
+        f'<joint name="j{i}" type="revolute"><parent link="l{i}"/><child link="l{i + 1}"/><origin xyz="0.02 0 0.1"/>'
+        f'<axis xyz="{"0 0 1" if i % 2 else "0 1 0"}"/>{limit}</joint>'
+        for i in range(joints)
+    )
+    (tmp_path / "long.urdf").write_text(f'<robot name="long">{links}{turns}</robot>', encoding="utf-8")
+    write_explorer(path, lwr_dyn.load(tmp_path / "long.urdf"))
+    window = opened(browser, path.as_uri())
+    q = np.linspace(-0.5, 0.8, joints)
+    found, asked, reached, _ = window.execute_script(DRAGGED, q.tolist(), [0.03, -0.02, 0.01])
+    assert found == 0
+    np.testing.assert_allclose(reached, asked, rtol=0, atol=FOLLOWED)
+    assert window.execute_script("return [lwrExplorer.torques, lwrExplorer.robot.inverse_dynamics]") == [None, None]
+    assert window.execute_script("return lwrExplorer.jacobian.J.length") == 6 * joints
+    assert logs(browser)[1] == []
