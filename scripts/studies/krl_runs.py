@@ -42,7 +42,7 @@ HERE = Path(__file__).parent
 MOTION = re.compile(rb"(?i)[ \t]*(S?PTP|S?LIN|S?CIRC|SPL|(PTP|LIN|CIRC)_REL)\b")
 FEWEST = 5
 """Motions of a run that counts."""
-MACHINE = MachineData(steps=200_000, seconds=1200.0, passes=3)
+MACHINE = MachineData(steps=200_000, seconds=3600.0, passes=3)
 
 
 MOVES = ("PTP", "LIN", "CIRC", "SPTP", "SLIN", "SCIRC", "SPL")
