@@ -51,9 +51,16 @@ def kernel_cache(tmp_path_factory) -> Iterator:
 
 
 @pytest.fixture(scope="session")
-def browser(tmp_path_factory) -> Iterator:
+def chromium(tmp_path_factory) -> Iterator:
     with browser_window(tmp_path_factory.mktemp("profile")) as window:
         yield window
+
+
+@pytest.fixture(scope="module")
+def browser(chromium) -> Iterator:
+    """The worker's browser; behind a file of tests it is left empty, as a page goes on drawing when no test looks."""
+    yield chromium
+    chromium.get("about:blank")
 
 
 @pytest.fixture
