@@ -14,8 +14,8 @@ from tests.explorer.explored import explored_arm, opened
 from tests.headless import logs, screenshot
 from tests.tolerances import METRES
 
-LARGEST_PAGE = 275_000
-"""Bytes without three.js."""
+LARGEST_PAGE = 290_000
+"""Bytes without three.js (609 kB); with it a page has at most 0.9 MB, see `test_computing_page`."""
 DRAWN = 1e-9
 """[m] three.js composes the same poses from the same numbers."""
 Q = np.array([0.3, -0.4, 0.5, 0.9, -0.2, 0.7, 0.1])
