@@ -20,7 +20,7 @@ starts.forEach((q, i) => {
     handle.position.set(from[3] + x, from[7] + y, from[11] + z);
     if (i % 3 === 2) handle.quaternion.multiply(new THREE.Quaternion().setFromEuler(new THREE.Euler(a, b, c)));
     const found = drag.moved();
-    out.push([i, found, ...drag.pose, ...e.positions()]);
+    out.push([i, found, drag.word.textContent === "went to another branch", ...drag.pose, ...e.positions()]);
   });
   drag.end();
 });
@@ -30,7 +30,7 @@ return out"""
 
 @pytest.fixture(scope="module", params=["lwr4plus computed", "wam7 manual", "kr30ha kuka", "panda"])
 def dragged(request, browser, tmp_path_factory):
-    """(arm, start of each row's drag, verdicts, asked poses, positions reached) of drags with four moves each."""
+    """Of drags with four moves each: the arm, each move's start, verdict, asked pose, positions, drag, said to jump."""
     arm = explored_arm(request.param)
     path = tmp_path_factory.mktemp("drags") / "arm.html"
     write_explorer(path, arm)
@@ -44,8 +44,9 @@ def dragged(request, browser, tmp_path_factory):
     reach = np.linalg.norm(lwr_dyn.forward_kinematics(arm, starts)[:, :3, 3], axis=1).max()
     size = reach * rng.choice([0.01, 0.1, 0.4, 3.0], (drags, 1, 1))
     moves = np.concatenate([size * rng.normal(size=(drags, 4, 3)), 0.3 * rng.normal(size=(drags, 4, 3))], axis=2)
-    rows = np.array(window.execute_script(SCRIPT, starts.tolist(), moves.tolist()))
-    return arm, starts[rows[:, 0].astype(int)], rows[:, 1].astype(int), rows[:, 2:18].reshape(-1, 4, 4), rows[:, 18:]
+    rows = np.array(window.execute_script(SCRIPT, starts.tolist(), moves.tolist()), dtype=float)
+    drag, found, said = rows[:, :3].astype(int).T
+    return arm, starts[drag], found, rows[:, 3:19].reshape(-1, 4, 4), rows[:, 19:], drag, said
 
 
 def away(arm, q, asked):
@@ -55,7 +56,7 @@ def away(arm, q, asked):
 
 
 def test_the_flange_is_where_it_is_dragged_and_no_joint_beyond_its_limit(dragged):
-    arm, _, found, asked, q = dragged
+    arm, _, found, asked, q, *_ = dragged
     followed = found < 2
     assert 0.2 < followed.mean() < 0.95
     metres, turned = away(arm, q[followed], asked[followed])
@@ -65,7 +66,7 @@ def test_the_flange_is_where_it_is_dragged_and_no_joint_beyond_its_limit(dragged
 
 
 def test_beyond_a_wall_the_flange_is_on_the_way_there(dragged):
-    arm, starts, found, asked, q = dragged
+    arm, starts, found, asked, q, *_ = dragged
     walls = found >= 2
     begun = lwr_dyn.forward_kinematics(arm, starts[walls])[:, :3, 3]
     reached = lwr_dyn.forward_kinematics(arm, q[walls])[:, :3, 3]
@@ -76,3 +77,11 @@ def test_beyond_a_wall_the_flange_is_on_the_way_there(dragged):
     assert share.min() > -FOLLOWED
     assert share.max() <= 1 + FOLLOWED
     assert (share > 0.01).mean() > 0.5  # most went some of the way
+
+
+def test_another_branch_is_said(dragged):
+    _, starts, found, _, q, drag, said = dragged
+    before = np.where((drag == np.roll(drag, 1))[:, None], np.roll(q, 1, axis=0), starts)
+    before[0] = starts[0]
+    jumped = (np.abs(q - before).max(axis=1) > 1) & (found == 0)
+    assert (said == 1).tolist() == jumped.tolist()
