@@ -2,7 +2,7 @@
 
 const explorerState = (() => {
   const listeners = [], resters = [], REST = 150; // [ms]
-  let waiting = false, resting = 0, last = 0;
+  let waiting = false, resting = 0, last = 0, half = 0;
   const state = { q: new Float64Array(0), dq: new Float64Array(0), ddq: new Float64Array(0), computed: 0, spent: [] };
 
   const tell = (told) => {
@@ -32,10 +32,13 @@ const explorerState = (() => {
   // Everybody computes and writes now.
   state.compute = () => tell([...listeners]);
 
-  // What can be seen computes and writes; the rest when the arm rests.
+  // What can be seen computes and writes: the picture at each frame, of the cards one half at this frame, the other half
+  // at the next; cards out of view when the arm rests.
   state.frame = () => {
-    tell(listeners.filter(({ seen }) => seen));
+    half = 1 - half;
+    tell(listeners.filter(({ card, seen }, k) => !card || (seen && k % 2 === half)));
     last = performance.now();
+    requestAnimationFrame(() => { if (!waiting) catchUp(listeners.filter(({ seen }) => seen)); });
     if (!resting) resting = setTimeout(rest, REST);
   };
 
