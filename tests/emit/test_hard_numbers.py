@@ -25,7 +25,7 @@ def run(compiler, files, folder):
 
 @pytest.mark.parametrize(("compiler", "robot", "options"), [
     ("gcc", "kr30ha", {}),
-    ("clang", "wam7", {"functions": ("smooth_friction_torque", "step_pid", "inverse_kinematics")}),
+    ("clang", "wam7", {"functions": ("smooth_friction_torque", "inverse_kinematics")}),
     ("gcc", "lwr4plus", {"functions": ("inverse_kinematics", "gravity_vector"), "dtype": "float32"}),
 ])  # fmt: skip
 def test_no_function_does_what_c_does_not_define(compiler, robot, options, tmp_path):
