@@ -12,7 +12,7 @@ from hypothesis import HealthCheck, settings
 
 from tests.distribution import in_order, scheduler
 from tests.examples import SOAK
-from tests.headless import browser_window
+from tests.headless import QUICK, browser_window
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # a worker a core: threads of BLAS would wait for each other, up to 10 s
 slow_machine = [HealthCheck.too_slow, HealthCheck.data_too_large]
@@ -52,7 +52,7 @@ def kernel_cache(tmp_path_factory) -> Iterator:
 
 @pytest.fixture(scope="session")
 def chromium(tmp_path_factory) -> Iterator:
-    with browser_window(tmp_path_factory.mktemp("profile")) as window:
+    with browser_window(tmp_path_factory.mktemp("profile"), QUICK) as window:
         yield window
 
 

@@ -23,6 +23,8 @@ FLAGS = (
     "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1",
     "--window-size=1440,900",
 )
+QUICK = ("--disable-gpu-compositing", "--webgl-antialiasing-mode=none")
+"""For tests: without a GPU a frame takes a third of the time so; pictures for people are taken without these."""
 
 
 def browser_programs() -> tuple[str, str]:
@@ -37,14 +39,14 @@ def browser_programs() -> tuple[str, str]:
 
 
 @contextmanager
-def browser_window(profile: Path) -> Iterator:
+def browser_window(profile: Path, more_flags: tuple[str, ...] = ()) -> Iterator:
     """A Chromium without a network whose console and requests are logged; `profile` is a folder of its own."""
     chromium, driver = browser_programs()
     from selenium import webdriver
 
     options = webdriver.ChromeOptions()
     options.binary_location = chromium
-    for flag in (*FLAGS, f"--user-data-dir={profile}"):
+    for flag in (*FLAGS, *more_flags, f"--user-data-dir={profile}"):
         options.add_argument(flag)
     options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
     window = webdriver.Chrome(options=options, service=webdriver.ChromeService(driver))
