@@ -1,7 +1,7 @@
 """Take the pictures of the README from the pages of the current build, or check that they are fresh.
 
-python scripts/readme_images.py                     run `reproduce lwr4plus`, then take the pictures of its pages
-python scripts/readme_images.py --folder out/lwr4plus   of pages that are there
+python scripts/readme_images.py                     run `reproduce lwr4plus`, write the explorer, take the pictures
+python scripts/readme_images.py --folder out/lwr4plus   of the reproduction that is there
 python scripts/readme_images.py --check             take them to compare; exit 1 when one is old
 
 A picture is fresh when its page shows the same words as then (kept in the PNG) and looks the same from afar. Needs the
@@ -23,6 +23,8 @@ import numpy as np
 from PIL import Image
 from PIL.PngImagePlugin import PngInfo
 
+from lwr_dyn import load
+from lwr_dyn.explorer.page import write_explorer
 from lwr_dyn.reproduction.reproduce import reproduce
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -51,17 +53,40 @@ return words.join("\\n");
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """A page at a size and a time of its replay."""
+    """A page at a size, in a state of its own."""
 
     page: str
     ready: str  # JavaScript that is true once the page stands
+    state: str  # JavaScript that brings the page into the state that is shown
     width: int
     height: int
-    time: float  # [s]
 
+
+Q = [0.4, 0.6, -0.3, -1.2, 0.2, 0.9, 0]
+"""Positions of the explorer's arm [rad]."""
+WRITTEN = """
+const write = (field, value) => { field.value = value; field.dispatchEvent(new Event("change")); };
+document.querySelectorAll(".rate[data-of=dq]").forEach((field, i) => write(field, [1, -1.2, 1, 1.5, 0, 1, 0][i]));
+document.querySelectorAll(".rate[data-of=ddq]").forEach((field, i) => write(field, [2, -4, 3, 6, 1, -4, 2][i]));
+write(document.querySelector("[aria-label='payload, kg']"), 3);
+"""
+"""JavaScript: speeds, accelerations and a payload, as written into the fields of the page."""
 
 PICTURES = {
-    "replay.png": Picture("replay.html", "return !!(window.lwrReplay && lwrReplay.ready)", 1440, 757, 13.2),
+    "replay.png": Picture(
+        "replay.html",
+        "return !!(window.lwrReplay && lwrReplay.ready)",
+        "lwrReplay.stage.frameView(); lwrReplay.setTime(13.2)",
+        1440,
+        757,
+    ),
+    "explorer.png": Picture(
+        "explorer.html",
+        "return !!(window.lwrExplorer && lwrExplorer.torques)",
+        WRITTEN,
+        1440,
+        840,
+    ),
 }
 
 
@@ -76,7 +101,7 @@ def take(browser: Any, picture: Picture, folder: Path) -> tuple[Image.Image, str
         browser.get((folder / picture.page).resolve().as_uri())
         WebDriverWait(browser, 60).until(lambda window: window.execute_script(picture.ready))
         browser.execute_async_script("document.fonts.ready.then(() => arguments[0]())")  # the bar has its height
-        browser.execute_script("lwrReplay.stage.frameView(); lwrReplay.setTime(arguments[0])", picture.time)
+        browser.execute_script(picture.state)
         drawn = "requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(arguments[0], 500)))"
         browser.execute_async_script(drawn)
         return _still(browser), browser.execute_script(VISIBLE_WORDS)
@@ -102,7 +127,7 @@ def save(path: Path, image: Image.Image, words: str) -> None:
     """Write a picture with the words of its page."""
     text = PngInfo()
     text.add_itxt(WORDS, words)
-    image.quantize(256, dither=Image.Dither.NONE).save(path, pnginfo=text, optimize=True)
+    image.quantize(256, kmeans=2, dither=Image.Dither.NONE).save(path, pnginfo=text, optimize=True)
 
 
 def faults(path: Path, image: Image.Image, words: str) -> list[str]:
@@ -127,9 +152,15 @@ def _small(image: Image.Image) -> np.ndarray:
 
 
 def pictures(browser: Any, folder: Path) -> Iterator[tuple[Path, Image.Image, str]]:
-    """Where each picture of the README belongs, how its page looks, and the words of the page."""
-    for name, picture in PICTURES.items():
-        yield (IMAGES / name, *take(browser, picture, folder))
+    """Where each picture of the README belongs, how its page looks, and the words of the page.
+
+    The folder is that of `reproduce lwr4plus`; the explorer's page is written for the picture.
+    """
+    with tempfile.TemporaryDirectory() as scratch:
+        write_explorer(Path(scratch) / "explorer.html", load("lwr4plus"), Q)
+        for name, picture in PICTURES.items():
+            there = folder if (folder / picture.page).is_file() else Path(scratch)
+            yield (IMAGES / name, *take(browser, picture, there))
 
 
 def main(arguments: list[str] | None = None) -> int:
