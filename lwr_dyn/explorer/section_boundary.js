@@ -34,12 +34,19 @@ function* sectionBoundary(robot, arm, cells = 56) {
       }
     }
   };
+  const sampled = new Map();
+  samples.forEach((place) => {
+    const at = key(Math.max(Math.round(place.rho / h - 0.5), 0), Math.round(place.z / h));
+    sampled.set(at, [...(sampled.get(at) ?? []), place]);
+  });
   samples.forEach(({ rho, z: height, q }) => offer(Math.max(Math.round(rho / h - 0.5), 0), Math.round(height / h), q));
   spread();
   // Other branches of the arm, and small changes of what is known, for a place that seems to be out of reach.
   const others = (at, q) => {
-    const away = (place) => Math.hypot(place.rho - Math.abs(at.s), place.z - at.z), count = Math.abs(at.s) < h ? 60 : 6;
-    const chosen = samples.filter((place) => away(place) < 3 * h).sort((a, b) => away(a) - away(b)).slice(0, count); // more at the axis
+    const away = (place) => Math.hypot(place.rho - Math.abs(at.s), place.z - at.z), count = Math.abs(at.s) < h ? 60 : 6; // more at the axis
+    const i = Math.round(Math.abs(at.s) / h - 0.5), k = Math.round(at.z / h), near = [];
+    for (let a = -2; a <= 2; a += 1) for (let b = -2; b <= 2; b += 1) if (i + a >= 0) near.push(...(sampled.get(key(i + a, k + b)) ?? []));
+    const chosen = near.sort((one, other) => away(one) - away(other)).slice(0, count);
     const kicked = [0.05, 0.3].map((size) => q.map((x, i) => x + size * (random() - 0.5) * Math.min(reach.up[i] - reach.low[i], 2)));
     return [...chosen.map((place) => place.q), ...kicked];
   };

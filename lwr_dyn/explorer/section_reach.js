@@ -8,29 +8,26 @@ class SectionReach {
     Object.assign(this, { pose: new Float64Array(16), J: new Float64Array(6 * n), rates: new Float64Array(2 * n), free: new Uint8Array(n), way: new Float64Array(n), rho: 0, z: 0 });
   }
 
-  // A vector of the base in the first joint's frame.
-  #turned(x, y, z) {
-    const m = this.origin;
-    return [m[0] * x + m[1] * y + m[2] * z, m[4] * x + m[5] * y + m[6] * z, m[8] * x + m[9] * y + m[10] * z];
-  }
-
-  // Sets rho (distance from the axis; x, y across it) and z (height along it) of q.
+  // Sets rho (distance from the axis; x, y across it) and z (height along it) of q. Written out: it is called millions of times.
   place(q) {
-    const { pose, origin } = this;
+    const { pose, origin: m } = this;
     this.robot.flange_pose(q, pose);
-    const [x, y, z] = this.#turned(pose[3] - origin[12], pose[7] - origin[13], pose[11] - origin[14]);
-    Object.assign(this, { x, y, z, rho: Math.hypot(x, y) });
+    const a = pose[3] - m[12], b = pose[7] - m[13], c = pose[11] - m[14];
+    this.x = m[0] * a + m[1] * b + m[2] * c;
+    this.y = m[4] * a + m[5] * b + m[6] * c;
+    this.z = m[8] * a + m[9] * b + m[10] * c;
+    this.rho = Math.sqrt(this.x * this.x + this.y * this.y);
     return this;
   }
 
   // How rho and z change with each joint, where `place` was.
   #rates(q) {
-    const { n, J, rates } = this, [c, s] = this.rho > 1e-12 ? [this.x / this.rho, this.y / this.rho] : [1, 0];
+    const { n, J, rates, origin: m, x, y, rho } = this, u = rho > 1e-12 ? x / rho : 1, v = rho > 1e-12 ? y / rho : 0;
+    const out0 = u * m[0] + v * m[4], out1 = u * m[1] + v * m[5], out2 = u * m[2] + v * m[6]; // away from the axis, in the base
     this.robot.jacobian(q, J);
     for (let i = 0; i < n; i += 1) {
-      const [x, y, z] = this.#turned(J[i], J[n + i], J[2 * n + i]);
-      rates[i] = c * x + s * y;
-      rates[n + i] = z;
+      rates[i] = out0 * J[i] + out1 * J[n + i] + out2 * J[2 * n + i];
+      rates[n + i] = m[8] * J[i] + m[9] * J[n + i] + m[10] * J[2 * n + i];
     }
   }
 
@@ -70,7 +67,8 @@ class SectionReach {
         again = true;
       }
     }
-    const most = Math.max(...way.map(Math.abs));
+    let most = 0;
+    for (let i = 0; i < n; i += 1) most = Math.max(most, Math.abs(way[i]));
     if (most > 0.5) for (let i = 0; i < n; i += 1) way[i] *= 0.5 / most;
   }
 
@@ -104,14 +102,16 @@ class SectionReach {
     let left = this.#left(q, rho, z), small = 0;
     for (let k = 0; k < 40 && damping < 1e3 && small < 3; k += 1) {
       if (left < 1e-9) return q;
-      if (!this.#newton(q, rho, z, damping)) {
+      const step = this.#newton(q, rho, z, damping);
+      if (step === null) return null;
+      if (!step) {
         damping = Math.max(10 * damping, 1e-3);
         continue;
       }
       for (let i = 0; i < n; i += 1) next[i] = Math.min(Math.max(q[i] + this.way[i], low[i]), up[i]);
       const found = this.#left(next, rho, z);
       if (found < left) {
-        small = found > 0.98 * left ? small + 1 : 0;
+        small = found > 0.98 * left ? small + 1 : 0; // the nearest there is
         q = Float64Array.from(next);
         left = found;
         damping /= 10;
@@ -120,7 +120,8 @@ class SectionReach {
     return null;
   }
 
-  // The step into `way`, of the joints that are not pressed against an end; false where the Hessian is not positive.
+  // The step into `way`, of the joints that are not pressed against an end; false where the Hessian is not positive, null
+  // where no small step gets nearer.
   #newton(q, rho, z, damping) {
     const { n, rates, low, up } = this, first = new Float64Array(n), free = [], gentle = 1e-6;
     this.place(q).#rates(q);
@@ -129,6 +130,8 @@ class SectionReach {
       first[i] = pull(i);
       if (!(q[i] <= low[i] && first[i] < 0) && !(q[i] >= up[i] && first[i] > 0)) free.push(i);
     }
+    const pulled = Math.max(0, ...free.map((i) => Math.abs(first[i])));
+    if (pulled < 1e-6 * Math.hypot(a, b) * Math.max(...at.map(Math.abs))) return null;
     const trace = at.reduce((sum, x) => sum + x * x, 0), moved = Float64Array.from(q), H = free.map(() => new Float64Array(free.length));
     free.forEach((j, column) => {
       moved[j] = q[j] + gentle;
