@@ -22,7 +22,7 @@ SHADER = re.compile(r"`(?=[^`]*\n)[^`$\\]{40,}`")
 """A template literal of several lines; shorter ones are separators and messages."""
 
 
-def without_space(script: str) -> str:
+def shaders_without_space(script: str) -> str:
     """The script whose shaders, template literals in GLSL, have no space that only people need, and no comments.
 
     A line that begins with # (preprocessor) keeps its inner space; line ends stay.
@@ -46,7 +46,7 @@ def main(folder: Path) -> None:
     entry.write_text((HERE / "three_entry.js").read_text(encoding="utf-8"), encoding="utf-8")
     command = [modules / ".bin" / "esbuild", entry, "--bundle", "--minify", "--format=iife", "--global-name=lwrThree"]
     command += ["--charset=ascii", "--legal-comments=none"]
-    script = without_space(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
+    script = shaders_without_space(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
     versions = [json.loads((modules / name / "package.json").read_text())["version"] for name in ("three", "esbuild")]
     licence = (modules / "three" / "LICENSE").read_text(encoding="utf-8")
     text = HEAD.format(version=versions[0], builder=versions[1], licence=licence) + script

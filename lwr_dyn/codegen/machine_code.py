@@ -48,11 +48,16 @@ def _relocations(code: bytes) -> set[int]:
     return {kind for data in places for _, kind, _, _ in struct.iter_unpack("<QIIq", data)}
 
 
+def _is_near(code: bytes) -> bool:
+    """Whether it finds all its constants within 32 bits and calls no other library."""
+    return _relocations(code) == {_DISTANCE}
+
+
 def _object(module: Any) -> bytes:
     """Object code with constants near, but not where it calls another library: that may be far away."""
     if host_cpu()[0].startswith("x86_64") and "linux" in host_cpu()[0]:
         code: bytes = target_machine(near=True).emit_object(module)
-        if _relocations(code) == {_DISTANCE}:
+        if _is_near(code):
             return code
     far: bytes = target_machine().emit_object(module)
     return far
@@ -105,7 +110,7 @@ class LoadedCode:
 
 def load(code: bytes, name: str, inputs: int) -> LoadedCode:
     """Function `name` of an object file, with that number of inputs; calls run without the interpreter's lock."""
-    in_one_piece = True if _relocations(code) == {_DISTANCE} else None  # by llvmlite's own memory manager
+    in_one_piece = True if _is_near(code) else None  # by llvmlite's own memory manager
     engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), target_machine(), in_one_piece)
     engine.add_object_file(llvm.ObjectFileRef.from_data(code))
     engine.finalize_object()

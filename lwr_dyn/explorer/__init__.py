@@ -15,5 +15,5 @@ command         lwr-dyn show
 In the page: explorer.js keeps the list of arms with one active; arm_functions.js binds emitted functions to an arm's
 numbers, arm_pieces.js puts its HTML in place, arm_parts.js draws what is added to it on the stage of `lwr_dyn.viewer`.
 Each panel adds itself to panels.js and is made anew for each arm; kinematics.js computes poses from data alone;
-side_by_side.js compares and couples two robots.
+numerics.js and written_numbers.js are for all panels; side_by_side.js compares and couples two robots.
 """

@@ -3,7 +3,7 @@
 
 class ArmAngleStrip {
   constructor(explorer) {
-    Object.assign(this, { explorer, joints: explorer.data.arm.joints, hasAngle: Boolean(robot.inverse_kinematics_arm_angle) });
+    Object.assign(this, { explorer, joints: explorer.data.arm.joints, hasAngle: Boolean(explorer.robot.inverse_kinematics_arm_angle) });
     this.n = this.joints.length;
     Object.assign(this, { pose: new Float64Array(16), all: new Float64Array(8 * this.n), ends: new Float64Array(256), counts: new Int32Array(8), angle: new Float64Array(4) });
     this.names = ["+ + +", "+ + −", "+ − +", "+ − −", "− + +", "− + −", "− − +", "− − −"];
@@ -14,6 +14,7 @@ class ArmAngleStrip {
 
   // Intervals, branch and solutions at q; what the strip shows.
   compute(q) {
+    const { robot } = this.explorer;
     robot.flange_pose(q, this.pose);
     if (this.hasAngle) {
       robot.inverse_kinematics_arm_angle(q, this.angle);
@@ -45,6 +46,7 @@ class ArmAngleStrip {
   }
 
   #solve(psi) {
+    const { robot } = this.explorer;
     if (this.hasAngle) robot.inverse_kinematics(this.pose, psi, this.all);
     else robot.inverse_kinematics(this.pose, this.all);
   }

@@ -17,7 +17,7 @@ class EquationPanel {
     if (kind === "B") robot.mass_matrix(q, matrix);
     else if (kind === "C") robot.coriolis_matrix(q, speeds, matrix);
     else robot.gravity_vector(q, matrix);
-    shares.load = this.explorer.payload ?? null;
+    shares.load = this.explorer.payload;
     this.links = shares.move(q, speeds).entry(kind, i, j);
     this.rotor = shares.rotor(kind, i, j);
     this.sum = this.links.reduce((sum, { linear, angular }) => sum + linear + angular, this.rotor);
@@ -47,7 +47,7 @@ class EquationPanel {
     const { links, rotor, sum, matrix, said, rows } = this.compute(state), own = matrix[this.kind === "g" ? this.i : this.i * this.n + this.j];
     const largest = Math.max(...links.map(({ linear, angular }) => Math.abs(linear + angular)), Math.abs(rotor), 1e-300);
     this.numbers(matrix);
-    const first = this.kind === "g" ? this.i : Math.max(this.i, this.j), { mass } = this.explorer.payload ?? { mass: 0 };
+    const first = this.kind === "g" ? this.i : Math.max(this.i, this.j), { mass } = this.explorer.payload;
     rows.forEach(({ row, numbers, bar }, k) => {
       const { linear, angular } = k <= this.n ? links[k] ?? { linear: 0, angular: 0 } : { linear: 0, angular: rotor };
       const hidden = k < this.n ? k < first : k === this.n ? !mass : rotor === 0;

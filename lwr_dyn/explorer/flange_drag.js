@@ -41,8 +41,8 @@ class FlangeDrag {
   // A finger does not hover: the arrow below it is chosen, and its plane turned to it, before the drag begins
   // (three.js issue 31280: the plane of the arrow before made the flange jump).
   #aim({ clientX, clientY, button }) {
-    const { left, top, width, height } = this.viewer.canvas.getBoundingClientRect();
-    this.controls.pointerHover({ x: (2 * (clientX - left)) / width - 1, y: 1 - (2 * (clientY - top)) / height, button });
+    const { x, y } = this.viewer.picturePoint(clientX, clientY);
+    this.controls.pointerHover({ x, y, button });
     this.controls.getHelper().updateMatrixWorld(true);
   }
 
@@ -64,8 +64,7 @@ class FlangeDrag {
   // The joints for the handle as it stands; beyond a wall the arm goes as far as it is reached on the way from the start.
   moved() {
     this.handle.updateMatrix();
-    const m = this.handle.matrix.elements;
-    for (let row = 0; row < 4; row += 1) for (let column = 0; column < 4; column += 1) this.pose[4 * row + column] = m[4 * column + row];
+    this.pose.set(armKinematics.rows(this.handle.matrix.elements).flat());
     return this.go(this.pose, this.psi, this.from, this.start);
   }
 
@@ -105,7 +104,7 @@ class FlangeDrag {
         this.explorer.setPose(q);
       } else if (axis >= 0) {
         this.psi = this.solver.armAngle(explorerState.q);
-        robot.flange_pose(explorerState.q, this.pose);
+        this.explorer.robot.flange_pose(explorerState.q, this.pose);
         const from = Float64Array.from(this.pose);
         this.pose[4 * axis + 3] += event.shiftKey ? -0.005 : 0.005;
         this.go(this.pose, this.psi, from, explorerState.q);

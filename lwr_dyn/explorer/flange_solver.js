@@ -22,23 +22,6 @@ const flangeSolver = (arm, robot) => {
     return Math.hypot(...error);
   };
 
-  // x of A x = b, A symmetric and positive, by elimination; both are used up.
-  const solved = (A, b) => {
-    const last = b.length - 1;
-    for (let k = 0; k <= last; k += 1) {
-      for (let row = k + 1; row <= last; row += 1) {
-        const factor = A[row][k] / A[k][k];
-        for (let column = k; column <= last; column += 1) A[row][column] -= factor * A[k][column];
-        b[row] -= factor * b[k];
-      }
-    }
-    for (let k = last; k >= 0; k -= 1) {
-      for (let column = k + 1; column <= last; column += 1) b[k] -= A[k][column] * b[column];
-      b[k] /= A[k][k];
-    }
-    return b;
-  };
-
   const step = (q, count) => {
     robot.jacobian(q, jacobian);
     const damping = 1e-8 + 0.01 * Math.min(error.reduce((sum, x) => sum + x * x, 0), 1), rows = [0, 1, 2, 3, 4, 5].slice(0, count);
@@ -47,7 +30,9 @@ const flangeSolver = (arm, robot) => {
       for (let i = 0; i < n; i += 1) sum += jacobian[row * n + i] * jacobian[column * n + i];
       return sum;
     }));
-    const x = solved(A, Array.from(error.subarray(0, count))), move = Array.from(q, (_, i) => x.reduce((sum, value, row) => sum + jacobian[row * n + i] * value, 0));
+    const x = solvedPositive(A, Array.from(error.subarray(0, count)));
+    if (!x) return;
+    const move = Array.from(q, (_, i) => x.reduce((sum, value, row) => sum + jacobian[row * n + i] * value, 0));
     const shorter = Math.min(1, STEP / Math.max(...move.map(Math.abs), 1e-12));
     move.forEach((value, i) => { q[i] = inside(q[i] + shorter * value, i); });
   };
@@ -81,12 +66,6 @@ const flangeSolver = (arm, robot) => {
     return byAngle ? closed(pose, psi, near, out) : closed(pose, near, out);
   };
 
-  const poseOf = (m) => {
-    const pose = new Float64Array(16);
-    for (let row = 0; row < 4; row += 1) for (let column = 0; column < 4; column += 1) pose[4 * row + column] = m.elements[4 * column + row];
-    return pose;
-  };
-
   // Goes straight (with the shortest turn) from a pose, whose joints are `start`, towards another one until a wall: there
   // is no solution, or only one at which a joint would jump. Fills out with the last solution.
   const wall = (from, to, psi, start, out) => {
@@ -95,7 +74,7 @@ const flangeSolver = (arm, robot) => {
       new THREE.Matrix4().set(...pose).decompose(...parts);
       return parts;
     });
-    const at = (share) => poseOf(new THREE.Matrix4().compose(a[0].clone().lerp(b[0], share), a[1].clone().slerp(b[1], share), a[2]));
+    const at = (share) => armKinematics.rows(new THREE.Matrix4().compose(a[0].clone().lerp(b[0], share), a[1].clone().slerp(b[1], share), a[2]).elements).flat();
     const next = Float64Array.from(start);
     let [done, step] = [0, 1 / 16];
     out.set(start);

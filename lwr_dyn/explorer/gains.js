@@ -48,7 +48,7 @@ class GainsPanel {
 
   // The largest inertias with this payload, joint by joint so that the page stays awake.
   #search() {
-    const { robot, payload, signal } = this.explorer, key = JSON.stringify(payload ?? null);
+    const { robot, payload, signal } = this.explorer, key = JSON.stringify(payload);
     if (this.chosen === "pose" || this.searched === key) return;
     Object.assign(this, { searched: key, largest: null });
     const found = new Float64Array(this.n);

@@ -1,8 +1,6 @@
 // The flange's Jacobian at the pose, and what follows from its linear part: the ellipsoids of velocity and of force.
 
-const LOST = 1e-9; // of the largest singular value: smaller ones are lost directions
 const LOST_WORDS = ["", "one direction is lost", "two directions are lost", "the flange does not move"];
-const PAIRS = [[0, 1], [0, 2], [1, 2]];
 
 class JacobianPanel {
   constructor(explorer) {
@@ -18,20 +16,20 @@ class JacobianPanel {
 
   // J, and of its linear part the singular values `sizes` (in no order) with their directions, the columns of `turned`.
   compute(q) {
-    robot.jacobian(q, this.J);
+    this.explorer.robot.jacobian(q, this.J);
     this.linear.set(this.J.subarray(0, 3 * this.n));
     singularValues(this.linear, this.n, this.sizes, this.turned);
     return this;
   }
 
   write(q) {
-    const { J, sizes, cells, said } = this.compute(q);
-    cells.forEach((cell, k) => { cell.textContent = fixed(J[k], 3); });
+    const { J, sizes, said } = this.compute(q);
+    this.numbers(J);
     const falling = Array.from(sizes).sort((a, b) => b - a), [largest, , smallest] = falling;
     const lost = falling.filter((x) => x <= LOST * largest).length;
     said.velocity.textContent = falling.map((x) => x.toFixed(4)).join(", ");
     said.force.textContent = falling.map((x) => (x <= LOST * largest ? "∞" : (1 / x).toFixed(4))).reverse().join(", ");
-    said.manipulability.textContent = lost ? "0" : falling.reduce((volume, x) => volume * x, 1).toExponential(4);
+    said.manipulability.textContent = lost ? "0" : manipulability(sizes).toExponential(4);
     said.ratio.textContent = lost ? `singular: ${LOST_WORDS[lost]}` : (largest / smallest).toFixed(2);
   }
 
@@ -43,7 +41,7 @@ class JacobianPanel {
     card.innerHTML = `<div class="head"><h2>Jacobian <small>of the flange in the base; m, 1</small></h2></div><div class="scroll" tabindex="0" role="region" aria-label="Jacobian of the flange"><table class="heat"><tbody>${rows.map((row) => `<tr><th scope="row">${row}</th>${"<td></td>".repeat(this.n)}</tr>`).join("")}</tbody></table></div><table class="pose"><tbody>${facts.map(([name, text]) => `<tr><th scope="row">${text}</th><td data-fact="${name}"></td></tr>`).join("")}</tbody></table><p class="note">${this.#note()}</p>`;
     this.explorer.place(card);
     this.card = card;
-    this.cells = [...card.querySelectorAll(".heat td")];
+    this.numbers = numberWriter([...card.querySelectorAll(".heat td")], 3);
     this.said = Object.fromEntries([...card.querySelectorAll("[data-fact]")].map((cell) => [cell.dataset.fact, cell]));
   }
 
@@ -83,37 +81,6 @@ class JacobianPanel {
       this.explorer.stage.viewer.set_transform(path, axes.elements);
     });
   }
-}
-
-// Jacobi's rotations from one side (Hestenes 1958): three rows of n numbers become orthogonal, their lengths are the
-// singular values `sizes`, the columns of `turned` the directions. Small ones keep their digits, as squares would not.
-function singularValues(rows, n, sizes, turned) {
-  const dot = (p, r) => {
-    let sum = 0;
-    for (let i = 0; i < n; i += 1) sum += rows[p * n + i] * rows[r * n + i];
-    return sum;
-  };
-  const turn = (values, a, b, c, s) => {
-    const x = values[a], y = values[b];
-    values[a] = c * x - s * y;
-    values[b] = s * x + c * y;
-  };
-  turned.fill(0);
-  for (let k = 0; k < 3; k += 1) turned[4 * k] = 1;
-  for (let round = 0; round < 12; round += 1) {
-    let left = 0;
-    for (const [p, r] of PAIRS) {
-      const a = dot(p, p), b = dot(r, r), off = dot(p, r);
-      if (Math.abs(off) <= 1e-16 * Math.sqrt(a * b)) continue;
-      left += 1;
-      const theta = (b - a) / (2 * off), t = (theta < 0 ? -1 : 1) / (Math.abs(theta) + Math.hypot(theta, 1));
-      const c = 1 / Math.hypot(t, 1), s = t * c;
-      for (let i = 0; i < n; i += 1) turn(rows, p * n + i, r * n + i, c, s);
-      for (let k = 0; k < 3; k += 1) turn(turned, 3 * k + p, 3 * k + r, c, s);
-    }
-    if (left === 0) break;
-  }
-  for (let k = 0; k < 3; k += 1) sizes[k] = Math.sqrt(dot(k, k));
 }
 
 explorerPanels.add("jacobian", (explorer) => (explorer.robot.jacobian ? new JacobianPanel(explorer) : null));

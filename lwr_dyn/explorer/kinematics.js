@@ -69,5 +69,5 @@ const armKinematics = (() => {
   const shown = (joint, q) => (joint.kind === "revolute" ? (q * 180) / Math.PI : q);
   const meant = (joint, value) => (joint.kind === "revolute" ? value * (Math.PI / 180) : value);
 
-  return { product, motion, frames, flange, reach, rows, rollPitchYaw, shown, meant };
+  return { frames, flange, reach, rows, rollPitchYaw, shown, meant };
 })();

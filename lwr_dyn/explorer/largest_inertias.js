@@ -28,11 +28,7 @@ const largestInertia = (() => {
   // [kg m^2 or kg] of joint i; joints as in the page's data.
   return (robot, joints, i) => {
     const { n } = robot, B = new Float64Array(n * n), q = new Float64Array(n), values = new Float64Array(5);
-    let seed = 1;
-    const random = () => { // Lehmer; Park and Miller 1988
-      seed = (seed * 48271) % 2147483647;
-      return seed / 2147483647;
-    };
+    const random = repeatable(1);
     const value = () => robot.mass_matrix(q, B)[i * n + i];
 
     const along = (k) => {

@@ -12,9 +12,8 @@ class LinkDrag {
 
   // The joint of the link under a point of the picture, and where it was hit; null beside the arm.
   hit(x, y) {
-    const { left, top, width, height } = this.viewer.canvas.getBoundingClientRect();
     this.viewer.camera.updateMatrixWorld();
-    this.ray.setFromCamera(new THREE.Vector2((2 * (x - left)) / width - 1, 1 - (2 * (y - top)) / height), this.viewer.camera);
+    this.ray.setFromCamera(this.viewer.picturePoint(x, y), this.viewer.camera);
     const { chain } = this.explorer.run, shapes = [];
     this.stage.node(chain[0]).traverse((part) => { if (part.isMesh && !part.userData.added) shapes.push(part); });
     const [first] = this.ray.intersectObjects(shapes, false);
@@ -48,11 +47,11 @@ class LinkDrag {
   // By how much the joint moves for the pointer; a joint seen from its side follows the pointer across its axis.
   #turned({ clientX, clientY }) {
     const { axis, origin, point, joint } = this.held, { camera, canvas } = this.viewer;
-    const { left, top, width, height } = canvas.getBoundingClientRect();
+    const { width, height } = canvas.getBoundingClientRect();
     const screen = (p) => { const s = p.clone().project(camera); return [((s.x + 1) * width) / 2, ((1 - s.y) * height) / 2]; };
     const along = this.explorer.data.arm.joints[joint].kind !== "revolute";
     const arm = point.clone().sub(origin), step = along ? axis.clone() : axis.clone().cross(arm);
-    this.ray.setFromCamera(new THREE.Vector2((2 * (clientX - left)) / width - 1, 1 - (2 * (clientY - top)) / height), camera);
+    this.ray.setFromCamera(this.viewer.picturePoint(clientX, clientY), camera);
     if (!along && Math.abs(this.ray.ray.direction.dot(axis)) > 0.3) {
       const at = this.ray.ray.intersectPlane(new THREE.Plane().setFromNormalAndCoplanarPoint(axis, point), new THREE.Vector3());
       if (!at) return 0;

@@ -42,16 +42,6 @@ class LoopModes {
   leastRate(omega, xi) {
     return Math.max((xi * omega) / this.lambda[this.n - 1], omega / (4 * xi));
   }
-
-  // By how much a deviation grows or shrinks from one sample to the next, in the worst mode.
-  radius(omega, xi, rate) {
-    const T = 1 / rate;
-    return Math.max(...this.lambda.map((lambda) => {
-      const kd = (2 * xi * omega) / lambda, kp = (omega * omega) / lambda, half = 1 - (T * T * kp) / 4 - (T * kd) / 2;
-      const left = half * half - (1 - T * kd + (T * T * kp) / 2);
-      return left < 0 ? Math.sqrt(half * half - left) : Math.abs(half) + Math.sqrt(left);
-    }));
-  }
 }
 
 // Which entry of column k is the largest.

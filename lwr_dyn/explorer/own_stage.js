@@ -42,7 +42,7 @@ const MeshCat = (() => {
 
   class Viewer {
     constructor(pane) {
-      Object.assign(this, { pane, dirty: true, frames: 0, sky: ["transparent", "transparent"] });
+      Object.assign(this, { pane, dirty: true, sky: ["transparent", "transparent"] });
       this.renderer = this.#renderer(); // null without WebGL: everything but the picture works
       this.canvas = this.renderer?.domElement ?? document.createElement("canvas");
       if (this.renderer) pane.append(this.canvas);
@@ -83,7 +83,6 @@ const MeshCat = (() => {
     draw() {
       if (!this.dirty || !this.renderer) return;
       this.dirty = false;
-      this.frames += 1;
       this.renderer.render(this.world, this.camera);
     }
 
@@ -94,6 +93,12 @@ const MeshCat = (() => {
 
     set_dirty() {
       this.dirty = true;
+    }
+
+    // A point of the window in the camera's picture, -1 to 1 to the right and up.
+    picturePoint(x, y) {
+      const { left, top, width, height } = this.canvas.getBoundingClientRect();
+      return new THREE.Vector2((2 * (x - left)) / width - 1, 1 - (2 * (y - top)) / height);
     }
 
     // A link's transform, or a cylinder on it.

@@ -31,13 +31,13 @@ _SCRIPTS = (
 _COMPUTING = tuple(
     (_HERE, name)
     for name in (
-        "flange_solver.js", "flange_drag.js", "link_drag.js", "arm_angle.js", "section_reach.js",
-        "section_boundary.js", "workspace.js", "torques.js",
-        "payload.js", "matrices.js", "pose_copy.js", "jacobian.js", "readings.js",
+        "numerics.js", "flange_solver.js", "flange_drag.js", "link_drag.js", "arm_angle.js", "section_reach.js",
+        "section_boundary.js", "workspace.js", "torques.js", "payload.js", "matrices.js", "pose_copy.js", "jacobian.js",
+        "readings.js",
         "loop_modes.js", "largest_inertias.js", "gains.js", "link_shares.js", "entry_words.js", "equation.js",
     )
 )  # fmt: skip
-_BESIDE = ((_HERE, "flange_solver.js"), (_HERE, "side_by_side.js"))
+_BESIDE = ((_HERE, "numerics.js"), (_HERE, "flange_solver.js"), (_HERE, "side_by_side.js"))
 _LAST = ((_HERE, "start.js"),)
 _TURN = '<label><input id="turn" type="checkbox"> drag turns the flange</label>'
 
@@ -90,7 +90,7 @@ def explorer_html(
 
 
 def write_explorer(path: str | Path, arm: Arm, q: ArrayLike | None = None, beside: Arm | None = None) -> None:
-    """Write `explorer_html(arm, q)` to a file; raises as it does, and `FileAccessError`."""
+    """Write `explorer_html` to a file; raises as it does, and `FileAccessError`."""
     write_file(path, explorer_html(arm, q, beside=beside))
 
 

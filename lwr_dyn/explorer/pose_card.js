@@ -85,19 +85,3 @@ class PoseCard {
     setTimeout(() => { copied.textContent = ""; }, 2500);
   }
 }
-
-function round(value, digits) {
-  const out = Number(value.toFixed(digits));
-  return out === 0 ? 0 : out; // no minus zero
-}
-
-// At most `digits` decimals, no exponent and no zeros at the end.
-function plain(value, digits) {
-  const text = value.toFixed(digits);
-  return text.includes(".") ? text.replace(/\.?0+$/, "").replace(/^-0$/, "0") : text;
-}
-
-function fixed(value, digits) {
-  const text = value.toFixed(digits);
-  return Number(text) === 0 ? (0).toFixed(digits) : text;
-}

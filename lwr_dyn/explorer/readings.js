@@ -17,12 +17,12 @@ class OtherReading {
 
   write(state) {
     const { tau, other } = this.compute(state);
-    this.rows.forEach((cells, i) => {
+    this.torques[0](tau);
+    this.torques[1](other);
+    this.apart.forEach((cell, i) => {
       const apart = other[i] - tau[i];
-      cells[0].textContent = fixed(tau[i], 3);
-      cells[1].textContent = fixed(other[i], 3);
-      cells[2].textContent = `${apart < 0 ? "−" : "+"}${Math.abs(apart).toFixed(3)}`;
-      cells[2].classList.toggle("soft", Math.abs(apart) < 5e-4);
+      put(cell, `${apart < 0 ? "−" : "+"}${Math.abs(apart).toFixed(3)}`);
+      cell.classList.toggle("soft", Math.abs(apart) < 5e-4);
     });
   }
 
@@ -45,7 +45,9 @@ class OtherReading {
     card.innerHTML = `<div class="head"><h2>Another reading <small>of the same tables</small></h2><select aria-label="reading to compare with"></select></div><div class="scroll" tabindex="0" role="region" aria-label="Torques of both readings"><table class="torques"><thead><tr><th scope="col">N m</th><th scope="col" class="num">${explorer.arms[explorer.active].label}</th><th scope="col" class="num other"></th><th scope="col" class="num">difference</th></tr></thead><tbody>${Array.from({ length: this.n }, (_, i) => `<tr><th scope="row">${i + 1}</th><td class="num tau"></td><td class="num tau"></td><td class="num tau"></td></tr>`).join("")}</tbody></table></div><p class="note about"></p><div class="slips"></div><details class="numbers"><summary></summary><div class="scroll" tabindex="0" role="region" aria-label="Numbers that differ"><table><tbody></tbody></table></div></details>`;
     explorer.place(card);
     this.card = card;
-    this.rows = [...card.querySelectorAll(".torques tbody tr")].map((row) => [...row.querySelectorAll("td")]);
+    const columns = [0, 1, 2].map((k) => [...card.querySelectorAll(".torques tbody tr")].map((row) => row.querySelectorAll("td")[k]));
+    this.torques = columns.slice(0, 2).map((cells) => numberWriter(cells, 3));
+    [, , this.apart] = columns;
     const choice = card.querySelector("select");
     choice.append(...explorer.arms.map(({ label }, k) => new Option(label, k)).filter((_, k) => k !== explorer.active));
     choice.value = explorer.arms.indexOf(explorer.compared);

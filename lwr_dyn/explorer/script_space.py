@@ -40,7 +40,7 @@ def without_space(script: str) -> str:
 def _needed(before: str, after: str) -> bool:
     """Whether two characters would read otherwise without the space between."""
     words = [c.isalnum() or c in "_$" for c in (before, after)]
-    return all(words) or (before == after and before in "+-/") or (before.isdigit() and after == ".")
+    return all(words) or (before == after and before in "+-/") or (words[0] and after == ".")
 
 
 def _tokens(script: str) -> Iterator[tuple[str, str]]:

@@ -160,14 +160,6 @@ function* sectionBoundary(robot, arm, cells = 56) {
   return { loops, faces, h, tolerance, samples: shown };
 }
 
-// Random numbers below 1 (Lehmer; Park and Miller 1988).
-function repeatable(seed) {
-  return () => {
-    seed = (seed * 48271) % 2147483647;
-    return seed / 2147483647;
-  };
-}
-
 // Whether places are more than a point or a curve: somewhere the flange gets beside the curve's direction.
 function isArea(places, wide) {
   return places.some(({ bends }) => bends > 1e-9 * wide * wide);

@@ -153,24 +153,3 @@ class SectionReach {
     return Math.hypot(rho - this.rho, z - this.z);
   }
 }
-
-// x of H x = b for a symmetric positive H by Cholesky's factors (its lower half is read); null where it is not positive.
-function solvedPositive(H, b) {
-  const n = b.length;
-  for (let k = 0; k < n; k += 1) {
-    for (let m = 0; m < k; m += 1) H[k][k] -= H[k][m] * H[k][m];
-    if (!(H[k][k] > 0)) return null;
-    H[k][k] = Math.sqrt(H[k][k]);
-    for (let i = k + 1; i < n; i += 1) {
-      for (let m = 0; m < k; m += 1) H[i][k] -= H[i][m] * H[k][m];
-      H[i][k] /= H[k][k];
-    }
-    for (let m = 0; m < k; m += 1) b[k] -= H[k][m] * b[m];
-    b[k] /= H[k][k];
-  }
-  for (let k = n - 1; k >= 0; k -= 1) {
-    for (let i = k + 1; i < n; i += 1) b[k] -= H[i][k] * b[i];
-    b[k] /= H[k][k];
-  }
-  return b;
-}

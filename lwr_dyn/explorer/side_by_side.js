@@ -7,7 +7,7 @@ class SideBySide {
     explorer.coupling ??= "none";
     this.sides = explorer.shown.map((entry) => {
       const { robot, data: { arm, motors } } = entry, n = arm.joints.length;
-      return { entry, arm, robot, motors, n, g: new Float64Array(n), J: new Float64Array(6 * n), next: new Float64Array(n), solver: robot?.jacobian ? flangeSolver(arm, robot) : null, mass: massOf(entry.data.bodies), reach: (entry.reach ??= reachOf(arm)) };
+      return { entry, arm, robot, motors, n, g: new Float64Array(n), J: new Float64Array(6 * n), sizes: new Float64Array(3), turned: new Float64Array(9), next: new Float64Array(n), solver: robot?.jacobian ? flangeSolver(arm, robot) : null, mass: massOf(entry.data.bodies), reach: (entry.reach ??= reachOf(arm)) };
     });
     this.active = this.sides.find(({ entry }) => entry === explorer.arms[explorer.active]);
     this.#build();
@@ -27,12 +27,12 @@ class SideBySide {
     this.sides.forEach((side) => { if (side !== this.active) this.#move(side, q); });
     this.sides.forEach((side, k) => {
       const values = this.compare(side);
-      Object.entries(this.cells).forEach(([name, cells]) => { cells[k].textContent = values[name]; });
+      Object.entries(this.cells).forEach(([name, cells]) => { put(cells[k], values[name]); });
     });
   }
 
   // The words of one arm's column.
-  compare({ entry: { q }, arm, robot, motors, n, g, J, mass, reach }) {
+  compare({ entry: { q }, arm, robot, motors, n, g, J, sizes, turned, mass, reach }) {
     const pose = armKinematics.flange(arm, q), known = (x, digits, unit) => (x === null ? "unknown" : `${fixed(x, digits)} ${unit}`);
     const values = { mass: known(mass, 3, "kg"), reach: known(reach, 3, "m"), flange: [12, 13, 14].map((k) => fixed(pose[k], 3)).join(", "), torque: "unknown", share: "unknown", volume: "unknown" };
     if (robot?.gravity_vector) {
@@ -41,7 +41,10 @@ class SideBySide {
       values.torque = `${fixed(Math.abs(g[largest]), 2)} ${arm.joints[largest].kind === "revolute" ? "N m" : "N"} (${largest + 1})`;
       if (shares.every((x) => x !== null)) values.share = `${fixed(100 * Math.max(...shares), 1)} % (${indexOfLargest(shares) + 1})`;
     }
-    if (robot?.jacobian) values.volume = volumeOf(robot.jacobian(q, J), n).toPrecision(4);
+    if (robot?.jacobian) {
+      singularValues(robot.jacobian(q, J).slice(0, 3 * n), n, sizes, turned);
+      values.volume = manipulability(sizes).toPrecision(4);
+    }
     return values;
   }
 
@@ -88,9 +91,8 @@ class SideBySide {
     pane.addEventListener("pointerdown", ({ clientX, clientY }) => { from = [clientX, clientY]; }, { signal, capture: true });
     pane.addEventListener("pointerup", ({ clientX: x, clientY: y }) => {
       if (!from || Math.hypot(x - from[0], y - from[1]) > 4) return;
-      const { left, top, width, height } = viewer.canvas.getBoundingClientRect();
       viewer.camera.updateMatrixWorld();
-      ray.setFromCamera(new THREE.Vector2((2 * (x - left)) / width - 1, 1 - (2 * (y - top)) / height), viewer.camera);
+      ray.setFromCamera(viewer.picturePoint(x, y), viewer.camera);
       const hits = this.sides.map(({ entry: { run } }) => ray.intersectObject(stage.node(run.chain[0]), true).filter(({ object }) => !object.userData.added)[0]?.distance ?? Infinity);
       const near = indexOfLargest(hits.map((distance) => -distance)), { entry } = this.sides[near];
       if (Number.isFinite(hits[near]) && entry !== this.active.entry) this.explorer.choose(this.explorer.arms.indexOf(entry));
@@ -105,13 +107,6 @@ function indexOfLargest(values) {
 // kg; null where a link's mass is unknown.
 function massOf(bodies) {
   return bodies.every(({ mass }) => mass !== null) ? bodies.reduce((sum, { mass }) => sum + mass, 0) : null;
-}
-
-// The product of the singular values of the linear part of J: the root of det(J J^T).
-function volumeOf(J, n) {
-  const [a, b, c] = [0, 1, 2].map((row) => J.subarray(row * n, (row + 1) * n)), dot = (u, v) => u.reduce((sum, x, i) => sum + x * v[i], 0);
-  const [aa, bb, cc, ab, ac, bc] = [dot(a, a), dot(b, b), dot(c, c), dot(a, b), dot(a, c), dot(b, c)];
-  return Math.sqrt(Math.max(aa * (bb * cc - bc * bc) - ab * (ab * cc - bc * ac) + ac * (ab * bc - bb * ac), 0));
 }
 
 // The largest distance [m] of the flange from the first joint's axis inside the sliders' ranges; null where that joint slides.

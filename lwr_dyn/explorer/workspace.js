@@ -50,14 +50,14 @@ class WorkspaceSection {
   #take(found) {
     const { loops, samples, tolerance } = found, points = loops.length > 0 ? loops.flat() : samples, { up } = this;
     const ends = (of) => [Math.min(...of), Math.max(...of)], [low, high] = ends(points.map(({ z }) => up * z)), far = Math.max(...points.map(({ s }) => Math.abs(s)));
-    const edge = 0.04 * Math.max(2 * far, high - low, 1e-3), put = (selector, d) => this.card.querySelector(selector).setAttribute("d", d);
+    const edge = 0.04 * Math.max(2 * far, high - low, 1e-3), path = (selector, d) => this.card.querySelector(selector).setAttribute("d", d);
     this.found = found;
     this.svg.setAttribute("viewBox", [-far - edge, -high - edge, 2 * (far + edge), high - low + 2 * edge].map((x) => x.toFixed(5)).join(" "));
     this.card.querySelector(".flange").setAttribute("r", 0.4 * edge);
     const at = ({ s, z }) => `${s.toFixed(5)} ${(-up * z).toFixed(5)}`;
-    put(".area", loops.map((loop) => `M${loop.map(at).join("L")}z`).join(""));
-    put(".axis", `M0 ${-high - edge}V${-low + edge}`);
-    put(".dots", loops.length > 0 ? "" : samples.slice(0, 800).map((place) => `M${at(place)}h0M${at({ ...place, s: -place.s })}h0`).join(""));
+    path(".area", loops.map((loop) => `M${loop.map(at).join("L")}z`).join(""));
+    path(".axis", `M0 ${-high - edge}V${-low + edge}`);
+    path(".dots", loops.length > 0 ? "" : samples.slice(0, 800).map((place) => `M${at(place)}h0M${at({ ...place, s: -place.s })}h0`).join(""));
     const rows = [["farthest from the axis", plain(far, 3)], ["heights from the first joint's frame", `${plain(low, 3)} to ${plain(high, 3)}`]];
     if (loops.length > 0) rows.push(["area, one side of the axis", `${plain(Math.abs(area(loops)) / 2, 3)} m²`]);
     this.card.querySelector("tbody").innerHTML = rows.map(([name, text]) => `<tr><th scope="row">${name}</th><td>${text}</td></tr>`).join("");

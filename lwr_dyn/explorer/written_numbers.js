@@ -1,4 +1,5 @@
-// What changes at every frame is written only where it reads otherwise than before, and without new nodes.
+// Numbers as text. What changes at every frame is written only where it reads otherwise than before, and without new
+// nodes.
 
 // Writes numbers into as many cells, each with so many decimals; a zero has no sign.
 function numberWriter(cells, digits) {
@@ -48,4 +49,21 @@ function textNode(cell) {
   const node = document.createTextNode("");
   cell.replaceChildren(node);
   return node;
+}
+
+function round(value, digits) {
+  const out = Number(value.toFixed(digits));
+  return out === 0 ? 0 : out; // no minus zero
+}
+
+// At most `digits` decimals, no exponent and no zeros at the end.
+function plain(value, digits) {
+  const text = value.toFixed(digits);
+  return text.includes(".") ? text.replace(/\.?0+$/, "").replace(/^-0$/, "0") : text;
+}
+
+// With so many decimals; a zero has no sign.
+function fixed(value, digits) {
+  const text = value.toFixed(digits);
+  return Number(text) === 0 ? (0).toFixed(digits) : text;
 }

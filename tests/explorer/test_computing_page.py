@@ -12,8 +12,8 @@ import lwr_dyn
 from lwr_dyn.explorer import computing
 from lwr_dyn.explorer.computing import BUNDLE, functions_script, three_bundle
 from lwr_dyn.explorer.page import explorer_html, write_explorer
+from tests.explorer.by_hand import pulled
 from tests.explorer.explored import explored_arm, opened
-from tests.explorer.pointers import pulled
 from tests.headless import logs
 
 FOLLOWED = 1e-6

@@ -9,6 +9,7 @@ import lwr_dyn
 from lwr_dyn.explorer.page import write_explorer
 from lwr_dyn.model.chain import Body, with_bodies, with_payload
 from tests.arms import random_arm
+from tests.explorer.by_hand import mouse, press, touch
 from tests.explorer.explored import explored_arm, opened
 from tests.headless import logs
 
@@ -89,26 +90,16 @@ PLACE = """const cell = lwrExplorer.equation.cells[arguments[0]]; cell.scrollInt
     const { x, y, width, height } = cell.getBoundingClientRect(); return [x + width / 2, y + height / 2]"""
 
 
-def press(window, key, code=0):
-    for kind in ("keyDown", "keyUp"):
-        window.execute_cdp_cmd("Input.dispatchKeyEvent", {"type": kind, "key": key, "windowsVirtualKeyCode": code})
-
-
 def test_a_cell_is_chosen_by_mouse_by_touch_and_by_keys(window):
     window.execute_script("lwrExplorer.equation.choose('B', 0, 0)")
-    x, y = window.execute_script(PLACE, 9)
-    for kind in ("mousePressed", "mouseReleased"):
-        event = {"type": kind, "x": x, "y": y, "button": "left", "clickCount": 1}
-        window.execute_cdp_cmd("Input.dispatchMouseEvent", event)
+    mouse(window, window.execute_script(PLACE, 9))
     assert window.execute_script(CHOSEN) == ["B", 1, 2]
-    x, y = window.execute_script(PLACE, 32)
-    for kind, places in (("touchStart", [{"x": x, "y": y}]), ("touchEnd", [])):
-        window.execute_cdp_cmd("Input.dispatchTouchEvent", {"type": kind, "touchPoints": places})
+    touch(window, window.execute_script(PLACE, 32))
     assert window.execute_script(CHOSEN) == ["B", 4, 4]
     for key in ("ArrowDown", "ArrowRight", "ArrowUp", "ArrowUp"):
         press(window, key)
     assert window.execute_script(CHOSEN) == ["B", 4, 4]
-    press(window, "Enter", 13)
+    press(window, "Enter")
     assert window.execute_script(CHOSEN) == ["B", 3, 5]
     assert window.execute_script("return document.activeElement.getAttribute('aria-selected')") == "true"
     window.execute_script("document.querySelector('[aria-label=Matrices] table').rows[2].cells[3].click()")

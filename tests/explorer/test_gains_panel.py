@@ -38,8 +38,7 @@ def computed(window, q, omega=OMEGA, xi=XI):
         Object.assign(gains, { omega, xi }).compute({ q });
         return { ...Object.fromEntries(["b", "Kp", "Kd", "lambda"].map((name) => [name, [...modes[name]]])),
             torques: [...gains.torques], frequency: modes.frequency(6, omega), damping: modes.damping(6, xi),
-            least: modes.leastRate(omega, xi),
-            radii: [100, 300, 1000].map((rate) => modes.radius(omega, xi, rate)) };"""
+            least: modes.leastRate(omega, xi) };"""
     return window.execute_script(script, list(q), omega, xi)
 
 
@@ -70,8 +69,6 @@ def test_sampling_is_that_of_design_with_gravity_compensated_exactly(window, arm
     floating = replace(arm, chain=replace(arm.chain, gravity=np.zeros(3)))
     dynamics, found = lwr_dyn.dynamics_of(floating), computed(window, Q, xi=xi)
     loop = RestingLoop.of(dynamics, PDGravity(dynamics, found["Kp"], found["Kd"]), Q[None])
-    expected = [loop.radius(Sampling(rate))[0] for rate in (100.0, 300.0, 1000.0)]
-    np.testing.assert_allclose(found["radii"], expected, rtol=1e-9)
     above, below = (loop.radius(Sampling(found["least"] * factor))[0] for factor in (1.001, 0.999))
     assert above < 1.0 < below
 

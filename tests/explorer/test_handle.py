@@ -5,8 +5,8 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.explorer.page import write_explorer
+from tests.explorer.by_hand import arrow, pulled
 from tests.explorer.explored import SHARE, opened
-from tests.explorer.pointers import arrow, pulled
 from tests.headless import logs
 
 Q = [0.3, 0.7, 0.2, -1.4, 0.3, 0.9, 0.1]

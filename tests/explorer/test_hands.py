@@ -6,6 +6,7 @@ import pytest
 import lwr_dyn
 from lwr_dyn.explorer.page import write_explorer
 from tests.axe import seen
+from tests.explorer.by_hand import press, touch
 from tests.explorer.explored import opened
 
 PHONE = (390, 844)
@@ -35,21 +36,6 @@ def phone(browser, tmp_path_factory):
         browser.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": True})
         yield opened(browser, path.as_uri())
         browser.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": False})
-
-
-def touch(window, *places):
-    """A finger goes down at the first place [px], along the others, and up."""
-    kinds = ["touchStart", *["touchMove"] * (len(places) - 1)]
-    for kind, (x, y) in zip(kinds, places, strict=True):
-        window.execute_cdp_cmd("Input.dispatchTouchEvent", {"type": kind, "touchPoints": [{"x": x, "y": y}]})
-    window.execute_cdp_cmd("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
-
-
-def press(window, key, shift=False):
-    """A key of the keyboard."""
-    event = {"key": key, "code": key, "modifiers": 8 * shift, "windowsVirtualKeyCode": {"Tab": 9}.get(key, 0)}
-    window.execute_cdp_cmd("Input.dispatchKeyEvent", {"type": "rawKeyDown", **event})
-    window.execute_cdp_cmd("Input.dispatchKeyEvent", {"type": "keyUp", **event})
 
 
 def positions(window):

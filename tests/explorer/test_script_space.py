@@ -16,6 +16,7 @@ SHORTENED = {
     "`${l.map((x) => `<i a='${x ? \"a b\" : ''}'>`)} end`;": "`${l.map((x)=>`<i a='${x?\"a b\":''}'>`)} end`;",
     "`a ${ { b: `c }` } } d`;": "`a ${{b:`c }`}} d`;",
     "1 .toFixed(2);": "1 .toFixed(2);",
+    "return .5;": "return .5;",
 }
 
 

@@ -11,8 +11,8 @@ from lwr_dyn.dynamics.pinocchio_engine import flange_and_jacobian
 from lwr_dyn.explorer.page import write_explorer
 from lwr_dyn.explorer.page_data import slider_ranges
 from tests.axe import violations
+from tests.explorer.by_hand import pulled
 from tests.explorer.explored import explored_arm, opened
-from tests.explorer.pointers import pulled
 from tests.headless import logs
 
 Q = np.array([0.3, 0.7, 0.2, -1.2, 0.4, 0.8, 0.1])
