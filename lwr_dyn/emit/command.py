@@ -106,11 +106,14 @@ def _write(
 
 
 def _print_written(emitted: EmittedArm, asked: str, joined: str) -> None:
-    """What the file holds; `asked` is the name that functions should begin with."""
+    """What the file holds, gains of laws left to it; `asked` is the name that functions should begin with."""
+    from lwr_dyn.emit.laws import TUNED
+
     begin = f"{emitted.prefix}{joined}"
     if emitted.prefix != asked:
         click.echo(f"names begin with {begin}: {asked!r} is no identifier")
-    rows = [(f"{begin}{c.function.name}", str(c.operations), c.function.text) for c in emitted.codes]
+    straight = [(c.function, str(c.operations)) for c in emitted.codes]
+    rows = [(f"{begin}{made.name}", operations, made.text.partition(TUNED)[0]) for made, operations in straight]
     rows += [(f"{begin}{t.name}", "", t.text.partition("\n")[0]) for t in emitted.templates]
     click.echo(aligned(rows, ("function", "operations", "gives")))
     for name, why in emitted.left_out:

@@ -29,6 +29,8 @@ GAIN_UNITS = {
     "omega_n": "1/s", "layer": "W", "rho": "1", "law_friction_width": "rad/s or m/s",
     "law_friction": "rows Coulomb and viscous towards +, towards -, offset: N m, N m s/rad",
 }  # fmt: skip
+TUNED = "; gains as tuned: "
+"""In a law's text, what comes before its gains."""
 _SHOWN = 14
 """Gains with more numbers than this are not listed."""
 
@@ -82,7 +84,7 @@ def step_function(controller: Controller, arm: Arm, name: str = "step") -> Emitt
         f"; out[{n}] on: the memory of the next sample, which starts at {_numbers(form.start())}" if form.memory else ""
     )
     values = [f"{gain} = {_numbers(value)}" for gain, value in form.values().items()]
-    text = f"torque of {label_of(controller)}{after}; gains as tuned: {'; '.join(values)}"
+    text = f"torque of {label_of(controller)}{after}{TUNED}{'; '.join(values)}"
     unit = "N m or N" + (", then of the memory" if form.memory else "")
     return EmittedFunction(
         name, text, arguments, (n + form.memory,), unit, casadi.Function(name, list(x.values()), [out])

@@ -146,7 +146,7 @@ class ArmAngleStrip {
   #list(b) {
     const q = Array.from(this.all.subarray(b * this.n, (b + 1) * this.n), (x, i) => this.#nearTurn(x, i));
     if (Number.isNaN(this.all[b * this.n])) return "beyond reach";
-    return q.some((x) => Number.isNaN(x)) ? "outside the limits" : q.map((x) => ((x * 180) / Math.PI).toFixed(1)).join(", ");
+    return q.some((x) => Number.isNaN(x)) ? "outside the limits" : q.map((x) => fixed((x * 180) / Math.PI, 1)).join(", ");
   }
 }
 

@@ -31,7 +31,7 @@ class PoseCopy {
     this.cells(this.numbers(q));
   }
 
-  // A link of this page: as many numbers as joints, all inside the sliders; else it is said and nothing moves. It may
+  // A link of this page: as many numbers as joints, all inside the limits; else it is said and nothing moves. It may
   // name another arm of the page.
   #goTo(hash) {
     if (!hash.startsWith("#q=")) return;
@@ -42,7 +42,7 @@ class PoseCopy {
       return;
     }
     const given = numbers.split(","), q = given.map((x) => (x.trim() === "" ? NaN : Number(x)));
-    const inside = (x, i) => x >= this.joints[i].slider[0] - 1e-9 && x <= this.joints[i].slider[1] + 1e-9;
+    const inside = (x, i) => Number.isFinite(x) && x >= (this.joints[i].lower ?? x) - 1e-9 && x <= (this.joints[i].upper ?? x) + 1e-9;
     const right = Boolean(explorer.arms[place]) && q.length === this.joints.length && q.every(inside);
     this.word.textContent = right ? "" : "the link's pose is not one of this arm";
     if (right) this.explorer.setPose(q);

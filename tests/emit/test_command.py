@@ -70,6 +70,15 @@ def test_c_is_written_with_header_and_test_vectors(lwr_dyn_command, tmp_path):
         np.testing.assert_allclose(found, expected, rtol=0, atol=1e-13 * np.abs(found).max())
 
 
+def test_tuned_gains_stand_in_the_header_alone(lwr_dyn_command, tmp_path):
+    out = tmp_path / "arm.c"
+    options = ("--language", "c", "--out", str(out), "--emit", "step_inverse_dynamics")
+    code, said, _ = lwr_dyn_command("kernels", "kr30ha", *options)
+    assert code == 0
+    assert said.splitlines()[-1].endswith("  torque of inverse dynamics with feed-forward")
+    assert "gains as tuned: Kp = 2500" in " ".join(out.with_suffix(".h").read_text().split())
+
+
 def test_an_arm_without_masses_gets_its_kinematics_and_is_told_what_is_left_out(lwr_dyn_command, tmp_path):
     code, said, _ = lwr_dyn_command("kernels", "lwr4", "--language", "c", "--out", str(tmp_path / "arm.c"))
     assert code == 0

@@ -52,6 +52,20 @@ def test_a_link_opens_the_pose_it_was_copied_from(window):
     assert np.abs(np.array(link.split("#q=")[1].split(","), float) - Q).max() < ROUNDED
 
 
+def test_a_link_may_turn_a_joint_without_limits_beyond_its_slider(window):
+    limits = window.execute_script(
+        """const [joint] = lwrExplorer.arm.joints, { lower, upper } = joint;
+        Object.assign(joint, { lower: null, upper: null });
+        location.hash = "q=3.5,0,0,0,0,0,0";
+        return { lower, upper };"""
+    )
+    window.execute_async_script("setTimeout(arguments[0], 50)")
+    first = window.execute_script("return lwrExplorer.positions()[0]")
+    window.execute_script("Object.assign(lwrExplorer.arm.joints[0], arguments[0])", limits)
+    window.execute_script("lwrExplorer.setPose(arguments[0])", Q.tolist())
+    assert abs(first - 3.5) < ROUNDED
+
+
 @pytest.mark.parametrize("bad", ["1,2", "0,0,0,0,0,0,x", "0,0,0,9,0,0,0", "0,0,0,,0,0,0"])
 def test_a_link_that_is_no_pose_of_the_arm_moves_nothing(window, bad):
     window.execute_script(f"location.hash = 'q={bad}'")
