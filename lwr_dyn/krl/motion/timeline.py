@@ -129,10 +129,12 @@ class Timeline:
         for i in np.unique(owner):
             item, mine = self.items[i], np.flatnonzero(owner == i)
             in_blend = (times[mine] - item.begin < item.overlap) & (i > 0)
-            for rows, before in ((mine[~in_blend], None), (mine[in_blend], self.items[i - 1])):
-                if len(rows):
-                    axes = _axes(item, times[rows]) if before is None else _sum_of_axes(before, item, times[rows])
-                    q[rows], dq[rows], ddq[rows] = axes.q, axes.dq, axes.ddq
+            # a motion that goes on after BRAKE has parts, and each may be the one that still moves
+            still = np.clip(np.searchsorted(begins[:i], times[mine], side="right") - 1, 0, max(int(i) - 1, 0))
+            for j in np.unique(np.where(in_blend, still, -1)):
+                rows = mine[in_blend & (still == j)] if j >= 0 else mine[~in_blend]
+                axes = _axes(item, times[rows]) if j < 0 else _sum_of_axes(self.items[j], item, times[rows])
+                q[rows], dq[rows], ddq[rows] = axes.q, axes.dq, axes.ddq
         return Motion(times, q, dq, ddq)
 
 
