@@ -50,7 +50,7 @@ class TorquePanel {
     this.sums = numberWriter(lines.map((row) => row.querySelector(".tau")), 2);
     section.querySelectorAll(".rate").forEach((input) => input.addEventListener("change", () => {
       const { of: name, joint } = input.dataset, values = Array.from(explorerState[name]), value = Number(input.value.replace(",", "."));
-      values[joint] = Number.isFinite(value) ? value : 0;
+      if (Number.isFinite(value)) values[joint] = value; // else what it was stands there again
       input.value = plain(values[joint], 6);
       explorerState.set({ [name]: values });
     }));
