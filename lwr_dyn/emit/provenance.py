@@ -5,8 +5,10 @@ from importlib.metadata import version
 
 from lwr_dyn.codegen.sincos import sincos
 from lwr_dyn.emit.emission import EmittedArm
+from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind
 from lwr_dyn.model.feasibility import unphysical_links
+from lwr_dyn.model.installation import names_of_ends
 from lwr_dyn.urdf.xml_text import estimates, numbers
 from lwr_dyn.version import VERSION
 
@@ -29,6 +31,7 @@ def wrapped(text: str) -> list[str]:
 def _texts(emitted: EmittedArm) -> list[str]:
     arm, spec = emitted.arm, emitted.spec
     loaded = ", ".join(f"{name} {value}" for name, value in arm.loaded_with.items() if value)
+    first, _ = names_of_ends(arm.installation)
     unphysical = unphysical_links(arm.chain) if arm.chain.bodies is not None else ()
     return [
         f"{arm.title}; robot {arm.name}, reading {arm.reading}",
@@ -36,15 +39,20 @@ def _texts(emitted: EmittedArm) -> list[str]:
         f"errata applied: {', '.join(arm.errata) or 'none'}",
         f"source file sha256: {arm.digest or 'none'}",
         *([f"loaded with: {loaded}"] if loaded else []),
-        *([] if "gravity" in spec.inputs else [f"gravity in the base frame [m/s^2]: {numbers(arm.chain.gravity)}"]),
+        *([] if "gravity" in spec.inputs else [f"gravity in the {first} frame [m/s^2]: {numbers(arm.chain.gravity)}"]),
         *([] if "friction" in spec.inputs else [f"friction: {_FRICTION[spec.friction is not None]}"]),
         "rotors: as inertia at the joints (armature) where the source gives them",
         f"inertias that no body can have: {', '.join(unphysical) or 'none'}",
         *(f"estimated: {line}" for line in estimates(arm)),
-        f"joints: {', '.join(_joints(emitted))}; frames: base, flange"
-        f"{'' if arm.installation is None else ' with mount and tool as loaded'}",
+        f"joints: {', '.join(_joints(emitted))}; frames: {_frames(arm)}",
         f"numbers: {emitted.dtype}, SI; {_range(emitted)}",
     ]
+
+
+def _frames(arm: Arm) -> str:
+    """Both frames of the functions; where a mount or tool makes it another one, that one by its name."""
+    ends = zip(names_of_ends(arm.installation), ("base", "flange"), strict=True)
+    return ", ".join(said if end == said else f"{end} (where a function says {said})" for end, said in ends)
 
 
 def _joints(emitted: EmittedArm) -> list[str]:

@@ -177,3 +177,16 @@ def test_exponentials_keep_their_digits_and_nan(tmp_path):
 def test_exponentials_are_of_float64_alone():
     with pytest.raises(OptionError, match="exponentials"):
         emitted_code(exponentials(), "own", "float32")
+
+
+def test_the_top_names_the_frames_of_a_mounted_arm_with_a_tool(tmp_path):
+    tops = []
+    for load in ({}, {"mount": "ceiling"}, {"tool": {"xyz": [0.0, 0.0, 0.2]}}):
+        written(tmp_path, lwr_dyn.load("kr30ha", **load), ("gravity_vector",))
+        tops.append(" ".join((tmp_path / "arm.c").read_text().replace("\n *", " ").split()))
+    world, point = "world (where a function says base)", "tool centre point (where a function says flange)"
+    for top, frame, ends in zip(
+        tops, ("base", "world", "base"), ("base, flange", f"{world}, flange", f"base, {point}"), strict=True
+    ):
+        assert f"gravity in the {frame} frame [m/s^2]: 0.0 0.0 -9.81" in top
+        assert f"frames: {ends} numbers:" in top
