@@ -29,7 +29,7 @@ class JacobianPanel {
     const lost = falling.filter((x) => x <= LOST * largest).length;
     said.velocity.textContent = falling.map((x) => x.toFixed(4)).join(", ");
     said.force.textContent = falling.map((x) => (x <= LOST * largest ? "∞" : (1 / x).toFixed(4))).reverse().join(", ");
-    said.manipulability.textContent = lost ? "0" : manipulability(sizes).toExponential(4);
+    said.manipulability.textContent = lost ? "0" : manipulability(sizes).toPrecision(5);
     said.ratio.textContent = lost ? `singular: ${LOST_WORDS[lost]}` : (largest / smallest).toFixed(2);
   }
 

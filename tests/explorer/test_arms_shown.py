@@ -115,6 +115,12 @@ def test_what_a_reading_changes_is_listed_and_added_up(window):
     chosen(window, 1)
     chosen(window, 0)
     listed = window.execute_script("return lwrExplorer.others.numbers()")
+    heads = window.execute_script(
+        "return [...document.querySelectorAll('.numbers thead th')].map((head) => head.textContent)"
+    )
+    assert heads == window.execute_script(
+        "return [lwrExplorer.arms[lwrExplorer.active], lwrExplorer.compared].map(({ label }) => label)"
+    )
     arms = [lwr_dyn.load("lwr4plus", READINGS[k]) for k in (0, 2)]
     texts = [
         [cell.text for column in link_columns(arm) for cell in column.cells] for arm in arms
