@@ -17,7 +17,6 @@ class Explorer {
     this.poseCard = new PoseCard(this);
     this.chooser = new ArmChooser(this);
     if (page.live) this.#follow();
-    window.addEventListener("resize", () => this.fit());
   }
 
   // Another arm of the page becomes the active one: all that belongs to an arm is made anew.

@@ -18,7 +18,7 @@ class Stage {
     this.#surroundings();
     this.#camera();
     this.stills.forEach((still) => this.#settle(still));
-    window.addEventListener("resize", () => this.frameView());
+    window.addEventListener("resize", () => this.frameView(!this.turned));
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.repaint());
     this.repaint();
   }
@@ -132,6 +132,7 @@ class Stage {
     const camera = new THREE.PerspectiveCamera(32, 1, 0.02, 60);
     this.viewer.set_object(["Cameras", "default", "rotated"], camera);
     this.viewer.set_camera(camera);
+    this.viewer.controls.addEventListener("change", () => { this.turned = true; }); // until it is framed again
     this.viewer.set_3d_pane_size();
   }
 
@@ -210,11 +211,14 @@ class Stage {
     return this.viewer.scene;
   }
 
-  // Places the camera so that the outline fills the free part of the pane.
-  frameView() {
+  // Places the camera so that the outline fills the free part of the pane; or, where it stays, in the pane's shape only.
+  frameView(moves = true) {
     const viewer = this.viewer, camera = viewer.camera, points = this.outline();
     const width = this.pane.clientWidth, height = this.pane.clientHeight, { left: side, bottom: bar } = this.covered();
     if (width === 0 || height === 0 || points.length === 0) return;
+    camera.setViewOffset(width, height, -side / 2, bar / 2, width, height);
+    viewer.set_dirty();
+    if (!moves) return;
     const azimuth = this.framed[0].azimuth ?? this.azimuth;
     const out = new THREE.Vector3(
       Math.cos(azimuth) * Math.cos(this.elevation), Math.sin(azimuth) * Math.cos(this.elevation), Math.sin(this.elevation));
@@ -239,8 +243,7 @@ class Stage {
     const eye = out.multiplyScalar(distance).add(centre);
     camera.position.set(eye.x, eye.z, -eye.y); // meshcat's camera frame has y up
     viewer.controls.target.set(centre.x, centre.z, -centre.y);
-    camera.setViewOffset(width, height, -side / 2, bar / 2, width, height);
     viewer.controls.update();
-    viewer.set_dirty();
+    this.turned = false;
   }
 }

@@ -6,6 +6,7 @@ import pytest
 import lwr_dyn
 from lwr_dyn.explorer.page import write_explorer
 from tests.axe import seen, sideways
+from tests.explorer.by_hand import mouse
 from tests.explorer.explored import opened
 
 DESK, PHONE = (1400, 900), (390, 844)
@@ -15,6 +16,10 @@ BOXES = """return arguments[0].map((name) => {
   const { left, top, right, bottom } = document.querySelector(name).getBoundingClientRect();
   return [left, top, right, bottom];
 });"""
+
+CAMERA = """const { viewer } = lwrExplorer.stage, { clientWidth, clientHeight } = viewer.pane;
+const { camera, controls } = viewer, place = (point) => point.toArray().map((x) => Math.round(x * 1e6));
+return [[...place(camera.position), ...place(controls.target)], camera.aspect - clientWidth / clientHeight];"""
 
 
 @pytest.fixture(scope="module")
@@ -89,3 +94,23 @@ def test_the_whole_arm_is_in_the_picture_from_every_side(window, turn):
     )
     reached = np.abs(np.array(ends)[:, :2]).max()
     assert 0.6 < reached < 0.9
+
+
+def test_a_window_of_another_size_keeps_the_view_that_was_turned(window):
+    with seen(window, DESK[0], height=DESK[1]):
+        window.execute_script("window.scrollTo(0, 0); document.getElementById('view').click()")
+        framed, _ = window.execute_script(CAMERA)
+        left, top, *_ = boxes(window, ["#stage"])[0]
+        mouse(window, (left + 20, top + 20), (left + 80, top + 40), (left + 140, top + 60))
+        turned, _ = window.execute_script(CAMERA)
+        assert turned != framed
+    for width, height in ((1100, 900), PHONE, DESK):
+        with seen(window, width, height=height):
+            kept, off_shape = window.execute_script(CAMERA)
+            assert kept == turned
+            assert off_shape == pytest.approx(0, abs=1e-9)
+    with seen(window, DESK[0], height=DESK[1]):  # framed again, it is framed in each size
+        window.execute_script("document.getElementById('view').click()")
+        assert window.execute_script(CAMERA)[0] == framed
+    with seen(window, 1000, height=900):
+        assert window.execute_script(CAMERA)[0] != framed
