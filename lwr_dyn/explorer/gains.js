@@ -89,7 +89,7 @@ class GainsPanel {
 
   // A field's number; one that is none stays out, and it is said.
   #take(field) {
-    const text = field.value.trim().replace(",", "."), value = text === "" ? NaN : Number(text), right = value > 0 && value <= 1e9;
+    const value = numberIn(field), right = value > 0 && value <= 1e9;
     this.said.field.textContent = right ? "" : "a number above 0, at most 1e9";
     if (!right) return;
     this[field.dataset.field] = value;

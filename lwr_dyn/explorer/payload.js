@@ -12,8 +12,8 @@ class PayloadFields {
     this.word = group.querySelector("p.note");
     [mass, ...at].forEach((value, k) => { inputs[k].value = plain(value, 6); });
     inputs.forEach((input) => input.addEventListener("change", () => {
-      const [kg, ...place] = inputs.map((field) => Number(field.value.trim().replace(",", ".") || NaN));
-      const right = [kg, ...place].every(Number.isFinite) && kg >= 0;
+      const [kg, ...place] = inputs.map(numberIn);
+      const right = kg >= 0 && !place.some(Number.isNaN);
       this.word.textContent = right ? "" : "four numbers, the mass not below 0";
       if (right) explorer.carry(kg, place);
     }));

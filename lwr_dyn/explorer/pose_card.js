@@ -24,7 +24,7 @@ class PoseCard {
 
   #inside(i, value) {
     const joint = this.explorer.arm.joints[i], [low, up] = joint.slider.map((end) => armKinematics.shown(joint, end));
-    return Math.min(Math.max(Number.isFinite(value) ? value : this.explorer.values[i], low), up);
+    return Math.min(Math.max(Number.isNaN(value) ? this.explorer.values[i] : value, low), up);
   }
 
   #row(joint, i) {
@@ -40,7 +40,7 @@ class PoseCard {
       const near = Math.round(Number(slider.value) / step) * step; // whole steps inside the limits
       set(round(near > up ? near - step : near < low ? near + step : near, 3));
     }, { signal: this.explorer.signal });
-    field.addEventListener("change", () => set(field.value.trim() === "" ? NaN : Number(field.value.replace(",", "."))), { signal: this.explorer.signal });
+    field.addEventListener("change", () => set(numberIn(field)), { signal: this.explorer.signal });
     return (value, atRest = false) => {
       if (value === last && (value === drawn || !atRest)) return;
       const text = plain(value, 4); // the text to copy has all digits

@@ -42,15 +42,16 @@ class TorquePanel {
       const turns = kind === "revolute", unit = turns ? "rad" : "m", limit = this.motors[i] === null ? "limit unknown" : `limit ${plain(this.motors[i], 3)} ${turns ? "N m" : "N"}`;
       return `<tr title="${name.replace(/[<>&"]/g, "")}: ${limit}"><th scope="row">${i + 1}${turns ? "" : " <small>N</small>"}</th>${field(i, "dq", "speed", `${unit}/s`)}${field(i, "ddq", "acceleration", `${unit}/s²`)}<td class="bar"><svg viewBox="-1000 0 2000 10" preserveAspectRatio="none" aria-hidden="true"><path class="g"/><path class="c"/><path class="b"/><path class="zero" d="M0 0v10"/><path class="other"/></svg></td><td class="num tau"></td></tr>`;
     });
-    section.innerHTML = `<div class="head"><h2>Torques <small>N m; <span class="key g">g</span> <span class="key c">C dq</span> <span class="key b">B ddq</span>; full bar: the motor's limit, else the largest</small></h2></div><div class="scroll" tabindex="0" role="region" aria-label="Torques of the joints"><table class="torques"><thead><tr><th scope="col">joint</th><th scope="col">dq</th><th scope="col">ddq</th><th scope="col">torque</th><th scope="col" class="num">sum</th></tr></thead><tbody>${rows.join("")}</tbody></table></div>`;
+    section.innerHTML = `<div class="head"><h2>Torques <small>N m; <span class="key g">g</span> <span class="key c">C dq</span> <span class="key b">B ddq</span>; full bar: the motor's limit, else the largest</small></h2></div><div class="scroll" tabindex="0" role="region" aria-label="Torques of the joints"><table class="torques"><thead><tr><th scope="col">joint</th><th scope="col">dq</th><th scope="col">ddq</th><th scope="col">torque</th><th scope="col" class="num">sum</th></tr></thead><tbody>${rows.join("")}</tbody></table></div><p class="note alarm" role="status"></p>`;
     this.explorer.place(section, "right");
     this.section = section;
     const lines = [...section.querySelectorAll("tbody tr")], bars = (part) => lines.map((row) => attributeWriter(row.querySelector(`path.${part}`), "d"));
     Object.assign(this, { bars: ["g", "c", "b"].map(bars), marks: bars("other"), over: lines.map((row) => attributeWriter(row, "class")) });
     this.sums = numberWriter(lines.map((row) => row.querySelector(".tau")), 2);
     section.querySelectorAll(".rate").forEach((input) => input.addEventListener("change", () => {
-      const { of: name, joint } = input.dataset, values = Array.from(explorerState[name]), value = Number(input.value.replace(",", "."));
-      if (Number.isFinite(value)) values[joint] = value; // else what it was stands there again
+      const { of: name, joint } = input.dataset, values = Array.from(explorerState[name]), value = numberIn(input), old = plain(values[joint], 6);
+      put(section.querySelector("p.note"), Number.isNaN(value) ? `“${input.value}” is no number: ${old} stays.` : "");
+      if (!Number.isNaN(value)) values[joint] = value;
       input.value = plain(values[joint], 6);
       explorerState.set({ [name]: values });
     }));

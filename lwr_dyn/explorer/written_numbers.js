@@ -1,4 +1,4 @@
-// Numbers as text. What changes at every frame is written only where it reads otherwise than before, and without new
+// Numbers as text, and out of a field. What changes at every frame is written only where it reads otherwise than before, and without new
 // nodes.
 
 // Writes numbers into as many cells, each with so many decimals; a zero has no sign.
@@ -49,6 +49,12 @@ function textNode(cell) {
   const node = document.createTextNode("");
   cell.replaceChildren(node);
   return node;
+}
+
+// The number that stands in a field, with a point or a comma; NaN where there is none.
+function numberIn(field) {
+  const text = field.value.trim().replace(",", "."), value = text === "" ? NaN : Number(text);
+  return Number.isFinite(value) ? value : NaN;
 }
 
 function round(value, digits) {

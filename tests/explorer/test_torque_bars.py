@@ -70,9 +70,11 @@ def test_bars_carry_the_payload_beside_the_tool(window, arm, load):
         np.testing.assert_allclose(written, np.ravel(values), rtol=0, atol=0.000501)
 
 
-def test_what_is_no_number_leaves_a_speed_as_it_was(window):
+def test_what_is_no_number_is_said_and_leaves_a_speed_as_it_was(window):
     script = """const [text] = arguments, field = document.querySelector("[data-of=dq]"), { state } = lwrExplorer;
-        field.value = text; field.dispatchEvent(new Event("change")); return [state.dq[0], field.value]"""
-    assert window.execute_script(script, "0,25") == [0.25, "0.25"]
-    assert window.execute_script(script, "fast") == [0.25, "0.25"]
-    assert window.execute_script(script, "") == [0, "0"]
+        field.value = text; field.dispatchEvent(new Event("change"));
+        return [state.dq[0], field.value, document.querySelector("[aria-label='Torques'] > .note").textContent]"""
+    assert window.execute_script(script, " 0,25") == [0.25, "0.25", ""]
+    for text in ("fast", "", "1/0", "1e999"):
+        assert window.execute_script(script, text) == [0.25, "0.25", f"“{text}” is no number: 0.25 stays."]
+    assert window.execute_script(script, "0") == [0, "0", ""]
