@@ -40,13 +40,13 @@ class LinkShares {
     return this;
   }
 
-  // What is at the end of joint k's link, k = n - 1 for the payload, too.
-  joint(k) { return Math.min(k, this.n - 1); }
+  // The joint that moves link k; the payload, k = n, goes with the last one.
+  jointOf(k) { return Math.min(k, this.n - 1); }
 
   // [{ linear, angular }] a link, zero before the later joint; kind "B", "C" or "g" (j is not used).
   entry(kind, i, j) {
     const first = kind === "g" ? i : Math.max(i, j);
-    return this.links.map((link, k) => (this.joint(k) < first ? { linear: 0, angular: 0 } : this.#share(kind, link, i, j)));
+    return this.links.map((link, k) => (this.jointOf(k) < first ? { linear: 0, angular: 0 } : this.#share(kind, link, i, j)));
   }
 
   // The rotor's share, k_r^2 I_m on the diagonal of B.

@@ -11,8 +11,8 @@ _TOKEN = re.compile(
     re.DOTALL,
 )
 _TEMPLATE = re.compile(r"(?:\\.|\$(?!\{)|[^`\\$])*(?:`|\$\{)", re.DOTALL)
-_PATTERN = re.compile(r"/(?:\\.|\[(?:\\.|[^\]\\\n])*\]|[^/\\\[\n])+/[a-z]*")
-_BEFORE_A_PATTERN = frozenset("(,=:[!&|?{};>\n")
+_REGULAR_EXPRESSION = re.compile(r"/(?:\\.|\[(?:\\.|[^\]\\\n])*\]|[^/\\\[\n])+/[a-z]*")
+_BEFORE_REGULAR_EXPRESSION = frozenset("(,=:[!&|?{};>\n")
 """What stands before a regular expression, and never before a division."""
 
 
@@ -67,9 +67,9 @@ def _depths(depths: list[int], first: str, text: str) -> list[int]:
 
 
 def _next(script: str, place: int, last: str) -> tuple[str, str]:
-    pattern = _PATTERN.match(script, place) if last in _BEFORE_A_PATTERN else None
-    if pattern is not None and script[place : place + 2] not in ("//", "/*"):
-        return "other", pattern[0]
+    expression = _REGULAR_EXPRESSION.match(script, place) if last in _BEFORE_REGULAR_EXPRESSION else None
+    if expression is not None and script[place : place + 2] not in ("//", "/*"):
+        return "other", expression[0]
     found = _TOKEN.match(script, place)
     assert found is not None
     return str(found.lastgroup), found[0]

@@ -34,7 +34,7 @@ class SideBySide {
   // The words of one arm's column.
   compare({ entry: { q }, arm, robot, motors, n, g, J, sizes, turned, mass, reach }) {
     const pose = armKinematics.flange(arm, q), known = (x, digits, unit) => (x === null ? "unknown" : `${fixed(x, digits)} ${unit}`);
-    const values = { mass: known(mass, 3, "kg"), reach: known(reach, 3, "m"), flange: [12, 13, 14].map((k) => fixed(pose[k], 3)).join(", "), torque: "unknown", share: "unknown", volume: "unknown" };
+    const values = { mass: known(mass, 3, "kg"), reach: known(reach, 3, "m"), flange: [12, 13, 14].map((k) => fixed(pose[k], 3)).join(", "), torque: "unknown", share: "unknown", manipulability: "unknown" };
     if (robot?.gravity_vector) {
       robot.gravity_vector(q, g);
       const shares = Array.from(g, (x, i) => (motors[i] === null ? null : Math.abs(x) / motors[i])), largest = indexOfLargest(g.map(Math.abs));
@@ -43,7 +43,7 @@ class SideBySide {
     }
     if (robot?.jacobian) {
       singularValues(robot.jacobian(q, J).slice(0, 3 * n), n, sizes, turned);
-      values.volume = manipulability(sizes).toPrecision(4);
+      values.manipulability = manipulability(sizes).toPrecision(4);
     }
     return values;
   }
@@ -71,7 +71,7 @@ class SideBySide {
   #build() {
     const card = document.createElement("section"), { sides, active } = this, same = sides.every(({ n }) => n === sides[0].n), both = sides.every(({ solver }) => solver);
     const ways = [["none", "each by itself", true], ["joints", "same joint positions", same], ["pose", "same flange pose", both]];
-    const rows = [["mass", "mass of the moving links"], ["reach", "reach from the first axis"], ["flange", "flange x, y, z <small>m, own base</small>"], ["torque", "largest holding torque <small>(joint)</small>"], ["share", "largest share of a motor's limit <small>(joint)</small>"], ["volume", "manipulability <small>of the linear part</small>"]];
+    const rows = [["mass", "mass of the moving links"], ["reach", "reach from the first axis"], ["flange", "flange x, y, z <small>m, own base</small>"], ["torque", "largest holding torque <small>(joint)</small>"], ["share", "largest share of a motor's limit <small>(joint)</small>"], ["manipulability", "manipulability <small>of the linear part</small>"]];
     card.className = "card";
     card.setAttribute("aria-label", "Side by side");
     card.innerHTML = `<div class="head"><h2>Side by side</h2><div class="buttons" role="group" aria-label="What moves both">${ways.filter(([, , can]) => can).map(([how, text]) => `<button type="button" data-how="${how}">${text}</button>`).join("")}</div></div><div class="scroll" tabindex="0" role="region" aria-label="Both arms compared"><table class="sides"><thead><tr><td></td>${sides.map(() => '<th scope="col" class="num"></th>').join("")}</tr></thead><tbody>${rows.map(([name, text]) => `<tr data-row="${name}"><th scope="row">${text}</th>${'<td class="num"></td>'.repeat(sides.length)}</tr>`).join("")}</tbody></table></div><p class="note" role="status"></p>`;

@@ -153,7 +153,7 @@ def test_the_table_is_that_of_python(window):
         assert numbers["torque"] == pytest.approx([g.max(), g.argmax() + 1], abs=6e-3)
         shares = g / arm.effort
         assert numbers["share"] == pytest.approx([100 * shares.max(), shares.argmax() + 1], abs=6e-2)
-        assert numbers["volume"][0] == pytest.approx(np.prod(np.linalg.svd(jacobian[:3])[1]), rel=1e-3)
+        assert numbers["manipulability"][0] == pytest.approx(np.prod(np.linalg.svd(jacobian[:3])[1]), rel=1e-3)
         assert numbers["reach"][0] == pytest.approx(reach(arm), abs=FOUND)
 
 
