@@ -172,3 +172,14 @@ def test_numbers_of_the_size_of_rounding_errors_match_each_other_only():
     assert not matches([shown], ["dB/dt - C - C^T      6.25e-06  at most  1e-12"])
     assert not matches([shown], ["dB/dt - C - C^T      6.25e-16  at most  1e-02"])
     assert not matches(["drift 0.25"], ["drift 1e-15"])
+
+
+@pytest.mark.parametrize("command", ["seq 1000000 | head -1", "sh -c 'echo 1; exit 141' | head -1"])
+def test_a_pipe_that_head_closes_is_no_fault(tmp_path, command):
+    page = f"```console\n$ {command}\n1\n```\n"
+    assert ran(page, tmp_path) == page
+
+
+def test_a_closed_pipe_without_head_is_one(tmp_path):
+    with pytest.raises(PageError, match="exit code 141"):
+        ran("```console\n$ sh -c 'echo 1; exit 141' | cat\n1\n```\n", tmp_path)
